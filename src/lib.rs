@@ -1,0 +1,4 @@
+//! hydro: makes water real in MuJoCo.
+
+pub mod features;
+pub mod frames;
