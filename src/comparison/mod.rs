@@ -1,0 +1,8 @@
+//! The learned wrench beside its rivals: in open loop on recorded inputs, and in closed loop, where
+//! the wrench changes the motion that it sees.
+
+pub mod bounded;
+pub mod closed_loop;
+
+pub use bounded::{Bounds, Peak, bounds};
+pub use closed_loop::{ClosedLoop, Contender, Spread, Water, closed_loop};
