@@ -3,6 +3,7 @@
 pub mod comparison;
 pub mod features;
 pub mod frames;
+pub mod report;
 pub mod robot;
 pub mod rollouts;
 pub mod sim;

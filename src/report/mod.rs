@@ -1,0 +1,3 @@
+//! What a person looks at: plots and a page. Renders, computes nothing.
+
+pub mod plot;
