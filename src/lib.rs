@@ -1,6 +1,7 @@
 //! hydro: makes water real in MuJoCo.
 
 pub mod comparison;
+pub mod drag;
 pub mod features;
 pub mod frames;
 pub mod report;

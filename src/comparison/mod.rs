@@ -3,6 +3,10 @@
 
 pub mod bounded;
 pub mod closed_loop;
+pub mod open_loop;
+pub mod summary;
 
 pub use bounded::{Bounds, Peak, bounds};
 pub use closed_loop::{ClosedLoop, Contender, Spread, Water, closed_loop};
+pub use open_loop::{OpenLoop, OpenLoopRow};
+pub use summary::{StepTime, Summary};
