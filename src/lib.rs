@@ -4,6 +4,7 @@ pub mod comparison;
 pub mod drag;
 pub mod features;
 pub mod frames;
+pub mod model;
 pub mod report;
 pub mod robot;
 pub mod rollouts;
