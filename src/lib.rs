@@ -1,9 +1,11 @@
 //! hydro: makes water real in MuJoCo.
 
+pub mod checkpoint;
 pub mod comparison;
 pub mod drag;
 pub mod features;
 pub mod frames;
+pub mod model;
 pub mod report;
 pub mod robot;
 pub mod rollouts;
