@@ -2,6 +2,7 @@
 
 pub mod checkpoint;
 pub mod comparison;
+pub mod dataset;
 pub mod drag;
 pub mod features;
 pub mod frames;
