@@ -1,6 +1,8 @@
 //! hydro: makes water real in MuJoCo.
 
+pub mod checkpoint;
 pub mod comparison;
+pub mod dataset;
 pub mod drag;
 pub mod features;
 pub mod frames;

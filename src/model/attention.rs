@@ -62,9 +62,17 @@ impl Attention {
         let up = 1.0 / (width as f64).sqrt();
         let qkv = vb.pp("qkv");
         Ok(Self {
-            weight: qkv.get_with_hints((3 * width, width), "weight", Init::Uniform { lo: -up, up })?,
+            weight: qkv.get_with_hints(
+                (3 * width, width),
+                "weight",
+                Init::Uniform { lo: -up, up },
+            )?,
             bias: qkv.get_with_hints(3 * width, "bias", Init::Const(0.0))?,
-            lag_bias: vb.get_with_hints((config.heads, config.window), "lag_bias", Init::Const(0.0))?,
+            lag_bias: vb.get_with_hints(
+                (config.heads, config.window),
+                "lag_bias",
+                Init::Const(0.0),
+            )?,
             config,
         })
     }
@@ -80,26 +88,44 @@ impl Attention {
 
     /// One window of embeddings [W, E] -> [1, E], by Candle's own operations and without threads.
     pub fn single(&self, embeddings: &Tensor) -> Result<Tensor> {
-        let AttentionConfig { embedding, heads, window } = self.config;
+        let AttentionConfig {
+            embedding,
+            heads,
+            window,
+        } = self.config;
         let depth = embedding / heads;
-        let qkv = embeddings.matmul(&self.weight.t()?)?.broadcast_add(&self.bias)?;
+        let qkv = embeddings
+            .matmul(&self.weight.t()?)?
+            .broadcast_add(&self.bias)?;
         let split = |part: usize| {
-            let part = qkv.narrow(1, part * embedding, embedding)?.reshape((window, heads, depth))?;
+            let part = qkv
+                .narrow(1, part * embedding, embedding)?
+                .reshape((window, heads, depth))?;
             part.transpose(0, 1)?.contiguous()
         };
         // [H, 1, d], [H, W, d], [H, W, d]
-        let (q, k, v) = (split(0)?.narrow(1, window - 1, 1)?.contiguous()?, split(1)?, split(2)?);
+        let (q, k, v) = (
+            split(0)?.narrow(1, window - 1, 1)?.contiguous()?,
+            split(1)?,
+            split(2)?,
+        );
         let scores = (q.matmul(&k.t()?)? / (depth as f64).sqrt())?;
         // Lag 0 is the newest sample, the last row of the window.
         let lags: Vec<u32> = (0..window as u32).rev().collect();
         let lags = Tensor::new(lags, embeddings.device())?;
         let fixed: Vec<f32> = (0..heads)
-            .flat_map(|head| (0..window).rev().map(move |lag| -(slope(head) * lag as f64) as f32))
+            .flat_map(|head| {
+                (0..window)
+                    .rev()
+                    .map(move |lag| -(slope(head) * lag as f64) as f32)
+            })
             .collect();
         let fixed = Tensor::from_vec(fixed, (heads, window), embeddings.device())?;
         let bias = (self.lag_bias.index_select(&lags, 1)? + fixed)?.unsqueeze(1)?;
         let scores = (scores + bias)?;
-        let powers = scores.broadcast_sub(&scores.max_keepdim(D::Minus1)?)?.exp()?;
+        let powers = scores
+            .broadcast_sub(&scores.max_keepdim(D::Minus1)?)?
+            .exp()?;
         let weights = powers.broadcast_div(&powers.sum_keepdim(D::Minus1)?)?;
         weights.matmul(&v)?.reshape((1, embedding))
     }
@@ -122,7 +148,9 @@ impl<T: Real> Row<'_, T> {
 
     /// Part 0 q, 1 k, 2 v of a head at a position.
     fn range(&self, position: usize, part: usize, head: usize) -> std::ops::Range<usize> {
-        let start = position * 3 * self.config.embedding + part * self.config.embedding + head * self.depth();
+        let start = position * 3 * self.config.embedding
+            + part * self.config.embedding
+            + head * self.depth();
         start..start + self.depth()
     }
 
@@ -137,7 +165,10 @@ impl<T: Real> Row<'_, T> {
             let fixed = T::real(slope(head) * lag as f64);
             *weight = product * scale - fixed + self.lag_bias[head * window + lag];
         }
-        let largest = weights.iter().copied().fold(weights[0], |a, b| if b > a { b } else { a });
+        let largest = weights
+            .iter()
+            .copied()
+            .fold(weights[0], |a, b| if b > a { b } else { a });
         let mut sum = T::default();
         for weight in weights.iter_mut() {
             *weight = (*weight - largest).exponential();
@@ -149,7 +180,11 @@ impl<T: Real> Row<'_, T> {
     }
 
     fn forward(&self, out: &mut [T]) {
-        let AttentionConfig { embedding, heads, window } = *self.config;
+        let AttentionConfig {
+            embedding,
+            heads,
+            window,
+        } = *self.config;
         let mut weights = vec![T::default(); window];
         for (sample, out) in out.chunks_exact_mut(embedding).enumerate() {
             let position = sample + window - 1;
@@ -167,7 +202,11 @@ impl<T: Real> Row<'_, T> {
 
     /// Adds to the gradients of qkv and of the lag bias.
     fn backward(&self, gradient: &[T], d_qkv: &mut [T], d_bias: &mut [T]) {
-        let AttentionConfig { embedding, heads, window } = *self.config;
+        let AttentionConfig {
+            embedding,
+            heads,
+            window,
+        } = *self.config;
         let scale = T::real(1.0 / (self.depth() as f64).sqrt());
         let mut weights = vec![T::default(); window];
         let mut d_weights = vec![T::default(); window];
@@ -177,7 +216,11 @@ impl<T: Real> Row<'_, T> {
                 self.weights(position, head, &mut weights);
                 for (lag, (weight, d_weight)) in weights.iter().zip(&mut d_weights).enumerate() {
                     let range = self.range(position - lag, 2, head);
-                    *d_weight = gradient.iter().zip(&self.qkv[range.clone()]).map(|(g, v)| *g * *v).sum();
+                    *d_weight = gradient
+                        .iter()
+                        .zip(&self.qkv[range.clone()])
+                        .map(|(g, v)| *g * *v)
+                        .sum();
                     for (d, g) in d_qkv[range].iter_mut().zip(gradient) {
                         *d += *weight * *g;
                     }
@@ -219,7 +262,12 @@ impl Window {
         values
     }
 
-    fn backward<T: Real>(&self, qkv: &Tensor, lag_bias: &Tensor, gradient: &Tensor) -> Result<(Tensor, Tensor)> {
+    fn backward<T: Real>(
+        &self,
+        qkv: &Tensor,
+        lag_bias: &Tensor,
+        gradient: &Tensor,
+    ) -> Result<(Tensor, Tensor)> {
         let (_, samples, width) = qkv.dims3()?;
         let out = (samples + 1 - self.0.window) * self.0.embedding;
         let values = qkv.flatten_all()?.to_vec1::<T>()?;
@@ -255,19 +303,26 @@ impl CustomOp2 for Window {
         "window-attention"
     }
 
-    fn cpu_fwd(&self, s1: &CpuStorage, l1: &Layout, s2: &CpuStorage, l2: &Layout) -> Result<(CpuStorage, Shape)> {
+    fn cpu_fwd(
+        &self,
+        s1: &CpuStorage,
+        l1: &Layout,
+        s2: &CpuStorage,
+        l2: &Layout,
+    ) -> Result<(CpuStorage, Shape)> {
         let (batch, samples, _) = l1.shape().dims3()?;
         let shape = Shape::from((batch, samples + 1 - self.0.window, self.0.embedding));
         let size = (batch, samples);
-        let storage = match (s1, s2) {
-            (CpuStorage::F32(qkv), CpuStorage::F32(bias)) => {
-                f32::to_cpu_storage_owned(self.run(contiguous(qkv, l1)?, contiguous(bias, l2)?, size))
-            }
-            (CpuStorage::F64(qkv), CpuStorage::F64(bias)) => {
-                f64::to_cpu_storage_owned(self.run(contiguous(qkv, l1)?, contiguous(bias, l2)?, size))
-            }
-            _ => candle_core::bail!("{} takes f32 or f64", self.name()),
-        };
+        let storage =
+            match (s1, s2) {
+                (CpuStorage::F32(qkv), CpuStorage::F32(bias)) => f32::to_cpu_storage_owned(
+                    self.run(contiguous(qkv, l1)?, contiguous(bias, l2)?, size),
+                ),
+                (CpuStorage::F64(qkv), CpuStorage::F64(bias)) => f64::to_cpu_storage_owned(
+                    self.run(contiguous(qkv, l1)?, contiguous(bias, l2)?, size),
+                ),
+                _ => candle_core::bail!("{} takes f32 or f64", self.name()),
+            };
         Ok((storage, shape))
     }
 

@@ -65,10 +65,16 @@ impl AttentionOdeConfig {
     pub(crate) fn fault(&self) -> Option<String> {
         let sizes = [self.window, self.heads, self.embedding, self.latent];
         if sizes.contains(&0) || self.hidden.contains(&0) {
-            return Some("window, heads, embedding, latent and hidden sizes must be at least 1".to_owned());
+            return Some(
+                "window, heads, embedding, latent and hidden sizes must be at least 1".to_owned(),
+            );
         }
-        (self.embedding % self.heads != 0)
-            .then(|| format!("embedding {} is not divisible by {} heads", self.embedding, self.heads))
+        (self.embedding % self.heads != 0).then(|| {
+            format!(
+                "embedding {} is not divisible by {} heads",
+                self.embedding, self.heads
+            )
+        })
     }
 }
 
@@ -88,12 +94,21 @@ pub struct AttentionOde {
 
 impl AttentionOde {
     /// For `inputs` encoded numbers a sample and `outputs` force components.
-    pub fn new(config: &AttentionOdeConfig, inputs: usize, outputs: usize, vb: VarBuilder) -> Result<Self> {
+    pub fn new(
+        config: &AttentionOdeConfig,
+        inputs: usize,
+        outputs: usize,
+        vb: VarBuilder,
+    ) -> Result<Self> {
         let linear = |name: &str, inputs: usize, outputs: usize, gain: f64| {
             let up = gain * (3.0 / inputs as f64).sqrt();
             let vb = vb.pp(name);
-            let weight = vb.get_with_hints((outputs, inputs), "weight", Init::Uniform { lo: -up, up })?;
-            Ok::<_, candle_core::Error>((weight, vb.get_with_hints(outputs, "bias", Init::Const(0.0))?))
+            let weight =
+                vb.get_with_hints((outputs, inputs), "weight", Init::Uniform { lo: -up, up })?;
+            Ok::<_, candle_core::Error>((
+                weight,
+                vb.get_with_hints(outputs, "bias", Init::Const(0.0))?,
+            ))
         };
         let attention = AttentionConfig {
             embedding: config.embedding,
@@ -130,7 +145,10 @@ impl AttentionOde {
         let embeddings = rows.reshape((batch, samples, width))?;
         let attended = self.attention.forward(&embeddings)?;
         let steps = samples + 1 - window;
-        let newest = embeddings.narrow(1, window - 1, steps)?.contiguous()?.reshape((batch * steps, width))?;
+        let newest = embeddings
+            .narrow(1, window - 1, steps)?
+            .contiguous()?
+            .reshape((batch * steps, width))?;
         let attended = attended.reshape((batch * steps, width))?;
         let mixed = (newest + affine(&attended, &self.mix)?)?;
         affine(&mixed, &self.latent)?.reshape((batch, steps, self.config.latent))
@@ -214,10 +232,16 @@ mod tests {
             .enumerate()
             .map(|(i, (name, var))| {
                 let values = (ramp(var.dims(), 0.37 + i as f64) * 0.5).expect("scaled");
-                (name.to_owned(), Var::from_tensor(&values).expect("a variable"))
+                (
+                    name.to_owned(),
+                    Var::from_tensor(&values).expect("a variable"),
+                )
             })
             .collect();
-        let tensors = vars.iter().map(|(n, v)| (n.clone(), v.as_tensor().clone())).collect();
+        let tensors = vars
+            .iter()
+            .map(|(n, v)| (n.clone(), v.as_tensor().clone()))
+            .collect();
         let vb = VarBuilder::from_tensors(tensors, DType::F64, &Device::Cpu);
         (build(vb).expect("built"), vars)
     }
@@ -239,24 +263,41 @@ mod tests {
             for solver in Solver::ALL {
                 let (model, vars) = model(&small(sees, skip));
                 let (z, start) = inputs();
-                let ours = loss(&model, &z, &start, solver).expect("runs").backward().expect("derives");
+                let ours = loss(&model, &z, &start, solver)
+                    .expect("runs")
+                    .backward()
+                    .expect("derives");
 
                 let latents = model.latents(&z).expect("latents");
                 let mut forces = vec![start.as_tensor().clone()];
                 for step in 0..21 {
-                    let latent = latents.narrow(1, step, 1).and_then(|h| h.squeeze(1)).expect("one step");
+                    let latent = latents
+                        .narrow(1, step, 1)
+                        .and_then(|h| h.squeeze(1))
+                        .expect("one step");
                     forces.push(model.step(&forces[step], &latent, solver).expect("a step"));
                 }
                 let forces = Tensor::stack(&forces, 1).expect("stacked");
-                let unrolled = (forces.sqr().expect("squares") * ramp(forces.dims(), 0.31)).expect("weighted");
-                let theirs = unrolled.sum_all().expect("sum").backward().expect("derives");
+                let unrolled =
+                    (forces.sqr().expect("squares") * ramp(forces.dims(), 0.31)).expect("weighted");
+                let theirs = unrolled
+                    .sum_all()
+                    .expect("sum")
+                    .backward()
+                    .expect("derives");
 
                 for (name, var) in vars.iter().chain([&("start".to_owned(), start)]) {
                     let (ours, theirs) = (ours.get(var).expect(name), theirs.get(var).expect(name));
-                    let scale = theirs.abs().and_then(|t| t.flatten_all()?.max(0)?.to_scalar::<f64>());
-                    let error = (ours - theirs).and_then(|t| t.abs()?.flatten_all()?.max(0)?.to_scalar::<f64>());
+                    let scale = theirs
+                        .abs()
+                        .and_then(|t| t.flatten_all()?.max(0)?.to_scalar::<f64>());
+                    let error = (ours - theirs)
+                        .and_then(|t| t.abs()?.flatten_all()?.max(0)?.to_scalar::<f64>());
                     let (scale, error) = (scale.expect("a number"), error.expect("a number"));
-                    assert!(error <= 1e-11 * scale.max(1e-3), "{name}, {solver}: {error} of {scale}");
+                    assert!(
+                        error <= 1e-11 * scale.max(1e-3),
+                        "{name}, {solver}: {error} of {scale}"
+                    );
                 }
             }
         }
@@ -268,26 +309,39 @@ mod tests {
             let (model, vars) = model(&small(true, true));
             let (z, start) = inputs();
             let value = |model: &AttentionOde| {
-                loss(model, &z, &start, solver).and_then(|l| l.to_scalar::<f64>()).expect("a loss")
+                loss(model, &z, &start, solver)
+                    .and_then(|l| l.to_scalar::<f64>())
+                    .expect("a loss")
             };
-            let gradients = loss(&model, &z, &start, solver).expect("runs").backward().expect("derives");
+            let gradients = loss(&model, &z, &start, solver)
+                .expect("runs")
+                .backward()
+                .expect("derives");
             for (name, var) in &vars {
                 let gradient = gradients.get(var).expect(name).flatten_all().expect("flat");
                 let gradient = gradient.to_vec1::<f64>().expect("numbers");
-                let base = var.flatten_all().and_then(|t| t.to_vec1::<f64>()).expect("numbers");
+                let base = var
+                    .flatten_all()
+                    .and_then(|t| t.to_vec1::<f64>())
+                    .expect("numbers");
                 // One element a tensor, along which the rest is held; steps of cube-root precision.
                 let index = base.len() / 2;
                 let at = |shift: f64| {
                     let mut values = base.clone();
                     values[index] += shift;
-                    let moved = Tensor::from_vec(values, var.shape(), &Device::Cpu).expect("shape fits");
+                    let moved =
+                        Tensor::from_vec(values, var.shape(), &Device::Cpu).expect("shape fits");
                     var.set(&moved).expect("set");
                     value(&model)
                 };
                 let slope = (at(1e-5) - at(-1e-5)) / 2e-5;
                 at(0.0);
                 let error = (slope - gradient[index]).abs();
-                assert!(error < 1e-6 * slope.abs().max(1.0), "{name}: {slope} against {}", gradient[index]);
+                assert!(
+                    error < 1e-6 * slope.abs().max(1.0),
+                    "{name}: {slope} against {}",
+                    gradient[index]
+                );
             }
         }
     }
@@ -298,10 +352,18 @@ mod tests {
         let (z, start) = inputs();
         let before = model.forward(&z, &start, Solver::Euler).expect("runs");
         // Another future: samples from step 10 on.
-        let changed = Tensor::cat(&[z.narrow(1, 0, 12).expect("past"), ramp(&[18, 11, 4], 2.3)], 1).expect("joined");
-        let after = model.forward(&changed, &start, Solver::Euler).expect("runs");
+        let changed = Tensor::cat(
+            &[z.narrow(1, 0, 12).expect("past"), ramp(&[18, 11, 4], 2.3)],
+            1,
+        )
+        .expect("joined");
+        let after = model
+            .forward(&changed, &start, Solver::Euler)
+            .expect("runs");
         let numbers = |t: &Tensor, from, len| {
-            t.narrow(1, from, len).and_then(|t| t.flatten_all()?.to_vec1::<f64>()).expect("numbers")
+            t.narrow(1, from, len)
+                .and_then(|t| t.flatten_all()?.to_vec1::<f64>())
+                .expect("numbers")
         };
         assert_eq!(numbers(&before, 0, 11), numbers(&after, 0, 11));
         assert_ne!(numbers(&before, 11, 1), numbers(&after, 11, 1));

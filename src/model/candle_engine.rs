@@ -19,10 +19,17 @@ impl CandleEngine {
     fn window_tensor(&self, window: &[f64]) -> Result<Tensor> {
         let encoder = &self.0.encoder;
         let mut values = vec![0.0f32; window.len() / encoder.inputs() * encoder.len()];
-        for (x, z) in window.chunks_exact(encoder.inputs()).zip(values.chunks_exact_mut(encoder.len())) {
+        for (x, z) in window
+            .chunks_exact(encoder.inputs())
+            .zip(values.chunks_exact_mut(encoder.len()))
+        {
             encoder.encode(x, |i, value| z[i] = self.0.normaliser.input(i, value));
         }
-        Tensor::from_vec(values, (window.len() / encoder.inputs(), encoder.len()), &Device::Cpu)
+        Tensor::from_vec(
+            values,
+            (window.len() / encoder.inputs(), encoder.len()),
+            &Device::Cpu,
+        )
     }
 
     /// What follows `force` (standardised), or g(x).
@@ -41,7 +48,8 @@ impl CandleEngine {
     /// A product of checked shapes does not fail; were it to, the force is not a number and the caller's own check
     /// of its state holds it at zero.
     fn next_or_nan(&self, window: &[f64], force: &[f32]) -> Vec<f32> {
-        self.next(window, force).unwrap_or_else(|_| vec![f32::NAN; force.len()])
+        self.next(window, force)
+            .unwrap_or_else(|_| vec![f32::NAN; force.len()])
     }
 }
 
@@ -58,9 +66,20 @@ impl Engine for CandleEngine {
         self.0.window()
     }
 
-    fn sample(&self, window: &[f64], force: &[f64], now: &mut [f64], next: &mut [f64], _: &mut Scratch) {
+    fn sample(
+        &self,
+        window: &[f64],
+        force: &[f64],
+        now: &mut [f64],
+        next: &mut [f64],
+        _: &mut Scratch,
+    ) {
         let normaliser = &self.0.normaliser;
-        let standard: Vec<f32> = force.iter().enumerate().map(|(i, v)| normaliser.force(i, *v)).collect();
+        let standard: Vec<f32> = force
+            .iter()
+            .enumerate()
+            .map(|(i, v)| normaliser.force(i, *v))
+            .collect();
         let found = self.next_or_nan(window, &standard);
         for (i, (slot, value)) in next.iter_mut().zip(found).enumerate() {
             *slot = normaliser.to_si(i, value);

@@ -60,7 +60,10 @@ impl Encoder {
         for (index, value) in x[..at].iter().enumerate() {
             put(index, *value);
         }
-        for (index, value) in up_in_base([x[at], x[at + 1], x[at + 2], x[at + 3]]).into_iter().enumerate() {
+        for (index, value) in up_in_base([x[at], x[at + 1], x[at + 2], x[at + 3]])
+            .into_iter()
+            .enumerate()
+        {
             put(at + index, value);
         }
         for (index, value) in x[at + 4..].iter().enumerate() {

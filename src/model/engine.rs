@@ -19,7 +19,14 @@ pub trait Engine: Send + Sync + fmt::Debug {
     /// sample. Writes `now` [f], the force at this sample (`force` itself for an ODE, g(x) for a memoryless
     /// model), and `next` [f], the force at the next one. No locks, no threads; the fused engine does not
     /// allocate once `scratch` has grown.
-    fn sample(&self, window: &[f64], force: &[f64], now: &mut [f64], next: &mut [f64], scratch: &mut Scratch);
+    fn sample(
+        &self,
+        window: &[f64],
+        force: &[f64],
+        now: &mut [f64],
+        next: &mut [f64],
+        scratch: &mut Scratch,
+    );
 
     /// What the model predicts for a window filled with `x` [n]: the force that the ODE settles to with h
     /// held, from the training mean in at most [`SETTLING_STEPS`], or g(x).

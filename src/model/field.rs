@@ -40,15 +40,28 @@ impl Default for FieldConfig {
 impl FieldConfig {
     /// (inputs, outputs) of every layer.
     pub(crate) fn layers(&self) -> Vec<(usize, usize)> {
-        let widths: Vec<usize> =
-            [self.inputs].iter().chain(&self.hidden).chain([&self.outputs]).copied().collect();
+        let widths: Vec<usize> = [self.inputs]
+            .iter()
+            .chain(&self.hidden)
+            .chain([&self.outputs])
+            .copied()
+            .collect();
         widths.windows(2).map(|pair| (pair[0], pair[1])).collect()
     }
 
     /// Numbers in all weights together.
     pub(crate) fn count(&self) -> usize {
-        let layers: usize = self.layers().iter().map(|(inputs, outputs)| (inputs + 1) * outputs).sum();
-        layers + if self.skip { self.inputs * self.outputs } else { 0 }
+        let layers: usize = self
+            .layers()
+            .iter()
+            .map(|(inputs, outputs)| (inputs + 1) * outputs)
+            .sum();
+        layers
+            + if self.skip {
+                self.inputs * self.outputs
+            } else {
+                0
+            }
     }
 }
 
@@ -75,7 +88,11 @@ impl Field {
                 // The gain of He's rule keeps the signal alive through SiLU; the last layer starts small.
                 let last = index == config.hidden.len();
                 let up = bound * if last { 0.1 } else { 3f64.sqrt() };
-                let weight = vb.get_with_hints((*outputs, *inputs), "weight", Init::Uniform { lo: -up, up })?;
+                let weight = vb.get_with_hints(
+                    (*outputs, *inputs),
+                    "weight",
+                    Init::Uniform { lo: -up, up },
+                )?;
                 let bias = vb.get_with_hints(*outputs, "bias", Init::Const(0.0))?;
                 Ok((weight, bias))
             })
@@ -83,11 +100,18 @@ impl Field {
         let skip = if config.skip {
             let up = 0.1 / (config.inputs as f64).sqrt();
             let init = Init::Uniform { lo: -up, up };
-            Some(vb.pp("skip").get_with_hints((config.outputs, config.inputs), "weight", init)?)
+            Some(
+                vb.pp("skip")
+                    .get_with_hints((config.outputs, config.inputs), "weight", init)?,
+            )
         } else {
             None
         };
-        Ok(Self { config, layers, skip })
+        Ok(Self {
+            config,
+            layers,
+            skip,
+        })
     }
 
     /// Its sizes.
@@ -112,12 +136,22 @@ impl Field {
 
     /// A [outputs, inputs].
     fn linear(&self) -> Result<Option<Tensor>> {
-        let Some(learned) = &self.skip else { return Ok(None) };
+        let Some(learned) = &self.skip else {
+            return Ok(None);
+        };
         if !self.config.relaxing {
             return Ok(Some(learned.clone()));
         }
-        let FieldConfig { inputs, outputs, .. } = self.config;
-        let diagonal = (0..inputs * outputs).map(|i| if i / inputs == i % inputs { -1.0f64 } else { 0.0 });
+        let FieldConfig {
+            inputs, outputs, ..
+        } = self.config;
+        let diagonal = (0..inputs * outputs).map(|i| {
+            if i / inputs == i % inputs {
+                -1.0f64
+            } else {
+                0.0
+            }
+        });
         let diagonal = Tensor::from_iter(diagonal, learned.device())?.reshape((outputs, inputs))?;
         Ok(Some((learned + diagonal.to_dtype(learned.dtype())?)?))
     }
@@ -161,9 +195,13 @@ impl<T: Real> Layers<T> {
                 (weight, take(outputs).to_vec())
             })
             .collect();
-        let skip = config
-            .skip
-            .then(|| Panels::transposed(take(config.inputs * config.outputs), config.inputs, config.outputs));
+        let skip = config.skip.then(|| {
+            Panels::transposed(
+                take(config.inputs * config.outputs),
+                config.inputs,
+                config.outputs,
+            )
+        });
         Self { layers, skip }
     }
 }

@@ -52,17 +52,26 @@ struct Ode {
 
 fn matrix(tensor: &Tensor) -> Result<DMatrix<f64>> {
     let (rows, columns) = tensor.dims2()?;
-    let values = tensor.to_dtype(candle_core::DType::F64)?.flatten_all()?.to_vec1::<f64>()?;
+    let values = tensor
+        .to_dtype(candle_core::DType::F64)?
+        .flatten_all()?
+        .to_vec1::<f64>()?;
     Ok(DMatrix::from_row_slice(rows, columns, &values))
 }
 
 fn vector(tensor: &Tensor) -> Result<DVector<f64>> {
-    Ok(DVector::from_vec(tensor.to_dtype(candle_core::DType::F64)?.to_vec1::<f64>()?))
+    Ok(DVector::from_vec(
+        tensor.to_dtype(candle_core::DType::F64)?.to_vec1::<f64>()?,
+    ))
 }
 
 /// y = M x + c, packed.
 fn packed(matrix: &DMatrix<f64>, offset: &DVector<f64>) -> (Panels<f32>, Vec<f32>) {
-    let rows: Vec<f32> = matrix.transpose().iter().map(|value| *value as f32).collect();
+    let rows: Vec<f32> = matrix
+        .transpose()
+        .iter()
+        .map(|value| *value as f32)
+        .collect();
     let panels = Panels::transposed(&rows, matrix.ncols(), matrix.nrows());
     (panels, offset.iter().map(|value| *value as f32).collect())
 }
@@ -73,7 +82,10 @@ impl Ode {
         let (heads, width) = (config.heads, config.embedding);
         let depth = width / heads;
         let (embed, embed_bias) = (matrix(&model.embed.0)?, vector(&model.embed.1)?);
-        let (qkv, qkv_bias) = (matrix(&model.attention.weight)?, vector(&model.attention.bias)?);
+        let (qkv, qkv_bias) = (
+            matrix(&model.attention.weight)?,
+            vector(&model.attention.bias)?,
+        );
         let (mix, mix_bias) = (matrix(&model.mix.0)?, vector(&model.mix.1)?);
         let (latent, latent_bias) = (matrix(&model.latent.0)?, vector(&model.latent.1)?);
         let inputs = embed.ncols();
@@ -87,10 +99,16 @@ impl Ode {
             let part = |index: usize| qkv.rows(index * width + head * depth, depth);
             let offset = |index: usize| qkv_bias.rows(index * width + head * depth, depth);
             let keys = (part(1) * &embed).transpose() / (depth as f64).sqrt();
-            query.rows_mut(head * inputs, inputs).copy_from(&(&keys * part(0) * &embed));
-            query_bias.rows_mut(head * inputs, inputs).copy_from(&(&keys * (part(0) * &embed_bias + offset(0))));
+            query
+                .rows_mut(head * inputs, inputs)
+                .copy_from(&(&keys * part(0) * &embed));
+            query_bias
+                .rows_mut(head * inputs, inputs)
+                .copy_from(&(&keys * (part(0) * &embed_bias + offset(0))));
             let values = &latent * mix.columns(head * depth, depth);
-            output.columns_mut((1 + head) * inputs, inputs).copy_from(&(&values * part(2) * &embed));
+            output
+                .columns_mut((1 + head) * inputs, inputs)
+                .copy_from(&(&values * part(2) * &embed));
             output_bias += &values * (part(2) * &embed_bias + offset(2));
         }
         let learned = model.attention.lag_bias.flatten_all()?.to_vec1::<f32>()?;
@@ -125,8 +143,10 @@ impl Ode {
         queries.copy_from_slice(&self.query.1);
         multiply_row(queries, newest, &self.query.0);
         seen[..inputs].copy_from_slice(newest);
-        for (head, (query, mean)) in
-            queries.chunks_exact(inputs).zip(seen[inputs..].chunks_exact_mut(inputs)).enumerate()
+        for (head, (query, mean)) in queries
+            .chunks_exact(inputs)
+            .zip(seen[inputs..].chunks_exact_mut(inputs))
+            .enumerate()
         {
             let lag_bias = &self.lag_bias[head * self.window..][..self.window];
             let past = || window.chunks_exact(inputs).rev();
@@ -168,7 +188,9 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
 impl FusedEngine {
     pub(crate) fn new(model: &ForceModel) -> Result<Self> {
         let (field, ode) = match &model.network {
-            Network::AttentionOde(network) => (&network.field, Some(Ode::new(network, model.solver)?)),
+            Network::AttentionOde(network) => {
+                (&network.field, Some(Ode::new(network, model.solver)?))
+            }
             Network::Mlp(network) => (&network.field, None),
         };
         Ok(Self {
@@ -188,7 +210,10 @@ impl FusedEngine {
     /// Numbers of scratch in all: window, latent's own, field input, slope, change, force, two layers.
     fn scratch(&self) -> usize {
         let inputs = self.encoder.len();
-        let ode = self.ode.as_ref().map_or(0, |ode| ode.scratch(inputs) + ode.latent);
+        let ode = self
+            .ode
+            .as_ref()
+            .map_or(0, |ode| ode.scratch(inputs) + ode.latent);
         self.window() * inputs + ode + self.field.inputs + 3 * self.field.outputs + 2 * self.width()
     }
 
@@ -199,7 +224,11 @@ impl FusedEngine {
         let mut depth = 0;
         for (index, (weight, bias)) in self.layers.layers.iter().enumerate() {
             let x = if index == 0 { input } else { &source[..depth] };
-            let out = if index == last { &mut *y } else { &mut target[..weight.columns()] };
+            let out = if index == last {
+                &mut *y
+            } else {
+                &mut target[..weight.columns()]
+            };
             out.copy_from_slice(bias);
             multiply_row(out, x, weight);
             if index < last {
@@ -214,7 +243,14 @@ impl FusedEngine {
     }
 
     /// `force` moves on by one step; `input` holds h behind the force's place.
-    fn step(&self, ode: &Ode, force: &mut [f32], input: &mut [f32], slopes: &mut [f32], layers: &mut [f32]) {
+    fn step(
+        &self,
+        ode: &Ode,
+        force: &mut [f32],
+        input: &mut [f32],
+        slopes: &mut [f32],
+        layers: &mut [f32],
+    ) {
         let (slope, change) = slopes.split_at_mut(force.len());
         let tableau = ode.solver.tableau();
         slope.fill(0.0);
@@ -236,12 +272,21 @@ impl FusedEngine {
     }
 
     /// Standardised force after `steps` at most from `force` (standardised, in place), or g(x).
-    fn advance(&self, samples: impl Iterator<Item = impl AsRef<[f64]>>, force: &mut [f64], steps: usize, scratch: &mut Scratch, start: impl Fn(usize, f64) -> f32) {
+    fn advance(
+        &self,
+        samples: impl Iterator<Item = impl AsRef<[f64]>>,
+        force: &mut [f64],
+        steps: usize,
+        scratch: &mut Scratch,
+        start: impl Fn(usize, f64) -> f32,
+    ) {
         let n = self.encoder.len();
         let scratch = scratch.take(self.scratch());
         let (window, rest) = scratch.split_at_mut(self.window() * n);
         for (x, z) in samples.zip(window.chunks_exact_mut(n)) {
-            self.encoder.encode(x.as_ref(), |i, value| z[i] = self.normaliser.input(i, value));
+            self.encoder.encode(x.as_ref(), |i, value| {
+                z[i] = self.normaliser.input(i, value)
+            });
         }
         let (input, rest) = rest.split_at_mut(self.field.inputs);
         let (now, rest) = rest.split_at_mut(self.field.outputs);
@@ -250,7 +295,11 @@ impl FusedEngine {
         match &self.ode {
             None => self.evaluate(window, now, layers),
             Some(ode) => {
-                let at = if ode.field_sees_force { self.field.outputs } else { 0 };
+                let at = if ode.field_sees_force {
+                    self.field.outputs
+                } else {
+                    0
+                };
                 ode.latent(window, &mut input[at..], &mut rest[..ode.scratch(n)]);
                 for (i, (slot, value)) in now.iter_mut().zip(force.iter()).enumerate() {
                     *slot = start(i, *value);
@@ -258,7 +307,10 @@ impl FusedEngine {
                 for _ in 0..steps {
                     self.step(ode, now, input, slopes, layers);
                     // The change of the step is what `step` left behind the slope.
-                    if slopes[self.field.outputs..].iter().all(|change| change.abs() < SETTLED) {
+                    if slopes[self.field.outputs..]
+                        .iter()
+                        .all(|change| change.abs() < SETTLED)
+                    {
                         break;
                     }
                 }
@@ -283,10 +335,19 @@ impl Engine for FusedEngine {
         self.ode.as_ref().map_or(1, |ode| ode.window)
     }
 
-    fn sample(&self, window: &[f64], force: &[f64], now: &mut [f64], next: &mut [f64], scratch: &mut Scratch) {
+    fn sample(
+        &self,
+        window: &[f64],
+        force: &[f64],
+        now: &mut [f64],
+        next: &mut [f64],
+        scratch: &mut Scratch,
+    ) {
         next.copy_from_slice(force);
         let samples = window.chunks_exact(self.encoder.inputs());
-        self.advance(samples, next, 1, scratch, |i, value| self.normaliser.force(i, value));
+        self.advance(samples, next, 1, scratch, |i, value| {
+            self.normaliser.force(i, value)
+        });
         now.copy_from_slice(if self.ode.is_some() { force } else { next });
     }
 

@@ -78,7 +78,11 @@ impl<T: Real> Panels<T> {
                 slot[column % PANEL] = *value;
             }
         }
-        Self { depth, columns, data }
+        Self {
+            depth,
+            columns,
+            data,
+        }
     }
 
     /// Packs the first `columns` of each of `depth` rows of length `stride`, reusing memory.
@@ -86,7 +90,8 @@ impl<T: Real> Panels<T> {
         self.depth = depth;
         self.columns = columns;
         self.data.clear();
-        self.data.resize(depth * columns.div_ceil(PANEL), [T::default(); PANEL]);
+        self.data
+            .resize(depth * columns.div_ceil(PANEL), [T::default(); PANEL]);
         for (row, values) in data.chunks(stride).take(depth).enumerate() {
             for (panel, part) in values[..columns].chunks(PANEL).enumerate() {
                 self.data[panel * depth + row][..part.len()].copy_from_slice(part);
@@ -181,8 +186,11 @@ impl Real for f64 {
             let block = &a[row / ROWS * ROWS * b.depth..][..ROWS * b.depth];
             for column in 0..n {
                 let panel = b.panel(column / PANEL);
-                let sum: Self =
-                    block.chunks_exact(ROWS).zip(panel).map(|(x, w)| x[row % ROWS] * w[column % PANEL]).sum();
+                let sum: Self = block
+                    .chunks_exact(ROWS)
+                    .zip(panel)
+                    .map(|(x, w)| x[row % ROWS] * w[column % PANEL])
+                    .sum();
                 c[row * n + column] += sum;
             }
         }
@@ -285,7 +293,12 @@ struct RowProduct<'a> {
 impl RowProduct<'_> {
     /// `G` panels side by side, so that one row alone has enough independent chains.
     #[inline(always)]
-    fn panels<S: Simd, const G: usize>(simd: S, y: &mut [f32], x: &[f32], panels: [&[[f32; PANEL]]; G]) {
+    fn panels<S: Simd, const G: usize>(
+        simd: S,
+        y: &mut [f32],
+        x: &[f32],
+        panels: [&[[f32; PANEL]]; G],
+    ) {
         let panels = panels.map(|panel| &panel[..x.len()]);
         for pair in 0..PANEL / (2 * S::F32_LANES) {
             let (left, right) = (2 * pair, 2 * pair + 1);
@@ -348,8 +361,14 @@ fn gate<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     const MAGIC: f32 = 12_582_912.0;
     const LN2_HIGH: f32 = 0.693_359_4;
     const LN2_LOW: f32 = -2.121_944_4e-4;
-    const POLYNOMIAL: [f32; 6] =
-        [1.987_569_1e-4, 1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 5.000_000_1e-1];
+    const POLYNOMIAL: [f32; 6] = [
+        1.987_569_1e-4,
+        1.398_199_9e-3,
+        8.333_452e-3,
+        4.166_579_6e-2,
+        1.666_666_5e-1,
+        5.000_000_1e-1,
+    ];
     let splat = |value| simd.splat_f32s(value);
     // Beyond 87 the exponential leaves the range of f32; the gate is then 0 or 1 anyway.
     let t = simd.min_f32s(simd.max_f32s(simd.neg_f32s(x), splat(-87.0)), splat(87.0));
@@ -405,7 +424,10 @@ impl WithSimd for SiluBackward<'_> {
             *z = derivative(*z, *gradient);
         }
         if !z_rest.is_empty() {
-            let values = derivative(simd.partial_load_f32s(z_rest), simd.partial_load_f32s(gradient_rest));
+            let values = derivative(
+                simd.partial_load_f32s(z_rest),
+                simd.partial_load_f32s(gradient_rest),
+            );
             simd.partial_store_f32s(z_rest, values);
         }
     }
@@ -435,10 +457,14 @@ mod tests {
                 multiply_row(&mut y, &a[row * k..][..k], &b);
                 assert_eq!(y, c[row * n..][..n], "row {row} of {m}x{k}x{n}");
                 for (column, got) in y.iter().enumerate() {
-                    let exact: f64 =
-                        (0..k).map(|i| f64::from(a[row * k + i]) * f64::from(w[column * k + i])).sum::<f64>()
-                            + f64::from(start[row * n + column]);
-                    assert!((f64::from(*got) - exact).abs() < 1e-4, "{got} against {exact}");
+                    let exact: f64 = (0..k)
+                        .map(|i| f64::from(a[row * k + i]) * f64::from(w[column * k + i]))
+                        .sum::<f64>()
+                        + f64::from(start[row * n + column]);
+                    assert!(
+                        (f64::from(*got) - exact).abs() < 1e-4,
+                        "{got} against {exact}"
+                    );
                 }
             }
         }
@@ -462,7 +488,10 @@ mod tests {
 
     #[test]
     fn silu_and_its_derivative_are_exact_to_single_precision() {
-        let x: Vec<f32> = (-2000..=2000).map(|i| i as f32 * 0.0517).chain([0.0, 1e30, -1e30, f32::MAX]).collect();
+        let x: Vec<f32> = (-2000..=2000)
+            .map(|i| i as f32 * 0.0517)
+            .chain([0.0, 1e30, -1e30, f32::MAX])
+            .collect();
         let mut y = x.clone();
         silu(&mut y);
         let mut slope = x.clone();
@@ -470,10 +499,16 @@ mod tests {
         for ((x, y), slope) in x.iter().zip(&y).zip(&slope) {
             let x = f64::from(*x);
             let gate = 1.0 / (1.0 + (-x).exp());
-            assert!((f64::from(*y) - x * gate).abs() <= 3e-7 * x.abs().max(1e-20), "silu({x}) = {y}");
+            assert!(
+                (f64::from(*y) - x * gate).abs() <= 3e-7 * x.abs().max(1e-20),
+                "silu({x}) = {y}"
+            );
             if x.abs() < 100.0 {
                 let exact = gate * (1.0 + x * (1.0 - gate));
-                assert!((f64::from(*slope) - exact).abs() < 1e-6, "slope({x}) = {slope}, not {exact}");
+                assert!(
+                    (f64::from(*slope) - exact).abs() < 1e-6,
+                    "slope({x}) = {slope}, not {exact}"
+                );
             }
         }
     }

@@ -34,7 +34,9 @@ impl Default for MlpConfig {
 impl MlpConfig {
     /// What is wrong with the sizes, if anything.
     pub(crate) fn fault(&self) -> Option<String> {
-        self.hidden.contains(&0).then(|| "hidden sizes must be at least 1".to_owned())
+        self.hidden
+            .contains(&0)
+            .then(|| "hidden sizes must be at least 1".to_owned())
     }
 }
 

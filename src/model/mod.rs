@@ -121,7 +121,12 @@ pub enum Network {
 
 impl Network {
     /// For `inputs` encoded numbers a sample and `outputs` force components; training and loading build alike.
-    pub fn new(config: &ModelConfig, inputs: usize, outputs: usize, vb: VarBuilder) -> candle_core::Result<Self> {
+    pub fn new(
+        config: &ModelConfig,
+        inputs: usize,
+        outputs: usize,
+        vb: VarBuilder,
+    ) -> candle_core::Result<Self> {
         Ok(match config {
             ModelConfig::AttentionOde(config) => {
                 Self::AttentionOde(AttentionOde::new(config, inputs, outputs, vb)?)
@@ -131,7 +136,12 @@ impl Network {
     }
 
     /// z [B, W-1+T, n] and F_0 [B, f] -> F [B, T, f]; an ODE's first force is F_0 itself.
-    pub fn forward(&self, z: &Tensor, start: &Tensor, solver: Solver) -> candle_core::Result<Tensor> {
+    pub fn forward(
+        &self,
+        z: &Tensor,
+        start: &Tensor,
+        solver: Solver,
+    ) -> candle_core::Result<Tensor> {
         match self {
             Self::AttentionOde(ode) => {
                 // The last sample drives only what comes after the trajectory.
@@ -228,14 +238,21 @@ impl ForceModel {
         }
         let raw = x.flatten_all()?.to_vec1::<f32>()?;
         let begin = start.flatten_all()?.to_vec1::<f32>()?;
-        let standard: Vec<f32> =
-            begin.iter().enumerate().map(|(i, value)| self.normaliser.force(i % f, f64::from(*value))).collect();
+        let standard: Vec<f32> = begin
+            .iter()
+            .enumerate()
+            .map(|(i, value)| self.normaliser.force(i % f, f64::from(*value)))
+            .collect();
         let padding = self.window() - 1;
         let mut z = Vec::with_capacity(batch * (padding + samples) * self.encoder.len());
         for trajectory in raw.chunks_exact(samples * n) {
             self.encode_padded(trajectory, padding, &mut z);
         }
-        let z = Tensor::from_vec(z, (batch, padding + samples, self.encoder.len()), &Device::Cpu)?;
+        let z = Tensor::from_vec(
+            z,
+            (batch, padding + samples, self.encoder.len()),
+            &Device::Cpu,
+        )?;
         let standard = Tensor::from_vec(standard, (batch, f), &Device::Cpu)?;
         let forces = match &self.network {
             // Without a step there is nothing to integrate.
@@ -262,7 +279,8 @@ impl ForceModel {
             for _ in 0..if index == 0 { padding + 1 } else { 1 } {
                 let at = z.len();
                 z.resize(at + self.encoder.len(), 0.0);
-                self.encoder.encode(&x, |i, value| z[at + i] = self.normaliser.input(i, value));
+                self.encoder
+                    .encode(&x, |i, value| z[at + i] = self.normaliser.input(i, value));
             }
         }
     }
@@ -325,12 +343,18 @@ mod tests {
 
     /// T samples of n features, smooth, without a generator.
     fn motion(samples: usize, n: usize) -> Vec<f64> {
-        (0..samples * n).map(|i| (0.1 * (i / n) as f64 + (i % n) as f64).sin()).collect()
+        (0..samples * n)
+            .map(|i| (0.1 * (i / n) as f64 + (i % n) as f64).sin())
+            .collect()
     }
 
     /// Largest difference in standard deviations of the output.
     fn difference(a: &[f64], b: &[f64], std: &[f64]) -> f64 {
-        a.iter().zip(b).zip(std).map(|((a, b), std)| (a - b).abs() / std).fold(0.0, f64::max)
+        a.iter()
+            .zip(b)
+            .zip(std)
+            .map(|((a, b), std)| (a - b).abs() / std)
+            .fold(0.0, f64::max)
     }
 
     #[test]
@@ -344,7 +368,8 @@ mod tests {
                 let single: Vec<f32> = x.iter().map(|v| *v as f32).collect();
                 let whole = model
                     .predict(
-                        &Tensor::from_vec(single, (1, samples, n), &Device::Cpu).expect("shape fits"),
+                        &Tensor::from_vec(single, (1, samples, n), &Device::Cpu)
+                            .expect("shape fits"),
                         &Tensor::new(&[start.map(|v| v as f32)], &Device::Cpu).expect("shape fits"),
                     )
                     .and_then(|t| Ok(t.squeeze(0)?.to_vec2::<f32>()?))
@@ -362,12 +387,24 @@ mod tests {
                     let (mut now, mut next) = (vec![0.0; f], vec![0.0; f]);
                     fused.sample(&window, &force, &mut now, &mut next, &mut scratch);
                     let (mut other_now, mut other_next) = (vec![0.0; f], vec![0.0; f]);
-                    candle.sample(&window, &force, &mut other_now, &mut other_next, &mut scratch);
+                    candle.sample(
+                        &window,
+                        &force,
+                        &mut other_now,
+                        &mut other_next,
+                        &mut scratch,
+                    );
                     let std = &model.normaliser.output_std;
-                    assert!(difference(&next, &other_next, std) < 1e-5, "{config:?} {next:?} {other_next:?}");
+                    assert!(
+                        difference(&next, &other_next, std) < 1e-5,
+                        "{config:?} {next:?} {other_next:?}"
+                    );
                     assert!(difference(&now, &other_now, std) < 1e-5);
                     let expected: Vec<f64> = expected.iter().map(|v| f64::from(*v)).collect();
-                    assert!(difference(&now, &expected, std) < 2e-5, "{config:?} sample {k}: {now:?} {expected:?}");
+                    assert!(
+                        difference(&now, &expected, std) < 2e-5,
+                        "{config:?} sample {k}: {now:?} {expected:?}"
+                    );
                     force = next;
                 }
             }
@@ -382,14 +419,21 @@ mod tests {
             let mut scratch = Scratch::default();
             let mut settle = |kind| {
                 let mut force = vec![0.0; model.outputs()];
-                model.engine(kind).expect("an engine").estimate(&x, &mut force, &mut scratch);
+                model
+                    .engine(kind)
+                    .expect("an engine")
+                    .estimate(&x, &mut force, &mut scratch);
                 force
             };
             let (fused, candle) = (settle(EngineKind::Fused), settle(EngineKind::Candle));
             let std = &model.normaliser.output_std;
             // A running sum does not settle; its rounding grows over the 200 steps.
-            assert!(difference(&fused, &candle, std) < 1e-3, "{fused:?} {candle:?}");
-            let sees_force = matches!(&config, ModelConfig::AttentionOde(c) if c.field_sees_force && c.skip);
+            assert!(
+                difference(&fused, &candle, std) < 1e-3,
+                "{fused:?} {candle:?}"
+            );
+            let sees_force =
+                matches!(&config, ModelConfig::AttentionOde(c) if c.field_sees_force && c.skip);
             if sees_force {
                 let (mut now, mut next) = (fused.clone(), fused.clone());
                 let window = x.repeat(model.window());
@@ -416,10 +460,22 @@ mod tests {
                         for sample in window.chunks_exact_mut(n) {
                             sample[4..8].copy_from_slice(&[1.0, 0.0, 0.0, 0.0]);
                         }
-                        engine.sample(&window, &vec![carried; f], &mut now, &mut next, &mut scratch);
-                        assert!(next.iter().all(|v| v.is_finite()), "{kind} {value}: {next:?}");
+                        engine.sample(
+                            &window,
+                            &vec![carried; f],
+                            &mut now,
+                            &mut next,
+                            &mut scratch,
+                        );
+                        assert!(
+                            next.iter().all(|v| v.is_finite()),
+                            "{kind} {value}: {next:?}"
+                        );
                         engine.estimate(&window[..n], &mut next, &mut scratch);
-                        assert!(next.iter().all(|v| v.is_finite()), "{kind} {value}: {next:?}");
+                        assert!(
+                            next.iter().all(|v| v.is_finite()),
+                            "{kind} {value}: {next:?}"
+                        );
                     }
                 }
             }
@@ -433,11 +489,17 @@ mod tests {
             ..AttentionOdeConfig::default()
         });
         let error = config.check().expect_err("10 is not divisible by 4");
-        assert_eq!(error.to_string(), "model configuration: embedding 10 is not divisible by 4 heads");
+        assert_eq!(
+            error.to_string(),
+            "model configuration: embedding 10 is not divisible by 4 heads"
+        );
         let model = model(&configs()[0], Solver::Euler);
         let x = Tensor::zeros((1, 3, 7), candle_core::DType::F32, &Device::Cpu).expect("zeros");
         let start = Tensor::zeros((1, 6), candle_core::DType::F32, &Device::Cpu).expect("zeros");
         let error = model.predict(&x, &start).expect_err("7 features");
-        assert_eq!(error.to_string(), "x has shape [1, 3, 7], expected [batch, samples, 15]");
+        assert_eq!(
+            error.to_string(),
+            "x has shape [1, 3, 7], expected [batch, samples, 15]"
+        );
     }
 }

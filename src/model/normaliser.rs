@@ -59,13 +59,20 @@ impl Normaliser {
             ("output_mean", &self.output_mean, outputs, false),
             ("output_std", &self.output_std, outputs, true),
         ];
-        fields.into_iter().find_map(|(name, values, expected, positive)| {
-            if values.len() != expected {
-                return Some(format!("normaliser.{name} has {} numbers, not {expected}", values.len()));
-            }
-            let index = values.iter().position(|v| !v.is_finite() || (positive && *v <= 0.0))?;
-            Some(format!("normaliser.{name}[{index}] is {}", values[index]))
-        })
+        fields
+            .into_iter()
+            .find_map(|(name, values, expected, positive)| {
+                if values.len() != expected {
+                    return Some(format!(
+                        "normaliser.{name} has {} numbers, not {expected}",
+                        values.len()
+                    ));
+                }
+                let index = values
+                    .iter()
+                    .position(|v| !v.is_finite() || (positive && *v <= 0.0))?;
+                Some(format!("normaliser.{name}[{index}] is {}", values[index]))
+            })
     }
 }
 
@@ -110,7 +117,11 @@ impl Moments {
             .zip(&self.mean)
             .map(|(square, mean)| {
                 let std = (square / count).sqrt();
-                if std > 1e-6 * mean.abs().max(1e-6) { std } else { 1.0 }
+                if std > 1e-6 * mean.abs().max(1e-6) {
+                    std
+                } else {
+                    1.0
+                }
             })
             .collect()
     }
@@ -143,7 +154,10 @@ mod tests {
         let mut normaliser = Normaliser::identity(2, 1);
         assert_eq!(normaliser.fault(2, 1), None);
         normaliser.input_std[1] = 0.0;
-        assert_eq!(normaliser.fault(2, 1).as_deref(), Some("normaliser.input_std[1] is 0"));
+        assert_eq!(
+            normaliser.fault(2, 1).as_deref(),
+            Some("normaliser.input_std[1] is 0")
+        );
         assert_eq!(
             normaliser.fault(2, 3).as_deref(),
             Some("normaliser.input_std[1] is 0")

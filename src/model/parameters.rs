@@ -25,7 +25,11 @@ impl Parameters {
             drawn: drawn.clone(),
         });
         let model = build(VarBuilder::from_backend(backend, DType::F32, Device::Cpu))?;
-        let parameters = std::mem::take(&mut *drawn.lock().unwrap_or_else(|poisoned| poisoned.into_inner()));
+        let parameters = std::mem::take(
+            &mut *drawn
+                .lock()
+                .unwrap_or_else(|poisoned| poisoned.into_inner()),
+        );
         Ok((model, Self(parameters)))
     }
 
@@ -51,7 +55,10 @@ impl Parameters {
 
     /// The same numbers in tensors of their own.
     pub fn snapshot(&self) -> Result<BTreeMap<String, Tensor>> {
-        self.0.iter().map(|(name, var)| Ok((name.clone(), var.as_tensor().copy()?))).collect()
+        self.0
+            .iter()
+            .map(|(name, var)| Ok((name.clone(), var.as_tensor().copy()?)))
+            .collect()
     }
 
     /// Takes the numbers of a snapshot.
@@ -68,7 +75,10 @@ impl Parameters {
 
 /// A [`VarBuilder`] over given tensors; a missing or misshapen one is refused by name.
 pub fn builder(tensors: &BTreeMap<String, Tensor>) -> VarBuilder<'static> {
-    let tensors: HashMap<String, Tensor> = tensors.iter().map(|(n, t)| (n.clone(), t.clone())).collect();
+    let tensors: HashMap<String, Tensor> = tensors
+        .iter()
+        .map(|(n, t)| (n.clone(), t.clone()))
+        .collect();
     VarBuilder::from_tensors(tensors, DType::F32, &Device::Cpu)
 }
 
@@ -79,7 +89,10 @@ struct Draw {
 
 impl Draw {
     fn values(&self, name: &str, init: Init, shape: &Shape) -> Vec<f32> {
-        let digest = Sha256::new().chain_update(self.seed.to_le_bytes()).chain_update(name).finalize();
+        let digest = Sha256::new()
+            .chain_update(self.seed.to_le_bytes())
+            .chain_update(name)
+            .finalize();
         let mut rng = ChaCha8Rng::from_seed(digest.into());
         let mut uniform = |bound: f64| {
             let draw = |_| ((2.0 * rng.random::<f64>() - 1.0) * bound) as f32;
@@ -91,13 +104,22 @@ impl Draw {
             Init::Randn { stdev, .. } => uniform(stdev * 3f64.sqrt()),
             Init::Uniform { up, .. } => uniform(up),
             // He's rule for the layers of candle-nn: uniform of variance gain^2 / fan-in.
-            Init::Kaiming { .. } => uniform((6.0 / shape.dims().last().copied().unwrap_or(1) as f64).sqrt()),
+            Init::Kaiming { .. } => {
+                uniform((6.0 / shape.dims().last().copied().unwrap_or(1) as f64).sqrt())
+            }
         }
     }
 }
 
 impl SimpleBackend for Draw {
-    fn get(&self, shape: Shape, name: &str, init: Init, _: DType, device: &Device) -> Result<Tensor> {
+    fn get(
+        &self,
+        shape: Shape,
+        name: &str,
+        init: Init,
+        _: DType,
+        device: &Device,
+    ) -> Result<Tensor> {
         let values = self.values(name, init, &shape);
         let var = Var::from_tensor(&Tensor::from_vec(values, shape, device)?)?;
         let tensor = var.as_tensor().clone();
@@ -125,13 +147,20 @@ mod tests {
     fn numbers_depend_on_seed_and_name_alone() {
         let draw = |seed, names: &[&str]| {
             Parameters::draw(seed, |vb| {
-                names.iter().map(|name| vb.get_with_hints(3, name, Init::Uniform { lo: -1.0, up: 1.0 })).collect::<Result<Vec<_>>>()
+                names
+                    .iter()
+                    .map(|name| vb.get_with_hints(3, name, Init::Uniform { lo: -1.0, up: 1.0 }))
+                    .collect::<Result<Vec<_>>>()
             })
             .expect("drawn")
             .1
         };
         let values = |parameters: &Parameters, name: &str| {
-            let var = parameters.iter().find(|(known, _)| *known == name).expect("known").1;
+            let var = parameters
+                .iter()
+                .find(|(known, _)| *known == name)
+                .expect("known")
+                .1;
             var.to_vec1::<f32>().expect("a vector")
         };
         let (one, two) = (draw(1, &["a", "b"]), draw(1, &["b", "a"]));

@@ -87,7 +87,10 @@ mod tests {
     fn the_weights_of_a_consistent_method_sum_to_one() {
         for solver in Solver::ALL {
             let tableau = solver.tableau();
-            assert!((tableau.weights.iter().sum::<f64>() - 1.0).abs() < 1e-15, "{solver}");
+            assert!(
+                (tableau.weights.iter().sum::<f64>() - 1.0).abs() < 1e-15,
+                "{solver}"
+            );
             assert_eq!(tableau.weights.len(), tableau.along_previous.len());
         }
     }
@@ -121,6 +124,9 @@ mod tests {
             assert_eq!(solver.to_string().parse(), Ok(solver));
         }
         let error = "rk5".parse::<Solver>().expect_err("no such solver");
-        assert_eq!(error.to_string(), "unknown solver `rk5`: there are euler and rk4");
+        assert_eq!(
+            error.to_string(),
+            "unknown solver `rk5`: there are euler and rk4"
+        );
     }
 }

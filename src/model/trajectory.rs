@@ -82,7 +82,9 @@ struct Tape<T> {
 impl Trajectory {
     /// Applies the operation.
     pub(crate) fn apply(self, start: &Tensor, latent: &Tensor, weights: &Tensor) -> Result<Tensor> {
-        start.contiguous()?.apply_op3(&latent.contiguous()?, weights, self)
+        start
+            .contiguous()?
+            .apply_op3(&latent.contiguous()?, weights, self)
     }
 
     fn weights<T: Real>(&self, flat: &[T], backward: bool) -> Weights<T> {
@@ -91,7 +93,11 @@ impl Trajectory {
         let mut at = 0;
         for (inputs, outputs) in self.field.layers() {
             if backward {
-                panels.push(Panels::new(&flat[at..][..inputs * outputs], outputs, inputs));
+                panels.push(Panels::new(
+                    &flat[at..][..inputs * outputs],
+                    outputs,
+                    inputs,
+                ));
             }
             at += (inputs + 1) * outputs;
         }
@@ -106,7 +112,11 @@ impl Trajectory {
 
     /// Columns of the field's input that hold the force.
     fn force_columns(&self) -> usize {
-        if self.field_sees_force { self.field.outputs } else { 0 }
+        if self.field_sees_force {
+            self.field.outputs
+        } else {
+            0
+        }
     }
 
     /// `out` = field of `rows` inputs; the hidden layers go to `tape` from its row `at` on.
@@ -120,10 +130,19 @@ impl Trajectory {
     ) {
         let rows = input.len() / self.field.inputs;
         let last = layers.layers.len() - 1;
-        pack_rows(&mut work.packed, input, (rows, self.field.inputs), (self.field.inputs, 1));
+        pack_rows(
+            &mut work.packed,
+            input,
+            (rows, self.field.inputs),
+            (self.field.inputs, 1),
+        );
         for (index, (weight, bias)) in layers.layers.iter().enumerate() {
             let width = weight.columns();
-            let values = if index == last { &mut *out } else { &mut work.values };
+            let values = if index == last {
+                &mut *out
+            } else {
+                &mut work.values
+            };
             values.clear();
             for _ in 0..rows {
                 values.extend_from_slice(bias);
@@ -142,14 +161,29 @@ impl Trajectory {
             pack_rows(&mut work.packed, values, (rows, width), (width, 1));
         }
         if let Some(skip) = &layers.skip {
-            pack_rows(&mut work.packed, input, (rows, self.field.inputs), (self.field.inputs, 1));
+            pack_rows(
+                &mut work.packed,
+                input,
+                (rows, self.field.inputs),
+                (self.field.inputs, 1),
+            );
             T::multiply(out, rows, &work.packed, skip);
         }
     }
 
     /// One chunk: `forces` [rows, S+1, f] with the start in place, h [rows, S, l].
-    fn forward_chunk<T: Real>(&self, weights: &Weights<T>, sizes: Sizes, forces: &mut [T], latent: &[T]) {
-        let Sizes { steps, force, latent: width } = sizes;
+    fn forward_chunk<T: Real>(
+        &self,
+        weights: &Weights<T>,
+        sizes: Sizes,
+        forces: &mut [T],
+        latent: &[T],
+    ) {
+        let Sizes {
+            steps,
+            force,
+            latent: width,
+        } = sizes;
         let rows = forces.len() / ((steps + 1) * force);
         let sees = self.force_columns();
         let tableau = self.solver.tableau();
@@ -183,7 +217,11 @@ impl Trajectory {
 
     /// F [B, S+1, f].
     fn run<T: Real>(&self, start: &[T], latent: &[T], flat: &[T], sizes: Sizes) -> Vec<T> {
-        let Sizes { steps, force, latent: width } = sizes;
+        let Sizes {
+            steps,
+            force,
+            latent: width,
+        } = sizes;
         let weights = self.weights(flat, false);
         let row = (steps + 1) * force;
         let mut forces = vec![T::default(); start.len() / force * row];
@@ -206,7 +244,11 @@ impl Trajectory {
         gradient: &mut [T],
         d_latent: &mut [T],
     ) -> Vec<T> {
-        let Sizes { steps, force, latent: width } = sizes;
+        let Sizes {
+            steps,
+            force,
+            latent: width,
+        } = sizes;
         let rows = forces.len() / ((steps + 1) * force);
         let inputs = self.field.inputs;
         let sees = self.force_columns();
@@ -232,7 +274,11 @@ impl Trajectory {
                     input[sees..].copy_from_slice(&latent[(row * steps + step) * width..][..width]);
                     let now = &forces[(row * (steps + 1) + step) * force..][..force];
                     for (i, slot) in input[..sees].iter_mut().enumerate() {
-                        let before = if stage == 0 { T::default() } else { slope[index * force + i] };
+                        let before = if stage == 0 {
+                            T::default()
+                        } else {
+                            slope[index * force + i]
+                        };
                         *slot = now[i] + T::real(*along) * before;
                     }
                 }
@@ -245,14 +291,23 @@ impl Trajectory {
                 stage_gradient.fill(T::default());
                 let mut total = vec![T::default(); rows * inputs];
                 for stage in (0..stages).rev() {
-                    let along = tableau.along_previous.get(stage + 1).copied().unwrap_or(0.0);
+                    let along = tableau
+                        .along_previous
+                        .get(stage + 1)
+                        .copied()
+                        .unwrap_or(0.0);
                     let at = stage * block + (step - first) * rows;
                     let upstream = &mut tape.output[at * force..][..rows * force];
                     for (row, upstream) in upstream.chunks_exact_mut(force).enumerate() {
                         let next = &gradient[(row * (steps + 1) + step + 1) * force..][..force];
                         for (i, upstream) in upstream.iter_mut().enumerate() {
-                            let through = if sees > 0 { stage_gradient[row * inputs + i] } else { T::default() };
-                            *upstream = T::real(tableau.weights[stage]) * next[i] + T::real(along) * through;
+                            let through = if sees > 0 {
+                                stage_gradient[row * inputs + i]
+                            } else {
+                                T::default()
+                            };
+                            *upstream = T::real(tableau.weights[stage]) * next[i]
+                                + T::real(along) * through;
                         }
                     }
                     self.transpose(weights, &mut tape, at, rows, &mut stage_gradient, &mut work);
@@ -261,7 +316,8 @@ impl Trajectory {
                     }
                 }
                 for (row, total) in total.chunks_exact(inputs).enumerate() {
-                    d_latent[(row * steps + step) * width..][..width].copy_from_slice(&total[sees..]);
+                    d_latent[(row * steps + step) * width..][..width]
+                        .copy_from_slice(&total[sees..]);
                     let at = (row * (steps + 1) + step) * force;
                     for i in 0..force {
                         let next = gradient[at + force + i];
@@ -311,7 +367,13 @@ impl Trajectory {
     }
 
     /// Gradients of the weights over all rows of a tape, in the order of [`super::field::Field::flat`].
-    fn accumulate<T: Real>(&self, tape: &Tape<T>, rows: usize, d_weights: &mut [T], work: &mut Work<T>) {
+    fn accumulate<T: Real>(
+        &self,
+        tape: &Tape<T>,
+        rows: usize,
+        d_weights: &mut [T],
+        work: &mut Work<T>,
+    ) {
         let mut rest = d_weights;
         let last = self.field.hidden.len();
         let mut product = |d: &[T], width: usize, x: &[T], depth: usize, out: &mut [T]| {
@@ -321,8 +383,16 @@ impl Trajectory {
             T::multiply(out, width, &work.packed, &work.panels);
         };
         for (layer, (depth, width)) in self.field.layers().into_iter().enumerate() {
-            let d = if layer == last { &tape.output } else { &tape.hidden.z[layer] };
-            let x = if layer == 0 { &tape.input } else { &tape.hidden.activation[layer - 1] };
+            let d = if layer == last {
+                &tape.output
+            } else {
+                &tape.hidden.z[layer]
+            };
+            let x = if layer == 0 {
+                &tape.input
+            } else {
+                &tape.hidden.activation[layer - 1]
+            };
             let (weight, tail) = rest.split_at_mut(depth * width);
             let (bias, tail) = tail.split_at_mut(width);
             product(d, width, x, depth, weight);
@@ -334,7 +404,13 @@ impl Trajectory {
             rest = tail;
         }
         if self.field.skip {
-            product(&tape.output, self.field.outputs, &tape.input, self.field.inputs, rest);
+            product(
+                &tape.output,
+                self.field.outputs,
+                &tape.input,
+                self.field.inputs,
+                rest,
+            );
         }
     }
 
@@ -343,7 +419,11 @@ impl Trajectory {
         [start, latent, flat, forces, gradient]: [&Tensor; 5],
     ) -> Result<(Tensor, Tensor, Tensor)> {
         let sizes = Self::sizes(start.shape(), latent.shape())?;
-        let Sizes { steps, force, latent: width } = sizes;
+        let Sizes {
+            steps,
+            force,
+            latent: width,
+        } = sizes;
         let values = |tensor: &Tensor| tensor.flatten_all()?.to_vec1::<T>();
         let weights = self.weights(&values(flat)?, true);
         let (h, f) = (values(latent)?, values(forces)?);
@@ -353,7 +433,10 @@ impl Trajectory {
         let parts: Vec<Vec<T>> = g
             .par_chunks_mut(CHUNK * row)
             .zip(d_latent.par_chunks_mut(CHUNK * steps * width))
-            .zip(f.par_chunks(CHUNK * row).zip(h.par_chunks(CHUNK * steps * width)))
+            .zip(
+                f.par_chunks(CHUNK * row)
+                    .zip(h.par_chunks(CHUNK * steps * width)),
+            )
             .map(|((gradient, d_latent), (forces, latent))| {
                 self.backward_chunk(&weights, sizes, (forces, latent), gradient, d_latent)
             })
@@ -364,7 +447,10 @@ impl Trajectory {
                 *sum += value;
             }
         }
-        let d_start: Vec<T> = g.chunks_exact(row).flat_map(|row| row[..force].to_vec()).collect();
+        let d_start: Vec<T> = g
+            .chunks_exact(row)
+            .flat_map(|row| row[..force].to_vec())
+            .collect();
         let device = start.device();
         Ok((
             Tensor::from_vec(d_start, start.shape(), device)?,
@@ -376,13 +462,23 @@ impl Trajectory {
     fn sizes(start: &Shape, latent: &Shape) -> Result<Sizes> {
         let (_, force) = start.dims2()?;
         let (_, steps, latent) = latent.dims3()?;
-        Ok(Sizes { steps, force, latent })
+        Ok(Sizes {
+            steps,
+            force,
+            latent,
+        })
     }
 }
 
 impl<T: Real> Tape<T> {
     fn new(field: &FieldConfig, rows: usize) -> Self {
-        let hidden = || field.hidden.iter().map(|width| vec![T::default(); rows * width]).collect();
+        let hidden = || {
+            field
+                .hidden
+                .iter()
+                .map(|width| vec![T::default(); rows * width])
+                .collect()
+        };
         Self {
             input: vec![T::default(); rows * field.inputs],
             hidden: Hidden {
