@@ -2,3 +2,6 @@
 
 pub mod features;
 pub mod frames;
+#[cfg(feature = "mujoco")]
+#[expect(unsafe_code)]
+pub mod mujoco;
