@@ -86,7 +86,7 @@ mod mujoco {
         engine_plugins: bool,
     }
 
-    pub fn generate() {
+    pub(crate) fn generate() {
         println!("cargo:rerun-if-env-changed=MUJOCO_DIR");
         println!("cargo:rerun-if-env-changed=VIRTUAL_ENV");
         println!("cargo:rerun-if-changed=.venv/pyvenv.cfg");
