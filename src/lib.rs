@@ -7,6 +7,10 @@ pub mod drag;
 pub mod features;
 pub mod frames;
 pub mod model;
+#[cfg(feature = "mujoco")]
+#[expect(unsafe_code)]
+pub mod mujoco;
+pub mod plugin;
 pub mod report;
 pub mod robot;
 pub mod rollouts;

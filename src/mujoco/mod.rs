@@ -1,0 +1,29 @@
+//! The only room with `unsafe` code: everything that touches MuJoCo's memory or is called by MuJoCo.
+//!
+//! ```text
+//! bindings          structs and table of functions, from build.rs       api       which MuJoCo to call
+//! views             pointers and counts as slices                       boundary  no panic leaves Rust
+//! describe, apply   model -> plugin::Body; wrench -> joint space        warn      MuJoCo's own channel
+//! wrench, load_cell the engine plugins (MuJoCo with engine plugins)     load      runs at library load
+//! passive_callback  the same force in Debian's 2.2.2
+//! simulator         owned models and simulations, for `hydro` and tests
+//! ```
+
+mod api;
+mod apply;
+mod bindings;
+mod boundary;
+mod describe;
+mod load;
+#[cfg(mujoco_plugins)]
+mod load_cell;
+#[cfg(not(mujoco_plugins))]
+mod passive_callback;
+pub mod simulator;
+mod views;
+mod warn;
+#[cfg(mujoco_plugins)]
+mod wrench;
+
+pub use api::{ApiError, INCLUDE, LIBRARY, VERSION};
+pub use load::register;

@@ -1,0 +1,197 @@
+//! The same force in a MuJoCo without engine plugins (Debian 12's 2.2.2), as its `mjcb_passive`.
+//!
+//! The library comes in by `LD_PRELOAD` or `dlopen`. The attributes of `hydro.wrench` are custom texts
+//! of the model, their names prefixed, beside the body that the water acts on:
+//!
+//! ```xml
+//! <size nuserdata="1066"/>
+//! <custom>
+//!   <text name="hydro.body" data="trunk"/>
+//!   <text name="hydro.checkpoint" data="models/b1-task2"/>
+//! </custom>
+//! ```
+//!
+//! The memory that an engine plugin would keep in plugin state stands at the start of `userdata`; a
+//! model with too little is refused with the number needed. There is no hook at a step's end, so the
+//! memory follows the clock: it changes in the first evaluation after `time` did. Runge-Kutta evaluates
+//! forces at times and states that are no part of the trajectory, so it is refused.
+
+use std::{
+    cell::RefCell,
+    hash::{DefaultHasher, Hasher},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicPtr, Ordering},
+    },
+};
+
+use super::{
+    api::{Api, own_folder},
+    apply,
+    bindings::{mjData, mjModel, mjOBJ_BODY},
+    boundary::guard,
+    describe,
+    views::{DataView, ModelView, view},
+    warn::warn,
+};
+use crate::{
+    frames::Wrench,
+    plugin::{Instance, Notice, Registry, Settings, search::SearchPath},
+};
+
+/// Type of the callback.
+type Passive = unsafe extern "C" fn(*const mjModel, *mut mjData);
+
+/// Prefix of the custom texts.
+const PREFIX: &str = "hydro.";
+
+/// A callback that was installed before ours; it is called first.
+static EARLIER: AtomicPtr<()> = AtomicPtr::new(std::ptr::null_mut());
+
+/// What was warned of, so that a model that is refused at every step says so once.
+static WARNED: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+/// Sets `mjcb_passive`.
+pub(super) fn install(api: &Api) {
+    // SAFETY: `mjcb_passive` is a nullable function pointer of this type.
+    let Some(slot) = (unsafe { api.variable::<Option<Passive>>(b"mjcb_passive\0") }) else { return };
+    // SAFETY: the variable's address; the loader runs this before the program's own threads do.
+    unsafe {
+        let ours: Passive = passive;
+        match *slot {
+            Some(other) if other as usize == ours as usize => return,
+            Some(other) => EARLIER.store(other as *mut (), Ordering::Relaxed),
+            None => {}
+        }
+        *slot = Some(ours);
+    }
+}
+
+/// An instance tied to a model, recognised by what the model says.
+struct Tied {
+    fingerprint: u64,
+    made: Option<(Arc<Instance>, usize)>,
+}
+
+thread_local! {
+    static TIED: RefCell<Option<Tied>> = const { RefCell::new(None) };
+}
+
+unsafe extern "C" fn passive(m: *const mjModel, d: *mut mjData) {
+    let earlier = EARLIER.load(Ordering::Relaxed);
+    if !earlier.is_null() {
+        // SAFETY: stored from a function pointer of this type.
+        unsafe { std::mem::transmute::<*mut (), Passive>(earlier)(m, d) };
+    }
+    guard("passive callback", (), || {
+        // SAFETY: MuJoCo passes a model that lives through the call.
+        let Some(model) = Api::get().and_then(|api| unsafe { ModelView::new(m, api) }) else { return };
+        // SAFETY: and a data of it that nothing else uses meanwhile.
+        let Some(mut data) = (unsafe { DataView::new(d, model) }) else { return };
+        if let Some((instance, body)) = tied(model) {
+            act(&mut data, &instance, body);
+        }
+    });
+}
+
+fn act(data: &mut DataView<'_>, instance: &Instance, body: usize) {
+    let (state, moment) = data.userdata_and_moment(instance.state_len());
+    let notice = instance.follow_clock(state, moment);
+    let mut wrench = instance.wrench(state, moment);
+    if let Some(waterline) = instance.settings().waterline {
+        let part = apply::submerged_fraction(data, body, waterline);
+        wrench.force.iter_mut().chain(&mut wrench.torque).for_each(|component| *component *= part);
+    }
+    if wrench != Wrench::default() {
+        apply::add_to_passive(data, body, instance.features().base(), wrench);
+    }
+    if let Some(notice) = notice
+        && instance.is_news(notice)
+    {
+        let model = data.model();
+        warn(model.api(), &notice.text(data.time(), model.raw().opt.timestep, instance.sample_period()));
+    }
+}
+
+/// The instance of a model; `None` where the model asks for none, or was refused.
+fn tied(model: ModelView<'_>) -> Option<(Arc<Instance>, usize)> {
+    let fingerprint = fingerprint(model);
+    let known = TIED.with_borrow(|tied| {
+        tied.as_ref().filter(|tied| tied.fingerprint == fingerprint).map(|tied| tied.made.clone())
+    });
+    if let Some(made) = known {
+        return made;
+    }
+    let made = match set_up(model) {
+        Ok(made) => made,
+        Err(refusal) => {
+            let news = {
+                let mut warned = WARNED.lock().unwrap_or_else(PoisonError::into_inner);
+                let news = !warned.contains(&refusal);
+                if news {
+                    warned.push(refusal.clone());
+                }
+                news
+            };
+            if news {
+                warn(model.api(), &format!("{refusal}. No force is applied"));
+            }
+            None
+        }
+    };
+    TIED.with_borrow_mut(|tied| *tied = Some(Tied { fingerprint, made: made.clone() }));
+    made
+}
+
+/// A hash of all that the set-up reads, so that a model at the address of a deleted one is not
+/// mistaken for it.
+fn fingerprint(model: ModelView<'_>) -> u64 {
+    let raw = model.raw();
+    let mut hasher = DefaultHasher::new();
+    // SAFETY: MuJoCo allocates that many characters.
+    unsafe {
+        hasher.write(view(raw.text_data.cast::<u8>(), raw.ntextdata));
+        hasher.write(view(raw.names.cast::<u8>(), raw.nnames));
+    }
+    for number in [raw.nq, raw.nv, raw.nbody, raw.nuserdata, raw.opt.integrator] {
+        hasher.write_i32(number);
+    }
+    hasher.finish()
+}
+
+fn set_up(model: ModelView<'_>) -> Result<Option<(Arc<Instance>, usize)>, String> {
+    let text = |name: &str| model.custom_text(&format!("{PREFIX}{name}"));
+    if text("checkpoint").is_none() {
+        return Ok(None);
+    }
+    let bodies = || (1..model.bodies()).map(|body| model.name(mjOBJ_BODY as i32, body)).collect::<Vec<_>>().join(", ");
+    let name = text("body").ok_or_else(|| {
+        format!("custom text `hydro.body` is missing; name the body that the water acts on: {}", bodies())
+    })?;
+    let body = model
+        .id(mjOBJ_BODY as i32, &name)
+        .ok_or_else(|| format!("custom text `hydro.body` is `{name}`; the model's bodies are: {}", bodies()))?;
+    if model.runge_kutta() {
+        return Err("integrator RK4 needs the engine plugin of a newer MuJoCo; set <option integrator=\"Euler\"/>".to_owned());
+    }
+    let search = SearchPath::from_environment(own_folder());
+    let settings = Settings::parse(text, &search).map_err(|fault| format!("custom texts `hydro.*`: {fault}"))?;
+    let described = describe::body(model, body);
+    let (_, instance) = Registry::global()
+        .acquire(settings, &described)
+        .map_err(|fault| format!("custom texts `hydro.*`: {fault}"))?;
+    let needed = instance.state_len();
+    let found = model.raw().nuserdata;
+    if usize::try_from(found).unwrap_or(0) < needed {
+        return Err(format!(
+            "the memory of this checkpoint needs {needed} numbers of user data, the model has {found}; add \
+             <size nuserdata=\"{needed}\"/>"
+        ));
+    }
+    let option = &model.raw().opt;
+    if (option.density > 0.0 || option.viscosity > 0.0) && instance.is_news(Notice::FluidCountedTwice) {
+        let text = Notice::FluidCountedTwice.text(0.0, option.timestep, instance.sample_period());
+        warn(model.api(), &text);
+    }
+    Ok(Some((instance, body)))
+}

@@ -1,0 +1,383 @@
+//! Checked views: MuJoCo's pointer-and-count pairs as slices.
+//!
+//! A `ModelView` or `DataView` is made once, at the top of a callback, from the pointers that MuJoCo
+//! passed; from then on everything is a slice with a length taken from the model, and an index out of
+//! range is a panic that the boundary catches, not a wild read.
+
+use std::{ffi::CStr, ffi::c_char, marker::PhantomData, ptr::NonNull, slice};
+
+use super::{
+    api::Api,
+    bindings::{mjData, mjINT_RK4, mjModel, mjtNum},
+};
+use crate::plugin::Moment;
+
+/// A slice of MuJoCo's; empty where the pointer is null or the count is not positive.
+///
+/// # Safety
+/// Otherwise `pointer` holds `count` values that outlive `'a` and that nothing writes meanwhile.
+pub(super) unsafe fn view<'a, T>(pointer: *const T, count: impl TryInto<usize>) -> &'a [T] {
+    match count.try_into() {
+        // SAFETY: the caller's promise.
+        Ok(count) if count > 0 && !pointer.is_null() => unsafe { slice::from_raw_parts(pointer, count) },
+        _ => &[],
+    }
+}
+
+/// As [`view`], to write.
+///
+/// # Safety
+/// As [`view`], and nothing else reads or writes the values meanwhile.
+pub(super) unsafe fn view_mut<'a, T>(pointer: *mut T, count: impl TryInto<usize>) -> &'a mut [T] {
+    match count.try_into() {
+        // SAFETY: the caller's promise.
+        Ok(count) if count > 0 && !pointer.is_null() => unsafe { slice::from_raw_parts_mut(pointer, count) },
+        _ => &mut [],
+    }
+}
+
+/// Text of a C string of MuJoCo's; empty where the pointer is null.
+///
+/// # Safety
+/// Otherwise `text` ends with a zero byte.
+pub(super) unsafe fn string(text: *const c_char) -> String {
+    if text.is_null() {
+        return String::new();
+    }
+    // SAFETY: the caller's promise.
+    unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned()
+}
+
+/// A compiled model, read only.
+#[derive(Clone, Copy)]
+pub(super) struct ModelView<'a> {
+    model: &'a mjModel,
+    api: &'static Api,
+}
+
+/// Slices of the model: `name: type = field, how many`.
+macro_rules! model_slices {
+    ($($(#[$doc:meta])* $name:ident: $type:ty = $count:expr;)*) => {
+        $($(#[$doc])*
+        pub(super) fn $name(&self) -> &'a [$type] {
+            let count: fn(&mjModel) -> i64 = $count;
+            // SAFETY: MuJoCo allocates `count` values for this field of every model.
+            unsafe { view(self.model.$name, count(self.model)) }
+        })*
+    };
+}
+
+#[allow(clippy::unnecessary_cast, clippy::useless_conversion, reason = "counts are 32 or 64 bits by release")]
+impl<'a> ModelView<'a> {
+    /// # Safety
+    /// `model` is null or a model of this version of MuJoCo that outlives `'a`.
+    pub(super) unsafe fn new(model: *const mjModel, api: &'static Api) -> Option<Self> {
+        // SAFETY: the caller's promise.
+        unsafe { model.as_ref() }.map(|model| Self { model, api })
+    }
+
+    /// Of a model that is known to live.
+    pub(super) fn of(model: &'a mjModel, api: &'static Api) -> Self {
+        Self { model, api }
+    }
+
+    pub(super) fn raw(&self) -> &'a mjModel {
+        self.model
+    }
+
+    pub(super) fn api(&self) -> &'static Api {
+        self.api
+    }
+
+    model_slices! {
+        body_parentid: i32 = |m| m.nbody as i64;
+        body_rootid: i32 = |m| m.nbody as i64;
+        body_mocapid: i32 = |m| m.nbody as i64;
+        body_jntnum: i32 = |m| m.nbody as i64;
+        body_jntadr: i32 = |m| m.nbody as i64;
+        body_dofnum: i32 = |m| m.nbody as i64;
+        body_dofadr: i32 = |m| m.nbody as i64;
+        body_geomnum: i32 = |m| m.nbody as i64;
+        body_geomadr: i32 = |m| m.nbody as i64;
+        body_mass: f64 = |m| m.nbody as i64;
+        body_pos: f64 = |m| m.nbody as i64 * 3;
+        body_quat: f64 = |m| m.nbody as i64 * 4;
+        body_ipos: f64 = |m| m.nbody as i64 * 3;
+        body_iquat: f64 = |m| m.nbody as i64 * 4;
+        body_inertia: f64 = |m| m.nbody as i64 * 3;
+        jnt_type: i32 = |m| m.njnt as i64;
+        jnt_qposadr: i32 = |m| m.njnt as i64;
+        jnt_dofadr: i32 = |m| m.njnt as i64;
+        jnt_bodyid: i32 = |m| m.njnt as i64;
+        jnt_pos: f64 = |m| m.njnt as i64 * 3;
+        jnt_axis: f64 = |m| m.njnt as i64 * 3;
+        jnt_range: f64 = |m| m.njnt as i64 * 2;
+        dof_parentid: i32 = |m| m.nv as i64;
+        geom_type: i32 = |m| m.ngeom as i64;
+        geom_size: f64 = |m| m.ngeom as i64 * 3;
+        geom_rbound: f64 = |m| m.ngeom as i64;
+        sensor_adr: i32 = |m| m.nsensor as i64;
+        sensor_dim: i32 = |m| m.nsensor as i64;
+        actuator_ctrlrange: f64 = |m| m.nu as i64 * 2;
+    }
+
+    #[cfg(mujoco_plugins)]
+    model_slices! {
+        body_plugin: i32 = |m| m.nbody as i64;
+        body_gravcomp: f64 = |m| m.nbody as i64;
+        geom_fluid: f64 = |m| m.ngeom as i64 * 12;
+        sensor_plugin: i32 = |m| m.nsensor as i64;
+        site_bodyid: i32 = |m| m.nsite as i64;
+        plugin: i32 = |m| m.nplugin as i64;
+        plugin_stateadr: i32 = |m| m.nplugin as i64;
+        plugin_statenum: i32 = |m| m.nplugin as i64;
+    }
+
+    #[cfg(not(mujoco_plugins))]
+    model_slices! {
+        text_adr: i32 = |m| m.ntext as i64;
+        text_size: i32 = |m| m.ntext as i64;
+    }
+
+    /// Value of a `<custom><text>`; `None` where the model has none of that name.
+    #[cfg(not(mujoco_plugins))]
+    pub(super) fn custom_text(&self, name: &str) -> Option<String> {
+        let at = self.id(super::bindings::mjOBJ_TEXT as i32, name)?;
+        let start = self.text_adr()[at] as usize;
+        // The stored size counts the closing zero.
+        let end = start + (self.text_size()[at] as usize).saturating_sub(1);
+        // SAFETY: MuJoCo allocates `ntextdata` characters.
+        let all = unsafe { view(self.model.text_data.cast::<u8>(), self.model.ntextdata as i64) };
+        Some(String::from_utf8_lossy(&all[start..end]).into_owned())
+    }
+
+    /// Three numbers of a row of three.
+    pub(super) fn triple(values: &[f64], row: usize) -> [f64; 3] {
+        [values[3 * row], values[3 * row + 1], values[3 * row + 2]]
+    }
+
+    /// Four numbers of a row of four.
+    pub(super) fn quadruple(values: &[f64], row: usize) -> [f64; 4] {
+        [values[4 * row], values[4 * row + 1], values[4 * row + 2], values[4 * row + 3]]
+    }
+
+    pub(super) fn bodies(&self) -> usize {
+        self.body_parentid().len()
+    }
+
+    /// True where `body` is `root` or hangs below it.
+    pub(super) fn hangs_below(&self, mut body: usize, root: usize) -> bool {
+        loop {
+            if body == root {
+                return true;
+            }
+            if body == 0 {
+                return false;
+            }
+            body = self.body_parentid()[body] as usize;
+        }
+    }
+
+    /// Name of an object; empty where it has none.
+    pub(super) fn name(&self, kind: i32, id: usize) -> String {
+        // SAFETY: MuJoCo checks kind and id, and returns a C string of the model or null.
+        unsafe { string((self.api.functions.mj_id2name)(self.model, kind, id as i32)) }
+    }
+
+    /// The object of that name.
+    pub(super) fn id(&self, kind: i32, name: &str) -> Option<usize> {
+        let name = std::ffi::CString::new(name).ok()?;
+        // SAFETY: a valid C string; MuJoCo checks the kind and returns -1 for an unknown name.
+        let id = unsafe { (self.api.functions.mj_name2id)(self.model, kind, name.as_ptr()) };
+        usize::try_from(id).ok()
+    }
+
+    pub(super) fn runge_kutta(&self) -> bool {
+        self.model.opt.integrator as u32 == mjINT_RK4 as u32
+    }
+
+    /// True where MuJoCo skips passive forces altogether.
+    #[cfg(mujoco_plugins)]
+    pub(super) fn passive_is_off(&self) -> bool {
+        use super::bindings::{mjDSBL_DAMPER, mjDSBL_SPRING};
+        let both = (mjDSBL_SPRING | mjDSBL_DAMPER) as i32;
+        self.model.opt.disableflags & both == both
+    }
+
+    /// Attribute of a plugin instance; empty where it is not given.
+    #[cfg(mujoco_plugins)]
+    pub(super) fn attribute(&self, instance: usize, name: &str) -> Option<String> {
+        let name = std::ffi::CString::new(name).ok()?;
+        // SAFETY: a valid C string; MuJoCo returns null for an unknown instance or name.
+        let value = unsafe { (self.api.functions.mj_getPluginConfig)(self.model, instance as i32, name.as_ptr()) };
+        // SAFETY: null or a C string of the model.
+        (!value.is_null()).then(|| unsafe { string(value) })
+    }
+}
+
+impl std::fmt::Debug for ModelView<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ModelView").field("bodies", &self.bodies()).finish_non_exhaustive()
+    }
+}
+
+/// A simulation, with the model that gives its sizes.
+pub(super) struct DataView<'a> {
+    data: NonNull<mjData>,
+    model: ModelView<'a>,
+    _owned_for: PhantomData<&'a mut mjData>,
+}
+
+/// Slices of the data, read through `&self`.
+macro_rules! data_slices {
+    ($($name:ident: $type:ty = $count:expr;)*) => {
+        $(pub(super) fn $name(&self) -> &[$type] {
+            let count: fn(&mjModel) -> i64 = $count;
+            // SAFETY: MuJoCo allocates `count` values for this field of every data of this model, and
+            // writers need `&mut self`.
+            unsafe { view((*self.data.as_ptr()).$name, count(self.model.raw())) }
+        })*
+    };
+}
+
+/// Slices of the data, written through `&mut self`.
+macro_rules! data_slices_mut {
+    ($($name:ident: $type:ty = $field:ident, $count:expr;)*) => {
+        $(pub(super) fn $name(&mut self) -> &mut [$type] {
+            let count: fn(&mjModel) -> i64 = $count;
+            // SAFETY: as for the slices that are read; `&mut self` keeps readers away.
+            unsafe { view_mut((*self.data.as_ptr()).$field, count(self.model.raw())) }
+        })*
+    };
+}
+
+#[allow(clippy::unnecessary_cast, reason = "counts are 32 or 64 bits by release")]
+impl<'a> DataView<'a> {
+    /// # Safety
+    /// `data` is null or a data of `model` that nothing else uses during `'a`.
+    pub(super) unsafe fn new(data: *mut mjData, model: ModelView<'a>) -> Option<Self> {
+        NonNull::new(data).map(|data| Self { data, model, _owned_for: PhantomData })
+    }
+
+    /// Of a data that its owner keeps alive and to itself.
+    pub(super) fn of(data: NonNull<mjData>, model: ModelView<'a>) -> Self {
+        Self { data, model, _owned_for: PhantomData }
+    }
+
+    pub(super) fn model(&self) -> ModelView<'a> {
+        self.model
+    }
+
+    data_slices! {
+        qpos: f64 = |m| m.nq as i64;
+        qvel: f64 = |m| m.nv as i64;
+        ctrl: f64 = |m| m.nu as i64;
+        qacc: f64 = |m| m.nv as i64;
+        qfrc_applied: f64 = |m| m.nv as i64;
+        qfrc_passive: f64 = |m| m.nv as i64;
+        qfrc_actuator: f64 = |m| m.nv as i64;
+        xfrc_applied: f64 = |m| m.nbody as i64 * 6;
+        userdata: f64 = |m| m.nuserdata as i64;
+        sensordata: f64 = |m| m.nsensordata as i64;
+        xpos: f64 = |m| m.nbody as i64 * 3;
+        xquat: f64 = |m| m.nbody as i64 * 4;
+        geom_xpos: f64 = |m| m.ngeom as i64 * 3;
+        subtree_com: f64 = |m| m.nbody as i64 * 3;
+        cdof: f64 = |m| m.nv as i64 * 6;
+    }
+
+    data_slices_mut! {
+        qpos_mut: f64 = qpos, |m| m.nq as i64;
+        qvel_mut: f64 = qvel, |m| m.nv as i64;
+        ctrl_mut: f64 = ctrl, |m| m.nu as i64;
+        qfrc_applied_mut: f64 = qfrc_applied, |m| m.nv as i64;
+        xfrc_applied_mut: f64 = xfrc_applied, |m| m.nbody as i64 * 6;
+        qfrc_passive_mut: f64 = qfrc_passive, |m| m.nv as i64;
+    }
+
+    #[cfg(mujoco_plugins)]
+    data_slices! {
+        qfrc_fluid: f64 = |m| m.nv as i64;
+        xmat: f64 = |m| m.nbody as i64 * 9;
+        cvel: f64 = |m| m.nbody as i64 * 6;
+        geom_xmat: f64 = |m| m.ngeom as i64 * 9;
+        ximat: f64 = |m| m.nbody as i64 * 9;
+        xipos: f64 = |m| m.nbody as i64 * 3;
+        site_xpos: f64 = |m| m.nsite as i64 * 3;
+        site_xmat: f64 = |m| m.nsite as i64 * 9;
+        cfrc_int: f64 = |m| m.nbody as i64 * 6;
+        plugin_state: f64 = |m| m.npluginstate as i64;
+        plugin_data: usize = |m| m.nplugin as i64;
+    }
+
+    #[cfg(mujoco_plugins)]
+    data_slices_mut! {
+        sensordata_mut: f64 = sensordata, |m| m.nsensordata as i64;
+        plugin_data_mut: usize = plugin_data, |m| m.nplugin as i64;
+    }
+
+    pub(super) fn time(&self) -> f64 {
+        // SAFETY: a live data.
+        unsafe { (*self.data.as_ptr()).time }
+    }
+
+    pub(super) fn set_time(&mut self, time: f64) {
+        // SAFETY: a live data, held alone.
+        unsafe { (*self.data.as_ptr()).time = time }
+    }
+
+    /// When, and in what state.
+    pub(super) fn moment(&self) -> Moment<'_> {
+        Moment {
+            time: self.time(),
+            timestep: self.model.raw().opt.timestep,
+            runge_kutta: self.model.runge_kutta(),
+            qpos: self.qpos(),
+            qvel: self.qvel(),
+        }
+    }
+
+    /// A part of the plugin state to write, beside the state of the model.
+    #[cfg(mujoco_plugins)]
+    pub(super) fn plugin_state_and_moment(&mut self, instance: usize) -> (&mut [f64], Moment<'_>) {
+        let (start, len) = plugin_state_range(self.model, instance);
+        // SAFETY: MuJoCo's state of this instance; the moment reads other fields.
+        let state = unsafe {
+            let all = view_mut((*self.data.as_ptr()).plugin_state, self.model.raw().npluginstate as i64);
+            &mut all[start..start + len]
+        };
+        (state, self.moment())
+    }
+
+    /// The plugin state of one instance.
+    #[cfg(mujoco_plugins)]
+    pub(super) fn instance_state(&self, instance: usize) -> &[f64] {
+        let (start, len) = plugin_state_range(self.model, instance);
+        &self.plugin_state()[start..start + len]
+    }
+
+    /// The first `len` numbers of the user's data to write, beside the state of the model.
+    #[cfg(not(mujoco_plugins))]
+    pub(super) fn userdata_and_moment(&mut self, len: usize) -> (&mut [f64], Moment<'_>) {
+        // SAFETY: `nuserdata` numbers; the moment reads other fields.
+        let state = unsafe {
+            let all: &mut [mjtNum] = view_mut((*self.data.as_ptr()).userdata, self.model.raw().nuserdata as i64);
+            &mut all[..len]
+        };
+        (state, self.moment())
+    }
+}
+
+#[cfg(mujoco_plugins)]
+fn plugin_state_range(model: ModelView<'_>, instance: usize) -> (usize, usize) {
+    let len = model.plugin_statenum()[instance] as usize;
+    (model.plugin_stateadr()[instance] as usize, len)
+}
+
+const _: () = assert!(size_of::<mjtNum>() == size_of::<f64>(), "this room is written for MuJoCo in double precision");
+
+impl std::fmt::Debug for DataView<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("DataView").field("time", &self.time()).finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,375 @@
+//! The engine plugin `hydro.wrench`: MuJoCo's callbacks, each a thin shim over [`Instance`].
+//!
+//! Capabilities: passive force (the wrench is added to `qfrc_passive`) and sensor (six numbers, force
+//! and torque in the base frame). Neither feeds the other: each evaluates the pure
+//! [`Instance::wrench`] from the plugin state. The sensor belongs to the position stage, since it
+//! needs positions, velocities and time only.
+
+use std::{
+    ffi::{CStr, c_char, c_int, c_void},
+    ptr,
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicI32, Ordering},
+    },
+};
+
+use nalgebra::Vector3;
+
+use super::{
+    api::{Api, own_folder},
+    apply,
+    bindings::{
+        mjData, mjGEOM_ARROW, mjModel, mjOBJ_BODY, mjOBJ_PLUGIN, mjPLUGIN_PASSIVE, mjPLUGIN_SENSOR, mjSTAGE_POS,
+        mjVIS_PERTFORCE, mjpPlugin, mjtNum, mjvOption, mjvScene,
+    },
+    boundary::guard,
+    describe,
+    views::{DataView, ModelView, view_mut},
+    warn::warn,
+};
+use crate::{
+    frames::{self, Wrench},
+    plugin::{
+        Instance, InstanceKey, Notice, Registry, Settings, SetupError, attributes, instance, search::SearchPath,
+    },
+};
+
+/// Name in the `plugin=` attribute.
+pub(super) const NAME: &CStr = c"hydro.wrench";
+
+/// Numbers that the sensor reports: force x y z, torque x y z, base frame.
+const SENSOR_LEN: c_int = 6;
+
+/// `plugin_data` of an instance that could not be made again: zero wrench from then on.
+const BROKEN: usize = usize::MAX;
+
+/// The slot that MuJoCo gave; -1: not registered.
+static SLOT: AtomicI32 = AtomicI32::new(-1);
+
+/// Why the latest instance was refused, for the error of a load that this process asked for.
+static LAST_REFUSAL: Mutex<Option<String>> = Mutex::new(None);
+
+/// Keeps the reason of a refusal.
+pub(super) fn remember_refusal(reason: &str) {
+    LAST_REFUSAL.lock().unwrap_or_else(PoisonError::into_inner).replace(reason.to_owned());
+}
+
+/// Takes the reason of the latest refusal.
+pub(super) fn take_refusal() -> Option<String> {
+    LAST_REFUSAL.lock().unwrap_or_else(PoisonError::into_inner).take()
+}
+
+/// Registers the plugin, unless one of this name is there already: MuJoCo ends the process where a
+/// second build of the same plugin registers from another path.
+pub(super) fn register(api: &'static Api) {
+    let mut slot: c_int = -1;
+    // SAFETY: a static C string and a place for the slot.
+    let known = unsafe { (api.functions.mjp_getPlugin)(NAME.as_ptr(), &mut slot) };
+    if known.is_null() {
+        let mut names: Vec<*const c_char> = ATTRIBUTES.iter().map(|name| name.as_ptr()).collect();
+        // SAFETY: all zero is a valid table (null pointers, no flags); MuJoCo fills its defaults.
+        let mut table: mjpPlugin = unsafe { std::mem::zeroed() };
+        // SAFETY: a table to write to.
+        unsafe { (api.functions.mjp_defaultPlugin)(&mut table) };
+        table.name = NAME.as_ptr();
+        table.nattribute = names.len() as c_int;
+        table.attributes = names.as_mut_ptr().cast();
+        table.capabilityflags = (mjPLUGIN_PASSIVE | mjPLUGIN_SENSOR) as c_int;
+        table.needstage = mjSTAGE_POS as c_int;
+        table.nstate = Some(nstate);
+        table.nsensordata = Some(nsensordata);
+        table.init = Some(init);
+        table.destroy = Some(destroy);
+        table.reset = Some(reset);
+        table.compute = Some(compute);
+        table.advance = Some(advance);
+        table.visualize = Some(visualize);
+        // SAFETY: MuJoCo copies the table and its strings before it returns.
+        slot = unsafe { (api.functions.mjp_registerPlugin)(&table) };
+    }
+    SLOT.store(slot, Ordering::Relaxed);
+}
+
+/// [`attributes::NAMES`] as C strings; a test holds the two together.
+const ATTRIBUTES: [&CStr; attributes::NAMES.len()] =
+    [c"checkpoint", c"density", c"waterline", c"current", c"joints", c"solver", c"engine", c"initial_force"];
+
+/// The instances of this plugin in a model.
+pub(super) fn instances(model: ModelView<'_>) -> impl Iterator<Item = usize> {
+    let slot = SLOT.load(Ordering::Relaxed);
+    model.plugin().iter().enumerate().filter(move |(_, of)| **of == slot).map(|(instance, _)| instance)
+}
+
+/// What an instance puts on its body now.
+pub(super) struct Applied {
+    pub(super) body: usize,
+    pub(super) wrench: Wrench,
+    instance: Arc<Instance>,
+}
+
+/// The wrench of an instance at the state of `data`: pure but for a note on a cold start.
+pub(super) fn applied(data: &mut DataView<'_>, id: usize) -> Option<Applied> {
+    let instance = held(data, id)?;
+    let body = body_of(data.model(), id)?;
+    let mut wrench = instance.wrench(data.instance_state(id), data.moment());
+    if let Some(waterline) = instance.settings().waterline {
+        let part = apply::submerged_fraction(data, body, waterline);
+        wrench.force.iter_mut().chain(&mut wrench.torque).for_each(|component| *component *= part);
+    }
+    Some(Applied { body, wrench, instance })
+}
+
+/// The body that carries an instance, where it is a single one.
+fn body_of(model: ModelView<'_>, instance: usize) -> Option<usize> {
+    model.body_plugin().iter().position(|of| *of == instance as i32)
+}
+
+/// The instance behind `plugin_data`; made again from the attributes where this process lacks it.
+fn held(data: &mut DataView<'_>, id: usize) -> Option<Arc<Instance>> {
+    let bits = data.plugin_data()[id];
+    if bits == BROKEN {
+        return None;
+    }
+    if let Some(instance) = InstanceKey::from_bits(bits as u64).and_then(|key| Registry::global().get(key)) {
+        return Some(instance);
+    }
+    match set_up(data.model(), id) {
+        Ok((key, instance)) => {
+            data.plugin_data_mut()[id] = key.to_bits() as usize;
+            Some(instance)
+        }
+        Err(refusal) => {
+            data.plugin_data_mut()[id] = BROKEN;
+            let api = data.model().api();
+            warn(api, &format!("{refusal}. The wrench of this instance is zero from now on"));
+            None
+        }
+    }
+}
+
+/// Checks everything about an instance and makes it.
+fn set_up(model: ModelView<'_>, id: usize) -> Result<(InstanceKey, Arc<Instance>), String> {
+    let name = match model.name(mjOBJ_PLUGIN as i32, id) {
+        name if name.is_empty() => "plugin hydro.wrench".to_owned(),
+        name => format!("plugin hydro.wrench, instance `{name}`"),
+    };
+    let refused = |reason: String| format!("{name}: {reason}");
+    let carriers: Vec<usize> =
+        (0..model.bodies()).filter(|body| model.body_plugin()[*body] == id as i32).collect();
+    let body = match carriers.as_slice() {
+        [] => {
+            return Err(refused(
+                "no body carries it (a second plugin on a body takes the first one's place); put one \
+                 <plugin plugin=\"hydro.wrench\" .../> inside the <body> that the water acts on"
+                    .to_owned(),
+            ));
+        }
+        [0] => return Err(refused("the world carries it; put it inside the <body> that the water acts on".to_owned())),
+        [body] => *body,
+        several => {
+            let names: Vec<String> = several.iter().map(|body| model.name(mjOBJ_BODY as i32, *body)).collect();
+            return Err(refused(format!(
+                "bodies {} share it; an instance has one memory, so declare an <instance> for each",
+                names.join(", ")
+            )));
+        }
+    };
+    let settings = settings(model, id).map_err(|fault| refused(fault.to_string()))?;
+    let body = describe::body(model, body);
+    Registry::global().acquire(settings, &body).map_err(|fault| refused(fault.to_string()))
+}
+
+fn settings(model: ModelView<'_>, id: usize) -> Result<Settings, SetupError> {
+    let search = SearchPath::from_environment(own_folder());
+    Ok(Settings::parse(|name| model.attribute(id, name), &search)?)
+}
+
+unsafe extern "C" fn nstate(m: *const mjModel, id: c_int) -> c_int {
+    guard("nstate", 0, || {
+        // SAFETY: MuJoCo passes a model that lives through the call.
+        let model = Api::get().and_then(|api| unsafe { ModelView::new(m, api) });
+        let len = model.and_then(|model| {
+            // A fault is reported by `init`, which MuJoCo calls next.
+            let settings = settings(model, id as usize).ok()?;
+            let checkpoint = Registry::global().checkpoint(&settings.checkpoint).ok()?;
+            let engine = Registry::global().engine(&checkpoint, &settings).ok()?;
+            Some(instance::state_len(engine.inputs(), engine.outputs(), engine.window()))
+        });
+        len.map_or(0, |len| len as c_int)
+    })
+}
+
+unsafe extern "C" fn nsensordata(_: *const mjModel, _: c_int, _: c_int) -> c_int {
+    SENSOR_LEN
+}
+
+unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int {
+    guard("init", -1, || {
+        // SAFETY: MuJoCo passes a model and a data of it that live through the call.
+        let Some(mut data) = (unsafe { both(m, d) }) else { return -1 };
+        let id = id as usize;
+        let model = data.model();
+        match set_up(model, id) {
+            Ok((key, instance)) => {
+                data.plugin_data_mut()[id] = key.to_bits() as usize;
+                warn_of_double_counting(model, &instance);
+                0
+            }
+            Err(refusal) => {
+                remember_refusal(&refusal);
+                warn(model.api(), &refusal);
+                -1
+            }
+        }
+    })
+}
+
+fn warn_of_double_counting(model: ModelView<'_>, instance: &Instance) {
+    let option = &model.raw().opt;
+    if option.density > 0.0 || option.viscosity > 0.0 {
+        tell(model, instance, Notice::FluidCountedTwice, 0.0);
+    }
+}
+
+/// Warns of a notice, once an instance.
+fn tell(model: ModelView<'_>, instance: &Instance, notice: Notice, time: f64) {
+    if instance.is_news(notice) {
+        let text = notice.text(time, model.raw().opt.timestep, instance.sample_period());
+        warn(model.api(), &format!("plugin hydro.wrench: {text}"));
+    }
+}
+
+unsafe extern "C" fn destroy(d: *mut mjData, id: c_int) {
+    guard("destroy", (), || {
+        // SAFETY: MuJoCo passes a data whose plugin fields are still there.
+        let Some(data) = (unsafe { d.as_mut() }) else { return };
+        // SAFETY: `nplugin` numbers, of which `id` is one.
+        let all = unsafe { view_mut(data.plugin_data, data.nplugin) };
+        let bits = std::mem::take(&mut all[id as usize]);
+        if bits != BROKEN
+            && let Some(key) = InstanceKey::from_bits(bits as u64)
+        {
+            Registry::global().release(key);
+        }
+    });
+}
+
+unsafe extern "C" fn reset(m: *const mjModel, state: *mut mjtNum, _: *mut c_void, id: c_int) {
+    guard("reset", (), || {
+        // SAFETY: MuJoCo passes the model and the state of this instance.
+        let Some(model) = Api::get().and_then(|api| unsafe { ModelView::new(m, api) }) else { return };
+        // SAFETY: as many numbers as the model says.
+        Instance::reset(unsafe { view_mut(state, model.plugin_statenum()[id as usize]) });
+    });
+}
+
+unsafe extern "C" fn compute(m: *const mjModel, d: *mut mjData, id: c_int, capability: c_int) {
+    guard("compute", (), || {
+        // SAFETY: MuJoCo passes a model and a data of it that live through the call.
+        let Some(mut data) = (unsafe { both(m, d) }) else { return };
+        let Some(now) = applied(&mut data, id as usize) else { return };
+        if capability == mjPLUGIN_PASSIVE as c_int {
+            apply::add_to_passive(&mut data, now.body, now.instance.features().base(), now.wrench);
+        } else {
+            report(&mut data, id, now.wrench);
+        }
+    });
+}
+
+/// Writes the wrench to every sensor of the instance.
+fn report(data: &mut DataView<'_>, id: c_int, wrench: Wrench) {
+    let model = data.model();
+    for (sensor, of) in model.sensor_plugin().iter().enumerate() {
+        if *of == id {
+            let at = model.sensor_adr()[sensor] as usize;
+            data.sensordata_mut()[at..at + SENSOR_LEN as usize].copy_from_slice(&wrench.to_array());
+        }
+    }
+}
+
+unsafe extern "C" fn advance(m: *const mjModel, d: *mut mjData, id: c_int) {
+    guard("advance", (), || {
+        // SAFETY: MuJoCo passes a model and a data of it that live through the call.
+        let Some(mut data) = (unsafe { both(m, d) }) else { return };
+        let Some(instance) = held(&mut data, id as usize) else { return };
+        let (state, moment) = data.plugin_state_and_moment(id as usize);
+        let (notice, time) = (instance.advance(state, moment), moment.time);
+        if let Some(notice) = notice {
+            tell(data.model(), &instance, notice, time);
+        }
+    });
+}
+
+/// Two arrows at the base origin, force and torque, as long as MuJoCo draws its own
+/// (`<visual><map force torque/>`), while the viewer shows perturbation forces.
+unsafe extern "C" fn visualize(
+    m: *const mjModel,
+    d: *mut mjData,
+    option: *const mjvOption,
+    scene: *mut mjvScene,
+    id: c_int,
+) {
+    guard("visualize", (), || {
+        // SAFETY: MuJoCo passes a model and a data of it that live through the call.
+        let Some(mut data) = (unsafe { both(m, d) }) else { return };
+        // SAFETY: as above.
+        let (Some(option), Some(scene)) = (unsafe { option.as_ref() }, unsafe { scene.as_mut() }) else { return };
+        if option.flags[mjVIS_PERTFORCE as usize] == 0 {
+            return;
+        }
+        let Some(now) = applied(&mut data, id as usize) else { return };
+        let visual = &data.model().raw().vis;
+        let attitude = ModelView::quadruple(data.xquat(), now.body);
+        let origin = apply::vector(data.xpos(), now.body);
+        let width = f64::from(visual.scale.forcewidth) * data.model().raw().stat.meansize;
+        for (in_base, scale, colour) in [
+            (now.wrench.force, visual.map.force, FORCE_COLOUR),
+            (now.wrench.torque, visual.map.torque, TORQUE_COLOUR),
+        ] {
+            let arrow = Vector3::from(frames::to_world(attitude, in_base)) * f64::from(scale);
+            draw(data.model().api(), scene, origin, origin + arrow, width, colour);
+        }
+    });
+}
+
+/// Sea green, and amber.
+const FORCE_COLOUR: [f32; 4] = [0.1, 0.65, 0.75, 1.0];
+const TORQUE_COLOUR: [f32; 4] = [0.95, 0.65, 0.1, 1.0];
+
+fn draw(api: &Api, scene: &mut mjvScene, from: Vector3<f64>, to: Vector3<f64>, width: f64, colour: [f32; 4]) {
+    let len = scene.ngeom;
+    // SAFETY: the scene has `maxgeom` geoms.
+    let geoms = unsafe { view_mut(scene.geoms, scene.maxgeom) };
+    let Some(geom) = usize::try_from(len).ok().and_then(|at| geoms.get_mut(at)) else { return };
+    // SAFETY: null asks for defaults; the arrays have the lengths that MuJoCo reads.
+    unsafe {
+        let (none, kind) = (ptr::null(), mjGEOM_ARROW as c_int);
+        (api.functions.mjv_initGeom)(geom, kind, none, none, none, colour.as_ptr());
+        (api.functions.mjv_connector)(geom, kind, width, from.as_ptr(), to.as_ptr());
+    }
+    scene.ngeom = len + 1;
+}
+
+/// Views of what a callback got.
+///
+/// # Safety
+/// The model and the data are null, or live and used by nothing else during `'a`; the data is of that
+/// model.
+pub(super) unsafe fn both<'a>(m: *const mjModel, d: *mut mjData) -> Option<DataView<'a>> {
+    // SAFETY: the caller's promise.
+    let model = unsafe { ModelView::new(m, Api::get()?) }?;
+    // SAFETY: the caller's promise.
+    unsafe { DataView::new(d, model) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_lists_every_attribute_that_is_read() {
+        let names: Vec<&str> = ATTRIBUTES.iter().filter_map(|name| name.to_str().ok()).collect();
+        assert_eq!(names, attributes::NAMES);
+    }
+}

@@ -1,0 +1,260 @@
+//! The attributes of `hydro.wrench`: strings of an MJCF to checked settings, read once, in one place.
+//!
+//! | attribute | unit | meaning | default |
+//! |---|---|---|---|
+//! | `checkpoint` | | folder with `card.json` and `weights.safetensors` | required |
+//! | `density` | kg/m^3 | density of the water, a feature of the model | 1000 |
+//! | `waterline` | m | height of the free surface, world z | fully submerged |
+//! | `current` | m/s | velocity of the water, world x y z | 0 0 0 |
+//! | `joints` | | names of the card's joints in this model, in the card's order | the card's |
+//! | `solver` | | `euler` or `rk4` | the card's |
+//! | `engine` | | `fused` or `candle` | `fused` |
+//! | `initial_force` | N, N m | one number an output of the card, or `estimate` | `estimate` |
+
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use super::search::SearchPath;
+use crate::model::{EngineKind, Solver};
+
+/// Every attribute, in the order of the table above.
+pub const NAMES: [&str; 8] =
+    ["checkpoint", "density", "waterline", "current", "joints", "solver", "engine", "initial_force"];
+
+/// Density of fresh water [kg/m^3].
+const FRESH_WATER: f64 = 1000.0;
+
+/// The force at the first sample of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum InitialForce {
+    /// What the checkpoint predicts for a window filled with the first sample.
+    Estimate,
+    /// These numbers [N, N m], one an output of the card.
+    Given(Vec<f64>),
+}
+
+/// Checked attributes of one instance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// The checkpoint's folder, found.
+    pub checkpoint: PathBuf,
+    /// Density of the water [kg/m^3].
+    pub density: f64,
+    /// Height of the free surface, world z [m]; `None`: fully submerged.
+    pub waterline: Option<f64>,
+    /// Velocity of the water in the world [m/s].
+    pub current: [f64; 3],
+    /// Names of the card's joints in this model, in the card's order; `None`: the card's.
+    pub joints: Option<Vec<String>>,
+    /// `None`: the card's.
+    pub solver: Option<Solver>,
+    /// Which implementation evaluates the network.
+    pub engine: EngineKind,
+    /// The force at the first sample.
+    pub initial_force: InitialForce,
+}
+
+/// Why an attribute was refused. Every variant names the attribute, what was found and the repair.
+#[derive(Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum AttributeError {
+    /// A required attribute is absent or empty.
+    #[error("attribute `{attribute}` is missing; add <config key=\"{attribute}\" value=\"{example}\"/>")]
+    Missing {
+        /// Its name.
+        attribute: &'static str,
+        /// A value that would do.
+        example: &'static str,
+    },
+    /// The value does not parse, or lies outside its range.
+    #[error("attribute `{attribute}` is `{found}`; expected {expected}")]
+    Value {
+        /// Its name.
+        attribute: &'static str,
+        /// The value found.
+        found: String,
+        /// What would do, with its unit.
+        expected: &'static str,
+    },
+    /// The checkpoint's folder does not exist.
+    #[error(
+        "attribute `checkpoint` is `{found}`; no such folder. Looked in: {}. A relative path is looked \
+         for in HYDRO_PATH, the working directory and the folder of the library",
+        list(.tried)
+    )]
+    NoCheckpoint {
+        /// The value found.
+        found: String,
+        /// The places tried, in order.
+        tried: Vec<PathBuf>,
+    },
+}
+
+fn list(places: &[PathBuf]) -> String {
+    let places: Vec<String> = places.iter().map(|place| place.display().to_string()).collect();
+    places.join(", ")
+}
+
+impl Settings {
+    /// Reads every attribute through `text`; an empty value is an absent one, as in MuJoCo.
+    pub fn parse(
+        text: impl Fn(&'static str) -> Option<String>,
+        search: &SearchPath,
+    ) -> Result<Self, AttributeError> {
+        let value = |name| text(name).map(|found| found.trim().to_owned()).filter(|found| !found.is_empty());
+        let checkpoint = value("checkpoint")
+            .ok_or(AttributeError::Missing { attribute: "checkpoint", example: "models/b1-task2" })?;
+        let checkpoint = search
+            .find(Path::new(&checkpoint))
+            .map_err(|tried| AttributeError::NoCheckpoint { found: checkpoint, tried })?;
+        Ok(Self {
+            checkpoint,
+            density: match value("density") {
+                None => FRESH_WATER,
+                Some(found) => one_number("density", &found, "one number >= 0, in kg/m^3", |x| x >= 0.0)?,
+            },
+            waterline: match value("waterline") {
+                None => None,
+                Some(found) => Some(one_number("waterline", &found, "one number, world z in m", |_| true)?),
+            },
+            current: match value("current") {
+                None => [0.0; 3],
+                Some(found) => {
+                    let expected = "three numbers, world x y z in m/s";
+                    let numbers = numbers("current", &found, expected)?;
+                    numbers
+                        .try_into()
+                        .map_err(|_| AttributeError::Value { attribute: "current", found, expected })?
+                }
+            },
+            joints: value("joints").map(|found| found.split_whitespace().map(str::to_owned).collect()),
+            solver: match value("solver") {
+                None => None,
+                Some(found) => Some(choice("solver", found, "`euler` or `rk4`")?),
+            },
+            engine: match value("engine") {
+                None => EngineKind::Fused,
+                Some(found) => choice("engine", found, "`fused` or `candle`")?,
+            },
+            initial_force: match value("initial_force") {
+                None => InitialForce::Estimate,
+                Some(found) if found == "estimate" => InitialForce::Estimate,
+                Some(found) => {
+                    let expected = "`estimate`, or one number an output of the card, in N and N m";
+                    InitialForce::Given(numbers("initial_force", &found, expected)?)
+                }
+            },
+        })
+    }
+}
+
+fn numbers(attribute: &'static str, found: &str, expected: &'static str) -> Result<Vec<f64>, AttributeError> {
+    found
+        .split_whitespace()
+        .map(|word| word.parse::<f64>().ok().filter(|number| number.is_finite()))
+        .collect::<Option<Vec<f64>>>()
+        .ok_or_else(|| AttributeError::Value { attribute, found: found.to_owned(), expected })
+}
+
+fn one_number(
+    attribute: &'static str,
+    found: &str,
+    expected: &'static str,
+    allowed: impl Fn(f64) -> bool,
+) -> Result<f64, AttributeError> {
+    match numbers(attribute, found, expected)?.as_slice() {
+        [number] if allowed(*number) => Ok(*number),
+        _ => Err(AttributeError::Value { attribute, found: found.to_owned(), expected }),
+    }
+}
+
+fn choice<T: std::str::FromStr>(
+    attribute: &'static str,
+    found: String,
+    expected: &'static str,
+) -> Result<T, AttributeError> {
+    found.parse().map_err(|_| AttributeError::Value { attribute, found, expected })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn parse(given: &[(&str, &str)]) -> Result<Settings, AttributeError> {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("b1")).unwrap();
+        let search = SearchPath::new(vec![folder.path().to_owned()]);
+        let text = |name: &'static str| {
+            given
+                .iter()
+                .find(|(key, _)| *key == name)
+                .map(|(_, value)| (*value).to_owned())
+        };
+        Settings::parse(text, &search)
+    }
+
+    #[test]
+    fn a_checkpoint_alone_gives_the_documented_defaults() {
+        let settings = parse(&[("checkpoint", "b1")]).unwrap();
+        assert!(settings.checkpoint.ends_with("b1"));
+        assert_eq!(settings.density, 1000.0);
+        assert_eq!(settings.waterline, None);
+        assert_eq!(settings.current, [0.0; 3]);
+        assert_eq!(settings.joints, None);
+        assert_eq!(settings.solver, None);
+        assert_eq!(settings.engine, EngineKind::Fused);
+        assert_eq!(settings.initial_force, InitialForce::Estimate);
+    }
+
+    #[test]
+    fn every_attribute_is_read() {
+        let settings = parse(&[
+            ("checkpoint", "b1"),
+            ("density", " 1025.5 "),
+            ("waterline", "-0.2"),
+            ("current", "0.1 -0.2 0"),
+            ("joints", "a b  c"),
+            ("solver", "rk4"),
+            ("engine", "candle"),
+            ("initial_force", "1 2 3 4 5 6"),
+        ])
+        .unwrap();
+        assert_eq!(settings.density, 1025.5);
+        assert_eq!(settings.waterline, Some(-0.2));
+        assert_eq!(settings.current, [0.1, -0.2, 0.0]);
+        assert_eq!(settings.joints, Some(vec!["a".into(), "b".into(), "c".into()]));
+        assert_eq!(settings.solver, Some(Solver::Rk4));
+        assert_eq!(settings.engine, EngineKind::Candle);
+        assert_eq!(settings.initial_force, InitialForce::Given(vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
+    }
+
+    #[test]
+    fn a_refusal_names_attribute_value_and_repair() {
+        for (key, value, expected) in [
+            ("density", "-1", ">= 0"),
+            ("density", "salt", "kg/m^3"),
+            ("density", "1000 1025", "one number"),
+            ("density", "nan", "kg/m^3"),
+            ("waterline", "0 0", "world z"),
+            ("current", "1 2", "three numbers"),
+            ("current", "1 2 inf", "three numbers"),
+            ("solver", "heun", "`rk4`"),
+            ("engine", "gpu", "`candle`"),
+            ("initial_force", "guess", "`estimate`"),
+        ] {
+            let text = parse(&[("checkpoint", "b1"), (key, value)]).unwrap_err().to_string();
+            assert!(text.contains(&format!("`{key}` is `{value}`")), "{text}");
+            assert!(text.contains(expected), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_missing_checkpoint_lists_the_places() {
+        let text = parse(&[]).unwrap_err().to_string();
+        assert!(text.contains("`checkpoint` is missing"), "{text}");
+        let text = parse(&[("checkpoint", "b2")]).unwrap_err().to_string();
+        assert!(text.contains("`b2`") && text.contains("/b2.") && text.contains("HYDRO_PATH"), "{text}");
+    }
+}

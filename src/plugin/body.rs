@@ -1,0 +1,175 @@
+//! What a model offers a card: the body that carries the plugin, how it moves, and the model's joints.
+
+use thiserror::Error;
+
+use crate::frames;
+
+/// How a joint moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointKind {
+    /// Six degrees of freedom.
+    Free,
+    /// Three rotations.
+    Ball,
+    /// One translation [m].
+    Slide,
+    /// One rotation [rad].
+    Hinge,
+}
+
+/// One joint of the model.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Joint {
+    /// Its name; empty where the model gives none.
+    pub name: String,
+    /// How it moves.
+    pub kind: JointKind,
+    /// Where its position starts in `qpos`.
+    pub qpos: usize,
+    /// Where its velocity starts in `qvel`.
+    pub dof: usize,
+}
+
+/// How the base body is held.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Base {
+    /// A free joint: position and quaternion at `qpos`, velocities at `dof`.
+    Free {
+        /// Where x y z, then w x y z stand in `qpos`.
+        qpos: usize,
+        /// Where the linear velocity (world), then the angular one (base) stand in `qvel`.
+        dof: usize,
+    },
+    /// Slides only between world and base, as under a towing carriage: the attitude never changes.
+    Gantry {
+        /// The attitude, w x y z.
+        world_from_base: [f64; 4],
+        /// Index in `qvel` and unit axis in the world of each slide.
+        slides: Vec<(usize, [f64; 3])>,
+    },
+    /// Neither: `reason` says what is there instead.
+    Other {
+        /// What was found between the world and the base.
+        reason: String,
+    },
+}
+
+impl Base {
+    /// Attitude `world_from_base` [w x y z], normalised; the identity where the base has none.
+    pub fn world_from_base(&self, qpos: &[f64]) -> [f64; 4] {
+        match self {
+            Self::Free { qpos: at, .. } => {
+                let q = frames::world_from_base([qpos[at + 3], qpos[at + 4], qpos[at + 5], qpos[at + 6]]);
+                // `UnitQuaternion` keeps the sign that the state has.
+                [q.w, q.i, q.j, q.k]
+            }
+            Self::Gantry { world_from_base, .. } => *world_from_base,
+            Self::Other { .. } => [1.0, 0.0, 0.0, 0.0],
+        }
+    }
+
+    /// Velocity of the base origin in the world [m/s], and its angular velocity in the base [rad/s].
+    pub fn velocity(&self, qvel: &[f64]) -> ([f64; 3], [f64; 3]) {
+        match self {
+            Self::Free { dof, .. } => (
+                [qvel[*dof], qvel[dof + 1], qvel[dof + 2]],
+                [qvel[dof + 3], qvel[dof + 4], qvel[dof + 5]],
+            ),
+            Self::Gantry { slides, .. } => {
+                let mut linear = [0.0; 3];
+                for (dof, axis) in slides {
+                    for (sum, component) in linear.iter_mut().zip(axis) {
+                        *sum += component * qvel[*dof];
+                    }
+                }
+                (linear, [0.0; 3])
+            }
+            Self::Other { .. } => ([0.0; 3], [0.0; 3]),
+        }
+    }
+}
+
+/// The body that carries the plugin, and all joints of its model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// Its name.
+    pub name: String,
+    /// How it is held.
+    pub base: Base,
+    /// All joints of the model, in order.
+    pub joints: Vec<Joint>,
+}
+
+/// Why a card does not fit a body.
+#[derive(Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum BodyError {
+    /// A joint that the card names is not in the model.
+    #[error(
+        "the card's joint `{card}` is looked for as `{wanted}`, which this model does not have; its joints \
+         are: {}. Where they have other names, list them in attribute `joints`, in the card's order",
+        .exists.join(", ")
+    )]
+    NoJoint {
+        /// As the card names it.
+        card: String,
+        /// As it was looked for.
+        wanted: String,
+        /// The model's named joints.
+        exists: Vec<String>,
+    },
+    /// A joint that is no single number.
+    #[error("joint `{name}` is a {kind:?} joint; the card's feature `{feature}` needs a hinge or a slide")]
+    NotScalar {
+        /// Its name.
+        name: String,
+        /// What it is.
+        kind: JointKind,
+        /// The feature that reads it.
+        feature: String,
+    },
+    /// Attribute `joints` has another length than the card's list.
+    #[error(
+        "attribute `joints` lists {found} names; the card has {} joints: {}",
+        .card.len(),
+        .card.join(", ")
+    )]
+    JointCount {
+        /// How many were given.
+        found: usize,
+        /// The card's joints.
+        card: Vec<String>,
+    },
+    /// The base moves in a way that the features cannot be read from.
+    #[error(
+        "the card's feature `{feature}` needs a free joint on body `{body}` (or slides alone between it and \
+         the world, as under a towing carriage); {reason}. Add <freejoint/> to that body, or put the plugin \
+         on the body that has it"
+    )]
+    NoFreeJoint {
+        /// The feature that reads it.
+        feature: String,
+        /// The body that carries the plugin.
+        body: String,
+        /// What was found instead.
+        reason: String,
+    },
+    /// The card predicts something that is no part of a wrench.
+    #[error("the card's output `{found}` is unknown; expected one of force.x force.y force.z torque.x torque.y torque.z, each once")]
+    Output {
+        /// The name found.
+        found: String,
+    },
+    /// `initial_force` has another length than the card's outputs.
+    #[error(
+        "attribute `initial_force` has {found} numbers; the card has {} outputs: {}",
+        .outputs.len(),
+        .outputs.join(", ")
+    )]
+    InitialForce {
+        /// How many were given.
+        found: usize,
+        /// The card's outputs.
+        outputs: Vec<String>,
+    },
+}

@@ -1,0 +1,443 @@
+//! One plugin instance: a state slice in, a wrench out.
+//!
+//! All memory is in the state slice, which MuJoCo copies, saves and restores; this struct is immutable.
+//! For n features, f outputs and a window of W samples the slice holds
+//!
+//! | offset | numbers | meaning |
+//! |---|---|---|
+//! | 0 | 1 | phase: 0 cold, 1 warm, 2 faulted |
+//! | 1 | 1 | samples taken since the start |
+//! | 2 | 1 | time of the latest sample [s] |
+//! | 3 | 1 | time of the latest step's end [s] |
+//! | 4 | f | force at the latest sample [N, N m] |
+//! | 4 + f | f | force one sample period later |
+//! | 4 + 2f | n | features at the latest step's end |
+//! | 4 + 2f + n | W n | features at the latest W samples, oldest first |
+//!
+//! The force at any time between two samples is the linear interpolation of the two forces, so
+//! [`Instance::wrench`] is pure and right at every stage of every integrator; only
+//! [`Instance::advance`] evaluates the network, once a sample. A clock that was moved by hand (or a
+//! state that was replaced without the plugin's) makes the instance start anew from where it is.
+
+use std::{
+    cell::RefCell,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+use super::{
+    attributes::{InitialForce, Settings},
+    body::{Body, BodyError},
+    cold_start::{self, Place, Start},
+    features::FeatureMap,
+};
+use crate::{
+    checkpoint::Checkpoint,
+    frames::Wrench,
+    model::{Engine, Scratch},
+};
+
+/// Names of the outputs a card may have, in the order of a wrench.
+const COMPONENTS: [&str; 6] = ["force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z"];
+
+const PHASE: usize = 0;
+const SAMPLES: usize = 1;
+const SAMPLE_TIME: usize = 2;
+const STEP_TIME: usize = 3;
+const FORCES: usize = 4;
+
+/// The state's first number.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    Cold = 0,
+    Warm = 1,
+    Faulted = 2,
+}
+
+impl Phase {
+    fn of(state: &[f64]) -> Self {
+        match state[PHASE] as u8 {
+            0 => Self::Cold,
+            1 => Self::Warm,
+            _ => Self::Faulted,
+        }
+    }
+
+    fn write(self, state: &mut [f64]) {
+        state[PHASE] = f64::from(self as u8);
+    }
+}
+
+/// How far a step may miss a sample and still count as on it, as a part of the sample period.
+const ON_SAMPLE: f64 = 1e-6;
+
+/// How far a clock may run off before it counts as moved, as a part of the step.
+const SAME_CLOCK: f64 = 1e-3;
+
+/// Samples that one step may span; a longer jump starts anew.
+const MOST_SAMPLES_A_STEP: usize = 1000;
+
+/// When, and in what state of the model.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment<'a> {
+    /// Simulation time [s].
+    pub time: f64,
+    /// Step of the simulation [s].
+    pub timestep: f64,
+    /// True under MuJoCo's Runge-Kutta integrator, which evaluates forces inside a step.
+    pub runge_kutta: bool,
+    /// Positions [nq].
+    pub qpos: &'a [f64],
+    /// Velocities [nv].
+    pub qvel: &'a [f64],
+}
+
+/// What a user should hear of, once an instance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Notice {
+    /// The step does not divide the sample period: features are interpolated.
+    StepDoesNotDivide,
+    /// A state or a prediction that is no number: zero wrench until a reset.
+    NotFinite,
+    /// The engine's own fluid acts as well.
+    FluidCountedTwice,
+}
+
+impl Notice {
+    /// What a user reads, at `time` [s], with steps of `timestep` [s] and samples of `sample_period` [s].
+    pub fn text(self, time: f64, timestep: f64, sample_period: f64) -> String {
+        match self {
+            Self::StepDoesNotDivide => format!(
+                "the step of {timestep} s does not divide the checkpoint's sample period of {sample_period} s; \
+                 samples are interpolated"
+            ),
+            Self::NotFinite => format!(
+                "the state or the predicted force is not a number at t = {time} s; the wrench is zero until the \
+                 simulation is reset"
+            ),
+            Self::FluidCountedTwice => "option density or viscosity is above 0, which switches MuJoCo's own fluid \
+                 on for every body, so the water counts twice; set both to 0"
+                .to_owned(),
+        }
+    }
+}
+
+#[derive(Debug, Default)]
+struct Heard {
+    step_does_not_divide: AtomicBool,
+    not_finite: AtomicBool,
+    fluid_counted_twice: AtomicBool,
+}
+
+/// Settings, features and network, tied to one model.
+#[derive(Debug)]
+pub struct Instance {
+    settings: Settings,
+    features: FeatureMap,
+    engine: Arc<dyn Engine>,
+    /// Where each output goes in a wrench [f].
+    components: Vec<usize>,
+    sample_period: f64,
+    heard: Heard,
+}
+
+/// Working memory a thread: two samples, a window, forces and the engine's own.
+#[derive(Default)]
+struct Workspace {
+    sample: Vec<f64>,
+    between: Vec<f64>,
+    window: Vec<f64>,
+    carried: Vec<f64>,
+    scratch: Scratch,
+}
+
+thread_local! {
+    static WORKSPACE: RefCell<Workspace> = RefCell::default();
+}
+
+/// How many numbers of memory a checkpoint's instance needs.
+pub fn state_len(inputs: usize, outputs: usize, window: usize) -> usize {
+    FORCES + 2 * outputs + inputs + window * inputs
+}
+
+impl Instance {
+    /// Ties a checkpoint to a model's body.
+    pub fn new(
+        settings: Settings,
+        checkpoint: &Checkpoint,
+        engine: Arc<dyn Engine>,
+        body: &Body,
+    ) -> Result<Self, BodyError> {
+        let card = &checkpoint.card;
+        let features = FeatureMap::new(
+            &card.features,
+            &card.joints,
+            settings.joints.as_deref(),
+            body,
+            settings.density,
+            settings.current,
+        )?;
+        let mut components = Vec::with_capacity(card.outputs.len());
+        for output in &card.outputs {
+            match COMPONENTS.iter().position(|known| known == output) {
+                Some(at) if !components.contains(&at) => components.push(at),
+                _ => return Err(BodyError::Output { found: output.clone() }),
+            }
+        }
+        if let InitialForce::Given(force) = &settings.initial_force
+            && force.len() != components.len()
+        {
+            return Err(BodyError::InitialForce { found: force.len(), outputs: card.outputs.clone() });
+        }
+        Ok(Self {
+            settings,
+            features,
+            engine,
+            components,
+            sample_period: card.sample_period,
+            heard: Heard::default(),
+        })
+    }
+
+    /// The checked attributes.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The card's features, tied to this model.
+    pub fn features(&self) -> &FeatureMap {
+        &self.features
+    }
+
+    /// Sample period of the model [s].
+    pub fn sample_period(&self) -> f64 {
+        self.sample_period
+    }
+
+    /// How many numbers the state slice holds.
+    pub fn state_len(&self) -> usize {
+        state_len(self.features.len(), self.components.len(), self.engine.window())
+    }
+
+    /// Forgets everything: the next force is that of a cold start.
+    pub fn reset(state: &mut [f64]) {
+        state.fill(0.0);
+        cold_start::take(place(state));
+    }
+
+    /// True the first time that a notice is given, for this instance in this process.
+    pub fn is_news(&self, notice: Notice) -> bool {
+        let heard = match notice {
+            Notice::StepDoesNotDivide => &self.heard.step_does_not_divide,
+            Notice::NotFinite => &self.heard.not_finite,
+            Notice::FluidCountedTwice => &self.heard.fluid_counted_twice,
+        };
+        !heard.swap(true, Ordering::Relaxed)
+    }
+
+    /// The wrench at a moment, of a fully submerged robot; changes nothing.
+    pub fn wrench(&self, state: &[f64], moment: Moment<'_>) -> Wrench {
+        if state.len() != self.state_len() || Phase::of(state) == Phase::Faulted {
+            return Wrench::default();
+        }
+        let outputs = self.components.len();
+        if Phase::of(state) == Phase::Warm && within_step(state[STEP_TIME], moment) {
+            let forces = &state[FORCES..FORCES + 2 * outputs];
+            return self.interpolated(state[SAMPLE_TIME], forces, moment.time);
+        }
+        // Cold: what the first sample gives. Inner stages belong to the step's first one.
+        let place = place(state);
+        let inner = |start: &Start| {
+            (moment.runge_kutta && cold_start::is_inner_stage(start.time, moment.time, moment.timestep))
+                .then(|| self.between(start.time, &start.now, &start.next, moment.time))
+        };
+        if let Some(wrench) = cold_start::with(place, inner).flatten() {
+            return wrench;
+        }
+        match self.first_sample(place, moment) {
+            Some(start) => {
+                let wrench = self.between(start.time, &start.now, &start.next, moment.time);
+                cold_start::remember(place, start);
+                wrench
+            }
+            None => Wrench::default(),
+        }
+    }
+
+    /// Takes the samples that the step to `moment` reached, and evaluates the network at each.
+    pub fn advance(&self, state: &mut [f64], moment: Moment<'_>) -> Option<Notice> {
+        if state.len() != self.state_len() || Phase::of(state) == Phase::Faulted {
+            return None;
+        }
+        let began = moment.time - moment.timestep;
+        let slack = SAME_CLOCK * moment.timestep;
+        if Phase::of(state) == Phase::Cold || (state[STEP_TIME] - began).abs() > slack {
+            let noted = cold_start::take(place(state));
+            let start = noted.filter(|start| (start.time - began).abs() <= slack);
+            // Without a note (passive forces are off, say) the run starts where this step ended.
+            let start = start.or_else(|| self.first_sample(place(state), moment));
+            match start {
+                Some(start) => self.begin(state, &start),
+                None => return Some(self.fault(state)),
+            }
+        }
+        self.follow(state, moment)
+    }
+
+    /// Where there is no hook at a step's end: takes the state at hand as that of the step's end.
+    ///
+    /// The first call after a reset is a cold start; a second one at the same time starts again, for a
+    /// simulation is often moved before its first step.
+    pub fn follow_clock(&self, state: &mut [f64], moment: Moment<'_>) -> Option<Notice> {
+        if state.len() != self.state_len() || Phase::of(state) == Phase::Faulted {
+            return None;
+        }
+        let slack = SAME_CLOCK * moment.timestep;
+        let elapsed = moment.time - state[STEP_TIME];
+        let untouched = state[SAMPLES] == 1.0 && state[STEP_TIME] == state[SAMPLE_TIME];
+        if Phase::of(state) == Phase::Warm && elapsed == 0.0 && !untouched {
+            return None;
+        }
+        if Phase::of(state) == Phase::Warm && elapsed > 0.0 && elapsed <= moment.timestep + slack {
+            return self.follow(state, moment);
+        }
+        match self.first_sample(place(state), moment) {
+            Some(start) => {
+                self.begin(state, &start);
+                None
+            }
+            None => Some(self.fault(state)),
+        }
+    }
+
+    fn fault(&self, state: &mut [f64]) -> Notice {
+        Phase::Faulted.write(state);
+        Notice::NotFinite
+    }
+
+    /// The cold start of a moment, or `None` where its features or its forces are not finite.
+    fn first_sample(&self, place: Place, moment: Moment<'_>) -> Option<Start> {
+        let (inputs, outputs) = (self.features.len(), self.components.len());
+        let mut sample = vec![0.0; inputs];
+        self.features.sample(moment.qpos, moment.qvel, None, &mut sample);
+        if !finite(&sample) {
+            return None;
+        }
+        // `mj_forward` on a resting state, or a sensor after the passive force: the same again.
+        let same = |start: &Start| (start.sample == sample).then(|| start.clone());
+        if let Some(mut start) = cold_start::with(place, same).flatten() {
+            start.time = moment.time;
+            return Some(start);
+        }
+        WORKSPACE.with_borrow_mut(|work| {
+            let (mut carried, mut now, mut next) = (vec![0.0; outputs], vec![0.0; outputs], vec![0.0; outputs]);
+            match &self.settings.initial_force {
+                InitialForce::Given(force) => carried.copy_from_slice(force),
+                InitialForce::Estimate => self.engine.estimate(&sample, &mut carried, &mut work.scratch),
+            }
+            let window = sample.repeat(self.engine.window());
+            self.engine.sample(&window, &carried, &mut now, &mut next, &mut work.scratch);
+            (finite(&now) && finite(&next)).then_some(Start { time: moment.time, sample, now, next })
+        })
+    }
+
+    fn begin(&self, state: &mut [f64], start: &Start) {
+        Phase::Warm.write(state);
+        state[SAMPLES] = 1.0;
+        state[SAMPLE_TIME] = start.time;
+        state[STEP_TIME] = start.time;
+        let (forces, rest) = state[FORCES..].split_at_mut(2 * self.components.len());
+        forces[..start.now.len()].copy_from_slice(&start.now);
+        forces[start.now.len()..].copy_from_slice(&start.next);
+        for slot in rest.chunks_exact_mut(start.sample.len()) {
+            slot.copy_from_slice(&start.sample);
+        }
+    }
+
+    /// From the latest step's end to `moment`: takes the samples in between.
+    fn follow(&self, state: &mut [f64], moment: Moment<'_>) -> Option<Notice> {
+        let (inputs, outputs) = (self.features.len(), self.components.len());
+        WORKSPACE.with_borrow_mut(|work| {
+            let Workspace { sample, between, window: taken, carried, scratch } = work;
+            sample.resize(inputs, 0.0);
+            between.resize(inputs, 0.0);
+            carried.resize(outputs, 0.0);
+            taken.clear();
+            let mut notice = None;
+            {
+                let latest = &state[state.len() - inputs..];
+                self.features.sample(moment.qpos, moment.qvel, Some(latest), sample);
+            }
+            if !finite(sample) {
+                return Some(self.fault(state));
+            }
+            for _ in 0..MOST_SAMPLES_A_STEP {
+                let due = state[SAMPLE_TIME] + self.sample_period;
+                let late = moment.time - due;
+                let tolerance = ON_SAMPLE * self.sample_period;
+                if late < -tolerance {
+                    break;
+                }
+                let before = state[STEP_TIME];
+                let (head, rest) = state.split_at_mut(FORCES);
+                let (forces, rest) = rest.split_at_mut(2 * outputs);
+                let (previous, window) = rest.split_at_mut(inputs);
+                // On the sample its time is the simulation's own, so that rounding never piles up.
+                if late <= tolerance {
+                    head[SAMPLE_TIME] = moment.time;
+                    between.copy_from_slice(sample);
+                } else {
+                    head[SAMPLE_TIME] = due;
+                    let fraction = (due - before) / (moment.time - before);
+                    self.features.between(previous, sample, fraction, between);
+                    notice = Some(Notice::StepDoesNotDivide);
+                }
+                head[SAMPLES] += 1.0;
+                window.copy_within(inputs.., 0);
+                let newest = window.len() - inputs;
+                window[newest..].copy_from_slice(between);
+                let (now, next) = forces.split_at_mut(outputs);
+                carried.copy_from_slice(next);
+                self.engine.sample(window, carried, now, next, scratch);
+                if !finite(now) || !finite(next) {
+                    return Some(self.fault(state));
+                }
+            }
+            state[STEP_TIME] = moment.time;
+            let previous = FORCES + 2 * outputs;
+            state[previous..previous + inputs].copy_from_slice(sample);
+            notice
+        })
+    }
+
+    fn interpolated(&self, sample_time: f64, forces: &[f64], time: f64) -> Wrench {
+        let (now, next) = forces.split_at(self.components.len());
+        self.between(sample_time, now, next, time)
+    }
+
+    /// The wrench at `time`, between the forces at two samples [f].
+    fn between(&self, sample_time: f64, now: &[f64], next: &[f64], time: f64) -> Wrench {
+        let fraction = ((time - sample_time) / self.sample_period).clamp(0.0, 1.0);
+        let mut wrench = [0.0; 6];
+        for ((component, now), next) in self.components.iter().zip(now).zip(next) {
+            wrench[*component] = now + fraction * (next - now);
+        }
+        Wrench::from_array(wrench)
+    }
+}
+
+fn place(state: &[f64]) -> Place {
+    state.as_ptr() as Place
+}
+
+fn finite(numbers: &[f64]) -> bool {
+    numbers.iter().all(|number| number.is_finite())
+}
+
+/// True where `moment` lies in the step that began at `began`, or at its ends.
+fn within_step(began: f64, moment: Moment<'_>) -> bool {
+    let slack = SAME_CLOCK * moment.timestep;
+    (began - slack..=began + moment.timestep + slack).contains(&moment.time)
+}

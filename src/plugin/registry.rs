@@ -1,0 +1,214 @@
+//! Loaded checkpoints and instances, shared by the whole process.
+//!
+//! `plugin_data` holds only an [`InstanceKey`]: a hash of what the instance is made of. MuJoCo may copy
+//! it verbatim, into another `mjData` or (by pickling) another process; a key that is not known there is
+//! made good from the attributes. Counts only decide what may be forgotten: a wrong one costs a reload.
+
+use std::{
+    collections::HashMap,
+    fs,
+    hash::Hash,
+    num::NonZeroU64,
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, PoisonError, RwLock, Weak},
+    time::SystemTime,
+};
+
+use sha2::{Digest, Sha256};
+use thiserror::Error;
+
+use super::{
+    attributes::{AttributeError, Settings},
+    body::{Body, BodyError},
+    instance::Instance,
+};
+use crate::{
+    checkpoint::{Checkpoint, CheckpointError},
+    model::{Engine, EngineKind, Solver},
+};
+
+/// Instances without an `mjData` that are kept, so that making one again loads nothing.
+const MOST_IDLE: usize = 8;
+
+/// Why an instance could not be made.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SetupError {
+    /// A fault of an attribute.
+    #[error(transparent)]
+    Attribute(#[from] AttributeError),
+    /// The card does not fit the model.
+    #[error(transparent)]
+    Body(#[from] BodyError),
+    /// The checkpoint does not load.
+    #[error("checkpoint {}: {source}", .path.display())]
+    Checkpoint {
+        /// Its folder.
+        path: PathBuf,
+        /// What is wrong with it.
+        #[source]
+        source: CheckpointError,
+    },
+}
+
+/// Hash of an instance's content; what `plugin_data` holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct InstanceKey(NonZeroU64);
+
+impl InstanceKey {
+    fn of(parts: &[&str]) -> Self {
+        let mut hasher = Sha256::new();
+        for part in parts {
+            hasher.update((part.len() as u64).to_le_bytes());
+            hasher.update(part.as_bytes());
+        }
+        let digest = hasher.finalize();
+        let mut first = [0; 8];
+        first.copy_from_slice(&digest[..8]);
+        Self(NonZeroU64::new(u64::from_le_bytes(first)).unwrap_or(NonZeroU64::MIN))
+    }
+
+    /// From a number that `plugin_data` held; `None` for 0, an instance that was never made.
+    pub fn from_bits(bits: u64) -> Option<Self> {
+        NonZeroU64::new(bits).map(Self)
+    }
+
+    /// As a number that `plugin_data` can hold.
+    pub fn to_bits(self) -> u64 {
+        self.0.get()
+    }
+}
+
+/// When and how large the two files of a checkpoint are: a cheap sign that they were replaced.
+type Stamp = Vec<Option<(SystemTime, u64)>>;
+
+type EngineKey = (String, EngineKind, Option<Solver>);
+
+#[derive(Debug)]
+struct Held {
+    instance: Arc<Instance>,
+    users: usize,
+    /// Value of the clock when it was last let go; the smallest idle one is forgotten first.
+    idle_since: u64,
+}
+
+#[derive(Debug, Default)]
+struct Instances {
+    held: HashMap<InstanceKey, Held>,
+    clock: u64,
+}
+
+/// The cache. One stands in the process: [`Registry::global`].
+#[derive(Debug, Default)]
+pub struct Registry {
+    checkpoints: Mutex<HashMap<PathBuf, (Stamp, Arc<Checkpoint>)>>,
+    engines: Mutex<HashMap<EngineKey, Weak<dyn Engine>>>,
+    instances: RwLock<Instances>,
+}
+
+impl Registry {
+    /// The process's own.
+    pub fn global() -> &'static Self {
+        static REGISTRY: std::sync::LazyLock<Registry> = std::sync::LazyLock::new(Registry::default);
+        &REGISTRY
+    }
+
+    /// The checkpoint of a folder, loaded once while its files stay the same.
+    pub fn checkpoint(&self, folder: &Path) -> Result<Arc<Checkpoint>, SetupError> {
+        let key = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+        let stamp = stamp(&key);
+        {
+            let known = self.checkpoints.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some((of, checkpoint)) = known.get(&key)
+                && *of == stamp
+            {
+                return Ok(Arc::clone(checkpoint));
+            }
+        }
+        let loaded = Checkpoint::load(&key).map_err(|source| SetupError::Checkpoint { path: key.clone(), source })?;
+        let loaded = Arc::new(loaded);
+        let mut known = self.checkpoints.lock().unwrap_or_else(PoisonError::into_inner);
+        known.insert(key, (stamp, Arc::clone(&loaded)));
+        Ok(loaded)
+    }
+
+    /// Makes (or finds) the instance of these settings on this body, and counts one more user.
+    pub fn acquire(&self, settings: Settings, body: &Body) -> Result<(InstanceKey, Arc<Instance>), SetupError> {
+        let checkpoint = self.checkpoint(&settings.checkpoint)?;
+        let digest = hex(&checkpoint.digest());
+        let key = InstanceKey::of(&[&digest, &format!("{settings:?}"), &format!("{body:?}")]);
+        {
+            let mut instances = self.instances.write().unwrap_or_else(PoisonError::into_inner);
+            if let Some(held) = instances.held.get_mut(&key) {
+                held.users += 1;
+                return Ok((key, Arc::clone(&held.instance)));
+            }
+        }
+        let engine = self.engine(&checkpoint, &settings)?;
+        let instance = Arc::new(Instance::new(settings, &checkpoint, engine, body)?);
+        let mut instances = self.instances.write().unwrap_or_else(PoisonError::into_inner);
+        let fresh = Held { instance, users: 0, idle_since: 0 };
+        let held = instances.held.entry(key).or_insert(fresh);
+        held.users += 1;
+        Ok((key, Arc::clone(&held.instance)))
+    }
+
+    /// The instance of a key, where this process has made it.
+    pub fn get(&self, key: InstanceKey) -> Option<Arc<Instance>> {
+        let instances = self.instances.read().unwrap_or_else(PoisonError::into_inner);
+        instances.held.get(&key).map(|held| Arc::clone(&held.instance))
+    }
+
+    /// Counts one user less; of the instances without users the latest few are kept.
+    pub fn release(&self, key: InstanceKey) {
+        let mut instances = self.instances.write().unwrap_or_else(PoisonError::into_inner);
+        instances.clock += 1;
+        let now = instances.clock;
+        if let Some(held) = instances.held.get_mut(&key) {
+            held.users = held.users.saturating_sub(1);
+            held.idle_since = now;
+        }
+        let mut idle: Vec<(u64, InstanceKey)> = instances
+            .held
+            .iter()
+            .filter(|(_, held)| held.users == 0)
+            .map(|(key, held)| (held.idle_since, *key))
+            .collect();
+        idle.sort_unstable_by_key(|(since, _)| *since);
+        let surplus = idle.len().saturating_sub(MOST_IDLE);
+        for (_, key) in &idle[..surplus] {
+            instances.held.remove(key);
+        }
+    }
+
+    /// The network of a checkpoint as the settings ask for it, shared while anybody uses it.
+    pub fn engine(&self, checkpoint: &Checkpoint, settings: &Settings) -> Result<Arc<dyn Engine>, SetupError> {
+        let key = (hex(&checkpoint.digest()), settings.engine, settings.solver);
+        let known = |engines: &HashMap<EngineKey, Weak<dyn Engine>>| engines.get(&key).and_then(Weak::upgrade);
+        if let Some(engine) = known(&self.engines.lock().unwrap_or_else(PoisonError::into_inner)) {
+            return Ok(engine);
+        }
+        let engine = checkpoint
+            .engine(settings.engine, settings.solver)
+            .map_err(|source| SetupError::Checkpoint { path: settings.checkpoint.clone(), source })?;
+        let engine: Arc<dyn Engine> = Arc::from(engine);
+        let mut engines = self.engines.lock().unwrap_or_else(PoisonError::into_inner);
+        engines.retain(|_, engine| engine.strong_count() > 0);
+        engines.insert(key, Arc::downgrade(&engine));
+        Ok(engine)
+    }
+}
+
+fn stamp(folder: &Path) -> Stamp {
+    ["card.json", "weights.safetensors"]
+        .iter()
+        .map(|name| {
+            let about = fs::metadata(folder.join(name)).ok()?;
+            Some((about.modified().ok()?, about.len()))
+        })
+        .collect()
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
