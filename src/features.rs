@@ -94,7 +94,8 @@ impl FromStr for Feature {
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
         let unknown = || FeatureError::Unknown(name.to_owned());
-        let component = |names: &[&str], found: &str| names.iter().position(|known| *known == found);
+        let component =
+            |names: &[&str], found: &str| names.iter().position(|known| *known == found);
         let (kind, rest) = match name.split_once('.') {
             Some(parts) => parts,
             None if name == "density" => return Ok(Self::Density),
@@ -103,9 +104,15 @@ impl FromStr for Feature {
         match kind {
             "position" if !rest.is_empty() => Ok(Self::JointPosition(rest.to_owned())),
             "velocity" if !rest.is_empty() => Ok(Self::JointVelocity(rest.to_owned())),
-            "quaternion" => component(&QUATERNION, rest).map(Self::Quaternion).ok_or_else(unknown),
-            "angular_velocity" => component(&AXES, rest).map(Self::AngularVelocity).ok_or_else(unknown),
-            "linear_velocity" => component(&AXES, rest).map(Self::LinearVelocity).ok_or_else(unknown),
+            "quaternion" => component(&QUATERNION, rest)
+                .map(Self::Quaternion)
+                .ok_or_else(unknown),
+            "angular_velocity" => component(&AXES, rest)
+                .map(Self::AngularVelocity)
+                .ok_or_else(unknown),
+            "linear_velocity" => component(&AXES, rest)
+                .map(Self::LinearVelocity)
+                .ok_or_else(unknown),
             _ => Err(unknown()),
         }
     }
@@ -151,7 +158,10 @@ impl FeatureLayout {
             })
             .collect();
         let whole = at.len() == 4
-            && at.iter().enumerate().all(|(i, (index, component))| *component == i && *index == at[0].0 + i);
+            && at
+                .iter()
+                .enumerate()
+                .all(|(i, (index, component))| *component == i && *index == at[0].0 + i);
         if !at.is_empty() && !whole {
             return Err(FeatureError::BrokenQuaternion);
         }
@@ -237,7 +247,9 @@ mod tests {
     fn b1_joints() -> Vec<String> {
         let legs = ["FR", "FL", "RR", "RL"];
         let parts = ["hip", "thigh", "calf"];
-        legs.iter().flat_map(|leg| parts.map(|part| format!("{leg}_{part}_joint"))).collect()
+        legs.iter()
+            .flat_map(|leg| parts.map(|part| format!("{leg}_{part}_joint")))
+            .collect()
     }
 
     #[test]
@@ -254,18 +266,29 @@ mod tests {
         let layout = FeatureLayout::floating_base(&b1_joints()).expect("valid");
         let text = serde_json::to_string(&layout).expect("serialises");
         assert!(text.starts_with("[\"position.FR_hip_joint\""));
-        assert_eq!(serde_json::from_str::<FeatureLayout>(&text).expect("parses"), layout);
+        assert_eq!(
+            serde_json::from_str::<FeatureLayout>(&text).expect("parses"),
+            layout
+        );
     }
 
     #[test]
     fn refusals_name_what_was_found() {
-        assert!(matches!("speed".parse::<Feature>(), Err(FeatureError::Unknown(name)) if name == "speed"));
+        assert!(
+            matches!("speed".parse::<Feature>(), Err(FeatureError::Unknown(name)) if name == "speed")
+        );
         assert!("quaternion.q".parse::<Feature>().is_err());
         assert!("position.".parse::<Feature>().is_err());
         let twice = vec![Feature::Density, Feature::Density];
-        assert_eq!(FeatureLayout::new(twice), Err(FeatureError::Duplicate("density".into())));
+        assert_eq!(
+            FeatureLayout::new(twice),
+            Err(FeatureError::Duplicate("density".into()))
+        );
         let broken = vec![Feature::Quaternion(0), Feature::Quaternion(2)];
-        assert_eq!(FeatureLayout::new(broken), Err(FeatureError::BrokenQuaternion));
+        assert_eq!(
+            FeatureLayout::new(broken),
+            Err(FeatureError::BrokenQuaternion)
+        );
         assert_eq!(FeatureLayout::new(vec![]), Err(FeatureError::Empty));
     }
 

@@ -1,6 +1,9 @@
 //! hydro: makes water real in MuJoCo.
 
 pub mod checkpoint;
+pub mod comparison;
+pub mod dataset;
+pub mod drag;
 pub mod features;
 pub mod frames;
 pub mod model;
@@ -8,3 +11,7 @@ pub mod model;
 #[expect(unsafe_code)]
 pub mod mujoco;
 pub mod plugin;
+pub mod report;
+pub mod robot;
+pub mod rollouts;
+pub mod sim;

@@ -1,0 +1,22 @@
+#!/usr/bin/env bash
+# What CI asks of the code, in one go: format, lints, documentation, tests with and without MuJoCo.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+export RUSTFLAGS="${RUSTFLAGS:-}"
+
+step() { printf '\n== %s\n' "$*"; }
+
+step 'format'
+cargo fmt --check
+step 'lints'
+cargo clippy --all-targets --quiet -- -D warnings
+step 'documentation'
+RUSTDOCFLAGS='-D warnings' cargo doc --no-deps --document-private-items --quiet
+step 'robot and scenes are what make_b1.py writes'
+.venv/bin/python scripts/make_b1.py --check
+step 'tests without MuJoCo'
+# Its own folder: a build without the feature leaves a library without entry points.
+cargo test --quiet --no-default-features --lib --target-dir target/pure
+step 'tests with MuJoCo'
+cargo build --quiet
+cargo test --quiet

@@ -1,0 +1,73 @@
+//! The command line: one file a command, each turning flags into a checked configuration and one
+//! library call. Only here may anything be printed.
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
+mod doctor;
+mod evaluate;
+mod inspect;
+mod progress;
+#[cfg(feature = "mujoco")]
+mod simulate;
+mod table;
+mod train;
+
+use clap::{Parser, Subcommand};
+
+/// Learned hydrodynamics for MuJoCo.
+#[derive(Debug, Parser)]
+#[command(name = "hydro", version, about, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Train a force model on a data set and write a checkpoint.
+    Train(train::Args),
+    /// Errors of a checkpoint on a data set, in open loop.
+    Evaluate(evaluate::Args),
+    /// Drive a robot under a learned wrench and compare it with the truth and with rivals.
+    #[cfg(feature = "mujoco")]
+    Simulate(simulate::Args),
+    /// Describe a checkpoint, a data set or a folder of rollouts.
+    Inspect(inspect::Args),
+    /// Say which MuJoCo was found and whether the plugin works in it.
+    Doctor(doctor::Args),
+}
+
+/// Parses the command line and runs the command.
+pub(crate) fn run() -> anyhow::Result<()> {
+    match Cli::parse().command {
+        Command::Train(args) => train::run(&args),
+        Command::Evaluate(args) => evaluate::run(&args),
+        #[cfg(feature = "mujoco")]
+        Command::Simulate(args) => simulate::run(&args),
+        Command::Inspect(args) => inspect::run(&args),
+        Command::Doctor(args) => doctor::run(&args),
+    }
+}
+
+/// Prints an error and its causes on one line.
+pub(crate) fn print_error(error: &anyhow::Error) {
+    eprintln!("hydro: {error:#}");
+}
+
+/// Prints one machine-readable result.
+fn print_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
+    println!("{}", serde_json::to_string_pretty(value)?);
+    Ok(())
+}
+
+/// The command as it was typed, for cards and reports.
+fn command_line() -> String {
+    let quoted = |word: String| match word.contains(char::is_whitespace) {
+        true => format!("'{word}'"),
+        false => word,
+    };
+    let words = std::env::args().skip(1).map(quoted);
+    std::iter::once("hydro".to_owned())
+        .chain(words)
+        .collect::<Vec<_>>()
+        .join(" ")
+}

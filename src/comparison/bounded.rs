@@ -1,0 +1,140 @@
+//! Ten minutes in the water: does the closed loop stay within the truth's bounds?
+//!
+//! A force model that is right on recorded inputs can still be unstable once its force changes the
+//! motion it sees. Position is exempt: a robot that is not neutral sinks for ever.
+
+use serde::{Deserialize, Serialize};
+
+use super::closed_loop::{Water, drive};
+use crate::{frames::Wrench, rollouts::Rollout, sim::Simulator};
+
+/// A greatest value beside the truth's.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Peak {
+    /// Greatest value in the contender's run.
+    pub reached: f64,
+    /// Greatest value in the true run.
+    pub truth: f64,
+}
+
+impl Peak {
+    /// How far beyond the truth; infinite where the run diverged.
+    pub fn ratio(&self) -> f64 {
+        if self.reached.is_finite() {
+            self.reached / self.truth
+        } else {
+            f64::INFINITY
+        }
+    }
+}
+
+/// Peaks of a long run beside those of the truth under the same controls.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bounds {
+    /// Length of the run [s].
+    pub duration: f64,
+    /// Speed of the base [m/s].
+    pub speed: Peak,
+    /// Rate of turn of the base [rad/s].
+    pub rate: Peak,
+    /// Fluid force on the base [N].
+    pub force: Peak,
+    /// Fluid torque on the base [N m].
+    pub torque: Peak,
+}
+
+impl Bounds {
+    /// True where no peak is more than `factor` times the truth's.
+    pub fn within(&self, factor: f64) -> bool {
+        [self.speed, self.rate, self.force, self.torque]
+            .iter()
+            .all(|peak| peak.ratio() <= factor)
+    }
+}
+
+/// Runs a simulator whose scene holds the water through a long run.
+pub fn bounds(simulator: &mut dyn Simulator, run: &Rollout) -> Bounds {
+    let mut reached = [0.0f64; 4];
+    drive(simulator, run, &Water::OfTheScene, &mut |simulator| {
+        keep_peaks(&mut reached, simulator.qvel(), simulator.water_wrench());
+    });
+    let mut truth = [0.0f64; 4];
+    for (velocity, wrench) in run.qvel.rows().zip(run.wrench.rows()).skip(1) {
+        let mut values = [0.0; 6];
+        values.copy_from_slice(wrench);
+        keep_peaks(&mut truth, velocity, Wrench::from_array(values));
+    }
+    let peak = |i: usize| Peak {
+        reached: reached[i],
+        truth: truth[i],
+    };
+    Bounds {
+        duration: run.time.last().copied().unwrap_or_default() - run.time[0],
+        speed: peak(0),
+        rate: peak(1),
+        force: peak(2),
+        torque: peak(3),
+    }
+}
+
+/// Raises the peaks of speed, rate, force and torque; a value that is not finite is an infinite peak.
+fn keep_peaks(peaks: &mut [f64; 4], velocity: &[f64], wrench: Wrench) {
+    let norm = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let values = [
+        norm(&velocity[..3]),
+        norm(&velocity[3..6]),
+        norm(&wrench.force),
+        norm(&wrench.torque),
+    ];
+    for (peak, value) in peaks.iter_mut().zip(values) {
+        *peak = if value.is_finite() {
+            peak.max(value)
+        } else {
+            f64::INFINITY
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_that_diverged_is_out_of_bounds_however_calm_it_was_later() {
+        let mut peaks = [0.0; 4];
+        keep_peaks(
+            &mut peaks,
+            &[f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0],
+            Wrench::default(),
+        );
+        keep_peaks(
+            &mut peaks,
+            &[1.0, 0.0, 0.0, 0.0, 2.0, 0.0],
+            Wrench::default(),
+        );
+        assert_eq!(peaks[..2], [f64::INFINITY, 2.0]);
+        let fine = Peak {
+            reached: 1.4,
+            truth: 1.0,
+        };
+        let gone = Peak {
+            reached: f64::INFINITY,
+            truth: 1.0,
+        };
+        let bounds = Bounds {
+            duration: 600.0,
+            speed: fine,
+            rate: fine,
+            force: fine,
+            torque: fine,
+        };
+        assert!(bounds.within(1.5) && !bounds.within(1.3));
+        assert!(
+            !Bounds {
+                speed: gone,
+                ..bounds
+            }
+            .within(1e300)
+        );
+    }
+}

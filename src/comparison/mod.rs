@@ -1,0 +1,12 @@
+//! The learned wrench beside its rivals: in open loop on recorded inputs, and in closed loop, where
+//! the wrench changes the motion that it sees.
+
+pub mod bounded;
+pub mod closed_loop;
+pub mod open_loop;
+pub mod summary;
+
+pub use bounded::{Bounds, Peak, bounds};
+pub use closed_loop::{ClosedLoop, Contender, Spread, Water, closed_loop};
+pub use open_loop::{OpenLoop, OpenLoopRow};
+pub use summary::{StepTime, Summary};

@@ -1,0 +1,291 @@
+//! Tiny data sets in folders of their own.
+
+use std::path::PathBuf;
+
+use safetensors::{Dtype, tensor::TensorView};
+use serde_json::{Value, json};
+
+use super::*;
+
+/// (M, T, n, f) of every shard.
+const SIZE: (usize, usize, usize, usize) = (2, 3, 4, 2);
+
+/// A tensor to be written: name, type, shape, four-byte words.
+struct Raw(&'static str, Dtype, Vec<usize>, Vec<[u8; 4]>);
+
+fn floats(name: &'static str, shape: &[usize], first: f32) -> Raw {
+    let count = shape.iter().product();
+    Raw(
+        name,
+        Dtype::F32,
+        shape.to_vec(),
+        (0..count)
+            .map(|i: usize| (first + i as f32).to_le_bytes())
+            .collect(),
+    )
+}
+
+fn tensors() -> Vec<Raw> {
+    let (m, t, n, f) = SIZE;
+    vec![
+        floats("x", &[m, t, n], 0.0),
+        floats("wrench", &[m, t, f], 100.0),
+        floats("wrench_clean", &[m, t, f], 200.0),
+        floats("hydrostatic", &[m, t, f], 300.0),
+        floats("time", &[t], 0.0),
+        Raw(
+            "condition",
+            Dtype::I32,
+            vec![m, t],
+            (0..6i32).map(i32::to_le_bytes).collect(),
+        ),
+    ]
+}
+
+/// Writes a shard, returns its manifest entry.
+fn write_shard(folder: &Path, file: &str, tensors: &[Raw]) -> Value {
+    let data: Vec<(&str, Dtype, &Vec<usize>, Vec<u8>)> = tensors
+        .iter()
+        .map(|Raw(name, dtype, shape, words)| (*name, *dtype, shape, words.concat()))
+        .collect();
+    let views = data.iter().map(|(name, dtype, shape, bytes)| {
+        (
+            *name,
+            TensorView::new(*dtype, (*shape).clone(), bytes).expect("fits"),
+        )
+    });
+    let bytes = safetensors::serialize(views, None).expect("serialises");
+    fs::write(folder.join(file), &bytes).expect("written");
+    json!({"file": file, "trajectories": SIZE.0, "sha256": hexadecimal(&Sha256::digest(&bytes))})
+}
+
+struct Fixture {
+    root: tempfile::TempDir,
+    manifest: Value,
+}
+
+impl Fixture {
+    fn new() -> Self {
+        let root = tempfile::tempdir().expect("a folder");
+        let shards: Vec<Value> = [
+            "train-00000-of-00002.safetensors",
+            "train-00001-of-00002.safetensors",
+        ]
+        .iter()
+        .map(|file| write_shard(root.path(), file, &tensors()))
+        .collect();
+        let manifest = json!({
+            "schema": SCHEMA, "name": "tiny",
+            "features": ["position.a", "velocity.a", "linear_velocity.x", "density"],
+            "feature_units": ["rad", "rad/s", "m/s", "kg/m^3"],
+            "outputs": ["force.x", "force.y"], "output_units": ["N", "N"],
+            "frames": {"wrench": "base"}, "sample_period": 0.01, "samples": SIZE.1, "seed": 7,
+            "splits": {"train": {"trajectories": 4, "shards": shards}, "val": {"trajectories": 0, "shards": []}},
+        });
+        Self { root, manifest }
+    }
+
+    /// With another first shard.
+    fn with_shard(tensors: &[Raw]) -> Self {
+        let mut fixture = Self::new();
+        let entry = write_shard(
+            fixture.root.path(),
+            "train-00000-of-00002.safetensors",
+            tensors,
+        );
+        fixture.manifest["splits"]["train"]["shards"][0] = entry;
+        fixture
+    }
+
+    fn open(&self) -> Result<Dataset, DatasetError> {
+        fs::write(self.path("manifest.json"), self.manifest.to_string()).expect("written");
+        Dataset::open(self.root.path())
+    }
+
+    fn path(&self, file: &str) -> PathBuf {
+        self.root.path().join(file)
+    }
+
+    fn refusal(&self) -> String {
+        match self.open().and_then(|dataset| dataset.split("train", None)) {
+            Ok(_) => panic!("must be refused"),
+            Err(error) => error.to_string(),
+        }
+    }
+}
+
+#[test]
+fn shards_are_joined_in_order_and_a_limit_cuts_inside_one() {
+    let dataset = Fixture::new();
+    let dataset = dataset
+        .open()
+        .expect("valid")
+        .split("train", None)
+        .map(|s| (dataset, s))
+        .expect("read");
+    let (fixture, split) = dataset;
+    assert_eq!(
+        (
+            split.len(),
+            split.samples(),
+            split.inputs(),
+            split.outputs()
+        ),
+        (4, 3, 4, 2)
+    );
+    assert_eq!(split.x(1)[0], 12.0);
+    assert_eq!(split.wrench(3)[5], 111.0);
+    assert_eq!((split.clean(0)[0], split.hydrostatic(0)[1]), (200.0, 301.0));
+    assert_eq!(
+        (split.condition(1), split.time()),
+        (&[3, 4, 5][..], &[0.0, 1.0, 2.0][..])
+    );
+    let dataset = fixture.open().expect("valid");
+    assert_eq!(dataset.split("train", Some(3)).expect("read").len(), 3);
+    assert!(dataset.split("val", None).expect("read").is_empty());
+    assert_eq!(dataset.manifest().provenance["seed"], 7);
+}
+
+#[test]
+fn hydrostatics_may_be_absent() {
+    let fixture = Fixture::with_shard(
+        &tensors()
+            .into_iter()
+            .filter(|t| t.0 != "hydrostatic")
+            .collect::<Vec<_>>(),
+    );
+    let split = fixture
+        .open()
+        .and_then(|d| d.split("train", None))
+        .expect("read");
+    assert_eq!(split.hydrostatic(0), [0.0; 6]);
+}
+
+#[test]
+fn a_folder_without_a_manifest_lists_what_it_holds() {
+    let fixture = Fixture::new();
+    let error = Dataset::open(fixture.root.path())
+        .expect_err("no manifest")
+        .to_string();
+    assert!(
+        error.contains("manifest.json is missing; there are: train-00000-of-00002.safetensors"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_missing_shard_is_named() {
+    let fixture = Fixture::new();
+    fs::remove_file(fixture.path("train-00001-of-00002.safetensors")).expect("removed");
+    assert!(
+        fixture
+            .refusal()
+            .contains("1 of 2 shards missing: train-00001-of-00002.safetensors")
+    );
+}
+
+#[test]
+fn another_schema_is_named() {
+    let mut fixture = Fixture::new();
+    fixture.manifest["schema"] = "hydro-dataset/2".into();
+    assert!(
+        fixture
+            .refusal()
+            .contains("schema is \"hydro-dataset/2\", expected \"hydro-dataset/1\"")
+    );
+}
+
+#[test]
+fn a_flipped_or_cut_shard_is_damaged() {
+    let fixture = Fixture::new();
+    let path = fixture.path("train-00001-of-00002.safetensors");
+    let mut bytes = fs::read(&path).expect("read");
+    *bytes.last_mut().expect("not empty") ^= 1;
+    fs::write(&path, &bytes).expect("written");
+    assert!(
+        fixture
+            .refusal()
+            .contains("train-00001-of-00002.safetensors is damaged")
+    );
+    fs::write(&path, &bytes[..20]).expect("written");
+    assert!(fixture.refusal().contains("is damaged"));
+}
+
+#[test]
+fn a_number_that_is_none_is_found_by_trajectory_row_and_feature() {
+    for bad in [f32::NAN, f32::INFINITY] {
+        let mut tensors = tensors();
+        // Trajectory 1, row 2, feature 2.
+        tensors[0].3[12 + 2 * 4 + 2] = bad.to_le_bytes();
+        let message = Fixture::with_shard(&tensors).refusal();
+        assert!(
+            message.contains("`x` of trajectory 1, row 2, linear_velocity.x is"),
+            "{message}"
+        );
+    }
+    let mut tensors = tensors();
+    tensors[2].3[3] = f32::NAN.to_le_bytes();
+    let message = Fixture::with_shard(&tensors).refusal();
+    assert!(
+        message.contains("`wrench_clean` of trajectory 0, row 1, force.y is NaN"),
+        "{message}"
+    );
+}
+
+#[test]
+fn missing_and_misshapen_tensors_are_named_with_both_shapes() {
+    let mut wrong = tensors();
+    wrong[1] = floats("wrench", &[2, 3, 3], 0.0);
+    let message = Fixture::with_shard(&wrong).refusal();
+    assert!(
+        message.contains("tensor `wrench` is F32 [2, 3, 3], expected F32 [2, 3, 2]"),
+        "{message}"
+    );
+    let message = Fixture::with_shard(&tensors()[1..]).refusal();
+    assert!(
+        message.contains("tensor `x` is missing (there are: condition, hydrostatic"),
+        "{message}"
+    );
+}
+
+#[test]
+fn malformed_manifests_say_what_is_wrong() {
+    type Change = fn(&mut Value);
+    let cases: [(Change, &str); 5] = [
+        (
+            |m| m["features"][0] = "speed".into(),
+            "unknown feature `speed`",
+        ),
+        (
+            |m| m["splits"]["train"]["trajectories"] = 5.into(),
+            "says 5 trajectories, its shards hold 4",
+        ),
+        (
+            |m| m["splits"]["train"]["shards"][0]["file"] = "../x".into(),
+            "shard `../x` is not a plain file name",
+        ),
+        (
+            |m| m["sample_period"] = (-1.0).into(),
+            "sample_period is -1 s",
+        ),
+        (
+            |m| m["feature_units"] = json!(["rad"]),
+            "feature_units has 1 entries, expected 4",
+        ),
+    ];
+    for (change, expected) in cases {
+        let mut fixture = Fixture::new();
+        change(&mut fixture.manifest);
+        let message = fixture.refusal();
+        assert!(message.contains(expected), "{message} lacks {expected}");
+    }
+    let dataset = Fixture::new().open().expect("valid");
+    let error = dataset
+        .split("tset", None)
+        .expect_err("no such split")
+        .to_string();
+    assert!(
+        error.contains("no split `tset`") && error.ends_with("there are: train, val"),
+        "{error}"
+    );
+}

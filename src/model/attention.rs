@@ -1,0 +1,350 @@
+//! Causal multi-head attention of the newest sample over a window of past samples.
+//!
+//! With e_l the embedding of the sample `l` steps back, head by head:
+//!
+//! ```text
+//! score_l = q . k_l / sqrt(d) - slope l + bias_l     q = W_q e_0, k_l = W_k e_l, v_l = W_v e_l
+//! out     = sum_l softmax(score)_l v_l               l = 0 .. W-1
+//! ```
+//!
+//! Keys and values belong to a sample, not to a window, so neighbouring windows share them. `slope` is fixed,
+//! 4^(1-head): the first head starts out with the newest sample, the others look further back (after
+//! O. Press, N. Smith, M. Lewis, "Train Short, Test Long", arXiv:2108.12409); `bias` is learned.
+
+use candle_core::{CpuStorage, CustomOp2, D, Layout, Result, Shape, Tensor, WithDType as _};
+use candle_nn::{Init, VarBuilder};
+use rayon::prelude::*;
+
+use super::kernel::Real;
+
+/// Sizes of an attention layer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AttentionConfig {
+    /// E, length of an embedding.
+    pub embedding: usize,
+    /// H, dividing E.
+    pub heads: usize,
+    /// W, samples seen, the newest included.
+    pub window: usize,
+}
+
+impl Default for AttentionConfig {
+    fn default() -> Self {
+        Self {
+            embedding: 64,
+            heads: 4,
+            window: 16,
+        }
+    }
+}
+
+/// The layer in Candle.
+#[derive(Clone, Debug)]
+pub struct Attention {
+    config: AttentionConfig,
+    /// W_q, W_k, W_v one above the other, [3 E, E].
+    pub(crate) weight: Tensor,
+    /// [3 E].
+    pub(crate) bias: Tensor,
+    /// Learned bias by lag [H, W].
+    pub(crate) lag_bias: Tensor,
+}
+
+/// Fixed slope of a head.
+pub(crate) fn slope(head: usize) -> f64 {
+    4f64.powi(1 - head as i32)
+}
+
+impl Attention {
+    /// Weights `qkv.weight`, `qkv.bias`, `lag_bias`.
+    pub fn new(config: AttentionConfig, vb: VarBuilder) -> Result<Self> {
+        let width = config.embedding;
+        let up = 1.0 / (width as f64).sqrt();
+        let qkv = vb.pp("qkv");
+        Ok(Self {
+            weight: qkv.get_with_hints(
+                (3 * width, width),
+                "weight",
+                Init::Uniform { lo: -up, up },
+            )?,
+            bias: qkv.get_with_hints(3 * width, "bias", Init::Const(0.0))?,
+            lag_bias: vb.get_with_hints(
+                (config.heads, config.window),
+                "lag_bias",
+                Init::Const(0.0),
+            )?,
+            config,
+        })
+    }
+
+    /// Embeddings [B, W-1+S, E] -> attended values [B, S, E], for training.
+    pub fn forward(&self, embeddings: &Tensor) -> Result<Tensor> {
+        let (batch, samples, width) = embeddings.dims3()?;
+        let rows = embeddings.reshape((batch * samples, width))?;
+        let qkv = rows.matmul(&self.weight.t()?)?.broadcast_add(&self.bias)?;
+        let qkv = qkv.reshape((batch, samples, 3 * width))?;
+        qkv.apply_op2(&self.lag_bias, Window(self.config.clone()))
+    }
+
+    /// One window of embeddings [W, E] -> [1, E], by Candle's own operations and without threads.
+    pub fn single(&self, embeddings: &Tensor) -> Result<Tensor> {
+        let AttentionConfig {
+            embedding,
+            heads,
+            window,
+        } = self.config;
+        let depth = embedding / heads;
+        let qkv = embeddings
+            .matmul(&self.weight.t()?)?
+            .broadcast_add(&self.bias)?;
+        let split = |part: usize| {
+            let part = qkv
+                .narrow(1, part * embedding, embedding)?
+                .reshape((window, heads, depth))?;
+            part.transpose(0, 1)?.contiguous()
+        };
+        // [H, 1, d], [H, W, d], [H, W, d]
+        let (q, k, v) = (
+            split(0)?.narrow(1, window - 1, 1)?.contiguous()?,
+            split(1)?,
+            split(2)?,
+        );
+        let scores = (q.matmul(&k.t()?)? / (depth as f64).sqrt())?;
+        // Lag 0 is the newest sample, the last row of the window.
+        let lags: Vec<u32> = (0..window as u32).rev().collect();
+        let lags = Tensor::new(lags, embeddings.device())?;
+        let fixed: Vec<f32> = (0..heads)
+            .flat_map(|head| {
+                (0..window)
+                    .rev()
+                    .map(move |lag| -(slope(head) * lag as f64) as f32)
+            })
+            .collect();
+        let fixed = Tensor::from_vec(fixed, (heads, window), embeddings.device())?;
+        let bias = (self.lag_bias.index_select(&lags, 1)? + fixed)?.unsqueeze(1)?;
+        let scores = (scores + bias)?;
+        let powers = scores
+            .broadcast_sub(&scores.max_keepdim(D::Minus1)?)?
+            .exp()?;
+        let weights = powers.broadcast_div(&powers.sum_keepdim(D::Minus1)?)?;
+        weights.matmul(&v)?.reshape((1, embedding))
+    }
+}
+
+/// qkv [B, W-1+S, 3 E], lag bias [H, W] -> [B, S, E].
+struct Window(AttentionConfig);
+
+/// One trajectory of the batch.
+struct Row<'a, T> {
+    config: &'a AttentionConfig,
+    qkv: &'a [T],
+    lag_bias: &'a [T],
+}
+
+impl<T: Real> Row<'_, T> {
+    fn depth(&self) -> usize {
+        self.config.embedding / self.config.heads
+    }
+
+    /// Part 0 q, 1 k, 2 v of a head at a position.
+    fn range(&self, position: usize, part: usize, head: usize) -> std::ops::Range<usize> {
+        let start = position * 3 * self.config.embedding
+            + part * self.config.embedding
+            + head * self.depth();
+        start..start + self.depth()
+    }
+
+    /// Softmax weights by lag of the window that ends at `position`.
+    fn weights(&self, position: usize, head: usize, weights: &mut [T]) {
+        let window = self.config.window;
+        let scale = T::real(1.0 / (self.depth() as f64).sqrt());
+        let query = &self.qkv[self.range(position, 0, head)];
+        for (lag, weight) in weights.iter_mut().enumerate() {
+            let key = &self.qkv[self.range(position - lag, 1, head)];
+            let product: T = query.iter().zip(key).map(|(q, k)| *q * *k).sum();
+            let fixed = T::real(slope(head) * lag as f64);
+            *weight = product * scale - fixed + self.lag_bias[head * window + lag];
+        }
+        let largest = weights
+            .iter()
+            .copied()
+            .fold(weights[0], |a, b| if b > a { b } else { a });
+        let mut sum = T::default();
+        for weight in weights.iter_mut() {
+            *weight = (*weight - largest).exponential();
+            sum += *weight;
+        }
+        for weight in weights {
+            *weight = *weight / sum;
+        }
+    }
+
+    fn forward(&self, out: &mut [T]) {
+        let AttentionConfig {
+            embedding,
+            heads,
+            window,
+        } = *self.config;
+        let mut weights = vec![T::default(); window];
+        for (sample, out) in out.chunks_exact_mut(embedding).enumerate() {
+            let position = sample + window - 1;
+            for (head, out) in out.chunks_exact_mut(embedding / heads).enumerate() {
+                self.weights(position, head, &mut weights);
+                for (lag, weight) in weights.iter().enumerate() {
+                    let value = &self.qkv[self.range(position - lag, 2, head)];
+                    for (out, value) in out.iter_mut().zip(value) {
+                        *out += *weight * *value;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds to the gradients of qkv and of the lag bias.
+    fn backward(&self, gradient: &[T], d_qkv: &mut [T], d_bias: &mut [T]) {
+        let AttentionConfig {
+            embedding,
+            heads,
+            window,
+        } = *self.config;
+        let scale = T::real(1.0 / (self.depth() as f64).sqrt());
+        let mut weights = vec![T::default(); window];
+        let mut d_weights = vec![T::default(); window];
+        for (sample, gradient) in gradient.chunks_exact(embedding).enumerate() {
+            let position = sample + window - 1;
+            for (head, gradient) in gradient.chunks_exact(embedding / heads).enumerate() {
+                self.weights(position, head, &mut weights);
+                for (lag, (weight, d_weight)) in weights.iter().zip(&mut d_weights).enumerate() {
+                    let range = self.range(position - lag, 2, head);
+                    *d_weight = gradient
+                        .iter()
+                        .zip(&self.qkv[range.clone()])
+                        .map(|(g, v)| *g * *v)
+                        .sum();
+                    for (d, g) in d_qkv[range].iter_mut().zip(gradient) {
+                        *d += *weight * *g;
+                    }
+                }
+                // Through the softmax: ds = w (dw - sum w dw).
+                let mean: T = weights.iter().zip(&d_weights).map(|(w, d)| *w * *d).sum();
+                let query = self.range(position, 0, head);
+                for (lag, (weight, d_weight)) in weights.iter().zip(&d_weights).enumerate() {
+                    let d_score = *weight * (*d_weight - mean);
+                    d_bias[head * window + lag] += d_score;
+                    let key = self.range(position - lag, 1, head);
+                    for i in 0..query.len() {
+                        let (q, k) = (self.qkv[query.start + i], self.qkv[key.start + i]);
+                        d_qkv[query.start + i] += d_score * scale * k;
+                        d_qkv[key.start + i] += d_score * scale * q;
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Window {
+    fn row<'a, T: Real>(&'a self, qkv: &'a [T], lag_bias: &'a [T]) -> Row<'a, T> {
+        Row {
+            config: &self.0,
+            qkv,
+            lag_bias,
+        }
+    }
+
+    fn run<T: Real>(&self, qkv: &[T], lag_bias: &[T], (batch, samples): (usize, usize)) -> Vec<T> {
+        let out = samples + 1 - self.0.window;
+        let mut values = vec![T::default(); batch * out * self.0.embedding];
+        values
+            .par_chunks_mut(out * self.0.embedding)
+            .zip(qkv.par_chunks(samples * 3 * self.0.embedding))
+            .for_each(|(out, qkv)| self.row(qkv, lag_bias).forward(out));
+        values
+    }
+
+    fn backward<T: Real>(
+        &self,
+        qkv: &Tensor,
+        lag_bias: &Tensor,
+        gradient: &Tensor,
+    ) -> Result<(Tensor, Tensor)> {
+        let (_, samples, width) = qkv.dims3()?;
+        let out = (samples + 1 - self.0.window) * self.0.embedding;
+        let values = qkv.flatten_all()?.to_vec1::<T>()?;
+        let bias = lag_bias.flatten_all()?.to_vec1::<T>()?;
+        let upstream = gradient.flatten_all()?.to_vec1::<T>()?;
+        let mut d_qkv = vec![T::default(); values.len()];
+        let parts: Vec<Vec<T>> = d_qkv
+            .par_chunks_mut(samples * width)
+            .zip(values.par_chunks(samples * width))
+            .zip(upstream.par_chunks(out))
+            .map(|((d_qkv, qkv), gradient)| {
+                let mut d_bias = vec![T::default(); bias.len()];
+                self.row(qkv, &bias).backward(gradient, d_qkv, &mut d_bias);
+                d_bias
+            })
+            .collect();
+        // Summed in the order of the batch, whichever thread came first.
+        let mut d_bias = vec![T::default(); bias.len()];
+        for part in parts {
+            for (sum, value) in d_bias.iter_mut().zip(part) {
+                *sum += value;
+            }
+        }
+        Ok((
+            Tensor::from_vec(d_qkv, qkv.shape(), qkv.device())?,
+            Tensor::from_vec(d_bias, lag_bias.shape(), qkv.device())?,
+        ))
+    }
+}
+
+impl CustomOp2 for Window {
+    fn name(&self) -> &'static str {
+        "window-attention"
+    }
+
+    fn cpu_fwd(
+        &self,
+        s1: &CpuStorage,
+        l1: &Layout,
+        s2: &CpuStorage,
+        l2: &Layout,
+    ) -> Result<(CpuStorage, Shape)> {
+        let (batch, samples, _) = l1.shape().dims3()?;
+        let shape = Shape::from((batch, samples + 1 - self.0.window, self.0.embedding));
+        let size = (batch, samples);
+        let storage =
+            match (s1, s2) {
+                (CpuStorage::F32(qkv), CpuStorage::F32(bias)) => f32::to_cpu_storage_owned(
+                    self.run(contiguous(qkv, l1)?, contiguous(bias, l2)?, size),
+                ),
+                (CpuStorage::F64(qkv), CpuStorage::F64(bias)) => f64::to_cpu_storage_owned(
+                    self.run(contiguous(qkv, l1)?, contiguous(bias, l2)?, size),
+                ),
+                _ => candle_core::bail!("{} takes f32 or f64", self.name()),
+            };
+        Ok((storage, shape))
+    }
+
+    fn bwd(
+        &self,
+        qkv: &Tensor,
+        lag_bias: &Tensor,
+        _: &Tensor,
+        gradient: &Tensor,
+    ) -> Result<(Option<Tensor>, Option<Tensor>)> {
+        let (d_qkv, d_bias) = match qkv.dtype() {
+            candle_core::DType::F64 => self.backward::<f64>(qkv, lag_bias, gradient)?,
+            _ => self.backward::<f32>(qkv, lag_bias, gradient)?,
+        };
+        Ok((Some(d_qkv), Some(d_bias)))
+    }
+}
+
+/// The numbers of a contiguous tensor.
+pub(crate) fn contiguous<'a, T>(values: &'a [T], layout: &Layout) -> Result<&'a [T]> {
+    match layout.contiguous_offsets() {
+        Some((start, end)) => Ok(&values[start..end]),
+        None => candle_core::bail!("the operation takes contiguous tensors"),
+    }
+}

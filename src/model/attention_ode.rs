@@ -1,0 +1,371 @@
+//! Attention-ODE: the force relaxes along a learned field, driven by a latent that attends to the past.
+//!
+//! ```text
+//! e_k = W_e z_k + b_e                                      embedding of the encoded, standardised sample
+//! h_k = W_h (e_k + W_o attention(e_{k-W+1} .. e_k)) + b_h      latent
+//! dF/dt = field([F; h]) / Dt                               F in standard deviations, Dt the sample period
+//! ```
+//!
+//! Y. Wang, H. Liang, Y. Han, H. Zeng, Y. Li, Q. Fan, J. Kober, "Learning Adaptive Hydrodynamic Models Using
+//! Neural ODEs in Complex Conditions". Departures, all by configuration: the latent may be wider than the
+//! force, the attitude enters as the up direction, and the field may have a linear part that starts out as
+//! a relaxation.
+
+use candle_core::{Result, Tensor};
+use candle_nn::{Init, VarBuilder};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    attention::{Attention, AttentionConfig},
+    encoding::Encoding,
+    field::{Field, FieldConfig},
+    solver::Solver,
+    trajectory::Trajectory,
+};
+
+/// Sizes of an Attention-ODE.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct AttentionOdeConfig {
+    /// W, samples of the past that h sees, the newest included.
+    pub window: usize,
+    /// Attention heads.
+    pub heads: usize,
+    /// E, length of a sample's embedding; the heads divide it.
+    pub embedding: usize,
+    /// Length of h; the paper's is the length of the force.
+    pub latent: usize,
+    /// Hidden layers of the field.
+    pub hidden: Vec<usize>,
+    /// How the attitude enters.
+    pub encoding: Encoding,
+    /// Whether the field is given F besides h; without it the force is a running sum (the paper writes both).
+    pub field_sees_force: bool,
+    /// Whether the field has a linear part A [F; h], with A's start on F being -1.
+    pub skip: bool,
+}
+
+impl Default for AttentionOdeConfig {
+    fn default() -> Self {
+        Self {
+            window: 8,
+            heads: 4,
+            embedding: 64,
+            latent: 64,
+            hidden: vec![512; 3],
+            encoding: Encoding::Up,
+            field_sees_force: true,
+            skip: true,
+        }
+    }
+}
+
+impl AttentionOdeConfig {
+    /// What is wrong with the sizes, if anything.
+    pub(crate) fn fault(&self) -> Option<String> {
+        let sizes = [self.window, self.heads, self.embedding, self.latent];
+        if sizes.contains(&0) || self.hidden.contains(&0) {
+            return Some(
+                "window, heads, embedding, latent and hidden sizes must be at least 1".to_owned(),
+            );
+        }
+        (self.embedding % self.heads != 0).then(|| {
+            format!(
+                "embedding {} is not divisible by {} heads",
+                self.embedding, self.heads
+            )
+        })
+    }
+}
+
+/// The model in Candle; all in standardised units.
+#[derive(Clone, Debug)]
+pub struct AttentionOde {
+    config: AttentionOdeConfig,
+    /// W_e [E, n], b_e [E].
+    pub(crate) embed: (Tensor, Tensor),
+    pub(crate) attention: Attention,
+    /// W_o [E, E], b_o [E].
+    pub(crate) mix: (Tensor, Tensor),
+    /// W_h [l, E], b_h [l].
+    pub(crate) latent: (Tensor, Tensor),
+    pub(crate) field: Field,
+}
+
+impl AttentionOde {
+    /// For `inputs` encoded numbers a sample and `outputs` force components.
+    pub fn new(
+        config: &AttentionOdeConfig,
+        inputs: usize,
+        outputs: usize,
+        vb: VarBuilder,
+    ) -> Result<Self> {
+        let linear = |name: &str, inputs: usize, outputs: usize, gain: f64| {
+            let up = gain * (3.0 / inputs as f64).sqrt();
+            let vb = vb.pp(name);
+            let weight =
+                vb.get_with_hints((outputs, inputs), "weight", Init::Uniform { lo: -up, up })?;
+            Ok::<_, candle_core::Error>((
+                weight,
+                vb.get_with_hints(outputs, "bias", Init::Const(0.0))?,
+            ))
+        };
+        let attention = AttentionConfig {
+            embedding: config.embedding,
+            heads: config.heads,
+            window: config.window,
+        };
+        let field = FieldConfig {
+            inputs: config.latent + if config.field_sees_force { outputs } else { 0 },
+            outputs,
+            hidden: config.hidden.clone(),
+            skip: config.skip,
+            relaxing: config.skip && config.field_sees_force,
+        };
+        Ok(Self {
+            embed: linear("embed", inputs, config.embedding, 1.0)?,
+            attention: Attention::new(attention, vb.pp("attention"))?,
+            mix: linear("mix", config.embedding, config.embedding, 1.0)?,
+            latent: linear("latent", config.embedding, config.latent, 1.0)?,
+            field: Field::new(field, vb.pp("field"))?,
+            config: config.clone(),
+        })
+    }
+
+    /// Its sizes.
+    pub fn config(&self) -> &AttentionOdeConfig {
+        &self.config
+    }
+
+    /// z [B, W-1+S, n] -> h [B, S, l].
+    pub fn latents(&self, z: &Tensor) -> Result<Tensor> {
+        let (batch, samples, inputs) = z.dims3()?;
+        let (width, window) = (self.config.embedding, self.config.window);
+        let rows = affine(&z.reshape((batch * samples, inputs))?, &self.embed)?;
+        let embeddings = rows.reshape((batch, samples, width))?;
+        let attended = self.attention.forward(&embeddings)?;
+        let steps = samples + 1 - window;
+        let newest = embeddings
+            .narrow(1, window - 1, steps)?
+            .contiguous()?
+            .reshape((batch * steps, width))?;
+        let attended = attended.reshape((batch * steps, width))?;
+        let mixed = (newest + affine(&attended, &self.mix)?)?;
+        affine(&mixed, &self.latent)?.reshape((batch, steps, self.config.latent))
+    }
+
+    /// z [B, W-1+S, n], F_0 [B, f] -> F [B, S+1, f].
+    pub fn forward(&self, z: &Tensor, start: &Tensor, solver: Solver) -> Result<Tensor> {
+        let operation = Trajectory {
+            field: self.field.config().clone(),
+            solver,
+            field_sees_force: self.config.field_sees_force,
+        };
+        operation.apply(start, &self.latents(z)?, &self.field.flat()?)
+    }
+
+    /// h [1, l] of one window z [W, n], by Candle's own operations and without threads.
+    pub(crate) fn single_latent(&self, z: &Tensor) -> Result<Tensor> {
+        let embeddings = affine(z, &self.embed)?;
+        let newest = embeddings.narrow(0, self.config.window - 1, 1)?;
+        let mixed = (newest + affine(&self.attention.single(&embeddings)?, &self.mix)?)?;
+        affine(&mixed, &self.latent)
+    }
+
+    /// F' [rows, f] one step after F [rows, f] with h [rows, l], by Candle's own operations.
+    pub(crate) fn step(&self, force: &Tensor, latent: &Tensor, solver: Solver) -> Result<Tensor> {
+        let tableau = solver.tableau();
+        let mut slope = force.zeros_like()?;
+        let mut next = force.clone();
+        for (along, weight) in tableau.along_previous.iter().zip(tableau.weights) {
+            let inner = (force + (slope * *along)?)?;
+            let input = if self.config.field_sees_force {
+                Tensor::cat(&[&inner, latent], 1)?
+            } else {
+                latent.clone()
+            };
+            slope = self.field.forward(&input)?;
+            next = (next + (&slope * *weight)?)?;
+        }
+        Ok(next)
+    }
+}
+
+/// x [rows, inputs] -> x W^T + b.
+fn affine(x: &Tensor, (weight, bias): &(Tensor, Tensor)) -> Result<Tensor> {
+    x.matmul(&weight.t()?)?.broadcast_add(bias)
+}
+
+#[cfg(test)]
+mod tests {
+    use candle_core::{DType, Device, Var};
+
+    use super::*;
+    use crate::model::parameters::Parameters;
+
+    fn small(field_sees_force: bool, skip: bool) -> AttentionOdeConfig {
+        AttentionOdeConfig {
+            window: 3,
+            heads: 2,
+            embedding: 8,
+            latent: 5,
+            hidden: vec![9, 7],
+            field_sees_force,
+            skip,
+            ..AttentionOdeConfig::default()
+        }
+    }
+
+    /// Numbers in (-1, 1) without a generator.
+    fn ramp(shape: &[usize], step: f64) -> Tensor {
+        let count: usize = shape.iter().product();
+        let values: Vec<f64> = (0..count).map(|i| ((i + 1) as f64 * step).sin()).collect();
+        Tensor::from_vec(values, shape, &Device::Cpu).expect("shape fits")
+    }
+
+    /// The model in f64 with generic weights; the weights by name.
+    fn model(config: &AttentionOdeConfig) -> (AttentionOde, Vec<(String, Var)>) {
+        let build = |vb: VarBuilder| AttentionOde::new(config, 4, 2, vb);
+        let (_, drawn) = Parameters::draw(3, build).expect("drawn");
+        let vars: Vec<(String, Var)> = drawn
+            .iter()
+            .enumerate()
+            .map(|(i, (name, var))| {
+                let values = (ramp(var.dims(), 0.37 + i as f64) * 0.5).expect("scaled");
+                (
+                    name.to_owned(),
+                    Var::from_tensor(&values).expect("a variable"),
+                )
+            })
+            .collect();
+        let tensors = vars
+            .iter()
+            .map(|(n, v)| (n.clone(), v.as_tensor().clone()))
+            .collect();
+        let vb = VarBuilder::from_tensors(tensors, DType::F64, &Device::Cpu);
+        (build(vb).expect("built"), vars)
+    }
+
+    /// 18 trajectories (two chunks) of 21 steps (several segments).
+    fn inputs() -> (Tensor, Var) {
+        let start = Var::from_tensor(&ramp(&[18, 2], 0.9)).expect("a variable");
+        (ramp(&[18, 2 + 21, 4], 0.53), start)
+    }
+
+    fn loss(model: &AttentionOde, z: &Tensor, start: &Tensor, solver: Solver) -> Result<Tensor> {
+        let forces = model.forward(z, start, solver)?;
+        (forces.sqr()? * ramp(forces.dims(), 0.31))?.sum_all()
+    }
+
+    #[test]
+    fn the_adjoint_agrees_with_candle_on_an_unrolled_graph() {
+        for (sees, skip) in [(true, true), (true, false), (false, true)] {
+            for solver in Solver::ALL {
+                let (model, vars) = model(&small(sees, skip));
+                let (z, start) = inputs();
+                let ours = loss(&model, &z, &start, solver)
+                    .expect("runs")
+                    .backward()
+                    .expect("derives");
+
+                let latents = model.latents(&z).expect("latents");
+                let mut forces = vec![start.as_tensor().clone()];
+                for step in 0..21 {
+                    let latent = latents
+                        .narrow(1, step, 1)
+                        .and_then(|h| h.squeeze(1))
+                        .expect("one step");
+                    forces.push(model.step(&forces[step], &latent, solver).expect("a step"));
+                }
+                let forces = Tensor::stack(&forces, 1).expect("stacked");
+                let unrolled =
+                    (forces.sqr().expect("squares") * ramp(forces.dims(), 0.31)).expect("weighted");
+                let theirs = unrolled
+                    .sum_all()
+                    .expect("sum")
+                    .backward()
+                    .expect("derives");
+
+                for (name, var) in vars.iter().chain([&("start".to_owned(), start)]) {
+                    let (ours, theirs) = (ours.get(var).expect(name), theirs.get(var).expect(name));
+                    let scale = theirs
+                        .abs()
+                        .and_then(|t| t.flatten_all()?.max(0)?.to_scalar::<f64>());
+                    let error = (ours - theirs)
+                        .and_then(|t| t.abs()?.flatten_all()?.max(0)?.to_scalar::<f64>());
+                    let (scale, error) = (scale.expect("a number"), error.expect("a number"));
+                    assert!(
+                        error <= 1e-11 * scale.max(1e-3),
+                        "{name}, {solver}: {error} of {scale}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_gradient_agrees_with_finite_differences() {
+        for solver in Solver::ALL {
+            let (model, vars) = model(&small(true, true));
+            let (z, start) = inputs();
+            let value = |model: &AttentionOde| {
+                loss(model, &z, &start, solver)
+                    .and_then(|l| l.to_scalar::<f64>())
+                    .expect("a loss")
+            };
+            let gradients = loss(&model, &z, &start, solver)
+                .expect("runs")
+                .backward()
+                .expect("derives");
+            for (name, var) in &vars {
+                let gradient = gradients.get(var).expect(name).flatten_all().expect("flat");
+                let gradient = gradient.to_vec1::<f64>().expect("numbers");
+                let base = var
+                    .flatten_all()
+                    .and_then(|t| t.to_vec1::<f64>())
+                    .expect("numbers");
+                // One element a tensor, along which the rest is held; steps of cube-root precision.
+                let index = base.len() / 2;
+                let at = |shift: f64| {
+                    let mut values = base.clone();
+                    values[index] += shift;
+                    let moved =
+                        Tensor::from_vec(values, var.shape(), &Device::Cpu).expect("shape fits");
+                    var.set(&moved).expect("set");
+                    value(&model)
+                };
+                let slope = (at(1e-5) - at(-1e-5)) / 2e-5;
+                at(0.0);
+                let error = (slope - gradient[index]).abs();
+                assert!(
+                    error < 1e-6 * slope.abs().max(1.0),
+                    "{name}: {slope} against {}",
+                    gradient[index]
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_past_alone_decides() {
+        let (model, _) = model(&small(true, true));
+        let (z, start) = inputs();
+        let before = model.forward(&z, &start, Solver::Euler).expect("runs");
+        // Another future: samples from step 10 on.
+        let changed = Tensor::cat(
+            &[z.narrow(1, 0, 12).expect("past"), ramp(&[18, 11, 4], 2.3)],
+            1,
+        )
+        .expect("joined");
+        let after = model
+            .forward(&changed, &start, Solver::Euler)
+            .expect("runs");
+        let numbers = |t: &Tensor, from, len| {
+            t.narrow(1, from, len)
+                .and_then(|t| t.flatten_all()?.to_vec1::<f64>())
+                .expect("numbers")
+        };
+        assert_eq!(numbers(&before, 0, 11), numbers(&after, 0, 11));
+        assert_ne!(numbers(&before, 11, 1), numbers(&after, 11, 1));
+    }
+}

@@ -1,0 +1,207 @@
+//! A multilayer perceptron with SiLU and an optional linear skip: the field of the ODE, and the
+//! memoryless model.
+//!
+//! y = W_L s(... s(W_1 x + b_1) ...) + b_L + A x, s the SiLU, x [.., inputs] -> y [.., outputs].
+
+use candle_core::{Result, Tensor};
+use candle_nn::{Init, VarBuilder};
+
+use super::kernel::{Panels, Real};
+
+/// Sizes of a perceptron.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FieldConfig {
+    /// Length of x.
+    pub inputs: usize,
+    /// Length of y.
+    pub outputs: usize,
+    /// Widths of the hidden layers.
+    pub hidden: Vec<usize>,
+    /// Whether A is there.
+    pub skip: bool,
+    /// Whether -1 is added to A's leading diagonal: with the force in front of x the field then starts
+    /// out as a relaxation over one sample, which is stable, and learns its departures from it.
+    pub relaxing: bool,
+}
+
+impl Default for FieldConfig {
+    /// The paper's: a force of 6 and a latent of 6 through three layers of 512.
+    fn default() -> Self {
+        Self {
+            inputs: 12,
+            outputs: 6,
+            hidden: vec![512; 3],
+            skip: false,
+            relaxing: false,
+        }
+    }
+}
+
+impl FieldConfig {
+    /// (inputs, outputs) of every layer.
+    pub(crate) fn layers(&self) -> Vec<(usize, usize)> {
+        let widths: Vec<usize> = [self.inputs]
+            .iter()
+            .chain(&self.hidden)
+            .chain([&self.outputs])
+            .copied()
+            .collect();
+        widths.windows(2).map(|pair| (pair[0], pair[1])).collect()
+    }
+
+    /// Numbers in all weights together.
+    pub(crate) fn count(&self) -> usize {
+        let layers: usize = self
+            .layers()
+            .iter()
+            .map(|(inputs, outputs)| (inputs + 1) * outputs)
+            .sum();
+        layers
+            + if self.skip {
+                self.inputs * self.outputs
+            } else {
+                0
+            }
+    }
+}
+
+/// The perceptron in Candle.
+#[derive(Clone, Debug)]
+pub struct Field {
+    config: FieldConfig,
+    /// Per layer, weight [outputs, inputs] and bias [outputs].
+    layers: Vec<(Tensor, Tensor)>,
+    /// The learned part of A [outputs, inputs].
+    skip: Option<Tensor>,
+}
+
+impl Field {
+    /// Weights `0.weight`, `0.bias`, ... and `skip.weight`.
+    pub fn new(config: FieldConfig, vb: VarBuilder) -> Result<Self> {
+        let layers = config
+            .layers()
+            .iter()
+            .enumerate()
+            .map(|(index, (inputs, outputs))| {
+                let vb = vb.pp(index);
+                let bound = 1.0 / (*inputs as f64).sqrt();
+                // The gain of He's rule keeps the signal alive through SiLU; the last layer starts small.
+                let last = index == config.hidden.len();
+                let up = bound * if last { 0.1 } else { 3f64.sqrt() };
+                let weight = vb.get_with_hints(
+                    (*outputs, *inputs),
+                    "weight",
+                    Init::Uniform { lo: -up, up },
+                )?;
+                let bias = vb.get_with_hints(*outputs, "bias", Init::Const(0.0))?;
+                Ok((weight, bias))
+            })
+            .collect::<Result<_>>()?;
+        let skip = if config.skip {
+            let up = 0.1 / (config.inputs as f64).sqrt();
+            let init = Init::Uniform { lo: -up, up };
+            Some(
+                vb.pp("skip")
+                    .get_with_hints((config.outputs, config.inputs), "weight", init)?,
+            )
+        } else {
+            None
+        };
+        Ok(Self {
+            config,
+            layers,
+            skip,
+        })
+    }
+
+    /// Its sizes.
+    pub fn config(&self) -> &FieldConfig {
+        &self.config
+    }
+
+    /// x [rows, inputs] -> y [rows, outputs].
+    pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
+        let mut y = x.clone();
+        for (index, (weight, bias)) in self.layers.iter().enumerate() {
+            y = y.matmul(&weight.t()?)?.broadcast_add(bias)?;
+            if index < self.config.hidden.len() {
+                y = y.silu()?;
+            }
+        }
+        match self.linear()? {
+            Some(linear) => y + x.matmul(&linear.t()?)?,
+            None => Ok(y),
+        }
+    }
+
+    /// A [outputs, inputs].
+    fn linear(&self) -> Result<Option<Tensor>> {
+        let Some(learned) = &self.skip else {
+            return Ok(None);
+        };
+        if !self.config.relaxing {
+            return Ok(Some(learned.clone()));
+        }
+        let FieldConfig {
+            inputs, outputs, ..
+        } = self.config;
+        let diagonal = (0..inputs * outputs).map(|i| {
+            if i / inputs == i % inputs {
+                -1.0f64
+            } else {
+                0.0
+            }
+        });
+        let diagonal = Tensor::from_iter(diagonal, learned.device())?.reshape((outputs, inputs))?;
+        Ok(Some((learned + diagonal.to_dtype(learned.dtype())?)?))
+    }
+
+    /// All weights in one vector, in the order that [`Layers::new`] reads; gradients flow through it.
+    pub(crate) fn flat(&self) -> Result<Tensor> {
+        let mut parts = Vec::new();
+        for (weight, bias) in &self.layers {
+            parts.extend([weight.flatten_all()?, bias.clone()]);
+        }
+        if let Some(linear) = self.linear()? {
+            parts.push(linear.flatten_all()?);
+        }
+        Tensor::cat(&parts, 0)
+    }
+}
+
+/// The same weights packed for products, without Candle.
+#[derive(Clone, Debug)]
+pub(crate) struct Layers<T> {
+    /// Per layer W^T and bias.
+    pub(crate) layers: Vec<(Panels<T>, Vec<T>)>,
+    /// A^T.
+    pub(crate) skip: Option<Panels<T>>,
+}
+
+impl<T: Real> Layers<T> {
+    /// From the vector of [`Field::flat`].
+    pub(crate) fn new(config: &FieldConfig, flat: &[T]) -> Self {
+        let mut rest = flat;
+        let mut take = |count: usize| {
+            let (head, tail) = rest.split_at(count);
+            rest = tail;
+            head
+        };
+        let layers = config
+            .layers()
+            .into_iter()
+            .map(|(inputs, outputs)| {
+                let weight = Panels::transposed(take(inputs * outputs), inputs, outputs);
+                (weight, take(outputs).to_vec())
+            })
+            .collect();
+        let skip = config.skip.then(|| {
+            Panels::transposed(
+                take(config.inputs * config.outputs),
+                config.inputs,
+                config.outputs,
+            )
+        });
+        Self { layers, skip }
+    }
+}

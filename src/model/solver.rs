@@ -1,0 +1,132 @@
+//! Explicit Runge-Kutta methods on the sample grid.
+//!
+//! With h held over the step (a simulation has no future h) the field depends on the force alone:
+//! k_i = f(F + sum_{j<i} a_ij k_j), F' = F + sum_i b_i k_i. Units of time are sample periods.
+
+use std::{fmt, str::FromStr};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// The method of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Solver {
+    /// Order 1, one evaluation a step.
+    #[default]
+    Euler,
+    /// The classical method of order 4, four evaluations a step.
+    Rk4,
+}
+
+/// Rows of a Butcher tableau; a_ij is zero but on the first subdiagonal for both methods.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tableau {
+    /// a_{i,i-1}: how far along the previous slope stage i is taken; 0 for the first stage.
+    pub(crate) along_previous: &'static [f64],
+    /// b_i.
+    pub(crate) weights: &'static [f64],
+}
+
+impl Solver {
+    /// Every method, for error messages and help texts.
+    pub const ALL: [Self; 2] = [Self::Euler, Self::Rk4];
+
+    /// ```text
+    /// Euler  0 |        RK4   0  |
+    ///        --+---           1/2| 1/2
+    ///          | 1            1/2|  0  1/2
+    ///                          1 |  0   0   1
+    ///                         ---+----------------
+    ///                            | 1/6 1/3 1/3 1/6
+    /// ```
+    pub(crate) fn tableau(self) -> Tableau {
+        match self {
+            Self::Euler => Tableau {
+                along_previous: &[0.0],
+                weights: &[1.0],
+            },
+            Self::Rk4 => Tableau {
+                along_previous: &[0.0, 0.5, 0.5, 1.0],
+                weights: &[1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0],
+            },
+        }
+    }
+}
+
+impl fmt::Display for Solver {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Euler => "euler",
+            Self::Rk4 => "rk4",
+        })
+    }
+}
+
+/// A solver name that is none.
+#[derive(Debug, Error, PartialEq, Eq)]
+#[error("unknown solver `{0}`: there are euler and rk4")]
+pub struct UnknownSolver(pub String);
+
+impl FromStr for Solver {
+    type Err = UnknownSolver;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        Self::ALL
+            .into_iter()
+            .find(|solver| solver.to_string() == name)
+            .ok_or_else(|| UnknownSolver(name.to_owned()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_weights_of_a_consistent_method_sum_to_one() {
+        for solver in Solver::ALL {
+            let tableau = solver.tableau();
+            assert!(
+                (tableau.weights.iter().sum::<f64>() - 1.0).abs() < 1e-15,
+                "{solver}"
+            );
+            assert_eq!(tableau.weights.len(), tableau.along_previous.len());
+        }
+    }
+
+    /// dF/dt = -F from 1: the error at t = 1 falls by 2^order when the step is halved.
+    #[test]
+    fn each_method_converges_at_its_order() {
+        let error = |solver: Solver, steps: u32| {
+            let tableau = solver.tableau();
+            let step = 1.0 / f64::from(steps);
+            let mut force = 1.0;
+            for _ in 0..steps {
+                let (mut slope, mut change) = (0.0, 0.0);
+                for (along, weight) in tableau.along_previous.iter().zip(tableau.weights) {
+                    slope = -step * (force + along * slope);
+                    change += weight * slope;
+                }
+                force += change;
+            }
+            (force - (-1.0f64).exp()).abs()
+        };
+        for (solver, order) in [(Solver::Euler, 1.0), (Solver::Rk4, 4.0)] {
+            let observed = (error(solver, 40) / error(solver, 80)).log2();
+            assert!((observed - order).abs() < 0.1, "{solver}: order {observed}");
+        }
+    }
+
+    #[test]
+    fn names_are_read_back_and_others_refused() {
+        for solver in Solver::ALL {
+            assert_eq!(solver.to_string().parse(), Ok(solver));
+        }
+        let error = "rk5".parse::<Solver>().expect_err("no such solver");
+        assert_eq!(
+            error.to_string(),
+            "unknown solver `rk5`: there are euler and rk4"
+        );
+    }
+}

@@ -1,0 +1,546 @@
+//! A whole trajectory of the force as one differentiable operation.
+//!
+//! F_{k+1} = F_k + Phi(F_k, h_k), k = 0 .. S-1, with Phi one explicit step of the field ([`Solver`]).
+//! Unrolled into Candle's graph, 400 steps would be sorted recursively and overflow the stack; here the
+//! time loop is one operation with its own derivative, the discrete adjoint of the method:
+//!
+//! ```text
+//! g = dL/dF_{k+1};   for stages i = last .. first:  u_i = b_i g + a_{i+1,i} s_{i+1},  s_i = J_i^T u_i
+//! dL/dF_k += g + sum_i s_i (part of F),   dL/dh_k = sum_i s_i (part of h)
+//! ```
+//!
+//! Backward keeps nothing from the way forward but the forces themselves: the stages of a segment of steps are
+//! evaluated again, all steps at once, since every F_k is known. Only the transposed products walk the time in
+//! order; the gradients of the weights are products over all rows of a segment.
+//!
+//! The batch is cut in chunks of fixed size, summed in their order: the result does not depend on the number
+//! of threads.
+
+use candle_core::{CpuStorage, CustomOp3, DType, Layout, Result, Shape, Tensor, WithDType as _};
+use rayon::prelude::*;
+
+use super::{
+    attention::contiguous,
+    field::{FieldConfig, Layers},
+    kernel::{Panels, Real, pack_rows},
+    solver::Solver,
+};
+
+/// Trajectories that a thread integrates together.
+const CHUNK: usize = 16;
+/// Steps times stages whose activations are held at a time: with CHUNK rows each, one block of the kernel.
+const SEGMENT: usize = 16;
+
+/// The operation: F_0 [B, f], h [B, S, l], weights of the field (flat) -> F [B, S+1, f].
+#[derive(Clone, Debug)]
+pub(crate) struct Trajectory {
+    pub(crate) field: FieldConfig,
+    pub(crate) solver: Solver,
+    /// Whether the field is given [F; h], or h alone.
+    pub(crate) field_sees_force: bool,
+}
+
+/// Sizes of one call.
+#[derive(Clone, Copy)]
+struct Sizes {
+    steps: usize,
+    force: usize,
+    latent: usize,
+}
+
+/// Weights for the way forward and for the way back.
+struct Weights<T> {
+    forward: Layers<T>,
+    /// Per layer W, as stored [outputs, inputs].
+    backward: Vec<Panels<T>>,
+    /// A.
+    skip: Option<Panels<T>>,
+}
+
+/// Buffers of a pass over the layers.
+#[derive(Default)]
+struct Work<T> {
+    packed: Vec<T>,
+    panels: Panels<T>,
+    values: Vec<T>,
+}
+
+/// Per hidden layer, z (later dL/dz) and silu(z) of a set of rows.
+struct Hidden<T> {
+    z: Vec<Vec<T>>,
+    activation: Vec<Vec<T>>,
+}
+
+/// What the derivative needs of a set of rows.
+struct Tape<T> {
+    input: Vec<T>,
+    hidden: Hidden<T>,
+    /// dL/dy.
+    output: Vec<T>,
+}
+
+impl Trajectory {
+    /// Applies the operation.
+    pub(crate) fn apply(self, start: &Tensor, latent: &Tensor, weights: &Tensor) -> Result<Tensor> {
+        start
+            .contiguous()?
+            .apply_op3(&latent.contiguous()?, weights, self)
+    }
+
+    fn weights<T: Real>(&self, flat: &[T], backward: bool) -> Weights<T> {
+        let forward = Layers::new(&self.field, flat);
+        let mut panels = Vec::new();
+        let mut at = 0;
+        for (inputs, outputs) in self.field.layers() {
+            if backward {
+                panels.push(Panels::new(
+                    &flat[at..][..inputs * outputs],
+                    outputs,
+                    inputs,
+                ));
+            }
+            at += (inputs + 1) * outputs;
+        }
+        let skip = (backward && self.field.skip)
+            .then(|| Panels::new(&flat[at..], self.field.outputs, self.field.inputs));
+        Weights {
+            forward,
+            backward: panels,
+            skip,
+        }
+    }
+
+    /// Columns of the field's input that hold the force.
+    fn force_columns(&self) -> usize {
+        if self.field_sees_force {
+            self.field.outputs
+        } else {
+            0
+        }
+    }
+
+    /// `out` = field of `rows` inputs; the hidden layers go to `tape` from its row `at` on.
+    fn evaluate<T: Real>(
+        &self,
+        layers: &Layers<T>,
+        input: &[T],
+        out: &mut Vec<T>,
+        work: &mut Work<T>,
+        mut tape: Option<(&mut Hidden<T>, usize)>,
+    ) {
+        let rows = input.len() / self.field.inputs;
+        let last = layers.layers.len() - 1;
+        pack_rows(
+            &mut work.packed,
+            input,
+            (rows, self.field.inputs),
+            (self.field.inputs, 1),
+        );
+        for (index, (weight, bias)) in layers.layers.iter().enumerate() {
+            let width = weight.columns();
+            let values = if index == last {
+                &mut *out
+            } else {
+                &mut work.values
+            };
+            values.clear();
+            for _ in 0..rows {
+                values.extend_from_slice(bias);
+            }
+            T::multiply(values, rows, &work.packed, weight);
+            if index == last {
+                break;
+            }
+            if let Some((hidden, at)) = &mut tape {
+                hidden.z[index][*at * width..][..rows * width].copy_from_slice(values);
+            }
+            T::silu(values);
+            if let Some((hidden, at)) = &mut tape {
+                hidden.activation[index][*at * width..][..rows * width].copy_from_slice(values);
+            }
+            pack_rows(&mut work.packed, values, (rows, width), (width, 1));
+        }
+        if let Some(skip) = &layers.skip {
+            pack_rows(
+                &mut work.packed,
+                input,
+                (rows, self.field.inputs),
+                (self.field.inputs, 1),
+            );
+            T::multiply(out, rows, &work.packed, skip);
+        }
+    }
+
+    /// One chunk: `forces` [rows, S+1, f] with the start in place, h [rows, S, l].
+    fn forward_chunk<T: Real>(
+        &self,
+        weights: &Weights<T>,
+        sizes: Sizes,
+        forces: &mut [T],
+        latent: &[T],
+    ) {
+        let Sizes {
+            steps,
+            force,
+            latent: width,
+        } = sizes;
+        let rows = forces.len() / ((steps + 1) * force);
+        let sees = self.force_columns();
+        let tableau = self.solver.tableau();
+        let (mut work, mut slope) = (Work::default(), vec![T::default(); rows * force]);
+        let mut input = vec![T::default(); rows * self.field.inputs];
+        for step in 0..steps {
+            let mut change = vec![T::default(); rows * force];
+            for (row, input) in input.chunks_exact_mut(self.field.inputs).enumerate() {
+                input[sees..].copy_from_slice(&latent[(row * steps + step) * width..][..width]);
+            }
+            for (along, weight) in tableau.along_previous.iter().zip(tableau.weights) {
+                for (row, input) in input.chunks_exact_mut(self.field.inputs).enumerate() {
+                    let now = &forces[(row * (steps + 1) + step) * force..][..force];
+                    for (i, slot) in input[..sees].iter_mut().enumerate() {
+                        *slot = now[i] + T::real(*along) * slope[row * force + i];
+                    }
+                }
+                self.evaluate(&weights.forward, &input, &mut slope, &mut work, None);
+                for (change, slope) in change.iter_mut().zip(&slope) {
+                    *change += T::real(*weight) * *slope;
+                }
+            }
+            for (row, change) in change.chunks_exact(force).enumerate() {
+                let at = (row * (steps + 1) + step) * force;
+                for (i, change) in change.iter().enumerate() {
+                    forces[at + force + i] = forces[at + i] + *change;
+                }
+            }
+        }
+    }
+
+    /// F [B, S+1, f].
+    fn run<T: Real>(&self, start: &[T], latent: &[T], flat: &[T], sizes: Sizes) -> Vec<T> {
+        let Sizes {
+            steps,
+            force,
+            latent: width,
+        } = sizes;
+        let weights = self.weights(flat, false);
+        let row = (steps + 1) * force;
+        let mut forces = vec![T::default(); start.len() / force * row];
+        for (row, start) in forces.chunks_exact_mut(row).zip(start.chunks_exact(force)) {
+            row[..force].copy_from_slice(start);
+        }
+        forces
+            .par_chunks_mut(CHUNK * row)
+            .zip(latent.par_chunks(CHUNK * steps * width))
+            .for_each(|(forces, latent)| self.forward_chunk(&weights, sizes, forces, latent));
+        forces
+    }
+
+    /// One chunk of the adjoint: gradients of F_0 (into the front of `gradient`'s rows), of h, of the weights.
+    fn backward_chunk<T: Real>(
+        &self,
+        weights: &Weights<T>,
+        sizes: Sizes,
+        (forces, latent): (&[T], &[T]),
+        gradient: &mut [T],
+        d_latent: &mut [T],
+    ) -> Vec<T> {
+        let Sizes {
+            steps,
+            force,
+            latent: width,
+        } = sizes;
+        let rows = forces.len() / ((steps + 1) * force);
+        let inputs = self.field.inputs;
+        let sees = self.force_columns();
+        let tableau = self.solver.tableau();
+        let stages = tableau.weights.len();
+        let length = (SEGMENT / stages).max(1);
+        let mut d_weights = vec![T::default(); self.field.count()];
+        let mut work = Work::default();
+        let mut slope = Vec::new();
+        let mut stage_gradient = vec![T::default(); rows * inputs];
+
+        for end in (1..=steps).rev().step_by(length) {
+            let first = end.saturating_sub(length);
+            let count = end - first;
+            let block = count * rows;
+
+            // The stages again, all steps of the segment at once; rows are ordered (stage, step, trajectory).
+            let mut tape = Tape::new(&self.field, stages * block);
+            for (stage, along) in tableau.along_previous.iter().enumerate() {
+                let input = &mut tape.input[stage * block * inputs..][..block * inputs];
+                for (index, input) in input.chunks_exact_mut(inputs).enumerate() {
+                    let (step, row) = (first + index / rows, index % rows);
+                    input[sees..].copy_from_slice(&latent[(row * steps + step) * width..][..width]);
+                    let now = &forces[(row * (steps + 1) + step) * force..][..force];
+                    for (i, slot) in input[..sees].iter_mut().enumerate() {
+                        let before = if stage == 0 {
+                            T::default()
+                        } else {
+                            slope[index * force + i]
+                        };
+                        *slot = now[i] + T::real(*along) * before;
+                    }
+                }
+                let hidden = Some((&mut tape.hidden, stage * block));
+                self.evaluate(&weights.forward, input, &mut slope, &mut work, hidden);
+            }
+
+            // Back in time, step by step.
+            for step in (first..end).rev() {
+                stage_gradient.fill(T::default());
+                let mut total = vec![T::default(); rows * inputs];
+                for stage in (0..stages).rev() {
+                    let along = tableau
+                        .along_previous
+                        .get(stage + 1)
+                        .copied()
+                        .unwrap_or(0.0);
+                    let at = stage * block + (step - first) * rows;
+                    let upstream = &mut tape.output[at * force..][..rows * force];
+                    for (row, upstream) in upstream.chunks_exact_mut(force).enumerate() {
+                        let next = &gradient[(row * (steps + 1) + step + 1) * force..][..force];
+                        for (i, upstream) in upstream.iter_mut().enumerate() {
+                            let through = if sees > 0 {
+                                stage_gradient[row * inputs + i]
+                            } else {
+                                T::default()
+                            };
+                            *upstream = T::real(tableau.weights[stage]) * next[i]
+                                + T::real(along) * through;
+                        }
+                    }
+                    self.transpose(weights, &mut tape, at, rows, &mut stage_gradient, &mut work);
+                    for (total, part) in total.iter_mut().zip(&stage_gradient) {
+                        *total += *part;
+                    }
+                }
+                for (row, total) in total.chunks_exact(inputs).enumerate() {
+                    d_latent[(row * steps + step) * width..][..width]
+                        .copy_from_slice(&total[sees..]);
+                    let at = (row * (steps + 1) + step) * force;
+                    for i in 0..force {
+                        let next = gradient[at + force + i];
+                        gradient[at + i] += next;
+                        if sees > 0 {
+                            gradient[at + i] += total[i];
+                        }
+                    }
+                }
+            }
+            self.accumulate(&tape, stages * block, &mut d_weights, &mut work);
+        }
+        d_weights
+    }
+
+    /// `out` = J^T (dL/dy) of `rows` rows from `at` on; leaves dL/dz of the hidden layers in the tape.
+    fn transpose<T: Real>(
+        &self,
+        weights: &Weights<T>,
+        tape: &mut Tape<T>,
+        at: usize,
+        rows: usize,
+        out: &mut Vec<T>,
+        work: &mut Work<T>,
+    ) {
+        let outputs = self.field.outputs;
+        let upstream = &tape.output[at * outputs..][..rows * outputs];
+        pack_rows(&mut work.packed, upstream, (rows, outputs), (outputs, 1));
+        out.clear();
+        out.resize(rows * self.field.inputs, T::default());
+        if let Some(skip) = &weights.skip {
+            T::multiply(out, rows, &work.packed, skip);
+        }
+        for (layer, weight) in weights.backward.iter().enumerate().rev() {
+            let columns = weight.columns();
+            if layer == 0 {
+                T::multiply(out, rows, &work.packed, weight);
+                break;
+            }
+            work.values.clear();
+            work.values.resize(rows * columns, T::default());
+            T::multiply(&mut work.values, rows, &work.packed, weight);
+            let z = &mut tape.hidden.z[layer - 1][at * columns..][..rows * columns];
+            T::silu_backward(z, &work.values);
+            pack_rows(&mut work.packed, z, (rows, columns), (columns, 1));
+        }
+    }
+
+    /// Gradients of the weights over all rows of a tape, in the order of [`super::field::Field::flat`].
+    fn accumulate<T: Real>(
+        &self,
+        tape: &Tape<T>,
+        rows: usize,
+        d_weights: &mut [T],
+        work: &mut Work<T>,
+    ) {
+        let mut rest = d_weights;
+        let last = self.field.hidden.len();
+        let mut product = |d: &[T], width: usize, x: &[T], depth: usize, out: &mut [T]| {
+            // dW [width, depth] += d^T x over the rows.
+            pack_rows(&mut work.packed, d, (width, rows), (1, width));
+            work.panels.pack(x, rows, depth, depth);
+            T::multiply(out, width, &work.packed, &work.panels);
+        };
+        for (layer, (depth, width)) in self.field.layers().into_iter().enumerate() {
+            let d = if layer == last {
+                &tape.output
+            } else {
+                &tape.hidden.z[layer]
+            };
+            let x = if layer == 0 {
+                &tape.input
+            } else {
+                &tape.hidden.activation[layer - 1]
+            };
+            let (weight, tail) = rest.split_at_mut(depth * width);
+            let (bias, tail) = tail.split_at_mut(width);
+            product(d, width, x, depth, weight);
+            for row in d.chunks_exact(width) {
+                for (sum, value) in bias.iter_mut().zip(row) {
+                    *sum += *value;
+                }
+            }
+            rest = tail;
+        }
+        if self.field.skip {
+            product(
+                &tape.output,
+                self.field.outputs,
+                &tape.input,
+                self.field.inputs,
+                rest,
+            );
+        }
+    }
+
+    fn backward<T: Real>(
+        &self,
+        [start, latent, flat, forces, gradient]: [&Tensor; 5],
+    ) -> Result<(Tensor, Tensor, Tensor)> {
+        let sizes = Self::sizes(start.shape(), latent.shape())?;
+        let Sizes {
+            steps,
+            force,
+            latent: width,
+        } = sizes;
+        let values = |tensor: &Tensor| tensor.flatten_all()?.to_vec1::<T>();
+        let weights = self.weights(&values(flat)?, true);
+        let (h, f) = (values(latent)?, values(forces)?);
+        let mut g = values(gradient)?;
+        let mut d_latent = vec![T::default(); h.len()];
+        let row = (steps + 1) * force;
+        let parts: Vec<Vec<T>> = g
+            .par_chunks_mut(CHUNK * row)
+            .zip(d_latent.par_chunks_mut(CHUNK * steps * width))
+            .zip(
+                f.par_chunks(CHUNK * row)
+                    .zip(h.par_chunks(CHUNK * steps * width)),
+            )
+            .map(|((gradient, d_latent), (forces, latent))| {
+                self.backward_chunk(&weights, sizes, (forces, latent), gradient, d_latent)
+            })
+            .collect();
+        let mut d_flat = vec![T::default(); self.field.count()];
+        for part in parts {
+            for (sum, value) in d_flat.iter_mut().zip(part) {
+                *sum += value;
+            }
+        }
+        let d_start: Vec<T> = g
+            .chunks_exact(row)
+            .flat_map(|row| row[..force].to_vec())
+            .collect();
+        let device = start.device();
+        Ok((
+            Tensor::from_vec(d_start, start.shape(), device)?,
+            Tensor::from_vec(d_latent, latent.shape(), device)?,
+            Tensor::from_vec(d_flat, flat.shape(), device)?,
+        ))
+    }
+
+    fn sizes(start: &Shape, latent: &Shape) -> Result<Sizes> {
+        let (_, force) = start.dims2()?;
+        let (_, steps, latent) = latent.dims3()?;
+        Ok(Sizes {
+            steps,
+            force,
+            latent,
+        })
+    }
+}
+
+impl<T: Real> Tape<T> {
+    fn new(field: &FieldConfig, rows: usize) -> Self {
+        let hidden = || {
+            field
+                .hidden
+                .iter()
+                .map(|width| vec![T::default(); rows * width])
+                .collect()
+        };
+        Self {
+            input: vec![T::default(); rows * field.inputs],
+            hidden: Hidden {
+                z: hidden(),
+                activation: hidden(),
+            },
+            output: vec![T::default(); rows * field.outputs],
+        }
+    }
+}
+
+impl CustomOp3 for Trajectory {
+    fn name(&self) -> &'static str {
+        "force-trajectory"
+    }
+
+    fn cpu_fwd(
+        &self,
+        s1: &CpuStorage,
+        l1: &Layout,
+        s2: &CpuStorage,
+        l2: &Layout,
+        s3: &CpuStorage,
+        l3: &Layout,
+    ) -> Result<(CpuStorage, Shape)> {
+        let sizes = Self::sizes(l1.shape(), l2.shape())?;
+        let shape = Shape::from((l1.dims()[0], sizes.steps + 1, sizes.force));
+        let storage = match (s1, s2, s3) {
+            (CpuStorage::F32(start), CpuStorage::F32(latent), CpuStorage::F32(flat)) => {
+                f32::to_cpu_storage_owned(self.run(
+                    contiguous(start, l1)?,
+                    contiguous(latent, l2)?,
+                    contiguous(flat, l3)?,
+                    sizes,
+                ))
+            }
+            (CpuStorage::F64(start), CpuStorage::F64(latent), CpuStorage::F64(flat)) => {
+                f64::to_cpu_storage_owned(self.run(
+                    contiguous(start, l1)?,
+                    contiguous(latent, l2)?,
+                    contiguous(flat, l3)?,
+                    sizes,
+                ))
+            }
+            _ => candle_core::bail!("{} takes f32 or f64", self.name()),
+        };
+        Ok((storage, shape))
+    }
+
+    fn bwd(
+        &self,
+        start: &Tensor,
+        latent: &Tensor,
+        flat: &Tensor,
+        forces: &Tensor,
+        gradient: &Tensor,
+    ) -> Result<(Option<Tensor>, Option<Tensor>, Option<Tensor>)> {
+        let tensors = [start, latent, flat, forces, gradient];
+        let (d_start, d_latent, d_flat) = match start.dtype() {
+            DType::F64 => self.backward::<f64>(tensors)?,
+            _ => self.backward::<f32>(tensors)?,
+        };
+        Ok((Some(d_start), Some(d_latent), Some(d_flat)))
+    }
+}

@@ -1,0 +1,4 @@
+//! What a person looks at: plots and a page. Renders, computes nothing.
+
+pub mod page;
+pub mod plot;
