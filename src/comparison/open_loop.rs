@@ -1,6 +1,30 @@
 //! Open loop: wrenches predicted from recorded features, beside the true ones.
 
+use std::convert::Infallible;
+
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+
+use crate::{
+    dataset::Split,
+    drag::{Drag, DragError, DragFit},
+    features::{Feature, FeatureLayout},
+    frames::{Twist, Wrench},
+    model::{Engine, Scratch},
+};
+
+/// Where an ODE's force starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Start {
+    /// The true force at the first sample, as in the paper.
+    True,
+    /// What the model itself predicts for a window filled with the first sample, as in the plugin.
+    Estimate,
+}
+
+/// Predicts the wrench along a trajectory of a split: `[T, f]`, row after row.
+pub type Predict<'a, E> = dyn Fn(&Split, usize) -> Result<Vec<f64>, E> + 'a;
 
 /// Errors of one contender on a test split, against the clean wrench.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -133,6 +157,157 @@ impl Accumulator {
             nrmse_hydrodynamic,
         }
     }
+}
+
+/// Runs contenders over a split; `example` is the trajectory that is kept in full. `tick` is called
+/// after each contender.
+///
+/// # Errors
+/// Whatever a contender returns.
+pub fn open_loop<E>(
+    contenders: &[(String, Box<Predict<'_, E>>)],
+    split: &Split,
+    outputs: &[String],
+    example: usize,
+    tick: &dyn Fn(&str),
+) -> Result<OpenLoop, E> {
+    let axes = split.outputs();
+    let table = |values: &[f32]| -> Vec<Vec<f64>> {
+        let row = |row: &[f32]| row.iter().map(|value| f64::from(*value)).collect();
+        values.chunks_exact(axes).map(row).collect()
+    };
+    let mut wrenches = vec![("truth".to_owned(), table(split.clean(example)))];
+    let mut rows = Vec::new();
+    for (name, predict) in contenders {
+        let mut sums = Accumulator::new(axes);
+        for trajectory in 0..split.len() {
+            let predicted = predict(split, trajectory)?;
+            let predicted: Vec<Vec<f64>> = predicted.chunks_exact(axes).map(<[f64]>::to_vec).collect();
+            let clean = table(split.clean(trajectory));
+            let hydrostatic = table(split.hydrostatic(trajectory));
+            for ((predicted, clean), hydrostatic) in predicted.iter().zip(&clean).zip(&hydrostatic) {
+                sums.add(predicted, clean, hydrostatic);
+            }
+            if trajectory == example {
+                wrenches.push((name.clone(), predicted));
+            }
+        }
+        rows.push(sums.row(name));
+        tick(name);
+    }
+    Ok(OpenLoop {
+        outputs: outputs.to_vec(),
+        trajectories: split.len(),
+        rows,
+        example: Example {
+            time: split.time().iter().map(|t| f64::from(*t)).collect(),
+            wrenches,
+        },
+    })
+}
+
+/// Steps an engine along every trajectory, as the plugin would, on all cores: `[M][T * f]`.
+pub fn predict_all(engine: &dyn Engine, split: &Split, start: Start) -> Vec<Vec<f64>> {
+    (0..split.len())
+        .into_par_iter()
+        .map_init(Scratch::default, |scratch, trajectory| {
+            predict(engine, split, trajectory, start, scratch)
+        })
+        .collect()
+}
+
+/// A contender whose trajectories were predicted before.
+pub fn predicted<'a>(trajectories: Vec<Vec<f64>>) -> Box<Predict<'a, Infallible>> {
+    Box::new(move |_, trajectory| Ok(trajectories[trajectory].clone()))
+}
+
+fn predict(
+    engine: &dyn Engine,
+    split: &Split,
+    trajectory: usize,
+    start: Start,
+    scratch: &mut Scratch,
+) -> Vec<f64> {
+    let (inputs, outputs) = (engine.inputs(), engine.outputs());
+    let x: Vec<f64> = split.x(trajectory).iter().map(|value| f64::from(*value)).collect();
+    let mut window = x[..inputs].repeat(engine.window());
+    let mut carried: Vec<f64> = match start {
+        Start::True => split.clean(trajectory)[..outputs].iter().map(|v| f64::from(*v)).collect(),
+        Start::Estimate => {
+            let mut force = vec![0.0; outputs];
+            engine.estimate(&x[..inputs], &mut force, scratch);
+            force
+        }
+    };
+    let (mut now, mut next) = (vec![0.0; outputs], vec![0.0; outputs]);
+    let mut forces = Vec::with_capacity(split.samples() * outputs);
+    for sample in x.chunks_exact(inputs) {
+        window.copy_within(inputs.., 0);
+        let newest = window.len() - inputs;
+        window[newest..].copy_from_slice(sample);
+        engine.sample(&window, &carried, &mut now, &mut next, scratch);
+        forces.extend_from_slice(&now);
+        carried.copy_from_slice(&next);
+    }
+    forces
+}
+
+/// Base twist and density of a floating base's sample; `None` where the layout does not hold them.
+pub fn twist_and_density(layout: &FeatureLayout, sample: &[f32]) -> Option<(Twist, f64)> {
+    let triple = |feature: fn(usize) -> Feature| -> Option<[f64; 3]> {
+        let at = |axis| Some(f64::from(sample[layout.index_of(&feature(axis))?]));
+        Some([at(0)?, at(1)?, at(2)?])
+    };
+    let twist = Twist {
+        angular: triple(Feature::AngularVelocity)?,
+        linear: triple(Feature::LinearVelocity)?,
+    };
+    Some((twist, f64::from(sample[layout.density()?])))
+}
+
+/// The wrench without buoyancy of each sample: measured (perturbed) minus exact hydrostatics.
+fn without_buoyancy(wrench: &[f32], hydrostatic: &[f32]) -> Wrench {
+    let mut values = [0.0; 6];
+    for (value, (all, part)) in values.iter_mut().zip(wrench.iter().zip(hydrostatic)) {
+        *value = f64::from(*all) - f64::from(*part);
+    }
+    Wrench::from_array(values)
+}
+
+/// Fits linear plus quadratic drag to a training split, buoyancy taken out exactly; `None` where the
+/// features hold no twist.
+pub fn fit_drag(layout: &FeatureLayout, train: &Split) -> Option<Result<Drag, DragError>> {
+    let mut fit = DragFit::default();
+    for trajectory in 0..train.len() {
+        let samples = train.x(trajectory).chunks_exact(train.inputs());
+        let wrenches = train.wrench(trajectory).chunks_exact(6);
+        let hydrostatics = train.hydrostatic(trajectory).chunks_exact(6);
+        for ((sample, wrench), hydrostatic) in samples.zip(wrenches).zip(hydrostatics) {
+            let (twist, density) = twist_and_density(layout, sample)?;
+            fit.add(&twist, density, &without_buoyancy(wrench, hydrostatic));
+        }
+    }
+    Some(fit.solve())
+}
+
+/// The fitted drag as a contender, with exact buoyancy and density.
+pub fn drag_contender<'a>(drag: &'a Drag, layout: &'a FeatureLayout) -> Box<Predict<'a, Infallible>> {
+    Box::new(move |split, trajectory| {
+        let samples = split.x(trajectory).chunks_exact(split.inputs());
+        let hydrostatics = split.hydrostatic(trajectory).chunks_exact(6);
+        let predicted = samples.zip(hydrostatics).flat_map(|(sample, hydrostatic)| {
+            let wrench = twist_and_density(layout, sample)
+                .map(|(twist, density)| drag.wrench(&twist, density))
+                .unwrap_or_default()
+                .to_array();
+            let mut sum = [0.0; 6];
+            for (sum, (drag, buoyancy)) in sum.iter_mut().zip(wrench.iter().zip(hydrostatic)) {
+                *sum = drag + f64::from(*buoyancy);
+            }
+            sum
+        });
+        Ok(predicted.collect())
+    })
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 //! dF/dt = field([F; h]) / Dt                               F in standard deviations, Dt the sample period
 //! ```
 //!
-//! Y. Wang, H. Liang, Y. Han, H. Zeng, Y. Li, Q. Fan, J. Kober, "Learning Adaptive Hydrodynamic Models Using
+//! C. Wang, A. Liang, F. Han, X. Zeng, Z. Li, D. Fan, J. Kober, "Learning Adaptive Hydrodynamic Models Using
 //! Neural ODEs in Complex Conditions". Departures, all by configuration: the latent may be wider than the
 //! force, the attitude enters as the up direction, and the field may have a linear part that starts out as
 //! a relaxation.

@@ -1,0 +1,20 @@
+"""Simulated swimming of B1: what the data sets and recorded rollouts are made with.
+
+scene.py       a truth scene, its joints and its density
+features.py    state -> the 35 inputs of a force model
+gait.py        joint targets
+plan.py        everything that is drawn at random for one trajectory
+simulation.py  many plans -> states, features and labels, in a mujoco.batch
+task2.py       one shard of the Task 2 data set
+dataset.py     a data-set folder: workers, resume, manifest
+rollouts.py    a folder of recorded rollouts
+files.py       whole files or none, fingerprints
+progress.py    a bar on a terminal, lines in a log
+"""
+
+#: Written into manifests beside the generator's name.
+VERSION = "0.1.0"
+
+
+class DataError(Exception):
+    """A fault with a message for the user; the scripts print it and exit with 1."""

@@ -1,0 +1,158 @@
+"""Everything that is drawn at random for one trajectory, from (seed, stream, index) alone.
+
+A trajectory starts before its first sample: a warm-up of 0 to 8 s brings it to the speeds and
+attitudes that swimming settles to, so that the data cover both transients and what ten minutes of
+free swimming visit.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from . import gait
+from .scene import SAMPLE_PERIOD
+
+#: Fresh water to sea water [kg/m^3].
+DENSITY_RANGE = (990.0, 1030.0)
+#: Condition switches in a trajectory of Task 2.
+SWITCHES = 40
+#: Seconds of warm-up: a quarter of the trajectories starts (nearly) at once.
+WARM_UP, BRIEF_WARM_UP, BRIEF_SHARE = 8.0, 0.3, 0.25
+#: Mean time between changes of gait and push, outside Task 2's switches [s].
+DWELL = 1.5
+#: A switch always changes the density; gait and push with a chance that is drawn a trajectory.
+RESTLESSNESS, RESTLESSNESS_SHARES = (1.0, 0.3, 0.05), (0.4, 0.3, 0.3)
+#: Pushes on the base: chance, standard deviation a component [N], [N m], ramp [s].
+PUSH_SHARE, PUSH_FORCE, PUSH_TORQUE, PUSH_RAMP = 0.35, 50.0, 10.0, 0.1
+#: A gait blends into the next within [s].
+BLEND = (0.1, 0.4)
+#: Initial linear [m/s] and angular [rad/s] velocity, standard deviation a component; largest norm.
+START_SPEED, START_RATE, SPEED_CAP, RATE_CAP = 0.5, 0.8, 1.2, 2.5
+#: Initial roll and pitch [rad]: mostly small (standard deviation), some large (half-range), some anything.
+TILT, WIDE_TILT, TILT_SHARES = 0.35, 1.2, (0.75, 0.15, 0.10)
+#: Initial joints: spread about the first target [rad], speed [rad/s].
+JOINT_SPREAD, JOINT_SPEED = 0.3, 1.0
+
+
+class Stream(IntEnum):
+    """Independent random streams of a seed."""
+
+    TRAIN = 0
+    VAL = 1
+    TEST = 2
+    PILOT = 3
+    ROLLOUT = 4
+    NOISE = 100
+
+
+def generator(seed: int, *key: int) -> np.random.Generator:
+    """The random numbers of one trajectory, whatever the order in which trajectories are made."""
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(entropy=seed, spawn_key=key)))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One trajectory: N = warm_up + samples rows, each held for a sample period.
+
+    qpos [19], qvel [18]; ctrl [N, 12] rad; push [N, 6] force and torque on the base, world frame;
+    density [N] kg/m^3; condition [samples], counted from 0.
+    """
+
+    warm_up: int
+    qpos: np.ndarray
+    qvel: np.ndarray
+    ctrl: np.ndarray
+    push: np.ndarray
+    density: np.ndarray
+    condition: np.ndarray
+
+
+def _attitude(rng: np.random.Generator) -> np.ndarray:
+    """A random `world_from_base` [4]: yaw anything, roll and pitch a mixture."""
+    kind = rng.choice(3, p=TILT_SHARES)
+    yaw = rng.uniform(-np.pi, np.pi)
+    roll, pitch = rng.normal(0, TILT, 2) if kind == 0 else rng.uniform(-WIDE_TILT, WIDE_TILT, 2)
+    anything = rng.normal(size=4)
+    if kind == 2:
+        return anything / np.sqrt(np.sum(anything**2))
+    (cr, cp, cy), (sr, sp, sy) = np.cos([roll / 2, pitch / 2, yaw / 2]), np.sin([roll / 2, pitch / 2, yaw / 2])
+    return np.array([cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy,
+                     cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy])
+
+
+def _capped(vector: np.ndarray, cap: float) -> np.ndarray:
+    return vector * min(1.0, cap / max(np.sqrt(np.sum(vector**2)), 1e-12))
+
+
+def _push(rng: np.random.Generator) -> np.ndarray:
+    """A wrench on the base [6]: nothing, more often than not."""
+    wrench = np.concatenate((rng.normal(0, PUSH_FORCE, 3), rng.normal(0, PUSH_TORQUE, 3)))
+    return wrench if rng.random() < PUSH_SHARE else np.zeros(6)
+
+
+def _dwell(rng: np.random.Generator, start: int, end: int) -> list[int]:
+    """Instants of change in (start, end), DWELL seconds apart in the mean [samples]."""
+    instants, at = [], start
+    while True:
+        at += max(1, round(rng.exponential(DWELL) / SAMPLE_PERIOD))
+        if at >= end:
+            return instants
+        instants.append(at)
+
+
+def _draw(rng: np.random.Generator, *, warm_up: int, rows: int, changes: list[int], density: np.ndarray,
+          condition: np.ndarray, joint_range: np.ndarray) -> Plan:
+    """Initial state, and the tracks of targets and pushes that change at `changes` [samples]."""
+    t = np.arange(rows) * SAMPLE_PERIOD
+    first = gait.draw(rng)
+    posture = gait.within(first.targets(t[:1])[0] + rng.normal(0, JOINT_SPREAD, 12), joint_range)
+    qpos = np.concatenate((np.zeros(3), _attitude(rng), posture))
+    qvel = np.concatenate((
+        _capped(rng.normal(0, START_SPEED, 3), SPEED_CAP),
+        _capped(rng.normal(0, START_RATE, 3), RATE_CAP),
+        rng.normal(0, JOINT_SPEED, 12),
+    ))
+    ctrl = gait.hold(posture).targets(t)
+    push = np.zeros((rows, 6))
+    ramp = round(PUSH_RAMP / SAMPLE_PERIOD)
+    for number, at in enumerate([0, *changes]):
+        step = first if number == 0 else gait.draw(rng)
+        blend = round(rng.uniform(*BLEND) / SAMPLE_PERIOD)
+        gait.crossfade(ctrl, step.targets(t[at:]), at, blend)
+        gait.crossfade(push, np.broadcast_to(_push(rng), (rows - at, 6)), at, ramp)
+    return Plan(warm_up, qpos, qvel, gait.within(ctrl, joint_range), push, density, condition)
+
+
+def _warm_up(rng: np.random.Generator) -> int:
+    """Samples of warm-up."""
+    longest = BRIEF_WARM_UP if rng.random() < BRIEF_SHARE else WARM_UP
+    return round(rng.uniform(0, longest) / SAMPLE_PERIOD)
+
+
+def task2(seed: int, stream: int, index: int, *, samples: int, joint_range: np.ndarray) -> Plan:
+    """A trajectory of Task 2: SWITCHES switches at random instants after its first sample."""
+    rng = generator(seed, stream, index)
+    warm_up = _warm_up(rng)
+    switches = np.sort(rng.choice(np.arange(1, samples), min(SWITCHES, samples - 1), replace=False))
+    condition = np.searchsorted(switches, np.arange(samples), side="right")
+    densities = rng.uniform(*DENSITY_RANGE, len(switches) + 1)
+    density = np.concatenate((np.full(warm_up, densities[0]), densities[condition]))
+    restless = rng.choice(RESTLESSNESS, p=RESTLESSNESS_SHARES)
+    during = [warm_up + int(at) for at in switches if rng.random() < restless]
+    return _draw(rng, warm_up=warm_up, rows=warm_up + samples, changes=_dwell(rng, 0, warm_up) + during,
+                 density=density, condition=condition, joint_range=joint_range)
+
+
+def rollout(seed: int, index: int, *, samples: int, density_range: tuple[float, float],
+            joint_range: np.ndarray) -> Plan:
+    """A run for closed-loop comparison: one density, gait and push changing every DWELL seconds or so.
+
+    Its stream is disjoint from every stream of Task 2, so no run was ever trained on.
+    """
+    rng = generator(seed, Stream.ROLLOUT, index)
+    warm_up = _warm_up(rng)
+    rows = warm_up + samples
+    return _draw(rng, warm_up=warm_up, rows=rows, changes=_dwell(rng, 0, rows),
+                 density=np.full(rows, rng.uniform(*density_range)), condition=np.zeros(samples, int),
+                 joint_range=joint_range)
