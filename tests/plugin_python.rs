@@ -24,7 +24,9 @@ fn the_library_in_python() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let python = root.join(".venv/bin/python");
     if !python.exists() {
-        eprintln!("skipped: no .venv (python3 -m venv .venv && .venv/bin/pip install mujoco numpy)");
+        eprintln!(
+            "skipped: no .venv (python3 -m venv .venv && .venv/bin/pip install mujoco numpy)"
+        );
         return;
     }
     let folder = tempfile::tempdir().unwrap();

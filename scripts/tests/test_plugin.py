@@ -560,7 +560,7 @@ class Force(unittest.TestCase):
     drawn = arrows()
     self.assertAlmostEqual(float(drawn[0].size[2]) , length, delta=0.02 * length)
     np.testing.assert_allclose(drawn[0].pos, data.body('hull').xpos, atol=1e-6)
-    option.flags[mujoco.mjtVisFlag.mjVIS_PERTFORCE] = 0
+    option.flags[mujoco.mjtVisFlag.mjVIS_PERTOBJ] = 0
     self.assertEqual(arrows(), [])
 
   def test_not_a_number_gives_no_force_one_warning_and_a_reset_helps(self):

@@ -21,7 +21,7 @@ use super::{
     apply,
     bindings::{
         mjData, mjGEOM_ARROW, mjModel, mjOBJ_BODY, mjOBJ_PLUGIN, mjPLUGIN_PASSIVE, mjPLUGIN_SENSOR,
-        mjSTAGE_POS, mjVIS_PERTFORCE, mjpPlugin, mjtNum, mjvOption, mjvScene,
+        mjSTAGE_POS, mjVIS_PERTOBJ, mjpPlugin, mjtNum, mjvOption, mjvScene,
     },
     boundary::guard,
     describe,
@@ -371,7 +371,7 @@ unsafe extern "C" fn advance(m: *const mjModel, d: *mut mjData, id: c_int) {
 }
 
 /// Two arrows at the base origin, force and torque, as long as MuJoCo draws its own
-/// (`<visual><map force torque/>`), while the viewer shows perturbation forces.
+/// (`<visual><map force torque/>`), while the viewer shows perturbations (`mjVIS_PERTOBJ`, on by default).
 unsafe extern "C" fn visualize(
     m: *const mjModel,
     d: *mut mjData,
@@ -389,7 +389,7 @@ unsafe extern "C" fn visualize(
         else {
             return;
         };
-        if option.flags[mjVIS_PERTFORCE as usize] == 0 {
+        if option.flags[mjVIS_PERTOBJ as usize] == 0 {
             return;
         }
         let Some(now) = applied(&mut data, id as usize) else {

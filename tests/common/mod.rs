@@ -10,11 +10,14 @@ use hydro_plugin::{
     checkpoint::{Card, Checkpoint, SCHEMA},
     features::{Feature, FeatureLayout},
     model::{
-        AttentionOdeConfig, Encoder, MlpConfig, ModelConfig, Network, Normaliser, Parameters, Solver,
+        AttentionOdeConfig, Encoder, MlpConfig, ModelConfig, Network, Normaliser, Parameters,
+        Solver,
     },
 };
 
-pub const WRENCH: [&str; 6] = ["force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z"];
+pub const WRENCH: [&str; 6] = [
+    "force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z",
+];
 
 /// Force and torque of [`constant`].
 pub const CONSTANT: [f64; 6] = [3.0, -2.0, 4.0, 0.0, 0.0, 0.0];
@@ -54,13 +57,23 @@ pub fn lively(joints: &[&str]) -> Recipe {
 
 /// For a floating base without joints: the same force always, up to 1e-12.
 pub fn constant() -> Recipe {
-    Recipe { mean: CONSTANT.to_vec(), deviation: vec![1e-13; 6], ..lively(&[]) }
+    Recipe {
+        mean: CONSTANT.to_vec(),
+        deviation: vec![1e-13; 6],
+        ..lively(&[])
+    }
 }
 
 /// Memoryless, for the joints given.
 pub fn memoryless(joints: &[&str]) -> Recipe {
-    let config = MlpConfig { hidden: vec![16, 16], ..MlpConfig::default() };
-    Recipe { model: ModelConfig::Mlp(config), ..lively(joints) }
+    let config = MlpConfig {
+        hidden: vec![16, 16],
+        ..MlpConfig::default()
+    };
+    Recipe {
+        model: ModelConfig::Mlp(config),
+        ..lively(joints)
+    }
 }
 
 /// The towing task's: two joints and two velocities in, two forces out.
@@ -84,7 +97,8 @@ impl Recipe {
     pub fn checkpoint(&self) -> Checkpoint {
         let inputs = Encoder::new(self.model.encoding(), &self.features).len();
         let outputs = self.outputs.len();
-        let (_, weights) = Parameters::draw(7, |vb| Network::new(&self.model, inputs, outputs, vb)).unwrap();
+        let (_, weights) =
+            Parameters::draw(7, |vb| Network::new(&self.model, inputs, outputs, vb)).unwrap();
         let mut normaliser = Normaliser::identity(inputs, outputs);
         normaliser.output_mean.clone_from(&self.mean);
         normaliser.output_std.clone_from(&self.deviation);
@@ -93,11 +107,23 @@ impl Recipe {
             normaliser.input_mean[inputs - 1] = 1000.0;
             normaliser.input_std[inputs - 1] = 20.0;
         }
-        let units = |name: &str| if name.starts_with("force") { "N" } else { "N m" }.to_owned();
+        let units = |name: &str| {
+            if name.starts_with("force") {
+                "N"
+            } else {
+                "N m"
+            }
+            .to_owned()
+        };
         let card = Card {
             schema: SCHEMA.to_owned(),
             name: "test".to_owned(),
-            feature_units: self.features.features().iter().map(|f| f.unit().to_owned()).collect(),
+            feature_units: self
+                .features
+                .features()
+                .iter()
+                .map(|f| f.unit().to_owned())
+                .collect(),
             joints: self.features.joints(),
             features: self.features.clone(),
             output_units: self.outputs.iter().map(|name| units(name)).collect(),
