@@ -25,7 +25,13 @@ mod mujoco {
     };
 
     /// Where a library may lie below the folder that also holds `include/mujoco`.
-    const LIBRARY_FOLDERS: [&str; 5] = ["", "lib", "lib/x86_64-linux-gnu", "lib/aarch64-linux-gnu", "lib64"];
+    const LIBRARY_FOLDERS: [&str; 5] = [
+        "",
+        "lib",
+        "lib/x86_64-linux-gnu",
+        "lib/aarch64-linux-gnu",
+        "lib64",
+    ];
 
     /// Engine plugins came with 2.3; their header says so.
     const PLUGIN_HEADER: &str = "mjplugin.h";
@@ -73,8 +79,14 @@ mod mujoco {
         "mjtStage",
     ];
 
-    const PLUGIN_TYPES: &[&str] =
-        &["mjpPlugin", "mjvScene", "mjvOption", "mjtPluginCapabilityBit", "mjtState", "mjtVisFlag"];
+    const PLUGIN_TYPES: &[&str] = &[
+        "mjpPlugin",
+        "mjvScene",
+        "mjvOption",
+        "mjtPluginCapabilityBit",
+        "mjtState",
+        "mjtVisFlag",
+    ];
 
     /// Headers and library of one MuJoCo.
     struct Found {
@@ -94,10 +106,22 @@ mod mujoco {
             eprintln!("{fault}");
             process::exit(1);
         });
-        println!("cargo:rerun-if-changed={}", found.include.join("mujoco/mujoco.h").display());
-        println!("cargo:rustc-env=HYDRO_MUJOCO_LIB={}", found.library.display());
-        println!("cargo:rustc-env=HYDRO_MUJOCO_INCLUDE={}", found.include.display());
-        println!("cargo:rustc-env=HYDRO_MUJOCO_VERSION={}", readable(found.version));
+        println!(
+            "cargo:rerun-if-changed={}",
+            found.include.join("mujoco/mujoco.h").display()
+        );
+        println!(
+            "cargo:rustc-env=HYDRO_MUJOCO_LIB={}",
+            found.library.display()
+        );
+        println!(
+            "cargo:rustc-env=HYDRO_MUJOCO_INCLUDE={}",
+            found.include.display()
+        );
+        println!(
+            "cargo:rustc-env=HYDRO_MUJOCO_VERSION={}",
+            readable(found.version)
+        );
         println!(
             "cargo:warning=MuJoCo {} found: {} (MUJOCO_DIR chooses another)",
             readable(found.version),
@@ -157,10 +181,14 @@ mod mujoco {
                     folder.display()
                 ));
             }
-            return look_in(&folder).map_err(|fault| format!("MUJOCO_DIR is `{}`, but {fault}", folder.display()));
+            return look_in(&folder)
+                .map_err(|fault| format!("MUJOCO_DIR is `{}`, but {fault}", folder.display()));
         }
         let mut tried = Vec::new();
-        for folder in wheel_folders().into_iter().chain([PathBuf::from("/usr"), PathBuf::from("/usr/local")]) {
+        for folder in wheel_folders()
+            .into_iter()
+            .chain([PathBuf::from("/usr"), PathBuf::from("/usr/local")])
+        {
             match look_in(&folder) {
                 Ok(found) => return Ok(found),
                 Err(fault) => tried.push(format!("  {fault}")),
@@ -181,7 +209,9 @@ mod mujoco {
         let manifest = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
         let mut folders = Vec::new();
         for base in ["lib", "lib64"] {
-            let Ok(versions) = fs::read_dir(manifest.join(".venv").join(base)) else { continue };
+            let Ok(versions) = fs::read_dir(manifest.join(".venv").join(base)) else {
+                continue;
+            };
             for version in versions.flatten() {
                 folders.push(version.path().join("site-packages/mujoco"));
             }
@@ -201,7 +231,8 @@ mod mujoco {
     fn look_in(folder: &Path) -> Result<Found, String> {
         let include = folder.join("include");
         let header = include.join("mujoco/mujoco.h");
-        let text = fs::read_to_string(&header).map_err(|fault| format!("{}: {fault}", header.display()))?;
+        let text = fs::read_to_string(&header)
+            .map_err(|fault| format!("{}: {fault}", header.display()))?;
         let version = text
             .lines()
             .find_map(|line| line.strip_prefix("#define mjVERSION_HEADER"))
@@ -210,9 +241,19 @@ mod mujoco {
         let library = LIBRARY_FOLDERS
             .iter()
             .find_map(|below| library_in(&folder.join(below)))
-            .ok_or_else(|| format!("{} has no libmujoco.so* in ., lib or lib/<triplet>", folder.display()))?;
+            .ok_or_else(|| {
+                format!(
+                    "{} has no libmujoco.so* in ., lib or lib/<triplet>",
+                    folder.display()
+                )
+            })?;
         let engine_plugins = include.join("mujoco").join(PLUGIN_HEADER).exists();
-        Ok(Found { include, library, version, engine_plugins })
+        Ok(Found {
+            include,
+            library,
+            version,
+            engine_plugins,
+        })
     }
 
     /// The real file behind `libmujoco.so`, with its version in the name.
@@ -222,7 +263,8 @@ mod mujoco {
             .flatten()
             .map(|entry| entry.path())
             .filter(|path| {
-                path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("libmujoco.so"))
+                path.file_name()
+                    .is_some_and(|name| name.to_string_lossy().starts_with("libmujoco.so"))
             })
             .collect();
         files.sort();
@@ -232,7 +274,12 @@ mod mujoco {
     /// 222 -> 2.2.2; 4000000 -> 4.0.0. The encoding changed when a minor number reached ten.
     fn readable(version: u32) -> String {
         if version >= 1_000_000 {
-            format!("{}.{}.{}", version / 1_000_000, version / 1000 % 1000, version % 1000)
+            format!(
+                "{}.{}.{}",
+                version / 1_000_000,
+                version / 1000 % 1000,
+                version % 1000
+            )
         } else {
             format!("{}.{}.{}", version / 100, version / 10 % 10, version % 10)
         }

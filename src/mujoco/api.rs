@@ -40,7 +40,9 @@ const RTLD_NOLOAD: c_int = 4;
 #[non_exhaustive]
 pub enum ApiError {
     /// No MuJoCo in this process.
-    #[error("no MuJoCo is loaded in this process; load this library from a program that uses MuJoCo {VERSION}")]
+    #[error(
+        "no MuJoCo is loaded in this process; load this library from a program that uses MuJoCo {VERSION}"
+    )]
     NotLoaded,
     /// Not the version of the headers.
     #[error(
@@ -95,21 +97,33 @@ impl Api {
         let path = PathBuf::from(LIBRARY);
         // SAFETY: MuJoCo's initialisers have no preconditions.
         let library = unsafe { Library::open(Some(&path), RTLD_NOW | RTLD_LOCAL) };
-        let library =
-            library.map_err(|fault| ApiError::Library { path: path.clone(), reason: fault.to_string() })?;
+        let library = library.map_err(|fault| ApiError::Library {
+            path: path.clone(),
+            reason: fault.to_string(),
+        })?;
         Self::fill(library, path)
     }
 
     fn fill(library: Library, path: PathBuf) -> Result<&'static Self, ApiError> {
-        let fault = |reason: libloading::Error| ApiError::Library { path: path.clone(), reason: reason.to_string() };
+        let fault = |reason: libloading::Error| ApiError::Library {
+            path: path.clone(),
+            reason: reason.to_string(),
+        };
         // SAFETY: `mj_version` has had this signature in every release.
-        let version = unsafe { library.get::<unsafe extern "C" fn() -> c_int>(b"mj_version\0").map_err(&fault)?() };
+        let version = unsafe {
+            library
+                .get::<unsafe extern "C" fn() -> c_int>(b"mj_version\0")
+                .map_err(&fault)?()
+        };
         if i64::from(version) != i64::from(bindings::mjVERSION_HEADER) {
-            return Err(ApiError::Version { running: readable(version) });
+            return Err(ApiError::Version {
+                running: readable(version),
+            });
         }
         // One handle for the table, one for variables; both keep the library in memory.
         // SAFETY: as above; the signatures are those of this version's headers.
-        let functions = unsafe { Functions::from_library(same_again(&path).map_err(&fault)?) }.map_err(&fault)?;
+        let functions = unsafe { Functions::from_library(same_again(&path).map_err(&fault)?) }
+            .map_err(&fault)?;
         Ok(API.get_or_init(|| Self { functions, library }))
     }
 
@@ -117,7 +131,10 @@ impl Api {
     ///
     /// # Safety
     /// `T` is the variable's type.
-    #[cfg_attr(mujoco_plugins, expect(dead_code, reason = "only the callback of 2.2.2 sets a variable"))]
+    #[cfg_attr(
+        mujoco_plugins,
+        expect(dead_code, reason = "only the callback of 2.2.2 sets a variable")
+    )]
     pub(super) unsafe fn variable<T>(&self, name: &[u8]) -> Option<*mut T> {
         // SAFETY: the caller vouches for the type; a symbol's value is the variable's address.
         let symbol = unsafe { self.library.get::<*mut T>(name) };
@@ -138,7 +155,11 @@ fn already_loaded() -> Option<(Library, PathBuf)> {
     if unsafe { global.get::<unsafe extern "C" fn() -> c_int>(b"mj_version\0") }.is_ok() {
         return Some((global, PathBuf::new()));
     }
-    let mut mapped: Vec<PathBuf> = mapped_files().into_iter().map(|(_, path)| path).filter(|path| is_mujoco(path)).collect();
+    let mut mapped: Vec<PathBuf> = mapped_files()
+        .into_iter()
+        .map(|(_, path)| path)
+        .filter(|path| is_mujoco(path))
+        .collect();
     mapped.dedup();
     mapped
         .into_iter()
@@ -174,14 +195,21 @@ fn mapped_files() -> Vec<(std::ops::Range<usize>, PathBuf)> {
 /// The folder of the file that holds this code: that of the shared library, or of the program.
 pub(super) fn own_folder() -> Option<PathBuf> {
     let here = own_folder as *const () as usize;
-    let (_, path) = mapped_files().into_iter().find(|(addresses, _)| addresses.contains(&here))?;
+    let (_, path) = mapped_files()
+        .into_iter()
+        .find(|(addresses, _)| addresses.contains(&here))?;
     path.parent().map(Path::to_owned)
 }
 
 /// 222 -> 2.2.2; 4000000 -> 4.0.0. The encoding changed when a minor number reached ten.
 fn readable(version: c_int) -> String {
     if version >= 1_000_000 {
-        format!("{}.{}.{}", version / 1_000_000, version / 1000 % 1000, version % 1000)
+        format!(
+            "{}.{}.{}",
+            version / 1_000_000,
+            version / 1000 % 1000,
+            version % 1000
+        )
     } else {
         format!("{}.{}.{}", version / 100, version / 10 % 10, version % 10)
     }
@@ -190,16 +218,26 @@ fn readable(version: c_int) -> String {
 /// Warns through the running MuJoCo even where its version is not the headers', in its own way:
 /// `mju_warning` is variadic since 2.3.
 pub(super) fn warn_whatever_version(text: &str) {
-    let Some((library, _)) = already_loaded() else { return };
-    let Ok(text) = std::ffi::CString::new(text) else { return };
+    let Some((library, _)) = already_loaded() else {
+        return;
+    };
+    let Ok(text) = std::ffi::CString::new(text) else {
+        return;
+    };
     // SAFETY: the signatures are those of the running version.
     unsafe {
-        let Ok(version) = library.get::<unsafe extern "C" fn() -> c_int>(b"mj_version\0") else { return };
+        let Ok(version) = library.get::<unsafe extern "C" fn() -> c_int>(b"mj_version\0") else {
+            return;
+        };
         if version() < FIRST_WITH_PLUGINS {
-            if let Ok(warning) = library.get::<unsafe extern "C" fn(*const c_char)>(b"mju_warning\0") {
+            if let Ok(warning) =
+                library.get::<unsafe extern "C" fn(*const c_char)>(b"mju_warning\0")
+            {
                 warning(text.as_ptr());
             }
-        } else if let Ok(warning) = library.get::<unsafe extern "C" fn(*const c_char, ...)>(b"mju_warning\0") {
+        } else if let Ok(warning) =
+            library.get::<unsafe extern "C" fn(*const c_char, ...)>(b"mju_warning\0")
+        {
             warning(c"%s".as_ptr(), text.as_ptr());
         }
     }
@@ -222,6 +260,11 @@ mod tests {
 
     #[test]
     fn this_program_finds_its_own_folder() {
-        assert_eq!(own_folder(), std::env::current_exe().ok().and_then(|exe| exe.parent().map(Path::to_owned)));
+        assert_eq!(
+            own_folder(),
+            std::env::current_exe()
+                .ok()
+                .and_then(|exe| exe.parent().map(Path::to_owned))
+        );
     }
 }

@@ -27,7 +27,10 @@ pub(super) fn add_to_passive(data: &mut DataView<'_>, body: usize, base: &Base, 
         // A free joint's forces: world at the origin, then base-frame torque.
         let force = frames::to_world(base.world_from_base(data.qpos()), wrench.force);
         let passive = &mut data.qfrc_passive_mut()[*dof..*dof + 6];
-        for (sum, value) in passive.iter_mut().zip(force.into_iter().chain(wrench.torque)) {
+        for (sum, value) in passive
+            .iter_mut()
+            .zip(force.into_iter().chain(wrench.torque))
+        {
             *sum += value;
         }
         return;
@@ -43,7 +46,8 @@ pub(super) fn add_to_passive(data: &mut DataView<'_>, body: usize, base: &Base, 
     let mut dof = last_dof(model, body);
     while let Ok(at) = usize::try_from(dof) {
         let axis = &data.cdof()[6 * at..6 * at + 6];
-        let power = Vector3::new(axis[0], axis[1], axis[2]).dot(&torque) + Vector3::new(axis[3], axis[4], axis[5]).dot(&force);
+        let power = Vector3::new(axis[0], axis[1], axis[2]).dot(&torque)
+            + Vector3::new(axis[3], axis[4], axis[5]).dot(&force);
         data.qfrc_passive_mut()[at] += power;
         dof = model.dof_parentid()[at];
     }
@@ -82,7 +86,9 @@ pub(super) fn submerged_fraction(data: &DataView<'_>, body: usize, waterline: f6
 }
 
 fn shape(code: i32) -> waterline::Shape {
-    use super::bindings::{mjGEOM_BOX, mjGEOM_CAPSULE, mjGEOM_CYLINDER, mjGEOM_ELLIPSOID, mjGEOM_SPHERE};
+    use super::bindings::{
+        mjGEOM_BOX, mjGEOM_CAPSULE, mjGEOM_CYLINDER, mjGEOM_ELLIPSOID, mjGEOM_SPHERE,
+    };
     use waterline::Shape;
     const SHAPES: [(u32, Shape); 5] = [
         (mjGEOM_SPHERE as u32, Shape::Sphere),
@@ -91,5 +97,8 @@ fn shape(code: i32) -> waterline::Shape {
         (mjGEOM_CYLINDER as u32, Shape::Cylinder),
         (mjGEOM_BOX as u32, Shape::Box),
     ];
-    SHAPES.iter().find(|(known, _)| *known == code as u32).map_or(Shape::Other, |(_, shape)| *shape)
+    SHAPES
+        .iter()
+        .find(|(known, _)| *known == code as u32)
+        .map_or(Shape::Other, |(_, shape)| *shape)
 }

@@ -18,7 +18,10 @@ pub(super) fn guard<T>(callback: &'static str, fallback: T, body: impl FnOnce() 
     match catch_unwind(AssertUnwindSafe(body)) {
         Ok(value) => value,
         Err(payload) => {
-            let text = format!("internal fault in {callback}: {}", message(payload.as_ref()));
+            let text = format!(
+                "internal fault in {callback}: {}",
+                message(payload.as_ref())
+            );
             drop(payload);
             if let Some(api) = Api::get()
                 && !WARNED.swap(true, Ordering::Relaxed)

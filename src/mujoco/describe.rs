@@ -35,13 +35,19 @@ fn kind(code: i32) -> JointKind {
 /// A body by its number, as a card sees it.
 pub(super) fn body(model: ModelView<'_>, id: usize) -> Body {
     let joints = joints(model);
-    Body { name: model.name(mjOBJ_BODY as i32, id), base: base(model, id, &joints), joints }
+    Body {
+        name: model.name(mjOBJ_BODY as i32, id),
+        base: base(model, id, &joints),
+        joints,
+    }
 }
 
 fn base(model: ModelView<'_>, body: usize, joints: &[Joint]) -> Base {
     // The chain of bodies from the world (left out) to the base.
     let mut chain = vec![body];
-    while let Some(parent) = chain.last().map(|last| model.body_parentid()[*last] as usize)
+    while let Some(parent) = chain
+        .last()
+        .map(|last| model.body_parentid()[*last] as usize)
         && parent != 0
     {
         chain.push(parent);
@@ -52,24 +58,37 @@ fn base(model: ModelView<'_>, body: usize, joints: &[Joint]) -> Base {
     for &link in &chain {
         let name = model.name(mjOBJ_BODY as i32, link);
         if model.body_mocapid()[link] >= 0 {
-            return Base::Other { reason: format!("body `{name}` is a mocap body") };
+            return Base::Other {
+                reason: format!("body `{name}` is a mocap body"),
+            };
         }
         attitude *= frames::world_from_base(ModelView::quadruple(model.body_quat(), link));
         let first = model.body_jntadr()[link].max(0) as usize;
         for id in first..first + model.body_jntnum()[link] as usize {
             let joint = &joints[id];
             match joint.kind {
-                JointKind::Free if link == body => return Base::Free { qpos: joint.qpos, dof: joint.dof },
+                JointKind::Free if link == body => {
+                    return Base::Free {
+                        qpos: joint.qpos,
+                        dof: joint.dof,
+                    };
+                }
                 JointKind::Slide => {
                     let axis = attitude * Vector3::from(ModelView::triple(model.jnt_axis(), id));
                     slides.push((joint.dof, axis.into()));
                 }
                 kind => {
-                    let reason = format!("joint `{}` ({kind:?}) on body `{name}` lies between it and the world", joint.name);
+                    let reason = format!(
+                        "joint `{}` ({kind:?}) on body `{name}` lies between it and the world",
+                        joint.name
+                    );
                     return Base::Other { reason };
                 }
             }
         }
     }
-    Base::Gantry { world_from_base: [attitude.w, attitude.i, attitude.j, attitude.k], slides }
+    Base::Gantry {
+        world_from_base: [attitude.w, attitude.i, attitude.j, attitude.k],
+        slides,
+    }
 }

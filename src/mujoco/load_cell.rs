@@ -27,8 +27,8 @@ use super::{
     api::Api,
     apply::{rotation, vector},
     bindings::{
-        mjDSBL_GRAVITY, mjData, mjGEOM_CAPSULE, mjGEOM_CYLINDER, mjGEOM_SPHERE, mjModel, mjOBJ_SENSOR, mjOBJ_SITE,
-        mjPLUGIN_SENSOR, mjSTAGE_ACC, mjpPlugin, mjtNum,
+        mjDSBL_GRAVITY, mjData, mjGEOM_CAPSULE, mjGEOM_CYLINDER, mjGEOM_SPHERE, mjModel,
+        mjOBJ_SENSOR, mjOBJ_SITE, mjPLUGIN_SENSOR, mjSTAGE_ACC, mjpPlugin, mjtNum,
     },
     boundary::guard,
     views::{DataView, ModelView},
@@ -82,26 +82,49 @@ impl LoadCell {
     fn from_bits(bits: usize) -> Option<Self> {
         (bits & 1 == 1).then_some(Self {
             site: bits >> 3,
-            include: if bits & 4 == 0 { Include::Plugin } else { Include::All },
-            quantity: if bits & 2 == 0 { Quantity::Force } else { Quantity::Torque },
+            include: if bits & 4 == 0 {
+                Include::Plugin
+            } else {
+                Include::All
+            },
+            quantity: if bits & 2 == 0 {
+                Quantity::Force
+            } else {
+                Quantity::Torque
+            },
         })
     }
 
     fn from_attributes(model: ModelView<'_>, id: usize) -> Result<Self, String> {
-        let value = |name| model.attribute(id, name).map(|text| text.trim().to_owned()).filter(|text| !text.is_empty());
+        let value = |name| {
+            model
+                .attribute(id, name)
+                .map(|text| text.trim().to_owned())
+                .filter(|text| !text.is_empty())
+        };
         let sites = || -> String {
             let names: Vec<String> = (0..model.site_bodyid().len())
                 .map(|site| model.name(mjOBJ_SITE as i32, site))
                 .filter(|name| !name.is_empty())
                 .collect();
-            if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+            if names.is_empty() {
+                "none".to_owned()
+            } else {
+                names.join(", ")
+            }
         };
         let site = value("site").ok_or_else(|| {
-            format!("attribute `site` is missing; name the site of the cell. The model's sites are: {}", sites())
+            format!(
+                "attribute `site` is missing; name the site of the cell. The model's sites are: {}",
+                sites()
+            )
         })?;
-        let found = model
-            .id(mjOBJ_SITE as i32, &site)
-            .ok_or_else(|| format!("attribute `site` is `{site}`; the model's sites are: {}", sites()))?;
+        let found = model.id(mjOBJ_SITE as i32, &site).ok_or_else(|| {
+            format!(
+                "attribute `site` is `{site}`; the model's sites are: {}",
+                sites()
+            )
+        })?;
         if model.site_bodyid()[found] == 0 {
             return Err(format!(
                 "attribute `site` is `{site}`, which sits on the world; a load cell measures between a body \
@@ -111,14 +134,26 @@ impl LoadCell {
         let quantity = match value("quantity").as_deref() {
             None | Some("force") => Quantity::Force,
             Some("torque") => Quantity::Torque,
-            Some(other) => return Err(format!("attribute `quantity` is `{other}`; expected `force` or `torque`")),
+            Some(other) => {
+                return Err(format!(
+                    "attribute `quantity` is `{other}`; expected `force` or `torque`"
+                ));
+            }
         };
         let include = match value("include").as_deref() {
             None | Some("plugin") => Include::Plugin,
             Some("all") => Include::All,
-            Some(other) => return Err(format!("attribute `include` is `{other}`; expected `plugin` or `all`")),
+            Some(other) => {
+                return Err(format!(
+                    "attribute `include` is `{other}`; expected `plugin` or `all`"
+                ));
+            }
         };
-        Ok(Self { site: found, quantity, include })
+        Ok(Self {
+            site: found,
+            quantity,
+            include,
+        })
     }
 }
 
@@ -160,7 +195,9 @@ unsafe extern "C" fn reset(_: *const mjModel, _: *mut mjtNum, _: *mut c_void, _:
 unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int {
     guard("load cell init", -1, || {
         // SAFETY: MuJoCo passes a model and a data of it that live through the call.
-        let Some(mut data) = (unsafe { wrench::both(m, d) }) else { return -1 };
+        let Some(mut data) = (unsafe { wrench::both(m, d) }) else {
+            return -1;
+        };
         match LoadCell::from_attributes(data.model(), id as usize) {
             Ok(cell) => {
                 data.plugin_data_mut()[id as usize] = cell.to_bits();
@@ -168,7 +205,9 @@ unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int
             }
             Err(reason) => {
                 let of = data.model().sensor_plugin().iter().position(|of| *of == id);
-                let sensor = of.map(|sensor| data.model().name(mjOBJ_SENSOR as i32, sensor)).unwrap_or_default();
+                let sensor = of
+                    .map(|sensor| data.model().name(mjOBJ_SENSOR as i32, sensor))
+                    .unwrap_or_default();
                 let refusal = format!("plugin hydro.load_cell, sensor `{sensor}`: {reason}");
                 wrench::remember_refusal(&refusal);
                 warn(data.model().api(), &refusal);
@@ -181,14 +220,19 @@ unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int
 unsafe extern "C" fn compute(m: *const mjModel, d: *mut mjData, id: c_int, _: c_int) {
     guard("load cell compute", (), || {
         // SAFETY: MuJoCo passes a model and a data of it that live through the call.
-        let Some(mut data) = (unsafe { wrench::both(m, d) }) else { return };
+        let Some(mut data) = (unsafe { wrench::both(m, d) }) else {
+            return;
+        };
         let cell = match LoadCell::from_bits(data.plugin_data()[id as usize]) {
             Some(cell) => cell,
             None => match LoadCell::from_attributes(data.model(), id as usize) {
                 Ok(cell) => cell,
                 Err(reason) => {
                     if WARNED.swap(id as usize + 1, Ordering::Relaxed) != id as usize + 1 {
-                        warn(data.model().api(), &format!("plugin hydro.load_cell: {reason}"));
+                        warn(
+                            data.model().api(),
+                            &format!("plugin hydro.load_cell: {reason}"),
+                        );
                     }
                     return;
                 }
@@ -224,11 +268,16 @@ impl LoadCell {
         let body = model.site_bodyid()[self.site] as usize;
         let root = model.body_rootid()[body] as usize;
         let point = vector(data.site_xpos(), self.site);
-        let mut water = About { point, sum: Load::default() };
+        let mut water = About {
+            point,
+            sum: Load::default(),
+        };
         if !model.passive_is_off() {
             let instances: Vec<usize> = wrench::instances(model).collect();
             for instance in instances {
-                let Some(now) = wrench::applied(data, instance) else { continue };
+                let Some(now) = wrench::applied(data, instance) else {
+                    continue;
+                };
                 if model.hangs_below(now.body, body) {
                     let world_from_base = rotation(data.xmat(), now.body);
                     let force = world_from_base * Vector3::from(now.wrench.force);
@@ -245,7 +294,10 @@ impl LoadCell {
         // MuJoCo's own: (torque, force) about the centre of mass of the tree, in the world.
         let internal = &data.cfrc_int()[6 * body..6 * body + 6];
         let centre = vector(data.subtree_com(), root);
-        let mut reading = About { point, sum: Load::default() };
+        let mut reading = About {
+            point,
+            sum: Load::default(),
+        };
         reading.add(
             centre,
             Vector3::new(internal[3], internal[4], internal[5]),
@@ -270,17 +322,24 @@ fn add_native(data: &DataView<'_>, body: usize, water: &mut About) {
         let force = -compensation * mass * Vector3::from(option.gravity);
         water.add(vector(data.xipos(), body), force, Vector3::zeros());
     }
-    let fluid = Fluid { density: option.density, viscosity: option.viscosity };
+    let fluid = Fluid {
+        density: option.density,
+        viscosity: option.viscosity,
+    };
     if (fluid.density <= 0.0 && fluid.viscosity <= 0.0) || mass < LIGHTEST {
         return;
     }
     let first = model.body_geomadr()[body].max(0) as usize;
     let geoms = first..first + model.body_geomnum()[body] as usize;
     let coefficients = |geom: usize| {
-        let (rows, _) = model.geom_fluid().as_chunks::<{ EllipsoidCoefficients::LEN }>();
+        let (rows, _) = model
+            .geom_fluid()
+            .as_chunks::<{ EllipsoidCoefficients::LEN }>();
         EllipsoidCoefficients::from_row(&rows[geom])
     };
-    let wet: Vec<usize> = geoms.filter(|geom| coefficients(*geom).interaction > 0.0).collect();
+    let wet: Vec<usize> = geoms
+        .filter(|geom| coefficients(*geom).interaction > 0.0)
+        .collect();
     if wet.is_empty() {
         let inertia = ModelView::triple(model.body_inertia(), body);
         let (at, frame) = (vector(data.xipos(), body), rotation(data.ximat(), body));
@@ -288,22 +347,42 @@ fn add_native(data: &DataView<'_>, body: usize, water: &mut About) {
         water.add(at, frame * load.force, frame * load.torque);
     }
     for geom in wet {
-        let (at, frame) = (vector(data.geom_xpos(), geom), rotation(data.geom_xmat(), geom));
-        let axes = semi_axes(model.geom_type()[geom], ModelView::triple(model.geom_size(), geom));
-        let load = native_fluid::ellipsoid(axes, &coefficients(geom), fluid, motion(data, body, at, &frame));
+        let (at, frame) = (
+            vector(data.geom_xpos(), geom),
+            rotation(data.geom_xmat(), geom),
+        );
+        let axes = semi_axes(
+            model.geom_type()[geom],
+            ModelView::triple(model.geom_size(), geom),
+        );
+        let load = native_fluid::ellipsoid(
+            axes,
+            &coefficients(geom),
+            fluid,
+            motion(data, body, at, &frame),
+        );
         water.add(at, frame * load.force, frame * load.torque);
     }
 }
 
 /// Velocity of a point of a body relative to the fluid, in a frame given by its rotation to the world.
-fn motion(data: &DataView<'_>, body: usize, at: Vector3<f64>, frame: &nalgebra::Matrix3<f64>) -> Motion {
+fn motion(
+    data: &DataView<'_>,
+    body: usize,
+    at: Vector3<f64>,
+    frame: &nalgebra::Matrix3<f64>,
+) -> Motion {
     let model = data.model();
     let velocity = &data.cvel()[6 * body..6 * body + 6];
     let angular = Vector3::new(velocity[0], velocity[1], velocity[2]);
     let centre = vector(data.subtree_com(), model.body_rootid()[body] as usize);
-    let linear = Vector3::new(velocity[3], velocity[4], velocity[5]) + angular.cross(&(at - centre));
+    let linear =
+        Vector3::new(velocity[3], velocity[4], velocity[5]) + angular.cross(&(at - centre));
     let relative = linear - Vector3::from(model.raw().opt.wind);
-    Motion { angular: frame.tr_mul(&angular), linear: frame.tr_mul(&relative) }
+    Motion {
+        angular: frame.tr_mul(&angular),
+        linear: frame.tr_mul(&relative),
+    }
 }
 
 /// Semi-axes of the ellipsoid that stands for a geom, as MuJoCo takes them.
@@ -325,7 +404,11 @@ mod tests {
         for site in [0, 1, 77] {
             for quantity in [Quantity::Force, Quantity::Torque] {
                 for include in [Include::Plugin, Include::All] {
-                    let cell = LoadCell { site, quantity, include };
+                    let cell = LoadCell {
+                        site,
+                        quantity,
+                        include,
+                    };
                     assert_eq!(LoadCell::from_bits(cell.to_bits()), Some(cell));
                 }
             }

@@ -54,7 +54,9 @@ static WARNED: Mutex<Vec<String>> = Mutex::new(Vec::new());
 /// Sets `mjcb_passive`.
 pub(super) fn install(api: &Api) {
     // SAFETY: `mjcb_passive` is a nullable function pointer of this type.
-    let Some(slot) = (unsafe { api.variable::<Option<Passive>>(b"mjcb_passive\0") }) else { return };
+    let Some(slot) = (unsafe { api.variable::<Option<Passive>>(b"mjcb_passive\0") }) else {
+        return;
+    };
     // SAFETY: the variable's address; the loader runs this before the program's own threads do.
     unsafe {
         let ours: Passive = passive;
@@ -85,9 +87,13 @@ unsafe extern "C" fn passive(m: *const mjModel, d: *mut mjData) {
     }
     guard("passive callback", (), || {
         // SAFETY: MuJoCo passes a model that lives through the call.
-        let Some(model) = Api::get().and_then(|api| unsafe { ModelView::new(m, api) }) else { return };
+        let Some(model) = Api::get().and_then(|api| unsafe { ModelView::new(m, api) }) else {
+            return;
+        };
         // SAFETY: and a data of it that nothing else uses meanwhile.
-        let Some(mut data) = (unsafe { DataView::new(d, model) }) else { return };
+        let Some(mut data) = (unsafe { DataView::new(d, model) }) else {
+            return;
+        };
         if let Some((instance, body)) = tied(model) {
             act(&mut data, &instance, body);
         }
@@ -100,7 +106,11 @@ fn act(data: &mut DataView<'_>, instance: &Instance, body: usize) {
     let mut wrench = instance.wrench(state, moment);
     if let Some(waterline) = instance.settings().waterline {
         let part = apply::submerged_fraction(data, body, waterline);
-        wrench.force.iter_mut().chain(&mut wrench.torque).for_each(|component| *component *= part);
+        wrench
+            .force
+            .iter_mut()
+            .chain(&mut wrench.torque)
+            .for_each(|component| *component *= part);
     }
     if wrench != Wrench::default() {
         apply::add_to_passive(data, body, instance.features().base(), wrench);
@@ -109,7 +119,14 @@ fn act(data: &mut DataView<'_>, instance: &Instance, body: usize) {
         && instance.is_news(notice)
     {
         let model = data.model();
-        warn(model.api(), &notice.text(data.time(), model.raw().opt.timestep, instance.sample_period()));
+        warn(
+            model.api(),
+            &notice.text(
+                data.time(),
+                model.raw().opt.timestep,
+                instance.sample_period(),
+            ),
+        );
     }
 }
 
@@ -117,7 +134,9 @@ fn act(data: &mut DataView<'_>, instance: &Instance, body: usize) {
 fn tied(model: ModelView<'_>) -> Option<(Arc<Instance>, usize)> {
     let fingerprint = fingerprint(model);
     let known = TIED.with_borrow(|tied| {
-        tied.as_ref().filter(|tied| tied.fingerprint == fingerprint).map(|tied| tied.made.clone())
+        tied.as_ref()
+            .filter(|tied| tied.fingerprint == fingerprint)
+            .map(|tied| tied.made.clone())
     });
     if let Some(made) = known {
         return made;
@@ -139,7 +158,12 @@ fn tied(model: ModelView<'_>) -> Option<(Arc<Instance>, usize)> {
             None
         }
     };
-    TIED.with_borrow_mut(|tied| *tied = Some(Tied { fingerprint, made: made.clone() }));
+    TIED.with_borrow_mut(|tied| {
+        *tied = Some(Tied {
+            fingerprint,
+            made: made.clone(),
+        })
+    });
     made
 }
 
@@ -164,18 +188,30 @@ fn set_up(model: ModelView<'_>) -> Result<Option<(Arc<Instance>, usize)>, String
     if text("checkpoint").is_none() {
         return Ok(None);
     }
-    let bodies = || (1..model.bodies()).map(|body| model.name(mjOBJ_BODY as i32, body)).collect::<Vec<_>>().join(", ");
+    let bodies = || {
+        (1..model.bodies())
+            .map(|body| model.name(mjOBJ_BODY as i32, body))
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
     let name = text("body").ok_or_else(|| {
-        format!("custom text `hydro.body` is missing; name the body that the water acts on: {}", bodies())
+        format!(
+            "custom text `hydro.body` is missing; name the body that the water acts on: {}",
+            bodies()
+        )
     })?;
-    let body = model
-        .id(mjOBJ_BODY as i32, &name)
-        .ok_or_else(|| format!("custom text `hydro.body` is `{name}`; the model's bodies are: {}", bodies()))?;
+    let body = model.id(mjOBJ_BODY as i32, &name).ok_or_else(|| {
+        format!(
+            "custom text `hydro.body` is `{name}`; the model's bodies are: {}",
+            bodies()
+        )
+    })?;
     if model.runge_kutta() {
         return Err("integrator RK4 needs the engine plugin of a newer MuJoCo; set <option integrator=\"Euler\"/>".to_owned());
     }
     let search = SearchPath::from_environment(own_folder());
-    let settings = Settings::parse(text, &search).map_err(|fault| format!("custom texts `hydro.*`: {fault}"))?;
+    let settings = Settings::parse(text, &search)
+        .map_err(|fault| format!("custom texts `hydro.*`: {fault}"))?;
     let described = describe::body(model, body);
     let (_, instance) = Registry::global()
         .acquire(settings, &described)
@@ -189,7 +225,9 @@ fn set_up(model: ModelView<'_>) -> Result<Option<(Arc<Instance>, usize)>, String
         ));
     }
     let option = &model.raw().opt;
-    if (option.density > 0.0 || option.viscosity > 0.0) && instance.is_news(Notice::FluidCountedTwice) {
+    if (option.density > 0.0 || option.viscosity > 0.0)
+        && instance.is_news(Notice::FluidCountedTwice)
+    {
         let text = Notice::FluidCountedTwice.text(0.0, option.timestep, instance.sample_period());
         warn(model.api(), &text);
     }

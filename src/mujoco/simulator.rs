@@ -17,7 +17,8 @@ use thiserror::Error;
 use super::{
     api::{Api, ApiError},
     bindings::{
-        mjData, mjINT_EULER, mjINT_RK4, mjModel, mjOBJ_ACTUATOR, mjOBJ_BODY, mjOBJ_JOINT, mjOBJ_SENSOR,
+        mjData, mjINT_EULER, mjINT_RK4, mjModel, mjOBJ_ACTUATOR, mjOBJ_BODY, mjOBJ_JOINT,
+        mjOBJ_SENSOR,
     },
     describe, load,
     views::{DataView, ModelView},
@@ -141,7 +142,10 @@ impl Model {
     pub fn load(path: &Path) -> Result<Self, SimulatorError> {
         load::register()?;
         let api = Api::running_or_opened()?;
-        let refused = |reason: String| SimulatorError::Model { path: path.to_owned(), reason };
+        let refused = |reason: String| SimulatorError::Model {
+            path: path.to_owned(),
+            reason,
+        };
         let Ok(name) = CString::new(path.as_os_str().as_encoded_bytes()) else {
             return Err(refused("the path holds a zero byte".to_owned()));
         };
@@ -153,9 +157,18 @@ impl Model {
             (api.functions.mj_loadXML)(name.as_ptr(), std::ptr::null(), buffer, ERROR_LEN as i32)
         };
         let Some(model) = NonNull::new(model) else {
-            let end = error.iter().position(|byte| *byte == 0).unwrap_or(ERROR_LEN);
+            let end = error
+                .iter()
+                .position(|byte| *byte == 0)
+                .unwrap_or(ERROR_LEN);
             let text = String::from_utf8_lossy(&error[..end]).trim().to_owned();
-            return Err(refused([Some(text), take_refusal()].into_iter().flatten().collect::<Vec<_>>().join(": ")));
+            return Err(refused(
+                [Some(text), take_refusal()]
+                    .into_iter()
+                    .flatten()
+                    .collect::<Vec<_>>()
+                    .join(": "),
+            ));
         };
         Ok(Self { model, api })
     }
@@ -287,7 +300,9 @@ impl Model {
     /// Names of all bodies, the world first.
     pub fn body_names(&self) -> Vec<String> {
         let model = self.view();
-        (0..model.bodies()).map(|id| model.name(mjOBJ_BODY as i32, id)).collect()
+        (0..model.bodies())
+            .map(|id| model.name(mjOBJ_BODY as i32, id))
+            .collect()
     }
 
     /// Parent of a body.
@@ -324,7 +339,10 @@ impl Model {
     /// The first body with a free joint.
     pub fn floating_base(&self) -> Option<usize> {
         let model = self.view();
-        let joint = self.joints().iter().position(|joint| joint.kind == JointKind::Free)?;
+        let joint = self
+            .joints()
+            .iter()
+            .position(|joint| joint.kind == JointKind::Free)?;
         Some(model.jnt_bodyid()[joint] as usize)
     }
 
@@ -343,7 +361,10 @@ impl Model {
     /// Limits of every control [nu].
     pub fn control_ranges(&self) -> Vec<[f64; 2]> {
         let ranges = self.view().actuator_ctrlrange();
-        ranges.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect()
+        ranges
+            .chunks_exact(2)
+            .map(|pair| [pair[0], pair[1]])
+            .collect()
     }
 
     fn id(&self, kind: &'static str, code: i32, name: &str) -> Result<usize, SimulatorError> {
@@ -356,8 +377,15 @@ impl Model {
                 "sensor" => raw.nsensor as usize,
                 _ => raw.nu as usize,
             };
-            let exists = (0..count).map(|id| model.name(code, id)).filter(|name| !name.is_empty()).collect();
-            SimulatorError::NoSuch { kind, name: name.to_owned(), exists }
+            let exists = (0..count)
+                .map(|id| model.name(code, id))
+                .filter(|name| !name.is_empty())
+                .collect();
+            SimulatorError::NoSuch {
+                kind,
+                name: name.to_owned(),
+                exists,
+            }
         })
     }
 }
@@ -380,7 +408,9 @@ unsafe impl Send for Data {}
 
 impl std::fmt::Debug for Data {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Data").field("time", &self.time()).finish_non_exhaustive()
+        f.debug_struct("Data")
+            .field("time", &self.time())
+            .finish_non_exhaustive()
     }
 }
 
@@ -412,10 +442,17 @@ impl Data {
         // SAFETY: a live model.
         let data = unsafe { (model.api.functions.mj_makeData)(model.model.as_ptr()) };
         match NonNull::new(data) {
-            Some(data) => Ok(Self { data, model: Arc::clone(model) }),
+            Some(data) => Ok(Self {
+                data,
+                model: Arc::clone(model),
+            }),
             None => {
-                let reason = take_refusal().unwrap_or_else(|| "no memory for a simulation".to_owned());
-                Err(SimulatorError::Model { path: PathBuf::new(), reason })
+                let reason =
+                    take_refusal().unwrap_or_else(|| "no memory for a simulation".to_owned());
+                Err(SimulatorError::Model {
+                    path: PathBuf::new(),
+                    reason,
+                })
             }
         }
     }
@@ -438,25 +475,36 @@ impl Data {
     /// Everything that follows from the state, without a step.
     pub fn forward(&mut self) {
         // SAFETY: a live model and a data of it, held alone.
-        unsafe { (self.model.api.functions.mj_forward)(self.model.model.as_ptr(), self.data.as_ptr()) }
+        unsafe {
+            (self.model.api.functions.mj_forward)(self.model.model.as_ptr(), self.data.as_ptr())
+        }
     }
 
     /// Inverse dynamics.
     pub fn inverse(&mut self) {
         // SAFETY: a live model and a data of it, held alone.
-        unsafe { (self.model.api.functions.mj_inverse)(self.model.model.as_ptr(), self.data.as_ptr()) }
+        unsafe {
+            (self.model.api.functions.mj_inverse)(self.model.model.as_ptr(), self.data.as_ptr())
+        }
     }
 
     /// Internal and external forces on every body, which sensors are made of.
     pub fn post_constraint(&mut self) {
         // SAFETY: a live model and a data of it, held alone.
-        unsafe { (self.model.api.functions.mj_rnePostConstraint)(self.model.model.as_ptr(), self.data.as_ptr()) }
+        unsafe {
+            (self.model.api.functions.mj_rnePostConstraint)(
+                self.model.model.as_ptr(),
+                self.data.as_ptr(),
+            )
+        }
     }
 
     /// Back to the model's initial state; plugins forget everything.
     pub fn reset(&mut self) {
         // SAFETY: a live model and a data of it, held alone.
-        unsafe { (self.model.api.functions.mj_resetData)(self.model.model.as_ptr(), self.data.as_ptr()) }
+        unsafe {
+            (self.model.api.functions.mj_resetData)(self.model.model.as_ptr(), self.data.as_ptr())
+        }
     }
 
     /// A simulation in the same state.
@@ -468,7 +516,10 @@ impl Data {
 
     /// Takes over the state and all results of a simulation of the same model.
     pub fn copy_from(&mut self, other: &Self) {
-        assert!(Arc::ptr_eq(&self.model, &other.model), "a simulation of another model");
+        assert!(
+            Arc::ptr_eq(&self.model, &other.model),
+            "a simulation of another model"
+        );
         // SAFETY: two data of one live model; `self` is held alone.
         unsafe {
             let model = self.model.model.as_ptr();
@@ -550,7 +601,10 @@ impl Data {
     #[cfg(mujoco_plugins)]
     pub fn set_state(&mut self, state: &[f64]) -> Result<(), SimulatorError> {
         if state.len() != self.state_len() {
-            return Err(SimulatorError::StateLength { expected: self.state_len(), found: state.len() });
+            return Err(SimulatorError::StateLength {
+                expected: self.state_len(),
+                found: state.len(),
+            });
         }
         // SAFETY: a live model and data, and a state of the length that MuJoCo reads.
         unsafe {
@@ -563,7 +617,8 @@ impl Data {
     #[cfg(mujoco_plugins)]
     fn state_len(&self) -> usize {
         // SAFETY: a live model.
-        let len = unsafe { (self.model.api.functions.mj_stateSize)(self.model.model.as_ptr(), STATE) };
+        let len =
+            unsafe { (self.model.api.functions.mj_stateSize)(self.model.model.as_ptr(), STATE) };
         usize::try_from(len).unwrap_or(0)
     }
 }

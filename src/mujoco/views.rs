@@ -19,7 +19,9 @@ use crate::plugin::Moment;
 pub(super) unsafe fn view<'a, T>(pointer: *const T, count: impl TryInto<usize>) -> &'a [T] {
     match count.try_into() {
         // SAFETY: the caller's promise.
-        Ok(count) if count > 0 && !pointer.is_null() => unsafe { slice::from_raw_parts(pointer, count) },
+        Ok(count) if count > 0 && !pointer.is_null() => unsafe {
+            slice::from_raw_parts(pointer, count)
+        },
         _ => &[],
     }
 }
@@ -31,7 +33,9 @@ pub(super) unsafe fn view<'a, T>(pointer: *const T, count: impl TryInto<usize>) 
 pub(super) unsafe fn view_mut<'a, T>(pointer: *mut T, count: impl TryInto<usize>) -> &'a mut [T] {
     match count.try_into() {
         // SAFETY: the caller's promise.
-        Ok(count) if count > 0 && !pointer.is_null() => unsafe { slice::from_raw_parts_mut(pointer, count) },
+        Ok(count) if count > 0 && !pointer.is_null() => unsafe {
+            slice::from_raw_parts_mut(pointer, count)
+        },
         _ => &mut [],
     }
 }
@@ -45,7 +49,9 @@ pub(super) unsafe fn string(text: *const c_char) -> String {
         return String::new();
     }
     // SAFETY: the caller's promise.
-    unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned()
+    unsafe { CStr::from_ptr(text) }
+        .to_string_lossy()
+        .into_owned()
 }
 
 /// A compiled model, read only.
@@ -67,7 +73,11 @@ macro_rules! model_slices {
     };
 }
 
-#[allow(clippy::unnecessary_cast, clippy::useless_conversion, reason = "counts are 32 or 64 bits by release")]
+#[allow(
+    clippy::unnecessary_cast,
+    clippy::useless_conversion,
+    reason = "counts are 32 or 64 bits by release"
+)]
 impl<'a> ModelView<'a> {
     /// # Safety
     /// `model` is null or a model of this version of MuJoCo that outlives `'a`.
@@ -147,7 +157,12 @@ impl<'a> ModelView<'a> {
         // The stored size counts the closing zero.
         let end = start + (self.text_size()[at] as usize).saturating_sub(1);
         // SAFETY: MuJoCo allocates `ntextdata` characters.
-        let all = unsafe { view(self.model.text_data.cast::<u8>(), self.model.ntextdata as i64) };
+        let all = unsafe {
+            view(
+                self.model.text_data.cast::<u8>(),
+                self.model.ntextdata as i64,
+            )
+        };
         Some(String::from_utf8_lossy(&all[start..end]).into_owned())
     }
 
@@ -158,7 +173,12 @@ impl<'a> ModelView<'a> {
 
     /// Four numbers of a row of four.
     pub(super) fn quadruple(values: &[f64], row: usize) -> [f64; 4] {
-        [values[4 * row], values[4 * row + 1], values[4 * row + 2], values[4 * row + 3]]
+        [
+            values[4 * row],
+            values[4 * row + 1],
+            values[4 * row + 2],
+            values[4 * row + 3],
+        ]
     }
 
     pub(super) fn bodies(&self) -> usize {
@@ -209,7 +229,9 @@ impl<'a> ModelView<'a> {
     pub(super) fn attribute(&self, instance: usize, name: &str) -> Option<String> {
         let name = std::ffi::CString::new(name).ok()?;
         // SAFETY: a valid C string; MuJoCo returns null for an unknown instance or name.
-        let value = unsafe { (self.api.functions.mj_getPluginConfig)(self.model, instance as i32, name.as_ptr()) };
+        let value = unsafe {
+            (self.api.functions.mj_getPluginConfig)(self.model, instance as i32, name.as_ptr())
+        };
         // SAFETY: null or a C string of the model.
         (!value.is_null()).then(|| unsafe { string(value) })
     }
@@ -217,7 +239,9 @@ impl<'a> ModelView<'a> {
 
 impl std::fmt::Debug for ModelView<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("ModelView").field("bodies", &self.bodies()).finish_non_exhaustive()
+        f.debug_struct("ModelView")
+            .field("bodies", &self.bodies())
+            .finish_non_exhaustive()
     }
 }
 
@@ -251,17 +275,28 @@ macro_rules! data_slices_mut {
     };
 }
 
-#[allow(clippy::unnecessary_cast, reason = "counts are 32 or 64 bits by release")]
+#[allow(
+    clippy::unnecessary_cast,
+    reason = "counts are 32 or 64 bits by release"
+)]
 impl<'a> DataView<'a> {
     /// # Safety
     /// `data` is null or a data of `model` that nothing else uses during `'a`.
     pub(super) unsafe fn new(data: *mut mjData, model: ModelView<'a>) -> Option<Self> {
-        NonNull::new(data).map(|data| Self { data, model, _owned_for: PhantomData })
+        NonNull::new(data).map(|data| Self {
+            data,
+            model,
+            _owned_for: PhantomData,
+        })
     }
 
     /// Of a data that its owner keeps alive and to itself.
     pub(super) fn of(data: NonNull<mjData>, model: ModelView<'a>) -> Self {
-        Self { data, model, _owned_for: PhantomData }
+        Self {
+            data,
+            model,
+            _owned_for: PhantomData,
+        }
     }
 
     pub(super) fn model(&self) -> ModelView<'a> {
@@ -343,7 +378,10 @@ impl<'a> DataView<'a> {
         let (start, len) = plugin_state_range(self.model, instance);
         // SAFETY: MuJoCo's state of this instance; the moment reads other fields.
         let state = unsafe {
-            let all = view_mut((*self.data.as_ptr()).plugin_state, self.model.raw().npluginstate as i64);
+            let all = view_mut(
+                (*self.data.as_ptr()).plugin_state,
+                self.model.raw().npluginstate as i64,
+            );
             &mut all[start..start + len]
         };
         (state, self.moment())
@@ -361,7 +399,10 @@ impl<'a> DataView<'a> {
     pub(super) fn userdata_and_moment(&mut self, len: usize) -> (&mut [f64], Moment<'_>) {
         // SAFETY: `nuserdata` numbers; the moment reads other fields.
         let state = unsafe {
-            let all: &mut [mjtNum] = view_mut((*self.data.as_ptr()).userdata, self.model.raw().nuserdata as i64);
+            let all: &mut [mjtNum] = view_mut(
+                (*self.data.as_ptr()).userdata,
+                self.model.raw().nuserdata as i64,
+            );
             &mut all[..len]
         };
         (state, self.moment())
@@ -374,10 +415,15 @@ fn plugin_state_range(model: ModelView<'_>, instance: usize) -> (usize, usize) {
     (model.plugin_stateadr()[instance] as usize, len)
 }
 
-const _: () = assert!(size_of::<mjtNum>() == size_of::<f64>(), "this room is written for MuJoCo in double precision");
+const _: () = assert!(
+    size_of::<mjtNum>() == size_of::<f64>(),
+    "this room is written for MuJoCo in double precision"
+);
 
 impl std::fmt::Debug for DataView<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("DataView").field("time", &self.time()).finish_non_exhaustive()
+        f.debug_struct("DataView")
+            .field("time", &self.time())
+            .finish_non_exhaustive()
     }
 }

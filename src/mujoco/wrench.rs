@@ -20,8 +20,8 @@ use super::{
     api::{Api, own_folder},
     apply,
     bindings::{
-        mjData, mjGEOM_ARROW, mjModel, mjOBJ_BODY, mjOBJ_PLUGIN, mjPLUGIN_PASSIVE, mjPLUGIN_SENSOR, mjSTAGE_POS,
-        mjVIS_PERTFORCE, mjpPlugin, mjtNum, mjvOption, mjvScene,
+        mjData, mjGEOM_ARROW, mjModel, mjOBJ_BODY, mjOBJ_PLUGIN, mjPLUGIN_PASSIVE, mjPLUGIN_SENSOR,
+        mjSTAGE_POS, mjVIS_PERTOBJ, mjpPlugin, mjtNum, mjvOption, mjvScene,
     },
     boundary::guard,
     describe,
@@ -31,7 +31,8 @@ use super::{
 use crate::{
     frames::{self, Wrench},
     plugin::{
-        Instance, InstanceKey, Notice, Registry, Settings, SetupError, attributes, instance, search::SearchPath,
+        Instance, InstanceKey, Notice, Registry, Settings, SetupError, attributes, instance,
+        search::SearchPath,
     },
 };
 
@@ -52,12 +53,18 @@ static LAST_REFUSAL: Mutex<Option<String>> = Mutex::new(None);
 
 /// Keeps the reason of a refusal.
 pub(super) fn remember_refusal(reason: &str) {
-    LAST_REFUSAL.lock().unwrap_or_else(PoisonError::into_inner).replace(reason.to_owned());
+    LAST_REFUSAL
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .replace(reason.to_owned());
 }
 
 /// Takes the reason of the latest refusal.
 pub(super) fn take_refusal() -> Option<String> {
-    LAST_REFUSAL.lock().unwrap_or_else(PoisonError::into_inner).take()
+    LAST_REFUSAL
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .take()
 }
 
 /// Registers the plugin, unless one of this name is there already: MuJoCo ends the process where a
@@ -92,13 +99,26 @@ pub(super) fn register(api: &'static Api) {
 }
 
 /// [`attributes::NAMES`] as C strings; a test holds the two together.
-const ATTRIBUTES: [&CStr; attributes::NAMES.len()] =
-    [c"checkpoint", c"density", c"waterline", c"current", c"joints", c"solver", c"engine", c"initial_force"];
+const ATTRIBUTES: [&CStr; attributes::NAMES.len()] = [
+    c"checkpoint",
+    c"density",
+    c"waterline",
+    c"current",
+    c"joints",
+    c"solver",
+    c"engine",
+    c"initial_force",
+];
 
 /// The instances of this plugin in a model.
 pub(super) fn instances(model: ModelView<'_>) -> impl Iterator<Item = usize> {
     let slot = SLOT.load(Ordering::Relaxed);
-    model.plugin().iter().enumerate().filter(move |(_, of)| **of == slot).map(|(instance, _)| instance)
+    model
+        .plugin()
+        .iter()
+        .enumerate()
+        .filter(move |(_, of)| **of == slot)
+        .map(|(instance, _)| instance)
 }
 
 /// What an instance puts on its body now.
@@ -115,14 +135,25 @@ pub(super) fn applied(data: &mut DataView<'_>, id: usize) -> Option<Applied> {
     let mut wrench = instance.wrench(data.instance_state(id), data.moment());
     if let Some(waterline) = instance.settings().waterline {
         let part = apply::submerged_fraction(data, body, waterline);
-        wrench.force.iter_mut().chain(&mut wrench.torque).for_each(|component| *component *= part);
+        wrench
+            .force
+            .iter_mut()
+            .chain(&mut wrench.torque)
+            .for_each(|component| *component *= part);
     }
-    Some(Applied { body, wrench, instance })
+    Some(Applied {
+        body,
+        wrench,
+        instance,
+    })
 }
 
 /// The body that carries an instance, where it is a single one.
 fn body_of(model: ModelView<'_>, instance: usize) -> Option<usize> {
-    model.body_plugin().iter().position(|of| *of == instance as i32)
+    model
+        .body_plugin()
+        .iter()
+        .position(|of| *of == instance as i32)
 }
 
 /// The instance behind `plugin_data`; made again from the attributes where this process lacks it.
@@ -131,7 +162,9 @@ fn held(data: &mut DataView<'_>, id: usize) -> Option<Arc<Instance>> {
     if bits == BROKEN {
         return None;
     }
-    if let Some(instance) = InstanceKey::from_bits(bits as u64).and_then(|key| Registry::global().get(key)) {
+    if let Some(instance) =
+        InstanceKey::from_bits(bits as u64).and_then(|key| Registry::global().get(key))
+    {
         return Some(instance);
     }
     match set_up(data.model(), id) {
@@ -142,7 +175,10 @@ fn held(data: &mut DataView<'_>, id: usize) -> Option<Arc<Instance>> {
         Err(refusal) => {
             data.plugin_data_mut()[id] = BROKEN;
             let api = data.model().api();
-            warn(api, &format!("{refusal}. The wrench of this instance is zero from now on"));
+            warn(
+                api,
+                &format!("{refusal}. The wrench of this instance is zero from now on"),
+            );
             None
         }
     }
@@ -155,8 +191,9 @@ fn set_up(model: ModelView<'_>, id: usize) -> Result<(InstanceKey, Arc<Instance>
         name => format!("plugin hydro.wrench, instance `{name}`"),
     };
     let refused = |reason: String| format!("{name}: {reason}");
-    let carriers: Vec<usize> =
-        (0..model.bodies()).filter(|body| model.body_plugin()[*body] == id as i32).collect();
+    let carriers: Vec<usize> = (0..model.bodies())
+        .filter(|body| model.body_plugin()[*body] == id as i32)
+        .collect();
     let body = match carriers.as_slice() {
         [] => {
             return Err(refused(
@@ -165,10 +202,17 @@ fn set_up(model: ModelView<'_>, id: usize) -> Result<(InstanceKey, Arc<Instance>
                     .to_owned(),
             ));
         }
-        [0] => return Err(refused("the world carries it; put it inside the <body> that the water acts on".to_owned())),
+        [0] => {
+            return Err(refused(
+                "the world carries it; put it inside the <body> that the water acts on".to_owned(),
+            ));
+        }
         [body] => *body,
         several => {
-            let names: Vec<String> = several.iter().map(|body| model.name(mjOBJ_BODY as i32, *body)).collect();
+            let names: Vec<String> = several
+                .iter()
+                .map(|body| model.name(mjOBJ_BODY as i32, *body))
+                .collect();
             return Err(refused(format!(
                 "bodies {} share it; an instance has one memory, so declare an <instance> for each",
                 names.join(", ")
@@ -177,7 +221,9 @@ fn set_up(model: ModelView<'_>, id: usize) -> Result<(InstanceKey, Arc<Instance>
     };
     let settings = settings(model, id).map_err(|fault| refused(fault.to_string()))?;
     let body = describe::body(model, body);
-    Registry::global().acquire(settings, &body).map_err(|fault| refused(fault.to_string()))
+    Registry::global()
+        .acquire(settings, &body)
+        .map_err(|fault| refused(fault.to_string()))
 }
 
 fn settings(model: ModelView<'_>, id: usize) -> Result<Settings, SetupError> {
@@ -194,7 +240,11 @@ unsafe extern "C" fn nstate(m: *const mjModel, id: c_int) -> c_int {
             let settings = settings(model, id as usize).ok()?;
             let checkpoint = Registry::global().checkpoint(&settings.checkpoint).ok()?;
             let engine = Registry::global().engine(&checkpoint, &settings).ok()?;
-            Some(instance::state_len(engine.inputs(), engine.outputs(), engine.window()))
+            Some(instance::state_len(
+                engine.inputs(),
+                engine.outputs(),
+                engine.window(),
+            ))
         });
         len.map_or(0, |len| len as c_int)
     })
@@ -207,7 +257,9 @@ unsafe extern "C" fn nsensordata(_: *const mjModel, _: c_int, _: c_int) -> c_int
 unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int {
     guard("init", -1, || {
         // SAFETY: MuJoCo passes a model and a data of it that live through the call.
-        let Some(mut data) = (unsafe { both(m, d) }) else { return -1 };
+        let Some(mut data) = (unsafe { both(m, d) }) else {
+            return -1;
+        };
         let id = id as usize;
         let model = data.model();
         match set_up(model, id) {
@@ -243,7 +295,9 @@ fn tell(model: ModelView<'_>, instance: &Instance, notice: Notice, time: f64) {
 unsafe extern "C" fn destroy(d: *mut mjData, id: c_int) {
     guard("destroy", (), || {
         // SAFETY: MuJoCo passes a data whose plugin fields are still there.
-        let Some(data) = (unsafe { d.as_mut() }) else { return };
+        let Some(data) = (unsafe { d.as_mut() }) else {
+            return;
+        };
         // SAFETY: `nplugin` numbers, of which `id` is one.
         let all = unsafe { view_mut(data.plugin_data, data.nplugin) };
         let bits = std::mem::take(&mut all[id as usize]);
@@ -258,7 +312,9 @@ unsafe extern "C" fn destroy(d: *mut mjData, id: c_int) {
 unsafe extern "C" fn reset(m: *const mjModel, state: *mut mjtNum, _: *mut c_void, id: c_int) {
     guard("reset", (), || {
         // SAFETY: MuJoCo passes the model and the state of this instance.
-        let Some(model) = Api::get().and_then(|api| unsafe { ModelView::new(m, api) }) else { return };
+        let Some(model) = Api::get().and_then(|api| unsafe { ModelView::new(m, api) }) else {
+            return;
+        };
         // SAFETY: as many numbers as the model says.
         Instance::reset(unsafe { view_mut(state, model.plugin_statenum()[id as usize]) });
     });
@@ -267,10 +323,19 @@ unsafe extern "C" fn reset(m: *const mjModel, state: *mut mjtNum, _: *mut c_void
 unsafe extern "C" fn compute(m: *const mjModel, d: *mut mjData, id: c_int, capability: c_int) {
     guard("compute", (), || {
         // SAFETY: MuJoCo passes a model and a data of it that live through the call.
-        let Some(mut data) = (unsafe { both(m, d) }) else { return };
-        let Some(now) = applied(&mut data, id as usize) else { return };
+        let Some(mut data) = (unsafe { both(m, d) }) else {
+            return;
+        };
+        let Some(now) = applied(&mut data, id as usize) else {
+            return;
+        };
         if capability == mjPLUGIN_PASSIVE as c_int {
-            apply::add_to_passive(&mut data, now.body, now.instance.features().base(), now.wrench);
+            apply::add_to_passive(
+                &mut data,
+                now.body,
+                now.instance.features().base(),
+                now.wrench,
+            );
         } else {
             report(&mut data, id, now.wrench);
         }
@@ -291,8 +356,12 @@ fn report(data: &mut DataView<'_>, id: c_int, wrench: Wrench) {
 unsafe extern "C" fn advance(m: *const mjModel, d: *mut mjData, id: c_int) {
     guard("advance", (), || {
         // SAFETY: MuJoCo passes a model and a data of it that live through the call.
-        let Some(mut data) = (unsafe { both(m, d) }) else { return };
-        let Some(instance) = held(&mut data, id as usize) else { return };
+        let Some(mut data) = (unsafe { both(m, d) }) else {
+            return;
+        };
+        let Some(instance) = held(&mut data, id as usize) else {
+            return;
+        };
         let (state, moment) = data.plugin_state_and_moment(id as usize);
         let (notice, time) = (instance.advance(state, moment), moment.time);
         if let Some(notice) = notice {
@@ -302,7 +371,7 @@ unsafe extern "C" fn advance(m: *const mjModel, d: *mut mjData, id: c_int) {
 }
 
 /// Two arrows at the base origin, force and torque, as long as MuJoCo draws its own
-/// (`<visual><map force torque/>`), while the viewer shows perturbation forces.
+/// (`<visual><map force torque/>`), while the viewer shows perturbations (`mjVIS_PERTOBJ`, on by default).
 unsafe extern "C" fn visualize(
     m: *const mjModel,
     d: *mut mjData,
@@ -312,13 +381,20 @@ unsafe extern "C" fn visualize(
 ) {
     guard("visualize", (), || {
         // SAFETY: MuJoCo passes a model and a data of it that live through the call.
-        let Some(mut data) = (unsafe { both(m, d) }) else { return };
+        let Some(mut data) = (unsafe { both(m, d) }) else {
+            return;
+        };
         // SAFETY: as above.
-        let (Some(option), Some(scene)) = (unsafe { option.as_ref() }, unsafe { scene.as_mut() }) else { return };
-        if option.flags[mjVIS_PERTFORCE as usize] == 0 {
+        let (Some(option), Some(scene)) = (unsafe { option.as_ref() }, unsafe { scene.as_mut() })
+        else {
+            return;
+        };
+        if option.flags[mjVIS_PERTOBJ as usize] == 0 {
             return;
         }
-        let Some(now) = applied(&mut data, id as usize) else { return };
+        let Some(now) = applied(&mut data, id as usize) else {
+            return;
+        };
         let visual = &data.model().raw().vis;
         let attitude = ModelView::quadruple(data.xquat(), now.body);
         let origin = apply::vector(data.xpos(), now.body);
@@ -328,7 +404,14 @@ unsafe extern "C" fn visualize(
             (now.wrench.torque, visual.map.torque, TORQUE_COLOUR),
         ] {
             let arrow = Vector3::from(frames::to_world(attitude, in_base)) * f64::from(scale);
-            draw(data.model().api(), scene, origin, origin + arrow, width, colour);
+            draw(
+                data.model().api(),
+                scene,
+                origin,
+                origin + arrow,
+                width,
+                colour,
+            );
         }
     });
 }
@@ -337,11 +420,20 @@ unsafe extern "C" fn visualize(
 const FORCE_COLOUR: [f32; 4] = [0.1, 0.65, 0.75, 1.0];
 const TORQUE_COLOUR: [f32; 4] = [0.95, 0.65, 0.1, 1.0];
 
-fn draw(api: &Api, scene: &mut mjvScene, from: Vector3<f64>, to: Vector3<f64>, width: f64, colour: [f32; 4]) {
+fn draw(
+    api: &Api,
+    scene: &mut mjvScene,
+    from: Vector3<f64>,
+    to: Vector3<f64>,
+    width: f64,
+    colour: [f32; 4],
+) {
     let len = scene.ngeom;
     // SAFETY: the scene has `maxgeom` geoms.
     let geoms = unsafe { view_mut(scene.geoms, scene.maxgeom) };
-    let Some(geom) = usize::try_from(len).ok().and_then(|at| geoms.get_mut(at)) else { return };
+    let Some(geom) = usize::try_from(len).ok().and_then(|at| geoms.get_mut(at)) else {
+        return;
+    };
     // SAFETY: null asks for defaults; the arrays have the lengths that MuJoCo reads.
     unsafe {
         let (none, kind) = (ptr::null(), mjGEOM_ARROW as c_int);
@@ -369,7 +461,10 @@ mod tests {
 
     #[test]
     fn the_table_lists_every_attribute_that_is_read() {
-        let names: Vec<&str> = ATTRIBUTES.iter().filter_map(|name| name.to_str().ok()).collect();
+        let names: Vec<&str> = ATTRIBUTES
+            .iter()
+            .filter_map(|name| name.to_str().ok())
+            .collect();
         assert_eq!(names, attributes::NAMES);
     }
 }

@@ -19,8 +19,16 @@ use super::search::SearchPath;
 use crate::model::{EngineKind, Solver};
 
 /// Every attribute, in the order of the table above.
-pub const NAMES: [&str; 8] =
-    ["checkpoint", "density", "waterline", "current", "joints", "solver", "engine", "initial_force"];
+pub const NAMES: [&str; 8] = [
+    "checkpoint",
+    "density",
+    "waterline",
+    "current",
+    "joints",
+    "solver",
+    "engine",
+    "initial_force",
+];
 
 /// Density of fresh water [kg/m^3].
 const FRESH_WATER: f64 = 1000.0;
@@ -60,7 +68,9 @@ pub struct Settings {
 #[non_exhaustive]
 pub enum AttributeError {
     /// A required attribute is absent or empty.
-    #[error("attribute `{attribute}` is missing; add <config key=\"{attribute}\" value=\"{example}\"/>")]
+    #[error(
+        "attribute `{attribute}` is missing; add <config key=\"{attribute}\" value=\"{example}\"/>"
+    )]
     Missing {
         /// Its name.
         attribute: &'static str,
@@ -92,7 +102,10 @@ pub enum AttributeError {
 }
 
 fn list(places: &[PathBuf]) -> String {
-    let places: Vec<String> = places.iter().map(|place| place.display().to_string()).collect();
+    let places: Vec<String> = places
+        .iter()
+        .map(|place| place.display().to_string())
+        .collect();
     places.join(", ")
 }
 
@@ -102,33 +115,53 @@ impl Settings {
         text: impl Fn(&'static str) -> Option<String>,
         search: &SearchPath,
     ) -> Result<Self, AttributeError> {
-        let value = |name| text(name).map(|found| found.trim().to_owned()).filter(|found| !found.is_empty());
-        let checkpoint = value("checkpoint")
-            .ok_or(AttributeError::Missing { attribute: "checkpoint", example: "models/b1-task2" })?;
-        let checkpoint = search
-            .find(Path::new(&checkpoint))
-            .map_err(|tried| AttributeError::NoCheckpoint { found: checkpoint, tried })?;
+        let value = |name| {
+            text(name)
+                .map(|found| found.trim().to_owned())
+                .filter(|found| !found.is_empty())
+        };
+        let checkpoint = value("checkpoint").ok_or(AttributeError::Missing {
+            attribute: "checkpoint",
+            example: "models/b1-task2",
+        })?;
+        let checkpoint =
+            search
+                .find(Path::new(&checkpoint))
+                .map_err(|tried| AttributeError::NoCheckpoint {
+                    found: checkpoint,
+                    tried,
+                })?;
         Ok(Self {
             checkpoint,
             density: match value("density") {
                 None => FRESH_WATER,
-                Some(found) => one_number("density", &found, "one number >= 0, in kg/m^3", |x| x >= 0.0)?,
+                Some(found) => one_number("density", &found, "one number >= 0, in kg/m^3", |x| {
+                    x >= 0.0
+                })?,
             },
             waterline: match value("waterline") {
                 None => None,
-                Some(found) => Some(one_number("waterline", &found, "one number, world z in m", |_| true)?),
+                Some(found) => Some(one_number(
+                    "waterline",
+                    &found,
+                    "one number, world z in m",
+                    |_| true,
+                )?),
             },
             current: match value("current") {
                 None => [0.0; 3],
                 Some(found) => {
                     let expected = "three numbers, world x y z in m/s";
                     let numbers = numbers("current", &found, expected)?;
-                    numbers
-                        .try_into()
-                        .map_err(|_| AttributeError::Value { attribute: "current", found, expected })?
+                    numbers.try_into().map_err(|_| AttributeError::Value {
+                        attribute: "current",
+                        found,
+                        expected,
+                    })?
                 }
             },
-            joints: value("joints").map(|found| found.split_whitespace().map(str::to_owned).collect()),
+            joints: value("joints")
+                .map(|found| found.split_whitespace().map(str::to_owned).collect()),
             solver: match value("solver") {
                 None => None,
                 Some(found) => Some(choice("solver", found, "`euler` or `rk4`")?),
@@ -149,12 +182,20 @@ impl Settings {
     }
 }
 
-fn numbers(attribute: &'static str, found: &str, expected: &'static str) -> Result<Vec<f64>, AttributeError> {
+fn numbers(
+    attribute: &'static str,
+    found: &str,
+    expected: &'static str,
+) -> Result<Vec<f64>, AttributeError> {
     found
         .split_whitespace()
         .map(|word| word.parse::<f64>().ok().filter(|number| number.is_finite()))
         .collect::<Option<Vec<f64>>>()
-        .ok_or_else(|| AttributeError::Value { attribute, found: found.to_owned(), expected })
+        .ok_or_else(|| AttributeError::Value {
+            attribute,
+            found: found.to_owned(),
+            expected,
+        })
 }
 
 fn one_number(
@@ -165,7 +206,11 @@ fn one_number(
 ) -> Result<f64, AttributeError> {
     match numbers(attribute, found, expected)?.as_slice() {
         [number] if allowed(*number) => Ok(*number),
-        _ => Err(AttributeError::Value { attribute, found: found.to_owned(), expected }),
+        _ => Err(AttributeError::Value {
+            attribute,
+            found: found.to_owned(),
+            expected,
+        }),
     }
 }
 
@@ -174,7 +219,11 @@ fn choice<T: std::str::FromStr>(
     found: String,
     expected: &'static str,
 ) -> Result<T, AttributeError> {
-    found.parse().map_err(|_| AttributeError::Value { attribute, found, expected })
+    found.parse().map_err(|_| AttributeError::Value {
+        attribute,
+        found,
+        expected,
+    })
 }
 
 #[cfg(test)]
@@ -224,10 +273,16 @@ mod tests {
         assert_eq!(settings.density, 1025.5);
         assert_eq!(settings.waterline, Some(-0.2));
         assert_eq!(settings.current, [0.1, -0.2, 0.0]);
-        assert_eq!(settings.joints, Some(vec!["a".into(), "b".into(), "c".into()]));
+        assert_eq!(
+            settings.joints,
+            Some(vec!["a".into(), "b".into(), "c".into()])
+        );
         assert_eq!(settings.solver, Some(Solver::Rk4));
         assert_eq!(settings.engine, EngineKind::Candle);
-        assert_eq!(settings.initial_force, InitialForce::Given(vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
+        assert_eq!(
+            settings.initial_force,
+            InitialForce::Given(vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+        );
     }
 
     #[test]
@@ -244,7 +299,9 @@ mod tests {
             ("engine", "gpu", "`candle`"),
             ("initial_force", "guess", "`estimate`"),
         ] {
-            let text = parse(&[("checkpoint", "b1"), (key, value)]).unwrap_err().to_string();
+            let text = parse(&[("checkpoint", "b1"), (key, value)])
+                .unwrap_err()
+                .to_string();
             assert!(text.contains(&format!("`{key}` is `{value}`")), "{text}");
             assert!(text.contains(expected), "{text}");
         }
@@ -255,6 +312,9 @@ mod tests {
         let text = parse(&[]).unwrap_err().to_string();
         assert!(text.contains("`checkpoint` is missing"), "{text}");
         let text = parse(&[("checkpoint", "b2")]).unwrap_err().to_string();
-        assert!(text.contains("`b2`") && text.contains("/b2.") && text.contains("HYDRO_PATH"), "{text}");
+        assert!(
+            text.contains("`b2`") && text.contains("/b2.") && text.contains("HYDRO_PATH"),
+            "{text}"
+        );
     }
 }

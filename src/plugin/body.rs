@@ -59,11 +59,18 @@ impl Base {
     pub fn world_from_base(&self, qpos: &[f64]) -> [f64; 4] {
         match self {
             Self::Free { qpos: at, .. } => {
-                let q = frames::world_from_base([qpos[at + 3], qpos[at + 4], qpos[at + 5], qpos[at + 6]]);
+                let q = frames::world_from_base([
+                    qpos[at + 3],
+                    qpos[at + 4],
+                    qpos[at + 5],
+                    qpos[at + 6],
+                ]);
                 // `UnitQuaternion` keeps the sign that the state has.
                 [q.w, q.i, q.j, q.k]
             }
-            Self::Gantry { world_from_base, .. } => *world_from_base,
+            Self::Gantry {
+                world_from_base, ..
+            } => *world_from_base,
             Self::Other { .. } => [1.0, 0.0, 0.0, 0.0],
         }
     }
@@ -119,7 +126,9 @@ pub enum BodyError {
         exists: Vec<String>,
     },
     /// A joint that is no single number.
-    #[error("joint `{name}` is a {kind:?} joint; the card's feature `{feature}` needs a hinge or a slide")]
+    #[error(
+        "joint `{name}` is a {kind:?} joint; the card's feature `{feature}` needs a hinge or a slide"
+    )]
     NotScalar {
         /// Its name.
         name: String,
@@ -155,7 +164,9 @@ pub enum BodyError {
         reason: String,
     },
     /// The card predicts something that is no part of a wrench.
-    #[error("the card's output `{found}` is unknown; expected one of force.x force.y force.z torque.x torque.y torque.z, each once")]
+    #[error(
+        "the card's output `{found}` is unknown; expected one of force.x force.y force.z torque.x torque.y torque.z, each once"
+    )]
     Output {
         /// The name found.
         found: String,

@@ -65,7 +65,9 @@ pub(super) fn take(place: Place) -> Option<Start> {
 /// True where `time` is that of an inner stage of the Runge-Kutta step that began at `start`.
 pub(super) fn is_inner_stage(start: f64, time: f64, timestep: f64) -> bool {
     let after = (time - start) / timestep;
-    [0.5, 1.0].iter().any(|stage| (after - stage).abs() < STAGE_TOLERANCE)
+    [0.5, 1.0]
+        .iter()
+        .any(|stage| (after - stage).abs() < STAGE_TOLERANCE)
 }
 
 #[cfg(test)]
@@ -75,7 +77,10 @@ mod tests {
 
     #[test]
     fn a_note_is_replaced_read_and_taken_once() {
-        let at = |time| Start { time, ..Start::default() };
+        let at = |time| Start {
+            time,
+            ..Start::default()
+        };
         remember(1, at(0.0));
         remember(2, at(5.0));
         remember(1, at(1.0));

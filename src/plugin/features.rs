@@ -44,14 +44,23 @@ impl FeatureMap {
         if let Some(names) = names
             && names.len() != card_joints.len()
         {
-            return Err(BodyError::JointCount { found: names.len(), card: card_joints.to_vec() });
+            return Err(BodyError::JointCount {
+                found: names.len(),
+                card: card_joints.to_vec(),
+            });
         }
         let sources = layout
             .features()
             .iter()
             .map(|feature| source(feature, card_joints, names, body))
             .collect::<Result<_, _>>()?;
-        Ok(Self { sources, quaternion: layout.quaternion(), base: body.base.clone(), density, current })
+        Ok(Self {
+            sources,
+            quaternion: layout.quaternion(),
+            base: body.base.clone(),
+            density,
+            current,
+        })
     }
 
     /// How many numbers a sample holds.
@@ -101,7 +110,9 @@ impl FeatureMap {
             let quaternion = &mut sample[at..at + 4];
             let norm = quaternion.iter().map(|c| c * c).sum::<f64>().sqrt();
             if norm > f64::MIN_POSITIVE {
-                quaternion.iter_mut().for_each(|component| *component /= norm);
+                quaternion
+                    .iter_mut()
+                    .for_each(|component| *component /= norm);
             }
         }
     }
@@ -118,13 +129,29 @@ fn source(
             (Some(names), Some(at)) => &names[at],
             _ => card,
         };
-        let found = body.joints.iter().find(|joint| joint.name == *wanted).ok_or_else(|| {
-            let exists = body.joints.iter().map(|joint| joint.name.clone()).filter(|name| !name.is_empty());
-            BodyError::NoJoint { card: card.clone(), wanted: wanted.clone(), exists: exists.collect() }
-        })?;
+        let found = body
+            .joints
+            .iter()
+            .find(|joint| joint.name == *wanted)
+            .ok_or_else(|| {
+                let exists = body
+                    .joints
+                    .iter()
+                    .map(|joint| joint.name.clone())
+                    .filter(|name| !name.is_empty());
+                BodyError::NoJoint {
+                    card: card.clone(),
+                    wanted: wanted.clone(),
+                    exists: exists.collect(),
+                }
+            })?;
         match found.kind {
             JointKind::Hinge | JointKind::Slide => Ok(found),
-            kind => Err(BodyError::NotScalar { name: wanted.clone(), kind, feature: feature.to_string() }),
+            kind => Err(BodyError::NotScalar {
+                name: wanted.clone(),
+                kind,
+                feature: feature.to_string(),
+            }),
         }
     };
     // A body that never moves has no velocity to read, and an attitude that a moving parent changes
@@ -163,8 +190,18 @@ mod tests {
             name: "trunk".into(),
             base: Base::Free { qpos: 0, dof: 0 },
             joints: vec![
-                Joint { name: "root".into(), kind: JointKind::Free, qpos: 0, dof: 0 },
-                Joint { name: "knee".into(), kind: JointKind::Hinge, qpos: 7, dof: 6 },
+                Joint {
+                    name: "root".into(),
+                    kind: JointKind::Free,
+                    qpos: 0,
+                    dof: 0,
+                },
+                Joint {
+                    name: "knee".into(),
+                    kind: JointKind::Hinge,
+                    qpos: 7,
+                    dof: 6,
+                },
             ],
         }
     }
@@ -181,9 +218,13 @@ mod tests {
         let qpos = [1.0, 2.0, 3.0, half, 0.0, 0.0, half, 0.3];
         let qvel = [0.5, 0.2, 0.0, 0.1, 0.2, 0.3, -0.7];
         let mut sample = [0.0; 13 - 0];
-        map(&swimmer(), None).unwrap().sample(&qpos, &qvel, None, &mut sample);
+        map(&swimmer(), None)
+            .unwrap()
+            .sample(&qpos, &qvel, None, &mut sample);
         // Yawed by 90 degrees, the world's +y is the base's +x.
-        let want = [0.3, -0.7, half, 0.0, 0.0, half, 0.1, 0.2, 0.3, 0.2, 0.0, 0.0, 1025.0];
+        let want = [
+            0.3, -0.7, half, 0.0, 0.0, half, 0.1, 0.2, 0.3, 0.2, 0.0, 0.0, 1025.0,
+        ];
         for (got, want) in sample.iter().zip(want) {
             assert!((got - want).abs() < 1e-12, "{sample:?}");
         }
@@ -205,19 +246,31 @@ mod tests {
     fn refusals_list_what_exists() {
         let names = vec!["elbow".to_owned()];
         let text = map(&swimmer(), Some(&names)).unwrap_err().to_string();
-        assert!(text.contains("`elbow`") && text.contains("root, knee"), "{text}");
+        assert!(
+            text.contains("`elbow`") && text.contains("root, knee"),
+            "{text}"
+        );
         let names = vec!["root".to_owned()];
         let text = map(&swimmer(), Some(&names)).unwrap_err().to_string();
         assert!(text.contains("Free joint"), "{text}");
         let names = vec!["a".to_owned(), "b".to_owned()];
         let text = map(&swimmer(), Some(&names)).unwrap_err().to_string();
-        assert!(text.contains("lists 2 names") && text.contains("1 joints: knee"), "{text}");
+        assert!(
+            text.contains("lists 2 names") && text.contains("1 joints: knee"),
+            "{text}"
+        );
         let fixed = Body {
-            base: Base::Gantry { world_from_base: [1.0, 0.0, 0.0, 0.0], slides: vec![] },
+            base: Base::Gantry {
+                world_from_base: [1.0, 0.0, 0.0, 0.0],
+                slides: vec![],
+            },
             ..swimmer()
         };
         let text = map(&fixed, None).unwrap_err().to_string();
-        assert!(text.contains("free joint on body `trunk`") && text.contains("quaternion.w"), "{text}");
+        assert!(
+            text.contains("free joint on body `trunk`") && text.contains("quaternion.w"),
+            "{text}"
+        );
     }
 
     #[test]
@@ -227,7 +280,12 @@ mod tests {
                 world_from_base: [1.0, 0.0, 0.0, 0.0],
                 slides: vec![(0, [1.0, 0.0, 0.0]), (1, [0.0, 1.0, 0.0])],
             },
-            joints: vec![Joint { name: "knee".into(), kind: JointKind::Hinge, qpos: 2, dof: 2 }],
+            joints: vec![Joint {
+                name: "knee".into(),
+                kind: JointKind::Hinge,
+                qpos: 2,
+                dof: 2,
+            }],
             ..swimmer()
         };
         let layout = FeatureLayout::new(vec![
@@ -236,7 +294,8 @@ mod tests {
             Feature::LinearVelocity(1),
         ])
         .unwrap();
-        let features = FeatureMap::new(&layout, &["knee".into()], None, &body, 1000.0, [0.0; 3]).unwrap();
+        let features =
+            FeatureMap::new(&layout, &["knee".into()], None, &body, 1000.0, [0.0; 3]).unwrap();
         let mut sample = [0.0; 3];
         features.sample(&[9.0, 9.0, 0.4], &[0.3, -0.1, 5.0], None, &mut sample);
         assert_eq!(sample, [0.4, 0.3, -0.1]);

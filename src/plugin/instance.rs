@@ -40,7 +40,9 @@ use crate::{
 };
 
 /// Names of the outputs a card may have, in the order of a wrench.
-const COMPONENTS: [&str; 6] = ["force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z"];
+const COMPONENTS: [&str; 6] = [
+    "force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z",
+];
 
 const PHASE: usize = 0;
 const SAMPLES: usize = 1;
@@ -117,9 +119,11 @@ impl Notice {
                 "the state or the predicted force is not a number at t = {time} s; the wrench is zero until the \
                  simulation is reset"
             ),
-            Self::FluidCountedTwice => "option density or viscosity is above 0, which switches MuJoCo's own fluid \
+            Self::FluidCountedTwice => {
+                "option density or viscosity is above 0, which switches MuJoCo's own fluid \
                  on for every body, so the water counts twice; set both to 0"
-                .to_owned(),
+                    .to_owned()
+            }
         }
     }
 }
@@ -183,13 +187,20 @@ impl Instance {
         for output in &card.outputs {
             match COMPONENTS.iter().position(|known| known == output) {
                 Some(at) if !components.contains(&at) => components.push(at),
-                _ => return Err(BodyError::Output { found: output.clone() }),
+                _ => {
+                    return Err(BodyError::Output {
+                        found: output.clone(),
+                    });
+                }
             }
         }
         if let InitialForce::Given(force) = &settings.initial_force
             && force.len() != components.len()
         {
-            return Err(BodyError::InitialForce { found: force.len(), outputs: card.outputs.clone() });
+            return Err(BodyError::InitialForce {
+                found: force.len(),
+                outputs: card.outputs.clone(),
+            });
         }
         Ok(Self {
             settings,
@@ -218,7 +229,11 @@ impl Instance {
 
     /// How many numbers the state slice holds.
     pub fn state_len(&self) -> usize {
-        state_len(self.features.len(), self.components.len(), self.engine.window())
+        state_len(
+            self.features.len(),
+            self.components.len(),
+            self.engine.window(),
+        )
     }
 
     /// Forgets everything: the next force is that of a cold start.
@@ -250,8 +265,9 @@ impl Instance {
         // Cold: what the first sample gives. Inner stages belong to the step's first one.
         let place = place(state);
         let inner = |start: &Start| {
-            (moment.runge_kutta && cold_start::is_inner_stage(start.time, moment.time, moment.timestep))
-                .then(|| self.between(start.time, &start.now, &start.next, moment.time))
+            (moment.runge_kutta
+                && cold_start::is_inner_stage(start.time, moment.time, moment.timestep))
+            .then(|| self.between(start.time, &start.now, &start.next, moment.time))
         };
         if let Some(wrench) = cold_start::with(place, inner).flatten() {
             return wrench;
@@ -321,7 +337,8 @@ impl Instance {
     fn first_sample(&self, place: Place, moment: Moment<'_>) -> Option<Start> {
         let (inputs, outputs) = (self.features.len(), self.components.len());
         let mut sample = vec![0.0; inputs];
-        self.features.sample(moment.qpos, moment.qvel, None, &mut sample);
+        self.features
+            .sample(moment.qpos, moment.qvel, None, &mut sample);
         if !finite(&sample) {
             return None;
         }
@@ -332,14 +349,24 @@ impl Instance {
             return Some(start);
         }
         WORKSPACE.with_borrow_mut(|work| {
-            let (mut carried, mut now, mut next) = (vec![0.0; outputs], vec![0.0; outputs], vec![0.0; outputs]);
+            let (mut carried, mut now, mut next) =
+                (vec![0.0; outputs], vec![0.0; outputs], vec![0.0; outputs]);
             match &self.settings.initial_force {
                 InitialForce::Given(force) => carried.copy_from_slice(force),
-                InitialForce::Estimate => self.engine.estimate(&sample, &mut carried, &mut work.scratch),
+                InitialForce::Estimate => {
+                    self.engine
+                        .estimate(&sample, &mut carried, &mut work.scratch)
+                }
             }
             let window = sample.repeat(self.engine.window());
-            self.engine.sample(&window, &carried, &mut now, &mut next, &mut work.scratch);
-            (finite(&now) && finite(&next)).then_some(Start { time: moment.time, sample, now, next })
+            self.engine
+                .sample(&window, &carried, &mut now, &mut next, &mut work.scratch);
+            (finite(&now) && finite(&next)).then_some(Start {
+                time: moment.time,
+                sample,
+                now,
+                next,
+            })
         })
     }
 
@@ -360,7 +387,13 @@ impl Instance {
     fn follow(&self, state: &mut [f64], moment: Moment<'_>) -> Option<Notice> {
         let (inputs, outputs) = (self.features.len(), self.components.len());
         WORKSPACE.with_borrow_mut(|work| {
-            let Workspace { sample, between, window: taken, carried, scratch } = work;
+            let Workspace {
+                sample,
+                between,
+                window: taken,
+                carried,
+                scratch,
+            } = work;
             sample.resize(inputs, 0.0);
             between.resize(inputs, 0.0);
             carried.resize(outputs, 0.0);
@@ -368,7 +401,8 @@ impl Instance {
             let mut notice = None;
             {
                 let latest = &state[state.len() - inputs..];
-                self.features.sample(moment.qpos, moment.qvel, Some(latest), sample);
+                self.features
+                    .sample(moment.qpos, moment.qvel, Some(latest), sample);
             }
             if !finite(sample) {
                 return Some(self.fault(state));

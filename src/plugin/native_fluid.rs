@@ -105,7 +105,12 @@ impl EllipsoidCoefficients {
 }
 
 /// The ellipsoid model for one geom of the given semi-axes [m].
-pub fn ellipsoid(semi_axes: [f64; 3], coefficients: &EllipsoidCoefficients, fluid: Fluid, motion: Motion) -> Load {
+pub fn ellipsoid(
+    semi_axes: [f64; 3],
+    coefficients: &EllipsoidCoefficients,
+    fluid: Fluid,
+    motion: Motion,
+) -> Load {
     let (v, w) = (motion.linear, motion.angular);
     let Fluid { density, viscosity } = fluid;
     let [a, b, c] = semi_axes;
@@ -128,7 +133,8 @@ pub fn ellipsoid(semi_axes: [f64; 3], coefficients: &EllipsoidCoefficients, flui
     let speed = v.norm();
     let projected_area = PI * (denominator / numerator.max(TINY)).sqrt();
     let cosine = numerator / (speed * denominator).max(TINY);
-    let circulation = coefficients.kutta_lift * density * cosine * projected_area * normal.cross(&v);
+    let circulation =
+        coefficients.kutta_lift * density * cosine * projected_area * normal.cross(&v);
     force += circulation.cross(&v);
 
     // Drag: Stokes' for the mean sphere, and quadratic of projected and remaining area.
@@ -144,7 +150,8 @@ pub fn ellipsoid(semi_axes: [f64; 3], coefficients: &EllipsoidCoefficients, flui
                 + coefficients.slender_drag * (largest_area - projected_area));
     force -= linear_drag * v;
 
-    let moment = |along: f64, one: f64, other: f64| 8.0 / 15.0 * PI * along * one.max(other).powi(4);
+    let moment =
+        |along: f64, one: f64, other: f64| 8.0 / 15.0 * PI * along * one.max(other).powi(4);
     let moments = Vector3::new(moment(a, b, c), moment(b, c, a), moment(c, a, b));
     let largest_moment = 8.0 / 15.0 * PI * middle * longest.powi(4);
     let viscous = Vector3::from_fn(|axis, _| {

@@ -84,6 +84,14 @@ type Stamp = Vec<Option<(SystemTime, u64)>>;
 
 type EngineKey = (String, EngineKind, Option<Solver>);
 
+/// A checkpoint, with the hash of its content taken once.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The checkpoint.
+    pub checkpoint: Checkpoint,
+    digest: String,
+}
+
 #[derive(Debug)]
 struct Held {
     instance: Arc<Instance>,
@@ -101,7 +109,7 @@ struct Instances {
 /// The cache. One stands in the process: [`Registry::global`].
 #[derive(Debug, Default)]
 pub struct Registry {
-    checkpoints: Mutex<HashMap<PathBuf, (Stamp, Arc<Checkpoint>)>>,
+    checkpoints: Mutex<HashMap<PathBuf, (Stamp, Arc<Loaded>)>>,
     engines: Mutex<HashMap<EngineKey, Weak<dyn Engine>>>,
     instances: RwLock<Instances>,
 }
@@ -109,45 +117,73 @@ pub struct Registry {
 impl Registry {
     /// The process's own.
     pub fn global() -> &'static Self {
-        static REGISTRY: std::sync::LazyLock<Registry> = std::sync::LazyLock::new(Registry::default);
+        static REGISTRY: std::sync::LazyLock<Registry> =
+            std::sync::LazyLock::new(Registry::default);
         &REGISTRY
     }
 
     /// The checkpoint of a folder, loaded once while its files stay the same.
-    pub fn checkpoint(&self, folder: &Path) -> Result<Arc<Checkpoint>, SetupError> {
+    pub fn checkpoint(&self, folder: &Path) -> Result<Arc<Loaded>, SetupError> {
         let key = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
         let stamp = stamp(&key);
         {
-            let known = self.checkpoints.lock().unwrap_or_else(PoisonError::into_inner);
-            if let Some((of, checkpoint)) = known.get(&key)
+            let known = self
+                .checkpoints
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            if let Some((of, loaded)) = known.get(&key)
                 && *of == stamp
             {
-                return Ok(Arc::clone(checkpoint));
+                return Ok(Arc::clone(loaded));
             }
         }
-        let loaded = Checkpoint::load(&key).map_err(|source| SetupError::Checkpoint { path: key.clone(), source })?;
-        let loaded = Arc::new(loaded);
-        let mut known = self.checkpoints.lock().unwrap_or_else(PoisonError::into_inner);
+        let checkpoint = Checkpoint::load(&key).map_err(|source| SetupError::Checkpoint {
+            path: key.clone(),
+            source,
+        })?;
+        let digest = hex(&checkpoint.digest());
+        let loaded = Arc::new(Loaded { checkpoint, digest });
+        let mut known = self
+            .checkpoints
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         known.insert(key, (stamp, Arc::clone(&loaded)));
         Ok(loaded)
     }
 
     /// Makes (or finds) the instance of these settings on this body, and counts one more user.
-    pub fn acquire(&self, settings: Settings, body: &Body) -> Result<(InstanceKey, Arc<Instance>), SetupError> {
-        let checkpoint = self.checkpoint(&settings.checkpoint)?;
-        let digest = hex(&checkpoint.digest());
-        let key = InstanceKey::of(&[&digest, &format!("{settings:?}"), &format!("{body:?}")]);
+    pub fn acquire(
+        &self,
+        settings: Settings,
+        body: &Body,
+    ) -> Result<(InstanceKey, Arc<Instance>), SetupError> {
+        let loaded = self.checkpoint(&settings.checkpoint)?;
+        let key = InstanceKey::of(&[
+            &loaded.digest,
+            &format!("{settings:?}"),
+            &format!("{body:?}"),
+        ]);
         {
-            let mut instances = self.instances.write().unwrap_or_else(PoisonError::into_inner);
+            let mut instances = self
+                .instances
+                .write()
+                .unwrap_or_else(PoisonError::into_inner);
             if let Some(held) = instances.held.get_mut(&key) {
                 held.users += 1;
                 return Ok((key, Arc::clone(&held.instance)));
             }
         }
-        let engine = self.engine(&checkpoint, &settings)?;
-        let instance = Arc::new(Instance::new(settings, &checkpoint, engine, body)?);
-        let mut instances = self.instances.write().unwrap_or_else(PoisonError::into_inner);
-        let fresh = Held { instance, users: 0, idle_since: 0 };
+        let engine = self.engine(&loaded, &settings)?;
+        let instance = Arc::new(Instance::new(settings, &loaded.checkpoint, engine, body)?);
+        let mut instances = self
+            .instances
+            .write()
+            .unwrap_or_else(PoisonError::into_inner);
+        let fresh = Held {
+            instance,
+            users: 0,
+            idle_since: 0,
+        };
         let held = instances.held.entry(key).or_insert(fresh);
         held.users += 1;
         Ok((key, Arc::clone(&held.instance)))
@@ -155,13 +191,22 @@ impl Registry {
 
     /// The instance of a key, where this process has made it.
     pub fn get(&self, key: InstanceKey) -> Option<Arc<Instance>> {
-        let instances = self.instances.read().unwrap_or_else(PoisonError::into_inner);
-        instances.held.get(&key).map(|held| Arc::clone(&held.instance))
+        let instances = self
+            .instances
+            .read()
+            .unwrap_or_else(PoisonError::into_inner);
+        instances
+            .held
+            .get(&key)
+            .map(|held| Arc::clone(&held.instance))
     }
 
     /// Counts one user less; of the instances without users the latest few are kept.
     pub fn release(&self, key: InstanceKey) {
-        let mut instances = self.instances.write().unwrap_or_else(PoisonError::into_inner);
+        let mut instances = self
+            .instances
+            .write()
+            .unwrap_or_else(PoisonError::into_inner);
         instances.clock += 1;
         let now = instances.clock;
         if let Some(held) = instances.held.get_mut(&key) {
@@ -182,15 +227,25 @@ impl Registry {
     }
 
     /// The network of a checkpoint as the settings ask for it, shared while anybody uses it.
-    pub fn engine(&self, checkpoint: &Checkpoint, settings: &Settings) -> Result<Arc<dyn Engine>, SetupError> {
-        let key = (hex(&checkpoint.digest()), settings.engine, settings.solver);
-        let known = |engines: &HashMap<EngineKey, Weak<dyn Engine>>| engines.get(&key).and_then(Weak::upgrade);
+    pub fn engine(
+        &self,
+        loaded: &Loaded,
+        settings: &Settings,
+    ) -> Result<Arc<dyn Engine>, SetupError> {
+        let key = (loaded.digest.clone(), settings.engine, settings.solver);
+        let known = |engines: &HashMap<EngineKey, Weak<dyn Engine>>| {
+            engines.get(&key).and_then(Weak::upgrade)
+        };
         if let Some(engine) = known(&self.engines.lock().unwrap_or_else(PoisonError::into_inner)) {
             return Ok(engine);
         }
-        let engine = checkpoint
+        let engine = loaded
+            .checkpoint
             .engine(settings.engine, settings.solver)
-            .map_err(|source| SetupError::Checkpoint { path: settings.checkpoint.clone(), source })?;
+            .map_err(|source| SetupError::Checkpoint {
+                path: settings.checkpoint.clone(),
+                source,
+            })?;
         let engine: Arc<dyn Engine> = Arc::from(engine);
         let mut engines = self.engines.lock().unwrap_or_else(PoisonError::into_inner);
         engines.retain(|_, engine| engine.strong_count() > 0);

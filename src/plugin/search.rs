@@ -57,6 +57,9 @@ mod tests {
         assert_eq!(path.find(Path::new("b1")), Ok(first.path().join("b1")));
         let tried = vec![first.path().join("b2"), second.path().join("b2")];
         assert_eq!(path.find(Path::new("b2")), Err(tried));
-        assert_eq!(path.find(Path::new("/no/such")), Err(vec![PathBuf::from("/no/such")]));
+        assert_eq!(
+            path.find(Path::new("/no/such")),
+            Err(vec![PathBuf::from("/no/such")])
+        );
     }
 }

@@ -73,7 +73,11 @@ mod tests {
     use super::*;
 
     fn lump(height: f64, volume: f64) -> Lump {
-        Lump { height, radius: 0.5, volume }
+        Lump {
+            height,
+            radius: 0.5,
+            volume,
+        }
     }
 
     #[test]
@@ -96,7 +100,16 @@ mod tests {
     #[test]
     fn volumes_of_the_primitives() {
         assert!((volume(Shape::Box, [0.5, 1.0, 1.5], 9.0) - 6.0).abs() < 1e-12);
-        assert!((volume(Shape::Capsule, [1.0, 0.0, 0.0], 9.0) - volume(Shape::Sphere, [1.0, 0.0, 0.0], 9.0)).abs() < 1e-12);
-        assert!((volume(Shape::Ellipsoid, [1.0, 1.0, 1.0], 9.0) - volume(Shape::Other, [0.0; 3], 1.0)).abs() < 1e-12);
+        assert!(
+            (volume(Shape::Capsule, [1.0, 0.0, 0.0], 9.0)
+                - volume(Shape::Sphere, [1.0, 0.0, 0.0], 9.0))
+            .abs()
+                < 1e-12
+        );
+        assert!(
+            (volume(Shape::Ellipsoid, [1.0, 1.0, 1.0], 9.0) - volume(Shape::Other, [0.0; 3], 1.0))
+                .abs()
+                < 1e-12
+        );
     }
 }

@@ -1,0 +1,183 @@
+//! Checkpoints and scenes for the tests.
+#![allow(dead_code, missing_docs, unreachable_pub, clippy::unwrap_used)]
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use hydro_plugin::{
+    checkpoint::{Card, Checkpoint, SCHEMA},
+    features::{Feature, FeatureLayout},
+    model::{
+        AttentionOdeConfig, Encoder, MlpConfig, ModelConfig, Network, Normaliser, Parameters,
+        Solver,
+    },
+};
+
+pub const WRENCH: [&str; 6] = [
+    "force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z",
+];
+
+/// Force and torque of [`constant`].
+pub const CONSTANT: [f64; 6] = [3.0, -2.0, 4.0, 0.0, 0.0, 0.0];
+
+/// What a test checkpoint predicts, on average, and how far it varies.
+pub struct Recipe {
+    pub features: FeatureLayout,
+    pub outputs: Vec<&'static str>,
+    pub model: ModelConfig,
+    pub mean: Vec<f64>,
+    pub deviation: Vec<f64>,
+}
+
+/// An Attention-ODE of a window of four samples.
+pub fn attention() -> ModelConfig {
+    ModelConfig::AttentionOde(AttentionOdeConfig {
+        window: 4,
+        heads: 2,
+        embedding: 8,
+        latent: 8,
+        hidden: vec![16, 16],
+        ..AttentionOdeConfig::default()
+    })
+}
+
+/// For a floating base with these joints: newtons that depend on the motion.
+pub fn lively(joints: &[&str]) -> Recipe {
+    let joints: Vec<String> = joints.iter().map(|name| (*name).to_owned()).collect();
+    Recipe {
+        features: FeatureLayout::floating_base(&joints).unwrap(),
+        outputs: WRENCH.to_vec(),
+        model: attention(),
+        mean: vec![2.0, 1.0, 3.0, 0.1, -0.1, 0.05],
+        deviation: vec![4.0, 4.0, 4.0, 0.2, 0.2, 0.2],
+    }
+}
+
+/// For a floating base without joints: the same force always, up to 1e-12.
+pub fn constant() -> Recipe {
+    Recipe {
+        mean: CONSTANT.to_vec(),
+        deviation: vec![1e-13; 6],
+        ..lively(&[])
+    }
+}
+
+/// Memoryless, for the joints given.
+pub fn memoryless(joints: &[&str]) -> Recipe {
+    let config = MlpConfig {
+        hidden: vec![16, 16],
+        ..MlpConfig::default()
+    };
+    Recipe {
+        model: ModelConfig::Mlp(config),
+        ..lively(joints)
+    }
+}
+
+/// The towing task's: two joints and two velocities in, two forces out.
+pub fn towing() -> Recipe {
+    Recipe {
+        features: FeatureLayout::new(vec![
+            Feature::JointPosition("thigh".into()),
+            Feature::JointPosition("calf".into()),
+            Feature::LinearVelocity(0),
+            Feature::LinearVelocity(1),
+        ])
+        .unwrap(),
+        outputs: vec!["force.x", "force.y"],
+        model: attention(),
+        mean: vec![-3.0, 1.0],
+        deviation: vec![2.0, 2.0],
+    }
+}
+
+impl Recipe {
+    pub fn checkpoint(&self) -> Checkpoint {
+        let inputs = Encoder::new(self.model.encoding(), &self.features).len();
+        let outputs = self.outputs.len();
+        let (_, weights) =
+            Parameters::draw(7, |vb| Network::new(&self.model, inputs, outputs, vb)).unwrap();
+        let mut normaliser = Normaliser::identity(inputs, outputs);
+        normaliser.output_mean.clone_from(&self.mean);
+        normaliser.output_std.clone_from(&self.deviation);
+        // The density is around 1000 and the last input.
+        if self.features.density().is_some() {
+            normaliser.input_mean[inputs - 1] = 1000.0;
+            normaliser.input_std[inputs - 1] = 20.0;
+        }
+        let units = |name: &str| {
+            if name.starts_with("force") {
+                "N"
+            } else {
+                "N m"
+            }
+            .to_owned()
+        };
+        let card = Card {
+            schema: SCHEMA.to_owned(),
+            name: "test".to_owned(),
+            feature_units: self
+                .features
+                .features()
+                .iter()
+                .map(|f| f.unit().to_owned())
+                .collect(),
+            joints: self.features.joints(),
+            features: self.features.clone(),
+            output_units: self.outputs.iter().map(|name| units(name)).collect(),
+            outputs: self.outputs.iter().map(|name| (*name).to_owned()).collect(),
+            frames: BTreeMap::from([("wrench".to_owned(), "base".to_owned())]),
+            sample_period: 0.01,
+            solver: Solver::Euler,
+            normaliser,
+            dataset: None,
+            metrics: serde_json::Value::Null,
+            command: "a test".to_owned(),
+            hydro: env!("CARGO_PKG_VERSION").to_owned(),
+            weights_sha256: String::new(),
+            model: self.model.clone(),
+        };
+        Checkpoint::new(card, weights.snapshot().unwrap()).unwrap()
+    }
+
+    /// Saves it below `root`, under a name, and says where.
+    pub fn save(&self, root: &Path, name: &str) -> PathBuf {
+        let folder = root.join(name);
+        self.checkpoint().save(&folder).unwrap();
+        folder
+    }
+}
+
+/// An ellipsoid with a tail fin on a hinge and a motor, `attributes` for the plugin.
+pub fn fish(checkpoint: &Path, attributes: &[(&str, &str)]) -> String {
+    let config: String = attributes
+        .iter()
+        .map(|(key, value)| format!("<config key=\"{key}\" value=\"{value}\"/>"))
+        .collect();
+    format!(
+        r#"<mujoco>
+  <option timestep="0.002" gravity="0 0 0"/>
+  <extension>
+    <plugin plugin="hydro.wrench">
+      <instance name="water"><config key="checkpoint" value="{checkpoint}"/>{config}</instance>
+    </plugin>
+    <plugin plugin="hydro.load_cell"/>
+  </extension>
+  <worldbody>
+    <body name="hull"><freejoint/>
+      <plugin plugin="hydro.wrench" instance="water"/>
+      <geom type="ellipsoid" size="0.3 0.1 0.12" mass="12"/>
+      <body name="fin" pos="-0.3 0 0">
+        <joint name="fin" axis="0 0 1" damping="0.1"/>
+        <geom type="capsule" size="0.02" fromto="0 0 0 -0.2 0 0" mass="1"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator><motor name="fin" joint="fin"/></actuator>
+  <sensor><plugin name="water" plugin="hydro.wrench" instance="water"/></sensor>
+</mujoco>"#,
+        checkpoint = checkpoint.display()
+    )
+}

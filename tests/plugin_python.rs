@@ -1,0 +1,45 @@
+//! The shared library in the real Python wheel: `scripts/tests/test_plugin.py`, with checkpoints made here.
+#![cfg(mujoco_plugins)]
+#![allow(missing_docs, clippy::unwrap_used)]
+
+mod common;
+
+use std::{
+    env,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+/// The library that cargo built beside this test.
+fn library() -> PathBuf {
+    let deps = env::current_exe().unwrap();
+    let profile = deps.ancestors().nth(2).unwrap();
+    let library = profile.join("libhydro_plugin.so");
+    assert!(library.exists(), "{} is not there", library.display());
+    library
+}
+
+#[test]
+fn the_library_in_python() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let python = root.join(".venv/bin/python");
+    if !python.exists() {
+        eprintln!(
+            "skipped: no .venv (python3 -m venv .venv && .venv/bin/pip install mujoco numpy)"
+        );
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    common::lively(&["fin"]).save(folder.path(), "lively");
+    common::memoryless(&["fin"]).save(folder.path(), "memoryless");
+    common::constant().save(folder.path(), "constant");
+    common::towing().save(folder.path(), "towing");
+    let status = Command::new(&python)
+        .arg(root.join("scripts/tests/test_plugin.py"))
+        .current_dir(folder.path())
+        .env("HYDRO_TEST_LIBRARY", library())
+        .env("HYDRO_TEST_CHECKPOINTS", folder.path())
+        .status()
+        .unwrap();
+    assert!(status.success());
+}
