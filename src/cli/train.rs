@@ -14,7 +14,8 @@ use hydro_plugin::{
     dataset::Dataset,
     model::{AttentionOdeConfig, Encoding, MlpConfig, ModelConfig, Solver},
     training::{
-        Evaluation, InitialForce, LogRecord, Observer, Outcome, Progress as Place, TrainConfig, Trainer, evaluate,
+        Evaluation, InitialForce, LogRecord, Observer, Outcome, Progress as Place, TrainConfig,
+        Trainer, evaluate,
     },
 };
 
@@ -277,7 +278,10 @@ impl RunFolder {
     /// Refuses to mix with what is there.
     fn prepare(&self, args: &Args) -> anyhow::Result<()> {
         if args.out.file_name().is_none() {
-            bail!("--out {}: expected the name of a folder", args.out.display());
+            bail!(
+                "--out {}: expected the name of a folder",
+                args.out.display()
+            );
         }
         let there: Vec<&Path> = [self.out.as_path(), self.run.as_path()]
             .into_iter()
@@ -285,7 +289,8 @@ impl RunFolder {
             .collect();
         if args.overwrite {
             for path in there {
-                std::fs::remove_dir_all(path).with_context(|| format!("removing {}", path.display()))?;
+                std::fs::remove_dir_all(path)
+                    .with_context(|| format!("removing {}", path.display()))?;
             }
         } else if !args.resume
             && let Some(path) = there.first()
@@ -320,8 +325,15 @@ struct Watch {
 
 impl Observer for Watch {
     fn step(&mut self, place: &Place) {
-        let best = self.best.map_or(String::new(), |best| format!(", best validation {best:.4}"));
-        let words = format!("epoch {}/{}, loss {:.5}{best}", place.epoch + 1, place.epochs, place.loss);
+        let best = self
+            .best
+            .map_or(String::new(), |best| format!(", best validation {best:.4}"));
+        let words = format!(
+            "epoch {}/{}, loss {:.5}{best}",
+            place.epoch + 1,
+            place.epochs,
+            place.loss
+        );
         self.progress.at(place.step as u64, &words);
     }
 

@@ -68,7 +68,9 @@ pub enum SimulatorError {
         joints: Vec<String>,
     },
     /// A density cannot be changed in proportion to none.
-    #[error("the scene's option density is {found} kg/m^3; expected more than zero, as in the truth and its rivals")]
+    #[error(
+        "the scene's option density is {found} kg/m^3; expected more than zero, as in the truth and its rivals"
+    )]
     NoDensity {
         /// The scene's.
         found: f64,
@@ -333,7 +335,9 @@ impl Model {
 
     /// True where the first joint is free, so that the base leads `qpos` and `qvel`.
     pub fn describes_floating_robot(&self) -> bool {
-        self.joints().first().is_some_and(|joint| joint.kind == JointKind::Free)
+        self.joints()
+            .first()
+            .is_some_and(|joint| joint.kind == JointKind::Free)
     }
 
     /// The first body with a free joint.
