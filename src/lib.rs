@@ -11,3 +11,4 @@ pub mod report;
 pub mod robot;
 pub mod rollouts;
 pub mod sim;
+pub mod training;
