@@ -130,15 +130,18 @@ fn a_linear_relaxation_is_learned_to_near_nothing() {
     let (_root, dataset, run) = fixture();
     for solver in Solver::ALL {
         let config = TrainConfig {
-            epochs: 120,
-            patience: 120,
+            epochs: 400,
+            patience: 400,
+            batch: 12,
             solver,
             weight_decay: 0.0,
             ..config()
         };
         let trainer = trained(config, &dataset, &run.join(solver.to_string()));
         let best = trainer.place.best.expect("validated");
-        assert!(best < 0.02, "{solver}: validation error {best}");
+        let loss = trainer.log().last().expect("epochs").loss;
+        assert!(loss < 2e-3, "{solver}: training loss {loss}");
+        assert!(best < 0.1, "{solver}: validation error {best}");
         // The checkpoint holds the best weights: the same error through its own door.
         let checkpoint = trainer.checkpoint("relaxation", "test").expect("valid");
         let evaluation =
