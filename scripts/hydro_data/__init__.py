@@ -9,6 +9,7 @@ task2.py       one shard of the Task 2 data set
 dataset.py     a data-set folder: workers, resume, manifest
 rollouts.py    a folder of recorded rollouts
 files.py       whole files or none, fingerprints
+replay.py      a recorded rollout, driven again in another water
 progress.py    a bar on a terminal, lines in a log
 """
 

@@ -4,9 +4,11 @@
 pub mod bounded;
 pub mod closed_loop;
 pub mod open_loop;
+pub mod step_time;
 pub mod summary;
 
 pub use bounded::{Bounds, Peak, bounds};
 pub use closed_loop::{ClosedLoop, Contender, Spread, Water, closed_loop};
-pub use open_loop::{OpenLoop, OpenLoopRow};
+pub use open_loop::{OpenLoop, OpenLoopRow, Start, open_loop};
+pub use step_time::step_times;
 pub use summary::{StepTime, Summary};

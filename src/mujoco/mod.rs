@@ -7,6 +7,7 @@
 //! wrench, load_cell the engine plugins (MuJoCo with engine plugins)     load      runs at library load
 //! passive_callback  the same force in Debian's 2.2.2
 //! simulator         owned models and simulations, for `hydro` and tests
+//! scene, swimmer    a scene's plugin attributes; a robot in it, as comparisons see it
 //! ```
 
 mod api;
@@ -19,7 +20,10 @@ mod load;
 mod load_cell;
 #[cfg(not(mujoco_plugins))]
 mod passive_callback;
+pub mod scene;
 pub mod simulator;
+#[cfg(mujoco_plugins)]
+pub mod swimmer;
 mod views;
 mod warn;
 #[cfg(mujoco_plugins)]

@@ -61,6 +61,18 @@ pub enum SimulatorError {
         /// Given.
         found: usize,
     },
+    /// A robot that does not float.
+    #[error("the model's first joint is not free; joints: {}. A swimming robot has a <freejoint/> on its base, first of all joints", .joints.join(", "))]
+    NotFloating {
+        /// Joints of the model.
+        joints: Vec<String>,
+    },
+    /// A density cannot be changed in proportion to none.
+    #[error("the scene's option density is {found} kg/m^3; expected more than zero, as in the truth and its rivals")]
+    NoDensity {
+        /// The scene's.
+        found: f64,
+    },
 }
 
 /// How a step is taken.
@@ -214,6 +226,33 @@ impl Model {
         option.viscosity = viscosity;
     }
 
+    /// Density of MuJoCo's own fluid [kg/m^3].
+    pub fn density(&self) -> f64 {
+        self.raw().opt.density
+    }
+
+    /// Changes the density [kg/m^3] of a scene that has buoyancy as gravity compensation: MuJoCo's own
+    /// fluid and every body's `gravcomp` change in proportion.
+    ///
+    /// # Errors
+    /// Where the scene has no density to be in proportion to.
+    #[cfg(mujoco_plugins)]
+    pub fn set_density(&mut self, density: f64) -> Result<(), SimulatorError> {
+        let before = self.density();
+        if before <= 0.0 {
+            return Err(SimulatorError::NoDensity { found: before });
+        }
+        let raw = self.raw_mut();
+        raw.opt.density = density;
+        let bodies = usize::try_from(raw.nbody).unwrap_or(0);
+        // SAFETY: MuJoCo allocates one number a body, and the model is held alone.
+        let compensation = unsafe { std::slice::from_raw_parts_mut(raw.body_gravcomp, bodies) };
+        for value in compensation {
+            *value *= density / before;
+        }
+        Ok(())
+    }
+
     /// Length of `qpos`.
     pub fn nq(&self) -> usize {
         self.raw().nq as usize
@@ -290,6 +329,11 @@ impl Model {
     /// A body as a card sees it: how it is held, and the model's joints.
     pub fn describe(&self, body: usize) -> Body {
         describe::body(self.view(), body)
+    }
+
+    /// True where the first joint is free, so that the base leads `qpos` and `qvel`.
+    pub fn describes_floating_robot(&self) -> bool {
+        self.joints().first().is_some_and(|joint| joint.kind == JointKind::Free)
     }
 
     /// The first body with a free joint.

@@ -1,0 +1,107 @@
+//! `hydro evaluate`: errors of a checkpoint on a data set, in open loop.
+
+use std::{convert::Infallible, path::PathBuf};
+
+use anyhow::bail;
+use hydro_plugin::{
+    checkpoint::Checkpoint,
+    comparison::{
+        Start, open_loop,
+        open_loop::{Predict, predict_all, predicted},
+    },
+    dataset::Dataset,
+    model::{EngineKind, Solver},
+};
+
+use super::{print_json, table::table};
+
+/// Flags of `hydro evaluate`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Checkpoint to evaluate.
+    #[arg(long, default_value = "models/b1-task2")]
+    checkpoint: PathBuf,
+    /// Data set.
+    #[arg(long)]
+    data: PathBuf,
+    /// train, val or test.
+    #[arg(long, default_value = "test")]
+    split: String,
+    /// Force at the first sample: the true one, or the model's own estimate.
+    #[arg(long, value_enum, default_value_t = StartFlag::True)]
+    start: StartFlag,
+    /// Solver other than the card's: euler or rk4.
+    #[arg(long)]
+    solver: Option<Solver>,
+    /// fused or candle.
+    #[arg(long, default_value_t = EngineKind::Fused)]
+    engine: EngineKind,
+    /// Print one JSON value and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum StartFlag {
+    True,
+    Estimate,
+}
+
+/// Runs the command.
+pub(super) fn run(args: &Args) -> anyhow::Result<()> {
+    let checkpoint = Checkpoint::load(&args.checkpoint)?;
+    let data = Dataset::open(&args.data)?;
+    let manifest = data.manifest();
+    if manifest.features != checkpoint.card.features || manifest.outputs != checkpoint.card.outputs {
+        bail!(
+            "{}: features and outputs are not those of {}: the data are of another robot",
+            args.data.display(),
+            args.checkpoint.display()
+        );
+    }
+    let split = data.split(&args.split, None)?;
+    let start = match args.start {
+        StartFlag::True => Start::True,
+        StartFlag::Estimate => Start::Estimate,
+    };
+    let engine = checkpoint.engine(args.engine, args.solver)?;
+    let name = checkpoint.card.model.kind().to_owned();
+    let rows: Vec<(String, Box<Predict<'_, Infallible>>)> =
+        vec![(name, predicted(predict_all(engine.as_ref(), &split, start)))];
+    let Ok(result) = open_loop(&rows, &split, &manifest.outputs, 0, &|_| ());
+    let row = &result.rows[0];
+    if args.json {
+        return print_json(&serde_json::json!({
+            "checkpoint": args.checkpoint, "data": args.data, "split": args.split, "start": start,
+            "trajectories": result.trajectories, "outputs": result.outputs, "errors": row,
+        }));
+    }
+    println!(
+        "{} on the {} split of {}: {} trajectories",
+        row.name,
+        args.split,
+        args.data.display(),
+        result.trajectories
+    );
+    let axes: Vec<Vec<String>> = (0..result.outputs.len())
+        .map(|axis| {
+            vec![
+                result.outputs[axis].clone(),
+                format!("{:.3}", row.mae[axis]),
+                format!("{:.3}", row.rmse[axis]),
+                format!("{:.4}", row.nrmse[axis]),
+                format!("{:.4}", row.nrmse_hydrodynamic[axis]),
+            ]
+        })
+        .chain([vec![
+            "pooled".to_owned(),
+            String::new(),
+            String::new(),
+            format!("{:.4}", row.pooled),
+            format!("{:.4}", row.pooled_hydrodynamic),
+        ]])
+        .collect();
+    let head = ["", "MAE [N, N m]", "RMSE [N, N m]", "nRMSE", "nRMSE, no buoyancy"];
+    println!("{}", table(&head, &axes));
+    Ok(())
+}

@@ -1,0 +1,441 @@
+//! `hydro simulate`: drive a robot under a learned wrench, beside the truth and rivals.
+
+use std::{
+    convert::Infallible,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context as _, bail};
+use hydro_plugin::{
+    checkpoint::Checkpoint,
+    comparison::{
+        Contender, OpenLoop, Start, Summary, Water, bounds, closed_loop, open_loop,
+        open_loop::{Predict, drag_contender, fit_drag, predict_all, predicted},
+        step_times,
+    },
+    dataset::{Dataset, Split},
+    drag::Drag,
+    features::{Feature, FeatureLayout},
+    frames::to_world,
+    model::EngineKind,
+    mujoco::{
+        scene::with_attribute,
+        simulator::{Model, SimulatorError},
+        swimmer::Swimmer,
+    },
+    report::page::{Video, render},
+    rollouts::{Rollout, Rollouts},
+    sim::Simulator,
+};
+
+use super::{command_line, print_json, progress::Progress, table::table};
+
+/// Times at which closed-loop errors are read [s].
+const HORIZONS: [f64; 3] = [1.0, 2.0, 4.0];
+/// How far beyond the truth's peaks a long run may go.
+const BOUND: f64 = 1.5;
+
+/// Flags of `hydro simulate`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Checkpoint that drives the robot.
+    #[arg(long, default_value = "models/b1-task2")]
+    checkpoint: PathBuf,
+    /// Recorded rollouts of the truth (scripts/record_rollouts.py).
+    #[arg(long)]
+    rollouts: PathBuf,
+    /// Checkpoint of a memoryless MLP, to stand beside it.
+    #[arg(long)]
+    mlp: Option<PathBuf>,
+    /// Data set: the drag rival is fitted on its training split, open-loop errors are of its test split.
+    #[arg(long)]
+    data: Option<PathBuf>,
+    /// A folder with one long rollout: are speeds, rates and wrench bounded?
+    #[arg(long)]
+    long: Option<PathBuf>,
+    /// Folder of the scenes b1_swim.xml, b1_box_fluid.xml and b1.xml.
+    #[arg(long, default_value = "mjcf")]
+    scenes: PathBuf,
+    /// How the plugin evaluates the network: fused or candle.
+    #[arg(long, default_value_t = EngineKind::Fused)]
+    engine: EngineKind,
+    /// Write the page with plots here (HTML, self-contained).
+    #[arg(long)]
+    report: Option<PathBuf>,
+    /// Video to embed in the page (.mp4 or .webm).
+    #[arg(long, requires = "report")]
+    video: Option<PathBuf>,
+    /// Print one JSON value and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Scenes of the comparison, read once.
+struct Scenes {
+    swim: String,
+    box_fluid: PathBuf,
+    bare: PathBuf,
+}
+
+/// What all contenders need, checked before any work starts.
+struct Setup {
+    subject: String,
+    checkpoint: Checkpoint,
+    mlp: Option<Checkpoint>,
+    rollouts: Rollouts,
+    data: Option<(Dataset, Split, Drag)>,
+    scenes: Scenes,
+}
+
+/// Runs the command.
+pub(super) fn run(args: &Args) -> anyhow::Result<()> {
+    let setup = read(args)?;
+    let video = args.video.as_deref().map(read_video).transpose()?;
+    let contenders = contenders(args, &setup)?;
+
+    let total = contenders.len() * setup.rollouts.runs.len();
+    let progress = Progress::new("closed loop", total as u64);
+    let closed = closed_loop(&contenders, &setup.rollouts.runs, &HORIZONS, &|name| progress.tick(name))?;
+    progress.finish();
+    let step_times = step_times(&contenders, &setup.rollouts.runs[0])?;
+    let open = match &setup.data {
+        Some((data, test, drag)) => Some(open(&setup, data, test, drag)?),
+        None => None,
+    };
+    let bounds = args.long.as_deref().map(|folder| long_run(args, &setup, folder)).transpose()?;
+
+    let summary = Summary {
+        subject: setup.subject.clone(),
+        open_loop: open,
+        closed_loop: closed,
+        bounds,
+        step_times,
+        provenance: provenance(&setup),
+    };
+    if let Some(path) = &args.report {
+        write_whole(path, render(&summary, video.as_ref()).as_bytes())?;
+    }
+    if args.json {
+        return print_json(&summary);
+    }
+    show(&summary);
+    if let Some(path) = &args.report {
+        println!("report: {}", path.display());
+    }
+    Ok(())
+}
+
+fn read(args: &Args) -> anyhow::Result<Setup> {
+    let checkpoint = Checkpoint::load(&args.checkpoint)?;
+    let mlp = args.mlp.as_deref().map(Checkpoint::load).transpose()?;
+    let rollouts = Rollouts::load(&args.rollouts)?;
+    if rollouts.runs.is_empty() {
+        bail!("{}: holds no rollout", args.rollouts.display());
+    }
+    if rollouts.index.features != checkpoint.card.features {
+        bail!(
+            "{}: its features are not those of {}: the rollouts are of another robot",
+            args.rollouts.display(),
+            args.checkpoint.display()
+        );
+    }
+    let swim = args.scenes.join("b1_swim.xml");
+    let scenes = Scenes {
+        swim: std::fs::read_to_string(&swim).with_context(|| format!("scene {}", swim.display()))?,
+        box_fluid: args.scenes.join("b1_box_fluid.xml"),
+        bare: args.scenes.join("b1.xml"),
+    };
+    let data = args.data.as_deref().map(|folder| read_data(folder, &checkpoint)).transpose()?;
+    Ok(Setup {
+        subject: checkpoint.card.model.kind().to_owned(),
+        checkpoint,
+        mlp,
+        rollouts,
+        data,
+        scenes,
+    })
+}
+
+/// The test split, and the drag fitted on the training split.
+fn read_data(folder: &Path, checkpoint: &Checkpoint) -> anyhow::Result<(Dataset, Split, Drag)> {
+    let data = Dataset::open(folder)?;
+    if data.manifest().features != checkpoint.card.features {
+        bail!("{}: its features are not those of the checkpoint", folder.display());
+    }
+    let train = data.split("train", None)?;
+    let drag = fit_drag(&data.manifest().features, &train)
+        .with_context(|| format!("{}: its features hold no base twist to fit a drag on", folder.display()))?
+        .with_context(|| format!("{}: fitting the drag rival", folder.display()))?;
+    let test = data.split("test", None)?;
+    Ok((data, test, drag))
+}
+
+fn contenders<'a>(args: &'a Args, setup: &'a Setup) -> anyhow::Result<Vec<Contender<'a, anyhow::Error>>> {
+    let mut all = vec![in_plugin(&setup.subject, &args.checkpoint, args.engine, &setup.scenes)?];
+    if let (Some(folder), Some(mlp)) = (&args.mlp, &setup.mlp) {
+        all.push(in_plugin(&format!("memoryless {}", mlp.card.model.kind()), folder, args.engine, &setup.scenes)?);
+    }
+    if let Some((_, _, drag)) = &setup.data {
+        all.push(Contender {
+            name: "fitted drag".to_owned(),
+            simulator: Box::new(|run| buoyant(&setup.scenes.box_fluid, run.density, false)),
+            water: Water::Law(Box::new(|twist, density| drag.wrench(twist, density))),
+        });
+    }
+    all.push(Contender {
+        name: "box fluid".to_owned(),
+        simulator: Box::new(|run| buoyant(&setup.scenes.box_fluid, run.density, true)),
+        water: Water::OfTheScene,
+    });
+    all.push(Contender {
+        name: "oracle".to_owned(),
+        simulator: Box::new(|_| Ok(Box::new(Swimmer::new(Model::load(&setup.scenes.bare)?)?))),
+        water: Water::Replayed,
+    });
+    Ok(all)
+}
+
+/// The swim scene with a checkpoint in its plugin.
+fn in_plugin<'a>(
+    name: &str,
+    checkpoint: &Path,
+    engine: EngineKind,
+    scenes: &Scenes,
+) -> anyhow::Result<Contender<'a, anyhow::Error>> {
+    let folder = checkpoint
+        .canonicalize()
+        .with_context(|| format!("checkpoint {}", checkpoint.display()))?;
+    let scene = with_attribute(&scenes.swim, "hydro.wrench", "checkpoint", &folder.to_string_lossy())?;
+    let scene = with_attribute(&scene, "hydro.wrench", "engine", &engine.to_string())?;
+    Ok(Contender {
+        name: name.to_owned(),
+        simulator: Box::new(move |run| Ok(Box::new(swimmer_in(&scene, run.density)?))),
+        water: Water::OfTheScene,
+    })
+}
+
+fn swimmer_in(scene: &str, density: f64) -> anyhow::Result<Swimmer> {
+    let scene = with_attribute(scene, "hydro.wrench", "density", &density.to_string())?;
+    Ok(Swimmer::new(Model::from_xml(&scene)?)?)
+}
+
+/// A scene with exact buoyancy at a density, with or without MuJoCo's own fluid.
+fn buoyant(scene: &Path, density: f64, fluid: bool) -> anyhow::Result<Box<dyn Simulator>> {
+    Ok(Box::new(Swimmer::new(buoyant_model(scene, density, fluid)?)?))
+}
+
+fn buoyant_model(scene: &Path, density: f64, fluid: bool) -> Result<Model, SimulatorError> {
+    let mut model = Model::load(scene)?;
+    model.set_density(density)?;
+    if !fluid {
+        model.set_fluid(0.0, 0.0);
+    }
+    Ok(model)
+}
+
+/// Open-loop errors on the test split, from the true force at the start as in the paper.
+fn open(setup: &Setup, data: &Dataset, test: &Split, drag: &Drag) -> anyhow::Result<OpenLoop> {
+    let layout = &data.manifest().features;
+    let learned = |checkpoint: &Checkpoint, start| -> anyhow::Result<Box<Predict<'_, Infallible>>> {
+        let engine = checkpoint.engine(EngineKind::Fused, None)?;
+        Ok(predicted(predict_all(engine.as_ref(), test, start)))
+    };
+    let mut rows: Vec<(String, Box<Predict<'_, Infallible>>)> =
+        vec![(setup.subject.clone(), learned(&setup.checkpoint, Start::True)?)];
+    rows.push((
+        format!("{}, estimated start", setup.subject),
+        learned(&setup.checkpoint, Start::Estimate)?,
+    ));
+    if let Some(mlp) = &setup.mlp {
+        rows.push((format!("memoryless {}", mlp.card.model.kind()), learned(mlp, Start::Estimate)?));
+    }
+    rows.push(("fitted drag".to_owned(), drag_contender(drag, layout)));
+    rows.push(("box fluid".to_owned(), predicted(box_fluid(&setup.scenes.box_fluid, layout, test)?)));
+    let progress = Progress::new("open loop", rows.len() as u64);
+    let Ok(result) = open_loop(&rows, test, &data.manifest().outputs, 0, &|name| progress.tick(name));
+    progress.finish();
+    Ok(result)
+}
+
+/// MuJoCo's inertia-box fluid with exact buoyancy at every recorded state: `[M][T * 6]`.
+fn box_fluid(scene: &Path, layout: &FeatureLayout, test: &Split) -> anyhow::Result<Vec<Vec<f64>>> {
+    let map = StateMap::new(layout).context("the features do not hold the state of a floating robot")?;
+    let mut trajectories = Vec::new();
+    let mut swimmer: Option<(f64, Swimmer)> = None;
+    for trajectory in 0..test.len() {
+        let mut wrenches = Vec::with_capacity(test.samples() * 6);
+        for sample in test.x(trajectory).chunks_exact(test.inputs()) {
+            let density = f64::from(sample[map.density]);
+            let known = swimmer.take().filter(|(at, _)| *at == density);
+            let (at, mut robot) = match known {
+                Some(known) => known,
+                None => (density, Swimmer::new(buoyant_model(scene, density, true)?)?),
+            };
+            let (qpos, qvel) = map.state(sample);
+            wrenches.extend(robot.passive_wrench_at(&qpos, &qvel).to_array());
+            swimmer = Some((at, robot));
+        }
+        trajectories.push(wrenches);
+    }
+    Ok(trajectories)
+}
+
+/// Where a floating robot's state stands in its features.
+struct StateMap {
+    positions: Vec<usize>,
+    velocities: Vec<usize>,
+    quaternion: usize,
+    angular: usize,
+    linear: usize,
+    density: usize,
+}
+
+impl StateMap {
+    fn new(layout: &FeatureLayout) -> Option<Self> {
+        let joints = layout.joints();
+        let at = |feature: &dyn Fn(String) -> Feature| -> Option<Vec<usize>> {
+            joints.iter().map(|joint| layout.index_of(&feature(joint.clone()))).collect()
+        };
+        Some(Self {
+            positions: at(&Feature::JointPosition)?,
+            velocities: at(&Feature::JointVelocity)?,
+            quaternion: layout.quaternion()?,
+            angular: layout.index_of(&Feature::AngularVelocity(0))?,
+            linear: layout.index_of(&Feature::LinearVelocity(0))?,
+            density: layout.density()?,
+        })
+    }
+
+    /// qpos (at the origin) and qvel of a sample.
+    fn state(&self, sample: &[f32]) -> (Vec<f64>, Vec<f64>) {
+        let value = |at: usize| f64::from(sample[at]);
+        let three = |at: usize| [value(at), value(at + 1), value(at + 2)];
+        let q = self.quaternion;
+        let attitude = [value(q), value(q + 1), value(q + 2), value(q + 3)];
+        let mut qpos = vec![0.0; 3];
+        qpos.extend(attitude);
+        qpos.extend(self.positions.iter().map(|at| value(*at)));
+        let mut qvel = to_world(attitude, three(self.linear)).to_vec();
+        qvel.extend(three(self.angular));
+        qvel.extend(self.velocities.iter().map(|at| value(*at)));
+        (qpos, qvel)
+    }
+}
+
+fn long_run(args: &Args, setup: &Setup, folder: &Path) -> anyhow::Result<hydro_plugin::comparison::Bounds> {
+    let rollouts = Rollouts::load(folder)?;
+    let run: &Rollout = rollouts
+        .runs
+        .first()
+        .with_context(|| format!("{}: holds no rollout", folder.display()))?;
+    let contender = in_plugin(&setup.subject, &args.checkpoint, args.engine, &setup.scenes)?;
+    let mut simulator = (contender.simulator)(run)?;
+    Ok(bounds(simulator.as_mut(), run))
+}
+
+fn provenance(setup: &Setup) -> Vec<(String, String)> {
+    let card = &setup.checkpoint.card;
+    let mut rows = vec![
+        ("this page".to_owned(), command_line()),
+        ("model".to_owned(), card.command.clone()),
+        (
+            "parameters".to_owned(),
+            setup.checkpoint.parameter_count().to_string(),
+        ),
+    ];
+    if let Some(dataset) = &card.dataset {
+        rows.push((
+            "trained on".to_owned(),
+            format!(
+                "{}, {} trajectories, manifest sha256 {}",
+                dataset.name, dataset.trajectories, dataset.sha256
+            ),
+        ));
+    }
+    rows.push(("rollouts".to_owned(), setup.rollouts.index.command.clone()));
+    rows
+}
+
+fn read_video(path: &Path) -> anyhow::Result<Video> {
+    let mime = match path.extension().and_then(|ending| ending.to_str()) {
+        Some("mp4") => "video/mp4",
+        Some("webm") => "video/webm",
+        _ => bail!("--video {}: expected a name ending in .mp4 or .webm", path.display()),
+    };
+    let bytes = std::fs::read(path).with_context(|| format!("--video {}", path.display()))?;
+    Ok(Video { mime, bytes })
+}
+
+/// Writes beside and renames.
+fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    let write = || -> std::io::Result<()> {
+        std::fs::create_dir_all(folder)?;
+        let mut file = tempfile::NamedTempFile::new_in(folder)?;
+        std::io::Write::write_all(&mut file, bytes)?;
+        file.persist(path)?;
+        Ok(())
+    };
+    write().with_context(|| format!("writing {}", path.display()))
+}
+
+/// Prints the one table that a person reads.
+fn show(summary: &Summary) {
+    if let Some(open) = &summary.open_loop {
+        println!("Open loop, {} test trajectories, errors against the clean wrench", open.trajectories);
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let head = [
+            "", "MAE force [N]", "MAE torque [N m]", "RMSE force [N]", "RMSE torque [N m]", "nRMSE", "no buoyancy",
+        ];
+        let rows: Vec<Vec<String>> = open
+            .rows
+            .iter()
+            .map(|row| {
+                let (force, torque) = (3.min(row.mae.len()), row.mae.len());
+                vec![
+                    row.name.clone(),
+                    format!("{:.2}", mean(&row.mae[..force])),
+                    format!("{:.2}", mean(&row.mae[force..torque])),
+                    format!("{:.2}", mean(&row.rmse[..force])),
+                    format!("{:.2}", mean(&row.rmse[force..torque])),
+                    format!("{:.3}", row.pooled),
+                    format!("{:.3}", row.pooled_hydrodynamic),
+                ]
+            })
+            .collect();
+        println!("{}", table(&head, &rows));
+    }
+    let closed = &summary.closed_loop;
+    println!("\nClosed loop, {} runs, median distance from the truth", closed.runs);
+    let mut head = vec![String::new()];
+    head.extend(closed.horizons.iter().map(|h| format!("{h} s [m]")));
+    head.extend(closed.horizons.iter().map(|h| format!("{h} s [deg]")));
+    head.push("step [us]".to_owned());
+    let head: Vec<&str> = head.iter().map(String::as_str).collect();
+    let rows: Vec<Vec<String>> = closed
+        .rows
+        .iter()
+        .map(|row| {
+            let mut cells = vec![row.name.clone()];
+            cells.extend(row.position.iter().map(|s| format!("{:.3}", s.median)));
+            cells.extend(row.attitude.iter().map(|s| format!("{:.1}", s.median)));
+            let time = summary.step_times.iter().find(|time| time.name == row.name);
+            cells.push(time.map_or(String::new(), |time| format!("{:.1}", time.microseconds)));
+            cells
+        })
+        .collect();
+    println!("{}", table(&head, &rows));
+    if let Some(bounds) = &summary.bounds {
+        let verdict = if bounds.within(BOUND) { "bounded" } else { "NOT bounded" };
+        println!(
+            "\n{:.0} minutes under {}: {verdict}; greatest over the truth's: speed {:.2}, rate {:.2}, force {:.2}, torque {:.2} (at most {BOUND})",
+            bounds.duration / 60.0,
+            summary.subject,
+            bounds.speed.ratio(),
+            bounds.rate.ratio(),
+            bounds.force.ratio(),
+            bounds.torque.ratio()
+        );
+    }
+}
