@@ -10,11 +10,9 @@ use std::{
     process::Command,
 };
 
-/// The library that cargo built beside this test.
+/// The library that cargo built for this test; the one a folder up is that of the last `cargo build`.
 fn library() -> PathBuf {
-    let deps = env::current_exe().unwrap();
-    let profile = deps.ancestors().nth(2).unwrap();
-    let library = profile.join("libhydro_plugin.so");
+    let library = env::current_exe().unwrap().with_file_name("libhydro_plugin.so");
     assert!(library.exists(), "{} is not there", library.display());
     library
 }

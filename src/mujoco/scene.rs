@@ -13,7 +13,9 @@ pub enum SceneError {
         reason: String,
     },
     /// The plugin is not in the scene.
-    #[error("the scene has no <plugin plugin=\"{plugin}\"> with an <instance> in its <extension>; plugins there: {known}")]
+    #[error(
+        "the scene has no <plugin plugin=\"{plugin}\"> with an <instance> in its <extension>; plugins there: {known}"
+    )]
     NoInstance {
         /// The plugin looked for.
         plugin: String,
@@ -26,36 +28,62 @@ pub enum SceneError {
 ///
 /// # Errors
 /// Where the text is no XML or holds no instance of the plugin.
-pub fn with_attribute(mjcf: &str, plugin: &str, key: &str, value: &str) -> Result<String, SceneError> {
+pub fn with_attribute(
+    mjcf: &str,
+    plugin: &str,
+    key: &str,
+    value: &str,
+) -> Result<String, SceneError> {
     let document = roxmltree::Document::parse(mjcf).map_err(|error| SceneError::Unreadable {
         reason: error.to_string(),
     })?;
     let plugins = || {
         let named = |node: &roxmltree::Node<'_, '_>| node.has_tag_name("plugin");
-        let extensions = document.descendants().filter(|node| node.has_tag_name("extension"));
-        extensions.flat_map(|extension| extension.children()).filter(named)
+        let extensions = document
+            .descendants()
+            .filter(|node| node.has_tag_name("extension"));
+        extensions
+            .flat_map(|extension| extension.children())
+            .filter(named)
     };
-    let config = format!("<config key=\"{}\" value=\"{}\"/>", escape(key), escape(value));
+    let config = format!(
+        "<config key=\"{}\" value=\"{}\"/>",
+        escape(key),
+        escape(value)
+    );
     // Byte ranges and what takes their place, in the order of the text.
     let mut edits = Vec::new();
     for node in plugins().filter(|node| node.attribute("plugin") == Some(plugin)) {
         for instance in node.children().filter(|node| node.has_tag_name("instance")) {
-            let known = instance.children().find(|node| node.attribute("key") == Some(key));
+            let known = instance
+                .children()
+                .find(|node| node.attribute("key") == Some(key));
             match (known, instance.first_child()) {
                 (Some(known), _) => edits.push((known.range(), config.clone())),
-                (None, Some(first)) => edits.push((first.range().start..first.range().start, config.clone())),
+                (None, Some(first)) => {
+                    edits.push((first.range().start..first.range().start, config.clone()))
+                }
                 (None, None) => {
                     let name = instance.attribute("name").map_or(String::new(), escape);
-                    edits.push((instance.range(), format!("<instance name=\"{name}\">{config}</instance>")));
+                    edits.push((
+                        instance.range(),
+                        format!("<instance name=\"{name}\">{config}</instance>"),
+                    ));
                 }
             }
         }
     }
     if edits.is_empty() {
-        let known: Vec<&str> = plugins().filter_map(|node| node.attribute("plugin")).collect();
+        let known: Vec<&str> = plugins()
+            .filter_map(|node| node.attribute("plugin"))
+            .collect();
         return Err(SceneError::NoInstance {
             plugin: plugin.to_owned(),
-            known: if known.is_empty() { "none".to_owned() } else { known.join(", ") },
+            known: if known.is_empty() {
+                "none".to_owned()
+            } else {
+                known.join(", ")
+            },
         });
     }
     let mut text = mjcf.to_owned();
@@ -66,7 +94,9 @@ pub fn with_attribute(mjcf: &str, plugin: &str, key: &str, value: &str) -> Resul
 }
 
 fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('"', "&quot;")
 }
 
 #[cfg(test)]
@@ -91,9 +121,13 @@ mod tests {
 
     #[test]
     fn a_scene_without_the_plugin_is_refused_and_says_what_it_has() {
-        let message = with_attribute(SCENE, "hydro.other", "a", "b").unwrap_err().to_string();
+        let message = with_attribute(SCENE, "hydro.other", "a", "b")
+            .unwrap_err()
+            .to_string();
         assert!(message.contains("plugins there: hydro.wrench"), "{message}");
-        let message = with_attribute("<mujoco", "hydro.wrench", "a", "b").unwrap_err().to_string();
+        let message = with_attribute("<mujoco", "hydro.wrench", "a", "b")
+            .unwrap_err()
+            .to_string();
         assert!(message.contains("no XML"), "{message}");
     }
 }

@@ -23,6 +23,8 @@ use super::{
     describe, load,
     views::{DataView, ModelView},
 };
+#[cfg(mujoco_plugins)]
+use crate::plugin::native_fluid::EllipsoidCoefficients;
 use crate::plugin::{Body, Joint, JointKind};
 
 /// Room for MuJoCo's error text.
@@ -68,7 +70,9 @@ pub enum SimulatorError {
         joints: Vec<String>,
     },
     /// A density cannot be changed in proportion to none.
-    #[error("the scene's option density is {found} kg/m^3; expected more than zero, as in the truth and its rivals")]
+    #[error(
+        "the scene's option density is {found} kg/m^3; expected more than zero, as in the truth and its rivals"
+    )]
     NoDensity {
         /// The scene's.
         found: f64,
@@ -331,9 +335,18 @@ impl Model {
         describe::body(self.view(), body)
     }
 
+    /// Fluid coefficients of a geom, in MuJoCo's order.
+    #[cfg(mujoco_plugins)]
+    pub fn geom_fluid(&self, geom: usize) -> [f64; EllipsoidCoefficients::LEN] {
+        let (rows, _) = self.view().geom_fluid().as_chunks();
+        rows[geom]
+    }
+
     /// True where the first joint is free, so that the base leads `qpos` and `qvel`.
     pub fn describes_floating_robot(&self) -> bool {
-        self.joints().first().is_some_and(|joint| joint.kind == JointKind::Free)
+        self.joints()
+            .first()
+            .is_some_and(|joint| joint.kind == JointKind::Free)
     }
 
     /// The first body with a free joint.
