@@ -175,7 +175,10 @@ fn the_wrench_inside_a_step_is_the_model_on_the_recorded_features() {
                     .fold((f64::MAX, f64::MIN), |(low, high), value| {
                         (low.min(value), high.max(value))
                     });
-                assert!(spread.1 - spread.0 > 0.01 * rms, "axis {axis} hardly moves");
+                assert!(
+                    spread.1 - spread.0 > 0.01 * rms,
+                    "axis {axis} hardly moves: {spread:?}, rms {rms}"
+                );
                 for (k, (got, want)) in pairs.iter().enumerate() {
                     let error = (got[axis] - want[axis]).abs() / rms;
                     assert!(

@@ -488,7 +488,7 @@ class Force(unittest.TestCase):
       self.assertEqual(texts, [])
       samples[timestep] = np.array(rows)
     scale = np.sqrt(np.mean(samples[0.002] ** 2, axis=0))
-    self.assertGreater(np.ptp(samples[0.002], axis=0).max(), 0.03)
+    self.assertGreater(np.ptp(samples[0.002], axis=0).max(), 0.1)
     for timestep, rows in samples.items():
       self.assertLess((np.abs(rows - samples[0.002]) / scale).max(), 1e-6, timestep)
 
