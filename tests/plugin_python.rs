@@ -10,13 +10,18 @@ use std::{
     process::Command,
 };
 
-/// The library that cargo built beside this test.
+/// The library that cargo built for this test; the one a folder up is that of the last `cargo build`.
 fn library() -> PathBuf {
-    let deps = env::current_exe().unwrap();
-    let profile = deps.ancestors().nth(2).unwrap();
-    let library = profile.join("libhydro_plugin.so");
+    let library = env::current_exe()
+        .unwrap()
+        .with_file_name("libhydro_plugin.so");
     assert!(library.exists(), "{} is not there", library.display());
     library
+}
+
+#[expect(clippy::print_stderr, reason = "a skipped test says so")]
+fn skip(reason: &str) {
+    eprintln!("skipped: {reason}");
 }
 
 #[test]
@@ -24,10 +29,7 @@ fn the_library_in_python() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let python = root.join(".venv/bin/python");
     if !python.exists() {
-        eprintln!(
-            "skipped: no .venv (python3 -m venv .venv && .venv/bin/pip install mujoco numpy)"
-        );
-        return;
+        return skip("no .venv (python3 -m venv .venv && .venv/bin/pip install mujoco numpy)");
     }
     let folder = tempfile::tempdir().unwrap();
     common::lively(&["fin"]).save(folder.path(), "lively");

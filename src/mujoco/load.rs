@@ -10,7 +10,8 @@ use super::{
 /// Where the running MuJoCo is of another version, one warning names both and nothing is registered;
 /// where there is none, nothing happens.
 #[unsafe(no_mangle)]
-extern "C" fn hydro_plugin_load() {
+#[expect(unreachable_pub, reason = "the loader calls it by name")]
+pub extern "C" fn hydro_plugin_load() {
     guard("load", (), || match Api::running() {
         Ok(api) => register_in(api),
         Err(ApiError::NotLoaded) => {}

@@ -23,6 +23,8 @@ use super::{
     describe, load,
     views::{DataView, ModelView},
 };
+#[cfg(mujoco_plugins)]
+use crate::plugin::native_fluid::EllipsoidCoefficients;
 use crate::plugin::{Body, Joint, JointKind};
 
 /// Room for MuJoCo's error text.
@@ -331,6 +333,13 @@ impl Model {
     /// A body as a card sees it: how it is held, and the model's joints.
     pub fn describe(&self, body: usize) -> Body {
         describe::body(self.view(), body)
+    }
+
+    /// Fluid coefficients of a geom, in MuJoCo's order.
+    #[cfg(mujoco_plugins)]
+    pub fn geom_fluid(&self, geom: usize) -> [f64; EllipsoidCoefficients::LEN] {
+        let (rows, _) = self.view().geom_fluid().as_chunks();
+        rows[geom]
     }
 
     /// True where the first joint is free, so that the base leads `qpos` and `qvel`.

@@ -97,8 +97,14 @@ impl Recipe {
     pub fn checkpoint(&self) -> Checkpoint {
         let inputs = Encoder::new(self.model.encoding(), &self.features).len();
         let outputs = self.outputs.len();
-        let (_, weights) =
-            Parameters::draw(7, |vb| Network::new(&self.model, inputs, outputs, vb)).unwrap();
+        let network =
+            |vb: candle_nn::VarBuilder<'_>| Network::new(&self.model, inputs, outputs, vb);
+        let (_, drawn) = Parameters::draw(7, network).unwrap();
+        let mut weights = drawn.snapshot().unwrap();
+        // The last layer is drawn small; a force that hardly moves would test nothing.
+        if let Some(last) = weights.get_mut("field.2.weight") {
+            *last = last.affine(20.0, 0.0).unwrap();
+        }
         let mut normaliser = Normaliser::identity(inputs, outputs);
         normaliser.output_mean.clone_from(&self.mean);
         normaliser.output_std.clone_from(&self.deviation);
@@ -139,7 +145,7 @@ impl Recipe {
             weights_sha256: String::new(),
             model: self.model.clone(),
         };
-        Checkpoint::new(card, weights.snapshot().unwrap()).unwrap()
+        Checkpoint::new(card, weights).unwrap()
     }
 
     /// Saves it below `root`, under a name, and says where.
@@ -150,24 +156,49 @@ impl Recipe {
     }
 }
 
-/// An ellipsoid with a tail fin on a hinge and a motor, `attributes` for the plugin.
-pub fn fish(checkpoint: &Path, attributes: &[(&str, &str)]) -> String {
-    let config: String = attributes
-        .iter()
-        .map(|(key, value)| format!("<config key=\"{key}\" value=\"{value}\"/>"))
-        .collect();
+/// How a scene asks for the force.
+pub enum Asks {
+    /// An engine plugin.
+    Plugin,
+    /// Custom texts and so many numbers of user data, for MuJoCo 2.2.2.
+    Custom { userdata: usize },
+}
+
+/// An ellipsoid with a tail fin on a hinge and a motor; `attributes` are those of `hydro.wrench`.
+pub fn fish(asks: &Asks, attributes: &[(&str, &str)], integrator: &str) -> String {
+    let each = |line: fn(&str, &str) -> String| -> String {
+        attributes
+            .iter()
+            .map(|(key, value)| line(key, value))
+            .collect()
+    };
+    let (head, carried, sensor) = match asks {
+        Asks::Plugin => {
+            let config = each(|key, value| format!("<config key=\"{key}\" value=\"{value}\"/>"));
+            (
+                format!(
+                    "<extension><plugin plugin=\"hydro.wrench\"><instance name=\"water\">{config}</instance>\
+                     </plugin></extension>"
+                ),
+                "<plugin plugin=\"hydro.wrench\" instance=\"water\"/>",
+                "<sensor><plugin name=\"water\" plugin=\"hydro.wrench\" instance=\"water\"/></sensor>",
+            )
+        }
+        Asks::Custom { userdata } => {
+            let texts = each(|key, value| format!("<text name=\"hydro.{key}\" data=\"{value}\"/>"));
+            (
+                format!("<size nuserdata=\"{userdata}\"/><custom>{texts}</custom>"),
+                "",
+                "",
+            )
+        }
+    };
     format!(
         r#"<mujoco>
-  <option timestep="0.002" gravity="0 0 0"/>
-  <extension>
-    <plugin plugin="hydro.wrench">
-      <instance name="water"><config key="checkpoint" value="{checkpoint}"/>{config}</instance>
-    </plugin>
-    <plugin plugin="hydro.load_cell"/>
-  </extension>
+  <option timestep="0.002" gravity="0 0 0" integrator="{integrator}"/>
+  {head}
   <worldbody>
-    <body name="hull"><freejoint/>
-      <plugin plugin="hydro.wrench" instance="water"/>
+    <body name="hull"><freejoint/>{carried}
       <geom type="ellipsoid" size="0.3 0.1 0.12" mass="12"/>
       <body name="fin" pos="-0.3 0 0">
         <joint name="fin" axis="0 0 1" damping="0.1"/>
@@ -176,8 +207,7 @@ pub fn fish(checkpoint: &Path, attributes: &[(&str, &str)]) -> String {
     </body>
   </worldbody>
   <actuator><motor name="fin" joint="fin"/></actuator>
-  <sensor><plugin name="water" plugin="hydro.wrench" instance="water"/></sensor>
-</mujoco>"#,
-        checkpoint = checkpoint.display()
+  {sensor}
+</mujoco>"#
     )
 }

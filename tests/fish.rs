@@ -1,0 +1,231 @@
+//! One small scene, the same force whichever way the library acts: as an engine plugin, or as the
+//! passive callback of MuJoCo 2.2.2 (`MUJOCO_DIR=/usr cargo test --target-dir target/debian`).
+#![cfg(feature = "mujoco")]
+#![allow(missing_docs, clippy::unwrap_used)]
+
+mod common;
+#[path = "common/reference.rs"]
+mod reference;
+
+use std::{path::Path, sync::Arc};
+
+use common::Asks;
+use hydro_plugin::{
+    checkpoint::Checkpoint,
+    frames,
+    model::EngineKind,
+    mujoco::simulator::{Data, Model, SimulatorError},
+    plugin::{FeatureMap, instance},
+};
+use reference::Reference;
+
+/// Memory of the test checkpoint.
+fn memory(checkpoint: &Checkpoint) -> usize {
+    let engine = checkpoint.engine(EngineKind::Fused, None).unwrap();
+    instance::state_len(engine.inputs(), engine.outputs(), engine.window())
+}
+
+fn asks(checkpoint: &Checkpoint) -> Asks {
+    if cfg!(mujoco_plugins) {
+        Asks::Plugin
+    } else {
+        Asks::Custom {
+            userdata: memory(checkpoint),
+        }
+    }
+}
+
+fn scene(path: &Path, more: &[(&str, &str)], integrator: &str) -> Result<Data, SimulatorError> {
+    let checkpoint = Checkpoint::load(path).unwrap();
+    let path = path.display().to_string();
+    let mut attributes = vec![("checkpoint", path.as_str())];
+    if !cfg!(mujoco_plugins) {
+        attributes.push(("body", "hull"));
+    }
+    attributes.extend(more);
+    let model = Model::from_xml(&common::fish(&asks(&checkpoint), &attributes, integrator))?;
+    let mut data = Data::new(&Arc::new(model))?;
+    data.qpos_mut()[3..7].copy_from_slice(&[0.5, -0.5, 0.5, 0.5]);
+    data.qvel_mut()
+        .copy_from_slice(&[0.3, -0.2, 0.1, 0.4, -0.3, 0.2, 1.0]);
+    data.ctrl_mut()[0] = 0.2;
+    Ok(data)
+}
+
+/// The passive force of the step that was just taken, in the base frame of its start.
+fn wrench(data: &Data, attitude: [f64; 4]) -> [f64; 6] {
+    let passive = data.qfrc_passive();
+    let [x, y, z] = frames::base_from_world(attitude, [passive[0], passive[1], passive[2]]);
+    [x, y, z, passive[3], passive[4], passive[5]]
+}
+
+/// Positions and velocities after 100 steps of [`scene`] with the test checkpoint, computed by MuJoCo
+/// 4.0.0 with the engine plugin (a failure prints the new ones).
+const AFTER_100_STEPS: [f64; 15] = [
+    0.057738693567,
+    -0.034175425476,
+    0.018214610335,
+    0.533473322677,
+    -0.445312506106,
+    0.519411998116,
+    0.497306909374,
+    0.311528335294,
+    0.279264107152,
+    -0.140952007648,
+    0.084655959173,
+    0.685818334048,
+    -0.355986978760,
+    0.219492085551,
+    1.807973046801,
+];
+
+#[test]
+fn the_force_is_the_networks_and_the_same_in_every_release() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = common::lively(&["fin"]).save(folder.path(), "lively");
+    let checkpoint = Checkpoint::load(&path).unwrap();
+    let mut data = scene(&path, &[], "Euler").unwrap();
+    let body = data.model().describe(data.model().body("hull").unwrap());
+    let card = &checkpoint.card;
+    let map = FeatureMap::new(&card.features, &card.joints, None, &body, 1000.0, [0.0; 3]).unwrap();
+    let mut x = vec![0.0; map.len()];
+    map.sample(data.qpos(), data.qvel(), None, &mut x);
+    let mut reference = Reference::new(&checkpoint, EngineKind::Fused, 0.0, &x);
+    for step in 0..100 {
+        let time = data.time();
+        if step > 0 && step % 5 == 0 {
+            let previous = x.clone();
+            map.sample(data.qpos(), data.qvel(), Some(&previous), &mut x);
+            reference.sample(time, &x);
+        }
+        let q = data.qpos();
+        let attitude = [q[3], q[4], q[5], q[6]];
+        data.step();
+        for (got, want) in wrench(&data, attitude).iter().zip(reference.force(time)) {
+            assert!((got - want).abs() < 1e-9, "step {step}: {got} {want}");
+        }
+    }
+    let end: Vec<f64> = data.qpos().iter().chain(data.qvel()).copied().collect();
+    for (got, want) in end.iter().zip(AFTER_100_STEPS) {
+        assert!((got - want).abs() < 1e-6, "{end:?}");
+    }
+}
+
+#[test]
+fn a_reset_is_a_fresh_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = common::lively(&["fin"]).save(folder.path(), "lively");
+    let mut data = scene(&path, &[], "Euler").unwrap();
+    let (qpos, qvel) = (data.qpos().to_vec(), data.qvel().to_vec());
+    let mut run = || {
+        data.reset();
+        data.qpos_mut().copy_from_slice(&qpos);
+        data.qvel_mut().copy_from_slice(&qvel);
+        for _ in 0..37 {
+            data.step();
+        }
+        data.qpos()
+            .iter()
+            .map(|value| value.to_bits())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(run(), run());
+}
+
+#[cfg(not(mujoco_plugins))]
+mod callback {
+    use super::*;
+
+    #[expect(clippy::print_stderr, reason = "a skipped test says so")]
+    fn skip(reason: &str) {
+        eprintln!("skipped: {reason}");
+    }
+
+    /// What a scene that must be refused does: no force, whatever it did before.
+    fn is_inert(mut data: Data) -> bool {
+        data.step();
+        data.qfrc_passive()[..6].iter().all(|value| *value == 0.0)
+    }
+
+    #[test]
+    fn a_scene_that_asks_wrongly_gets_no_force() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = common::lively(&["fin"]).save(folder.path(), "lively");
+        assert!(!is_inert(scene(&path, &[], "Euler").unwrap()));
+        assert!(is_inert(scene(&path, &[], "RK4").unwrap()));
+        assert!(is_inert(
+            scene(&path, &[("density", "-1")], "Euler").unwrap()
+        ));
+        let checkpoint = Checkpoint::load(&path).unwrap();
+        let text = path.display().to_string();
+        let short = Asks::Custom {
+            userdata: memory(&checkpoint) - 1,
+        };
+        let small = common::fish(&short, &[("checkpoint", &text), ("body", "hull")], "Euler");
+        assert!(is_inert(
+            Data::new(&Arc::new(Model::from_xml(&small).unwrap())).unwrap()
+        ));
+        let nobody = common::fish(
+            &asks(&checkpoint),
+            &[("checkpoint", &text), ("body", "shark")],
+            "Euler",
+        );
+        assert!(is_inert(
+            Data::new(&Arc::new(Model::from_xml(&nobody).unwrap())).unwrap()
+        ));
+    }
+
+    /// The program that Debian ships, with the library preloaded.
+    #[test]
+    fn testspeed_with_the_library_preloaded() {
+        let program = Path::new("/usr/bin/mujoco-testspeed");
+        if !program.exists() {
+            return skip("no mujoco-testspeed (apt-get install libmujoco-samples)");
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = common::lively(&["fin"]).save(folder.path(), "lively");
+        let checkpoint = Checkpoint::load(&path).unwrap();
+        let text = path.display().to_string();
+        let run = |userdata: usize, integrator: &str| {
+            let scene = common::fish(
+                &Asks::Custom { userdata },
+                &[("checkpoint", &text), ("body", "hull")],
+                integrator,
+            );
+            let file = folder.path().join("fish.xml");
+            std::fs::write(&file, scene).unwrap();
+            let library = std::env::current_exe()
+                .unwrap()
+                .with_file_name("libhydro_plugin.so");
+            let done = std::process::Command::new(program)
+                .arg(&file)
+                .arg("2000")
+                .env("LD_PRELOAD", library)
+                .current_dir(folder.path())
+                .output()
+                .unwrap();
+            assert!(done.status.success(), "{done:?}");
+            format!(
+                "{}{}",
+                String::from_utf8_lossy(&done.stdout),
+                String::from_utf8_lossy(&done.stderr)
+            )
+        };
+        let needed = memory(&checkpoint);
+        let fine = run(needed, "Euler");
+        assert!(
+            fine.contains("Total simulation time") && !fine.contains("hydro"),
+            "{fine}"
+        );
+        let short = run(needed - 1, "Euler");
+        assert!(
+            short.contains(&format!("nuserdata=\"{needed}\"")),
+            "{short}"
+        );
+        let stages = run(needed, "RK4");
+        assert!(
+            stages.contains("integrator RK4 needs the engine plugin"),
+            "{stages}"
+        );
+    }
+}

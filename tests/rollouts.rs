@@ -1,0 +1,232 @@
+//! Recorded rollouts of B1, replayed through the plugin inside `mj_step`.
+#![cfg(mujoco_plugins)]
+#![allow(missing_docs, clippy::unwrap_used)]
+
+mod common;
+#[path = "common/reference.rs"]
+mod reference;
+
+use std::{fs, path::Path, sync::Arc};
+
+use hydro_plugin::{
+    frames,
+    model::EngineKind,
+    mujoco::simulator::{Data, Integrator, Model},
+    plugin::FeatureMap,
+    rollouts::{Rollout, Rollouts},
+};
+use reference::Reference;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn recorded() -> Rollouts {
+    Rollouts::load(&root().join("tests/data/rollouts")).unwrap()
+}
+
+fn truth() -> String {
+    fs::read_to_string(root().join("mjcf/b1_truth_default.xml")).unwrap()
+}
+
+/// The truth scene with the plugin on the trunk and its wrench as a sensor.
+fn truth_with_plugin(checkpoint: &Path, density: f64, engine: &str) -> String {
+    let checkpoint = checkpoint.display();
+    let extension = format!(
+        "<extension><plugin plugin=\"hydro.wrench\"><instance name=\"learned\">\
+         <config key=\"checkpoint\" value=\"{checkpoint}\"/><config key=\"density\" value=\"{density:?}\"/>\
+         <config key=\"engine\" value=\"{engine}\"/></instance></plugin></extension><worldbody>"
+    );
+    let carried =
+        "<freejoint name=\"base\"/><plugin plugin=\"hydro.wrench\" instance=\"learned\"/>";
+    let sensor = "<plugin name=\"learned\" plugin=\"hydro.wrench\" instance=\"learned\"/></sensor>";
+    truth()
+        .replacen("<worldbody>", &extension, 1)
+        .replacen("<freejoint name=\"base\"/>", carried, 1)
+        .replacen("</sensor>", sensor, 1)
+}
+
+fn b1_checkpoint(folder: &Path) -> std::path::PathBuf {
+    let joints = recorded().index.joints;
+    let joints: Vec<&str> = joints.iter().map(String::as_str).collect();
+    let mut recipe = common::lively(&joints);
+    recipe.mean = vec![10.0, 5.0, 30.0, 1.0, 2.0, 3.0];
+    recipe.deviation = vec![60.0, 40.0, 80.0, 8.0, 12.0, 9.0];
+    recipe.save(folder, "b1")
+}
+
+#[test]
+fn features_computed_here_are_the_recorded_ones() {
+    let rollouts = recorded();
+    let model = Model::load(&root().join(&rollouts.index.model)).unwrap();
+    let body = model.describe(model.body("trunk").unwrap());
+    for run in &rollouts.runs {
+        let layout = &rollouts.index.features;
+        let map = FeatureMap::new(
+            layout,
+            &rollouts.index.joints,
+            None,
+            &body,
+            run.density,
+            [0.0; 3],
+        )
+        .unwrap();
+        let mut previous: Option<Vec<f64>> = None;
+        for (k, want) in run.x.rows().enumerate() {
+            let mut x = vec![0.0; layout.len()];
+            map.sample(
+                run.qpos.row(k),
+                run.qvel.row(k),
+                previous.as_deref(),
+                &mut x,
+            );
+            for ((got, want), feature) in x.iter().zip(want).zip(layout.features()) {
+                assert!(
+                    (got - want).abs() < 1e-9,
+                    "{} row {k} {feature}: {got} {want}",
+                    run.name
+                );
+            }
+            previous = Some(x);
+        }
+    }
+}
+
+/// Steps the truth with the plugin's wrench cancelled, so that the motion is the recorded one, and calls
+/// `at_sample` with the plugin's reading at every recorded row.
+fn replay(
+    run: &Rollout,
+    xml: &str,
+    steps_a_sample: usize,
+    mut at_sample: impl FnMut(usize, &Data, &[f64]),
+) {
+    let mut model = Model::from_xml(xml).unwrap();
+    model.set_density(run.density).unwrap();
+    model.set_integrator(Integrator::Euler);
+    let trunk = model.body("trunk").unwrap();
+    let reading = model.sensor("learned").unwrap();
+    let mut data = Data::new(&Arc::new(model)).unwrap();
+    data.qpos_mut().copy_from_slice(run.qpos.row(0));
+    data.qvel_mut().copy_from_slice(run.qvel.row(0));
+    data.set_time(run.time[0]);
+    for k in 0..run.x.len() {
+        data.forward();
+        at_sample(k, &data, &data.sensordata()[reading.clone()]);
+        if k == run.ctrl.len() {
+            break;
+        }
+        data.ctrl_mut().copy_from_slice(run.ctrl.row(k));
+        data.xfrc_applied_mut()[6 * trunk..6 * trunk + 6].copy_from_slice(run.push.row(k));
+        for _ in 0..steps_a_sample {
+            data.forward();
+            let wrench: Vec<f64> = data.sensordata()[reading.clone()].to_vec();
+            let q = data.qpos();
+            let force =
+                frames::to_world([q[3], q[4], q[5], q[6]], [wrench[0], wrench[1], wrench[2]]);
+            for (cancel, value) in data
+                .qfrc_applied_mut()
+                .iter_mut()
+                .zip(force.iter().chain(&wrench[3..]))
+            {
+                *cancel = -value;
+            }
+            data.step();
+        }
+    }
+}
+
+#[test]
+fn the_wrench_inside_a_step_is_the_model_on_the_recorded_features() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = b1_checkpoint(folder.path());
+    let checkpoint = hydro_plugin::checkpoint::Checkpoint::load(&path).unwrap();
+    for (engine, kind) in [("fused", EngineKind::Fused), ("candle", EngineKind::Candle)] {
+        for run in &recorded().runs {
+            let mut want = Reference::new(&checkpoint, kind, run.time[0], run.x.row(0));
+            let (mut pairs, mut drift) = (Vec::new(), 0.0_f64);
+            replay(
+                run,
+                &truth_with_plugin(&path, run.density, engine),
+                5,
+                |k, data, got| {
+                    if k > 0 {
+                        want.sample(run.time[k], run.x.row(k));
+                    }
+                    for (a, b) in data.qpos().iter().zip(run.qpos.row(k)) {
+                        drift = drift.max((a - b).abs());
+                    }
+                    pairs.push((got.to_vec(), want.force(run.time[k])));
+                },
+            );
+            assert!(
+                drift < 1e-7,
+                "the replay left the recorded motion by {drift}"
+            );
+            for axis in 0..6 {
+                let rms = (pairs
+                    .iter()
+                    .map(|(_, want)| want[axis].powi(2))
+                    .sum::<f64>()
+                    / pairs.len() as f64)
+                    .sqrt();
+                let spread = pairs
+                    .iter()
+                    .map(|(_, want)| want[axis])
+                    .fold((f64::MAX, f64::MIN), |(low, high), value| {
+                        (low.min(value), high.max(value))
+                    });
+                assert!(
+                    spread.1 - spread.0 > 0.01 * rms,
+                    "axis {axis} hardly moves: {spread:?}, rms {rms}"
+                );
+                for (k, (got, want)) in pairs.iter().enumerate() {
+                    let error = (got[axis] - want[axis]).abs() / rms;
+                    assert!(
+                        error < 1e-5,
+                        "{engine} {} axis {axis} row {k}: {error:e} of its rms",
+                        run.name
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_rollout_goes_on_bit_for_bit_from_a_copy_and_from_a_saved_state() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = b1_checkpoint(folder.path());
+    let run = &recorded().runs[0];
+    let model = Arc::new(Model::from_xml(&truth_with_plugin(&path, run.density, "fused")).unwrap());
+    let drive = |data: &mut Data, from: usize, to: usize| {
+        let mut trace = Vec::new();
+        for step in from..to {
+            data.ctrl_mut().copy_from_slice(run.ctrl.row(step / 5));
+            data.step();
+            trace.extend(
+                [
+                    data.qpos(),
+                    data.qvel(),
+                    data.sensordata(),
+                    data.plugin_state(),
+                ]
+                .concat(),
+            );
+        }
+        trace.into_iter().map(f64::to_bits).collect::<Vec<u64>>()
+    };
+    let mut data = Data::new(&model).unwrap();
+    data.qpos_mut().copy_from_slice(run.qpos.row(0));
+    data.qvel_mut().copy_from_slice(run.qvel.row(0));
+    drive(&mut data, 0, 123);
+    let (mut copy, saved) = (data.try_clone().unwrap(), data.state());
+    let want = drive(&mut data, 123, 300);
+    assert_eq!(drive(&mut copy, 123, 300), want);
+    data.set_state(&saved).unwrap();
+    assert_eq!(drive(&mut data, 123, 300), want);
+    let mut fresh = Data::new(&model).unwrap();
+    fresh.set_state(&saved).unwrap();
+    assert_eq!(drive(&mut fresh, 123, 300), want);
+    // A state that is another's would not pass unseen.
+    assert!(fresh.set_state(&saved[1..]).is_err());
+}
