@@ -175,7 +175,7 @@ impl<T: Real> Row<'_, T> {
             sum += *weight;
         }
         for weight in weights {
-            *weight = *weight / sum;
+            *weight /= sum;
         }
     }
 
