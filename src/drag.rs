@@ -91,6 +91,37 @@ impl DragFit {
         self.samples += 1;
     }
 
+    /// The best drag of each axis on its own: diagonal matrices without negative entries, so that it
+    /// never drives a motion.
+    pub fn solve_diagonal(&self) -> Drag {
+        let mut drag = Drag {
+            linear: SMatrix::zeros(),
+            quadratic: SMatrix::zeros(),
+        };
+        for axis in 0..6 {
+            let (l, q) = (axis, axis + 6);
+            let gram = SMatrix::<f64, 2, 2>::new(
+                self.gram[(l, l)],
+                self.gram[(l, q)],
+                self.gram[(q, l)],
+                self.gram[(q, q)],
+            );
+            let moment = SVector::<f64, 2>::new(self.moment[(l, axis)], self.moment[(q, axis)]);
+            let alone = |k: usize| (moment[k] / gram[(k, k)]).max(0.0);
+            let both = gram.try_inverse().map(|inverse| inverse * moment);
+            // Least squares under non-negativity: an inactive term is left out and the other fitted alone.
+            let (linear, quadratic) = match both {
+                Some(both) if both[0] >= 0.0 && both[1] >= 0.0 => (both[0], both[1]),
+                Some(both) if both[0] < 0.0 => (0.0, alone(1)),
+                Some(_) => (alone(0), 0.0),
+                None => (0.0, 0.0),
+            };
+            drag.linear[(axis, axis)] = linear;
+            drag.quadratic[(axis, axis)] = quadratic;
+        }
+        drag
+    }
+
     /// Solves the normal equations, columns scaled to unit length first.
     ///
     /// # Errors
@@ -156,6 +187,30 @@ mod tests {
         let found = fit.solve().unwrap();
         assert!((found.linear - linear).abs().max() < 1e-6);
         assert!((found.quadratic - quadratic).abs().max() < 1e-6);
+    }
+
+    #[test]
+    fn the_diagonal_fit_recovers_a_diagonal_and_never_drives_a_motion() {
+        let linear = SMatrix::from_diagonal(&SVector::from([1.0, 2.0, 3.0, 0.4, 0.5, 0.6]));
+        let truth = Drag {
+            linear,
+            quadratic: linear * 7.0,
+        };
+        let (mut fit, mut driving) = (DragFit::default(), DragFit::default());
+        for i in 0..200 {
+            let wrench = truth.wrench(&twist(i), 1000.0);
+            fit.add(&twist(i), 1000.0, &wrench);
+            driving.add(
+                &twist(i),
+                1000.0,
+                &Wrench::from_array(wrench.to_array().map(|v| -v)),
+            );
+        }
+        let found = fit.solve_diagonal();
+        assert!((found.linear - linear).abs().max() < 1e-8);
+        assert!((found.quadratic - linear * 7.0).abs().max() < 1e-8);
+        let none = driving.solve_diagonal();
+        assert_eq!((none.linear.max(), none.quadratic.max()), (0.0, 0.0));
     }
 
     #[test]

@@ -15,3 +15,4 @@ pub mod report;
 pub mod robot;
 pub mod rollouts;
 pub mod sim;
+pub mod training;

@@ -20,6 +20,8 @@ pub trait Simulator {
     fn qpos(&self) -> &[f64];
     /// Velocities; the floating base's come first: linear in the world, angular in the base frame.
     fn qvel(&self) -> &[f64];
+    /// True where the simulation has blown up since the last restart, whatever its state says now.
+    fn diverged(&self) -> bool;
     /// The wrench that the model's own water put on the base in the last step, base frame.
     fn water_wrench(&self) -> Wrench;
 }
@@ -86,6 +88,14 @@ impl Simulator for PointMass {
 
     fn qvel(&self) -> &[f64] {
         &self.qvel
+    }
+
+    fn diverged(&self) -> bool {
+        !self
+            .qpos
+            .iter()
+            .chain(&self.qvel)
+            .all(|value| value.is_finite())
     }
 
     fn water_wrench(&self) -> Wrench {

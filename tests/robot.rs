@@ -5,10 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use hydro_plugin::{
-    features::FeatureLayout,
-    mujoco::simulator::Model,
-    plugin::JointKind,
-    robot::Robot,
+    features::FeatureLayout, mujoco::simulator::Model, plugin::JointKind, robot::Robot,
 };
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
@@ -24,7 +21,11 @@ fn b1() -> (Robot, Model) {
 
 /// Bodies that the URDF fuses into its root are the MJCF's `trunk`.
 fn body_in_mjcf<'a>(robot: &Robot, name: &'a str) -> &'a str {
-    if name == robot.bodies[0].name { "trunk" } else { name }
+    if name == robot.bodies[0].name {
+        "trunk"
+    } else {
+        name
+    }
 }
 
 #[test]
@@ -48,12 +49,18 @@ fn masses_centres_and_inertias_agree() {
     for body in &robot.bodies {
         let name = body_in_mjcf(&robot, &body.name);
         let compiled = model.inertia(model.body(name).unwrap());
-        assert!((compiled.mass - body.inertia.mass).abs() < 1e-9, "{name}: mass {}", compiled.mass);
+        assert!(
+            (compiled.mass - body.inertia.mass).abs() < 1e-9,
+            "{name}: mass {}",
+            compiled.mass
+        );
         let offset = (Vector3::from(compiled.centre) - body.inertia.centre).norm();
         assert!(offset < 1e-9, "{name}: centre of mass off by {offset} m");
         let [w, x, y, z] = compiled.orientation;
-        let axes = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_rotation_matrix();
-        let tensor = axes * Matrix3::from_diagonal(&Vector3::from(compiled.moments)) * axes.transpose();
+        let axes =
+            UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_rotation_matrix();
+        let tensor =
+            axes * Matrix3::from_diagonal(&Vector3::from(compiled.moments)) * axes.transpose();
         let off = (tensor - body.inertia.tensor).abs().max();
         assert!(off < 1e-9, "{name}: inertia off by {off} kg m^2");
     }
@@ -68,16 +75,36 @@ fn joints_agree_in_order_axis_place_and_limits() {
     for (index, joint) in robot.joints.iter().enumerate() {
         assert_eq!(joints[index + 1].name, joint.name);
         // Qpos and qvel follow the URDF's order: the features need no permutation.
-        assert_eq!((joints[index + 1].qpos, joints[index + 1].dof), (7 + index, 6 + index));
+        assert_eq!(
+            (joints[index + 1].qpos, joints[index + 1].dof),
+            (7 + index, 6 + index)
+        );
         let compiled = model.joint_geometry(&joint.name).unwrap();
         assert_eq!(compiled.body, joint.child);
-        assert!((Vector3::from(compiled.axis) - joint.axis).norm() < 1e-12, "{}", joint.name);
+        assert!(
+            (Vector3::from(compiled.axis) - joint.axis).norm() < 1e-12,
+            "{}",
+            joint.name
+        );
         for (compiled, limit) in compiled.range.iter().zip(joint.range) {
-            assert!((compiled - limit).abs() < 1e-9, "{}: {compiled} {limit}", joint.name);
+            assert!(
+                (compiled - limit).abs() < 1e-9,
+                "{}: {compiled} {limit}",
+                joint.name
+            );
         }
         let body = model.body(&joint.child).unwrap();
-        let place = Vector3::from(model.body_position(body)) - joint.parent_from_child.translation.vector;
-        assert!(place.norm() < 1e-9, "{}: frame off by {}", joint.name, place.norm());
-        assert_eq!(model.body_names()[model.parent(body)], body_in_mjcf(&robot, &joint.parent));
+        let place =
+            Vector3::from(model.body_position(body)) - joint.parent_from_child.translation.vector;
+        assert!(
+            place.norm() < 1e-9,
+            "{}: frame off by {}",
+            joint.name,
+            place.norm()
+        );
+        assert_eq!(
+            model.body_names()[model.parent(body)],
+            body_in_mjcf(&robot, &joint.parent)
+        );
     }
 }

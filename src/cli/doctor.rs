@@ -30,7 +30,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     }
     println!("hydro {}", findings.hydro);
     match (findings.mujoco_headers, findings.mujoco_library) {
-        (Some(version), Some(library)) => println!("built for MuJoCo {version}\nlibrary   {library}"),
+        (Some(version), Some(library)) => {
+            println!("built for MuJoCo {version}\nlibrary   {library}")
+        }
         _ => println!("built without MuJoCo (feature `mujoco` is off)"),
     }
     match findings.plugin {
@@ -44,7 +46,8 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
 fn find() -> Findings {
     use hydro_plugin::mujoco::{LIBRARY, VERSION, register, simulator::Model};
 
-    const PROBE: &str = "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>";
+    const PROBE: &str =
+        "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>";
     let works = || -> anyhow::Result<String> {
         register()?;
         Model::from_xml(PROBE)?;

@@ -52,7 +52,8 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let checkpoint = Checkpoint::load(&args.checkpoint)?;
     let data = Dataset::open(&args.data)?;
     let manifest = data.manifest();
-    if manifest.features != checkpoint.card.features || manifest.outputs != checkpoint.card.outputs {
+    if manifest.features != checkpoint.card.features || manifest.outputs != checkpoint.card.outputs
+    {
         bail!(
             "{}: features and outputs are not those of {}: the data are of another robot",
             args.data.display(),
@@ -101,7 +102,13 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             format!("{:.4}", row.pooled_hydrodynamic),
         ]])
         .collect();
-    let head = ["", "MAE [N, N m]", "RMSE [N, N m]", "nRMSE", "nRMSE, no buoyancy"];
+    let head = [
+        "",
+        "MAE [N, N m]",
+        "RMSE [N, N m]",
+        "nRMSE",
+        "nRMSE, no buoyancy",
+    ];
     println!("{}", table(&head, &axes));
     Ok(())
 }

@@ -25,15 +25,27 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     }
     if path.join("card.json").exists() {
         let card = Checkpoint::load(path)?;
-        return if args.json { print_json(&card.card) } else { checkpoint(&card) };
+        return if args.json {
+            print_json(&card.card)
+        } else {
+            checkpoint(&card)
+        };
     }
     if path.join("manifest.json").exists() {
         let data = Dataset::open(path)?;
-        return if args.json { print_json(data.manifest()) } else { dataset(&data) };
+        return if args.json {
+            print_json(data.manifest())
+        } else {
+            dataset(&data)
+        };
     }
     if path.join("rollouts.json").exists() {
         let all = Rollouts::load(path)?;
-        return if args.json { print_json(&all.index) } else { rollouts(&all) };
+        return if args.json {
+            print_json(&all.index)
+        } else {
+            rollouts(&all)
+        };
     }
     bail!(
         "{}: expected a folder with card.json (checkpoint), manifest.json (data set) or rollouts.json, or a .urdf file",
@@ -53,14 +65,37 @@ fn checkpoint(checkpoint: &Checkpoint) -> anyhow::Result<()> {
     facts(&[
         ("checkpoint", card.name.clone()),
         ("kind", card.model.kind().to_owned()),
-        ("configuration", serde_json::to_value(&card.model)?["config"].to_string()),
+        (
+            "configuration",
+            serde_json::to_value(&card.model)?["config"].to_string(),
+        ),
         ("parameters", checkpoint.parameter_count().to_string()),
         ("solver", card.solver.to_string()),
         ("sample period", format!("{} s", card.sample_period)),
-        ("features", format!("{}: {}", card.features.len(), card.features.features().iter().map(ToString::to_string).collect::<Vec<_>>().join(" "))),
+        (
+            "features",
+            format!(
+                "{}: {}",
+                card.features.len(),
+                card.features
+                    .features()
+                    .iter()
+                    .map(ToString::to_string)
+                    .collect::<Vec<_>>()
+                    .join(" ")
+            ),
+        ),
         ("joints", joined(&card.joints)),
         ("outputs", joined(&card.outputs)),
-        ("trained on", card.dataset.as_ref().map_or("nothing".to_owned(), |d| format!("{}, {} trajectories, manifest sha256 {}", d.name, d.trajectories, d.sha256))),
+        (
+            "trained on",
+            card.dataset.as_ref().map_or("nothing".to_owned(), |d| {
+                format!(
+                    "{}, {} trajectories, manifest sha256 {}",
+                    d.name, d.trajectories, d.sha256
+                )
+            }),
+        ),
         ("weights sha256", card.weights_sha256.clone()),
         ("command", card.command.clone()),
         ("metrics", card.metrics.to_string()),
@@ -74,13 +109,25 @@ fn dataset(data: &Dataset) -> anyhow::Result<()> {
         ("data set", manifest.name.clone()),
         ("features", manifest.features.len().to_string()),
         ("outputs", manifest.outputs.join(" ")),
-        ("samples", format!("{} a trajectory, every {} s", manifest.samples, manifest.sample_period)),
+        (
+            "samples",
+            format!(
+                "{} a trajectory, every {} s",
+                manifest.samples, manifest.sample_period
+            ),
+        ),
         ("manifest sha256", data.sha256().to_owned()),
     ]);
     let rows: Vec<Vec<String>> = manifest
         .splits
         .iter()
-        .map(|(name, split)| vec![name.clone(), split.trajectories.to_string(), split.shards.len().to_string()])
+        .map(|(name, split)| {
+            vec![
+                name.clone(),
+                split.trajectories.to_string(),
+                split.shards.len().to_string(),
+            ]
+        })
         .collect();
     println!("{}", table(&["split", "trajectories", "files"], &rows));
     Ok(())
@@ -97,9 +144,18 @@ fn rollouts(all: &Rollouts) -> anyhow::Result<()> {
     let rows: Vec<Vec<String>> = index
         .rollouts
         .iter()
-        .map(|run| vec![run.file.clone(), format!("{:.1}", run.density), format!("{}", run.duration)])
+        .map(|run| {
+            vec![
+                run.file.clone(),
+                format!("{:.1}", run.density),
+                format!("{}", run.duration),
+            ]
+        })
         .collect();
-    println!("{}", table(&["file", "density [kg/m^3]", "duration [s]"], &rows));
+    println!(
+        "{}",
+        table(&["file", "density [kg/m^3]", "duration [s]"], &rows)
+    );
     Ok(())
 }
 
@@ -109,7 +165,13 @@ fn robot(path: &Path) -> anyhow::Result<()> {
         ("robot", robot.name.clone()),
         ("links", robot.links.len().to_string()),
         ("mass", format!("{:.3} kg", robot.mass())),
-        ("displaced volume", format!("{:.2} L (primitive collision shapes)", 1e3 * robot.displaced_volume())),
+        (
+            "displaced volume",
+            format!(
+                "{:.2} L (primitive collision shapes)",
+                1e3 * robot.displaced_volume()
+            ),
+        ),
         ("joints", robot.joint_names().join(" ")),
     ]);
     Ok(())

@@ -9,14 +9,16 @@ use anyhow::{Context as _, bail};
 use hydro_plugin::{
     checkpoint::Checkpoint,
     comparison::{
-        Contender, OpenLoop, Start, Summary, Water, bounds, closed_loop, open_loop,
+        Contender, OpenLoop, Start, Summary, Water, bounds, closed_loop,
+        closed_loop::WrenchAtState,
+        open_loop,
         open_loop::{Predict, drag_contender, fit_drag, predict_all, predicted},
         step_times,
     },
     dataset::{Dataset, Split},
     drag::Drag,
     features::{Feature, FeatureLayout},
-    frames::to_world,
+    frames::{Wrench, to_world},
     model::EngineKind,
     mujoco::{
         scene::with_attribute,
@@ -53,7 +55,7 @@ pub(super) struct Args {
     /// A folder with one long rollout: are speeds, rates and wrench bounded?
     #[arg(long)]
     long: Option<PathBuf>,
-    /// Folder of the scenes b1_swim.xml, b1_box_fluid.xml and b1.xml.
+    /// Folder of the scenes b1_swim.xml, b1_box_fluid.xml, b1_truth_default.xml and b1.xml.
     #[arg(long, default_value = "mjcf")]
     scenes: PathBuf,
     /// How the plugin evaluates the network: fused or candle.
@@ -75,6 +77,15 @@ struct Scenes {
     swim: String,
     box_fluid: PathBuf,
     bare: PathBuf,
+    truth: PathBuf,
+}
+
+/// A data set with what the comparison takes from it.
+struct Data {
+    dataset: Dataset,
+    test: Split,
+    /// Drag laws fitted on the training split, by name.
+    drags: Vec<(&'static str, Drag)>,
 }
 
 /// What all contenders need, checked before any work starts.
@@ -83,7 +94,7 @@ struct Setup {
     checkpoint: Checkpoint,
     mlp: Option<Checkpoint>,
     rollouts: Rollouts,
-    data: Option<(Dataset, Split, Drag)>,
+    data: Option<Data>,
     scenes: Scenes,
 }
 
@@ -95,14 +106,20 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
 
     let total = contenders.len() * setup.rollouts.runs.len();
     let progress = Progress::new("closed loop", total as u64);
-    let closed = closed_loop(&contenders, &setup.rollouts.runs, &HORIZONS, &|name| progress.tick(name))?;
+    let closed = closed_loop(&contenders, &setup.rollouts.runs, &HORIZONS, &|name| {
+        progress.tick(name)
+    })?;
     progress.finish();
     let step_times = step_times(&contenders, &setup.rollouts.runs[0])?;
     let open = match &setup.data {
-        Some((data, test, drag)) => Some(open(&setup, data, test, drag)?),
+        Some(data) => Some(open(&setup, data)?),
         None => None,
     };
-    let bounds = args.long.as_deref().map(|folder| long_run(args, &setup, folder)).transpose()?;
+    let bounds = args
+        .long
+        .as_deref()
+        .map(|folder| long_run(args, &setup, folder))
+        .transpose()?;
 
     let summary = Summary {
         subject: setup.subject.clone(),
@@ -141,11 +158,17 @@ fn read(args: &Args) -> anyhow::Result<Setup> {
     }
     let swim = args.scenes.join("b1_swim.xml");
     let scenes = Scenes {
-        swim: std::fs::read_to_string(&swim).with_context(|| format!("scene {}", swim.display()))?,
+        swim: std::fs::read_to_string(&swim)
+            .with_context(|| format!("scene {}", swim.display()))?,
         box_fluid: args.scenes.join("b1_box_fluid.xml"),
         bare: args.scenes.join("b1.xml"),
+        truth: args.scenes.join("b1_truth_default.xml"),
     };
-    let data = args.data.as_deref().map(|folder| read_data(folder, &checkpoint)).transpose()?;
+    let data = args
+        .data
+        .as_deref()
+        .map(|folder| read_data(folder, &checkpoint))
+        .transpose()?;
     Ok(Setup {
         subject: checkpoint.card.model.kind().to_owned(),
         checkpoint,
@@ -156,28 +179,56 @@ fn read(args: &Args) -> anyhow::Result<Setup> {
     })
 }
 
-/// The test split, and the drag fitted on the training split.
-fn read_data(folder: &Path, checkpoint: &Checkpoint) -> anyhow::Result<(Dataset, Split, Drag)> {
-    let data = Dataset::open(folder)?;
-    if data.manifest().features != checkpoint.card.features {
-        bail!("{}: its features are not those of the checkpoint", folder.display());
+/// The test split, and the drag laws fitted on the training split.
+fn read_data(folder: &Path, checkpoint: &Checkpoint) -> anyhow::Result<Data> {
+    let dataset = Dataset::open(folder)?;
+    let layout = &dataset.manifest().features;
+    if *layout != checkpoint.card.features {
+        bail!(
+            "{}: its features are not those of the checkpoint",
+            folder.display()
+        );
     }
-    let train = data.split("train", None)?;
-    let drag = fit_drag(&data.manifest().features, &train)
-        .with_context(|| format!("{}: its features hold no base twist to fit a drag on", folder.display()))?
+    let fit = fit_drag(layout, &dataset.split("train", None)?).with_context(|| {
+        format!(
+            "{}: its features hold no base twist to fit a drag on",
+            folder.display()
+        )
+    })?;
+    let coupled = fit
+        .solve()
         .with_context(|| format!("{}: fitting the drag rival", folder.display()))?;
-    let test = data.split("test", None)?;
-    Ok((data, test, drag))
+    Ok(Data {
+        test: dataset.split("test", None)?,
+        drags: vec![
+            ("fitted drag, coupled", coupled),
+            ("fitted drag, by axis", fit.solve_diagonal()),
+        ],
+        dataset,
+    })
 }
 
-fn contenders<'a>(args: &'a Args, setup: &'a Setup) -> anyhow::Result<Vec<Contender<'a, anyhow::Error>>> {
-    let mut all = vec![in_plugin(&setup.subject, &args.checkpoint, args.engine, &setup.scenes)?];
+fn contenders<'a>(
+    args: &'a Args,
+    setup: &'a Setup,
+) -> anyhow::Result<Vec<Contender<'a, anyhow::Error>>> {
+    let mut all = vec![in_plugin(
+        &setup.subject,
+        &args.checkpoint,
+        args.engine,
+        &setup.scenes,
+    )?];
     if let (Some(folder), Some(mlp)) = (&args.mlp, &setup.mlp) {
-        all.push(in_plugin(&format!("memoryless {}", mlp.card.model.kind()), folder, args.engine, &setup.scenes)?);
+        all.push(in_plugin(
+            &format!("memoryless {}", mlp.card.model.kind()),
+            folder,
+            args.engine,
+            &setup.scenes,
+        )?);
     }
-    if let Some((_, _, drag)) = &setup.data {
+    for (name, drag) in setup.data.iter().flat_map(|data| &data.drags) {
         all.push(Contender {
-            name: "fitted drag".to_owned(),
+            name: (*name).to_owned(),
             simulator: Box::new(|run| buoyant(&setup.scenes.box_fluid, run.density, false)),
             water: Water::Law(Box::new(|twist, density| drag.wrench(twist, density))),
         });
@@ -187,9 +238,23 @@ fn contenders<'a>(args: &'a Args, setup: &'a Setup) -> anyhow::Result<Vec<Conten
         simulator: Box::new(|run| buoyant(&setup.scenes.box_fluid, run.density, true)),
         water: Water::OfTheScene,
     });
+    let bare = || {
+        Box::new(|_: &Rollout| {
+            Ok(Box::new(Swimmer::new(Model::load(&setup.scenes.bare)?)?) as Box<dyn Simulator>)
+        })
+    };
+    // Loaded once here, so that a fault in the scene is an error and not a panic in the loop.
+    buoyant_model(&setup.scenes.truth, 1000.0, true)?;
     all.push(Contender {
-        name: "oracle".to_owned(),
-        simulator: Box::new(|_| Ok(Box::new(Swimmer::new(Model::load(&setup.scenes.bare)?)?))),
+        name: "oracle, at its own state".to_owned(),
+        simulator: bare(),
+        water: Water::Truth(Box::new(|run| {
+            true_wrench(&setup.scenes.truth, run.density)
+        })),
+    });
+    all.push(Contender {
+        name: "oracle, replayed".to_owned(),
+        simulator: bare(),
         water: Water::Replayed,
     });
     Ok(all)
@@ -205,7 +270,12 @@ fn in_plugin<'a>(
     let folder = checkpoint
         .canonicalize()
         .with_context(|| format!("checkpoint {}", checkpoint.display()))?;
-    let scene = with_attribute(&scenes.swim, "hydro.wrench", "checkpoint", &folder.to_string_lossy())?;
+    let scene = with_attribute(
+        &scenes.swim,
+        "hydro.wrench",
+        "checkpoint",
+        &folder.to_string_lossy(),
+    )?;
     let scene = with_attribute(&scene, "hydro.wrench", "engine", &engine.to_string())?;
     Ok(Contender {
         name: name.to_owned(),
@@ -221,7 +291,21 @@ fn swimmer_in(scene: &str, density: f64) -> anyhow::Result<Swimmer> {
 
 /// A scene with exact buoyancy at a density, with or without MuJoCo's own fluid.
 fn buoyant(scene: &Path, density: f64, fluid: bool) -> anyhow::Result<Box<dyn Simulator>> {
-    Ok(Box::new(Swimmer::new(buoyant_model(scene, density, fluid)?)?))
+    Ok(Box::new(Swimmer::new(buoyant_model(
+        scene, density, fluid,
+    )?)?))
+}
+
+/// The truth's base wrench at any state; a scene that cannot be built any more gives none.
+fn true_wrench(scene: &Path, density: f64) -> Box<WrenchAtState> {
+    let mut truth = buoyant_model(scene, density, true)
+        .and_then(Swimmer::new)
+        .ok();
+    Box::new(move |qpos, qvel| {
+        truth.as_mut().map_or(Wrench::default(), |truth| {
+            truth.passive_wrench_at(qpos, qvel)
+        })
+    })
 }
 
 fn buoyant_model(scene: &Path, density: f64, fluid: bool) -> Result<Model, SimulatorError> {
@@ -234,32 +318,47 @@ fn buoyant_model(scene: &Path, density: f64, fluid: bool) -> Result<Model, Simul
 }
 
 /// Open-loop errors on the test split, from the true force at the start as in the paper.
-fn open(setup: &Setup, data: &Dataset, test: &Split, drag: &Drag) -> anyhow::Result<OpenLoop> {
-    let layout = &data.manifest().features;
-    let learned = |checkpoint: &Checkpoint, start| -> anyhow::Result<Box<Predict<'_, Infallible>>> {
-        let engine = checkpoint.engine(EngineKind::Fused, None)?;
-        Ok(predicted(predict_all(engine.as_ref(), test, start)))
-    };
-    let mut rows: Vec<(String, Box<Predict<'_, Infallible>>)> =
-        vec![(setup.subject.clone(), learned(&setup.checkpoint, Start::True)?)];
+fn open(setup: &Setup, data: &Data) -> anyhow::Result<OpenLoop> {
+    let (manifest, test) = (data.dataset.manifest(), &data.test);
+    let layout = &manifest.features;
+    let learned =
+        |checkpoint: &Checkpoint, start| -> anyhow::Result<Box<Predict<'_, Infallible>>> {
+            let engine = checkpoint.engine(EngineKind::Fused, None)?;
+            Ok(predicted(predict_all(engine.as_ref(), test, start)))
+        };
+    let mut rows: Vec<(String, Box<Predict<'_, Infallible>>)> = vec![(
+        setup.subject.clone(),
+        learned(&setup.checkpoint, Start::True)?,
+    )];
     rows.push((
         format!("{}, estimated start", setup.subject),
         learned(&setup.checkpoint, Start::Estimate)?,
     ));
     if let Some(mlp) = &setup.mlp {
-        rows.push((format!("memoryless {}", mlp.card.model.kind()), learned(mlp, Start::Estimate)?));
+        rows.push((
+            format!("memoryless {}", mlp.card.model.kind()),
+            learned(mlp, Start::Estimate)?,
+        ));
     }
-    rows.push(("fitted drag".to_owned(), drag_contender(drag, layout)));
-    rows.push(("box fluid".to_owned(), predicted(box_fluid(&setup.scenes.box_fluid, layout, test)?)));
+    for (name, drag) in &data.drags {
+        rows.push(((*name).to_owned(), drag_contender(drag, layout)));
+    }
+    rows.push((
+        "box fluid".to_owned(),
+        predicted(box_fluid(&setup.scenes.box_fluid, layout, test)?),
+    ));
     let progress = Progress::new("open loop", rows.len() as u64);
-    let Ok(result) = open_loop(&rows, test, &data.manifest().outputs, 0, &|name| progress.tick(name));
+    let Ok(result) = open_loop(&rows, test, &manifest.outputs, 0, &|name| {
+        progress.tick(name)
+    });
     progress.finish();
     Ok(result)
 }
 
 /// MuJoCo's inertia-box fluid with exact buoyancy at every recorded state: `[M][T * 6]`.
 fn box_fluid(scene: &Path, layout: &FeatureLayout, test: &Split) -> anyhow::Result<Vec<Vec<f64>>> {
-    let map = StateMap::new(layout).context("the features do not hold the state of a floating robot")?;
+    let map =
+        StateMap::new(layout).context("the features do not hold the state of a floating robot")?;
     let mut trajectories = Vec::new();
     let mut swimmer: Option<(f64, Swimmer)> = None;
     for trajectory in 0..test.len() {
@@ -294,7 +393,10 @@ impl StateMap {
     fn new(layout: &FeatureLayout) -> Option<Self> {
         let joints = layout.joints();
         let at = |feature: &dyn Fn(String) -> Feature| -> Option<Vec<usize>> {
-            joints.iter().map(|joint| layout.index_of(&feature(joint.clone()))).collect()
+            joints
+                .iter()
+                .map(|joint| layout.index_of(&feature(joint.clone())))
+                .collect()
         };
         Some(Self {
             positions: at(&Feature::JointPosition)?,
@@ -322,7 +424,11 @@ impl StateMap {
     }
 }
 
-fn long_run(args: &Args, setup: &Setup, folder: &Path) -> anyhow::Result<hydro_plugin::comparison::Bounds> {
+fn long_run(
+    args: &Args,
+    setup: &Setup,
+    folder: &Path,
+) -> anyhow::Result<hydro_plugin::comparison::Bounds> {
     let rollouts = Rollouts::load(folder)?;
     let run: &Rollout = rollouts
         .runs
@@ -360,7 +466,10 @@ fn read_video(path: &Path) -> anyhow::Result<Video> {
     let mime = match path.extension().and_then(|ending| ending.to_str()) {
         Some("mp4") => "video/mp4",
         Some("webm") => "video/webm",
-        _ => bail!("--video {}: expected a name ending in .mp4 or .webm", path.display()),
+        _ => bail!(
+            "--video {}: expected a name ending in .mp4 or .webm",
+            path.display()
+        ),
     };
     let bytes = std::fs::read(path).with_context(|| format!("--video {}", path.display()))?;
     Ok(Video { mime, bytes })
@@ -368,7 +477,9 @@ fn read_video(path: &Path) -> anyhow::Result<Video> {
 
 /// Writes beside and renames.
 fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
     let write = || -> std::io::Result<()> {
         std::fs::create_dir_all(folder)?;
@@ -383,10 +494,19 @@ fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
 /// Prints the one table that a person reads.
 fn show(summary: &Summary) {
     if let Some(open) = &summary.open_loop {
-        println!("Open loop, {} test trajectories, errors against the clean wrench", open.trajectories);
+        println!(
+            "Open loop, {} test trajectories, errors against the clean wrench",
+            open.trajectories
+        );
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         let head = [
-            "", "MAE force [N]", "MAE torque [N m]", "RMSE force [N]", "RMSE torque [N m]", "nRMSE", "no buoyancy",
+            "",
+            "MAE force [N]",
+            "MAE torque [N m]",
+            "RMSE force [N]",
+            "RMSE torque [N m]",
+            "nRMSE",
+            "no buoyancy",
         ];
         let rows: Vec<Vec<String>> = open
             .rows
@@ -407,11 +527,14 @@ fn show(summary: &Summary) {
         println!("{}", table(&head, &rows));
     }
     let closed = &summary.closed_loop;
-    println!("\nClosed loop, {} runs, median distance from the truth", closed.runs);
+    println!(
+        "\nClosed loop, {} runs, median distance from the truth",
+        closed.runs
+    );
     let mut head = vec![String::new()];
     head.extend(closed.horizons.iter().map(|h| format!("{h} s [m]")));
     head.extend(closed.horizons.iter().map(|h| format!("{h} s [deg]")));
-    head.push("step [us]".to_owned());
+    head.extend(["diverged".to_owned(), "step [us]".to_owned()]);
     let head: Vec<&str> = head.iter().map(String::as_str).collect();
     let rows: Vec<Vec<String>> = closed
         .rows
@@ -420,6 +543,7 @@ fn show(summary: &Summary) {
             let mut cells = vec![row.name.clone()];
             cells.extend(row.position.iter().map(|s| format!("{:.3}", s.median)));
             cells.extend(row.attitude.iter().map(|s| format!("{:.1}", s.median)));
+            cells.push(row.diverged.to_string());
             let time = summary.step_times.iter().find(|time| time.name == row.name);
             cells.push(time.map_or(String::new(), |time| format!("{:.1}", time.microseconds)));
             cells
@@ -427,7 +551,11 @@ fn show(summary: &Summary) {
         .collect();
     println!("{}", table(&head, &rows));
     if let Some(bounds) = &summary.bounds {
-        let verdict = if bounds.within(BOUND) { "bounded" } else { "NOT bounded" };
+        let verdict = if bounds.within(BOUND) {
+            "bounded"
+        } else {
+            "NOT bounded"
+        };
         println!(
             "\n{:.0} minutes under {}: {verdict}; greatest over the truth's: speed {:.2}, rate {:.2}, force {:.2}, torque {:.2} (at most {BOUND})",
             bounds.duration / 60.0,

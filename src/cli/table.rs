@@ -1,11 +1,11 @@
 //! Tables for people.
 
-use comfy_table::{Cell, CellAlignment, Table, presets::UTF8_HORIZONTAL_ONLY};
+use comfy_table::{Cell, CellAlignment, Table, presets::NOTHING};
 
 /// A table with a head; the first column is text, the others are numbers.
 pub(super) fn table(head: &[&str], rows: &[Vec<String>]) -> Table {
     let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
+    table.load_style(NOTHING);
     table.set_header(head.iter().enumerate().map(|(i, text)| cell(i, text)));
     for row in rows {
         table.add_row(row.iter().enumerate().map(|(i, text)| cell(i, text)));

@@ -1,10 +1,343 @@
-//! `hydro train`.
+//! `hydro train`: a data set in, a checkpoint out; interrupted at any time, it goes on where it stopped.
 
-/// Flags of `hydro train`.
+use std::{
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+use anyhow::{Context as _, bail};
+use clap::ValueEnum;
+use hydro_plugin::{
+    dataset::Dataset,
+    model::{AttentionOdeConfig, Encoding, MlpConfig, ModelConfig, Solver},
+    training::{
+        Evaluation, InitialForce, LogRecord, Observer, Outcome, Progress as Place, TrainConfig,
+        Trainer, evaluate,
+    },
+};
+
+use super::{command_line, print_json, progress::Progress};
+
+/// Flags of `hydro train`. A flag that is left out takes the preset's value.
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {}
+pub(super) struct Args {
+    /// Data set (scripts/gen_task2.py).
+    #[arg(long)]
+    data: PathBuf,
+    /// Folder of the checkpoint to write.
+    #[arg(long)]
+    out: PathBuf,
+    /// Name in the card; the folder's name if left out.
+    #[arg(long)]
+    name: Option<String>,
+    /// What to train.
+    #[arg(long, value_enum, default_value_t = Kind::AttentionOde)]
+    model: Kind,
+    /// Sizes and length of training to start from.
+    #[arg(long, value_enum, default_value_t = Preset::Full)]
+    preset: Preset,
+    /// Hidden widths of the field, as 512,512,512.
+    #[arg(long, value_delimiter = ',')]
+    hidden: Option<Vec<usize>>,
+    /// Samples of the past that the attention sees.
+    #[arg(long)]
+    window: Option<usize>,
+    /// Attention heads.
+    #[arg(long)]
+    heads: Option<usize>,
+    /// Length of a sample's embedding.
+    #[arg(long)]
+    embedding: Option<usize>,
+    /// Length of the latent h; 6 is the paper's.
+    #[arg(long)]
+    latent: Option<usize>,
+    /// How the attitude enters; the paper's is raw.
+    #[arg(long, value_enum)]
+    encoding: Option<Attitude>,
+    /// Give the field h alone, so that the force is a running sum (the paper's other equation).
+    #[arg(long)]
+    without_force: bool,
+    /// Leave out the linear part of the field, as in the paper.
+    #[arg(long)]
+    without_skip: bool,
+    /// euler or rk4.
+    #[arg(long)]
+    solver: Option<Solver>,
+    /// Passes over the training split.
+    #[arg(long)]
+    epochs: Option<usize>,
+    /// Windows a step.
+    #[arg(long)]
+    batch: Option<usize>,
+    /// Samples a window.
+    #[arg(long)]
+    horizon: Option<usize>,
+    /// Largest learning rate.
+    #[arg(long)]
+    learning_rate: Option<f64>,
+    /// Epochs without progress on the validation split before stopping.
+    #[arg(long)]
+    patience: Option<usize>,
+    /// Train on the first so many trajectories.
+    #[arg(long)]
+    trajectories: Option<usize>,
+    /// Of the first weights and of the order of the data.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Go on with what --out holds, whether interrupted or finished.
+    #[arg(long, conflicts_with = "overwrite")]
+    resume: bool,
+    /// Start anew though --out holds something.
+    #[arg(long)]
+    overwrite: bool,
+    /// Print one JSON value at the end and nothing else on standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Kind {
+    /// The paper's: attention over the past, an ODE for the force.
+    AttentionOde,
+    /// The memoryless yardstick: a perceptron of the present sample.
+    Mlp,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Attitude {
+    /// The world's up direction in the base frame.
+    Up,
+    /// The quaternion.
+    Raw,
+}
+
+impl From<Attitude> for Encoding {
+    fn from(attitude: Attitude) -> Self {
+        match attitude {
+            Attitude::Up => Self::Up,
+            Attitude::Raw => Self::Raw,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Preset {
+    /// The paper's field, 512-512-512; hours on two cores.
+    Full,
+    /// The released checkpoint: a smaller field, about half an hour on two cores.
+    Release,
+    /// A few minutes on two cores.
+    Demo,
+}
 
 /// Runs the command.
-pub(super) fn run(_args: &Args) -> anyhow::Result<()> {
-    anyhow::bail!("not yet")
+pub(super) fn run(args: &Args) -> anyhow::Result<()> {
+    let config = configuration(args);
+    let data = Dataset::open(&args.data)?;
+    let folder = RunFolder::new(&args.out);
+    folder.prepare(args)?;
+    if args.resume && folder.finished() {
+        println!("{}: trained already", args.out.display());
+        return Ok(());
+    }
+    let mut trainer = Trainer::new(config, &data)?;
+    if args.resume && trainer.resume(&folder.run)? {
+        eprintln!("going on after {} epochs", trainer.log().len());
+    }
+    eprintln!(
+        "{}: {} parameters, {} steps at most",
+        args.out.display(),
+        trainer.parameter_count(),
+        trainer.steps()
+    );
+    let cancel = cancel_on_signal()?;
+    let mut observer = Watch {
+        progress: Progress::new("training", trainer.steps() as u64),
+        best: None,
+    };
+    let outcome = trainer.run(&folder.run, &cancel, &mut observer)?;
+    observer.progress.finish();
+    if outcome == Outcome::Cancelled {
+        bail!(
+            "interrupted; the same command with --resume goes on from {}",
+            folder.run.display()
+        );
+    }
+    let name = match &args.name {
+        Some(name) => name.clone(),
+        None => folder.name(),
+    };
+    let mut checkpoint = trainer.checkpoint(&name, &command_line())?;
+    let test = data.split("test", None)?;
+    let evaluation = evaluate(&checkpoint, &test, InitialForce::Clean)?;
+    checkpoint.card.metrics = serde_json::to_value(&evaluation)?;
+    checkpoint.save(&args.out)?;
+    if args.json {
+        return print_json(&serde_json::json!({
+            "checkpoint": args.out, "epochs": trainer.log().len(), "test": evaluation,
+        }));
+    }
+    println!(
+        "{}: {} epochs; test split: normalised RMSE {:.4}, without buoyancy {:.4}",
+        args.out.display(),
+        trainer.log().len(),
+        evaluation.pooled,
+        evaluation.pooled_hydrodynamic
+    );
+    Ok(())
+}
+
+/// The preset's settings with the flags on top.
+fn configuration(args: &Args) -> TrainConfig {
+    let mut config = match args.preset {
+        Preset::Full => TrainConfig::default(),
+        Preset::Release => TrainConfig {
+            epochs: 60,
+            ..TrainConfig::default()
+        },
+        Preset::Demo => TrainConfig {
+            epochs: 30,
+            ..TrainConfig::default()
+        },
+    };
+    let hidden = args.hidden.clone().unwrap_or(match args.preset {
+        Preset::Full => vec![512; 3],
+        Preset::Release => vec![256; 3],
+        Preset::Demo => vec![128; 3],
+    });
+    config.model = match args.model {
+        Kind::AttentionOde => {
+            let sizes = AttentionOdeConfig::default();
+            ModelConfig::AttentionOde(AttentionOdeConfig {
+                window: args.window.unwrap_or(sizes.window),
+                heads: args.heads.unwrap_or(sizes.heads),
+                embedding: args.embedding.unwrap_or(sizes.embedding),
+                latent: args.latent.unwrap_or(sizes.latent),
+                encoding: args.encoding.map_or(sizes.encoding, Encoding::from),
+                field_sees_force: !args.without_force,
+                skip: !args.without_skip,
+                hidden,
+            })
+        }
+        Kind::Mlp => {
+            let sizes = MlpConfig::default();
+            ModelConfig::Mlp(MlpConfig {
+                encoding: args.encoding.map_or(sizes.encoding, Encoding::from),
+                skip: !args.without_skip,
+                hidden,
+            })
+        }
+    };
+    config.seed = args.seed;
+    config.trajectories = args.trajectories;
+    let set = |target: &mut usize, flag: Option<usize>| {
+        if let Some(value) = flag {
+            *target = value;
+        }
+    };
+    set(&mut config.epochs, args.epochs);
+    set(&mut config.batch, args.batch);
+    set(&mut config.horizon, args.horizon);
+    set(&mut config.patience, args.patience);
+    if let Some(rate) = args.learning_rate {
+        config.learning_rate = rate;
+    }
+    if let Some(solver) = args.solver {
+        config.solver = solver;
+    }
+    config
+}
+
+/// The checkpoint's folder, and the folder beside it where the run keeps its state and log.
+struct RunFolder {
+    out: PathBuf,
+    run: PathBuf,
+}
+
+impl RunFolder {
+    fn new(out: &Path) -> Self {
+        let name = out.file_name().unwrap_or_default().to_string_lossy();
+        Self {
+            out: out.to_owned(),
+            run: out.with_file_name(format!("{name}.run")),
+        }
+    }
+
+    fn name(&self) -> String {
+        let name = self.out.file_name().unwrap_or_default();
+        name.to_string_lossy().into_owned()
+    }
+
+    fn finished(&self) -> bool {
+        self.out.join("card.json").is_file()
+    }
+
+    /// Refuses to mix with what is there.
+    fn prepare(&self, args: &Args) -> anyhow::Result<()> {
+        if args.out.file_name().is_none() {
+            bail!(
+                "--out {}: expected the name of a folder",
+                args.out.display()
+            );
+        }
+        let there: Vec<&Path> = [self.out.as_path(), self.run.as_path()]
+            .into_iter()
+            .filter(|path| path.exists())
+            .collect();
+        if args.overwrite {
+            for path in there {
+                std::fs::remove_dir_all(path)
+                    .with_context(|| format!("removing {}", path.display()))?;
+            }
+        } else if !args.resume
+            && let Some(path) = there.first()
+        {
+            bail!(
+                "{} is there already: --resume goes on with it, --overwrite starts anew",
+                path.display()
+            );
+        }
+        Ok(())
+    }
+}
+
+/// A flag that Ctrl-C and the signals of a shutdown set; a second signal ends the program at once.
+fn cancel_on_signal() -> anyhow::Result<Arc<AtomicBool>> {
+    let cancel = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&cancel);
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    })
+    .context("watching for Ctrl-C")?;
+    Ok(cancel)
+}
+
+/// Shows the run.
+struct Watch {
+    progress: Progress,
+    best: Option<f64>,
+}
+
+impl Observer for Watch {
+    fn step(&mut self, place: &Place) {
+        let best = self
+            .best
+            .map_or(String::new(), |best| format!(", best validation {best:.4}"));
+        let words = format!(
+            "epoch {}/{}, loss {:.5}{best}",
+            place.epoch + 1,
+            place.epochs,
+            place.loss
+        );
+        self.progress.at(place.step as u64, &words);
+    }
+
+    fn epoch(&mut self, record: &LogRecord, _: &Evaluation) {
+        self.best = Some(record.best);
+    }
 }

@@ -13,13 +13,19 @@ use crate::{
 /// A wrench as a function of the base twist and the water's density [kg/m^3].
 pub type WrenchLaw<'a> = dyn Fn(&Twist, f64) -> Wrench + 'a;
 
+/// The wrench that another simulator's water puts on the base at a state: positions, velocities.
+pub type WrenchAtState = dyn FnMut(&[f64], &[f64]) -> Wrench;
+
 /// Where a contender's base wrench comes from.
 pub enum Water<'a> {
     /// The scene's own: a plugin, or MuJoCo's fluid.
     OfTheScene,
     /// A law of the base twist, evaluated every step.
     Law(Box<WrenchLaw<'a>>),
-    /// The recorded true wrench, interpolated between samples: what a perfect base wrench would do.
+    /// The true base wrench at the contender's own state, evaluated every step; built for a run's density.
+    Truth(Box<dyn Fn(&Rollout) -> Box<WrenchAtState> + 'a>),
+    /// The recorded true wrench, interpolated between samples. Nothing feeds back: once the motion differs,
+    /// the wrench is that of another motion.
     Replayed,
 }
 
@@ -28,6 +34,7 @@ impl std::fmt::Debug for Water<'_> {
         f.write_str(match self {
             Self::OfTheScene => "OfTheScene",
             Self::Law(_) => "Law",
+            Self::Truth(_) => "Truth",
             Self::Replayed => "Replayed",
         })
     }
@@ -100,6 +107,8 @@ pub struct Errors {
     pub position: Vec<Spread>,
     /// Angle between base attitudes [deg], one entry a horizon.
     pub attitude: Vec<Spread>,
+    /// Runs that blew up before the last horizon; their errors count as infinite.
+    pub diverged: usize,
     /// Position errors behind `position`: `[horizon][run]` [m].
     pub position_by_run: Vec<Vec<f64>>,
     /// Base positions along the first run, one a sample [m].
@@ -136,6 +145,7 @@ pub fn closed_loop<E>(
         let mut position = vec![Vec::new(); horizons.len()];
         let mut attitude = vec![Vec::new(); horizons.len()];
         let mut path = Vec::new();
+        let mut diverged = 0;
         for (index, run) in runs.iter().enumerate() {
             let mut simulator = (contender.simulator)(run)?;
             let driven = drive(simulator.as_mut(), run, &contender.water, &mut |_| ());
@@ -147,8 +157,9 @@ pub fn closed_loop<E>(
                 position[h].push(distance);
                 attitude[h].push(angle);
             }
+            diverged += usize::from(driven.iter().any(|pose| !pose[0].is_finite()));
             if index == 0 {
-                path = driven.iter().map(|pose| base_position(pose)).collect();
+                path = driven.iter().map(base_position).collect();
             }
             tick(&contender.name);
         }
@@ -156,6 +167,7 @@ pub fn closed_loop<E>(
             name: contender.name.clone(),
             position: position.iter().map(|v| Spread::of(v)).collect(),
             attitude: attitude.iter().map(|v| Spread::of(v)).collect(),
+            diverged,
             position_by_run: position,
             path,
         });
@@ -183,6 +195,10 @@ pub fn drive(
 ) -> Vec<[f64; 7]> {
     simulator.restart(run.qpos.row(0), run.qvel.row(0));
     let mut poses = vec![base_pose(simulator.qpos())];
+    let mut truth = match water {
+        Water::Truth(build) => Some(build(run)),
+        _ => None,
+    };
     for k in 0..run.ctrl.len() {
         let period = run.time[k + 1] - run.time[k];
         let steps = (period / simulator.timestep()).round().max(1.0) as usize;
@@ -195,6 +211,12 @@ pub fn drive(
                     let twist = base_twist(simulator);
                     simulator.set_base_wrench(law(&twist, run.density));
                 }
+                Water::Truth(_) => {
+                    if let Some(truth) = &mut truth {
+                        let wrench = truth(simulator.qpos(), simulator.qvel());
+                        simulator.set_base_wrench(wrench);
+                    }
+                }
                 Water::Replayed => {
                     let part = step as f64 / steps as f64;
                     simulator.set_base_wrench(recorded_wrench(run, k, part));
@@ -202,7 +224,11 @@ pub fn drive(
             }
             simulator.step();
         }
-        poses.push(base_pose(simulator.qpos()));
+        poses.push(if simulator.diverged() {
+            [f64::NAN; 7]
+        } else {
+            base_pose(simulator.qpos())
+        });
         watch(simulator);
     }
     poses

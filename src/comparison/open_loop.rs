@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     dataset::Split,
-    drag::{Drag, DragError, DragFit},
+    drag::{Drag, DragFit},
     features::{Feature, FeatureLayout},
     frames::{Twist, Wrench},
     model::{Engine, Scratch},
@@ -182,10 +182,12 @@ pub fn open_loop<E>(
         let mut sums = Accumulator::new(axes);
         for trajectory in 0..split.len() {
             let predicted = predict(split, trajectory)?;
-            let predicted: Vec<Vec<f64>> = predicted.chunks_exact(axes).map(<[f64]>::to_vec).collect();
+            let predicted: Vec<Vec<f64>> =
+                predicted.chunks_exact(axes).map(<[f64]>::to_vec).collect();
             let clean = table(split.clean(trajectory));
             let hydrostatic = table(split.hydrostatic(trajectory));
-            for ((predicted, clean), hydrostatic) in predicted.iter().zip(&clean).zip(&hydrostatic) {
+            for ((predicted, clean), hydrostatic) in predicted.iter().zip(&clean).zip(&hydrostatic)
+            {
                 sums.add(predicted, clean, hydrostatic);
             }
             if trajectory == example {
@@ -229,10 +231,17 @@ fn predict(
     scratch: &mut Scratch,
 ) -> Vec<f64> {
     let (inputs, outputs) = (engine.inputs(), engine.outputs());
-    let x: Vec<f64> = split.x(trajectory).iter().map(|value| f64::from(*value)).collect();
+    let x: Vec<f64> = split
+        .x(trajectory)
+        .iter()
+        .map(|value| f64::from(*value))
+        .collect();
     let mut window = x[..inputs].repeat(engine.window());
     let mut carried: Vec<f64> = match start {
-        Start::True => split.clean(trajectory)[..outputs].iter().map(|v| f64::from(*v)).collect(),
+        Start::True => split.clean(trajectory)[..outputs]
+            .iter()
+            .map(|v| f64::from(*v))
+            .collect(),
         Start::Estimate => {
             let mut force = vec![0.0; outputs];
             engine.estimate(&x[..inputs], &mut force, scratch);
@@ -274,9 +283,9 @@ fn without_buoyancy(wrench: &[f32], hydrostatic: &[f32]) -> Wrench {
     Wrench::from_array(values)
 }
 
-/// Fits linear plus quadratic drag to a training split, buoyancy taken out exactly; `None` where the
-/// features hold no twist.
-pub fn fit_drag(layout: &FeatureLayout, train: &Split) -> Option<Result<Drag, DragError>> {
+/// The regression of a drag on a training split, buoyancy taken out exactly; `None` where the features
+/// hold no twist.
+pub fn fit_drag(layout: &FeatureLayout, train: &Split) -> Option<DragFit> {
     let mut fit = DragFit::default();
     for trajectory in 0..train.len() {
         let samples = train.x(trajectory).chunks_exact(train.inputs());
@@ -287,11 +296,14 @@ pub fn fit_drag(layout: &FeatureLayout, train: &Split) -> Option<Result<Drag, Dr
             fit.add(&twist, density, &without_buoyancy(wrench, hydrostatic));
         }
     }
-    Some(fit.solve())
+    Some(fit)
 }
 
 /// The fitted drag as a contender, with exact buoyancy and density.
-pub fn drag_contender<'a>(drag: &'a Drag, layout: &'a FeatureLayout) -> Box<Predict<'a, Infallible>> {
+pub fn drag_contender<'a>(
+    drag: &'a Drag,
+    layout: &'a FeatureLayout,
+) -> Box<Predict<'a, Infallible>> {
     Box::new(move |split, trajectory| {
         let samples = split.x(trajectory).chunks_exact(split.inputs());
         let hydrostatics = split.hydrostatic(trajectory).chunks_exact(6);

@@ -2,10 +2,7 @@
 
 use std::time::Instant;
 
-use super::{
-    closed_loop::Contender,
-    summary::StepTime,
-};
+use super::{closed_loop::Contender, summary::StepTime};
 use crate::rollouts::Rollout;
 
 /// Steps a round.

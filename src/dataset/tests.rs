@@ -116,14 +116,11 @@ impl Fixture {
 
 #[test]
 fn shards_are_joined_in_order_and_a_limit_cuts_inside_one() {
-    let dataset = Fixture::new();
-    let dataset = dataset
+    let fixture = Fixture::new();
+    let split = fixture
         .open()
-        .expect("valid")
-        .split("train", None)
-        .map(|s| (dataset, s))
+        .and_then(|d| d.split("train", None))
         .expect("read");
-    let (fixture, split) = dataset;
     assert_eq!(
         (
             split.len(),

@@ -14,6 +14,7 @@ pub struct Swimmer {
     data: Data,
     /// Where the base's world force and torque start in `xfrc_applied`.
     push: usize,
+    diverged: bool,
 }
 
 impl Swimmer {
@@ -30,6 +31,7 @@ impl Swimmer {
         Ok(Self {
             data: Data::new(&Arc::new(model))?,
             push: 6 * base,
+            diverged: false,
         })
     }
 
@@ -59,6 +61,7 @@ impl Simulator for Swimmer {
 
     fn restart(&mut self, qpos: &[f64], qvel: &[f64]) {
         self.data.reset();
+        self.diverged = false;
         self.data.qpos_mut().copy_from_slice(qpos);
         self.data.qvel_mut().copy_from_slice(qvel);
     }
@@ -80,7 +83,10 @@ impl Simulator for Swimmer {
     }
 
     fn step(&mut self) {
+        let before = self.data.time();
         self.data.step();
+        // MuJoCo answers a state that is no number with a reset, which sets the clock back.
+        self.diverged |= self.data.time() <= before;
     }
 
     fn qpos(&self) -> &[f64] {
@@ -89,6 +95,10 @@ impl Simulator for Swimmer {
 
     fn qvel(&self) -> &[f64] {
         self.data.qvel()
+    }
+
+    fn diverged(&self) -> bool {
+        self.diverged
     }
 
     /// All passive forces on the free joint, which has neither spring nor damper: fluid, buoyancy, plugin.
