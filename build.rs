@@ -14,6 +14,12 @@
     expect(clippy::print_stderr, clippy::exit, reason = "how a build script tells what is wrong")
 )]
 
+#![allow(
+    clippy::print_stderr,
+    clippy::exit,
+    reason = "how a build script says that it failed"
+)]
+
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     #[cfg(feature = "mujoco")]
