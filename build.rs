@@ -11,9 +11,12 @@
 //! for nothing.
 #![cfg_attr(
     feature = "mujoco",
-    expect(clippy::print_stderr, clippy::exit, reason = "how a build script tells what is wrong")
+    expect(
+        clippy::print_stderr,
+        clippy::exit,
+        reason = "how a build script tells what is wrong"
+    )
 )]
-
 #![allow(
     clippy::print_stderr,
     clippy::exit,
