@@ -9,14 +9,7 @@
 //! Nothing is linked: the bindings are a table of function pointers that is filled at run time from
 //! the MuJoCo that is already there (`src/mujoco/api.rs`). A build without the `mujoco` feature looks
 //! for nothing.
-#![cfg_attr(
-    feature = "mujoco",
-    expect(
-        clippy::print_stderr,
-        clippy::exit,
-        reason = "how a build script tells what is wrong"
-    )
-)]
+
 #![allow(
     clippy::print_stderr,
     clippy::exit,
