@@ -6,35 +6,34 @@ cd "$(dirname "$0")/.."
 source scripts/setup.sh
 
 out=${HYDRO_DEMO_OUT:-demo}
-trials=${HYDRO_DEMO_TRIALS:-300}
-minutes=${HYDRO_DEMO_MINUTES:-4}
 started=$SECONDS
 mkdir -p "$out"
-step() { printf '\n== %s (%d s)\n' "$*" $((SECONDS - started)); }
+step() { printf '\n== %s  (after %d s)\n' "$*" $((SECONDS - started)); }
 
 step 'building'
 cargo build --release --quiet
 hydro=target/release/hydro
+python=.venv/bin/python
 "$hydro" doctor
 
-step "Task 2 data: $trials trajectories of 4 s"
-.venv/bin/python scripts/gen_task2.py --out "$out/task2" --trials "$trials" --seed 0 --resume
+step 'Task 2 data: 600 trajectories of 400 samples'
+"$python" scripts/gen_task2.py --out "$out/task2" --trials 600 --seed 0 --resume
 
-step 'held-out rollouts'
+step 'rollouts that no model was trained on: 20 of 4 s, one of 10 minutes'
 [ -e "$out/rollouts/rollouts.json" ] ||
-  .venv/bin/python scripts/record_rollouts.py --out "$out/rollouts" --count 12 --duration 4 --seed 100
+  "$python" scripts/record_rollouts.py --out "$out/rollouts" --count 20 --duration 4 --seed 100 --overwrite
 [ -e "$out/long/rollouts.json" ] ||
-  .venv/bin/python scripts/record_rollouts.py --out "$out/long" --count 1 --duration 600 --seed 101
+  "$python" scripts/record_rollouts.py --out "$out/long" --count 1 --minutes 10 --seed 101 --overwrite
 
-step "training the attention-ODE, at most $minutes minutes"
-"$hydro" train --data "$out/task2" --out "$out/model" --preset demo --minutes "$minutes" --resume
+step 'training the attention-ODE'
+"$hydro" train --data "$out/task2" --out "$out/model" --preset demo --resume
 
-step 'training the memoryless MLP, at most 1 minute'
-"$hydro" train --data "$out/task2" --out "$out/mlp" --model mlp --preset demo --minutes 1 --resume
+step 'training the memoryless MLP beside it'
+"$hydro" train --data "$out/task2" --out "$out/mlp" --model mlp --preset demo --resume
 
-step 'filming'
-.venv/bin/python scripts/film.py --rollouts "$out/rollouts" --checkpoint "$out/model" --out "$out/swim.mp4" \
-  --frame "$out/swim.png" || echo 'demo: no film (see above); the report goes without'
+step 'filming the robot under the learned wrench'
+"$python" scripts/film.py --rollouts "$out/rollouts" --index 3 --seconds 4 --checkpoint "$out/model" --out "$out/swim.mp4" ||
+  echo 'demo: no film (see above); the report goes without'
 
 step 'open loop, closed loop, ten minutes'
 video=()

@@ -104,10 +104,8 @@ fn named_rooms(code: &str) -> BTreeSet<String> {
                     }
                     _ => {}
                 }
-                if !at_head || c == ',' {
-                    if !word.is_empty() {
-                        rooms.insert(std::mem::take(&mut word));
-                    }
+                if (!at_head || c == ',') && !word.is_empty() {
+                    rooms.insert(std::mem::take(&mut word));
                 }
             }
             if !word.is_empty() {

@@ -195,7 +195,7 @@ fn configuration(args: &Args) -> TrainConfig {
     let mut config = match args.preset {
         Preset::Full => TrainConfig::default(),
         Preset::Release => TrainConfig {
-            epochs: 60,
+            epochs: 40,
             ..TrainConfig::default()
         },
         Preset::Demo => TrainConfig {
