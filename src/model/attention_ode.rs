@@ -69,7 +69,7 @@ impl AttentionOdeConfig {
                 "window, heads, embedding, latent and hidden sizes must be at least 1".to_owned(),
             );
         }
-        (self.embedding % self.heads != 0).then(|| {
+        (!self.embedding.is_multiple_of(self.heads)).then(|| {
             format!(
                 "embedding {} is not divisible by {} heads",
                 self.embedding, self.heads

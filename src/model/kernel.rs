@@ -144,6 +144,19 @@ pub(crate) fn multiply_row(y: &mut [f32], x: &[f32], b: &Panels<f32>) {
     Arch::new().dispatch(RowProduct { y, x, b });
 }
 
+/// a . b with eight independent sums.
+pub(crate) fn dot<T: Real>(a: &[T], b: &[T]) -> T {
+    let mut sums = [T::default(); 8];
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    for (a, b) in a.iter().zip(b) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum += *a * *b;
+        }
+    }
+    let rest: T = a_rest.iter().zip(b_rest).map(|(a, b)| *a * *b).sum();
+    sums.into_iter().sum::<T>() + rest
+}
+
 /// x -> silu(x) in place.
 pub(crate) fn silu(values: &mut [f32]) {
     f32::silu(values);
@@ -367,7 +380,7 @@ fn gate<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
         8.333_452e-3,
         4.166_579_6e-2,
         1.666_666_5e-1,
-        5.000_000_1e-1,
+        0.5,
     ];
     let splat = |value| simd.splat_f32s(value);
     // Beyond 87 the exponential leaves the range of f32; the gate is then 0 or 1 anyway.
