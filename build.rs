@@ -10,6 +10,12 @@
 //! the MuJoCo that is already there (`src/mujoco/api.rs`). A build without the `mujoco` feature looks
 //! for nothing.
 
+#![allow(
+    clippy::print_stderr,
+    clippy::exit,
+    reason = "how a build script says that it failed"
+)]
+
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     #[cfg(feature = "mujoco")]

@@ -119,6 +119,9 @@ def frames(model, run: dict, *, fps: int, width: int, height: int):
         raise OSError(f"MUJOCO_GL={os.environ['MUJOCO_GL']}: {error}") from error
     camera = mujoco.MjvCamera()
     camera.distance, camera.elevation = 2.1, -14.0
+    # The plugin draws arrows of its own, to another scale; the film's stand alone.
+    option = mujoco.MjvOption()
+    option.flags[mujoco.mjtVisFlag.mjVIS_PERTOBJ] = 0
     stage, every = Stage(), round(1 / fps / scene.SAMPLE_PERIOD)
     camera.lookat[:] = run["qpos"][0, :3] - (0, 0, 0.2)
     with renderer:
@@ -128,7 +131,7 @@ def frames(model, run: dict, *, fps: int, width: int, height: int):
             mujoco.mj_forward(model, data)
             camera.lookat[:] += 0.15 * (data.qpos[:3] - (0, 0, 0.12) - camera.lookat)
             camera.azimuth = 132.0 + 5.0 * k * scene.SAMPLE_PERIOD
-            renderer.update_scene(data, camera)
+            renderer.update_scene(data, camera, option)
             stage.dress(renderer.scene, data, water_wrench(model, data, float(run["density"])))
             yield renderer.render()
 

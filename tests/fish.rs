@@ -214,7 +214,7 @@ mod callback {
         let needed = memory(&checkpoint);
         let fine = run(needed, "Euler");
         assert!(
-            fine.contains("Total simulation time") && !fine.contains("hydro"),
+            fine.contains("Steps per second") && !fine.contains("hydro"),
             "{fine}"
         );
         let short = run(needed - 1, "Euler");

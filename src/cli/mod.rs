@@ -1,6 +1,11 @@
 //! The command line: one file a command, each turning flags into a checked configuration and one
 //! library call. Only here may anything be printed.
-#![allow(clippy::print_stdout, clippy::print_stderr)]
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    clippy::exit,
+    reason = "the one room that talks to people"
+)]
 
 mod doctor;
 mod evaluate;

@@ -16,6 +16,9 @@ pub type WrenchLaw<'a> = dyn Fn(&Twist, f64) -> Wrench + 'a;
 /// The wrench that another simulator's water puts on the base at a state: positions, velocities.
 pub type WrenchAtState = dyn FnMut(&[f64], &[f64]) -> Wrench;
 
+/// Builds the truth for a run (its density is part of the scene).
+pub type MakeTruth<'a> = dyn Fn(&Rollout) -> Box<WrenchAtState> + 'a;
+
 /// Where a contender's base wrench comes from.
 pub enum Water<'a> {
     /// The scene's own: a plugin, or MuJoCo's fluid.
@@ -23,7 +26,7 @@ pub enum Water<'a> {
     /// A law of the base twist, evaluated every step.
     Law(Box<WrenchLaw<'a>>),
     /// The true base wrench at the contender's own state, evaluated every step; built for a run's density.
-    Truth(Box<dyn Fn(&Rollout) -> Box<WrenchAtState> + 'a>),
+    Truth(Box<MakeTruth<'a>>),
     /// The recorded true wrench, interpolated between samples. Nothing feeds back: once the motion differs,
     /// the wrench is that of another motion.
     Replayed,

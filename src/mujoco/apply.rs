@@ -91,11 +91,11 @@ fn shape(code: i32) -> waterline::Shape {
     };
     use waterline::Shape;
     const SHAPES: [(u32, Shape); 5] = [
-        (mjGEOM_SPHERE as u32, Shape::Sphere),
-        (mjGEOM_CAPSULE as u32, Shape::Capsule),
-        (mjGEOM_ELLIPSOID as u32, Shape::Ellipsoid),
-        (mjGEOM_CYLINDER as u32, Shape::Cylinder),
-        (mjGEOM_BOX as u32, Shape::Box),
+        (mjGEOM_SPHERE, Shape::Sphere),
+        (mjGEOM_CAPSULE, Shape::Capsule),
+        (mjGEOM_ELLIPSOID, Shape::Ellipsoid),
+        (mjGEOM_CYLINDER, Shape::Cylinder),
+        (mjGEOM_BOX, Shape::Box),
     ];
     SHAPES
         .iter()

@@ -25,9 +25,9 @@ pub(super) fn joints(model: ModelView<'_>) -> Vec<Joint> {
 
 fn kind(code: i32) -> JointKind {
     match code as u32 {
-        code if code == mjJNT_FREE as u32 => JointKind::Free,
-        code if code == mjJNT_BALL as u32 => JointKind::Ball,
-        code if code == mjJNT_SLIDE as u32 => JointKind::Slide,
+        code if code == mjJNT_FREE => JointKind::Free,
+        code if code == mjJNT_BALL => JointKind::Ball,
+        code if code == mjJNT_SLIDE => JointKind::Slide,
         _ => JointKind::Hinge,
     }
 }
@@ -64,8 +64,8 @@ fn base(model: ModelView<'_>, body: usize, joints: &[Joint]) -> Base {
         }
         attitude *= frames::world_from_base(ModelView::quadruple(model.body_quat(), link));
         let first = model.body_jntadr()[link].max(0) as usize;
-        for id in first..first + model.body_jntnum()[link] as usize {
-            let joint = &joints[id];
+        let count = model.body_jntnum()[link] as usize;
+        for (id, joint) in joints.iter().enumerate().skip(first).take(count) {
             match joint.kind {
                 JointKind::Free if link == body => {
                     return Base::Free {

@@ -388,9 +388,9 @@ fn motion(
 /// Semi-axes of the ellipsoid that stands for a geom, as MuJoCo takes them.
 fn semi_axes(kind: c_int, [a, b, c]: [f64; 3]) -> [f64; 3] {
     match kind as u32 {
-        kind if kind == mjGEOM_SPHERE as u32 => [a, a, a],
-        kind if kind == mjGEOM_CAPSULE as u32 => [a, a, a + b],
-        kind if kind == mjGEOM_CYLINDER as u32 => [a, a, b],
+        kind if kind == mjGEOM_SPHERE => [a, a, a],
+        kind if kind == mjGEOM_CAPSULE => [a, a, a + b],
+        kind if kind == mjGEOM_CYLINDER => [a, a, b],
         _ => [a, b, c],
     }
 }

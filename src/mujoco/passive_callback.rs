@@ -48,8 +48,10 @@ const PREFIX: &str = "hydro.";
 /// A callback that was installed before ours; it is called first.
 static EARLIER: AtomicPtr<()> = AtomicPtr::new(std::ptr::null_mut());
 
-/// What was warned of, so that a model that is refused at every step says so once.
-static WARNED: Mutex<Vec<String>> = Mutex::new(Vec::new());
+/// What was warned of, and whether a step had passed, so that a model that is refused at every step says
+/// so once. The first warning falls into the step that the compiler takes to test a model, and a program
+/// may never show what was said there; hence a second one when the simulation moves.
+static WARNED: Mutex<Vec<(String, bool)>> = Mutex::new(Vec::new());
 
 /// Sets `mjcb_passive`.
 pub(super) fn install(api: &Api) {
@@ -69,10 +71,13 @@ pub(super) fn install(api: &Api) {
     }
 }
 
-/// An instance tied to a model, recognised by what the model says.
+/// An instance and its body; `None` where the model asks for none; else why it was refused.
+type Made = Result<Option<(Arc<Instance>, usize)>, String>;
+
+/// What was made of a model, recognised by what the model says.
 struct Tied {
     fingerprint: u64,
-    made: Option<(Arc<Instance>, usize)>,
+    made: Made,
 }
 
 thread_local! {
@@ -94,10 +99,28 @@ unsafe extern "C" fn passive(m: *const mjModel, d: *mut mjData) {
         let Some(mut data) = (unsafe { DataView::new(d, model) }) else {
             return;
         };
-        if let Some((instance, body)) = tied(model) {
-            act(&mut data, &instance, body);
+        match tied(model) {
+            Ok(Some((instance, body))) => act(&mut data, &instance, body),
+            Ok(None) => {}
+            Err(refusal) => tell(model, refusal, data.time() > model.raw().opt.timestep),
         }
     });
+}
+
+fn tell(model: ModelView<'_>, refusal: String, moving: bool) {
+    let text = format!("{refusal}. No force is applied");
+    let news = {
+        let mut warned = WARNED.lock().unwrap_or_else(PoisonError::into_inner);
+        let said = (refusal, moving);
+        let news = !warned.contains(&said);
+        if news {
+            warned.push(said);
+        }
+        news
+    };
+    if news {
+        warn(model.api(), &text);
+    }
 }
 
 fn act(data: &mut DataView<'_>, instance: &Instance, body: usize) {
@@ -130,39 +153,24 @@ fn act(data: &mut DataView<'_>, instance: &Instance, body: usize) {
     }
 }
 
-/// The instance of a model; `None` where the model asks for none, or was refused.
-fn tied(model: ModelView<'_>) -> Option<(Arc<Instance>, usize)> {
+/// What this thread made of a model, at its first evaluation or again after the model changed.
+fn tied(model: ModelView<'_>) -> Made {
     let fingerprint = fingerprint(model);
     let known = TIED.with_borrow(|tied| {
-        tied.as_ref()
-            .filter(|tied| tied.fingerprint == fingerprint)
-            .map(|tied| tied.made.clone())
+        let tied = tied
+            .as_ref()
+            .filter(|tied| tied.fingerprint == fingerprint)?;
+        Some(tied.made.clone())
     });
     if let Some(made) = known {
         return made;
     }
-    let made = match set_up(model) {
-        Ok(made) => made,
-        Err(refusal) => {
-            let news = {
-                let mut warned = WARNED.lock().unwrap_or_else(PoisonError::into_inner);
-                let news = !warned.contains(&refusal);
-                if news {
-                    warned.push(refusal.clone());
-                }
-                news
-            };
-            if news {
-                warn(model.api(), &format!("{refusal}. No force is applied"));
-            }
-            None
-        }
-    };
+    let made = set_up(model);
     TIED.with_borrow_mut(|tied| {
         *tied = Some(Tied {
             fingerprint,
             made: made.clone(),
-        })
+        });
     });
     made
 }
@@ -183,7 +191,7 @@ fn fingerprint(model: ModelView<'_>) -> u64 {
     hasher.finish()
 }
 
-fn set_up(model: ModelView<'_>) -> Result<Option<(Arc<Instance>, usize)>, String> {
+fn set_up(model: ModelView<'_>) -> Made {
     let text = |name: &str| model.custom_text(&format!("{PREFIX}{name}"));
     if text("checkpoint").is_none() {
         return Ok(None);

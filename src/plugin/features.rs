@@ -217,7 +217,7 @@ mod tests {
         let half = std::f64::consts::FRAC_1_SQRT_2;
         let qpos = [1.0, 2.0, 3.0, half, 0.0, 0.0, half, 0.3];
         let qvel = [0.5, 0.2, 0.0, 0.1, 0.2, 0.3, -0.7];
-        let mut sample = [0.0; 13 - 0];
+        let mut sample = [0.0; 13];
         map(&swimmer(), None)
             .unwrap()
             .sample(&qpos, &qvel, None, &mut sample);

@@ -47,7 +47,7 @@ pub enum SetupError {
         path: PathBuf,
         /// What is wrong with it.
         #[source]
-        source: CheckpointError,
+        source: Box<CheckpointError>,
     },
 }
 
@@ -139,7 +139,7 @@ impl Registry {
         }
         let checkpoint = Checkpoint::load(&key).map_err(|source| SetupError::Checkpoint {
             path: key.clone(),
-            source,
+            source: Box::new(source),
         })?;
         let digest = hex(&checkpoint.digest());
         let loaded = Arc::new(Loaded { checkpoint, digest });
@@ -244,7 +244,7 @@ impl Registry {
             .engine(settings.engine, settings.solver)
             .map_err(|source| SetupError::Checkpoint {
                 path: settings.checkpoint.clone(),
-                source,
+                source: Box::new(source),
             })?;
         let engine: Arc<dyn Engine> = Arc::from(engine);
         let mut engines = self.engines.lock().unwrap_or_else(PoisonError::into_inner);

@@ -13,10 +13,13 @@ h1{font-size:1.6em;margin-bottom:.2em}h2{font-size:1.2em;margin-top:2em;border-b
 p.lead{font-size:1.1em}table{border-collapse:collapse;margin:1em 0}
 td,th{padding:.3em .8em;text-align:right;border-bottom:1px solid #e4e4e4}
 td:first-child,th:first-child{text-align:left}tr.subject{background:#eef6ff;font-weight:600}
-.grid{display:grid;grid-template-columns:repeat(auto-fit,minmax(340px,1fr));gap:8px}
+.grid{display:grid;grid-template-columns:repeat(auto-fit,minmax(330px,1fr));gap:8px}
 svg{max-width:100%;height:auto}.legend span{margin-right:1.2em;white-space:nowrap}
 .legend i{display:inline-block;width:1.6em;height:3px;vertical-align:middle;margin-right:.4em}
 .note{color:#555;font-size:.92em}video{max-width:100%;border-radius:6px}code{background:#f4f4f4;padding:.1em .3em}";
+
+/// Distance from the truth up to which a path is drawn [m]: farther, it would hide the others.
+const SHOWN_DISTANCE: f64 = 1.0;
 
 /// A video to embed: its bytes and MIME type.
 #[derive(Clone, Debug)]
@@ -151,7 +154,7 @@ fn open_loop_section(html: &mut String, open_loop: &OpenLoop, subject: &str) {
                 title: output,
                 x: "time [s]",
                 y: &format!("[{unit}]"),
-                size: (520, 240),
+                size: (360, 220),
                 equal: false,
             },
             &series,
@@ -164,8 +167,10 @@ fn closed_loop_section(html: &mut String, closed_loop: &ClosedLoop, subject: &st
     let _ = write!(
         html,
         "<h2>Closed loop: the wrench drives the simulation</h2><p class=\"note\">Same start, controls and pushes as \
-         {} true runs; median over runs (mean \u{b1} standard error). The oracle replays the true base wrench: \
-         what no base wrench can beat, for it cannot replace the water's torque on the leg joints.</p>",
+         {} true runs; median over runs (mean \u{b1} standard error). The oracle at its own state applies the true base \
+         wrench and nothing else: the floor, for a base wrench cannot replace the water's torque on the leg joints. \
+         Replayed, the true wrench is that of another motion as soon as the motion differs. A path is drawn as long \
+         as it is within a metre of the truth.</p>",
         closed_loop.runs
     );
     let mut head = vec![String::new()];
@@ -184,6 +189,12 @@ fn closed_loop_section(html: &mut String, closed_loop: &ClosedLoop, subject: &st
     let rows = closed_loop.rows.iter().map(|row| {
         let mut cells = vec![row.name.clone()];
         let spread = |s: &crate::comparison::Spread, digits: usize| {
+            if !s.mean.is_finite() {
+                return format!(
+                    "{:.digits$} ({} of {} diverged)",
+                    s.median, row.diverged, closed_loop.runs
+                );
+            }
             format!(
                 "{:.digits$} ({:.digits$} \u{b1} {:.digits$})",
                 s.median, s.mean, s.standard_error
@@ -212,13 +223,18 @@ fn closed_loop_section(html: &mut String, closed_loop: &ClosedLoop, subject: &st
     for (title, a, b, x, y) in planes {
         let series = paths.iter().map(|(name, path)| Series {
             name: (*name).to_owned(),
-            points: path.iter().map(|p| (p[a], p[b])).collect(),
+            points: path
+                .iter()
+                .zip(&closed_loop.truth_path)
+                .take_while(|(p, truth)| distance(p, truth) <= SHOWN_DISTANCE)
+                .map(|(p, _)| (p[a], p[b]))
+                .collect(),
         });
         let axes = Axes {
             title,
             x,
             y,
-            size: (520, 360),
+            size: (360, 300),
             equal: true,
         };
         html.push_str(&plot::lines(&axes, &series.collect::<Vec<_>>()));
@@ -230,16 +246,8 @@ fn closed_loop_section(html: &mut String, closed_loop: &ClosedLoop, subject: &st
             .iter()
             .zip(&closed_loop.truth_path)
             .zip(&closed_loop.time)
-            .map(|((p, q), t)| {
-                (
-                    *t,
-                    p.iter()
-                        .zip(q)
-                        .map(|(a, b)| (a - b).powi(2))
-                        .sum::<f64>()
-                        .sqrt(),
-                )
-            })
+            .map(|((p, truth), t)| (*t, distance(p, truth)))
+            .take_while(|(_, distance)| *distance <= SHOWN_DISTANCE)
             .collect(),
     });
     // The truth has no error; an empty line keeps the colours of the legend.
@@ -251,7 +259,7 @@ fn closed_loop_section(html: &mut String, closed_loop: &ClosedLoop, subject: &st
         title: "distance from the truth",
         x: "time [s]",
         y: "[m]",
-        size: (520, 360),
+        size: (360, 300),
         equal: false,
     };
     html.push_str(&plot::lines(
@@ -259,6 +267,14 @@ fn closed_loop_section(html: &mut String, closed_loop: &ClosedLoop, subject: &st
         &std::iter::once(empty).chain(errors).collect::<Vec<_>>(),
     ));
     html.push_str("</div>");
+}
+
+fn distance(p: &[f64; 3], q: &[f64; 3]) -> f64 {
+    p.iter()
+        .zip(q)
+        .map(|(a, b)| (a - b).powi(2))
+        .sum::<f64>()
+        .sqrt()
 }
 
 fn bounds_section(html: &mut String, bounds: &Bounds) {
