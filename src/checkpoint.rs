@@ -64,7 +64,7 @@ pub struct Card {
     pub frames: BTreeMap<String, String>,
     /// Joints that the features name.
     pub joints: Vec<String>,
-    /// Time between samples [s].
+    /// Time between samples, in seconds.
     pub sample_period: f64,
     /// How the ODE is stepped.
     pub solver: Solver,

@@ -50,7 +50,7 @@ pub struct Manifest {
     pub output_units: Vec<String>,
     /// Which frame each vector is expressed in.
     pub frames: BTreeMap<String, String>,
-    /// Time between samples [s].
+    /// Time between samples, in seconds.
     pub sample_period: f64,
     /// T, samples a trajectory.
     pub samples: usize,

@@ -15,7 +15,7 @@ use candle_core::{CpuStorage, CustomOp2, D, Layout, Result, Shape, Tensor, WithD
 use candle_nn::{Init, VarBuilder};
 use rayon::prelude::*;
 
-use super::kernel::Real;
+use super::kernel::{Real, dot};
 
 /// Sizes of an attention layer.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -161,7 +161,7 @@ impl<T: Real> Row<'_, T> {
         let query = &self.qkv[self.range(position, 0, head)];
         for (lag, weight) in weights.iter_mut().enumerate() {
             let key = &self.qkv[self.range(position - lag, 1, head)];
-            let product: T = query.iter().zip(key).map(|(q, k)| *q * *k).sum();
+            let product = dot(query, key);
             let fixed = T::real(slope(head) * lag as f64);
             *weight = product * scale - fixed + self.lag_bias[head * window + lag];
         }
@@ -210,33 +210,36 @@ impl<T: Real> Row<'_, T> {
         let scale = T::real(1.0 / (self.depth() as f64).sqrt());
         let mut weights = vec![T::default(); window];
         let mut d_weights = vec![T::default(); window];
+        let mut d_query = vec![T::default(); self.depth()];
         for (sample, gradient) in gradient.chunks_exact(embedding).enumerate() {
             let position = sample + window - 1;
             for (head, gradient) in gradient.chunks_exact(embedding / heads).enumerate() {
                 self.weights(position, head, &mut weights);
                 for (lag, (weight, d_weight)) in weights.iter().zip(&mut d_weights).enumerate() {
                     let range = self.range(position - lag, 2, head);
-                    *d_weight = gradient
-                        .iter()
-                        .zip(&self.qkv[range.clone()])
-                        .map(|(g, v)| *g * *v)
-                        .sum();
+                    *d_weight = dot(gradient, &self.qkv[range.clone()]);
                     for (d, g) in d_qkv[range].iter_mut().zip(gradient) {
                         *d += *weight * *g;
                     }
                 }
                 // Through the softmax: ds = w (dw - sum w dw).
-                let mean: T = weights.iter().zip(&d_weights).map(|(w, d)| *w * *d).sum();
+                let mean = dot(&weights, &d_weights);
                 let query = self.range(position, 0, head);
+                d_query.fill(T::default());
                 for (lag, (weight, d_weight)) in weights.iter().zip(&d_weights).enumerate() {
                     let d_score = *weight * (*d_weight - mean);
                     d_bias[head * window + lag] += d_score;
                     let key = self.range(position - lag, 1, head);
-                    for i in 0..query.len() {
-                        let (q, k) = (self.qkv[query.start + i], self.qkv[key.start + i]);
-                        d_qkv[query.start + i] += d_score * scale * k;
-                        d_qkv[key.start + i] += d_score * scale * q;
+                    let scaled = d_score * scale;
+                    for (d, k) in d_query.iter_mut().zip(&self.qkv[key.clone()]) {
+                        *d += scaled * *k;
                     }
+                    for (d, q) in d_qkv[key].iter_mut().zip(&self.qkv[query.clone()]) {
+                        *d += scaled * *q;
+                    }
+                }
+                for (d, sum) in d_qkv[query].iter_mut().zip(&d_query) {
+                    *d += *sum;
                 }
             }
         }

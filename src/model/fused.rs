@@ -19,7 +19,7 @@ use super::{
     encoding::Encoder,
     engine::{Engine, SETTLED, SETTLING_STEPS, Scratch},
     field::{FieldConfig, Layers},
-    kernel::{Panels, multiply_row, silu},
+    kernel::{Panels, dot, multiply_row, silu},
     normaliser::Normaliser,
     solver::Solver,
 };
@@ -170,19 +170,6 @@ impl Ode {
         latent.copy_from_slice(&self.output.1);
         multiply_row(latent, seen, &self.output.0);
     }
-}
-
-/// a . b with eight independent sums.
-fn dot(a: &[f32], b: &[f32]) -> f32 {
-    let mut sums = [0.0f32; 8];
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
-    for (a, b) in a.iter().zip(b) {
-        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
-            *sum += a * b;
-        }
-    }
-    let rest: f32 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    sums.iter().sum::<f32>() + rest
 }
 
 impl FusedEngine {

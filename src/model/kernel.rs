@@ -144,6 +144,19 @@ pub(crate) fn multiply_row(y: &mut [f32], x: &[f32], b: &Panels<f32>) {
     Arch::new().dispatch(RowProduct { y, x, b });
 }
 
+/// a . b with eight independent sums.
+pub(crate) fn dot<T: Real>(a: &[T], b: &[T]) -> T {
+    let mut sums = [T::default(); 8];
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    for (a, b) in a.iter().zip(b) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum += *a * *b;
+        }
+    }
+    let rest: T = a_rest.iter().zip(b_rest).map(|(a, b)| *a * *b).sum();
+    sums.into_iter().sum::<T>() + rest
+}
+
 /// x -> silu(x) in place.
 pub(crate) fn silu(values: &mut [f32]) {
     f32::silu(values);
@@ -369,22 +382,43 @@ fn gate<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
         1.666_666_5e-1,
         0.5,
     ];
-    let splat = |value| simd.splat_f32s(value);
     // Beyond 87 the exponential leaves the range of f32; the gate is then 0 or 1 anyway.
-    let t = simd.min_f32s(simd.max_f32s(simd.neg_f32s(x), splat(-87.0)), splat(87.0));
-    let shifted = simd.mul_add_f32s(t, splat(std::f32::consts::LOG2_E), splat(MAGIC));
-    let n = simd.sub_f32s(shifted, splat(MAGIC));
-    let r = simd.negate_mul_add_f32s(n, splat(LN2_HIGH), t);
-    let r = simd.negate_mul_add_f32s(n, splat(LN2_LOW), r);
-    let mut p = splat(POLYNOMIAL[0]);
+    let t = simd.min_f32s(
+        simd.max_f32s(simd.neg_f32s(x), simd.splat_f32s(-87.0)),
+        simd.splat_f32s(87.0),
+    );
+    let shifted = simd.mul_add_f32s(
+        t,
+        simd.splat_f32s(std::f32::consts::LOG2_E),
+        simd.splat_f32s(MAGIC),
+    );
+    let n = simd.sub_f32s(shifted, simd.splat_f32s(MAGIC));
+    let r = simd.negate_mul_add_f32s(n, simd.splat_f32s(LN2_HIGH), t);
+    let r = simd.negate_mul_add_f32s(n, simd.splat_f32s(LN2_LOW), r);
+    let mut p = simd.splat_f32s(POLYNOMIAL[0]);
     for coefficient in &POLYNOMIAL[1..] {
-        p = simd.mul_add_f32s(p, r, splat(*coefficient));
+        p = simd.mul_add_f32s(p, r, simd.splat_f32s(*coefficient));
     }
-    let p = simd.add_f32s(simd.mul_add_f32s(simd.mul_f32s(r, r), p, r), splat(1.0));
+    let p = simd.add_f32s(
+        simd.mul_add_f32s(simd.mul_f32s(r, r), p, r),
+        simd.splat_f32s(1.0),
+    );
     // 2^n: n + 127 into the exponent; the bits of MAGIC fall off at the top.
     let exponent = simd.add_u32s(simd.transmute_u32s_f32s(shifted), simd.splat_u32s(127));
     let power = simd.transmute_f32s_u32s(simd.wrapping_dyn_shl_u32s(exponent, simd.splat_u32s(23)));
-    simd.div_f32s(splat(1.0), simd.mul_add_f32s(p, power, splat(1.0)))
+    simd.div_f32s(
+        simd.splat_f32s(1.0),
+        simd.mul_add_f32s(p, power, simd.splat_f32s(1.0)),
+    )
+}
+
+/// gradient * d silu(z)/dz. A function, not a closure: only what is inlined here is compiled for the vector unit.
+#[inline(always)]
+fn slope<S: Simd>(simd: S, z: S::f32s, gradient: S::f32s) -> S::f32s {
+    let one = simd.splat_f32s(1.0);
+    let gate = gate(simd, z);
+    let slope = simd.mul_add_f32s(z, simd.sub_f32s(one, gate), one);
+    simd.mul_f32s(gradient, simd.mul_f32s(gate, slope))
 }
 
 struct Silu<'a>(&'a mut [f32]);
@@ -412,19 +446,14 @@ impl WithSimd for SiluBackward<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let derivative = |z: S::f32s, gradient: S::f32s| {
-            let one = simd.splat_f32s(1.0);
-            let gate = gate(simd, z);
-            let slope = simd.mul_add_f32s(z, simd.sub_f32s(one, gate), one);
-            simd.mul_f32s(gradient, simd.mul_f32s(gate, slope))
-        };
         let (z, z_rest) = S::as_mut_simd_f32s(self.0);
         let (gradient, gradient_rest) = S::as_simd_f32s(self.1);
         for (z, gradient) in z.iter_mut().zip(gradient) {
-            *z = derivative(*z, *gradient);
+            *z = slope(simd, *z, *gradient);
         }
         if !z_rest.is_empty() {
-            let values = derivative(
+            let values = slope(
+                simd,
                 simd.partial_load_f32s(z_rest),
                 simd.partial_load_f32s(gradient_rest),
             );
