@@ -6,11 +6,12 @@ use anyhow::bail;
 use hydro_plugin::{
     checkpoint::Checkpoint,
     comparison::{
-        Start, open_loop,
+        open_loop,
         open_loop::{Predict, predict_all, predicted},
     },
     dataset::Dataset,
     model::{EngineKind, Solver},
+    training::InitialForce,
 };
 
 use super::{print_json, table::table};
@@ -27,9 +28,9 @@ pub(super) struct Args {
     /// train, val or test.
     #[arg(long, default_value = "test")]
     split: String,
-    /// Force at the first sample: the true one, or the model's own estimate.
-    #[arg(long, value_enum, default_value_t = StartFlag::True)]
-    start: StartFlag,
+    /// Force at the first sample: clean (the true one), recorded (perturbed) or estimate (the model's own).
+    #[arg(long, default_value_t = InitialForce::Clean)]
+    start: InitialForce,
     /// Solver other than the card's: euler or rk4.
     #[arg(long)]
     solver: Option<Solver>,
@@ -39,12 +40,6 @@ pub(super) struct Args {
     /// Print one JSON value and nothing else.
     #[arg(long)]
     json: bool,
-}
-
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum StartFlag {
-    True,
-    Estimate,
 }
 
 /// Runs the command.
@@ -61,20 +56,18 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         );
     }
     let split = data.split(&args.split, None)?;
-    let start = match args.start {
-        StartFlag::True => Start::True,
-        StartFlag::Estimate => Start::Estimate,
-    };
     let engine = checkpoint.engine(args.engine, args.solver)?;
     let name = checkpoint.card.model.kind().to_owned();
-    let rows: Vec<(String, Box<Predict<'_, Infallible>>)> =
-        vec![(name, predicted(predict_all(engine.as_ref(), &split, start)))];
+    let rows: Vec<(String, Box<Predict<'_, Infallible>>)> = vec![(
+        name,
+        predicted(predict_all(engine.as_ref(), &split, args.start)),
+    )];
     let Ok(result) = open_loop(&rows, &split, &manifest.outputs, 0, &|_| ());
     let row = &result.rows[0];
     if args.json {
         return print_json(&serde_json::json!({
-            "checkpoint": args.checkpoint, "data": args.data, "split": args.split, "start": start,
-            "trajectories": result.trajectories, "outputs": result.outputs, "errors": row,
+            "checkpoint": args.checkpoint, "data": args.data, "split": args.split, "start": args.start,
+            "trajectories": result.trajectories, "outputs": result.outputs, "errors": row.errors,
         }));
     }
     println!(
@@ -88,18 +81,18 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         .map(|axis| {
             vec![
                 result.outputs[axis].clone(),
-                format!("{:.3}", row.mae[axis]),
-                format!("{:.3}", row.rmse[axis]),
-                format!("{:.4}", row.nrmse[axis]),
-                format!("{:.4}", row.nrmse_hydrodynamic[axis]),
+                format!("{:.3}", row.errors.mae[axis]),
+                format!("{:.3}", row.errors.rmse[axis]),
+                format!("{:.4}", row.errors.nrmse[axis]),
+                format!("{:.4}", row.errors.nrmse_hydrodynamic[axis]),
             ]
         })
         .chain([vec![
             "pooled".to_owned(),
             String::new(),
             String::new(),
-            format!("{:.4}", row.pooled),
-            format!("{:.4}", row.pooled_hydrodynamic),
+            format!("{:.4}", row.errors.pooled),
+            format!("{:.4}", row.errors.pooled_hydrodynamic),
         ]])
         .collect();
     let head = [

@@ -9,7 +9,7 @@ use anyhow::{Context as _, bail};
 use hydro_plugin::{
     checkpoint::Checkpoint,
     comparison::{
-        Contender, OpenLoop, Start, Summary, Water, bounds, closed_loop,
+        Contender, OpenLoop, Summary, Water, bounds, closed_loop,
         closed_loop::WrenchAtState,
         open_loop,
         open_loop::{Predict, drag_contender, fit_drag, predict_all, predicted},
@@ -28,6 +28,7 @@ use hydro_plugin::{
     report::page::{Video, render},
     rollouts::{Rollout, Rollouts},
     sim::Simulator,
+    training::InitialForce,
 };
 
 use super::{command_line, print_json, progress::Progress, table::table};
@@ -328,16 +329,16 @@ fn open(setup: &Setup, data: &Data) -> anyhow::Result<OpenLoop> {
         };
     let mut rows: Vec<(String, Box<Predict<'_, Infallible>>)> = vec![(
         setup.subject.clone(),
-        learned(&setup.checkpoint, Start::True)?,
+        learned(&setup.checkpoint, InitialForce::Clean)?,
     )];
     rows.push((
         format!("{}, estimated start", setup.subject),
-        learned(&setup.checkpoint, Start::Estimate)?,
+        learned(&setup.checkpoint, InitialForce::Estimate)?,
     ));
     if let Some(mlp) = &setup.mlp {
         rows.push((
             format!("memoryless {}", mlp.card.model.kind()),
-            learned(mlp, Start::Estimate)?,
+            learned(mlp, InitialForce::Estimate)?,
         ));
     }
     for (name, drag) in &data.drags {
@@ -512,15 +513,15 @@ fn show(summary: &Summary) {
             .rows
             .iter()
             .map(|row| {
-                let (force, torque) = (3.min(row.mae.len()), row.mae.len());
+                let (force, torque) = (3.min(row.errors.mae.len()), row.errors.mae.len());
                 vec![
                     row.name.clone(),
-                    format!("{:.2}", mean(&row.mae[..force])),
-                    format!("{:.2}", mean(&row.mae[force..torque])),
-                    format!("{:.2}", mean(&row.rmse[..force])),
-                    format!("{:.2}", mean(&row.rmse[force..torque])),
-                    format!("{:.3}", row.pooled),
-                    format!("{:.3}", row.pooled_hydrodynamic),
+                    format!("{:.2}", mean(&row.errors.mae[..force])),
+                    format!("{:.2}", mean(&row.errors.mae[force..torque])),
+                    format!("{:.2}", mean(&row.errors.rmse[..force])),
+                    format!("{:.2}", mean(&row.errors.rmse[force..torque])),
+                    format!("{:.3}", row.errors.pooled),
+                    format!("{:.3}", row.errors.pooled_hydrodynamic),
                 ]
             })
             .collect();

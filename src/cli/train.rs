@@ -184,8 +184,8 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         "{}: {} epochs; test split: normalised RMSE {:.4}, without buoyancy {:.4}",
         args.out.display(),
         trainer.log().len(),
-        evaluation.pooled,
-        evaluation.pooled_hydrodynamic
+        evaluation.errors.pooled,
+        evaluation.errors.pooled_hydrodynamic
     );
     Ok(())
 }

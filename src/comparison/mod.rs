@@ -9,6 +9,6 @@ pub mod summary;
 
 pub use bounded::{Bounds, Peak, bounds};
 pub use closed_loop::{ClosedLoop, Contender, Spread, Water, closed_loop};
-pub use open_loop::{OpenLoop, OpenLoopRow, Start, open_loop};
+pub use open_loop::{OpenLoop, OpenLoopRow, open_loop};
 pub use step_time::step_times;
 pub use summary::{StepTime, Summary};

@@ -81,8 +81,8 @@ fn lead(summary: &Summary) -> String {
             "On {} trajectories it never saw, the wrench is wrong by {:.1} % of its standard deviation \
              ({:.1} % once buoyancy is taken out). ",
             open_loop.trajectories,
-            100.0 * row.pooled,
-            100.0 * row.pooled_hydrodynamic
+            100.0 * row.errors.pooled,
+            100.0 * row.errors.pooled_hydrodynamic
         );
     }
     let closed_loop = &summary.closed_loop;
@@ -119,10 +119,10 @@ fn open_loop_section(html: &mut String, open_loop: &OpenLoop, subject: &str) {
     head.extend(["nRMSE".to_owned(), "nRMSE, no buoyancy".to_owned()]);
     let rows = open_loop.rows.iter().map(|row| {
         let mut cells = vec![row.name.clone()];
-        cells.extend(row.rmse.iter().map(|value| format!("{value:.2}")));
+        cells.extend(row.errors.rmse.iter().map(|value| format!("{value:.2}")));
         cells.extend([
-            format!("{:.3}", row.pooled),
-            format!("{:.3}", row.pooled_hydrodynamic),
+            format!("{:.3}", row.errors.pooled),
+            format!("{:.3}", row.errors.pooled_hydrodynamic),
         ]);
         cells
     });

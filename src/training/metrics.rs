@@ -60,15 +60,9 @@ impl FromStr for InitialForce {
     }
 }
 
-/// Errors over a split. The first sample of a trajectory is given to the model and does not count.
+/// Errors of predicted wrenches against the clean ones, axis by axis and pooled.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Evaluation {
-    /// Names of the axes.
-    pub outputs: Vec<String>,
-    /// The force at the start.
-    pub start: InitialForce,
-    /// How many trajectories.
-    pub trajectories: usize,
+pub struct Errors {
     /// Mean absolute error of each axis [N, N m].
     pub mae: Vec<f64>,
     /// Root mean square error of each axis [N, N m].
@@ -87,6 +81,20 @@ pub struct Evaluation {
     pub pooled_hydrodynamic: f64,
 }
 
+/// Errors over a split. The first sample of a trajectory is given to the model and does not count.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evaluation {
+    /// Names of the axes.
+    pub outputs: Vec<String>,
+    /// The force at the start.
+    pub start: InitialForce,
+    /// How many trajectories.
+    pub trajectories: usize,
+    /// The errors.
+    #[serde(flatten)]
+    pub errors: Errors,
+}
+
 /// Evaluates a checkpoint on a split.
 ///
 /// ```no_run
@@ -95,7 +103,7 @@ pub struct Evaluation {
 /// let checkpoint = Checkpoint::load("models/b1-task2".as_ref())?;
 /// let test = Dataset::open("data/task2".as_ref())?.split("test", None)?;
 /// let evaluation = evaluate(&checkpoint, &test, InitialForce::Recorded)?;
-/// println!("pooled normalised RMSE {:.3}", evaluation.pooled);
+/// println!("pooled normalised RMSE {:.3}", evaluation.errors.pooled);
 /// # Ok::<(), hydro_plugin::training::TrainError>(())
 /// ```
 pub fn evaluate(
@@ -194,35 +202,27 @@ pub(super) fn evaluate_model(
     start: InitialForce,
 ) -> Result<Evaluation, TrainError> {
     check(model, split)?;
-    let (samples, f) = (split.samples(), split.outputs());
-    let mut sums = Sums::new(f);
+    let size = split.samples() * split.outputs();
+    let mut sums = Sums::new(split.outputs());
     for first in (0..split.len()).step_by(TOGETHER) {
         let range = first..split.len().min(first + TOGETHER);
         let predicted = predict_range(model, split, range.clone(), start)?;
-        for (i, predicted) in range.zip(predicted.chunks_exact(samples * f)) {
-            let [clean, hydrostatic, perturbed] =
-                [split.clean(i), split.hydrostatic(i), split.wrench(i)];
-            for k in 1..samples {
-                let row = |values: &[f32]| -> Vec<f64> {
-                    values[k * f..][..f]
-                        .iter()
-                        .map(|value| f64::from(*value))
-                        .collect()
-                };
-                sums.add(
-                    &row(predicted),
-                    &row(clean),
-                    &row(hydrostatic),
-                    &row(perturbed),
-                );
-            }
+        for (trajectory, predicted) in range.zip(predicted.chunks_exact(size)) {
+            let predicted: Vec<f64> = predicted.iter().map(|value| f64::from(*value)).collect();
+            sums.add_trajectory(&predicted, split, trajectory);
         }
     }
-    Ok(sums.evaluation(outputs.to_vec(), start, split.len()))
+    Ok(Evaluation {
+        outputs: outputs.to_vec(),
+        start,
+        trajectories: split.len(),
+        errors: sums.errors(),
+    })
 }
 
-/// Running sums, axis by axis.
-struct Sums {
+/// Running sums, axis by axis; trajectories are added as they are predicted.
+#[derive(Clone, Debug)]
+pub struct Sums {
     count: f64,
     absolute: Vec<f64>,
     square: Vec<f64>,
@@ -232,7 +232,8 @@ struct Sums {
 }
 
 impl Sums {
-    fn new(axes: usize) -> Self {
+    /// For wrenches of `axes` components.
+    pub fn new(axes: usize) -> Self {
         Self {
             count: 0.0,
             absolute: vec![0.0; axes],
@@ -240,6 +241,28 @@ impl Sums {
             square_perturbed: vec![0.0; axes],
             clean: Moments::new(axes),
             hydrodynamic: Moments::new(axes),
+        }
+    }
+
+    /// Adds a predicted trajectory [T, f], all samples but the first, which is given.
+    pub fn add_trajectory(&mut self, predicted: &[f64], split: &Split, trajectory: usize) {
+        let f = split.outputs();
+        let [clean, hydrostatic, perturbed] = [
+            split.clean(trajectory),
+            split.hydrostatic(trajectory),
+            split.wrench(trajectory),
+        ];
+        for k in 1..split.samples() {
+            let row = |values: &[f32]| -> Vec<f64> {
+                let row = &values[k * f..][..f];
+                row.iter().map(|value| f64::from(*value)).collect()
+            };
+            self.add(
+                &predicted[k * f..][..f],
+                &row(clean),
+                &row(hydrostatic),
+                &row(perturbed),
+            );
         }
     }
 
@@ -260,12 +283,8 @@ impl Sums {
         self.hydrodynamic.add(&hydrodynamic);
     }
 
-    fn evaluation(
-        &self,
-        outputs: Vec<String>,
-        start: InitialForce,
-        trajectories: usize,
-    ) -> Evaluation {
+    /// The errors of everything added.
+    pub fn errors(&self) -> Errors {
         let mean = |sums: &[f64]| -> Vec<f64> { sums.iter().map(|sum| sum / self.count).collect() };
         let root = |sums: &[f64]| -> Vec<f64> { mean(sums).into_iter().map(f64::sqrt).collect() };
         let over = |errors: &[f64], scale: &[f64]| -> Vec<f64> {
@@ -282,14 +301,11 @@ impl Sums {
         let scale = self.clean.std();
         let nrmse = over(&rmse, &scale);
         let nrmse_hydrodynamic = over(&rmse, &self.hydrodynamic.std());
-        Evaluation {
+        Errors {
             pooled_mae: over(&mae, &scale).iter().sum::<f64>() / mae.len() as f64,
             pooled: pool(&nrmse),
             pooled_hydrodynamic: pool(&nrmse_hydrodynamic),
             rmse_perturbed: root(&self.square_perturbed),
-            outputs,
-            start,
-            trajectories,
             mae,
             rmse,
             nrmse,
@@ -309,7 +325,7 @@ mod tests {
         for (predicted, clean, hydrostatic) in [(1.0, 0.0, 0.0), (1.0, 2.0, 1.0), (6.0, 4.0, 2.0)] {
             sums.add(&[predicted], &[clean], &[hydrostatic], &[clean + 1.0]);
         }
-        let found = sums.evaluation(vec!["force.x".to_owned()], InitialForce::Recorded, 1);
+        let found = sums.errors();
         let close = |got: f64, want: f64| assert!((got - want).abs() < 1e-12, "{got} {want}");
         close(found.mae[0], 4.0 / 3.0);
         close(found.rmse[0], 2f64.sqrt());

@@ -21,7 +21,7 @@ use thiserror::Error;
 pub use self::{
     config::{Labels, TrainConfig},
     log::LogRecord,
-    metrics::{Evaluation, InitialForce, UnknownInitialForce, evaluate, predict},
+    metrics::{Errors, Evaluation, InitialForce, Sums, UnknownInitialForce, evaluate, predict},
     trainer::{Observer, Outcome, Progress, Trainer},
 };
 use crate::{checkpoint::CheckpointError, dataset::DatasetError, model::ModelError};

@@ -146,7 +146,7 @@ fn a_linear_relaxation_is_learned_to_near_nothing() {
         let checkpoint = trainer.checkpoint("relaxation", "test").expect("valid");
         let evaluation =
             super::super::evaluate(&checkpoint, &trainer.validation, InitialForce::Recorded);
-        assert!((evaluation.expect("evaluated").pooled - best).abs() < 1e-9);
+        assert!((evaluation.expect("evaluated").errors.pooled - best).abs() < 1e-9);
     }
 }
 

@@ -293,8 +293,11 @@ impl Trainer {
             InitialForce::Recorded,
         )?;
         let place = &mut self.place;
-        if place.best.is_none_or(|best| validation.pooled < best) {
-            place.best = Some(validation.pooled);
+        if place
+            .best
+            .is_none_or(|best| validation.errors.pooled < best)
+        {
+            place.best = Some(validation.errors.pooled);
             place.since_best = 0;
             self.best = self.parameters.snapshot()?;
         } else {
@@ -305,9 +308,9 @@ impl Trainer {
             step: place.step,
             loss: place.loss_sum / place.step_in_epoch.max(1) as f64,
             learning_rate: rate,
-            validation: validation.pooled,
-            validation_hydrodynamic: validation.pooled_hydrodynamic,
-            best: place.best.unwrap_or(validation.pooled),
+            validation: validation.errors.pooled,
+            validation_hydrodynamic: validation.errors.pooled_hydrodynamic,
+            best: place.best.unwrap_or(validation.errors.pooled),
         };
         place.log.push(record.clone());
         place.epoch += 1;
