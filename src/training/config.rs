@@ -62,7 +62,7 @@ impl Default for TrainConfig {
             batch: 32,
             horizon: 50,
             cold_start: 0.1,
-            learning_rate: 2e-3,
+            learning_rate: 4e-3,
             warm_up: 0.03,
             final_share: 0.01,
             weight_decay: 1e-2,
