@@ -35,6 +35,9 @@ pub struct PointMass {
     wrench: Wrench,
     qpos: [f64; 7],
     qvel: [f64; 6],
+    time: f64,
+    /// When the simulation pretends to blow up and to be reset, as MuJoCo does [s].
+    breaks_at: f64,
 }
 
 impl PointMass {
@@ -47,7 +50,14 @@ impl PointMass {
             wrench: Wrench::default(),
             qpos: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
             qvel: [0.0; 6],
+            time: 0.0,
+            breaks_at: f64::INFINITY,
         }
+    }
+
+    /// Blows up at a time [s], and stands still at the origin from then on.
+    pub fn break_at(&mut self, time: f64) {
+        self.breaks_at = time;
     }
 }
 
@@ -61,6 +71,7 @@ impl Simulator for PointMass {
         self.qvel.copy_from_slice(qvel);
         self.push = [0.0; 3];
         self.wrench = Wrench::default();
+        self.time = 0.0;
     }
 
     fn set_control(&mut self, _control: &[f64]) {}
@@ -75,6 +86,12 @@ impl Simulator for PointMass {
 
     fn step(&mut self) {
         let h = self.timestep;
+        self.time += h;
+        if self.diverged() {
+            self.qpos = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+            self.qvel = [0.0; 6];
+            return;
+        }
         for axis in 0..3 {
             let acceleration = (self.push[axis] + self.wrench.force[axis]) / self.mass;
             self.qpos[axis] += h * self.qvel[axis] + 0.5 * h * h * acceleration;
@@ -91,11 +108,7 @@ impl Simulator for PointMass {
     }
 
     fn diverged(&self) -> bool {
-        !self
-            .qpos
-            .iter()
-            .chain(&self.qvel)
-            .all(|value| value.is_finite())
+        self.time >= self.breaks_at
     }
 
     fn water_wrench(&self) -> Wrench {

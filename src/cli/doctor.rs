@@ -28,15 +28,15 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     if args.json {
         return print_json(&findings);
     }
-    println!("hydro {}", findings.hydro);
+    say!("hydro {}", findings.hydro);
     match (findings.mujoco_headers, findings.mujoco_library) {
         (Some(version), Some(library)) => {
-            println!("built for MuJoCo {version}\nlibrary   {library}")
+            say!("built for MuJoCo {version}\nlibrary   {library}")
         }
-        _ => println!("built without MuJoCo (feature `mujoco` is off)"),
+        _ => say!("built without MuJoCo (feature `mujoco` is off)"),
     }
     match findings.plugin {
-        Ok(words) => println!("plugin    {words}"),
+        Ok(words) => say!("plugin    {words}"),
         Err(words) => anyhow::bail!("the plugin does not work here: {words}"),
     }
     Ok(())

@@ -70,7 +70,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             "trajectories": result.trajectories, "outputs": result.outputs, "errors": row.errors,
         }));
     }
-    println!(
+    say!(
         "{} on the {} split of {}: {} trajectories",
         row.name,
         args.split,
@@ -102,6 +102,6 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         "nRMSE",
         "nRMSE, no buoyancy",
     ];
-    println!("{}", table(&head, &axes));
+    say!("{}", table(&head, &axes));
     Ok(())
 }

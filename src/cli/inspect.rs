@@ -53,10 +53,11 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     )
 }
 
-fn facts(rows: &[(&str, String)]) {
+fn facts(rows: &[(&str, String)]) -> anyhow::Result<()> {
     for (name, value) in rows {
-        println!("{name:>18}  {value}");
+        say!("{name:>18}  {value}");
     }
+    Ok(())
 }
 
 fn checkpoint(checkpoint: &Checkpoint) -> anyhow::Result<()> {
@@ -99,8 +100,7 @@ fn checkpoint(checkpoint: &Checkpoint) -> anyhow::Result<()> {
         ("weights sha256", card.weights_sha256.clone()),
         ("command", card.command.clone()),
         ("metrics", card.metrics.to_string()),
-    ]);
-    Ok(())
+    ])
 }
 
 fn dataset(data: &Dataset) -> anyhow::Result<()> {
@@ -117,7 +117,7 @@ fn dataset(data: &Dataset) -> anyhow::Result<()> {
             ),
         ),
         ("manifest sha256", data.sha256().to_owned()),
-    ]);
+    ])?;
     let rows: Vec<Vec<String>> = manifest
         .splits
         .iter()
@@ -129,7 +129,7 @@ fn dataset(data: &Dataset) -> anyhow::Result<()> {
             ]
         })
         .collect();
-    println!("{}", table(&["split", "trajectories", "files"], &rows));
+    say!("{}", table(&["split", "trajectories", "files"], &rows));
     Ok(())
 }
 
@@ -140,7 +140,7 @@ fn rollouts(all: &Rollouts) -> anyhow::Result<()> {
         ("truth", index.model.clone()),
         ("MuJoCo", index.mujoco.clone()),
         ("command", index.command.clone()),
-    ]);
+    ])?;
     let rows: Vec<Vec<String>> = index
         .rollouts
         .iter()
@@ -152,7 +152,7 @@ fn rollouts(all: &Rollouts) -> anyhow::Result<()> {
             ]
         })
         .collect();
-    println!(
+    say!(
         "{}",
         table(&["file", "density [kg/m^3]", "duration [s]"], &rows)
     );
@@ -173,6 +173,5 @@ fn robot(path: &Path) -> anyhow::Result<()> {
             ),
         ),
         ("joints", robot.joint_names().join(" ")),
-    ]);
-    Ok(())
+    ])
 }

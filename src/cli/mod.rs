@@ -7,6 +7,13 @@
     reason = "the one room that talks to people"
 )]
 
+/// `println!` that fails like any other write: a full disk is an error, a closed pipe the end.
+macro_rules! say {
+    ($($word:tt)*) => {
+        $crate::cli::write_line(&format!($($word)*))?
+    };
+}
+
 mod doctor;
 mod evaluate;
 mod inspect;
@@ -16,6 +23,7 @@ mod simulate;
 mod table;
 mod train;
 
+use anyhow::Context as _;
 use clap::{Parser, Subcommand};
 
 /// Learned hydrodynamics for MuJoCo.
@@ -60,8 +68,17 @@ pub(crate) fn print_error(error: &anyhow::Error) {
 
 /// Prints one machine-readable result.
 fn print_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
-    println!("{}", serde_json::to_string_pretty(value)?);
-    Ok(())
+    write_line(&serde_json::to_string_pretty(value)?)
+}
+
+/// Writes a line to standard output; a reader that has gone away ends the program quietly.
+fn write_line(line: &str) -> anyhow::Result<()> {
+    use std::io::Write as _;
+    let mut out = std::io::stdout().lock();
+    match writeln!(out, "{line}").and_then(|()| out.flush()) {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
+        result => result.context("writing to standard output"),
+    }
 }
 
 /// The command as it was typed, for cards and reports.

@@ -136,9 +136,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     if args.json {
         return print_json(&summary);
     }
-    show(&summary);
+    show(&summary)?;
     if let Some(path) = &args.report {
-        println!("report: {}", path.display());
+        say!("report: {}", path.display());
     }
     Ok(())
 }
@@ -493,9 +493,9 @@ fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
 }
 
 /// Prints the one table that a person reads.
-fn show(summary: &Summary) {
+fn show(summary: &Summary) -> anyhow::Result<()> {
     if let Some(open) = &summary.open_loop {
-        println!(
+        say!(
             "Open loop, {} test trajectories, errors against the clean wrench",
             open.trajectories
         );
@@ -525,10 +525,10 @@ fn show(summary: &Summary) {
                 ]
             })
             .collect();
-        println!("{}", table(&head, &rows));
+        say!("{}", table(&head, &rows));
     }
     let closed = &summary.closed_loop;
-    println!(
+    say!(
         "\nClosed loop, {} runs, median distance from the truth",
         closed.runs
     );
@@ -550,14 +550,14 @@ fn show(summary: &Summary) {
             cells
         })
         .collect();
-    println!("{}", table(&head, &rows));
+    say!("{}", table(&head, &rows));
     if let Some(bounds) = &summary.bounds {
         let verdict = if bounds.within(BOUND) {
             "bounded"
         } else {
             "NOT bounded"
         };
-        println!(
+        say!(
             "\n{:.0} minutes under {}: {verdict}; greatest over the truth's: speed {:.2}, rate {:.2}, force {:.2}, torque {:.2} (at most {BOUND})",
             bounds.duration / 60.0,
             summary.subject,
@@ -567,4 +567,5 @@ fn show(summary: &Summary) {
             bounds.torque.ratio()
         );
     }
+    Ok(())
 }

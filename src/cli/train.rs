@@ -11,6 +11,7 @@ use std::{
 use anyhow::{Context as _, bail};
 use clap::ValueEnum;
 use hydro_plugin::{
+    checkpoint::Checkpoint,
     dataset::Dataset,
     model::{AttentionOdeConfig, Encoding, MlpConfig, ModelConfig, Solver},
     training::{
@@ -137,13 +138,14 @@ enum Preset {
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let config = configuration(args);
     let data = Dataset::open(&args.data)?;
-    let folder = RunFolder::new(&args.out);
-    folder.prepare(args)?;
-    if args.resume && folder.finished() {
-        println!("{}: trained already", args.out.display());
-        return Ok(());
-    }
     let mut trainer = Trainer::new(config, &data)?;
+    let folder = RunFolder::new(&args.out)?;
+    if args.resume && folder.finished() {
+        let card = Checkpoint::load(&args.out)?.card;
+        trainer.check_card(&card)?;
+        return report(args, "trained already", &card.metrics);
+    }
+    folder.prepare(args)?;
     if args.resume && trainer.resume(&folder.run)? {
         eprintln!("going on after {} epochs", trainer.log().len());
     }
@@ -175,17 +177,21 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let evaluation = evaluate(&checkpoint, &test, InitialForce::Clean)?;
     checkpoint.card.metrics = serde_json::to_value(&evaluation)?;
     checkpoint.save(&args.out)?;
+    let words = format!("trained for {} epochs", trainer.log().len());
+    report(args, &words, &checkpoint.card.metrics)
+}
+
+/// The last word: what the test split says.
+fn report(args: &Args, words: &str, metrics: &serde_json::Value) -> anyhow::Result<()> {
     if args.json {
-        return print_json(&serde_json::json!({
-            "checkpoint": args.out, "epochs": trainer.log().len(), "test": evaluation,
-        }));
+        return print_json(&serde_json::json!({"checkpoint": args.out, "test": metrics}));
     }
-    println!(
-        "{}: {} epochs; test split: normalised RMSE {:.4}, without buoyancy {:.4}",
+    let figure = |name: &str| metrics[name].as_f64().unwrap_or(f64::NAN);
+    say!(
+        "{}: {words}; test split: normalised RMSE {:.4}, without buoyancy {:.4}",
         args.out.display(),
-        trainer.log().len(),
-        evaluation.errors.pooled,
-        evaluation.errors.pooled_hydrodynamic
+        figure("pooled"),
+        figure("pooled_hydrodynamic")
     );
     Ok(())
 }
@@ -196,17 +202,18 @@ fn configuration(args: &Args) -> TrainConfig {
         Preset::Full => TrainConfig::default(),
         Preset::Release => TrainConfig {
             epochs: 40,
+            learning_rate: 2e-3,
             ..TrainConfig::default()
         },
         Preset::Demo => TrainConfig {
-            epochs: 30,
+            epochs: 25,
             ..TrainConfig::default()
         },
     };
     let hidden = args.hidden.clone().unwrap_or(match args.preset {
         Preset::Full => vec![512; 3],
         Preset::Release => vec![256; 3],
-        Preset::Demo => vec![128; 3],
+        Preset::Demo => vec![256; 2],
     });
     config.model = match args.model {
         Kind::AttentionOde => {
@@ -258,12 +265,14 @@ struct RunFolder {
 }
 
 impl RunFolder {
-    fn new(out: &Path) -> Self {
-        let name = out.file_name().unwrap_or_default().to_string_lossy();
-        Self {
+    fn new(out: &Path) -> anyhow::Result<Self> {
+        let Some(name) = out.file_name() else {
+            bail!("--out {}: expected the name of a folder", out.display());
+        };
+        Ok(Self {
             out: out.to_owned(),
-            run: out.with_file_name(format!("{name}.run")),
-        }
+            run: out.with_file_name(format!("{}.run", name.to_string_lossy())),
+        })
     }
 
     fn name(&self) -> String {
@@ -275,25 +284,28 @@ impl RunFolder {
         self.out.join("card.json").is_file()
     }
 
-    /// Refuses to mix with what is there.
+    /// Refuses to mix with what is there. `--overwrite` clears the run's own folder; the old checkpoint
+    /// stays until the new one takes its place, and anything that is no checkpoint is left alone.
     fn prepare(&self, args: &Args) -> anyhow::Result<()> {
-        if args.out.file_name().is_none() {
+        let is_empty = |path: &Path| {
+            path.read_dir()
+                .is_ok_and(|mut found| found.next().is_none())
+        };
+        if self.out.exists() && !self.finished() && !is_empty(&self.out) {
             bail!(
-                "--out {}: expected the name of a folder",
-                args.out.display()
+                "--out {}: holds something that is no checkpoint (no card.json); choose another folder",
+                self.out.display()
             );
         }
-        let there: Vec<&Path> = [self.out.as_path(), self.run.as_path()]
+        let there = [&self.out, &self.run]
             .into_iter()
-            .filter(|path| path.exists())
-            .collect();
-        if args.overwrite {
-            for path in there {
-                std::fs::remove_dir_all(path)
-                    .with_context(|| format!("removing {}", path.display()))?;
-            }
+            .find(|path| path.exists());
+        if args.overwrite && self.run.exists() {
+            std::fs::remove_dir_all(&self.run)
+                .with_context(|| format!("removing {}", self.run.display()))?;
         } else if !args.resume
-            && let Some(path) = there.first()
+            && !args.overwrite
+            && let Some(path) = there
         {
             bail!(
                 "{} is there already: --resume goes on with it, --overwrite starts anew",

@@ -55,9 +55,15 @@ impl Bounds {
 /// Runs a simulator whose scene holds the water through a long run.
 pub fn bounds(simulator: &mut dyn Simulator, run: &Rollout) -> Bounds {
     let mut reached = [0.0f64; 4];
+    let mut diverged = false;
     drive(simulator, run, &Water::OfTheScene, &mut |simulator| {
+        // After a blow-up MuJoCo resets itself, and the state looks calm again.
+        diverged |= simulator.diverged();
         keep_peaks(&mut reached, simulator.qvel(), simulator.water_wrench());
     });
+    if diverged {
+        reached = [f64::INFINITY; 4];
+    }
     let mut truth = [0.0f64; 4];
     for (velocity, wrench) in run.qvel.rows().zip(run.wrench.rows()).skip(1) {
         let mut values = [0.0; 6];
@@ -98,6 +104,30 @@ fn keep_peaks(peaks: &mut [f64; 4], velocity: &[f64], wrench: Wrench) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{rollouts::Table, sim::PointMass};
+
+    #[test]
+    fn a_simulator_that_blew_up_and_calmed_down_is_out_of_bounds() {
+        let still = |samples: usize, columns| Table::new(vec![0.0; samples * columns], columns);
+        let pose = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+        let run = Rollout {
+            name: "still".into(),
+            density: 1000.0,
+            time: vec![0.0, 0.01, 0.02],
+            qpos: Table::new(pose.repeat(3), 7).expect("whole rows"),
+            qvel: still(3, 6).expect("whole rows"),
+            ctrl: still(2, 1).expect("whole rows"),
+            push: still(2, 6).expect("whole rows"),
+            x: still(3, 1).expect("whole rows"),
+            wrench: still(3, 6).expect("whole rows"),
+            hydrostatic: still(3, 6).expect("whole rows"),
+        };
+        let calm = bounds(&mut PointMass::new(1.0, 0.002), &run);
+        assert_eq!(calm.speed.reached, 0.0);
+        let mut broken = PointMass::new(1.0, 0.002);
+        broken.break_at(0.011);
+        assert_eq!(bounds(&mut broken, &run).speed.reached, f64::INFINITY);
+    }
 
     #[test]
     fn a_run_that_diverged_is_out_of_bounds_however_calm_it_was_later() {

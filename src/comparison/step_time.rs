@@ -2,7 +2,10 @@
 
 use std::time::Instant;
 
-use super::{closed_loop::Contender, summary::StepTime};
+use super::{
+    closed_loop::{Contender, Water},
+    summary::StepTime,
+};
 use crate::rollouts::Rollout;
 
 /// Steps a round.
@@ -10,14 +13,17 @@ const STEPS: usize = 500;
 /// Rounds; contenders take turns, so that a slow moment of the machine strikes all.
 const ROUNDS: usize = 9;
 
-/// Median over rounds of the mean time of a step in each contender's scene, without the work that a
-/// comparison adds to it.
+/// Median over rounds of the mean time of a step, of every contender whose water is its scene's own: a
+/// wrench that the comparison applies from outside costs what no user would pay.
 ///
 /// # Errors
 /// Whatever building a simulator returns.
 pub fn step_times<E>(contenders: &[Contender<'_, E>], run: &Rollout) -> Result<Vec<StepTime>, E> {
     let mut simulators = Vec::new();
     for contender in contenders {
+        if !matches!(contender.water, Water::OfTheScene) {
+            continue;
+        }
         let mut simulator = (contender.simulator)(run)?;
         simulator.restart(run.qpos.row(0), run.qvel.row(0));
         simulator.set_control(run.ctrl.row(0));

@@ -30,6 +30,16 @@ use crate::{checkpoint::CheckpointError, dataset::DatasetError, model::ModelErro
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TrainError {
+    /// A finished checkpoint that is not the one asked for.
+    #[error("the finished checkpoint has another {what}: {found}; asked for: {expected}")]
+    OtherCheckpoint {
+        /// What differs.
+        what: &'static str,
+        /// The checkpoint's.
+        found: String,
+        /// What was asked for.
+        expected: String,
+    },
     /// A setting out of its range.
     #[error("{field} is {found}, expected {expected}")]
     Config {

@@ -168,6 +168,37 @@ impl Trainer {
         Ok(true)
     }
 
+    /// Refuses a finished checkpoint that these settings and data would not give.
+    pub fn check_card(&self, card: &Card) -> Result<(), TrainError> {
+        let data = card
+            .dataset
+            .as_ref()
+            .map_or("", |note| note.sha256.as_str());
+        let pairs = [
+            (
+                "model",
+                format!("{:?}", self.config.model),
+                format!("{:?}", card.model),
+            ),
+            (
+                "solver",
+                self.config.solver.to_string(),
+                card.solver.to_string(),
+            ),
+            ("data set", self.dataset_sha256.clone(), data.to_owned()),
+        ];
+        for (what, expected, found) in pairs {
+            if expected != found {
+                return Err(TrainError::OtherCheckpoint {
+                    what,
+                    found,
+                    expected,
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// How many numbers the weights hold.
     pub fn parameter_count(&self) -> usize {
         self.parameters.count()
