@@ -16,7 +16,7 @@ step 'robot and scenes are what make_b1.py writes'
 .venv/bin/python scripts/make_b1.py --check
 step 'tests without MuJoCo'
 # Its own folder: a build without the feature leaves a library without entry points.
-cargo test --quiet --no-default-features --lib --target-dir target/pure
+cargo test --quiet --no-default-features --features cli --lib --bins --target-dir target/pure
 step 'tests with MuJoCo'
 cargo build --quiet
 cargo test --quiet
