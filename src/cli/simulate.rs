@@ -35,6 +35,8 @@ use super::{command_line, print_json, progress::Progress, table::table};
 
 /// Times at which closed-loop errors are read [s].
 const HORIZONS: [f64; 3] = [1.0, 2.0, 4.0];
+/// Whom the learned wrench must beat.
+const RIVALS: [&str; 3] = ["fitted drag, coupled", "fitted drag, by axis", "box fluid"];
 /// How far beyond the truth's peaks a long run may go.
 const BOUND: f64 = 1.5;
 
@@ -201,10 +203,7 @@ fn read_data(folder: &Path, checkpoint: &Checkpoint) -> anyhow::Result<Data> {
         .with_context(|| format!("{}: fitting the drag rival", folder.display()))?;
     Ok(Data {
         test: dataset.split("test", None)?,
-        drags: vec![
-            ("fitted drag, coupled", coupled),
-            ("fitted drag, by axis", fit.solve_diagonal()),
-        ],
+        drags: vec![(RIVALS[0], coupled), (RIVALS[1], fit.solve_diagonal())],
         dataset,
     })
 }
@@ -235,7 +234,7 @@ fn contenders<'a>(
         });
     }
     all.push(Contender {
-        name: "box fluid".to_owned(),
+        name: RIVALS[2].to_owned(),
         simulator: Box::new(|run| buoyant(&setup.scenes.box_fluid, run.density, true)),
         water: Water::OfTheScene,
     });
@@ -345,7 +344,7 @@ fn open(setup: &Setup, data: &Data) -> anyhow::Result<OpenLoop> {
         rows.push(((*name).to_owned(), drag_contender(drag, layout)));
     }
     rows.push((
-        "box fluid".to_owned(),
+        RIVALS[2].to_owned(),
         predicted(box_fluid(&setup.scenes.box_fluid, layout, test)?),
     ));
     let progress = Progress::new("open loop", rows.len() as u64);
@@ -551,6 +550,12 @@ fn show(summary: &Summary) -> anyhow::Result<()> {
         })
         .collect();
     say!("{}", table(&head, &rows));
+    let ahead = summary.not_beaten(&RIVALS, 2.0);
+    let verdict = match ahead.is_empty() {
+        true => "better than the box fluid and the fitted drags, in open loop and after 2 s in closed loop".to_owned(),
+        false => format!("NOT better than {}", ahead.join(", ")),
+    };
+    say!("\n{}: {verdict}", summary.subject);
     if let Some(bounds) = &summary.bounds {
         let verdict = if bounds.within(BOUND) {
             "bounded"

@@ -29,3 +29,53 @@ pub struct Summary {
     /// Where it all comes from: name and value.
     pub provenance: Vec<(String, String)>,
 }
+
+impl Summary {
+    /// Rivals that are at least as good as the subject somewhere: pooled open-loop error with and without
+    /// hydrostatics, median closed-loop position error at `horizon` [s]. Empty where the subject leads.
+    pub fn not_beaten(&self, rivals: &[&str], horizon: f64) -> Vec<String> {
+        let mut ahead = Vec::new();
+        let mut compare = |what: &str, errors: &[(&str, f64)]| {
+            let of = |name: &str| {
+                errors
+                    .iter()
+                    .find(|(known, _)| *known == name)
+                    .map(|(_, error)| *error)
+            };
+            let subject = of(&self.subject).unwrap_or(f64::INFINITY);
+            for rival in rivals {
+                if of(rival).is_some_and(|error| error <= subject) {
+                    ahead.push(format!("{rival} in {what}"));
+                }
+            }
+        };
+        if let Some(open) = &self.open_loop {
+            let pooled: Vec<_> = open
+                .rows
+                .iter()
+                .map(|row| (row.name.as_str(), row.errors.pooled))
+                .collect();
+            compare("open loop", &pooled);
+            let without: Vec<_> = open
+                .rows
+                .iter()
+                .map(|row| (row.name.as_str(), row.errors.pooled_hydrodynamic))
+                .collect();
+            compare("open loop without buoyancy", &without);
+        }
+        let closed = &self.closed_loop;
+        if let Some(h) = closed
+            .horizons
+            .iter()
+            .position(|known| (known - horizon).abs() < 1e-9)
+        {
+            let position: Vec<_> = closed
+                .rows
+                .iter()
+                .map(|row| (row.name.as_str(), row.position[h].median))
+                .collect();
+            compare("closed loop", &position);
+        }
+        ahead
+    }
+}
