@@ -5,6 +5,14 @@ cd "$(dirname "$0")/.."
 export HYDRO_WITH_DEBIAN_MUJOCO=1
 source scripts/setup.sh
 
+printf '\n== MuJoCo 3.17.0: the bindings fit it too\n'
+other=target/mujoco-3.17.0
+[ -d "$other/mujoco" ] ||
+  .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --target "$other" mujoco==3.17.0
+# `check` leaves no library behind; the tests that follow load the one of the wheel in .venv.
+MUJOCO_DIR="$PWD/$other/mujoco" cargo check --quiet --lib
+export HYDRO_TEST_OTHER_WHEEL=$PWD/$other
+
 scripts/check.sh
 
 printf '\n== Python: data, scenes, plugin\n'
