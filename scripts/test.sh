@@ -8,7 +8,7 @@ source scripts/setup.sh
 printf '\n== MuJoCo 3.17.0: the bindings fit it too\n'
 other=target/mujoco-3.17.0
 [ -d "$other/mujoco" ] ||
-  .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --target "$other" mujoco==3.17.0
+  .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --target "$other" mujoco==3.17.0 typing_extensions
 # `check` leaves no library behind; the tests that follow load the one of the wheel in .venv.
 MUJOCO_DIR="$PWD/$other/mujoco" cargo check --quiet --lib
 export HYDRO_TEST_OTHER_WHEEL=$PWD/$other
