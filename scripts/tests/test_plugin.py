@@ -497,8 +497,11 @@ class Force(unittest.TestCase):
     data = start(model)
     with Warnings() as texts:
       steps(model, data, 100)
-    self.assertEqual(len(texts), 1)
-    self.assertIn('0.003 s does not divide', texts[0])
+      other = start(model)
+      steps(model, other, 100)
+    self.assertEqual(len(texts), 2)  # each start's
+    for text in texts:
+      self.assertIn('0.003 s does not divide', text)
     self.assertAlmostEqual(data.plugin_state[1], 31)
     self.assertAlmostEqual(data.plugin_state[2], 0.3)
 
@@ -581,6 +584,32 @@ class Force(unittest.TestCase):
     self.assertTrue(np.isfinite(steps(model, data, 30)).all())
     self.assertGreater(np.abs(data.sensordata).max(), 0.1)
 
+  def test_not_a_number_gives_no_force_at_once(self):
+    for name in ('lively', 'memoryless'):
+      model = fish({'checkpoint': str(CHECKPOINTS / name)})
+      for count in (0, 12):
+        for field in ('qpos', 'qvel'):
+          data = start(model)
+          steps(model, data, count)
+          getattr(data, field)[0] = np.nan
+          mujoco.mj_forward(model, data)
+          np.testing.assert_array_equal(data.sensordata, 0)
+
+  def test_every_fault_is_told(self):
+    model = fish()
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+
+    def told(data):
+      with Warnings() as texts:
+        data.qvel[0] = np.nan
+        steps(model, data, 5)
+      return sum('until the simulation is reset' in text for text in texts)
+
+    data, other = start(model), start(model)
+    self.assertEqual((told(data), told(other)), (1, 1))
+    mujoco.mj_resetData(model, data)
+    self.assertEqual(told(data), 1)
+
   def test_the_engines_own_reset_works(self):
     model = fish()
     data = start(model)
@@ -592,10 +621,18 @@ class Force(unittest.TestCase):
     self.assertTrue(np.isfinite(steps(model, data, 30)).all())
 
   def test_the_engines_own_fluid_is_warned_of(self):
-    with Warnings() as texts:
-      mujoco.MjData(fish({'density': 1002}, option='density="1000" viscosity="0.001"'))
-    self.assertEqual(len(texts), 1, texts)
-    self.assertIn('the water counts twice', texts[0])
+    for _ in range(2):  # every load
+      with Warnings() as texts:
+        model = fish(option='density="1000" viscosity="0.001"')
+        data = mujoco.MjData(model)
+      self.assertEqual(len(texts), 2, texts)  # the compiler makes a simulation as well
+      for text in texts:
+        self.assertIn('the water counts twice', text)
+      with Warnings() as texts:
+        steps(model, data, 3)
+        mujoco.mj_resetData(model, data)
+        mujoco.mj_copyData(data, model, data)
+      self.assertEqual(texts, [])
 
 
 class LoadCell(unittest.TestCase):

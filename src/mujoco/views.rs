@@ -212,6 +212,11 @@ impl<'a> ModelView<'a> {
         usize::try_from(id).ok()
     }
 
+    /// True where MuJoCo's own fluid acts.
+    pub(super) fn has_fluid(&self) -> bool {
+        self.model.opt.density > 0.0 || self.model.opt.viscosity > 0.0
+    }
+
     pub(super) fn runge_kutta(&self) -> bool {
         self.model.opt.integrator as u32 == mjINT_RK4 as u32
     }
