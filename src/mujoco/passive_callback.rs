@@ -127,15 +127,8 @@ fn act(data: &mut DataView<'_>, instance: &Instance, body: usize) {
     let (state, moment) = data.userdata_and_moment(instance.state_len());
     let starts = Instance::is_cold(state);
     let notice = instance.follow_clock(state, moment);
-    let mut wrench = instance.wrench(state, moment);
-    if let Some(waterline) = instance.settings().waterline {
-        let part = apply::submerged_fraction(data, body, waterline);
-        wrench
-            .force
-            .iter_mut()
-            .chain(&mut wrench.torque)
-            .for_each(|component| *component *= part);
-    }
+    let wrench = instance.wrench(state, moment);
+    let wrench = apply::below_surface(data, body, instance.settings().waterline, wrench);
     if wrench != Wrench::default() {
         apply::add_to_passive(data, body, instance.features().base(), wrench);
     }

@@ -132,15 +132,8 @@ pub(super) struct Applied {
 pub(super) fn applied(data: &mut DataView<'_>, id: usize) -> Option<Applied> {
     let instance = held(data, id)?;
     let body = body_of(data.model(), id)?;
-    let mut wrench = instance.wrench(data.instance_state(id), data.moment());
-    if let Some(waterline) = instance.settings().waterline {
-        let part = apply::submerged_fraction(data, body, waterline);
-        wrench
-            .force
-            .iter_mut()
-            .chain(&mut wrench.torque)
-            .for_each(|component| *component *= part);
-    }
+    let wrench = instance.wrench(data.instance_state(id), data.moment());
+    let wrench = apply::below_surface(data, body, instance.settings().waterline, wrench);
     Some(Applied {
         body,
         wrench,

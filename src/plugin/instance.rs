@@ -241,7 +241,9 @@ impl Instance {
 
     /// What a user should hear of when a model is loaded, where `native_fluid` is MuJoCo's own fluid.
     pub fn notices_at_load(&self, native_fluid: bool) -> impl Iterator<Item = Notice> {
-        native_fluid.then_some(Notice::FluidCountedTwice).into_iter()
+        native_fluid
+            .then_some(Notice::FluidCountedTwice)
+            .into_iter()
     }
 
     /// The wrench at a moment, of a fully submerged robot; changes nothing. Zero where the moment is no
