@@ -36,6 +36,12 @@ fn the_library_in_python() {
     common::memoryless(&["fin"]).save(folder.path(), "memoryless");
     common::constant().save(folder.path(), "constant");
     common::towing().save(folder.path(), "towing");
+    let joints: Vec<String> = ["FR", "FL", "RR", "RL"]
+        .iter()
+        .flat_map(|leg| ["hip", "thigh", "calf"].map(|joint| format!("{leg}_{joint}_joint")))
+        .collect();
+    let joints: Vec<&str> = joints.iter().map(String::as_str).collect();
+    common::lively(&joints).save(folder.path(), "b1");
     let status = Command::new(&python)
         .arg(root.join("scripts/tests/test_plugin.py"))
         .current_dir(folder.path())

@@ -1,7 +1,7 @@
 """The plugin library in the MuJoCo wheel.
 
 Needs HYDRO_TEST_LIBRARY (libhydro_plugin.so) and HYDRO_TEST_CHECKPOINTS (a folder with the test checkpoints
-lively, memoryless, constant and towing); `cargo test --test plugin_python` sets both and runs this file.
+lively, memoryless, constant, towing and b1); `cargo test --test plugin_python` sets both and runs this file.
 """
 
 import copy
@@ -24,6 +24,7 @@ if 'HYDRO_TEST_LIBRARY' not in os.environ:
   raise unittest.SkipTest('run by cargo test --test plugin_python, which makes the checkpoints')
 LIBRARY = os.environ['HYDRO_TEST_LIBRARY']
 CHECKPOINTS = pathlib.Path(os.environ['HYDRO_TEST_CHECKPOINTS'])
+MJCF = pathlib.Path(__file__).resolve().parents[2] / 'mjcf'
 DEBIAN = pathlib.Path('/usr/lib/x86_64-linux-gnu/libmujoco.so.2.2.2')
 
 mujoco.mj_loadPluginLibrary(LIBRARY)
@@ -497,8 +498,11 @@ class Force(unittest.TestCase):
     data = start(model)
     with Warnings() as texts:
       steps(model, data, 100)
-    self.assertEqual(len(texts), 1)
-    self.assertIn('0.003 s does not divide', texts[0])
+      other = start(model)
+      steps(model, other, 100)
+    self.assertEqual(len(texts), 2)  # each start's
+    for text in texts:
+      self.assertIn('0.003 s does not divide', text)
     self.assertAlmostEqual(data.plugin_state[1], 31)
     self.assertAlmostEqual(data.plugin_state[2], 0.3)
 
@@ -527,13 +531,18 @@ class Force(unittest.TestCase):
     np.testing.assert_array_equal(readings[2], 0)
 
   def test_engines_and_solvers_agree(self):
-    ends = {}
-    for engine in ('fused', 'candle'):
-      model = fish({'engine': engine, 'solver': 'rk4'})
+
+    def end(**attributes):
+      model = fish(attributes)
       data = start(model)
       steps(model, data, 100)
-      ends[engine] = data.plugin_state[4:16].copy()
-    np.testing.assert_allclose(ends['fused'], ends['candle'], rtol=1e-4, atol=1e-4)
+      return data.plugin_state[4:16].copy()
+
+    ends = {solver: end(engine='fused', solver=solver) for solver in ('euler', 'rk4')}
+    for solver, expected in ends.items():
+      np.testing.assert_allclose(end(engine='candle', solver=solver), expected, rtol=1e-4, atol=1e-4)
+    self.assertGreater(np.abs(ends['euler'] - ends['rk4']).max(), 1e-3)
+    np.testing.assert_array_equal(end(), ends['euler'])  # the card's
 
   def test_a_memoryless_checkpoint_holds_its_force(self):
     model = fish({'checkpoint': str(CHECKPOINTS / 'memoryless')})
@@ -581,6 +590,32 @@ class Force(unittest.TestCase):
     self.assertTrue(np.isfinite(steps(model, data, 30)).all())
     self.assertGreater(np.abs(data.sensordata).max(), 0.1)
 
+  def test_not_a_number_gives_no_force_at_once(self):
+    for name in ('lively', 'memoryless'):
+      model = fish({'checkpoint': str(CHECKPOINTS / name)})
+      for count in (0, 12):
+        for field in ('qpos', 'qvel'):
+          data = start(model)
+          steps(model, data, count)
+          getattr(data, field)[0] = np.nan
+          mujoco.mj_forward(model, data)
+          np.testing.assert_array_equal(data.sensordata, 0)
+
+  def test_every_fault_is_told(self):
+    model = fish()
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+
+    def told(data):
+      with Warnings() as texts:
+        data.qvel[0] = np.nan
+        steps(model, data, 5)
+      return sum('until the simulation is reset' in text for text in texts)
+
+    data, other = start(model), start(model)
+    self.assertEqual((told(data), told(other)), (1, 1))
+    mujoco.mj_resetData(model, data)
+    self.assertEqual(told(data), 1)
+
   def test_the_engines_own_reset_works(self):
     model = fish()
     data = start(model)
@@ -592,10 +627,87 @@ class Force(unittest.TestCase):
     self.assertTrue(np.isfinite(steps(model, data, 30)).all())
 
   def test_the_engines_own_fluid_is_warned_of(self):
+    for _ in range(2):  # every load
+      with Warnings() as texts:
+        model = fish(option='density="1000" viscosity="0.001"')
+        data = mujoco.MjData(model)
+      self.assertEqual(len(texts), 2, texts)  # the compiler makes a simulation as well
+      for text in texts:
+        self.assertIn('the water counts twice', text)
+      with Warnings() as texts:
+        steps(model, data, 3)
+        mujoco.mj_resetData(model, data)
+        mujoco.mj_copyData(data, model, data)
+      self.assertEqual(texts, [])
+
+
+class Robot(unittest.TestCase):
+  """The B1's own models."""
+
+  def spec(self, name, **attributes):
+    spec = mujoco.MjSpec.from_file(str(MJCF / name))
+    for plugin in spec.plugins:
+      if plugin.plugin_name == 'hydro.wrench':
+        plugin.config = {'checkpoint': str(CHECKPOINTS / 'b1'), **attributes}
+    return spec
+
+  def home(self, model):
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key('home').id)
+    return data
+
+  def hull(self, model, data):
+    """Bounding radii, heights and volumes of the hull's ellipsoids."""
+    hull = [g for g in range(model.ngeom) if model.geom(g).name.endswith('_hull')]
+    self.assertEqual(len(hull), 17)
+    return model.geom_rbound[hull], data.geom_xpos[hull, 2], 4 / 3 * np.pi * model.geom_size[hull].prod(axis=1)
+
+  def test_the_swimming_robot_is_driven(self):
     with Warnings() as texts:
-      mujoco.MjData(fish({'density': 1002}, option='density="1000" viscosity="0.001"'))
-    self.assertEqual(len(texts), 1, texts)
-    self.assertIn('the water counts twice', texts[0])
+      model = self.spec('b1_swim.xml').compile()
+      data = self.home(model)
+      rows = steps(model, data, 200)
+    self.assertEqual(texts, [])
+    self.assertTrue(np.isfinite(rows).all())
+    self.assertGreater(np.abs(data.sensor('water_wrench').data).max(), 0.1)
+    still = self.spec('b1_swim.xml', initial_force='0 0 0 0 0 0').compile()
+    other = self.home(still)
+    mujoco.mj_forward(still, other)
+    np.testing.assert_array_equal(other.sensor('water_wrench').data, 0)
+
+  def test_the_waterline_weighs_the_hull_alone(self):
+    swim = self.spec('b1_swim.xml', waterline='0.05', initial_force='0 0 100 0 0 0')
+    truth = self.spec('b1_truth_default.xml')
+    truth.activate_plugin('hydro.wrench')
+    water = truth.add_plugin(name='water', plugin_name='hydro.wrench', active=True)
+    water.config = {'checkpoint': str(CHECKPOINTS / 'b1'), 'waterline': '0.05', 'initial_force': '0 0 100 0 0 0'}
+    sensor = truth.add_sensor(name='water_wrench', type=mujoco.mjtSensor.mjSENS_PLUGIN)
+    for user in (truth.body('trunk').plugin, sensor.plugin):
+      user.plugin_name, user.name, user.active = 'hydro.wrench', 'water', True
+    for spec, fluid in ((swim, False), (truth, True)):
+      model = spec.compile()
+      self.assertEqual(bool((model.geom_fluid[:, 0] > 0).any()), fluid)
+      model.opt.density = model.opt.viscosity = 0
+      data = self.home(model)
+      mujoco.mj_forward(model, data)
+      radius, height, volume = self.hull(model, data)
+      u = np.clip((0.05 - height + radius) / (2 * radius), 0, 1)
+      part = (volume * u**2 * (3 - 2 * u)).sum() / volume.sum()
+      self.assertTrue(0.3 < part < 0.9, part)
+      np.testing.assert_allclose(data.sensor('water_wrench').data, [0, 0, 100 * part, 0, 0, 0], rtol=1e-9, atol=1e-9)
+
+  def test_the_towed_robot_hangs_with_its_wet_weight(self):
+    model = self.spec('b1_tow.xml').compile()
+    data = self.home(model)
+    rows = steps(model, data, 2500)  # until the legs hang still
+    self.assertTrue(np.isfinite(rows).all())
+    self.assertLess(np.abs(data.qvel).max(), 1e-5)
+    mujoco.mj_forward(model, data)
+    below = model.body_subtreemass[model.site('gantry').bodyid[0]]
+    wet = 9.81 * (below - 1000 * self.hull(model, data)[2].sum())
+    self.assertGreater(wet, 20)
+    force = data.site('gantry').xmat.reshape(3, 3) @ data.sensor('gantry_force').data
+    np.testing.assert_allclose(force[2], wet, rtol=1e-3)
 
 
 class LoadCell(unittest.TestCase):

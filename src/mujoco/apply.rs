@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::views::{DataView, ModelView};
 use crate::{
     frames::{self, Wrench},
-    plugin::{Base, waterline},
+    plugin::{Base, native_fluid::EllipsoidCoefficients, waterline},
 };
 
 /// A rotation of MuJoCo's (nine numbers by rows).
@@ -64,15 +64,38 @@ fn last_dof(model: ModelView<'_>, mut body: usize) -> i32 {
     model.body_dofadr()[body] + model.body_dofnum()[body] - 1
 }
 
-/// Submerged part (0..=1) of the bodies below and at `body`.
-pub(super) fn submerged_fraction(data: &DataView<'_>, body: usize, waterline: f64) -> f64 {
+/// A wrench of a fully submerged robot, less what is lost above the surface.
+pub(super) fn below_surface(
+    data: &DataView<'_>,
+    body: usize,
+    waterline: Option<f64>,
+    mut wrench: Wrench,
+) -> Wrench {
+    if let Some(waterline) = waterline {
+        let part = submerged_fraction(data, body, waterline);
+        wrench
+            .force
+            .iter_mut()
+            .chain(&mut wrench.torque)
+            .for_each(|component| *component *= part);
+    }
+    wrench
+}
+
+/// Submerged part (0..=1) of the hull of the bodies below and at `body`.
+fn submerged_fraction(data: &DataView<'_>, body: usize, waterline: f64) -> f64 {
     let model = data.model();
-    let lumps = (body..model.bodies())
-        .filter(|link| model.hangs_below(*link, body))
-        .flat_map(|link| {
-            let first = model.body_geomadr()[link].max(0) as usize;
-            first..first + model.body_geomnum()[link] as usize
-        })
+    let geoms = || {
+        (body..model.bodies())
+            .filter(|link| model.hangs_below(*link, body))
+            .flat_map(|link| {
+                let first = model.body_geomadr()[link].max(0) as usize;
+                first..first + model.body_geomnum()[link] as usize
+            })
+    };
+    let hull = geoms().map(|geom| part_of_hull(model, geom)).max();
+    let lumps = geoms()
+        .filter(|geom| Some(part_of_hull(model, *geom)) == hull)
         .map(|geom| {
             let size = ModelView::triple(model.geom_size(), geom);
             let radius = model.geom_rbound()[geom];
@@ -83,6 +106,15 @@ pub(super) fn submerged_fraction(data: &DataView<'_>, body: usize, waterline: f6
             }
         });
     waterline::submerged_fraction(waterline, lumps)
+}
+
+/// How surely a geom is part of the hull. Only the surest of a robot count: looks lie over the hull, and
+/// would be counted twice.
+fn part_of_hull(model: ModelView<'_>, geom: usize) -> waterline::PartOfHull {
+    waterline::PartOfHull::of(
+        model.geom_fluid()[EllipsoidCoefficients::LEN * geom],
+        model.geom_group()[geom],
+    )
 }
 
 fn shape(code: i32) -> waterline::Shape {

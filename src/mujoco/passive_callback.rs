@@ -36,7 +36,7 @@ use super::{
 };
 use crate::{
     frames::Wrench,
-    plugin::{Instance, Notice, Registry, Settings, search::SearchPath},
+    plugin::{Instance, Registry, Settings, search::SearchPath},
 };
 
 /// Type of the callback.
@@ -125,23 +125,18 @@ fn tell(model: ModelView<'_>, refusal: String, moving: bool) {
 
 fn act(data: &mut DataView<'_>, instance: &Instance, body: usize) {
     let (state, moment) = data.userdata_and_moment(instance.state_len());
+    let starts = Instance::is_cold(state);
     let notice = instance.follow_clock(state, moment);
-    let mut wrench = instance.wrench(state, moment);
-    if let Some(waterline) = instance.settings().waterline {
-        let part = apply::submerged_fraction(data, body, waterline);
-        wrench
-            .force
-            .iter_mut()
-            .chain(&mut wrench.torque)
-            .for_each(|component| *component *= part);
-    }
+    let wrench = instance.wrench(state, moment);
+    let wrench = apply::below_surface(data, body, instance.settings().waterline, wrench);
     if wrench != Wrench::default() {
         apply::add_to_passive(data, body, instance.features().base(), wrench);
     }
-    if let Some(notice) = notice
-        && instance.is_news(notice)
-    {
-        let model = data.model();
+    // There is no hook at a load, and what is said while a model compiles may never be shown: what a
+    // load would tell is told at each start.
+    let model = data.model();
+    let at_load = starts.then(|| instance.notices_at_load(model.has_fluid()));
+    for notice in at_load.into_iter().flatten().chain(notice) {
         warn(
             model.api(),
             &notice.text(
@@ -231,13 +226,6 @@ fn set_up(model: ModelView<'_>) -> Made {
             "the memory of this checkpoint needs {needed} numbers of user data, the model has {found}; add \
              <size nuserdata=\"{needed}\"/>"
         ));
-    }
-    let option = &model.raw().opt;
-    if (option.density > 0.0 || option.viscosity > 0.0)
-        && instance.is_news(Notice::FluidCountedTwice)
-    {
-        let text = Notice::FluidCountedTwice.text(0.0, option.timestep, instance.sample_period());
-        warn(model.api(), &text);
     }
     Ok(Some((instance, body)))
 }

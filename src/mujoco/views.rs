@@ -125,6 +125,8 @@ impl<'a> ModelView<'a> {
         dof_parentid: i32 = |m| m.nv as i64;
         geom_type: i32 = |m| m.ngeom as i64;
         geom_size: f64 = |m| m.ngeom as i64 * 3;
+        geom_group: i32 = |m| m.ngeom as i64;
+        geom_fluid: f64 = |m| m.ngeom as i64 * 12;
         geom_rbound: f64 = |m| m.ngeom as i64;
         sensor_adr: i32 = |m| m.nsensor as i64;
         sensor_dim: i32 = |m| m.nsensor as i64;
@@ -135,7 +137,6 @@ impl<'a> ModelView<'a> {
     model_slices! {
         body_plugin: i32 = |m| m.nbody as i64;
         body_gravcomp: f64 = |m| m.nbody as i64;
-        geom_fluid: f64 = |m| m.ngeom as i64 * 12;
         sensor_plugin: i32 = |m| m.nsensor as i64;
         site_bodyid: i32 = |m| m.nsite as i64;
         plugin: i32 = |m| m.nplugin as i64;
@@ -210,6 +211,11 @@ impl<'a> ModelView<'a> {
         // SAFETY: a valid C string; MuJoCo checks the kind and returns -1 for an unknown name.
         let id = unsafe { (self.api.functions.mj_name2id)(self.model, kind, name.as_ptr()) };
         usize::try_from(id).ok()
+    }
+
+    /// True where MuJoCo's own fluid acts.
+    pub(super) fn has_fluid(&self) -> bool {
+        self.model.opt.density > 0.0 || self.model.opt.viscosity > 0.0
     }
 
     pub(super) fn runge_kutta(&self) -> bool {

@@ -132,15 +132,8 @@ pub(super) struct Applied {
 pub(super) fn applied(data: &mut DataView<'_>, id: usize) -> Option<Applied> {
     let instance = held(data, id)?;
     let body = body_of(data.model(), id)?;
-    let mut wrench = instance.wrench(data.instance_state(id), data.moment());
-    if let Some(waterline) = instance.settings().waterline {
-        let part = apply::submerged_fraction(data, body, waterline);
-        wrench
-            .force
-            .iter_mut()
-            .chain(&mut wrench.torque)
-            .for_each(|component| *component *= part);
-    }
+    let wrench = instance.wrench(data.instance_state(id), data.moment());
+    let wrench = apply::below_surface(data, body, instance.settings().waterline, wrench);
     Some(Applied {
         body,
         wrench,
@@ -265,7 +258,9 @@ unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int
         match set_up(model, id) {
             Ok((key, instance)) => {
                 data.plugin_data_mut()[id] = key.to_bits() as usize;
-                warn_of_double_counting(model, &instance);
+                for notice in instance.notices_at_load(model.has_fluid()) {
+                    tell(model, &instance, notice, 0.0);
+                }
                 0
             }
             Err(refusal) => {
@@ -277,19 +272,10 @@ unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int
     })
 }
 
-fn warn_of_double_counting(model: ModelView<'_>, instance: &Instance) {
-    let option = &model.raw().opt;
-    if option.density > 0.0 || option.viscosity > 0.0 {
-        tell(model, instance, Notice::FluidCountedTwice, 0.0);
-    }
-}
-
-/// Warns of a notice, once an instance.
+/// Warns of a notice.
 fn tell(model: ModelView<'_>, instance: &Instance, notice: Notice, time: f64) {
-    if instance.is_news(notice) {
-        let text = notice.text(time, model.raw().opt.timestep, instance.sample_period());
-        warn(model.api(), &format!("plugin hydro.wrench: {text}"));
-    }
+    let text = notice.text(time, model.raw().opt.timestep, instance.sample_period());
+    warn(model.api(), &format!("plugin hydro.wrench: {text}"));
 }
 
 unsafe extern "C" fn destroy(d: *mut mjData, id: c_int) {

@@ -19,13 +19,7 @@
 //! [`Instance::advance`] evaluates the network, once a sample. A clock that was moved by hand (or a
 //! state that was replaced without the plugin's) makes the instance start anew from where it is.
 
-use std::{
-    cell::RefCell,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
-};
+use std::{cell::RefCell, sync::Arc};
 
 use super::{
     attributes::{InitialForce, Settings},
@@ -96,7 +90,14 @@ pub struct Moment<'a> {
     pub qvel: &'a [f64],
 }
 
-/// What a user should hear of, once an instance.
+impl Moment<'_> {
+    fn is_finite(&self) -> bool {
+        finite(self.qpos) && finite(self.qvel)
+    }
+}
+
+/// What a user should hear of. That a fault or a start is told once, the memory in the state sees to:
+/// each notice comes with a change of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Notice {
     /// The step does not divide the sample period: features are interpolated.
@@ -128,13 +129,6 @@ impl Notice {
     }
 }
 
-#[derive(Debug, Default)]
-struct Heard {
-    step_does_not_divide: AtomicBool,
-    not_finite: AtomicBool,
-    fluid_counted_twice: AtomicBool,
-}
-
 /// Settings, features and network, tied to one model.
 #[derive(Debug)]
 pub struct Instance {
@@ -144,7 +138,6 @@ pub struct Instance {
     /// Where each output goes in a wrench [f].
     components: Vec<usize>,
     sample_period: f64,
-    heard: Heard,
 }
 
 /// Working memory a thread: two samples, a window, forces and the engine's own.
@@ -208,7 +201,6 @@ impl Instance {
             engine,
             components,
             sample_period: card.sample_period,
-            heard: Heard::default(),
         })
     }
 
@@ -242,19 +234,25 @@ impl Instance {
         cold_start::take(place(state));
     }
 
-    /// True the first time that a notice is given, for this instance in this process.
-    pub fn is_news(&self, notice: Notice) -> bool {
-        let heard = match notice {
-            Notice::StepDoesNotDivide => &self.heard.step_does_not_divide,
-            Notice::NotFinite => &self.heard.not_finite,
-            Notice::FluidCountedTwice => &self.heard.fluid_counted_twice,
-        };
-        !heard.swap(true, Ordering::Relaxed)
+    /// True where a state slice holds no memory yet.
+    pub fn is_cold(state: &[f64]) -> bool {
+        Phase::of(state) == Phase::Cold
     }
 
-    /// The wrench at a moment, of a fully submerged robot; changes nothing.
+    /// What a user should hear of when a model is loaded, where `native_fluid` is MuJoCo's own fluid.
+    pub fn notices_at_load(&self, native_fluid: bool) -> impl Iterator<Item = Notice> {
+        native_fluid
+            .then_some(Notice::FluidCountedTwice)
+            .into_iter()
+    }
+
+    /// The wrench at a moment, of a fully submerged robot; changes nothing. Zero where the moment is no
+    /// number, though only a step's end makes that a fault.
     pub fn wrench(&self, state: &[f64], moment: Moment<'_>) -> Wrench {
-        if state.len() != self.state_len() || Phase::of(state) == Phase::Faulted {
+        if state.len() != self.state_len()
+            || Phase::of(state) == Phase::Faulted
+            || !moment.is_finite()
+        {
             return Wrench::default();
         }
         let outputs = self.components.len();
@@ -287,6 +285,9 @@ impl Instance {
         if state.len() != self.state_len() || Phase::of(state) == Phase::Faulted {
             return None;
         }
+        if !moment.is_finite() {
+            return Some(self.fault(state));
+        }
         let began = moment.time - moment.timestep;
         let slack = SAME_CLOCK * moment.timestep;
         if Phase::of(state) == Phase::Cold || (state[STEP_TIME] - began).abs() > slack {
@@ -309,6 +310,9 @@ impl Instance {
     pub fn follow_clock(&self, state: &mut [f64], moment: Moment<'_>) -> Option<Notice> {
         if state.len() != self.state_len() || Phase::of(state) == Phase::Faulted {
             return None;
+        }
+        if !moment.is_finite() {
+            return Some(self.fault(state));
         }
         let slack = SAME_CLOCK * moment.timestep;
         let elapsed = moment.time - state[STEP_TIME];
@@ -426,7 +430,11 @@ impl Instance {
                     head[SAMPLE_TIME] = due;
                     let fraction = (due - before) / (moment.time - before);
                     self.features.between(previous, sample, fraction, between);
-                    notice = Some(Notice::StepDoesNotDivide);
+                    // A step that does not divide the period misses the first sample after a start
+                    // already.
+                    if head[SAMPLES] == 1.0 {
+                        notice = Some(Notice::StepDoesNotDivide);
+                    }
                 }
                 head[SAMPLES] += 1.0;
                 window.copy_within(inputs.., 0);

@@ -1,11 +1,34 @@
 //! How much of the robot is under water.
 //!
 //! A force model trained on submerged motion holds no depth. With a `waterline` its wrench is scaled by
-//! the submerged part of the volume of the robot's geoms, each taken as the sphere of its bounding
+//! the submerged part of the volume of the robot's hull: the geoms with coefficients of MuJoCo's
+//! ellipsoid fluid, else those in group 3, else all. Each is taken as the sphere of its bounding
 //! radius about its centre and weighted with its own volume. That fades the force out as the robot
 //! surfaces; it is no model of waves, slamming or a changed centre of buoyancy.
 
 use std::f64::consts::PI;
+
+/// How surely a geom is part of the hull, rather than of the looks laid over it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PartOfHull {
+    /// Nothing says so.
+    Perhaps,
+    /// It is in group 3, where MuJoCo's models keep what is not for the eye.
+    ByGroup,
+    /// MuJoCo's ellipsoid fluid acts on it.
+    ByFluid,
+}
+
+impl PartOfHull {
+    /// Of a geom with this interaction coefficient of the ellipsoid fluid (0: none) and this group.
+    pub fn of(fluid: f64, group: i32) -> Self {
+        match group {
+            _ if fluid > 0.0 => Self::ByFluid,
+            3 => Self::ByGroup,
+            _ => Self::Perhaps,
+        }
+    }
+}
 
 /// One geom of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
