@@ -11,6 +11,7 @@ use std::{
 };
 
 use candle_core::{DType, Device, Tensor};
+use rustix::fs::{CWD, RenameFlags, renameat_with};
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
@@ -280,7 +281,7 @@ impl Checkpoint {
     }
 
     /// Writes the folder beside `folder` and renames it; an older checkpoint there is replaced, and stays
-    /// whole until then.
+    /// whole and in its place until then. What runs that died while saving left beside it is removed.
     pub fn save(&self, folder: &Path) -> Result<(), CheckpointError> {
         let io = |path: &Path| {
             let path = path.to_owned();
@@ -292,8 +293,9 @@ impl Checkpoint {
             .unwrap_or(Path::new("."));
         fs::create_dir_all(parent).map_err(io(parent))?;
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
-        let partial = Partial(parent.join(format!(".{name}.{}.partial", std::process::id())));
-        let new = partial.0.join("new");
+        let partial = parent.join(format!(".{name}.{}.partial", std::process::id()));
+        let partial = Partial::new(partial.clone()).map_err(io(&partial))?;
+        let new = partial.folder.join("new");
         fs::create_dir_all(&new).map_err(io(&new))?;
 
         let weights = self.serialise_weights()?;
@@ -313,19 +315,10 @@ impl Checkpoint {
             write().map_err(io(&path))?;
         }
 
-        // A folder cannot be renamed over a full one: the old one steps aside and returns if the new one fails.
-        let old = partial.0.join("old");
-        let replaced = folder.exists();
-        if replaced {
-            fs::rename(folder, &old).map_err(io(folder))?;
-        }
-        fs::rename(&new, folder).map_err(|source| {
-            if replaced {
-                // Nothing more can be done if this fails too; the first error is the one to report.
-                let _ = fs::rename(&old, folder);
-            }
-            io(folder)(source)
-        })
+        replace(&new, folder, &partial.folder.join("old")).map_err(io(folder))?;
+        // Only now: a run killed in a file system without exchange may have left its only copy there.
+        remove_abandoned(parent, &name);
+        Ok(())
     }
 
     /// The weights by name.
@@ -457,13 +450,73 @@ fn numbers(tensor: &Tensor) -> candle_core::Result<Vec<f32>> {
     tensor.flatten_all()?.to_vec1::<f32>()
 }
 
-/// Removes what was left of a save, whole or not.
-struct Partial(PathBuf);
+/// Moves `new` to `folder`. What stood there, if anything, ends up at `new` or at `old`.
+fn replace(new: &Path, folder: &Path, old: &Path) -> io::Result<()> {
+    if !folder.exists() {
+        return fs::rename(new, folder);
+    }
+    // A folder cannot be renamed over a full one, but the two can change places in one step, so that a
+    // process killed at any moment leaves one of them there. Some file systems do not know how.
+    exchange(new, folder).or_else(|_| step_aside(new, folder, old))
+}
+
+/// Lets two paths change places at once.
+fn exchange(one: &Path, other: &Path) -> io::Result<()> {
+    Ok(renameat_with(CWD, one, CWD, other, RenameFlags::EXCHANGE)?)
+}
+
+/// Moves `folder` to `old` and `new` to `folder`; `old` returns if the latter fails.
+fn step_aside(new: &Path, folder: &Path, old: &Path) -> io::Result<()> {
+    fs::rename(folder, old)?;
+    fs::rename(new, folder).inspect_err(|_| {
+        // Nothing more can be done if this fails too; the first error is the one to report.
+        let _ = fs::rename(old, folder);
+    })
+}
+
+/// The folder in which a save is prepared, removed with what is left in it, whole or not.
+struct Partial {
+    folder: PathBuf,
+    /// Locked as long as the save runs; the system lets go of the lock of a process that died.
+    _lock: Option<fs::File>,
+}
+
+impl Partial {
+    fn new(folder: PathBuf) -> io::Result<Self> {
+        fs::create_dir_all(&folder)?;
+        // Where the file system knows no locks the folder passes for abandoned once another save ends.
+        let lock = fs::File::open(&folder).ok();
+        let lock = lock.filter(|lock| lock.try_lock().is_ok());
+        Ok(Self {
+            folder,
+            _lock: lock,
+        })
+    }
+}
 
 impl Drop for Partial {
     fn drop(&mut self) {
         // What cannot be removed is hidden by its name; the outcome of the save is already known.
-        let _ = fs::remove_dir_all(&self.0);
+        let _ = fs::remove_dir_all(&self.folder);
+    }
+}
+
+/// Removes what saves of `name` left in `parent` when they were killed.
+fn remove_abandoned(parent: &Path, name: &str) {
+    for found in names_in(parent) {
+        let process = found
+            .strip_prefix(&format!(".{name}."))
+            .and_then(|rest| rest.strip_suffix(".partial"));
+        if !process.is_some_and(|process| process.parse::<u32>().is_ok()) {
+            continue;
+        }
+        let folder = parent.join(found);
+        let abandoned = fs::File::open(&folder)
+            .is_ok_and(|file| !matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)));
+        if abandoned {
+            // As in `Partial`: the save itself has succeeded.
+            let _ = fs::remove_dir_all(&folder);
+        }
     }
 }
 
@@ -558,6 +611,8 @@ fn parse_weights(bytes: &[u8], path: &Path) -> Result<BTreeMap<String, Tensor>, 
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
     use super::*;
     use crate::model::{AttentionOdeConfig, MlpConfig, Scratch};
 
@@ -691,6 +746,75 @@ mod tests {
         assert!(error.to_string().contains("file"), "{error}");
         Checkpoint::load(&folder).expect("still whole");
         assert_eq!(names_in(root.path()), ["file", "model"]);
+    }
+
+    #[test]
+    fn a_checkpoint_is_in_its_place_at_every_moment_of_its_replacement() {
+        let (root, folder) = saved();
+        let other = root.path().join("other");
+        checkpoint(small()).save(&other).expect("saved");
+        if exchange(&other, &folder).is_err() {
+            // The file system does not know how; the test of the two renames is all there is.
+            return;
+        }
+        let card = folder.join(CARD);
+        let done = AtomicBool::new(false);
+        let absent = std::thread::scope(|scope| {
+            let watcher = scope.spawn(|| {
+                let mut absent = 0;
+                while !done.load(Ordering::Relaxed) {
+                    absent += usize::from(!card.exists());
+                }
+                absent
+            });
+            for _ in 0..20_000 {
+                replace(&other, &folder, &root.path().join("old")).expect("replaced");
+                let old = root.path().join("old");
+                if old.exists() {
+                    fs::rename(old, &other).expect("back");
+                }
+            }
+            done.store(true, Ordering::Relaxed);
+            watcher.join().expect("no panic")
+        });
+        assert_eq!(absent, 0, "times that no card was found");
+    }
+
+    #[test]
+    fn where_folders_cannot_change_places_the_old_one_steps_aside() {
+        let (root, folder) = saved();
+        let (new, old) = (root.path().join("new"), root.path().join("old"));
+        step_aside(&new, &folder, &old).expect_err("there is no new one");
+        Checkpoint::load(&folder).expect("back in its place");
+        let mut other = checkpoint(small());
+        other.card.name = "other".to_owned();
+        other.save(&new).expect("saved");
+        step_aside(&new, &folder, &old).expect("replaced");
+        assert_eq!(Checkpoint::load(&folder).expect("whole").card.name, "other");
+        assert_eq!(Checkpoint::load(&old).expect("whole").card.name, "test");
+    }
+
+    #[test]
+    fn what_dead_runs_left_is_removed_and_nothing_else() {
+        let (root, folder) = saved();
+        let beside = [
+            ".model.1.partial",
+            ".model.2.partial",
+            ".model.2.3.partial",
+            ".model.x.partial",
+        ];
+        for name in beside {
+            fs::create_dir_all(root.path().join(name).join("new")).expect("made");
+        }
+        let running = Partial::new(root.path().join(beside[1])).expect("locked");
+        checkpoint(small()).save(&folder).expect("saved");
+        assert_eq!(
+            names_in(root.path()),
+            [beside[2], beside[1], beside[3], "model"],
+            "that of a running save and those of other names stay"
+        );
+        drop(running);
+        assert_eq!(names_in(root.path()), [beside[2], beside[3], "model"]);
     }
 
     #[test]
