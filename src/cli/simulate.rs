@@ -481,14 +481,18 @@ fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
+    let beside = folder.join(format!(".{}.part", std::process::id()));
     let write = || -> std::io::Result<()> {
         std::fs::create_dir_all(folder)?;
-        let mut file = tempfile::NamedTempFile::new_in(folder)?;
-        std::io::Write::write_all(&mut file, bytes)?;
-        file.persist(path)?;
-        Ok(())
+        std::fs::write(&beside, bytes)?;
+        std::fs::rename(&beside, path)
     };
-    write().with_context(|| format!("writing {}", path.display()))
+    write()
+        .inspect_err(|_| {
+            // The first error is the one to report.
+            let _ = std::fs::remove_file(&beside);
+        })
+        .with_context(|| format!("writing {}", path.display()))
 }
 
 /// Prints the one table that a person reads.

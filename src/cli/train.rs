@@ -206,7 +206,7 @@ fn configuration(args: &Args) -> TrainConfig {
             ..TrainConfig::default()
         },
         Preset::Demo => TrainConfig {
-            epochs: 25,
+            epochs: 50,
             ..TrainConfig::default()
         },
     };

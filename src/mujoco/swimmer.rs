@@ -8,6 +8,9 @@ use crate::{
     sim::Simulator,
 };
 
+/// Speed [m/s, rad/s] beyond which a simulation has blown up; it is not stepped any further.
+const RUNAWAY: f64 = 1e3;
+
 /// A robot whose first joint is free.
 #[derive(Debug)]
 pub struct Swimmer {
@@ -83,10 +86,14 @@ impl Simulator for Swimmer {
     }
 
     fn step(&mut self) {
+        if self.diverged {
+            return;
+        }
         let before = self.data.time();
         self.data.step();
         // MuJoCo answers a state that is no number with a reset, which sets the clock back.
-        self.diverged |= self.data.time() <= before;
+        let runaway = self.data.qvel().iter().any(|v| v.abs() > RUNAWAY);
+        self.diverged = runaway || self.data.time() <= before;
     }
 
     fn qpos(&self) -> &[f64] {
