@@ -626,6 +626,35 @@ class Force(unittest.TestCase):
     self.assertTrue(np.isfinite(data.qpos).all())
     self.assertTrue(np.isfinite(steps(model, data, 30)).all())
 
+  def test_a_density_that_was_never_trained_is_warned_of(self):
+    # The card's mean is 1000, its deviation 20.
+    for density, words in {
+        '1079': [],
+        '1081': ['`density` is 1081', '920.0 to 1080.0'],
+        '0': ['`density` is 0', '920.0 to 1080.0'],
+    }.items():
+      with Warnings() as texts:
+        mujoco.MjData(fish({'density': density}))
+      self.assertEqual(len(texts), 2 if words else 0, texts)
+      for text in texts:
+        for word in words:
+          self.assertIn(word, text)
+
+  def test_a_density_that_changes_nothing_is_warned_of(self):
+    for density, count in {'1000': 0, '1025': 1}.items():
+      xml = LoadCell.TANK.format(
+          wrench='<plugin plugin="hydro.wrench"><instance name="w"><config key="checkpoint" value="'
+          f'{CHECKPOINTS / "towing"}"/><config key="density" value="{density}"/></instance></plugin>',
+          carried='<plugin plugin="hydro.wrench" instance="w"/>',
+          water='', fluid='', coefficients='', gravcomp='', include='',
+      )
+      model = mujoco.MjModel.from_xml_string(xml)
+      with Warnings() as texts:
+        mujoco.MjData(model)
+      self.assertEqual(len(texts), count, texts)
+      for text in texts:
+        self.assertIn('no feature `density`', text)
+
   def test_the_engines_own_fluid_is_warned_of(self):
     for _ in range(2):  # every load
       with Warnings() as texts:
@@ -678,6 +707,7 @@ class Robot(unittest.TestCase):
   def test_the_waterline_weighs_the_hull_alone(self):
     swim = self.spec('b1_swim.xml', waterline='0.05', initial_force='0 0 100 0 0 0')
     truth = self.spec('b1_truth_default.xml')
+    truth.option.density = truth.option.viscosity = 0
     truth.activate_plugin('hydro.wrench')
     water = truth.add_plugin(name='water', plugin_name='hydro.wrench', active=True)
     water.config = {'checkpoint': str(CHECKPOINTS / 'b1'), 'waterline': '0.05', 'initial_force': '0 0 100 0 0 0'}
@@ -687,7 +717,6 @@ class Robot(unittest.TestCase):
     for spec, fluid in ((swim, False), (truth, True)):
       model = spec.compile()
       self.assertEqual(bool((model.geom_fluid[:, 0] > 0).any()), fluid)
-      model.opt.density = model.opt.viscosity = 0
       data = self.home(model)
       mujoco.mj_forward(model, data)
       radius, height, volume = self.hull(model, data)

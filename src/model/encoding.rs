@@ -48,6 +48,16 @@ impl Encoder {
         self.inputs - usize::from(self.quaternion.is_some())
     }
 
+    /// Where the raw feature at `raw` stands in an encoded sample; `None` for a part of a quaternion that is
+    /// replaced.
+    pub fn index_of(&self, raw: usize) -> Option<usize> {
+        match self.quaternion {
+            Some(at) if (at..at + 4).contains(&raw) => None,
+            Some(at) if raw >= at + 4 => Some(raw - 1),
+            _ => Some(raw),
+        }
+    }
+
     /// Calls `put(index, value)` for each number of the encoded sample `x` (SI, length n).
     #[inline]
     pub fn encode(&self, x: &[f64], mut put: impl FnMut(usize, f64)) {
@@ -108,6 +118,15 @@ mod tests {
         let up = encoded(Encoding::Up, &x);
         assert_eq!(up.len(), 12);
         assert_eq!((&up[..2], &up[5..]), (&x[..2], &x[6..]));
+        let layout = FeatureLayout::floating_base(&["a".into()]).expect("valid");
+        let encoder = Encoder::new(Encoding::Up, &layout);
+        for (raw, value) in x.iter().enumerate() {
+            let kept = !(2..6).contains(&raw);
+            assert_eq!(
+                encoder.index_of(raw).map(|at| up[at]),
+                kept.then_some(*value)
+            );
+        }
     }
 
     #[test]

@@ -31,7 +31,7 @@ pub const NAMES: [&str; 8] = [
 ];
 
 /// Density of fresh water [kg/m^3].
-const FRESH_WATER: f64 = 1000.0;
+pub(super) const FRESH_WATER: f64 = 1000.0;
 
 /// The force at the first sample of a run.
 #[derive(Clone, Debug, PartialEq)]

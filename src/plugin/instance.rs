@@ -22,15 +22,15 @@
 use std::{cell::RefCell, sync::Arc};
 
 use super::{
-    attributes::{InitialForce, Settings},
+    attributes::{FRESH_WATER, InitialForce, Settings},
     body::{Body, BodyError},
     cold_start::{self, Place, Start},
     features::FeatureMap,
 };
 use crate::{
-    checkpoint::Checkpoint,
+    checkpoint::{Card, Checkpoint},
     frames::Wrench,
-    model::{Engine, Scratch},
+    model::{Encoder, Engine, Scratch},
 };
 
 /// Names of the outputs a card may have, in the order of a wrench.
@@ -72,6 +72,9 @@ const ON_SAMPLE: f64 = 1e-6;
 /// How far a clock may run off before it counts as moved, as a part of the step.
 const SAME_CLOCK: f64 = 1e-3;
 
+/// Deviations from the mean within which a density counts as trained.
+const TRAINED: f64 = 4.0;
+
 /// Samples that one step may span; a longer jump starts anew.
 const MOST_SAMPLES_A_STEP: usize = 1000;
 
@@ -98,7 +101,7 @@ impl Moment<'_> {
 
 /// What a user should hear of. That a fault or a start is told once, the memory in the state sees to:
 /// each notice comes with a change of it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Notice {
     /// The step does not divide the sample period: features are interpolated.
     StepDoesNotDivide,
@@ -106,6 +109,18 @@ pub enum Notice {
     NotFinite,
     /// The engine's own fluid acts as well.
     FluidCountedTwice,
+    /// The water is unlike any that the model was trained in.
+    DensityOutsideTraining {
+        /// The attribute [kg/m^3].
+        found: f64,
+        /// What the model was trained in, mean and [`TRAINED`] deviations to each side [kg/m^3].
+        trained: (f64, f64),
+    },
+    /// The model has no density among its features.
+    DensityUnused {
+        /// The attribute [kg/m^3].
+        found: f64,
+    },
 }
 
 impl Notice {
@@ -125,6 +140,17 @@ impl Notice {
                  on for every body, so the water counts twice; set both to 0"
                     .to_owned()
             }
+            Self::DensityOutsideTraining {
+                found,
+                trained: (least, most),
+            } => format!(
+                "attribute `density` is {found} kg/m^3; the checkpoint was trained from {least:.1} to {most:.1} \
+                 kg/m^3, and what it predicts elsewhere is a guess"
+            ),
+            Self::DensityUnused { found } => format!(
+                "attribute `density` is {found} kg/m^3; the checkpoint has no feature `density`, so that \
+                 changes nothing"
+            ),
         }
     }
 }
@@ -138,6 +164,7 @@ pub struct Instance {
     /// Where each output goes in a wrench [f].
     components: Vec<usize>,
     sample_period: f64,
+    density_notice: Option<Notice>,
 }
 
 /// Working memory a thread: two samples, a window, forces and the engine's own.
@@ -195,12 +222,14 @@ impl Instance {
                 outputs: card.outputs.clone(),
             });
         }
+        let density_notice = density_notice(card, settings.density);
         Ok(Self {
             settings,
             features,
             engine,
             components,
             sample_period: card.sample_period,
+            density_notice,
         })
     }
 
@@ -244,6 +273,7 @@ impl Instance {
         native_fluid
             .then_some(Notice::FluidCountedTwice)
             .into_iter()
+            .chain(self.density_notice)
     }
 
     /// The wrench at a moment, of a fully submerged robot; changes nothing. Zero where the moment is no
@@ -468,6 +498,22 @@ impl Instance {
         }
         Wrench::from_array(wrench)
     }
+}
+
+/// What to say of a density attribute [kg/m^3] that the card's model cannot be expected to know.
+fn density_notice(card: &Card, found: f64) -> Option<Notice> {
+    let Some(at) = card.features.density() else {
+        let other = (found - FRESH_WATER).abs() > 0.0;
+        return other.then_some(Notice::DensityUnused { found });
+    };
+    let at = Encoder::new(card.model.encoding(), &card.features).index_of(at)?;
+    let (mean, std) = (
+        card.normaliser.input_mean[at],
+        card.normaliser.input_std[at],
+    );
+    let trained = (mean - TRAINED * std, mean + TRAINED * std);
+    let outside = !(trained.0..=trained.1).contains(&found);
+    outside.then_some(Notice::DensityOutsideTraining { found, trained })
 }
 
 fn place(state: &[f64]) -> Place {
