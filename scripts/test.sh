@@ -19,4 +19,4 @@ printf '\n== Python: data, scenes, plugin\n'
 .venv/bin/python -m unittest discover -s scripts/tests
 
 printf '\n== Debian MuJoCo 2.2.2: the same library as a passive callback\n'
-MUJOCO_DIR=/usr cargo test --quiet --no-default-features --features mujoco --target-dir target/debian
+MUJOCO_DIR=/usr cargo test --quiet --target-dir target/debian --lib --bins --test fish

@@ -18,7 +18,7 @@ mod doctor;
 mod evaluate;
 mod inspect;
 mod progress;
-#[cfg(feature = "mujoco")]
+#[cfg(mujoco_plugins)]
 mod simulate;
 mod table;
 mod train;
@@ -41,7 +41,7 @@ enum Command {
     /// Errors of a checkpoint on a data set, in open loop.
     Evaluate(evaluate::Args),
     /// Drive a robot under a learned wrench and compare it with the truth and with rivals.
-    #[cfg(feature = "mujoco")]
+    #[cfg(mujoco_plugins)]
     Simulate(simulate::Args),
     /// Describe a checkpoint, a data set or a folder of rollouts.
     Inspect(inspect::Args),
@@ -54,7 +54,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
     match Cli::parse().command {
         Command::Train(args) => train::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
-        #[cfg(feature = "mujoco")]
+        #[cfg(mujoco_plugins)]
         Command::Simulate(args) => simulate::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Doctor(args) => doctor::run(&args),
