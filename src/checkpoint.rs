@@ -507,7 +507,7 @@ fn remove_abandoned(parent: &Path, name: &str) {
         let process = found
             .strip_prefix(&format!(".{name}."))
             .and_then(|rest| rest.strip_suffix(".partial"));
-        if !process.is_some_and(|process| process.parse::<u32>().is_ok()) {
+        if process.is_none_or(|process| process.parse::<u32>().is_err()) {
             continue;
         }
         let folder = parent.join(found);
