@@ -113,7 +113,7 @@ pub enum Notice {
     DensityOutsideTraining {
         /// The attribute [kg/m^3].
         found: f64,
-        /// What the model was trained in, mean and [`TRAINED`] deviations to each side [kg/m^3].
+        /// What the model was trained in, mean and four standard deviations to each side [kg/m^3].
         trained: (f64, f64),
     },
     /// The model has no density among its features.
