@@ -19,6 +19,7 @@ use thiserror::Error;
 
 use crate::{
     features::FeatureLayout,
+    frames::{frames_fault, output_units_fault},
     model::{
         Encoder, Engine, EngineKind, ForceModel, ModelConfig, ModelError, Network, Normaliser,
         Parameters, Solver, parameters,
@@ -569,17 +570,13 @@ fn check_card(card: &Card, path: &Path) -> Result<(), CheckpointError> {
             card.joints
         ));
     }
-    for (field, found, expected) in [
-        (
-            "feature_units",
-            card.feature_units.len(),
-            card.features.len(),
-        ),
-        ("output_units", card.output_units.len(), card.outputs.len()),
-    ] {
-        if found != expected {
-            return refuse(format!("{field} has {found} entries, expected {expected}"));
-        }
+    let fault = card
+        .features
+        .units_fault(&card.feature_units)
+        .or_else(|| output_units_fault(&card.outputs, &card.output_units))
+        .or_else(|| frames_fault(&card.frames));
+    if let Some(reason) = fault {
+        return refuse(reason);
     }
     Ok(())
 }
@@ -910,7 +907,7 @@ mod tests {
     #[test]
     fn malformed_cards_say_what_is_wrong() {
         type Change = fn(&mut serde_json::Value);
-        let cases: [(Change, &str); 8] = [
+        let cases: [(Change, &str); 12] = [
             (
                 |card| card["schema"] = "hydro-checkpoint/9".into(),
                 "schema is \"hydro-checkpoint/9\", expected",
@@ -942,6 +939,22 @@ mod tests {
             (
                 |card| card["features"][0] = "speed".into(),
                 "unknown feature `speed`",
+            ),
+            (
+                |card| card["feature_units"] = serde_json::json!([]),
+                "feature_units has 0 entries, expected 13",
+            ),
+            (
+                |card| card["feature_units"][0] = "deg".into(),
+                "feature_units gives `position.a` in [deg], expected [rad]",
+            ),
+            (
+                |card| card["output_units"][1] = "lbf".into(),
+                "output_units gives `force.y` in [lbf], expected [N]",
+            ),
+            (
+                |card| card["frames"]["wrench"] = "world".into(),
+                "frames gives `wrench` in \"world\", expected the frame \"base\"",
             ),
         ];
         for (change, expected) in cases {

@@ -44,6 +44,16 @@ impl Feature {
         }
     }
 
+    /// True for [`Self::unit`], and for a slide's unit where the joint may be one.
+    fn has_unit(&self, unit: &str) -> bool {
+        let slide = match self {
+            Self::JointPosition(_) => Some("m"),
+            Self::JointVelocity(_) => Some("m/s"),
+            _ => None,
+        };
+        unit == self.unit() || slide == Some(unit)
+    }
+
     /// True where only a free joint can provide it.
     pub fn needs_free_joint(&self) -> bool {
         matches!(
@@ -191,6 +201,22 @@ impl FeatureLayout {
         self.0.len()
     }
 
+    /// What is wrong with `units` as a `feature_units` list, if anything.
+    pub fn units_fault(&self, units: &[String]) -> Option<String> {
+        if units.len() != self.len() {
+            let (found, expected) = (units.len(), self.len());
+            return Some(format!(
+                "feature_units has {found} entries, expected {expected}"
+            ));
+        }
+        let mut pairs = self.0.iter().zip(units);
+        let (feature, found) = pairs.find(|(feature, unit)| !feature.has_unit(unit))?;
+        Some(format!(
+            "feature_units gives `{feature}` in [{found}], expected [{}]",
+            feature.unit()
+        ))
+    }
+
     /// Never true: an empty list is refused on construction.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
@@ -270,6 +296,25 @@ mod tests {
             serde_json::from_str::<FeatureLayout>(&text).expect("parses"),
             layout
         );
+    }
+
+    #[test]
+    fn units_are_those_of_the_features() {
+        let layout = FeatureLayout::new(vec![Feature::JointPosition("a".into()), Feature::Density])
+            .expect("valid");
+        let fault = |units: &[&str]| {
+            let units: Vec<String> = units.iter().map(|unit| (*unit).to_owned()).collect();
+            layout.units_fault(&units)
+        };
+        assert_eq!(fault(&["rad", "kg/m^3"]), None);
+        assert_eq!(fault(&["m", "kg/m^3"]), None, "the joint may be a slide");
+        for (units, expected) in [
+            (["deg", "kg/m^3"], "`position.a` in [deg], expected [rad]"),
+            (["rad", "m"], "`density` in [m], expected [kg/m^3]"),
+        ] {
+            let message = fault(&units).expect("a fault");
+            assert!(message.contains(expected), "{message}");
+        }
     }
 
     #[test]

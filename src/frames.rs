@@ -4,6 +4,8 @@
 //! is that of the body that carries the plugin (B1: `trunk`). A rotation is named for what it does:
 //! `world_from_base` takes a vector expressed in the base frame to the world frame.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -49,6 +51,40 @@ pub struct Twist {
     pub angular: [f64; 3],
     /// Linear velocity of the base origin relative to the water, in the base frame [m/s].
     pub linear: [f64; 3],
+}
+
+/// What is wrong with `units` as the `output_units` of these force components, if anything: a `force.*` is
+/// in N, a `torque.*` in N m.
+pub fn output_units_fault(outputs: &[String], units: &[String]) -> Option<String> {
+    if units.len() != outputs.len() {
+        let (found, expected) = (units.len(), outputs.len());
+        return Some(format!(
+            "output_units has {found} entries, expected {expected}"
+        ));
+    }
+    outputs.iter().zip(units).find_map(|(output, found)| {
+        let expected = match output.split_once('.')?.0 {
+            "force" => "N",
+            "torque" => "N m",
+            _ => return None,
+        };
+        (found != expected)
+            .then(|| format!("output_units gives `{output}` in [{found}], expected [{expected}]"))
+    })
+}
+
+/// What is wrong with a `frames` map, if anything: vectors that it names are expressed in the base frame,
+/// written `base`, with more words after it or none.
+pub fn frames_fault(frames: &BTreeMap<String, String>) -> Option<String> {
+    ["wrench", "angular_velocity", "linear_velocity"]
+        .into_iter()
+        .find_map(|vector| {
+            let found = frames.get(vector)?;
+            let first = found.split([',', ' ']).next();
+            (first != Some("base")).then(|| {
+                format!("frames gives `{vector}` in \"{found}\", expected the frame \"base\"")
+            })
+        })
 }
 
 /// Rotation `world_from_base` from MuJoCo's `w x y z`. A zero quaternion is the identity, as in MuJoCo.
@@ -105,6 +141,27 @@ mod tests {
         let first = continuous_quaternion(q, None);
         assert!(first[0] > 0.0);
         assert_eq!(continuous_quaternion([0.1, -0.2, -0.3, -0.4], Some(q)), q);
+    }
+
+    #[test]
+    fn vectors_are_in_the_base_frame_or_not_named() {
+        let fault = |vector: &str, frame: &str| {
+            frames_fault(&BTreeMap::from([(vector.to_owned(), frame.to_owned())]))
+        };
+        assert_eq!(frames_fault(&BTreeMap::new()), None);
+        assert_eq!(fault("wrench", "base"), None);
+        assert_eq!(
+            fault("linear_velocity", "base, relative to the water"),
+            None
+        );
+        assert_eq!(fault("quaternion", "world_from_base, w x y z"), None);
+        for frame in ["world", "basement", ""] {
+            let message = fault("angular_velocity", frame).expect("a fault");
+            assert!(
+                message.contains("`angular_velocity`") && message.contains(frame),
+                "{message}"
+            );
+        }
     }
 
     proptest! {

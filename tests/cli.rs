@@ -10,7 +10,7 @@ use std::{
 };
 
 use hydro_plugin::checkpoint::Checkpoint;
-use safetensors::{Dtype, tensor::TensorView};
+use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 use sha2::{Digest as _, Sha256};
 
 const T: usize = 40;
@@ -82,6 +82,32 @@ fn shard(count: usize, salt: usize) -> Vec<u8> {
     safetensors::serialize(tensors, None).unwrap()
 }
 
+fn sha256(data: &[u8]) -> String {
+    let digest = Sha256::digest(data);
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// A safetensors file of f32 with one tensor changed: its shape and its bytes.
+fn with_tensor(
+    file: &Path,
+    changed: &str,
+    change: impl FnOnce(&mut Vec<usize>, &mut Vec<u8>),
+) -> Vec<u8> {
+    let whole = fs::read(file).unwrap();
+    let tensors = SafeTensors::deserialize(&whole).unwrap();
+    let view = tensors.tensor(changed).unwrap();
+    let (mut shape, mut data) = (view.shape().to_vec(), view.data().to_vec());
+    change(&mut shape, &mut data);
+    let view = TensorView::new(view.dtype(), shape, &data).unwrap();
+    let others = tensors.iter().filter(|(name, _)| *name != changed);
+    safetensors::serialize(others.chain([(changed, view)]), None).unwrap()
+}
+
+/// Puts a NaN in the place of the number at `index`.
+fn put_nan(data: &mut [u8], index: usize) {
+    data[4 * index..4 * (index + 1)].copy_from_slice(&f32::NAN.to_le_bytes());
+}
+
 /// A small data set of another robot than B1: nothing is wired to 35 features.
 fn dataset(folder: &Path) {
     fs::create_dir_all(folder).unwrap();
@@ -93,10 +119,7 @@ fn dataset(folder: &Path) {
         let file = format!("{split}-00000-of-00001.safetensors");
         let data = shard(count, salt);
         fs::write(folder.join(&file), &data).unwrap();
-        let digest: String = Sha256::digest(&data)
-            .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect();
+        let digest = sha256(&data);
         splits.insert(
             split.to_owned(),
             serde_json::json!({"trajectories": count, "shards": [{"file": file, "trajectories": count, "sha256": digest}]}),
@@ -205,9 +228,21 @@ fn an_interrupted_run_goes_on_to_the_same_weights() {
             .success()
     );
 
+    for signal in ["INT", "KILL"] {
+        let cut = interrupted_and_resumed(signal, &flags);
+        let weights = |folder: &Path| fs::read(folder.join("weights.safetensors")).unwrap();
+        assert!(
+            weights(&whole.out) == weights(&cut.out),
+            "after SIG{signal} the weights differ from those of an unbroken run"
+        );
+    }
+}
+
+/// Trains, sends a signal as soon as there is something to resume from, and resumes.
+fn interrupted_and_resumed(signal: &str, flags: &[&str]) -> Place {
     let cut = place();
     let mut child = Command::new(env!("CARGO_BIN_EXE_hydro"))
-        .args(train(text(&cut.data), text(&cut.out), &flags))
+        .args(train(text(&cut.data), text(&cut.out), flags))
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
@@ -225,14 +260,14 @@ fn an_interrupted_run_goes_on_to_the_same_weights() {
     }
     assert!(state.exists(), "no state after four seconds");
     Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
+        .args([&format!("-{signal}"), &child.id().to_string()])
         .status()
         .unwrap();
     let interrupted = !child.wait().unwrap().success();
     assert_eq!(
         cut.out.exists(),
         !interrupted,
-        "a checkpoint stands exactly where training finished"
+        "a checkpoint stands exactly where training finished, SIG{signal}"
     );
 
     let resumed: Vec<&str> = flags.iter().copied().chain(["--resume"]).collect();
@@ -242,11 +277,7 @@ fn an_interrupted_run_goes_on_to_the_same_weights() {
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
-    let weights = |folder: &Path| fs::read(folder.join("weights.safetensors")).unwrap();
-    assert!(
-        weights(&whole.out) == weights(&cut.out),
-        "the weights differ from those of an unbroken run"
-    );
+    cut
 }
 
 #[test]
@@ -362,6 +393,59 @@ fn a_checkpoint_that_is_not_whole_is_refused_by_name() {
     )
     .unwrap();
     assert!(refusal(&["inspect", text(out)]).contains("hydro-checkpoint/2"));
+}
+
+#[test]
+fn weights_of_the_right_digest_that_do_not_fit_are_refused_by_name() {
+    let Place { data, out, .. } = &place();
+    assert!(
+        hydro(&train(text(data), text(out), &["--epochs", "1"]))
+            .status
+            .success()
+    );
+    let (weights, card) = (out.join("weights.safetensors"), out.join("card.json"));
+    let described = fs::read_to_string(&card).unwrap();
+    let whole = sha256(&fs::read(&weights).unwrap());
+    assert!(described.contains(&whole), "{described}");
+    let nan = with_tensor(&weights, "field.0.bias", |_, data| put_nan(data, 3));
+    let misshapen = with_tensor(&weights, "field.0.bias", |shape, _| shape.push(1));
+    for (changed, expected) in [
+        (nan, "tensor `field.0.bias` holds NaN at position 3"),
+        (
+            misshapen,
+            "tensor `field.0.bias` is F32 [16, 1], expected F32 [16]",
+        ),
+    ] {
+        fs::write(&weights, &changed).unwrap();
+        fs::write(&card, described.replace(&whole, &sha256(&changed))).unwrap();
+        let message = refusal(&["inspect", text(out)]);
+        assert!(
+            message.contains("weights.safetensors") && message.contains(expected),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn a_row_that_is_not_a_number_is_found() {
+    let Place { data, out, .. } = &place();
+    let file = "train-00000-of-00001.safetensors";
+    let (shard, manifest) = (data.join(file), data.join("manifest.json"));
+    let described = fs::read_to_string(&manifest).unwrap();
+    let whole = sha256(&fs::read(&shard).unwrap());
+    let (trajectory, row, feature) = (5, 17, 1);
+    let changed = with_tensor(&shard, "x", |_, data| {
+        put_nan(data, (trajectory * T + row) * FEATURES.len() + feature);
+    });
+    fs::write(&shard, &changed).unwrap();
+    fs::write(&manifest, described.replace(&whole, &sha256(&changed))).unwrap();
+    let message = refusal(&train(text(data), text(out), &["--epochs", "1"]));
+    let expected = "`x` of trajectory 5, row 17, linear_velocity.x is NaN";
+    assert!(
+        message.contains(file) && message.contains(expected),
+        "{message}"
+    );
+    assert!(!out.exists(), "half a checkpoint was left");
 }
 
 #[test]

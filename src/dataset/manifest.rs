@@ -8,7 +8,10 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use super::DatasetError;
-use crate::features::FeatureLayout;
+use crate::{
+    features::FeatureLayout,
+    frames::{frames_fault, output_units_fault},
+};
 
 /// The schema that this version reads.
 pub const SCHEMA: &str = "hydro-dataset/1";
@@ -98,17 +101,13 @@ impl Manifest {
                 self.sample_period
             ));
         }
-        for (field, found, expected) in [
-            (
-                "feature_units",
-                self.feature_units.len(),
-                self.features.len(),
-            ),
-            ("output_units", self.output_units.len(), self.outputs.len()),
-        ] {
-            if found != expected {
-                return Some(format!("{field} has {found} entries, expected {expected}"));
-            }
+        let conventions = self
+            .features
+            .units_fault(&self.feature_units)
+            .or_else(|| output_units_fault(&self.outputs, &self.output_units))
+            .or_else(|| frames_fault(&self.frames));
+        if conventions.is_some() {
+            return conventions;
         }
         self.splits.iter().find_map(|(name, split)| {
             let sum: usize = split.shards.iter().map(|shard| shard.trajectories).sum();

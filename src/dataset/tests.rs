@@ -248,7 +248,7 @@ fn missing_and_misshapen_tensors_are_named_with_both_shapes() {
 #[test]
 fn malformed_manifests_say_what_is_wrong() {
     type Change = fn(&mut Value);
-    let cases: [(Change, &str); 5] = [
+    let cases: [(Change, &str); 8] = [
         (
             |m| m["features"][0] = "speed".into(),
             "unknown feature `speed`",
@@ -268,6 +268,18 @@ fn malformed_manifests_say_what_is_wrong() {
         (
             |m| m["feature_units"] = json!(["rad"]),
             "feature_units has 1 entries, expected 4",
+        ),
+        (
+            |m| m["feature_units"][2] = "kn".into(),
+            "feature_units gives `linear_velocity.x` in [kn], expected [m/s]",
+        ),
+        (
+            |m| m["output_units"][0] = "kN".into(),
+            "output_units gives `force.x` in [kN], expected [N]",
+        ),
+        (
+            |m| m["frames"]["linear_velocity"] = "world".into(),
+            "frames gives `linear_velocity` in \"world\"",
         ),
     ];
     for (change, expected) in cases {
