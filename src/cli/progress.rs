@@ -72,6 +72,7 @@ impl Progress {
     }
 
     /// One more part is done.
+    #[cfg(mujoco_plugins)]
     pub(super) fn tick(&self, words: &str) {
         let done = match &self.bar {
             Some(bar) => bar.position() + 1,
