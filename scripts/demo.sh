@@ -16,8 +16,8 @@ hydro=target/release/hydro
 python=.venv/bin/python
 "$hydro" doctor
 
-step 'Task 2 data: 800 trajectories of 400 samples'
-"$python" scripts/gen_task2.py --out "$out/task2" --trials 800 --seed 0 --resume
+step 'Task 2 data: 600 trajectories of 400 samples'
+"$python" scripts/gen_task2.py --out "$out/task2" --trials 600 --seed 0 --resume
 
 step 'rollouts that no model was trained on: 20 of 4 s, one of 10 minutes'
 [ -e "$out/rollouts/rollouts.json" ] ||

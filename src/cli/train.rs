@@ -206,7 +206,7 @@ fn configuration(args: &Args) -> TrainConfig {
             ..TrainConfig::default()
         },
         Preset::Demo => TrainConfig {
-            epochs: 50,
+            epochs: 25,
             ..TrainConfig::default()
         },
     };
