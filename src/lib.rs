@@ -4,6 +4,7 @@ pub mod checkpoint;
 pub mod comparison;
 pub mod dataset;
 pub mod drag;
+pub mod effects;
 pub mod features;
 pub mod frames;
 pub mod model;

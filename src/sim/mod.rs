@@ -1,5 +1,7 @@
 //! What a closed loop needs of a simulator, and a closed-form one to test the loop with.
 
+pub mod plant;
+
 use crate::frames::Wrench;
 
 /// A simulated robot with a floating base, driven by controls, pushes and a base wrench.

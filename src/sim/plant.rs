@@ -1,0 +1,200 @@
+//! What `hydro gap` needs of a simulator: a system that can be built with other parameters and with
+//! effects added, started from any state, and stepped.
+
+use thiserror::Error;
+
+use crate::effects::{Entry, card};
+
+/// Why a system could not be built or stepped.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub struct PlantError(pub String);
+
+/// Which uncertainty of the nominal model a [`Knob`] stands for (keys of `nominal.toml`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum KnobClass {
+    /// Masses, relative.
+    Mass,
+    /// Moments of inertia, relative.
+    Inertia,
+    /// Centre of mass [m].
+    CentreOfMass,
+    /// Coefficients of the nominal's fluid, relative.
+    Fluid,
+    /// Actuator gains, relative.
+    Gain,
+    /// Joint damping, relative.
+    Damping,
+}
+
+/// One uncertain number of the nominal model. Zero is the nominal; 0.03 is three per cent more, or, for
+/// a centre of mass, 3 cm along its axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Knob {
+    /// `hull.mass`, `hull.inertia.x`, `thruster_1.gain`.
+    pub name: String,
+    /// Element of the MJCF that it belongs to.
+    pub element: String,
+    /// Which uncertainty.
+    pub class: KnobClass,
+}
+
+/// A body of the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlantBody {
+    /// Its name.
+    pub name: String,
+    /// True for the first body of a tree: the base.
+    pub root: bool,
+    /// True where at least one degree of freedom moves it.
+    pub moves: bool,
+    /// True where it has size and weight of its own and stands in the water.
+    pub wet: bool,
+    /// Its sizes; speeds are zero until the trials are known.
+    pub scale: card::BodyScale,
+}
+
+/// A hinge or slide of the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlantJoint {
+    /// Its name.
+    pub name: String,
+    /// Where its position stands in `qpos`.
+    pub qpos: usize,
+    /// Where its velocity stands in `qvel`.
+    pub dof: usize,
+    /// Its sizes; speeds are zero until the trials are known.
+    pub scale: card::JointScale,
+}
+
+/// An actuator of the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlantActuator {
+    /// Its name.
+    pub name: String,
+    /// Limits of its control, where it has any.
+    pub range: Option<[f64; 2]>,
+    /// True where it pushes at a site (a thruster): inflow matters to it.
+    pub thrusts: bool,
+}
+
+/// What a sensor measures, as far as `gap` must know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SensorKind {
+    /// World position [m].
+    Position,
+    /// Attitude, w x y z.
+    Quaternion,
+    /// Joint position [rad or m].
+    JointPosition,
+    /// Joint velocity [rad/s or m/s].
+    JointVelocity,
+    /// Angular velocity [rad/s].
+    AngularVelocity,
+    /// Linear velocity [m/s].
+    LinearVelocity,
+    /// Linear acceleration [m/s^2].
+    Acceleration,
+    /// Force [N].
+    Force,
+    /// Torque [N m].
+    Torque,
+    /// Anything else.
+    Other,
+}
+
+/// A sensor of the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlantSensor {
+    /// Its name.
+    pub name: String,
+    /// What it measures.
+    pub kind: SensorKind,
+    /// Where its numbers start in `sensordata`.
+    pub start: usize,
+    /// How many there are.
+    pub len: usize,
+    /// Standard deviation of its noise, its MJCF `noise`; zero where the model says none.
+    pub noise: f64,
+    /// Unit of a reading.
+    pub unit: &'static str,
+    /// The body whose full pose or velocity it gives in that body's own frame origin, where it does: used
+    /// to read a first state off the sensors.
+    pub frame_of: Option<String>,
+    /// The joint that it reads, where it does.
+    pub joint: Option<String>,
+}
+
+/// All that `gap` knows of a system.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlantDescription {
+    /// Step [s].
+    pub timestep: f64,
+    /// Length of `qpos`.
+    pub nq: usize,
+    /// Length of `qvel`.
+    pub nv: usize,
+    /// Length of the full-physics state, as a trial's `initial_state` has it.
+    pub state_len: usize,
+    /// Moving bodies first to last.
+    pub bodies: Vec<PlantBody>,
+    /// Hinges and slides.
+    pub joints: Vec<PlantJoint>,
+    /// Actuators, in the order of `ctrl`.
+    pub actuators: Vec<PlantActuator>,
+    /// Sensors.
+    pub sensors: Vec<PlantSensor>,
+    /// Uncertain numbers.
+    pub knobs: Vec<Knob>,
+    /// True where a learned or native fluid acts already, so that a current has something to act through.
+    pub has_water: bool,
+}
+
+/// A system that can be simulated under hypotheses.
+pub trait Plant: Send + Sync {
+    /// What it consists of.
+    fn description(&self) -> &PlantDescription;
+
+    /// A simulation with knobs turned (`PlantDescription::knobs` long) and effects added. Effects on
+    /// sensors are not applied here: they belong to the measurement.
+    ///
+    /// # Errors
+    /// An unknown target, a wrong number of parameters, a model that MuJoCo refuses.
+    fn simulation(
+        &self,
+        knobs: &[f64],
+        effects: &[Entry],
+    ) -> Result<Box<dyn Simulation>, PlantError>;
+}
+
+/// One simulation. Sensors keep MuJoCo's convention: after [`Simulation::step`] they show the state at
+/// which that step began.
+pub trait Simulation: Send {
+    /// Forgets everything: initial state, cold memories, time zero.
+    fn reset(&mut self);
+    /// Time [s].
+    fn time(&self) -> f64;
+    /// Starts from a full-physics state of the nominal (time, qpos, qvel, act, plugin), with the memory of
+    /// effects cold.
+    fn restart(&mut self, state: &[f64]);
+    /// Sets time, positions and velocities; memories stay.
+    fn set_motion(&mut self, time: f64, qpos: &[f64], qvel: &[f64]);
+    /// Positions [nq].
+    fn qpos(&self) -> &[f64];
+    /// Velocities [nv].
+    fn qvel(&self) -> &[f64];
+    /// Moves along a tangent [2 nv]: positions (rotations as rotation vectors, body frame), velocities.
+    fn retract(&mut self, tangent: &[f64]);
+    /// Everything, memories too.
+    fn save(&self) -> Vec<f64>;
+    /// Goes back to what [`Simulation::save`] of a simulation of the same effects gave.
+    fn load(&mut self, saved: &[f64]);
+    /// The command as logged, for the next step.
+    fn set_control(&mut self, control: &[f64]);
+    /// One step.
+    fn step(&mut self);
+    /// Readings at the beginning of the last step; force and torque sensors show what was added.
+    fn sensors(&self) -> &[f64];
+    /// True where the simulation has blown up since it was last started.
+    fn diverged(&self) -> bool;
+}
