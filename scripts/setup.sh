@@ -9,7 +9,7 @@ need() { # need FILE-OR-GLOB PACKAGE...
   compgen -G "$1" >/dev/null || missing+=("${@:2}")
 }
 need '/usr/bin/cc' build-essential
-need '/usr/lib/llvm-*/lib/libclang*.so*' libclang-dev
+need '/usr/lib/llvm-*/lib/libclang.so*' libclang-dev # libclang-cpp.so is another library
 need '/usr/lib/*/libEGL.so.1' libegl1 libgl1-mesa-dri
 need "/usr/lib/*/dri/swrast_dri.so" libgl1-mesa-dri
 need '/usr/lib/python3*/ensurepip' python3-venv
