@@ -7,6 +7,7 @@ pub mod drag;
 pub mod effects;
 pub mod features;
 pub mod frames;
+pub mod gap;
 pub mod model;
 #[cfg(feature = "mujoco")]
 #[expect(unsafe_code)]

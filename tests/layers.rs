@@ -42,7 +42,8 @@ const MAY_NAME: &[(&str, &[&str])] = &[
             "training",
         ],
     ),
-    ("report", &["comparison", "training"]),
+    ("gap", &["effects", "frames", "robot", "sim", "trial"]),
+    ("report", &["comparison", "effects", "gap", "training"]),
 ];
 
 /// Rooms that may name every other: the command line is where all meets.
