@@ -4,7 +4,10 @@ use std::fmt::Write as _;
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 
-use super::plot::{self, Axes, Series};
+use super::{
+    html::escape,
+    plot::{self, Axes, Series},
+};
 use crate::comparison::{Bounds, ClosedLoop, OpenLoop, Summary};
 
 const STYLE: &str = "
@@ -370,13 +373,6 @@ fn legend<'a>(html: &mut String, names: impl Iterator<Item = &'a str>) {
         );
     }
     html.push_str("</p>");
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
 }
 
 #[cfg(test)]

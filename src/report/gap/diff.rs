@@ -1,0 +1,124 @@
+//! What was written into the model, and how to load it.
+
+use std::fmt::Write as _;
+
+use super::numbers::number;
+use crate::{
+    gap::{
+        stages::Added,
+        verdict::{Bias, Patch, SensorPatch},
+    },
+    report::html::escape,
+};
+
+/// Bytes of the diff that the page shows; the file has it all.
+const MOST_BYTES: usize = 150_000;
+/// Characters of a line of the diff that the page shows: a mesh or a keyframe may be one long line.
+const MOST_LETTERS: usize = 2_000;
+
+/// The section: `patch` is none where nothing was added, whatever was tried.
+pub(super) fn section(html: &mut String, added: Option<&Added>, patch: Option<&Patch>) {
+    let Some(patch) = patch else {
+        html.push_str("<p>Nothing: the model stays as it is.</p>");
+        if let Some(added) = added.filter(|added| !added.diff.trim().is_empty()) {
+            html.push_str("<details><summary>What was tried and not kept</summary>");
+            diff(html, &added.diff);
+            html.push_str("</details>");
+        }
+        return;
+    };
+    let _ = write!(
+        html,
+        "<p><code>{}</code>, beside this page. To load it:</p><pre>{}</pre>",
+        escape(&patch.model),
+        escape(&python(&patch.model))
+    );
+    html.push_str(
+        "<p class=\"note\">The second line is needed where the model holds a <code>hydro.</code> plugin; name the \
+         library where you built it.</p>",
+    );
+    if let Some(added) = added
+        && !added.diff.trim().is_empty()
+    {
+        diff(html, &added.diff);
+    }
+    sensors(html, patch);
+}
+
+/// How the model is loaded.
+fn python(model: &str) -> String {
+    let model = model.replace('\\', "\\\\").replace('"', "\\\"");
+    format!(
+        "import mujoco\n\
+         mujoco.mj_loadPluginLibrary(\"libhydro_plugin.so\")\n\
+         model = mujoco.MjModel.from_xml_path(\"{model}\")"
+    )
+}
+
+fn diff(html: &mut String, diff: &str) {
+    html.push_str("<pre class=\"diff\">");
+    let mut shown = 0;
+    for line in diff.lines() {
+        shown += line.len().min(MOST_LETTERS);
+        if shown > MOST_BYTES {
+            html.push_str("<span class=\"hunk\">\u{2026} the rest is in the file</span>");
+            break;
+        }
+        let class = match line {
+            line if line.starts_with("+++") || line.starts_with("---") => "hunk",
+            line if line.starts_with("@@") => "hunk",
+            line if line.starts_with('+') => "plus",
+            line if line.starts_with('-') => "minus",
+            _ => "same",
+        };
+        let cut: String = line.chars().take(MOST_LETTERS).collect();
+        let more = if cut.len() < line.len() {
+            " \u{2026}"
+        } else {
+            ""
+        };
+        let _ = write!(
+            html,
+            "<span class=\"{class}\">{}{more}</span>",
+            escape(&cut)
+        );
+    }
+    html.push_str("</pre>");
+}
+
+fn sensors(html: &mut String, patch: &Patch) {
+    if patch.sensors.is_empty() {
+        return;
+    }
+    html.push_str(
+        "<h3>Corrections of sensors</h3><p class=\"note\">MJCF has no place for them: measured(t) = scale \
+         \u{b7} sensor(t \u{2212} delay) + bias. They stand in <code>patch.sensors</code> of \
+         <code>verdict.json</code>.</p><div class=\"wide\"><table><tr><th class=\"t\">sensor</th><th>bias</th>\
+         <th>scale</th><th>delay [s]</th></tr>",
+    );
+    for (name, correction) in &patch.sensors {
+        let _ = write!(html, "<tr><td class=\"t\">{}</td>", escape(name));
+        for cell in cells(correction) {
+            let _ = write!(html, "<td class=\"n\">{cell}</td>");
+        }
+        html.push_str("</tr>");
+    }
+    html.push_str("</table></div>");
+}
+
+fn cells(correction: &SensorPatch) -> [String; 3] {
+    let dash = || "\u{2013}".to_owned();
+    let bias = match &correction.bias {
+        None => dash(),
+        Some(Bias::Scalar(value)) => number(*value),
+        Some(Bias::Vector(values)) => {
+            let values: Vec<String> = values.iter().map(|value| number(*value)).collect();
+            values.join(", ")
+        }
+    };
+    [
+        bias,
+        correction.scale.map_or_else(dash, number),
+        correction.delay.map_or_else(dash, number),
+    ]
+}

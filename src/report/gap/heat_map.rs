@@ -1,0 +1,278 @@
+//! Where: one map a trial, a row a sensor, a column a window of time.
+
+use std::{collections::BTreeMap, fmt::Write as _};
+
+use super::{
+    numbers::{number, p_value, percent},
+    sentence,
+    svg::{self, Anchor, Scale},
+};
+use crate::{
+    gap::{
+        stages::{Found, HeatMap},
+        verdict::Place,
+    },
+    report::html::escape,
+};
+
+/// Steps of colour.
+const LEVELS: usize = 8;
+/// Width of a map [px]; a phone shows it at about this size.
+const WIDTH: f64 = 400.0;
+/// Height of a row [px].
+const ROW: f64 = 16.0;
+/// Width of a letter of a sensor's name [px], about.
+const LETTER: f64 = 6.2;
+/// Most letters of a sensor's name.
+const NAME: usize = 18;
+/// Trials that are shown at once; the others unfold.
+const OPEN_TRIALS: usize = 12;
+
+/// Upper bounds of the colours but the last: from noise alone (1) to the greatest value in equal ratios.
+#[derive(Clone, Debug)]
+struct Colours {
+    bounds: [f64; LEVELS - 1],
+}
+
+impl Colours {
+    fn of(maps: &[HeatMap]) -> Self {
+        let (_, greatest) = svg::range(
+            maps.iter()
+                .flat_map(|map| map.sensors.values().flatten().flatten().copied()),
+        );
+        // The first colour is what noise alone may well give; at least a factor of ten is spread.
+        let lowest: f64 = 1.5;
+        let greatest = if greatest.is_finite() { greatest } else { 0.0 };
+        let highest = (greatest / lowest).max(10.0);
+        let mut bounds = [0.0; LEVELS - 1];
+        for (index, bound) in bounds.iter_mut().enumerate() {
+            *bound = lowest * highest.powf(index as f64 / (LEVELS - 1) as f64);
+        }
+        Self { bounds }
+    }
+
+    fn level(&self, value: f64) -> usize {
+        self.bounds.iter().filter(|bound| value > **bound).count()
+    }
+}
+
+/// The section.
+pub(super) fn section(html: &mut String, found: &Found, places: &[Place]) {
+    if found.heat_maps.is_empty() {
+        html.push_str("<p>There is no window to show.</p>");
+        return;
+    }
+    let colours = Colours::of(&found.heat_maps);
+    html.push_str(
+        "<p class=\"note\">Squared difference over the variance of the noise, averaged over a window: 1 is \
+         noise alone. Framed: windows that chance does not explain. Empty: no samples.</p>",
+    );
+    legend(html, &colours);
+    let order = rows(found);
+    let (first, others) = found
+        .heat_maps
+        .split_at(found.heat_maps.len().min(OPEN_TRIALS));
+    maps(html, first, &order, &colours, places);
+    if !others.is_empty() {
+        let _ = write!(
+            html,
+            "<details><summary>{} more trials</summary>",
+            others.len()
+        );
+        maps(html, others, &order, &colours, places);
+        html.push_str("</details>");
+    }
+}
+
+/// Sensors, those with the largest share of the excess first.
+fn rows(found: &Found) -> Vec<&str> {
+    let mut names: Vec<&str> = found
+        .heat_maps
+        .iter()
+        .flat_map(|map| map.sensors.keys().map(String::as_str))
+        .collect();
+    names.sort_unstable();
+    names.dedup();
+    let share = |name: &str| found.by_sensor.get(name).copied().unwrap_or(0.0);
+    names.sort_by(|a, b| share(b).total_cmp(&share(a)).then_with(|| a.cmp(b)));
+    names
+}
+
+fn legend(html: &mut String, colours: &Colours) {
+    html.push_str("<div class=\"scale\">");
+    svg::open(html, 430.0, 32.0, "colour scale");
+    let width = 50.0;
+    for level in 0..LEVELS {
+        svg::rectangle(
+            html,
+            &format!("h{level}"),
+            (10.0 + width * level as f64, 2.0),
+            (width, 12.0),
+        );
+    }
+    for (index, bound) in colours.bounds.iter().enumerate() {
+        svg::text(
+            html,
+            (10.0 + width * (index + 1) as f64, 27.0),
+            Anchor::Middle,
+            "",
+            &short(*bound),
+        );
+    }
+    svg::text(html, (10.0, 27.0), Anchor::Start, "", "noise");
+    svg::text(html, (420.0, 27.0), Anchor::End, "", "more");
+    html.push_str("</svg></div>");
+}
+
+/// Two digits are enough for a colour.
+fn short(value: f64) -> String {
+    if value >= 10.0 && value < 1e4 {
+        format!("{value:.0}")
+    } else if value < 10.0 {
+        format!("{value:.1}")
+    } else {
+        number(value)
+    }
+}
+
+fn maps(html: &mut String, maps: &[HeatMap], order: &[&str], colours: &Colours, places: &[Place]) {
+    html.push_str("<div class=\"grid maps\">");
+    // One scale of time for all, so that trials compare.
+    let longest = maps.iter().map(duration).fold(0.0, f64::max);
+    for map in maps {
+        let _ = write!(
+            html,
+            "<figure><figcaption>{}</figcaption>",
+            escape(&map.trial)
+        );
+        one(html, map, order, colours, places, longest);
+        html.push_str("</figure>");
+    }
+    html.push_str("</div>");
+}
+
+fn duration(map: &HeatMap) -> f64 {
+    let (low, high) = svg::range(map.edges.iter().copied());
+    (high - low).max(0.0)
+}
+
+fn one(
+    html: &mut String,
+    map: &HeatMap,
+    order: &[&str],
+    colours: &Colours,
+    places: &[Place],
+    longest: f64,
+) {
+    let letters = order.iter().map(|name| name.chars().count()).max();
+    let left = 8.0 + LETTER * letters.unwrap_or(0).min(NAME) as f64;
+    let right = WIDTH - 14.0;
+    let start = map.edges.first().copied().unwrap_or(0.0);
+    let time = Scale::new((start, start + longest), (left, right));
+    let height = ROW * order.len() as f64;
+    svg::open(
+        html,
+        WIDTH,
+        height + 22.0,
+        &format!("excess by sensor and time in {}", map.trial),
+    );
+    // Cells of one colour are one path: a page of many trials stays small.
+    let mut cells: BTreeMap<usize, String> = BTreeMap::new();
+    for (row, sensor) in order.iter().enumerate() {
+        let y = ROW * row as f64;
+        svg::name(html, (left - 5.0, y + 12.0), Anchor::End, NAME, sensor);
+        let Some(values) = map.sensors.get(*sensor) else {
+            continue;
+        };
+        for (window, value) in map.edges.windows(2).zip(values) {
+            let Some(value) = value.filter(|value| !value.is_nan()) else {
+                continue;
+            };
+            let (from, to) = (time.at(window[0]), time.at(window[1]));
+            let _ = write!(
+                cells.entry(colours.level(value)).or_default(),
+                "M{} {}h{}v{}h-{}z",
+                svg::coordinate(from),
+                svg::coordinate(y + 0.5),
+                svg::coordinate(to - from),
+                svg::coordinate(ROW - 1.0),
+                svg::coordinate(to - from)
+            );
+        }
+    }
+    for (level, path) in cells {
+        let _ = write!(html, "<path class=\"h{level}\" d=\"{path}\"/>");
+    }
+    for place in places.iter().filter(|place| place.trial == map.trial) {
+        let Some(row) = order.iter().position(|sensor| *sensor == place.sensor) else {
+            continue;
+        };
+        let (from, to) = (time.at(place.t_start), time.at(place.t_end));
+        let _ = write!(
+            html,
+            "<g><title>{}</title>",
+            escape(&format!(
+                "{}, p {}",
+                sentence::place(place).replace('`', ""),
+                p_value(place.p_value)
+            ))
+        );
+        svg::rectangle(
+            html,
+            "place",
+            (from, ROW * row as f64 + 1.0),
+            (to - from, ROW - 2.0),
+        );
+        html.push_str("</g>");
+    }
+    svg::time_axis(html, &time, left, right, height + 2.0);
+    html.push_str("</svg>");
+}
+
+/// Share of the excess by sensor, as bars.
+pub(super) fn shares(html: &mut String, found: &Found) {
+    let mut shares: Vec<(&String, f64)> = found.by_sensor.iter().map(|(n, s)| (n, *s)).collect();
+    shares.sort_by(|a, b| b.1.total_cmp(&a.1).then_with(|| a.0.cmp(b.0)));
+    if shares.is_empty() {
+        return;
+    }
+    html.push_str(
+        "<h3>By sensor</h3><div class=\"wide\"><table><tr><th class=\"t\">sensor</th><th></th>\
+         <th>of the excess</th></tr>",
+    );
+    for (name, share) in shares {
+        let _ = write!(
+            html,
+            "<tr><td class=\"t\">{}</td><td class=\"bar\">",
+            escape(name)
+        );
+        svg::share_bar(html, "fb", share);
+        let _ = write!(html, "</td><td class=\"n\">{}</td></tr>", percent(share));
+    }
+    html.push_str("</table></div>");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_rise_with_the_value_whatever_the_values() {
+        for values in [
+            vec![],
+            vec![None, Some(1.0)],
+            vec![Some(1.0), Some(1e9)],
+            vec![Some(f64::INFINITY), Some(f64::NAN)],
+        ] {
+            let map = HeatMap {
+                trial: "t".into(),
+                edges: vec![0.0, 1.0, 2.0],
+                sensors: [("s".to_owned(), values)].into(),
+            };
+            let colours = Colours::of(&[map]);
+            assert!(colours.bounds.windows(2).all(|pair| pair[0] < pair[1]));
+            assert_eq!(colours.level(1.0), 0);
+            assert_eq!(colours.level(f64::INFINITY), LEVELS - 1);
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! The page of `hydro gap`: one HTML file without outside references or scripts, and the words that the
+//! terminal shares with it.
+
+mod diff;
+mod errors;
+mod facts;
+mod heat_map;
+mod numbers;
+mod overlay;
+mod page;
+mod parameters;
+mod ranking;
+mod sentence;
+mod svg;
+#[cfg(test)]
+mod tests;
+
+pub use numbers::{interval, number, percent, probability, with_unit};
+pub use page::page;
+pub use sentence::{Standing, effect_name, effect_on, headline, place, regime};

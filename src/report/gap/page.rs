@@ -1,0 +1,120 @@
+//! The page: its order, and what each outcome leaves out.
+
+use std::fmt::Write as _;
+
+use super::{
+    diff, errors, facts, heat_map, overlay, parameters, ranking,
+    sentence::{self, Standing},
+};
+use crate::{
+    gap::stages::{Record, Verified},
+    report::html::escape,
+};
+
+const STYLE: &str = include_str!("style.css");
+
+/// Renders `report.html`. No scripts and no outside references: the policy in its head forbids them.
+pub fn page(record: &Record) -> String {
+    let standing = Standing::of(&record.verdict);
+    let mut html = String::with_capacity(256 * 1024);
+    let _ = write!(
+        html,
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/>\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\"/>\
+         <title>hydro gap: {}</title><style>{STYLE}</style></head><body>",
+        escape(&record.model)
+    );
+    let _ = write!(
+        html,
+        "<header class=\"{}\"><p class=\"label\">{}</p><h1>{}</h1>",
+        class(standing),
+        standing.label(),
+        facts::marked(&sentence::headline(&record.verdict, &record.named.chosen))
+    );
+    if let Some(experiment) = record
+        .verdict
+        .next_experiment
+        .as_deref()
+        .filter(|_| standing == Standing::Confusable)
+    {
+        let _ = write!(
+            html,
+            "<p>Next experiment: {}</p>",
+            facts::marked(experiment)
+        );
+    }
+    html.push_str("</header>");
+    facts::key_figures(&mut html, record);
+
+    html.push_str("<h2>Where simulation and measurement differ</h2>");
+    facts::places(&mut html, record);
+    heat_map::section(&mut html, &record.found, &record.verdict.places);
+    facts::regimes(&mut html, record);
+    heat_map::shares(&mut html, &record.found);
+    facts::channels(&mut html, record);
+
+    html.push_str("<h2>Which effect is missing</h2>");
+    ranking::effects(&mut html, &record.verdict, &record.named.chosen);
+    ranking::sets(&mut html, &record.named);
+
+    html.push_str("<h2>Its parameters</h2>");
+    parameters::section(&mut html, record);
+
+    if let Some(verified) = &record.verified {
+        held_out(&mut html, verified, record.added.is_some());
+    }
+
+    html.push_str("<h2>What it could not tell</h2>");
+    facts::undecided(&mut html, record);
+
+    html.push_str("<h2>What was written into the model</h2>");
+    diff::section(
+        &mut html,
+        record.added.as_ref(),
+        record.verdict.patch.as_ref(),
+    );
+
+    facts::remarks(&mut html, record);
+    facts::provenance(&mut html, record);
+    html.push_str("</body></html>\n");
+    html
+}
+
+/// What the held-out trials say; `patched`: there is an after.
+fn held_out(html: &mut String, verified: &Verified, patched: bool) {
+    html.push_str(if patched {
+        "<h2>Error on held-out trials, before and after</h2>"
+    } else {
+        "<h2>Error of the nominal model on held-out trials</h2>"
+    });
+    if verified.cross_fitted {
+        html.push_str(
+            "<p class=\"note\">Few trials: each was held out once, and predicted by a fit to the others.</p>",
+        );
+    }
+    errors::legend(html, patched);
+    html.push_str("<h3>By length of the prediction</h3>");
+    errors::horizons(html, verified, patched);
+    html.push_str("<h3>By sensor</h3>");
+    errors::sensors(html, verified, patched);
+    html.push_str(
+        "<p class=\"note\">NRMSE: root mean square error over standard deviation of the measurement, noise \
+         taken out; open-loop predictions from measured starts.</p>",
+    );
+    if !verified.overlays.is_empty() {
+        html.push_str("<h2>Measured and predicted, held-out trials</h2>");
+        overlay::section(html, &verified.overlays, patched);
+    }
+}
+
+fn class(standing: Standing) -> &'static str {
+    match standing {
+        Standing::Verified => "verified",
+        Standing::Unchecked => "unchecked",
+        Standing::Refused => "refused",
+        Standing::Confusable => "confusable",
+        Standing::NoGap => "no_gap",
+        Standing::Unknown => "unknown",
+    }
+}

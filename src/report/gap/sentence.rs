@@ -1,0 +1,327 @@
+//! The verdict in a sentence that a person can repeat; page and terminal share it.
+//!
+//! Names of people's things stand between backticks.
+
+use super::numbers::{bare_percent, number, percent, probability};
+use crate::{
+    effects::Id,
+    gap::verdict::{FittedEffect, Gap, Outcome, Place, Regime, Verdict},
+};
+
+/// How firmly the verdict stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// Named, and the held-out trials confirm it.
+    Verified,
+    /// Named, but there was no trial to hold out.
+    Unchecked,
+    /// Named, and the held-out trials refuse it.
+    Refused,
+    /// Several explanations.
+    Confusable,
+    /// Nothing is missing.
+    NoGap,
+    /// Something outside the catalogue.
+    Unknown,
+}
+
+impl Standing {
+    /// Of a verdict.
+    pub fn of(verdict: &Verdict) -> Self {
+        match verdict.verdict {
+            Outcome::Named if verdict.verified => Self::Verified,
+            Outcome::Named if verdict.gap.n_holdout_trials == 0 => Self::Unchecked,
+            Outcome::Named => Self::Refused,
+            Outcome::Confusable => Self::Confusable,
+            Outcome::NoGap => Self::NoGap,
+            Outcome::Unknown => Self::Unknown,
+        }
+    }
+
+    /// In a few words.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Verified => "Named and verified",
+            Self::Unchecked => "Named, not verified",
+            Self::Refused => "Named, refused by held-out trials",
+            Self::Confusable => "Cannot tell apart",
+            Self::NoGap => "No gap",
+            Self::Unknown => "Outside the catalogue",
+        }
+    }
+}
+
+/// The effect as it stands in a sentence, after "the model lacks".
+fn phrase(id: Id) -> &'static str {
+    match id {
+        Id::AddedMass => "added mass",
+        Id::LinearDrag => "linear drag",
+        Id::QuadraticDrag => "quadratic drag",
+        Id::CrossFlowDrag => "cross-flow drag",
+        Id::Current => "a water current",
+        Id::MunkMoment => "a Munk moment",
+        Id::Lift => "lift",
+        Id::NetBuoyancy => "net buoyancy",
+        Id::BuoyancyOffset => "a buoyancy offset",
+        Id::Payload => "a payload",
+        Id::WakeMemory => "wake memory",
+        Id::BassetHistory => "a Basset history force",
+        Id::FreeSurface => "a free-surface effect",
+        Id::WallProximity => "a wall effect",
+        Id::Waves => "waves",
+        Id::ActuatorGain => "an actuator gain",
+        Id::ActuatorDeadband => "an actuator deadband",
+        Id::ActuatorLag => "an actuator lag",
+        Id::ActuatorDelay => "an actuator delay",
+        Id::InflowThrustLoss => "a thrust loss with inflow",
+        Id::JointFriction => "joint friction",
+        Id::JointDamping => "joint damping",
+        Id::JointStiffness => "joint stiffness",
+        Id::JointBacklash => "joint backlash",
+        Id::SensorBias => "a sensor bias",
+        Id::SensorDelay => "a sensor delay",
+        Id::SensorScale => "a sensor scale",
+        Id::ConstantForce => "a constant force",
+    }
+}
+
+/// The effect's name for people.
+pub fn effect_name(id: Id) -> &'static str {
+    let phrase = phrase(id);
+    phrase
+        .strip_prefix("a ")
+        .or_else(|| phrase.strip_prefix("an "))
+        .unwrap_or(phrase)
+}
+
+/// Effect and target.
+pub fn effect_on(id: Id, target: &str) -> String {
+    on(effect_name(id), target)
+}
+
+fn on(effect: &str, target: &str) -> String {
+    if target.is_empty() {
+        effect.to_owned()
+    } else {
+        format!("{effect} on {}", quoted(target))
+    }
+}
+
+/// A name between backticks; a backtick of its own would end it.
+fn quoted(name: &str) -> String {
+    format!("`{}`", name.replace('`', "'"))
+}
+
+/// `a`, `a and b`, `a, b and c`.
+fn listed(words: &[String], last: &str) -> String {
+    match words {
+        [] => String::new(),
+        [only] => only.clone(),
+        [first @ .., end] => format!("{} {last} {end}", first.join(", ")),
+    }
+}
+
+/// The verdict in one sentence, or two where a second thing must be said. `chosen` are the effects that
+/// were fitted together ([`Named::chosen`](crate::gap::stages::Named)): a verdict whose name is not
+/// verified does not hold them.
+pub fn headline(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
+    match Standing::of(verdict) {
+        Standing::Verified => verified(verdict, chosen),
+        Standing::Unchecked => unchecked(verdict, chosen),
+        Standing::Refused => refused(verdict, chosen),
+        Standing::Confusable => confusable(verdict),
+        Standing::NoGap => no_gap(),
+        Standing::Unknown => unknown(verdict),
+    }
+}
+
+/// What is missing, each with its probability; and the pronoun for it.
+fn missing(verdict: &Verdict, chosen: &[FittedEffect]) -> (String, &'static str) {
+    let words: Vec<String> = if chosen.is_empty() {
+        let ids = verdict.named.iter();
+        ids.map(|id| phrase(*id).to_owned()).collect()
+    } else {
+        let word = |(index, effect): (usize, &FittedEffect)| {
+            let label = if index == 0 { "probability " } else { "" };
+            let stand_in = if effect.surrogate {
+                "; only a stand-in for something outside the catalogue"
+            } else {
+                ""
+            };
+            format!(
+                "{} ({label}{}{stand_in})",
+                on(phrase(effect.effect), &effect.target),
+                probability(effect.probability)
+            )
+        };
+        chosen.iter().enumerate().map(word).collect()
+    };
+    let it = if words.len() > 1 { "them" } else { "it" };
+    if words.is_empty() {
+        return ("an effect".to_owned(), it);
+    }
+    (listed(&words, "and"), it)
+}
+
+fn verified(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
+    let (missing, it) = missing(verdict, chosen);
+    format!(
+        "The nominal model lacks {missing}; adding {it} {}.{}",
+        change(&verdict.gap),
+        beside(verdict)
+    )
+}
+
+/// What a further, undecided part may be.
+fn beside(verdict: &Verdict) -> String {
+    if verdict.confusion_set.is_empty() {
+        return String::new();
+    }
+    format!(
+        " A further part is {}: the data cannot tell.",
+        set(&verdict.confusion_set, "or")
+    )
+}
+
+fn set(ids: &[Id], last: &str) -> String {
+    let words: Vec<String> = ids.iter().map(|id| phrase(*id).to_owned()).collect();
+    listed(&words, last)
+}
+
+/// What the held-out error does, as a predicate.
+fn change(gap: &Gap) -> String {
+    let trials = match gap.n_holdout_trials {
+        1 => "1 held-out trial".to_owned(),
+        n => format!("{n} held-out trials"),
+    };
+    let Some(reduction) = gap.reduction.filter(|value| value.is_finite()) else {
+        return format!("was checked on {trials}");
+    };
+    let spread = gap.ci95.map_or(String::new(), |[low, high]| {
+        format!(" (95 %: {} to {} %)", bare_percent(low), bare_percent(high))
+    });
+    let verb = if reduction >= 0.0 { "cuts" } else { "raises" };
+    format!(
+        "{verb} the error on {trials} by {}{spread}",
+        percent(reduction.abs())
+    )
+}
+
+/// What became of it, as a clause: the error, or that nothing was added.
+fn outcome(verdict: &Verdict, what: &str) -> String {
+    if verdict.patch.is_some() && verdict.verified {
+        format!("{what} {}", change(&verdict.gap))
+    } else {
+        "nothing was added".to_owned()
+    }
+}
+
+/// A reason as a clause: no full stop, for the sentence brings its own.
+fn clause(reason: &str) -> String {
+    reason.trim().trim_end_matches('.').to_owned()
+}
+
+fn unchecked(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
+    let (missing, _) = missing(verdict, chosen);
+    let added = if verdict.patch.is_none() {
+        " and nothing was added"
+    } else {
+        ""
+    };
+    format!(
+        "The nominal model lacks {missing}; no trial could be held out, so no reduction of the error is \
+         claimed{added}.{}",
+        beside(verdict)
+    )
+}
+
+fn refused(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
+    let (missing, it) = missing(verdict, chosen);
+    let why = verdict
+        .refused_because
+        .as_deref()
+        .map_or(String::new(), |why| format!(": {}", clause(why)));
+    format!(
+        "The fit asks for {missing}, but the held-out trials refuse {it}{why}; nothing was added."
+    )
+}
+
+fn confusable(verdict: &Verdict) -> String {
+    let members: Vec<&FittedEffect> = verdict
+        .effects
+        .iter()
+        .filter(|effect| verdict.confusion_set.contains(&effect.effect))
+        .collect();
+    let target = members.first().map_or("", |effect| effect.target.as_str());
+    let same = !target.is_empty() && members.iter().all(|effect| effect.target == target);
+    let place = if same {
+        format!(" on {}", quoted(target))
+    } else {
+        String::new()
+    };
+    let end = outcome(verdict, "adding one of them");
+    match verdict.confusion_set.as_slice() {
+        [] => format!("Something is missing, and the data cannot tell what; {end}."),
+        // One name on several targets.
+        [only] if members.len() > 1 => {
+            let targets: Vec<String> = members.iter().map(|e| quoted(&e.target)).collect();
+            format!(
+                "The nominal model lacks {}, but the data cannot tell on which of {}; {end}.",
+                phrase(*only),
+                listed(&targets, "and")
+            )
+        }
+        ids => format!(
+            "The nominal model lacks {}{place}, but the data cannot tell which; {end}.",
+            set(ids, "or")
+        ),
+    }
+}
+
+fn no_gap() -> String {
+    "No gap: simulation and measurement agree within sensor noise and the uncertainty of the nominal model."
+        .to_owned()
+}
+
+fn unknown(verdict: &Verdict) -> String {
+    let nearest = verdict
+        .effects
+        .iter()
+        .find(|effect| effect.surrogate)
+        .map_or(String::new(), |effect| {
+            format!(
+                "; the nearest, {}, would only stand in for it",
+                on(phrase(effect.effect), &effect.target)
+            )
+        });
+    format!(
+        "Something is missing that no effect of the catalogue explains{nearest}; {}.",
+        outcome(verdict, "a learned residual, which is no name,")
+    )
+}
+
+/// Where, in words.
+pub fn place(place: &Place) -> String {
+    format!(
+        "{}, {} to {} s in {}: {} of the excess",
+        quoted(&place.sensor),
+        number(place.t_start),
+        number(place.t_end),
+        quoted(&place.trial),
+        percent(place.share)
+    )
+}
+
+/// When, in words.
+pub fn regime(regime: &Regime) -> String {
+    let share = percent(regime.share);
+    if regime.samples > 0.0 {
+        format!(
+            "{}: {share} of the excess in {} of the samples",
+            regime.rule,
+            percent(regime.samples)
+        )
+    } else {
+        format!("{}: {share} of the excess", regime.rule)
+    }
+}
