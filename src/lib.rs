@@ -17,3 +17,4 @@ pub mod robot;
 pub mod rollouts;
 pub mod sim;
 pub mod training;
+pub mod trial;
