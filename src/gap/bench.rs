@@ -31,7 +31,7 @@ const ITERATIONS: usize = 6;
 const CONVERGED: f64 = 0.05;
 
 /// Trials, their segments and what is common to every hypothesis.
-pub(super) struct Bench<'a> {
+pub struct Bench<'a> {
     pub(super) plant: &'a dyn Plant,
     pub(super) model: &'a PlantDescription,
     pub(super) trials: &'a [Measured],
@@ -44,6 +44,14 @@ pub(super) struct Bench<'a> {
     /// Per segment: projection off its start, and the sensitivity to the knobs.
     shared: Vec<(StartProjection, DMatrix<f32>)>,
     pub(super) precision: DVector<f64>,
+}
+
+impl std::fmt::Debug for Bench<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Bench")
+            .field("segments", &self.segments.len())
+            .finish_non_exhaustive()
+    }
 }
 
 /// A set of candidates with values.
@@ -299,17 +307,18 @@ impl<'a> Bench<'a> {
 
     /// Values of a point in units of priors: knobs, then parameters.
     fn normalised(&self, point: &Point) -> DVector<f64> {
-        let parameters = point
-            .candidates
-            .iter()
-            .zip(&point.values)
-            .flat_map(|(candidate, values)| {
-                self.candidates[*candidate]
-                    .parameters
-                    .iter()
-                    .zip(values)
-                    .map(|(p, value)| (value - p.null) / p.prior_sd)
-            });
+        let parameters =
+            point
+                .candidates
+                .iter()
+                .zip(&point.values)
+                .flat_map(|(candidate, values)| {
+                    self.candidates[*candidate]
+                        .parameters
+                        .iter()
+                        .zip(values)
+                        .map(|(p, value)| (value - p.null) / p.prior_sd)
+                });
         let all: Vec<f64> = point.knobs.iter().copied().chain(parameters).collect();
         DVector::from_vec(all)
     }
@@ -333,10 +342,15 @@ impl<'a> Bench<'a> {
         };
         let mut bounds = vec![free; self.knobs.len()];
         for candidate in candidates {
-            bounds.extend(self.candidates[*candidate].parameters.iter().map(|p| Bounds {
-                lower: (p.lower - p.null) / p.prior_sd,
-                upper: (p.upper - p.null) / p.prior_sd,
-            }));
+            bounds.extend(
+                self.candidates[*candidate]
+                    .parameters
+                    .iter()
+                    .map(|p| Bounds {
+                        lower: (p.lower - p.null) / p.prior_sd,
+                        upper: (p.upper - p.null) / p.prior_sd,
+                    }),
+            );
         }
         bounds
     }
@@ -457,7 +471,11 @@ impl<'a> Bench<'a> {
         }
         let misfit = residuals.iter().flatten().map(|value| value * value).sum();
         // A missing reading was made an exact zero by the whitening.
-        let readings = residuals.iter().flatten().filter(|value| **value != 0.0).count();
+        let readings = residuals
+            .iter()
+            .flatten()
+            .filter(|value| **value != 0.0)
+            .count();
         Ok(Some(Fit {
             point: point.clone(),
             quadratics: grams.iter().flatten().map(Quadratic::from_gram).collect(),
@@ -486,8 +504,8 @@ impl<'a> Bench<'a> {
             .copy_from(&nuisances.map(f64::from));
         all.view_mut((0, 1 + knobs), columns.shape())
             .copy_from(columns);
-        let carried = all.columns(1, z.len()) * z
-            + projection.sensitivity.map(f64::from) * &point.starts[at];
+        let carried =
+            all.columns(1, z.len()) * z + projection.sensitivity.map(f64::from) * &point.starts[at];
         let mut first = all.column_mut(0);
         first += carried;
         projection.gram(&all)
@@ -554,7 +572,11 @@ impl<'a> Bench<'a> {
             .map(|(parameter, p)| Direction {
                 candidate,
                 parameter,
-                base: if acts_alone { null.clone() } else { start.clone() },
+                base: if acts_alone {
+                    null.clone()
+                } else {
+                    start.clone()
+                },
                 step: if acts_alone {
                     p.start - p.null
                 } else {

@@ -282,9 +282,13 @@ mod tests {
         let found = quadratic.best(&[FREE, FREE]).unwrap();
         let covariance = DMatrix::identity(4, 4) + &j * j.transpose();
         let factor = covariance.clone().cholesky().unwrap();
-        let log_density = -0.5 * r.dot(&factor.solve(&r)) - factor.l().diagonal().map(f64::ln).sum();
+        let log_density =
+            -0.5 * r.dot(&factor.solve(&r)) - factor.l().diagonal().map(f64::ln).sum();
         let expected = log_density + 0.5 * r.norm_squared();
-        assert!((found.log_evidence - expected).abs() < 1e-6, "{found:?} {expected}");
+        assert!(
+            (found.log_evidence - expected).abs() < 1e-6,
+            "{found:?} {expected}"
+        );
     }
 
     #[test]
@@ -294,7 +298,10 @@ mod tests {
             b: DVector::from_vec(vec![-5.0, 3.0]),
             a: DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 2.0]),
         };
-        let positive = Bounds { lower: 0.0, upper: f64::INFINITY };
+        let positive = Bounds {
+            lower: 0.0,
+            upper: f64::INFINITY,
+        };
         let found = quadratic.best(&[positive, positive]).unwrap();
         assert_eq!(found.z[0], 0.0);
         assert!((found.z[1] - 1.0).abs() < 1e-12, "{}", found.z[1]);

@@ -64,7 +64,11 @@ impl Measured {
 
     /// Median time between rows [s].
     pub(super) fn period(&self) -> f64 {
-        let mut gaps: Vec<f64> = self.times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let mut gaps: Vec<f64> = self
+            .times
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .collect();
         if gaps.is_empty() {
             return f64::INFINITY;
         }

@@ -24,7 +24,10 @@ pub(super) struct Track {
 
 impl Track {
     pub(super) fn motion(&self, row: usize) -> (&[f64], &[f64]) {
-        let (nq, nv) = (self.qpos.len() / self.times.len(), self.qvel.len() / self.times.len());
+        let (nq, nv) = (
+            self.qpos.len() / self.times.len(),
+            self.qvel.len() / self.times.len(),
+        );
         (
             &self.qpos[row * nq..(row + 1) * nq],
             &self.qvel[row * nv..(row + 1) * nv],
@@ -85,14 +88,15 @@ impl WarmUp {
     /// Long where something remembers, none where nothing does.
     pub(super) fn of(model: &PlantDescription, entries: &[Entry]) -> Self {
         let nominal_remembers = model.state_len > 1 + model.nq + model.nv;
-        let remembers = entries.iter().any(|entry| {
-            match effects::catalogue::effect(entry.effect).part() {
-                Part::Body(part) => part.memory_len() > 0,
-                Part::Joint(part) => part.memory_len() > 0,
-                Part::Actuator(part) => part.memory_len(&entry.parameters, model.timestep) > 0,
-                Part::Water(_) | Part::Sensor(_) => false,
-            }
-        });
+        let remembers =
+            entries.iter().any(
+                |entry| match effects::catalogue::effect(entry.effect).part() {
+                    Part::Body(part) => part.memory_len() > 0,
+                    Part::Joint(part) => part.memory_len() > 0,
+                    Part::Actuator(part) => part.memory_len(&entry.parameters, model.timestep) > 0,
+                    Part::Water(_) | Part::Sensor(_) => false,
+                },
+            );
         Self {
             seconds: if remembers {
                 1.0
@@ -117,7 +121,15 @@ pub(super) fn run(
     trace: &mut Trace,
 ) -> bool {
     let mut control = vec![0.0; trial.control.width()];
-    lead_in(simulation, trial, segment, track, warm_up, step, &mut control);
+    lead_in(
+        simulation,
+        trial,
+        segment,
+        track,
+        warm_up,
+        step,
+        &mut control,
+    );
     simulation.set_motion(segment.start, &segment.qpos, &segment.qvel);
     if let Some(tangent) = tangent {
         simulation.retract(tangent);
@@ -134,7 +146,9 @@ pub(super) fn run(
         trial.control.interpolate(time, &mut control);
         simulation.set_control(&control);
         simulation.step();
-        trace.values.extend_from_slice(&simulation.sensors()[..trial.width]);
+        trace
+            .values
+            .extend_from_slice(&simulation.sensors()[..trial.width]);
     }
     !simulation.diverged() && trace.values.iter().all(|value| value.is_finite())
 }
@@ -279,7 +293,9 @@ pub(super) fn cut(
     let rows = trial.times.len();
     let mut first = 0;
     while first < rows {
-        let mut end = trial.times.partition_point(|time| *time < trial.times[first] + length - 1e-9);
+        let mut end = trial
+            .times
+            .partition_point(|time| *time < trial.times[first] + length - 1e-9);
         end = end.max(first + least_rows).min(rows);
         // A short rest joins the last segment.
         if trial.times[rows - 1] - trial.times[end.min(rows - 1)] < 0.5 * length {

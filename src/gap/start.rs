@@ -80,11 +80,7 @@ pub(super) fn start_sensitivity(
             &mut moved,
         );
         whiten(channels, &mut moved);
-        for ((value, moved), before) in matrix
-            .column_mut(axis)
-            .iter_mut()
-            .zip(&moved)
-            .zip(residual)
+        for ((value, moved), before) in matrix.column_mut(axis).iter_mut().zip(&moved).zip(residual)
         {
             *value = (before - moved) / step;
         }
@@ -105,6 +101,7 @@ pub(super) fn track(
     plant: &dyn Plant,
     trial: &Measured,
     channels: &Channels,
+    corrections: &[Correction],
 ) -> Result<Track, GapError> {
     let model = plant.description();
     let rows = trial.times.len();
@@ -117,7 +114,6 @@ pub(super) fn track(
     }
     let mut simulation = plant.simulation(&vec![0.0; model.knobs.len()], &[])?;
     let (qpos, qvel) = first_guess(simulation.as_mut(), trial, model);
-    let none = vec![Correction::NONE; model.sensors.len()];
     let mut track = Track::default();
     let mut guess = Segment {
         trial: 0,
@@ -149,11 +145,18 @@ pub(super) fn track(
             &track,
             warm_up,
             channels,
-            &none,
+            corrections,
             model,
             sd,
         )?;
-        follow(simulation.as_mut(), trial, &mut guess, &mut track, warm_up, model);
+        follow(
+            simulation.as_mut(),
+            trial,
+            &mut guess,
+            &mut track,
+            warm_up,
+            model,
+        );
         first = end;
     }
     Ok(track)
@@ -225,15 +228,7 @@ fn settle(
         }
         if sensitivity.is_none() {
             sensitivity = start_sensitivity(
-                simulation,
-                trial,
-                guess,
-                track,
-                warm_up,
-                channels,
-                none,
-                model,
-                &residual,
+                simulation, trial, guess, track, warm_up, channels, none, model, &residual,
             );
         }
         let Some(matrix) = &sensitivity else {
@@ -243,8 +238,8 @@ fn settle(
         for axis in 0..2 * model.nv {
             normal[(axis, axis)] += precision[axis];
         }
-        let gradient = matrix.tr_mul(&DVector::from_column_slice(&residual))
-            - moved.component_mul(&precision);
+        let gradient =
+            matrix.tr_mul(&DVector::from_column_slice(&residual)) - moved.component_mul(&precision);
         let Some(factor) = normal.cholesky() else {
             return Ok(());
         };
