@@ -12,6 +12,7 @@ mod bench;
 mod candidates;
 mod conclude;
 mod error;
+mod experiment;
 mod find;
 mod information;
 mod leftover;

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::{
     bench::{Bench, Fit},
     error::GapError,
+    experiment,
     search::{self, Scored, Search},
     stages::{Hypothesis, Named},
     study::Study,
@@ -70,13 +71,23 @@ pub fn name(study: &Study<'_>, bench: &Bench<'_>, watch: &Watch<'_>) -> Result<N
         .cloned()
         .collect();
     let nuisances = nuisances(bench, &scored.fit, search.factor);
+    let next_experiment = match decision.apart {
+        Some((one, other)) => experiment::next(
+            bench,
+            &search.scored[one].fit.point,
+            &search.scored[other].fit.point,
+            &study.commands,
+            watch,
+        )?,
+        None => None,
+    };
     let named = Named {
         schema: SCHEMA.to_owned(),
         outcome: decision.outcome,
         chosen,
         effects,
         confusion_set: decision.confusion,
-        next_experiment: None,
+        next_experiment,
         ranking: ranking(bench, &search, &weights),
         nuisances,
         unexplained: decision.unexplained,
@@ -158,6 +169,8 @@ struct Decision {
     chosen: usize,
     named: Vec<(Id, String)>,
     confusion: Vec<Id>,
+    /// Two refitted sets that an experiment should tell apart.
+    apart: Option<(usize, usize)>,
     unexplained: f64,
     p_value: f64,
 }
@@ -175,6 +188,7 @@ fn decide(bench: &Bench<'_>, search: &Search, weights: &Weights) -> Decision {
         chosen: 0,
         named: Vec::new(),
         confusion: Vec::new(),
+        apart: None,
         unexplained,
         p_value,
     };
@@ -253,12 +267,14 @@ fn decide(bench: &Bench<'_>, search: &Search, weights: &Weights) -> Decision {
         });
         confusion.dedup();
         decision.confusion = confusion;
+        decision.apart = rivals.first().map(|rival| (best, *rival));
     }
     decision.chosen = best;
     if decided.is_empty() {
         decision.outcome = Outcome::Confusable;
         if decision.confusion.len() < 2 {
             decision.confusion.clear();
+            decision.apart = None;
             decision.outcome = Outcome::NoGap;
             decision.chosen = 0;
         }

@@ -44,6 +44,8 @@ pub struct Study<'a> {
     pub(super) channels: Channels,
     pub(super) candidates: Vec<Candidate>,
     pub(super) settings: Settings,
+    /// Largest command of every actuator in the trials.
+    pub(super) commands: Vec<f64>,
     pub(super) remarks: Vec<String>,
 }
 
@@ -111,6 +113,7 @@ impl<'a> Study<'a> {
             tracks,
             channels,
             candidates,
+            commands: typical.command,
             settings,
             remarks,
         })
