@@ -9,7 +9,6 @@ pub mod actuator_delay;
 pub mod actuator_gain;
 pub mod actuator_lag;
 pub mod card;
-pub mod catalogue;
 pub mod inflow_thrust_loss;
 pub mod joint_backlash;
 pub mod joint_damping;
