@@ -4,8 +4,22 @@
 //! Forces act on a body (base-frame wrench about the body's origin), on a joint, on an actuator's
 //! command or thrust, or they change what a sensor reports.
 
+pub mod actuator_deadband;
+pub mod actuator_delay;
+pub mod actuator_gain;
+pub mod actuator_lag;
 pub mod card;
+pub mod inflow_thrust_loss;
+pub mod joint_backlash;
+pub mod joint_damping;
+pub mod joint_friction;
+mod joint_scale;
+pub mod joint_stiffness;
 pub mod motion;
+mod parameter;
+pub mod sensor_bias;
+pub mod sensor_delay;
+pub mod sensor_scale;
 
 pub use card::{Card, Id, Parameter, Placement, Target, TargetKind};
 pub use motion::Motion;
@@ -103,6 +117,12 @@ pub trait JointPart {
     /// Brings the memory over a step [s].
     fn advance(&self, _p: &[f64], _position: f64, _velocity: f64, _step: f64, _memory: &mut [f64]) {
     }
+
+    /// Play [rad or m] that the joint has: the simulator puts a joint, limited to half of it on either
+    /// side, in series behind this one.
+    fn play(&self, _p: &[f64]) -> Option<f64> {
+        None
+    }
 }
 
 /// A change of an actuator, between the logged command and the force.
@@ -117,7 +137,8 @@ pub trait ActuatorPart {
         command
     }
 
-    /// Factor on the actuator's force, from the inflow speed along its thrust [m/s].
+    /// Factor on the actuator's force, from the speed [m/s] at which it advances through the water along
+    /// the thrust that it gives at present (thrust reversed: the other way).
     fn force_factor(&self, _p: &[f64], _inflow: f64) -> f64 {
         1.0
     }
