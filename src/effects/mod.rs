@@ -67,6 +67,12 @@ pub trait BodyPart {
 
     /// What is added to the body's inertia [kg, kg m, kg m^2], (linear, angular) about its origin in its
     /// frame: applied implicitly, as effective mass. Symmetric, positive semidefinite.
+    ///
+    /// It multiplies the acceleration of the origin as seen from the world and the angular acceleration,
+    /// both expressed in the body's frame: with J the Jacobian of (linear, angular) velocity in that
+    /// frame's directions, `J qacc + (dJ/dt) qvel` where the directions are held fixed in the world during the
+    /// differentiation. (Not Fossen's derivative of body-frame components, which lacks omega x v: that part
+    /// is in [`BodyPart::wrench`].) For a free body this is just `J qacc`.
     fn inertia(&self, _p: &[f64], _motion: &Motion) -> Option<Matrix6<f64>> {
         None
     }
@@ -87,6 +93,12 @@ pub trait BodyPart {
 pub trait WaterPart {
     /// Velocity of the water in the world [m/s] at a point [m] and a time [s].
     fn velocity(&self, p: &[f64], position: [f64; 3], time: f64) -> [f64; 3];
+
+    /// Acceleration of the water in the world [m/s^2] at a point [m] and a time [s]. It goes into
+    /// [`Motion::water_acceleration`], and every wet body feels its pressure, [`Motion::froude_krylov`].
+    fn acceleration(&self, _p: &[f64], _position: [f64; 3], _time: f64) -> [f64; 3] {
+        [0.0; 3]
+    }
 }
 
 /// A generalised force on a hinge [N m] or slide [N].
