@@ -62,7 +62,7 @@ impl Archive {
     /// Numbers of any width and byte order; `None` where there is no such array.
     pub(super) fn numbers(&mut self, array: &str) -> Result<Option<Array>, TrialError> {
         self.read(array, "f4, f8 or an integer", |npy, element| {
-            Ok(match element {
+            Ok(Some(match element {
                 (TypeChar::Float, 8) => numbers::<f64>(npy, |value| value)?,
                 (TypeChar::Float, 4) => numbers::<f32>(npy, f64::from)?,
                 (TypeChar::Int, 1) => numbers::<i8>(npy, f64::from)?,
@@ -74,8 +74,7 @@ impl Archive {
                 (TypeChar::Uint, 4) => numbers::<u32>(npy, f64::from)?,
                 (TypeChar::Uint, 8) => numbers::<u64>(npy, |value| value as f64)?,
                 _ => return Ok(None),
-            })
-            .map(Some)
+            }))
         })
     }
 

@@ -74,6 +74,13 @@ impl Signature {
     }
 }
 
+/// "1 row", "2 rows".
+pub(super) fn counted(count: impl Into<u64>, thing: &str) -> String {
+    let count = count.into();
+    let ending = if count == 1 { "" } else { "s" };
+    format!("{count} {thing}{ending}")
+}
+
 /// Names for a message: `a`, `b`, ... or "none".
 pub(super) fn listed<S: AsRef<str>>(names: &[S]) -> String {
     if names.is_empty() {

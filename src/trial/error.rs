@@ -4,6 +4,8 @@ use std::{fmt, path::PathBuf};
 
 use thiserror::Error;
 
+use super::columns::counted;
+
 /// Where in a file a row stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
@@ -60,7 +62,7 @@ pub enum TrialError {
         name: String,
     },
     /// Too few rows.
-    #[error("{path}: {what}: {found} rows, expected at least {expected}", path = path.display())]
+    #[error("{path}: {what}: {found}, expected at least {expected}", path = path.display(), found = counted(*found as u64, "row"))]
     Empty {
         /// The file.
         path: PathBuf,
@@ -198,7 +200,7 @@ pub enum TrialError {
         model: String,
     },
     /// Another number of columns than the model has.
-    #[error("{path}: {what}: {found} columns, expected {expected}; {model}", path = path.display())]
+    #[error("{path}: {what}: {found}, expected {expected}; {model}", path = path.display(), found = counted(*found as u64, "column"))]
     Width {
         /// The file.
         path: PathBuf,

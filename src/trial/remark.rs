@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::columns::listed;
+use super::columns::{counted, listed};
 
 /// Something that a person should hear about an accepted trial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -196,8 +196,9 @@ fn sentence(kind: &RemarkKind) -> String {
             longest_at,
             longest,
         } => format!(
-            "rows of the {part} are missing: {gaps} gaps, some {rows} rows; the longest gap is {longest:.6} s at \
-             {longest_at:.6} s"
+            "rows of the {part} are missing: {}, some {}; the longest gap is {longest:.6} s at {longest_at:.6} s",
+            counted(*gaps as u64, "gap"),
+            counted(*rows, "row")
         ),
         RemarkKind::DifferentRates {
             control_period,
@@ -221,8 +222,8 @@ fn sentence(kind: &RemarkKind) -> String {
         }
         RemarkKind::MissingStates => "the log has no states along the run".to_owned(),
         RemarkKind::PartialState { found, expected } => format!(
-            "the state columns and the time are {found} numbers of the {expected} of the model's full state, so no \
-             state to start from is taken from them"
+            "the log has {found} of the {expected} numbers of the model's full state, the time counted; no state to \
+             start from is taken from them"
         ),
         RemarkKind::Reordered { part } => format!(
             "the columns of the {part} stand in another order than the model's; they were matched by name"

@@ -8,7 +8,7 @@ use super::{RemarkKind, SensorQuantity, Signature, TrialError, assemble::Table, 
 const QUATERNION_TOLERANCE: f64 = 0.05;
 /// Angles up to here pass as radians: two turns.
 const LARGEST_ANGLE: f64 = 2.0 * TAU;
-/// A column that ends this share of its way from where it began revolves, and does not swing.
+/// A column that ends farther from zero than it began, by this share of its way, revolves and does not swing.
 const ONE_WAY: f64 = 0.9;
 
 /// Refuses sensors whose numbers are in other units than the model's, as far as that can be seen.
@@ -87,8 +87,9 @@ fn check_angle(
         .windows(2)
         .map(|pair| (pair[1].1 - pair[0].1).abs())
         .sum();
-    let moved = (values[values.len() - 1].1 - values[0].1).abs();
+    let (first, last) = (values[0].1, values[values.len() - 1].1);
     let name = sensors.series.columns[column].clone();
+    let moved = last.abs() - first.abs();
     if moved > LARGEST_ANGLE && moved >= ONE_WAY * travelled {
         remarks.push(RemarkKind::LargeAngle {
             column: name,
