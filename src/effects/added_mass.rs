@@ -96,9 +96,7 @@ pub(super) fn inertia_at(mass: [f64; 3], inertia: [f64; 3], point: [f64; 3]) -> 
     let inertia = Matrix3::from_diagonal(&Vector3::from(inertia));
     let lever = Vector3::from(point).cross_matrix();
     let mut about_origin = Matrix6::zeros();
-    about_origin
-        .fixed_view_mut::<3, 3>(0, 0)
-        .copy_from(&mass);
+    about_origin.fixed_view_mut::<3, 3>(0, 0).copy_from(&mass);
     about_origin
         .fixed_view_mut::<3, 3>(0, 3)
         .copy_from(&(-mass * lever));

@@ -89,7 +89,11 @@ fn bring<D: Scalar>(filtered: D, rate: f64, elapsed: f64, before: D, now: D) -> 
     let x = rate * elapsed;
     let decay = (-x).exp();
     // (1 - exp(-x)) / x, which for small x has a series.
-    let mean = if x < 1e-6 { 1.0 - 0.5 * x } else { (1.0 - decay) / x };
+    let mean = if x < 1e-6 {
+        1.0 - 0.5 * x
+    } else {
+        (1.0 - decay) / x
+    };
     filtered * decay + before * (mean - decay) + now * (1.0 - mean)
 }
 
@@ -210,7 +214,10 @@ mod tests {
                 .sum();
             // Amplitude of the steady oscillation: omega sqrt(pi / omega).
             let amplitude = (omega * std::f64::consts::PI).sqrt();
-            assert!((found + integral).abs() < 8e-3 * amplitude, "{found} {integral}");
+            assert!(
+                (found + integral).abs() < 8e-3 * amplitude,
+                "{found} {integral}"
+            );
         }
     }
 

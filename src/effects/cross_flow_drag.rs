@@ -4,7 +4,9 @@ use super::{
     Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind, axes,
     body_scale::body,
     flow::Flow,
-    law::{Law, Parameters, Scalar, about_origin, constant, cross, real, scaled, signed_square, sum},
+    law::{
+        Law, Parameters, Scalar, about_origin, constant, cross, real, scaled, signed_square, sum,
+    },
 };
 
 /// Normal drag coefficient of a circular cylinder, the typical one [1].

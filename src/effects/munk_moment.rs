@@ -81,10 +81,7 @@ mod tests {
         let mut motion = fixture::still();
         motion.linear = [0.7, -0.3, 0.0];
         let across = added_mass::EFFECT.wrench(&[2.0, 11.0, 9.0, 0.0, 0.0, 0.0], &motion, &[]);
-        assert_eq!(
-            EFFECT.wrench(&[7.0, 9.0], &motion, &[])[5],
-            across[5]
-        );
+        assert_eq!(EFFECT.wrench(&[7.0, 9.0], &motion, &[])[5], across[5]);
         motion.linear = [0.7, 0.0, 0.4];
         let across = added_mass::EFFECT.wrench(&[2.0, 11.0, 9.0, 0.0, 0.0, 0.0], &motion, &[]);
         let alone = EFFECT.wrench(&[7.0, 9.0], &motion, &[]);

@@ -12,7 +12,9 @@ use super::{
     card::BodyScale,
     ellipsoid,
     flow::Flow,
-    law::{Parameters, Scalar, about_origin, constant, dot, real, scaled, signed_square, sum, times},
+    law::{
+        Parameters, Scalar, about_origin, constant, dot, real, scaled, signed_square, sum, times,
+    },
 };
 
 /// Names and units.
@@ -35,7 +37,11 @@ pub(super) struct Boundary {
 /// exp(-distance / length), one at the boundary and beyond it.
 fn nearness<D: Scalar>(length: D, boundary: &Boundary) -> D {
     // A length of zero would divide: none below a tenth of a millimetre.
-    let length = if real(length) < 1e-4 { D::from(1e-4) } else { length };
+    let length = if real(length) < 1e-4 {
+        D::from(1e-4)
+    } else {
+        length
+    };
     (D::from(-boundary.distance.clamp(0.0, 1e6)) / length).exp()
 }
 
@@ -54,9 +60,7 @@ pub(super) fn wrench<D: Scalar>(p: &Parameters<D>, boundary: &Boundary, flow: &F
         let cubes = extent[axis] * (j.powi(3) + k.powi(3)) / 12.0;
         let fourths = extent[axis] * (j.powi(4) + k.powi(4)) / 32.0;
         let drag = |speed: D, linear: f64, quadratic: f64| {
-            -near
-                * half_density
-                * (p[0] * speed * linear + p[1] * signed_square(speed) * quadratic)
+            -near * half_density * (p[0] * speed * linear + p[1] * signed_square(speed) * quadratic)
         };
         force[axis] = drag(v[axis], area, area);
         torque[axis] = drag(omega[axis], cubes, fourths);

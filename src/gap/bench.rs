@@ -25,6 +25,14 @@ use crate::{
 
 /// Step of a difference quotient, in standard deviations of the prior.
 const STEP: f64 = 0.01;
+/// Parameters that shape what amplitudes do.
+const SHAPE_NAMES: [&str; 6] = ["frequency", "rate", "length", "speed", PHASE, "vertical_lag"];
+/// The phase of an oscillation: amplitudes at two phases a quarter of a turn apart make any.
+pub(super) const PHASE: &str = "phase";
+/// Factors on a shape's usual value that are tried.
+const SHAPES: [f64; 3] = [1.0 / 3.0, 1.0, 3.0];
+/// Factors on a frequency's usual value that are tried.
+const FREQUENCIES: [f64; 7] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8];
 /// Gauss-Newton steps at most.
 const ITERATIONS: usize = 6;
 /// A change of the cost that ends a fit.
@@ -558,30 +566,60 @@ impl<'a> Bench<'a> {
         Ok(quotient(residual, &other, step))
     }
 
-    /// Directions of a candidate: its amplitudes at the values where a fit may start.
+    /// Directions of a candidate: its amplitudes, for several shapes where it has any (a frequency says
+    /// nothing while the amplitude is zero, so a few are tried).
     pub(super) fn directions(&self, candidate: usize) -> Vec<Direction> {
         let of = &self.candidates[candidate];
-        let (null, start) = (of.null(), of.start());
-        // A parameter that starts off its null either acts by itself (a delay) or shapes what amplitudes
-        // do (a frequency); the former leaves no other parameter at its null to be moved.
-        let acts_alone = of.parameters.len() == 1 && start != null;
-        of.parameters
-            .iter()
-            .enumerate()
-            .filter(|(_, p)| acts_alone || p.start == p.null)
-            .map(|(parameter, p)| Direction {
-                candidate,
-                parameter,
-                base: if acts_alone {
-                    null.clone()
-                } else {
-                    start.clone()
-                },
-                step: if acts_alone {
-                    p.start - p.null
-                } else {
+        let mut bases = vec![of.null()];
+        for (at, p) in of.parameters.iter().enumerate() {
+            let factors: &[f64] = match p.name.as_str() {
+                "frequency" => &FREQUENCIES,
+                "rate" | "length" | "speed" => &SHAPES,
+                _ => continue,
+            };
+            bases = factors
+                .iter()
+                .flat_map(|factor| {
+                    bases.iter().map(move |base| {
+                        let mut base = base.clone();
+                        base[at] = (base[at] * factor).clamp(p.lower, p.upper);
+                        base
+                    })
+                })
+                .collect();
+        }
+        if let Some(at) = of.parameters.iter().position(|p| p.name == PHASE) {
+            bases = bases
+                .into_iter()
+                .flat_map(|base| {
+                    let mut quarter = base.clone();
+                    quarter[at] += std::f64::consts::FRAC_PI_2;
+                    [base, quarter]
+                })
+                .collect();
+        }
+        let amplitudes = of.parameters.iter().enumerate();
+        let amplitudes: Vec<(usize, f64)> = amplitudes
+            .filter(|(_, p)| !SHAPE_NAMES.contains(&p.name.as_str()))
+            .map(|(parameter, p)| {
+                // A start off the null: there the effect has no derivative, and a secant stands for it.
+                let step = if p.start == p.null {
                     inward(p.null, STEP * p.prior_sd, p.upper)
-                },
+                } else {
+                    p.start - p.null
+                };
+                (parameter, step)
+            })
+            .collect();
+        bases
+            .iter()
+            .flat_map(|base| {
+                amplitudes.iter().map(|(parameter, step)| Direction {
+                    candidate,
+                    parameter: *parameter,
+                    base: base.clone(),
+                    step: *step,
+                })
             })
             .collect()
     }

@@ -40,11 +40,6 @@ impl Candidate {
     pub(super) fn null(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.null).collect()
     }
-
-    /// Values at which a first fit may start.
-    pub(super) fn start(&self) -> Vec<f64> {
-        self.parameters.iter().map(|p| p.start).collect()
-    }
 }
 
 /// Typical motions in the trials, which scale the priors.

@@ -13,6 +13,8 @@ mod candidates;
 mod conclude;
 mod error;
 mod experiment;
+#[cfg(test)]
+mod fake;
 mod find;
 mod information;
 mod leftover;
@@ -27,6 +29,8 @@ mod start;
 mod study;
 mod uncertainty;
 pub mod verdict;
+#[cfg(test)]
+mod tests;
 mod verify;
 mod watch;
 

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::DVector;
 
 use super::{
-    bench::{Bench, Direction, Fit, Point, Screen},
+    bench::{Bench, Direction, Fit, PHASE, Point, Screen},
     error::GapError,
     information::{Bounds, Quadratic},
     leftover,
@@ -142,27 +142,57 @@ impl<'s> Linear<'s> {
         let (_, columns, z) = self.evidence(set)?;
         let mut point = from.clone();
         for candidate in set {
-            let of = &bench.candidates[*candidate];
-            let mut values = of.start();
-            let mut first = true;
-            for (column, z) in columns.iter().zip(z.iter()) {
-                let direction = &self.screen.directions[*column];
-                if direction.candidate != *candidate {
-                    continue;
-                }
-                if first {
-                    values.clone_from(&direction.base);
-                    first = false;
-                }
-                let p = &of.parameters[direction.parameter];
-                values[direction.parameter] =
-                    (direction.base[direction.parameter] + z * p.prior_sd).clamp(p.lower, p.upper);
-            }
+            let found: Vec<(&Direction, f64)> = columns
+                .iter()
+                .zip(z.iter())
+                .map(|(column, z)| (&self.screen.directions[*column], *z))
+                .filter(|(direction, _)| direction.candidate == *candidate)
+                .collect();
+            let values = values(bench, *candidate, &found);
             point.candidates.push(*candidate);
             point.values.push(values);
         }
         Some(point)
     }
+}
+
+/// Values of a candidate from the best steps along its directions.
+fn values(bench: &Bench<'_>, candidate: usize, found: &[(&Direction, f64)]) -> Vec<f64> {
+    let parameters = &bench.candidates[candidate].parameters;
+    let mut values = found
+        .first()
+        .map_or_else(|| bench.candidates[candidate].null(), |(direction, _)| direction.base.clone());
+    let Some(phase) = parameters.iter().position(|p| p.name == PHASE) else {
+        for (direction, z) in found {
+            let p = &parameters[direction.parameter];
+            let value = direction.base[direction.parameter] + z * p.prior_sd;
+            values[direction.parameter] = value.clamp(p.lower, p.upper);
+        }
+        return values;
+    };
+    // Amplitudes at several phases add up to one phasor a component; the strongest sets the phase.
+    let mut phasors = vec![(0.0, 0.0); parameters.len()];
+    for (direction, z) in found {
+        let amplitude = z * parameters[direction.parameter].prior_sd;
+        let (sine, cosine) = direction.base[phase].sin_cos();
+        let phasor = &mut phasors[direction.parameter];
+        phasor.0 += amplitude * cosine;
+        phasor.1 += amplitude * sine;
+    }
+    let strongest = phasors
+        .iter()
+        .copied()
+        .max_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)))
+        .unwrap_or((1.0, 0.0));
+    let angle = strongest.1.atan2(strongest.0);
+    for (direction, _) in found {
+        let (real, imaginary) = phasors[direction.parameter];
+        let p = &parameters[direction.parameter];
+        let along = real * angle.cos() + imaginary * angle.sin();
+        values[direction.parameter] = along.clamp(p.lower, p.upper);
+    }
+    values[phase] = angle;
+    values
 }
 
 /// Squared whitened residuals count less where a strong effect is at work, whose catalogue form is only
