@@ -4,8 +4,22 @@
 //! Forces act on a body (base-frame wrench about the body's origin), on a joint, on an actuator's
 //! command or thrust, or they change what a sensor reports.
 
+pub mod actuator_deadband;
+pub mod actuator_delay;
+pub mod actuator_gain;
+pub mod actuator_lag;
 pub mod card;
+pub mod inflow_thrust_loss;
+pub mod joint_backlash;
+pub mod joint_damping;
+pub mod joint_friction;
+mod joint_scale;
+pub mod joint_stiffness;
 pub mod motion;
+mod parameter;
+pub mod sensor_bias;
+pub mod sensor_delay;
+pub mod sensor_scale;
 
 pub use card::{Card, Id, Parameter, Placement, Target, TargetKind};
 pub use motion::Motion;
@@ -53,6 +67,12 @@ pub trait BodyPart {
 
     /// What is added to the body's inertia [kg, kg m, kg m^2], (linear, angular) about its origin in its
     /// frame: applied implicitly, as effective mass. Symmetric, positive semidefinite.
+    ///
+    /// It multiplies the acceleration of the origin as seen from the world and the angular acceleration,
+    /// both expressed in the body's frame: with J the Jacobian of (linear, angular) velocity in that
+    /// frame's directions, `J qacc + (dJ/dt) qvel` where the directions are held fixed in the world during the
+    /// differentiation. (Not Fossen's derivative of body-frame components, which lacks omega x v: that part
+    /// is in [`BodyPart::wrench`].) For a free body this is just `J qacc`.
     fn inertia(&self, _p: &[f64], _motion: &Motion) -> Option<Matrix6<f64>> {
         None
     }
@@ -73,6 +93,12 @@ pub trait BodyPart {
 pub trait WaterPart {
     /// Velocity of the water in the world [m/s] at a point [m] and a time [s].
     fn velocity(&self, p: &[f64], position: [f64; 3], time: f64) -> [f64; 3];
+
+    /// Acceleration of the water in the world [m/s^2] at a point [m] and a time [s]. It goes into
+    /// [`Motion::water_acceleration`], and every wet body feels its pressure, [`Motion::froude_krylov`].
+    fn acceleration(&self, _p: &[f64], _position: [f64; 3], _time: f64) -> [f64; 3] {
+        [0.0; 3]
+    }
 }
 
 /// A generalised force on a hinge [N m] or slide [N].
@@ -91,6 +117,12 @@ pub trait JointPart {
     /// Brings the memory over a step [s].
     fn advance(&self, _p: &[f64], _position: f64, _velocity: f64, _step: f64, _memory: &mut [f64]) {
     }
+
+    /// Play [rad or m] that the joint has: the simulator puts a joint, limited to half of it on either
+    /// side, in series behind this one.
+    fn play(&self, _p: &[f64]) -> Option<f64> {
+        None
+    }
 }
 
 /// A change of an actuator, between the logged command and the force.
@@ -105,7 +137,8 @@ pub trait ActuatorPart {
         command
     }
 
-    /// Factor on the actuator's force, from the inflow speed along its thrust [m/s].
+    /// Factor on the actuator's force, from the speed [m/s] at which it advances through the water along
+    /// the thrust that it gives at present (thrust reversed: the other way).
     fn force_factor(&self, _p: &[f64], _inflow: f64) -> f64 {
         1.0
     }
