@@ -6,20 +6,25 @@ use super::{
         mjBIAS_AFFINE, mjBIAS_NONE, mjGAIN_AFFINE, mjGAIN_FIXED, mjOBJ_ACTUATOR, mjOBJ_BODY,
         mjOBJ_JOINT,
     },
-    scale,
+    readings,
+    scale::{self, Found},
     views::ModelView,
     walls,
 };
 use crate::{
-    effects::{Effect, Entry, Id, Motion, Part, Target, TargetKind},
+    effects::{Effect, Entry, Id, Motion, Part, TargetKind},
     plugin::{
         Bound,
-        bound::{Acting, ChangedActuator, MovedJoint, WetBody},
+        bound::{Acting, ChangedActuator, Displacing, MovedJoint, WetBody},
     },
 };
 
 /// Where an effect of this name is found.
 pub(super) type Catalogue = fn(Id) -> &'static dyn Effect;
+
+/// The effects that `hydro` knows.
+pub(super) const CATALOGUE: Catalogue = temporary;
+fn temporary(_: Id) -> &'static dyn Effect { &crate::effects::joint_damping::EFFECT }
 
 /// What surrounds the effects.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +57,22 @@ pub(super) fn bind(
         add(model, entry, catalogue, around, &mut bound)
             .map_err(|reason| format!("effect `{}`: {reason}", entry.effect))?;
     }
+    if !bound.water.is_empty() {
+        bound.displacing = displacing(model, bound.density);
+    }
     Ok(bound)
+}
+
+/// All bodies that displace water.
+fn displacing(model: ModelView<'_>, density: f64) -> Vec<Displacing> {
+    (1..model.bodies())
+        .filter(|body| readings::weighs_in(model, *body))
+        .map(|body| Displacing {
+            body,
+            mass: density * scale::own_volume(model, body, density),
+            middle: scale::box_of(model, body).0,
+        })
+        .collect()
 }
 
 fn add(
@@ -124,24 +144,8 @@ fn add(
     Ok(())
 }
 
-/// An element of the model.
-enum Found {
-    Body(usize),
-    Joint(usize),
-    Actuator(usize),
-}
-
-impl Found {
-    fn sizes(&self, model: ModelView<'_>, density: f64) -> Target {
-        match self {
-            Self::Body(body) => Target::Body(scale::body(model, *body, density)),
-            Self::Joint(joint) => Target::Joint(scale::joint(model, *joint)),
-            Self::Actuator(_) => Target::Actuator(scale::actuator(model)),
-        }
-    }
-}
-
-fn target(model: ModelView<'_>, kind: TargetKind, name: &str) -> Result<Found, String> {
+/// The element of that name and kind.
+pub(super) fn target(model: ModelView<'_>, kind: TargetKind, name: &str) -> Result<Found, String> {
     let (code, word, count) = match kind {
         TargetKind::Body => (mjOBJ_BODY, "body", model.bodies()),
         TargetKind::Joint => (mjOBJ_JOINT, "joint", model.jnt_type().len()),
@@ -227,12 +231,14 @@ fn wet_body(model: ModelView<'_>, body: usize, density: f64) -> WetBody {
         .iter()
         .enumerate()
         .all(|(above, dof)| model.M_rownnz()[*dof] as usize == above + 1);
+    let (middle, extent) = scale::box_of(model, body);
     WetBody {
         body,
+        middle,
         root: scale::is_root(model, body),
         dofs,
         full_rows,
-        extent: scale::extent(model, body),
+        extent,
         volume: scale::volume(model, body, density),
         acting: Vec::new(),
     }
@@ -246,9 +252,11 @@ fn has_inertia(acting: &Acting) -> bool {
         world_from_base: nalgebra::UnitQuaternion::identity(),
         linear: [0.1; 3],
         angular: [0.1; 3],
+        water_acceleration: [0.0; 3],
         gravity: [0.0, 0.0, -9.81],
         density: 1000.0,
         centre: [0.0; 3],
+        middle: [0.0; 3],
         extent: [1.0; 3],
         volume: 1.0,
         depth: Some(1.0),
@@ -277,10 +285,9 @@ fn add_to_actuator(
     let plain = (gain == mjGAIN_FIXED || gain == mjGAIN_AFFINE)
         && (bias == mjBIAS_NONE || bias == mjBIAS_AFFINE)
         && model.actuator_plugin()[actuator] < 0;
-    // A delay of MuJoCo's own keeps commands back in a buffer that is not read here.
     let stateless = model.actuator_actadr()[actuator] < 0;
     let changes_command = !matches!(acting.effect.card().id, Id::ActuatorGain | Id::InflowThrustLoss);
-    if !plain {
+    if !plain && !(changes_command && around.commands_before_step) {
         return Err(format!(
             "actuator `{name}` is of a type whose force is not known beforehand; expected a gain that is \
              fixed or affine and a bias that is none or affine"

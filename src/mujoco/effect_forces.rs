@@ -1,8 +1,9 @@
 //! Effects in a simulation: the one place where they act, for the plugin and for `hydro gap` alike.
 //!
 //! A body's effects are a wrench w(V) and an inertia A, both in the body's frame about its origin, V its
-//! velocity relative to the water there. With J the Jacobian of the body's own velocity, J(q) v' + b its
-//! rate of change, and D = -dw/dV, a step of length h from v solves
+//! velocity relative to the water there. With J v the velocity of the origin and the angular velocity in
+//! that frame's directions, J v' + b their accelerations as the world sees them, and D = -dw/dV, a step of
+//! length h from v solves
 //!
 //! ```text
 //! (M + J^T (A + h D) J) v' = forces + J^T (w - A b)            h D not under Runge-Kutta
@@ -31,9 +32,6 @@ use crate::{
         bound::{Acting, WetBody},
     },
 };
-
-/// Half the time over which the water's acceleration is differenced [s].
-const GLIMPSE: f64 = 1e-4;
 
 /// Effects with their memory.
 #[derive(Clone, Copy)]
@@ -85,6 +83,20 @@ impl<'a> Water<'a> {
                 if let Some(water) = acting.water() {
                     let velocity = water.velocity(&acting.parameters, at.into(), self.time);
                     sum += Vector3::from(velocity);
+                }
+            }
+        }
+        sum
+    }
+
+    /// What effects accelerate it by at a point [m/s^2].
+    fn acceleration(&self, at: Vector3<f64>) -> Vector3<f64> {
+        let mut sum = Vector3::zeros();
+        for source in self.sources {
+            for acting in &source.bound.water {
+                if let Some(water) = acting.water() {
+                    let rate = water.acceleration(&acting.parameters, at.into(), self.time);
+                    sum += Vector3::from(rate);
                 }
             }
         }
@@ -181,7 +193,7 @@ fn body_load<'a>(
         }
     }
     if let Some(inertia) = &inertia {
-        wrench -= inertia * bias(data, source.bound, water, wet, &frame, &motion);
+        wrench -= inertia * bias(data, wet, &frame);
     }
     let step = data.model().raw().opt.timestep;
     let implicit = match (inertia, damping.map(|damping| resisting(&damping) * step)) {
@@ -196,41 +208,18 @@ fn body_load<'a>(
     }
 }
 
-/// The rate of change of the body's velocity relative to the water, in its frame, where no degree of
-/// freedom accelerates.
-fn bias(
-    data: &DataView<'_>,
-    bound: &Bound,
-    water: &Water<'_>,
-    wet: &WetBody,
-    frame: &Frame,
-    motion: &Motion,
-) -> Vector6<f64> {
+/// The acceleration of the body's origin as the world sees it, and its angular acceleration, in the
+/// directions of its frame, where no degree of freedom accelerates.
+fn bias(data: &DataView<'_>, wet: &WetBody, frame: &Frame) -> Vector6<f64> {
     let mut bias = wet.dofs.iter().fold(Vector6::zeros(), |sum, dof| {
-        let column = to_body(
-            &frame.rotation,
-            frame.arm,
-            &data.cdof_dot()[6 * dof..6 * dof + 6],
-        );
-        sum + column * data.qvel()[*dof]
+        let axis = &data.cdof_dot()[6 * dof..6 * dof + 6];
+        sum + to_body(&frame.rotation, frame.arm, axis) * data.qvel()[*dof]
     });
-    // The water's velocity u, seen from the body: d(R^T u)/dt = R^T u' - w x R^T u.
-    let angular = Vector3::from(motion.angular);
-    let u = frame
-        .rotation
-        .tr_mul(&water.velocity(bound, frame.origin));
-    let mut turning = angular.cross(&u);
-    if water.has_effects() {
-        let (linear, _) = native::velocity(data, wet.body, frame.origin);
-        let at = |dt: f64| {
-            let there = frame.origin + linear * dt;
-            water.at_time(water.time + dt).added(there)
-        };
-        let rate = (at(GLIMPSE) - at(-GLIMPSE)) / (2.0 * GLIMPSE);
-        turning -= frame.rotation.tr_mul(&rate);
-    }
+    // From the spatial acceleration to that of the origin.
+    let (linear, angular) = native::velocity(data, wet.body, frame.origin);
+    let carried = frame.rotation.tr_mul(&angular.cross(&linear));
     for axis in 0..3 {
-        bias[axis] += turning[axis];
+        bias[axis] += carried[axis];
     }
     bias
 }
@@ -279,6 +268,7 @@ fn motion(
         world_from_base: attitude,
         linear: frame.rotation.tr_mul(&relative).into(),
         angular: frame.rotation.tr_mul(&angular).into(),
+        water_acceleration: water.acceleration(frame.origin).into(),
         gravity: if gravity_is_on {
             option.gravity
         } else {
@@ -286,6 +276,7 @@ fn motion(
         },
         density: bound.density,
         centre: centre.into(),
+        middle: wet.middle,
         extent: wet.extent,
         volume: wet.volume,
         depth: Some(bound.waterline - frame.origin.z),
@@ -360,8 +351,8 @@ impl Todo {
         if let Some(run) = run::current() {
             self.add_buoyancy_torques(data, &run.moved_centres);
         }
-        if model.has_fluid() && water.has_effects() {
-            changed_native_fluid(data, &water, |body, at, force, torque| {
+        if water.has_effects() {
+            moving_water(data, &water, |body, at, force, torque| {
                 for_each_dof(data, body, |dof| {
                     let power = power_of(data, body, dof, at, force, torque);
                     self.forces.push((dof, power));
@@ -462,15 +453,31 @@ fn power_of(
         + Vector3::new(axis[3], axis[4], axis[5]).dot(&force)
 }
 
-/// What effects on the water change of the force of MuJoCo's own fluid, which knows a constant wind
-/// only: `each` gets body, point, force and torque there, in the world.
-fn changed_native_fluid(
+/// What effects on the water do to bodies beside the relative velocity of other effects: the pressure
+/// that accelerates the water (Froude-Krylov) on all that displaces it, and the change of MuJoCo's own
+/// fluid, which knows a constant wind only. `each` gets body, point, force and torque there, in the world.
+fn moving_water(
     data: &DataView<'_>,
     water: &Water<'_>,
     mut each: impl FnMut(usize, Vector3<f64>, Vector3<f64>, Vector3<f64>),
 ) {
+    // Every bound that moves the water knows all that displaces it.
+    let knows = water
+        .sources
+        .iter()
+        .find(|source| !source.bound.water.is_empty());
+    for displacing in knows.map_or(&[][..], |source| &source.bound.displacing) {
+        let rotation = rotation(data.xmat(), displacing.body);
+        let at = vector(data.xpos(), displacing.body)
+            + rotation * Vector3::from(displacing.middle);
+        let rate = water.acceleration(at);
+        each(displacing.body, at, rate * displacing.mass, Vector3::zeros());
+    }
+    if !data.model().has_fluid() {
+        return;
+    }
+    let wind = water.wind;
     for body in 1..data.model().bodies() {
-        let wind = water.wind;
         native::loads(
             data,
             body,
@@ -487,16 +494,18 @@ fn changed_native_fluid(
 }
 
 /// What effects put on the bodies that hang below and at `root`, with the accelerations of `data`:
-/// `each` gets a point, and force and torque there, in the world.
+/// `each` gets a point, and force and torque there, in the world. Sources before the `first` count for the
+/// motion of the water only.
 pub(super) fn on_subtree(
     data: &DataView<'_>,
     sources: &[Source<'_>],
     root: usize,
+    first: usize,
     mut each: impl FnMut(Vector3<f64>, Vector3<f64>, Vector3<f64>),
 ) {
     let model = data.model();
     let water = Water::new(data, sources);
-    for source in sources {
+    for source in &sources[first.min(sources.len())..] {
         for wet in &source.bound.bodies {
             if !model.hangs_below(wet.body, root) {
                 continue;
@@ -511,8 +520,8 @@ pub(super) fn on_subtree(
             each(load.frame.origin, rotation * force, rotation * torque);
         }
     }
-    if model.has_fluid() && water.has_effects() {
-        changed_native_fluid(data, &water, |body, at, force, torque| {
+    if water.has_effects() {
+        moving_water(data, &water, |body, at, force, torque| {
             if model.hangs_below(body, root) {
                 each(at, force, torque);
             }

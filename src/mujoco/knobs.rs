@@ -9,21 +9,18 @@
 //! | gain | actuators | relative, gain and bias alike |
 //! | damping | joints that have any | relative |
 
-use nalgebra::Vector3;
-
 use super::{
     bindings::{
-        mjBIAS_AFFINE, mjBIAS_NONE, mjData, mjGAIN_AFFINE, mjGAIN_FIXED, mjModel, mjOBJ_ACTUATOR,
+        mjBIAS_AFFINE, mjBIAS_NONE, mjGAIN_AFFINE, mjGAIN_FIXED, mjModel, mjOBJ_ACTUATOR,
         mjOBJ_BODY, mjOBJ_JOINT,
     },
-    bind::Catalogue,
+    bind::{self, Catalogue},
     readings, scale,
     simulator::{Model, SimulatorError},
     views::{ModelView, NBIAS, NGAIN, actuators, view_mut},
 };
 use crate::{
     effects::{Entry, TargetKind},
-    frames,
     plugin::{Settings, native_fluid::EllipsoidCoefficients},
     sim::plant::{Knob, KnobClass},
 };
@@ -120,10 +117,12 @@ pub(super) fn find(
                 TargetKind::Actuator => KnobClass::Gain,
                 _ => KnobClass::Fluid,
             };
-            let target = scale::target(model, catalogue(entry.effect).card().target, &entry.target);
-            let names = target.map_or_else(Vec::new, |target| {
-                catalogue(entry.effect).parameters(&target)
-            });
+            let density = scale::density(model, Some(settings.density));
+            let found = bind::target(model, catalogue(entry.effect).card().target, &entry.target);
+            let names = found.map_or_else(
+                |_| Vec::new(),
+                |found| catalogue(entry.effect).parameters(&found.sizes(model, density)),
+            );
             for (value, parameter) in names.iter().enumerate() {
                 if entry.parameters.get(value).is_some_and(|value| *value != 0.0) {
                     let name = format!("{}.{}.{}", entry.target, entry.effect, parameter.name);

@@ -292,7 +292,7 @@ impl LoadCell {
             }
             let carriers = wrench::with_effects(data);
             wrench::with_sources(data, &carriers, |data, sources| {
-                effect_forces::on_subtree(data, sources, body, |at, force, torque| {
+                effect_forces::on_subtree(data, sources, body, 0, |at, force, torque| {
                     water.add(at, force, torque);
                 });
             });

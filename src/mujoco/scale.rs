@@ -11,7 +11,10 @@ use super::{
     views::{ModelView, NGAIN},
 };
 use crate::{
-    effects::card::{ActuatorScale, BodyScale, JointScale},
+    effects::{
+        Target,
+        card::{ActuatorScale, BodyScale, JointScale},
+    },
     frames,
     plugin::{native_fluid::EllipsoidCoefficients, waterline},
 };
@@ -75,13 +78,26 @@ fn hull(model: ModelView<'_>, bodies: impl Iterator<Item = usize>) -> Vec<(usize
 
 /// Displaced volume [m^3]: what gravity compensation says, else that of the hull's geoms.
 pub(super) fn volume(model: ModelView<'_>, body: usize, density: f64) -> f64 {
-    let compensated: f64 = with_tree(model, body)
+    volume_of(model, density, || with_tree(model, body))
+}
+
+/// Displaced volume of a body alone [m^3].
+pub(super) fn own_volume(model: ModelView<'_>, body: usize, density: f64) -> f64 {
+    volume_of(model, density, || std::iter::once(body))
+}
+
+fn volume_of<I: Iterator<Item = usize>>(
+    model: ModelView<'_>,
+    density: f64,
+    bodies: impl Fn() -> I,
+) -> f64 {
+    let compensated: f64 = bodies()
         .map(|link| model.body_gravcomp()[link] * model.body_mass()[link])
         .sum();
     if compensated > 0.0 {
         return compensated / density;
     }
-    hull(model, with_tree(model, body))
+    hull(model, bodies())
         .into_iter()
         .map(|(_, geom)| {
             waterline::volume(
@@ -93,9 +109,9 @@ pub(super) fn volume(model: ModelView<'_>, body: usize, density: f64) -> f64 {
         .sum()
 }
 
-/// Extents of a body and what is welded to it along its axes [m]; of the box of the same inertia where
-/// it has no geoms.
-pub(super) fn extent(model: ModelView<'_>, body: usize) -> [f64; 3] {
+/// Middle [m] and extents [m] of a body and what is welded to it along its axes; of the box of the same
+/// inertia where it has no geoms.
+pub(super) fn box_of(model: ModelView<'_>, body: usize) -> ([f64; 3], [f64; 3]) {
     let welded = (body..model.bodies()).filter(|link| {
         model.hangs_below(*link, body)
             && model.body_weldid()[*link] == model.body_weldid()[body]
@@ -119,11 +135,12 @@ pub(super) fn extent(model: ModelView<'_>, body: usize) -> [f64; 3] {
         high = high.sup(&(centre.coords + reach));
     }
     if low.x.is_finite() && high.x.is_finite() {
-        return (high - low).into();
+        return ((0.5 * (high + low)).into(), (high - low).into());
     }
     let mass = model.body_mass()[body].max(f64::MIN_POSITIVE);
     let [x, y, z] = ModelView::triple(model.body_inertia(), body);
-    [y + z - x, x + z - y, x + y - z].map(|sum| (6.0 * sum.max(0.0) / mass).sqrt())
+    let extent = [y + z - x, x + z - y, x + y - z].map(|sum| (6.0 * sum.max(0.0) / mass).sqrt());
+    (ModelView::triple(model.body_ipos(), body), extent)
 }
 
 /// Sizes of a body; of its whole tree where it is the root.
@@ -150,7 +167,7 @@ pub(super) fn body(model: ModelView<'_>, body: usize, density: f64) -> BodyScale
     BodyScale {
         mass,
         inertia,
-        extent: extent(model, body),
+        extent: box_of(model, body).1,
         volume: volume(model, body, density),
         density,
         gravity: Vector3::from(model.raw().opt.gravity).norm(),
@@ -194,6 +211,25 @@ pub(super) fn joint(model: ModelView<'_>, joint: usize) -> JointScale {
         speed: 0.0,
         travel: 0.0,
         slides,
+    }
+}
+
+/// An element of the model that an effect can act on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Found {
+    Body(usize),
+    Joint(usize),
+    Actuator(usize),
+}
+
+impl Found {
+    /// Its sizes.
+    pub(super) fn sizes(self, model: ModelView<'_>, density: f64) -> Target {
+        match self {
+            Self::Body(id) => Target::Body(body(model, id, density)),
+            Self::Joint(id) => Target::Joint(joint(model, id)),
+            Self::Actuator(_) => Target::Actuator(actuator(model)),
+        }
     }
 }
 

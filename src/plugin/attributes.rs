@@ -17,7 +17,10 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use super::search::SearchPath;
-use crate::model::{EngineKind, Solver};
+use crate::{
+    effects::Entry,
+    model::{EngineKind, Solver},
+};
 
 /// Every attribute, in the order of the table above.
 pub const NAMES: [&str; 9] = [
@@ -191,6 +194,10 @@ impl Settings {
             },
         })
     }
+}
+
+fn effects(found: String, _search: &SearchPath) -> Result<Vec<Entry>, AttributeError> {
+    Err(AttributeError::Value { attribute: "effects", found, expected: "none" })
 }
 
 fn numbers(

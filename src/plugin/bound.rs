@@ -62,6 +62,8 @@ pub struct WetBody {
     pub full_rows: bool,
     /// Extents along the body's axes [m].
     pub extent: [f64; 3],
+    /// Middle of the box of these extents, in the body's frame [m].
+    pub middle: [f64; 3],
     /// Displaced volume [m^3].
     pub volume: f64,
     /// What acts.
@@ -94,6 +96,17 @@ pub struct ChangedActuator {
     pub acting: Vec<Acting>,
 }
 
+/// A body that displaces water.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Displacing {
+    /// Its number.
+    pub body: usize,
+    /// Mass of the water that it alone displaces [kg].
+    pub mass: f64,
+    /// Middle of its box, in its frame [m].
+    pub middle: [f64; 3],
+}
+
 /// Shape of a wall.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WallShape {
@@ -117,6 +130,8 @@ pub struct Bound {
     pub joints: Vec<MovedJoint>,
     /// On actuators.
     pub actuators: Vec<ChangedActuator>,
+    /// All that displaces water, where [`Bound::water`] moves it.
+    pub displacing: Vec<Displacing>,
     /// Walls that stand still.
     pub walls: Vec<Wall>,
     /// Density of the water [kg/m^3].
