@@ -24,10 +24,21 @@ const MAY_NAME: &[(&str, &[&str])] = &[
         "training",
         &["checkpoint", "dataset", "features", "frames", "model"],
     ),
-    ("plugin", &["checkpoint", "features", "frames", "model"]),
+    (
+        "plugin",
+        &["checkpoint", "effects", "features", "frames", "model"],
+    ),
     (
         "mujoco",
-        &["checkpoint", "features", "frames", "model", "plugin", "sim"],
+        &[
+            "checkpoint",
+            "effects",
+            "features",
+            "frames",
+            "model",
+            "plugin",
+            "sim",
+        ],
     ),
     (
         "comparison",
