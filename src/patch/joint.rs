@@ -10,10 +10,13 @@ use super::{
 /// Largest excess of Stribeck, in parts of Coulomb's friction, that MuJoCo's dry friction stands for.
 const LITTLE_EXCESS: f64 = 0.1;
 
-/// Inertia of the extra joint of a play, in parts of what the joint moves: with a rotor before the play,
-/// and without one, when it is all the rotor there is.
+/// Inertia of the extra joint of a play, in parts of what the joint moves, where a rotor before the play
+/// has inertia of its own.
 const TINY: f64 = 1e-4;
-const ROTOR: f64 = 1e-2;
+
+/// The same without one, when it is all the rotor there is: a lighter one crosses the play within a step
+/// or two and is thrown far into its stops.
+const ROTOR: f64 = 0.05;
 
 /// True where the compiler sets spring and damping of a joint by itself.
 fn tuned<'d>(model: &'d Mjcf<'d>, joint: Node<'d, 'd>) -> bool {
@@ -163,6 +166,7 @@ pub(super) fn play<'d>(
     );
     // As stiff as the step allows: MuJoCo's usual stop gives way for 20 ms.
     say("solreflimit", &numbers(&[2.0 * place.step, 1.0]));
+    say("solimplimit", "0.99 0.999 0.001");
     // What the joint's class gives it belongs to it alone.
     for key in [
         "damping",
@@ -281,7 +285,8 @@ mod tests {
         assert_eq!(
             slack.unwrap(),
             "<joint name=\"j\" axis=\"0 1 0\" class=\"c\"/><joint name=\"j_play\" class=\"c\" axis=\"0 1 0\" \
-             limited=\"true\" range=\"-0.01 0.01\" armature=\"0.005\" solreflimit=\"0.004 1\" damping=\"0\"/> \
+             limited=\"true\" range=\"-0.01 0.01\" armature=\"0.025\" solreflimit=\"0.004 1\" \
+             solimplimit=\"0.99 0.999 0.001\" damping=\"0\"/> \
              <key qpos=\"5 0 6\"/>"
         );
     }
