@@ -12,6 +12,7 @@ pub mod model;
 #[cfg(feature = "mujoco")]
 #[expect(unsafe_code)]
 pub mod mujoco;
+pub mod patch;
 pub mod plugin;
 pub mod report;
 pub mod robot;

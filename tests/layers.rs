@@ -16,6 +16,7 @@ const MAY_NAME: &[(&str, &[&str])] = &[
     ("effects", &["frames"]),
     ("sim", &["effects", "frames"]),
     ("trial", &["frames"]),
+    ("patch", &["effects", "sim"]),
     ("rollouts", &["features"]),
     ("dataset", &["features", "frames"]),
     ("model", &["features", "frames"]),

@@ -22,6 +22,8 @@ mod ellipsoid;
 #[cfg(test)]
 mod fixture;
 mod flow;
+#[cfg(test)]
+mod free_motion;
 pub mod free_surface;
 pub mod inflow_thrust_loss;
 pub mod joint_backlash;
