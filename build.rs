@@ -67,6 +67,21 @@ mod mujoco {
         "mj_setState",
         "mj_getPluginConfig",
         "mj_loadPluginLibrary",
+        "mj_makeM",
+        "mj_factorM",
+        "mj_projectConstraint",
+        "mj_copyModel",
+        "mj_setConst",
+        "mj_integratePos",
+        "mj_parseXML",
+        "mj_compile",
+        "mj_deleteSpec",
+        "mjs_getError",
+        "mjs_firstElement",
+        "mjs_nextElement",
+        "mjs_asBody",
+        "mjs_addBody",
+        "mjs_getId",
         "mjp_defaultPlugin",
         "mjp_registerPlugin",
         "mjp_getPlugin",
@@ -92,6 +107,14 @@ mod mujoco {
         "mjtPluginCapabilityBit",
         "mjtState",
         "mjtVisFlag",
+        "mjtSensor",
+        "mjtTrn",
+        "mjtDyn",
+        "mjtGain",
+        "mjtBias",
+        "mjtSolver",
+        "mjtSameFrame",
+        "mjtWarning",
     ];
 
     /// Headers and library of one MuJoCo.
@@ -136,6 +159,10 @@ mod mujoco {
         if found.engine_plugins {
             println!("cargo:rustc-cfg=mujoco_plugins");
         }
+        // From 4.0 an actuator may have several controls and outputs, which are counted apart.
+        if found.version >= 4_000_000 {
+            println!("cargo:rustc-cfg=mujoco_outputs");
+        }
         // Only the shared library registers when it is loaded; tests and `hydro` must not.
         println!("cargo:rustc-link-arg-cdylib=-Wl,-init,hydro_plugin_load");
         write_bindings(&found);
@@ -152,7 +179,7 @@ mod mujoco {
             .dynamic_library_name("Functions")
             .dynamic_link_require_all(true)
             .layout_tests(true)
-            .allowlist_var("mjVERSION_HEADER|mjNFLUID|mjMINVAL|mjMAXVAL");
+            .allowlist_var("mjVERSION_HEADER|mjNFLUID|mjMINVAL|mjMAXVAL|mjNPOLY|mjNGAIN|mjNBIAS");
         let (functions, types): (&[&[&str]], &[&[&str]]) = if found.engine_plugins {
             (&[FUNCTIONS, PLUGIN_FUNCTIONS], &[TYPES, PLUGIN_TYPES])
         } else {

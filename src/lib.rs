@@ -12,9 +12,11 @@ pub mod model;
 #[cfg(feature = "mujoco")]
 #[expect(unsafe_code)]
 pub mod mujoco;
+pub mod patch;
 pub mod plugin;
 pub mod report;
 pub mod robot;
 pub mod rollouts;
 pub mod sim;
 pub mod training;
+pub mod trial;

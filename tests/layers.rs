@@ -15,6 +15,8 @@ const MAY_NAME: &[(&str, &[&str])] = &[
     ("robot", &["frames"]),
     ("effects", &["frames"]),
     ("sim", &["effects", "frames"]),
+    ("trial", &["frames"]),
+    ("patch", &["effects", "sim"]),
     ("rollouts", &["features"]),
     ("dataset", &["features", "frames"]),
     ("model", &["features", "frames"]),
@@ -23,10 +25,21 @@ const MAY_NAME: &[(&str, &[&str])] = &[
         "training",
         &["checkpoint", "dataset", "features", "frames", "model"],
     ),
-    ("plugin", &["checkpoint", "features", "frames", "model"]),
+    (
+        "plugin",
+        &["checkpoint", "effects", "features", "frames", "model"],
+    ),
     (
         "mujoco",
-        &["checkpoint", "features", "frames", "model", "plugin", "sim"],
+        &[
+            "checkpoint",
+            "effects",
+            "features",
+            "frames",
+            "model",
+            "plugin",
+            "sim",
+        ],
     ),
     (
         "comparison",

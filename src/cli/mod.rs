@@ -19,6 +19,8 @@ mod evaluate;
 mod inspect;
 mod progress;
 #[cfg(mujoco_plugins)]
+mod gap;
+#[cfg(mujoco_plugins)]
 mod simulate;
 mod table;
 mod train;
@@ -43,6 +45,9 @@ enum Command {
     /// Drive a robot under a learned wrench and compare it with the truth and with rivals.
     #[cfg(mujoco_plugins)]
     Simulate(simulate::Args),
+    /// Find what a simulation lacks, name it, add it, verify.
+    #[cfg(mujoco_plugins)]
+    Gap(gap::Args),
     /// Describe a checkpoint, a data set or a folder of rollouts.
     Inspect(inspect::Args),
     /// Say which MuJoCo was found and whether the plugin works in it.
@@ -56,6 +61,8 @@ pub(crate) fn run() -> anyhow::Result<()> {
         Command::Evaluate(args) => evaluate::run(&args),
         #[cfg(mujoco_plugins)]
         Command::Simulate(args) => simulate::run(&args),
+        #[cfg(mujoco_plugins)]
+        Command::Gap(args) => gap::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Doctor(args) => doctor::run(&args),
     }

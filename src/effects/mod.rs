@@ -4,11 +4,58 @@
 //! Forces act on a body (base-frame wrench about the body's origin), on a joint, on an actuator's
 //! command or thrust, or they change what a sensor reports.
 
+pub mod actuator_deadband;
+pub mod actuator_delay;
+pub mod actuator_gain;
+pub mod actuator_lag;
+pub mod added_mass;
+mod axes;
+pub mod basset_history;
+mod body_scale;
+pub mod buoyancy_offset;
 pub mod card;
+pub mod catalogue;
+pub mod constant_force;
+pub mod cross_flow_drag;
+pub mod current;
+mod ellipsoid;
+#[cfg(test)]
+mod fixture;
+mod flow;
+#[cfg(test)]
+mod free_motion;
+pub mod free_surface;
+pub mod inflow_thrust_loss;
+pub mod joint_backlash;
+pub mod joint_damping;
+pub mod joint_friction;
+mod joint_scale;
+pub mod joint_stiffness;
+mod law;
+pub mod lift;
+pub mod linear_drag;
 pub mod motion;
+pub mod munk_moment;
+mod nearest;
+pub mod net_buoyancy;
+mod parameter;
+pub mod payload;
+mod proximity;
+pub mod quadratic_drag;
+pub mod sensor_bias;
+pub mod sensor_delay;
+pub mod sensor_scale;
+pub mod set;
+#[cfg(test)]
+mod tests;
+pub mod wake_memory;
+pub mod wall_proximity;
+pub mod waves;
 
 pub use card::{Card, Id, Parameter, Placement, Target, TargetKind};
+pub use catalogue::{all, effect};
 pub use motion::Motion;
+pub use set::{EffectSet, SetError, Targets};
 
 use nalgebra::Matrix6;
 
@@ -53,6 +100,12 @@ pub trait BodyPart {
 
     /// What is added to the body's inertia [kg, kg m, kg m^2], (linear, angular) about its origin in its
     /// frame: applied implicitly, as effective mass. Symmetric, positive semidefinite.
+    ///
+    /// It multiplies the acceleration of the origin as seen from the world and the angular acceleration,
+    /// both expressed in the body's frame: with J the Jacobian of (linear, angular) velocity in that
+    /// frame's directions, `J qacc + (dJ/dt) qvel` where the directions are held fixed in the world during the
+    /// differentiation. (Not Fossen's derivative of body-frame components, which lacks omega x v: that part
+    /// is in [`BodyPart::wrench`].) For a free body this is just `J qacc`.
     fn inertia(&self, _p: &[f64], _motion: &Motion) -> Option<Matrix6<f64>> {
         None
     }
@@ -73,6 +126,12 @@ pub trait BodyPart {
 pub trait WaterPart {
     /// Velocity of the water in the world [m/s] at a point [m] and a time [s].
     fn velocity(&self, p: &[f64], position: [f64; 3], time: f64) -> [f64; 3];
+
+    /// Acceleration of the water in the world [m/s^2] at a point [m] and a time [s]. It goes into
+    /// [`Motion::water_acceleration`], and every wet body feels its pressure, [`Motion::froude_krylov`].
+    fn acceleration(&self, _p: &[f64], _position: [f64; 3], _time: f64) -> [f64; 3] {
+        [0.0; 3]
+    }
 }
 
 /// A generalised force on a hinge [N m] or slide [N].
@@ -91,6 +150,12 @@ pub trait JointPart {
     /// Brings the memory over a step [s].
     fn advance(&self, _p: &[f64], _position: f64, _velocity: f64, _step: f64, _memory: &mut [f64]) {
     }
+
+    /// Play [rad or m] that the joint has: the simulator puts a joint, limited to half of it on either
+    /// side, in series behind this one.
+    fn play(&self, _p: &[f64]) -> Option<f64> {
+        None
+    }
 }
 
 /// A change of an actuator, between the logged command and the force.
@@ -105,7 +170,8 @@ pub trait ActuatorPart {
         command
     }
 
-    /// Factor on the actuator's force, from the inflow speed along its thrust [m/s].
+    /// Factor on the actuator's force, from the speed [m/s] at which it advances through the water along
+    /// the thrust that it gives at present (thrust reversed: the other way).
     fn force_factor(&self, _p: &[f64], _inflow: f64) -> f64 {
         1.0
     }

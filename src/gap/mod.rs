@@ -7,5 +7,40 @@
 //! predicted open loop from a start that is fitted with it (multiple shooting). Outputs are compared,
 //! never forces.
 
+mod add;
+mod bench;
+mod candidates;
+mod conclude;
+mod error;
+mod experiment;
+#[cfg(test)]
+mod fake;
+mod find;
+mod information;
+mod leftover;
+mod measured;
+mod name;
+mod noise;
+mod regime;
+mod search;
+mod shooting;
 pub mod stages;
+mod start;
+mod study;
+mod uncertainty;
 pub mod verdict;
+#[cfg(test)]
+mod tests;
+mod verify;
+mod watch;
+
+pub use add::{Addition, add};
+pub use bench::Bench;
+pub use conclude::conclude;
+pub use error::GapError;
+pub use find::find;
+pub use name::{Naming, name};
+pub use study::{Settings, Study};
+pub use uncertainty::Uncertainty;
+pub use verify::verify;
+pub use watch::Watch;

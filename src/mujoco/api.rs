@@ -131,10 +131,6 @@ impl Api {
     ///
     /// # Safety
     /// `T` is the variable's type.
-    #[cfg_attr(
-        mujoco_plugins,
-        expect(dead_code, reason = "only the callback of 2.2.2 sets a variable")
-    )]
     pub(super) unsafe fn variable<T>(&self, name: &[u8]) -> Option<*mut T> {
         // SAFETY: the caller vouches for the type; a symbol's value is the variable's address.
         let symbol = unsafe { self.library.get::<*mut T>(name) };

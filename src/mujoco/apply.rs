@@ -54,7 +54,7 @@ pub(super) fn add_to_passive(data: &mut DataView<'_>, body: usize, base: &Base, 
 }
 
 /// The last degree of freedom of a body or of the nearest ancestor that has one; -1: none.
-fn last_dof(model: ModelView<'_>, mut body: usize) -> i32 {
+pub(super) fn last_dof(model: ModelView<'_>, mut body: usize) -> i32 {
     while body != 0 && model.body_dofnum()[body] == 0 {
         body = model.body_parentid()[body] as usize;
     }
@@ -110,14 +110,14 @@ fn submerged_fraction(data: &DataView<'_>, body: usize, waterline: f64) -> f64 {
 
 /// How surely a geom is part of the hull. Only the surest of a robot count: looks lie over the hull, and
 /// would be counted twice.
-fn part_of_hull(model: ModelView<'_>, geom: usize) -> waterline::PartOfHull {
+pub(super) fn part_of_hull(model: ModelView<'_>, geom: usize) -> waterline::PartOfHull {
     waterline::PartOfHull::of(
         model.geom_fluid()[EllipsoidCoefficients::LEN * geom],
         model.geom_group()[geom],
     )
 }
 
-fn shape(code: i32) -> waterline::Shape {
+pub(super) fn shape(code: i32) -> waterline::Shape {
     use super::bindings::{
         mjGEOM_BOX, mjGEOM_CAPSULE, mjGEOM_CYLINDER, mjGEOM_ELLIPSOID, mjGEOM_SPHERE,
     };

@@ -27,15 +27,16 @@ use super::{
     api::Api,
     apply::{rotation, vector},
     bindings::{
-        mjDSBL_GRAVITY, mjData, mjGEOM_CAPSULE, mjGEOM_CYLINDER, mjGEOM_SPHERE, mjModel,
-        mjOBJ_SENSOR, mjOBJ_SITE, mjPLUGIN_SENSOR, mjSTAGE_ACC, mjpPlugin, mjtNum,
+        mjDSBL_GRAVITY, mjData, mjModel, mjOBJ_SENSOR, mjOBJ_SITE, mjPLUGIN_SENSOR, mjSTAGE_ACC,
+        mjpPlugin, mjtNum,
     },
     boundary::guard,
+    effect_forces, native,
     views::{DataView, ModelView},
     warn::warn,
     wrench,
 };
-use crate::plugin::native_fluid::{self, EllipsoidCoefficients, Fluid, Load, Motion};
+use crate::plugin::native_fluid::Load;
 
 const NAME: &CStr = c"hydro.load_cell";
 
@@ -43,9 +44,6 @@ const ATTRIBUTES: [&CStr; 3] = [c"site", c"quantity", c"include"];
 
 /// Numbers of one reading.
 const READING_LEN: usize = 3;
-
-/// Lightest body that MuJoCo's fluid acts on [kg].
-const LIGHTEST: f64 = 1e-15;
 
 /// Which instance warned last (plus one), so that a fault is told once.
 static WARNED: AtomicUsize = AtomicUsize::new(0);
@@ -155,6 +153,13 @@ impl LoadCell {
             include,
         })
     }
+}
+
+/// What the load cell of this instance measures: force or torque; `None` where it is no load cell.
+pub(super) fn measures_force(model: ModelView<'_>, instance: usize) -> Option<bool> {
+    model.attribute(instance, "include")?;
+    let cell = LoadCell::from_attributes(model, instance).ok()?;
+    Some(cell.quantity == Quantity::Force)
 }
 
 /// Registers the plugin, unless one of this name is there already.
@@ -285,6 +290,12 @@ impl LoadCell {
                     water.add(vector(data.xpos(), now.body), force, torque);
                 }
             }
+            let carriers = wrench::with_effects(data);
+            wrench::with_sources(data, &carriers, |data, sources| {
+                effect_forces::on_subtree(data, sources, body, 0, |at, force, torque| {
+                    water.add(at, force, torque);
+                });
+            });
             if self.include == Include::All {
                 for link in (body..model.bodies()).filter(|link| model.hangs_below(*link, body)) {
                     add_native(data, link, &mut water);
@@ -322,77 +333,10 @@ fn add_native(data: &DataView<'_>, body: usize, water: &mut About) {
         let force = -compensation * mass * Vector3::from(option.gravity);
         water.add(vector(data.xipos(), body), force, Vector3::zeros());
     }
-    let fluid = Fluid {
-        density: option.density,
-        viscosity: option.viscosity,
-    };
-    if (fluid.density <= 0.0 && fluid.viscosity <= 0.0) || mass < LIGHTEST {
-        return;
-    }
-    let first = model.body_geomadr()[body].max(0) as usize;
-    let geoms = first..first + model.body_geomnum()[body] as usize;
-    let coefficients = |geom: usize| {
-        let (rows, _) = model
-            .geom_fluid()
-            .as_chunks::<{ EllipsoidCoefficients::LEN }>();
-        EllipsoidCoefficients::from_row(&rows[geom])
-    };
-    let wet: Vec<usize> = geoms
-        .filter(|geom| coefficients(*geom).interaction > 0.0)
-        .collect();
-    if wet.is_empty() {
-        let inertia = ModelView::triple(model.body_inertia(), body);
-        let (at, frame) = (vector(data.xipos(), body), rotation(data.ximat(), body));
-        let load = native_fluid::inertia_box(mass, inertia, fluid, motion(data, body, at, &frame));
-        water.add(at, frame * load.force, frame * load.torque);
-    }
-    for geom in wet {
-        let (at, frame) = (
-            vector(data.geom_xpos(), geom),
-            rotation(data.geom_xmat(), geom),
-        );
-        let axes = semi_axes(
-            model.geom_type()[geom],
-            ModelView::triple(model.geom_size(), geom),
-        );
-        let load = native_fluid::ellipsoid(
-            axes,
-            &coefficients(geom),
-            fluid,
-            motion(data, body, at, &frame),
-        );
-        water.add(at, frame * load.force, frame * load.torque);
-    }
-}
-
-/// Velocity of a point of a body relative to the fluid, in a frame given by its rotation to the world.
-fn motion(
-    data: &DataView<'_>,
-    body: usize,
-    at: Vector3<f64>,
-    frame: &nalgebra::Matrix3<f64>,
-) -> Motion {
-    let model = data.model();
-    let velocity = &data.cvel()[6 * body..6 * body + 6];
-    let angular = Vector3::new(velocity[0], velocity[1], velocity[2]);
-    let centre = vector(data.subtree_com(), model.body_rootid()[body] as usize);
-    let linear =
-        Vector3::new(velocity[3], velocity[4], velocity[5]) + angular.cross(&(at - centre));
-    let relative = linear - Vector3::from(model.raw().opt.wind);
-    Motion {
-        angular: frame.tr_mul(&angular),
-        linear: frame.tr_mul(&relative),
-    }
-}
-
-/// Semi-axes of the ellipsoid that stands for a geom, as MuJoCo takes them.
-fn semi_axes(kind: c_int, [a, b, c]: [f64; 3]) -> [f64; 3] {
-    match kind as u32 {
-        kind if kind == mjGEOM_SPHERE => [a, a, a],
-        kind if kind == mjGEOM_CAPSULE => [a, a, a + b],
-        kind if kind == mjGEOM_CYLINDER => [a, a, b],
-        _ => [a, b, c],
-    }
+    let wind = Vector3::from(option.wind);
+    native::loads(data, body, |_| wind, |at, force, torque| {
+        water.add(at, force, torque);
+    });
 }
 
 #[cfg(test)]

@@ -10,21 +10,41 @@
 //! scene, swimmer    a scene's plugin attributes; a robot in it, as comparisons see it
 //! ```
 
+#[cfg(mujoco_plugins)]
+mod actuation;
 mod api;
 mod apply;
+#[cfg(mujoco_plugins)]
+mod bind;
 mod bindings;
 mod boundary;
 mod describe;
+#[cfg(mujoco_plugins)]
+mod effect_forces;
+#[cfg(mujoco_plugins)]
+mod knobs;
 mod load;
 #[cfg(mujoco_plugins)]
 mod load_cell;
+#[cfg(mujoco_plugins)]
+mod native;
 #[cfg(not(mujoco_plugins))]
 mod passive_callback;
+#[cfg(mujoco_plugins)]
+pub mod plant;
+#[cfg(mujoco_plugins)]
+mod readings;
+#[cfg(mujoco_plugins)]
+mod run;
+#[cfg(mujoco_plugins)]
+mod scale;
 pub mod scene;
 pub mod simulator;
 #[cfg(mujoco_plugins)]
 pub mod swimmer;
 mod views;
+#[cfg(mujoco_plugins)]
+mod walls;
 mod warn;
 #[cfg(mujoco_plugins)]
 mod wrench;

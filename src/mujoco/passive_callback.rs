@@ -36,7 +36,7 @@ use super::{
 };
 use crate::{
     frames::Wrench,
-    plugin::{Instance, Registry, Settings, search::SearchPath},
+    plugin::{Carrier, Instance, Registry, Settings, search::SearchPath},
 };
 
 /// Type of the callback.
@@ -72,7 +72,7 @@ pub(super) fn install(api: &Api) {
 }
 
 /// An instance and its body; `None` where the model asks for none; else why it was refused.
-type Made = Result<Option<(Arc<Instance>, usize)>, String>;
+type Made = Result<Option<(Arc<Carrier>, usize)>, String>;
 
 /// What was made of a model, recognised by what the model says.
 struct Tied {
@@ -100,7 +100,11 @@ unsafe extern "C" fn passive(m: *const mjModel, d: *mut mjData) {
             return;
         };
         match tied(model) {
-            Ok(Some((instance, body))) => act(&mut data, &instance, body),
+            Ok(Some((carrier, body))) => {
+                if let Some(instance) = carrier.learned() {
+                    act(&mut data, instance, body);
+                }
+            }
             Ok(None) => {}
             Err(refusal) => tell(model, refusal, data.time() > model.raw().opt.timestep),
         }
@@ -215,10 +219,19 @@ fn set_up(model: ModelView<'_>) -> Made {
     let search = SearchPath::from_environment(own_folder());
     let settings = Settings::parse(text, &search)
         .map_err(|fault| format!("custom texts `hydro.*`: {fault}"))?;
+    if !settings.effects.is_empty() {
+        return Err(
+            "custom text `hydro.effects`: named effects need the engine plugin of a newer MuJoCo"
+                .to_owned(),
+        );
+    }
     let described = describe::body(model, body);
-    let (_, instance) = Registry::global()
-        .acquire(settings, &described)
+    let (_, carrier) = Registry::global()
+        .acquire(settings, &described, None)
         .map_err(|fault| format!("custom texts `hydro.*`: {fault}"))?;
+    let instance = carrier
+        .learned()
+        .ok_or("custom text `hydro.checkpoint` is missing")?;
     let needed = instance.state_len();
     let found = model.raw().nuserdata;
     if usize::try_from(found).unwrap_or(0) < needed {
@@ -227,5 +240,5 @@ fn set_up(model: ModelView<'_>) -> Made {
              <size nuserdata=\"{needed}\"/>"
         ));
     }
-    Ok(Some((instance, body)))
+    Ok(Some((carrier, body)))
 }

@@ -27,6 +27,30 @@ use super::{
 use crate::plugin::native_fluid::EllipsoidCoefficients;
 use crate::plugin::{Body, Joint, JointKind};
 
+fn c_path(path: &Path) -> Result<CString, SimulatorError> {
+    CString::new(path.as_os_str().as_encoded_bytes()).map_err(|_| SimulatorError::Model {
+        path: path.to_owned(),
+        reason: "the path holds a zero byte".to_owned(),
+    })
+}
+
+/// MuJoCo's reason and the plugin's.
+fn refused(path: &Path, error: &[u8]) -> SimulatorError {
+    let end = error
+        .iter()
+        .position(|byte| *byte == 0)
+        .unwrap_or(error.len());
+    let text = String::from_utf8_lossy(&error[..end]).trim().to_owned();
+    SimulatorError::Model {
+        path: path.to_owned(),
+        reason: [Some(text), take_refusal()]
+            .into_iter()
+            .flatten()
+            .collect::<Vec<_>>()
+            .join(": "),
+    }
+}
+
 /// Room for MuJoCo's error text.
 const ERROR_LEN: usize = 4096;
 
@@ -146,13 +170,7 @@ impl Model {
     pub fn load(path: &Path) -> Result<Self, SimulatorError> {
         load::register()?;
         let api = Api::running_or_opened()?;
-        let refused = |reason: String| SimulatorError::Model {
-            path: path.to_owned(),
-            reason,
-        };
-        let Ok(name) = CString::new(path.as_os_str().as_encoded_bytes()) else {
-            return Err(refused("the path holds a zero byte".to_owned()));
-        };
+        let name = c_path(path)?;
         let mut error = [0_u8; ERROR_LEN];
         forget_refusal();
         // SAFETY: a C string, no virtual files, and a buffer of the length given.
@@ -161,20 +179,130 @@ impl Model {
             (api.functions.mj_loadXML)(name.as_ptr(), std::ptr::null(), buffer, ERROR_LEN as i32)
         };
         let Some(model) = NonNull::new(model) else {
-            let end = error
-                .iter()
-                .position(|byte| *byte == 0)
-                .unwrap_or(ERROR_LEN);
-            let text = String::from_utf8_lossy(&error[..end]).trim().to_owned();
-            return Err(refused(
-                [Some(text), take_refusal()]
-                    .into_iter()
-                    .flatten()
-                    .collect::<Vec<_>>()
-                    .join(": "),
-            ));
+            return Err(refused(path, &error));
         };
         Ok(Self { model, api })
+    }
+
+    /// As [`Model::load`], of a model in whose inertia matrix every body has room for products of its
+    /// degrees of freedom. MuJoCo keeps a diagonal alone for a body whose inertia is that simple; an
+    /// empty child takes the simplicity away and changes nothing else.
+    #[cfg(mujoco_plugins)]
+    pub fn load_with_room(path: &Path) -> Result<Self, SimulatorError> {
+        use super::bindings::{mjOBJ_BODY as BODY, mjSpec};
+        let model = Self::load(path)?;
+        let simple: Vec<i32> = (1..model.view().bodies())
+            .filter(|body| model.view().body_simple()[*body] != 0)
+            .map(|body| body as i32)
+            .collect();
+        if simple.is_empty() {
+            return Ok(model);
+        }
+        struct Spec(NonNull<mjSpec>, &'static Api);
+        impl Drop for Spec {
+            fn drop(&mut self) {
+                // SAFETY: owned.
+                unsafe { (self.1.functions.mj_deleteSpec)(self.0.as_ptr()) }
+            }
+        }
+        let api = model.api;
+        let functions = &api.functions;
+        let name = c_path(path)?;
+        let mut error = [0_u8; ERROR_LEN];
+        forget_refusal();
+        // SAFETY: a C string, no virtual files, and a buffer of the length given.
+        let spec = unsafe {
+            let buffer = error.as_mut_ptr().cast::<c_char>();
+            (functions.mj_parseXML)(name.as_ptr(), std::ptr::null(), buffer, ERROR_LEN as i32)
+        };
+        let spec = Spec(NonNull::new(spec).ok_or_else(|| refused(path, &error))?, api);
+        let compile = || {
+            // SAFETY: a live spec, no virtual files; the error is a C string of the spec.
+            unsafe {
+                let model = (functions.mj_compile)(spec.0.as_ptr(), std::ptr::null());
+                NonNull::new(model).ok_or_else(|| {
+                    let text = (functions.mjs_getError)(spec.0.as_ptr());
+                    refused(path, super::views::string(text).as_bytes())
+                })
+            }
+        };
+        // Numbers of bodies are known once a spec was compiled.
+        drop(Self {
+            model: compile()?,
+            api,
+        });
+        // SAFETY: elements of a live spec; a child that is added is met too, and has no number yet.
+        unsafe {
+            let mut element = (functions.mjs_firstElement)(spec.0.as_ptr(), BODY as _);
+            let mut bodies = Vec::new();
+            while !element.is_null() {
+                if simple.contains(&(functions.mjs_getId)(element)) {
+                    bodies.push((functions.mjs_asBody)(element));
+                }
+                element = (functions.mjs_nextElement)(spec.0.as_ptr(), element);
+            }
+            for body in bodies {
+                (functions.mjs_addBody)(body, std::ptr::null());
+            }
+        }
+        Ok(Self {
+            model: compile()?,
+            api,
+        })
+    }
+
+    /// A model of its own, to be changed.
+    #[cfg(mujoco_plugins)]
+    pub(super) fn try_clone(&self) -> Result<Self, SimulatorError> {
+        // SAFETY: a live model; null asks for a new one.
+        let copy = unsafe {
+            (self.api.functions.mj_copyModel)(std::ptr::null_mut(), self.model.as_ptr())
+        };
+        let model = NonNull::new(copy).ok_or_else(|| SimulatorError::Model {
+            path: PathBuf::new(),
+            reason: "no memory for a copy of the model".to_owned(),
+        })?;
+        Ok(Self {
+            model,
+            api: self.api,
+        })
+    }
+
+    /// Brings along what depends on masses and frames.
+    #[cfg(mujoco_plugins)]
+    pub(super) fn set_constants(&mut self) -> Result<(), SimulatorError> {
+        let functions = &self.api.functions;
+        // SAFETY: a live model, held alone, and a data of it that is freed at once.
+        unsafe {
+            let data = (functions.mj_makeData)(self.model.as_ptr());
+            if data.is_null() {
+                return Err(refused(Path::new(""), b"no memory for a simulation"));
+            }
+            (functions.mj_setConst)(self.model.as_ptr(), data);
+            (functions.mj_deleteData)(data);
+        }
+        Ok(())
+    }
+
+    /// Adds to the velocity of MuJoCo's own fluid [m/s].
+    #[cfg(mujoco_plugins)]
+    pub(super) fn add_wind(&mut self, more: [f64; 3]) {
+        for (wind, more) in self.raw_mut().opt.wind.iter_mut().zip(more) {
+            *wind += more;
+        }
+    }
+
+    /// Length of a state of this kind (bits of `mjtState`).
+    #[cfg(mujoco_plugins)]
+    pub(super) fn state_len(&self, kind: i32) -> usize {
+        // SAFETY: a live model.
+        let len = unsafe { (self.api.functions.mj_stateSize)(self.model.as_ptr(), kind) };
+        usize::try_from(len).unwrap_or(0)
+    }
+
+    #[cfg(mujoco_plugins)]
+    pub(super) fn api(&self) -> &'static Api {
+        self.api
     }
 
     /// Compiles an MJCF text. Files that it names are looked for in a folder of its own.
@@ -189,16 +317,16 @@ impl Model {
         Self::load(&path)
     }
 
-    fn view(&self) -> ModelView<'_> {
+    pub(super) fn view(&self) -> ModelView<'_> {
         ModelView::of(self.raw(), self.api)
     }
 
-    fn raw(&self) -> &mjModel {
+    pub(super) fn raw(&self) -> &mjModel {
         // SAFETY: owned and not null; freed only on drop.
         unsafe { self.model.as_ref() }
     }
 
-    fn raw_mut(&mut self) -> &mut mjModel {
+    pub(super) fn raw_mut(&mut self) -> &mut mjModel {
         // SAFETY: as above, held alone.
         unsafe { self.model.as_mut() }
     }
@@ -470,7 +598,7 @@ impl Data {
         }
     }
 
-    fn view(&self) -> DataView<'_> {
+    pub(super) fn view(&self) -> DataView<'_> {
         DataView::of(self.data, self.model.view())
     }
 
@@ -613,26 +741,58 @@ impl Data {
     /// Goes back to a state that [`Data::state`] gave for this model.
     #[cfg(mujoco_plugins)]
     pub fn set_state(&mut self, state: &[f64]) -> Result<(), SimulatorError> {
-        if state.len() != self.state_len() {
+        self.set_part(STATE, state)
+    }
+
+    /// Sets a part of the state (bits of `mjtState`).
+    #[cfg(mujoco_plugins)]
+    pub(super) fn set_part(&mut self, kind: i32, state: &[f64]) -> Result<(), SimulatorError> {
+        let expected = self.model.state_len(kind);
+        if state.len() != expected {
             return Err(SimulatorError::StateLength {
-                expected: self.state_len(),
+                expected,
                 found: state.len(),
             });
         }
         // SAFETY: a live model and data, and a state of the length that MuJoCo reads.
         unsafe {
             let (model, data) = (self.model.model.as_ptr(), self.data.as_ptr());
-            (self.model.api.functions.mj_setState)(model, data, state.as_ptr(), STATE);
+            (self.model.api.functions.mj_setState)(model, data, state.as_ptr(), kind);
         }
         Ok(())
     }
 
+    /// Moves the position along a tangent [nv]: rotations as rotation vectors in the body's frame.
+    #[cfg(mujoco_plugins)]
+    pub(super) fn integrate_position(&mut self, tangent: &[f64]) {
+        assert_eq!(tangent.len(), self.model.nv(), "a tangent of another model");
+        let qpos = self.qpos_mut().as_mut_ptr();
+        // SAFETY: positions and a tangent of this model's lengths.
+        unsafe {
+            let (model, way) = (self.model.model.as_ptr(), tangent.as_ptr());
+            (self.model.api.functions.mj_integratePos)(model, qpos, way, 1.0);
+        }
+    }
+
+    /// How often MuJoCo gave a warning of this kind since the last reset.
+    #[cfg(mujoco_plugins)]
+    pub(super) fn warnings(&self, kind: u32) -> i32 {
+        // SAFETY: a live data.
+        unsafe { (*self.data.as_ptr()).warning[kind as usize].number }
+    }
+
+    /// Forgets warnings.
+    #[cfg(mujoco_plugins)]
+    pub(super) fn reset_warnings(&mut self) {
+        // SAFETY: a live data, held alone.
+        for warning in unsafe { &mut (*self.data.as_ptr()).warning } {
+            warning.number = 0;
+        }
+    }
+
     #[cfg(mujoco_plugins)]
     fn state_len(&self) -> usize {
-        // SAFETY: a live model.
-        let len =
-            unsafe { (self.model.api.functions.mj_stateSize)(self.model.model.as_ptr(), STATE) };
-        usize::try_from(len).unwrap_or(0)
+        self.model.state_len(STATE)
     }
 }
 

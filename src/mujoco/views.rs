@@ -54,6 +54,40 @@ pub(super) unsafe fn string(text: *const c_char) -> String {
         .into_owned()
 }
 
+/// Parameters a row of `actuator_gainprm`.
+#[cfg(mujoco_plugins)]
+pub(super) const NGAIN: usize = super::bindings::mjNGAIN as usize;
+
+/// Parameters a row of `actuator_biasprm`.
+#[cfg(mujoco_plugins)]
+pub(super) const NBIAS: usize = super::bindings::mjNBIAS as usize;
+
+/// How many actuators a model has; from 4.0 one may have several controls and outputs.
+#[cfg(mujoco_plugins)]
+#[allow(
+    clippy::unnecessary_cast,
+    reason = "counts are 32 or 64 bits by release"
+)]
+pub(super) fn actuators(model: &mjModel) -> i64 {
+    #[cfg(mujoco_outputs)]
+    return model.nactuator as i64;
+    #[cfg(not(mujoco_outputs))]
+    return model.nu as i64;
+}
+
+/// How many outputs all actuators have.
+#[cfg(mujoco_plugins)]
+#[allow(
+    clippy::unnecessary_cast,
+    reason = "counts are 32 or 64 bits by release"
+)]
+pub(super) fn outputs(model: &mjModel) -> i64 {
+    #[cfg(mujoco_outputs)]
+    return model.nout as i64;
+    #[cfg(not(mujoco_outputs))]
+    return model.nu as i64;
+}
+
 /// A compiled model, read only.
 #[derive(Clone, Copy)]
 pub(super) struct ModelView<'a> {
@@ -65,6 +99,7 @@ pub(super) struct ModelView<'a> {
 macro_rules! model_slices {
     ($($(#[$doc:meta])* $name:ident: $type:ty = $count:expr;)*) => {
         $($(#[$doc])*
+        #[allow(non_snake_case)]
         pub(super) fn $name(&self) -> &'a [$type] {
             let count: fn(&mjModel) -> i64 = $count;
             // SAFETY: MuJoCo allocates `count` values for this field of every model.
@@ -142,6 +177,40 @@ impl<'a> ModelView<'a> {
         plugin: i32 = |m| m.nplugin as i64;
         plugin_stateadr: i32 = |m| m.nplugin as i64;
         plugin_statenum: i32 = |m| m.nplugin as i64;
+        body_weldid: i32 = |m| m.nbody as i64;
+        body_simple: u8 = |m| m.nbody as i64;
+        body_subtreemass: f64 = |m| m.nbody as i64;
+        dof_M0: f64 = |m| m.nv as i64;
+        dof_damping: f64 = |m| m.nv as i64;
+        M_rownnz: i32 = |m| m.nv as i64;
+        M_rowadr: i32 = |m| m.nv as i64;
+        geom_bodyid: i32 = |m| m.ngeom as i64;
+        geom_contype: i32 = |m| m.ngeom as i64;
+        geom_conaffinity: i32 = |m| m.ngeom as i64;
+        geom_pos: f64 = |m| m.ngeom as i64 * 3;
+        geom_quat: f64 = |m| m.ngeom as i64 * 4;
+        geom_aabb: f64 = |m| m.ngeom as i64 * 6;
+        geom_rgba: f32 = |m| m.ngeom as i64 * 4;
+        site_pos: f64 = |m| m.nsite as i64 * 3;
+        sensor_type: i32 = |m| m.nsensor as i64;
+        sensor_objtype: i32 = |m| m.nsensor as i64;
+        sensor_objid: i32 = |m| m.nsensor as i64;
+        sensor_refid: i32 = |m| m.nsensor as i64;
+        sensor_cutoff: f64 = |m| m.nsensor as i64;
+        sensor_noise: f64 = |m| m.nsensor as i64;
+        actuator_trntype: i32 = actuators;
+        actuator_trnid: i32 = |m| actuators(m) * 2;
+        actuator_dyntype: i32 = actuators;
+        actuator_gaintype: i32 = actuators;
+        actuator_biastype: i32 = actuators;
+        actuator_gainprm: f64 = |m| actuators(m) * NGAIN as i64;
+        actuator_biasprm: f64 = |m| actuators(m) * NBIAS as i64;
+        actuator_actadr: i32 = actuators;
+        actuator_actnum: i32 = actuators;
+        actuator_group: i32 = actuators;
+        actuator_plugin: i32 = actuators;
+        actuator_forcerange: f64 = |m| actuators(m) * 2;
+        actuator_gear: f64 = |m| outputs(m) * 6;
     }
 
     #[cfg(not(mujoco_plugins))]
@@ -230,6 +299,32 @@ impl<'a> ModelView<'a> {
         self.model.opt.disableflags & both == both
     }
 
+    /// Name of an object, or `kind_3` where it has none.
+    #[cfg(mujoco_plugins)]
+    pub(super) fn label(&self, kind: i32, word: &str, id: usize) -> String {
+        match self.name(kind, id) {
+            name if name.is_empty() => format!("{word}_{id}"),
+            name => name,
+        }
+    }
+
+    /// The geoms of a body.
+    #[cfg(mujoco_plugins)]
+    pub(super) fn geoms_of(&self, body: usize) -> std::ops::Range<usize> {
+        let first = self.body_geomadr()[body].max(0) as usize;
+        first..first + self.body_geomnum()[body] as usize
+    }
+
+    /// A flag of an actuator or control, whether a byte or a truth value in this release.
+    ///
+    /// # Safety
+    /// `flags` is an array of this model with more than `at` entries.
+    #[cfg(mujoco_plugins)]
+    pub(super) unsafe fn flag<T: Copy>(flags: *const T, at: usize) -> bool {
+        // SAFETY: the caller's promise; both types are one byte, and zero is false in both.
+        !flags.is_null() && unsafe { *flags.cast::<u8>().add(at) } != 0
+    }
+
     /// Attribute of a plugin instance; empty where it is not given.
     #[cfg(mujoco_plugins)]
     pub(super) fn attribute(&self, instance: usize, name: &str) -> Option<String> {
@@ -261,7 +356,8 @@ pub(super) struct DataView<'a> {
 /// Slices of the data, read through `&self`.
 macro_rules! data_slices {
     ($($name:ident: $type:ty = $count:expr;)*) => {
-        $(pub(super) fn $name(&self) -> &[$type] {
+        $(#[allow(non_snake_case)]
+        pub(super) fn $name(&self) -> &[$type] {
             let count: fn(&mjModel) -> i64 = $count;
             // SAFETY: MuJoCo allocates `count` values for this field of every data of this model, and
             // writers need `&mut self`.
@@ -273,7 +369,8 @@ macro_rules! data_slices {
 /// Slices of the data, written through `&mut self`.
 macro_rules! data_slices_mut {
     ($($name:ident: $type:ty = $field:ident, $count:expr;)*) => {
-        $(pub(super) fn $name(&mut self) -> &mut [$type] {
+        $(#[allow(non_snake_case)]
+        pub(super) fn $name(&mut self) -> &mut [$type] {
             let count: fn(&mjModel) -> i64 = $count;
             // SAFETY: as for the slices that are read; `&mut self` keeps readers away.
             unsafe { view_mut((*self.data.as_ptr()).$field, count(self.model.raw())) }
@@ -349,12 +446,51 @@ impl<'a> DataView<'a> {
         cfrc_int: f64 = |m| m.nbody as i64 * 6;
         plugin_state: f64 = |m| m.npluginstate as i64;
         plugin_data: usize = |m| m.nplugin as i64;
+        act: f64 = |m| m.na as i64;
+        cdof_dot: f64 = |m| m.nv as i64 * 6;
+        M: f64 = |m| m.nC as i64;
+        actuator_length: f64 = outputs;
+        actuator_velocity: f64 = outputs;
+        moment_rownnz: i32 = outputs;
+        moment_rowadr: i32 = outputs;
+        moment_colind: i32 = |m| m.nJmom as i64;
+        actuator_moment: f64 = |m| m.nJmom as i64;
     }
 
     #[cfg(mujoco_plugins)]
     data_slices_mut! {
         sensordata_mut: f64 = sensordata, |m| m.nsensordata as i64;
         plugin_data_mut: usize = plugin_data, |m| m.nplugin as i64;
+        M_mut: f64 = M, |m| m.nC as i64;
+    }
+
+    /// Makes the inertia matrix anew.
+    #[cfg(mujoco_plugins)]
+    pub(super) fn make_inertia(&mut self) {
+        // SAFETY: a live model and a data of it, held alone.
+        unsafe { (self.model.api.functions.mj_makeM)(self.model.raw(), self.data.as_ptr()) }
+    }
+
+    /// Factorises the inertia matrix as it stands, and brings what the dual solvers made of it along.
+    #[cfg(mujoco_plugins)]
+    pub(super) fn factor_inertia(&mut self) {
+        use super::bindings::mjSOL_PGS;
+        let option = &self.model.raw().opt;
+        let dual = option.solver as u32 == mjSOL_PGS as u32 || option.noslip_iterations > 0;
+        let functions = &self.model.api.functions;
+        // SAFETY: a live model and a data of it, held alone.
+        unsafe {
+            (functions.mj_factorM)(self.model.raw(), self.data.as_ptr());
+            if dual && (*self.data.as_ptr()).nefc > 0 {
+                (functions.mj_projectConstraint)(self.model.raw(), self.data.as_ptr());
+            }
+        }
+    }
+
+    /// Where MuJoCo keeps this data.
+    #[cfg(mujoco_plugins)]
+    pub(super) fn address(&self) -> *const mjData {
+        self.data.as_ptr()
     }
 
     pub(super) fn time(&self) -> f64 {
@@ -375,6 +511,7 @@ impl<'a> DataView<'a> {
             runge_kutta: self.model.runge_kutta(),
             qpos: self.qpos(),
             qvel: self.qvel(),
+            water: [0.0; 3],
         }
     }
 

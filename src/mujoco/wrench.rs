@@ -2,8 +2,8 @@
 //!
 //! Capabilities: passive force (the wrench is added to `qfrc_passive`) and sensor (six numbers, force
 //! and torque in the base frame). Neither feeds the other: each evaluates the pure
-//! [`Instance::wrench`] from the plugin state. The sensor belongs to the position stage, since it
-//! needs positions, velocities and time only.
+//! [`Instance::wrench`] and the effects from the plugin state. The sensor belongs to the velocity stage,
+//! since it needs positions, velocities and time only.
 
 use std::{
     ffi::{CStr, c_char, c_int, c_void},
@@ -18,21 +18,23 @@ use nalgebra::Vector3;
 
 use super::{
     api::{Api, own_folder},
-    apply,
+    apply, bind,
     bindings::{
         mjData, mjGEOM_ARROW, mjModel, mjOBJ_BODY, mjOBJ_PLUGIN, mjPLUGIN_PASSIVE, mjPLUGIN_SENSOR,
-        mjSTAGE_POS, mjVIS_PERTOBJ, mjpPlugin, mjtNum, mjvOption, mjvScene,
+        mjSTAGE_VEL, mjVIS_PERTOBJ, mjpPlugin, mjtNum, mjvOption, mjvScene,
     },
     boundary::guard,
-    describe,
+    describe, effect_forces,
+    effect_forces::Source,
+    run,
     views::{DataView, ModelView, view_mut},
     warn::warn,
 };
 use crate::{
     frames::{self, Wrench},
     plugin::{
-        Instance, InstanceKey, Notice, Registry, Settings, SetupError, attributes, instance,
-        search::SearchPath,
+        Base, Bound, Carrier, Instance, InstanceKey, Notice, Registry, Settings, SetupError,
+        attributes, instance, search::SearchPath,
     },
 };
 
@@ -83,7 +85,7 @@ pub(super) fn register(api: &'static Api) {
         table.nattribute = names.len() as c_int;
         table.attributes = names.as_mut_ptr().cast();
         table.capabilityflags = (mjPLUGIN_PASSIVE | mjPLUGIN_SENSOR) as c_int;
-        table.needstage = mjSTAGE_POS as c_int;
+        table.needstage = mjSTAGE_VEL as c_int;
         table.nstate = Some(nstate);
         table.nsensordata = Some(nsensordata);
         table.init = Some(init);
@@ -101,6 +103,7 @@ pub(super) fn register(api: &'static Api) {
 /// [`attributes::NAMES`] as C strings; a test holds the two together.
 const ATTRIBUTES: [&CStr; attributes::NAMES.len()] = [
     c"checkpoint",
+    c"effects",
     c"density",
     c"waterline",
     c"current",
@@ -121,23 +124,115 @@ pub(super) fn instances(model: ModelView<'_>) -> impl Iterator<Item = usize> {
         .map(|(instance, _)| instance)
 }
 
-/// What an instance puts on its body now.
+/// What the checkpoint of an instance puts on its body now.
 pub(super) struct Applied {
     pub(super) body: usize,
     pub(super) wrench: Wrench,
-    instance: Arc<Instance>,
+    carrier: Arc<Carrier>,
 }
 
-/// The wrench of an instance at the state of `data`: pure but for a note on a cold start.
+/// The wrench of an instance's checkpoint at the state of `data`: pure but for a note on a cold start.
+/// Zero where there are effects alone.
 pub(super) fn applied(data: &mut DataView<'_>, id: usize) -> Option<Applied> {
-    let instance = held(data, id)?;
+    let carrier = held(data, id)?;
     let body = body_of(data.model(), id)?;
-    let wrench = instance.wrench(data.instance_state(id), data.moment());
-    let wrench = apply::below_surface(data, body, instance.settings().waterline, wrench);
+    let mut wrench = Wrench::default();
+    if let Some(learned) = carrier.learned() {
+        let mut moment_water = [0.0; 3];
+        if water_moves(data) {
+            moment_water = water_at(data, learned.features().base(), body);
+        }
+        let mut moment = data.moment();
+        moment.water = moment_water;
+        let state = &data.instance_state(id)[..carrier.learned_len()];
+        wrench = learned.wrench(state, moment);
+        wrench = apply::below_surface(data, body, carrier.settings().waterline, wrench);
+        if let Some(scale) = run::current().and_then(|run| run.wrench_scale) {
+            let mut scaled = wrench.to_array();
+            for (value, factor) in scaled.iter_mut().zip(scale) {
+                *value *= factor;
+            }
+            wrench = Wrench::from_array(scaled);
+        }
+    }
     Some(Applied {
         body,
         wrench,
-        instance,
+        carrier,
+    })
+}
+
+/// An instance that has effects.
+pub(super) struct Carrying {
+    pub(super) id: usize,
+    carrier: Arc<Carrier>,
+}
+
+/// The instances that have effects, in MuJoCo's order.
+pub(super) fn with_effects(data: &mut DataView<'_>) -> Vec<Carrying> {
+    if data.model().plugin().is_empty() {
+        return Vec::new();
+    }
+    let ids: Vec<usize> = instances(data.model()).collect();
+    ids.into_iter()
+        .filter_map(|id| {
+            let carrier = held(data, id)?;
+            carrier.effects().is_some().then_some(Carrying { id, carrier })
+        })
+        .collect()
+}
+
+/// Calls with the effects of all instances and of this thread's run, in that order.
+pub(super) fn with_sources<T>(
+    data: &DataView<'_>,
+    carriers: &[Carrying],
+    call: impl FnOnce(&DataView<'_>, &[Source<'_>]) -> T,
+) -> T {
+    let run = run::current();
+    let mut sources: Vec<Source<'_>> = Vec::with_capacity(carriers.len() + 1);
+    for Carrying { id, carrier } in carriers {
+        let turned = run.and_then(|run| run.nominal.iter().find(|(of, _)| of == id));
+        let Some(bound) = turned.map(|(_, bound)| bound).or(carrier.effects()) else {
+            continue;
+        };
+        sources.push(Source {
+            bound,
+            memory: &data.instance_state(*id)[carrier.learned_len()..],
+            commands_arrived: false,
+        });
+    }
+    if let Some(run) = run {
+        sources.push(Source {
+            bound: &run.bound,
+            memory: &run.memory,
+            commands_arrived: true,
+        });
+    }
+    call(data, &sources)
+}
+
+/// True where an effect moves the water.
+fn water_moves(data: &mut DataView<'_>) -> bool {
+    let moves = |bound: &Bound| !bound.water.is_empty();
+    run::current().is_some_and(|run| moves(&run.bound))
+        || with_effects(data)
+            .iter()
+            .any(|of| of.carrier.effects().is_some_and(moves))
+}
+
+/// What effects add to the velocity of the water at the base, at the time of `data` [m/s].
+fn water_at(data: &mut DataView<'_>, base: &Base, body: usize) -> [f64; 3] {
+    let carriers = with_effects(data);
+    // At a step's end `xpos` is still that of its start.
+    let at = match base {
+        Base::Free { qpos, .. } => {
+            let position = &data.qpos()[*qpos..*qpos + 3];
+            [position[0], position[1], position[2]]
+        }
+        _ => ModelView::triple(data.xpos(), body),
+    };
+    with_sources(data, &carriers, |data, sources| {
+        effect_forces::added_water(data, sources, at, data.time())
     })
 }
 
@@ -150,7 +245,7 @@ fn body_of(model: ModelView<'_>, instance: usize) -> Option<usize> {
 }
 
 /// The instance behind `plugin_data`; made again from the attributes where this process lacks it.
-fn held(data: &mut DataView<'_>, id: usize) -> Option<Arc<Instance>> {
+fn held(data: &mut DataView<'_>, id: usize) -> Option<Arc<Carrier>> {
     let bits = data.plugin_data()[id];
     if bits == BROKEN {
         return None;
@@ -178,7 +273,7 @@ fn held(data: &mut DataView<'_>, id: usize) -> Option<Arc<Instance>> {
 }
 
 /// Checks everything about an instance and makes it.
-fn set_up(model: ModelView<'_>, id: usize) -> Result<(InstanceKey, Arc<Instance>), String> {
+fn set_up(model: ModelView<'_>, id: usize) -> Result<(InstanceKey, Arc<Carrier>), String> {
     let name = match model.name(mjOBJ_PLUGIN as i32, id) {
         name if name.is_empty() => "plugin hydro.wrench".to_owned(),
         name => format!("plugin hydro.wrench, instance `{name}`"),
@@ -213,13 +308,29 @@ fn set_up(model: ModelView<'_>, id: usize) -> Result<(InstanceKey, Arc<Instance>
         }
     };
     let settings = settings(model, id).map_err(|fault| refused(fault.to_string()))?;
+    let effects = bound(model, &settings)
+        .map_err(|fault| refused(format!("attribute `effects`: {fault}")))?;
     let body = describe::body(model, body);
     Registry::global()
-        .acquire(settings, &body)
+        .acquire(settings, &body, effects)
         .map_err(|fault| refused(fault.to_string()))
 }
 
-fn settings(model: ModelView<'_>, id: usize) -> Result<Settings, SetupError> {
+/// The effects of an instance, tied to its model.
+pub(super) fn bound(model: ModelView<'_>, settings: &Settings) -> Result<Option<Bound>, String> {
+    if settings.effects.is_empty() {
+        return Ok(None);
+    }
+    let around = bind::Surroundings {
+        density: Some(settings.density),
+        waterline: settings.waterline,
+        current: settings.current,
+        commands_before_step: false,
+    };
+    bind::bind(model, &settings.effects, bind::CATALOGUE, around).map(Some)
+}
+
+pub(super) fn settings(model: ModelView<'_>, id: usize) -> Result<Settings, SetupError> {
     let search = SearchPath::from_environment(own_folder());
     Ok(Settings::parse(|name| model.attribute(id, name), &search)?)
 }
@@ -231,13 +342,14 @@ unsafe extern "C" fn nstate(m: *const mjModel, id: c_int) -> c_int {
         let len = model.and_then(|model| {
             // A fault is reported by `init`, which MuJoCo calls next.
             let settings = settings(model, id as usize).ok()?;
-            let checkpoint = Registry::global().checkpoint(&settings.checkpoint).ok()?;
-            let engine = Registry::global().engine(&checkpoint, &settings).ok()?;
-            Some(instance::state_len(
-                engine.inputs(),
-                engine.outputs(),
-                engine.window(),
-            ))
+            let effects = bound(model, &settings).ok()?;
+            let mut len = effects.map_or(0, |effects| effects.memory_len);
+            if let Some(folder) = &settings.checkpoint {
+                let checkpoint = Registry::global().checkpoint(folder).ok()?;
+                let engine = Registry::global().engine(&checkpoint, &settings).ok()?;
+                len += instance::state_len(engine.inputs(), engine.outputs(), engine.window());
+            }
+            Some(len)
         });
         len.map_or(0, |len| len as c_int)
     })
@@ -256,10 +368,12 @@ unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int
         let id = id as usize;
         let model = data.model();
         match set_up(model, id) {
-            Ok((key, instance)) => {
+            Ok((key, carrier)) => {
                 data.plugin_data_mut()[id] = key.to_bits() as usize;
-                for notice in instance.notices_at_load(model.has_fluid()) {
-                    tell(model, &instance, notice, 0.0);
+                if let Some(learned) = carrier.learned() {
+                    for notice in learned.notices_at_load(model.has_fluid()) {
+                        tell(model, learned, notice, 0.0);
+                    }
                 }
                 0
             }
@@ -316,16 +430,32 @@ unsafe extern "C" fn compute(m: *const mjModel, d: *mut mjData, id: c_int, capab
             return;
         };
         if capability == mjPLUGIN_PASSIVE as c_int {
-            apply::add_to_passive(
-                &mut data,
-                now.body,
-                now.instance.features().base(),
-                now.wrench,
-            );
+            if let Some(learned) = now.carrier.learned() {
+                let base = learned.features().base();
+                apply::add_to_passive(&mut data, now.body, base, now.wrench);
+            }
+            if now.carrier.effects().is_some() {
+                effect_forces::add_once(&mut data, Some(id as usize));
+            }
         } else {
-            report(&mut data, id, now.wrench);
+            let wrench = with_effects_of(&mut data, &now);
+            report(&mut data, id, wrench);
         }
     });
+}
+
+/// All that acts on the body: the checkpoint's wrench, and effects but for what is proportional to
+/// acceleration.
+fn with_effects_of(data: &mut DataView<'_>, now: &Applied) -> Wrench {
+    let carriers = with_effects(data);
+    let mut sum = now.wrench.to_array();
+    with_sources(data, &carriers, |data, sources| {
+        let effects = effect_forces::on_body(data, sources, now.body);
+        for (sum, more) in sum.iter_mut().zip(effects) {
+            *sum += more;
+        }
+    });
+    Wrench::from_array(sum)
 }
 
 /// Writes the wrench to every sensor of the instance.
@@ -345,13 +475,36 @@ unsafe extern "C" fn advance(m: *const mjModel, d: *mut mjData, id: c_int) {
         let Some(mut data) = (unsafe { both(m, d) }) else {
             return;
         };
-        let Some(instance) = held(&mut data, id as usize) else {
+        let id = id as usize;
+        let Some(carrier) = held(&mut data, id) else {
             return;
         };
-        let (state, moment) = data.plugin_state_and_moment(id as usize);
-        let (notice, time) = (instance.advance(state, moment), moment.time);
+        let start = carrier.learned_len();
+        if data.instance_state(id).len() > start {
+            let carriers = with_effects(&mut data);
+            let mut memory = data.instance_state(id)[start..].to_vec();
+            if let Some(which) = carriers.iter().position(|of| of.id == id) {
+                with_sources(&data, &carriers, |data, sources| {
+                    effect_forces::advanced(data, sources, which, &mut memory);
+                });
+            }
+            let (state, _) = data.plugin_state_and_moment(id);
+            state[start..].copy_from_slice(&memory);
+        }
+        let Some(learned) = carrier.learned() else {
+            return;
+        };
+        let mut water = [0.0; 3];
+        if water_moves(&mut data)
+            && let Some(body) = body_of(data.model(), id)
+        {
+            water = water_at(&mut data, learned.features().base(), body);
+        }
+        let (state, mut moment) = data.plugin_state_and_moment(id);
+        moment.water = water;
+        let (notice, time) = (learned.advance(&mut state[..start], moment), moment.time);
         if let Some(notice) = notice {
-            tell(data.model(), &instance, notice, time);
+            tell(data.model(), learned, notice, time);
         }
     });
 }
@@ -381,13 +534,14 @@ unsafe extern "C" fn visualize(
         let Some(now) = applied(&mut data, id as usize) else {
             return;
         };
+        let wrench = with_effects_of(&mut data, &now);
         let visual = &data.model().raw().vis;
         let attitude = ModelView::quadruple(data.xquat(), now.body);
         let origin = apply::vector(data.xpos(), now.body);
         let width = f64::from(visual.scale.forcewidth) * data.model().raw().stat.meansize;
         for (in_base, scale, colour) in [
-            (now.wrench.force, visual.map.force, FORCE_COLOUR),
-            (now.wrench.torque, visual.map.torque, TORQUE_COLOUR),
+            (wrench.force, visual.map.force, FORCE_COLOUR),
+            (wrench.torque, visual.map.torque, TORQUE_COLOUR),
         ] {
             let arrow = Vector3::from(frames::to_world(attitude, in_base)) * f64::from(scale);
             draw(

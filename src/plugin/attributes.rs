@@ -2,7 +2,8 @@
 //!
 //! | attribute | unit | meaning | default |
 //! |---|---|---|---|
-//! | `checkpoint` | | folder with `card.json` and `weights.safetensors` | required |
+//! | `checkpoint` | | folder with `card.json` and `weights.safetensors` | this or `effects` |
+//! | `effects` | | named effects: JSON where it starts with `{`, else a file's path | none |
 //! | `density` | kg/m^3 | density of the water, a feature of the model | 1000 |
 //! | `waterline` | m | height of the free surface, world z | fully submerged |
 //! | `current` | m/s | velocity of the water, world x y z | 0 0 0 |
@@ -16,11 +17,15 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use super::search::SearchPath;
-use crate::model::{EngineKind, Solver};
+use crate::{
+    effects::Entry,
+    model::{EngineKind, Solver},
+};
 
 /// Every attribute, in the order of the table above.
-pub const NAMES: [&str; 8] = [
+pub const NAMES: [&str; 9] = [
     "checkpoint",
+    "effects",
     "density",
     "waterline",
     "current",
@@ -46,7 +51,9 @@ pub enum InitialForce {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// The checkpoint's folder, found.
-    pub checkpoint: PathBuf,
+    pub checkpoint: Option<PathBuf>,
+    /// Named effects.
+    pub effects: Vec<Entry>,
     /// Density of the water [kg/m^3].
     pub density: f64,
     /// Height of the free surface, world z [m]; `None`: fully submerged.
@@ -120,19 +127,26 @@ impl Settings {
                 .map(|found| found.trim().to_owned())
                 .filter(|found| !found.is_empty())
         };
-        let checkpoint = value("checkpoint").ok_or(AttributeError::Missing {
-            attribute: "checkpoint",
-            example: "models/b1-task2",
-        })?;
-        let checkpoint =
-            search
-                .find(Path::new(&checkpoint))
-                .map_err(|tried| AttributeError::NoCheckpoint {
-                    found: checkpoint,
-                    tried,
-                })?;
+        let checkpoint = match value("checkpoint") {
+            None => None,
+            Some(found) => match search.find(Path::new(&found)) {
+                Ok(folder) => Some(folder),
+                Err(tried) => return Err(AttributeError::NoCheckpoint { found, tried }),
+            },
+        };
+        let effects = match value("effects") {
+            None => Vec::new(),
+            Some(found) => effects(found, search)?,
+        };
+        if checkpoint.is_none() && effects.is_empty() {
+            return Err(AttributeError::Missing {
+                attribute: "checkpoint",
+                example: "models/b1-task2",
+            });
+        }
         Ok(Self {
             checkpoint,
+            effects,
             density: match value("density") {
                 None => FRESH_WATER,
                 Some(found) => one_number("density", &found, "one number >= 0, in kg/m^3", |x| {
@@ -180,6 +194,10 @@ impl Settings {
             },
         })
     }
+}
+
+fn effects(found: String, _search: &SearchPath) -> Result<Vec<Entry>, AttributeError> {
+    Err(AttributeError::Value { attribute: "effects", found, expected: "none" })
 }
 
 fn numbers(

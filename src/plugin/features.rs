@@ -79,11 +79,19 @@ impl FeatureMap {
     }
 
     /// Writes the sample [n] of a state. The quaternion's sign continues that of `previous` [n], or is
-    /// canonical (w >= 0) where nothing came before.
-    pub fn sample(&self, qpos: &[f64], qvel: &[f64], previous: Option<&[f64]>, sample: &mut [f64]) {
+    /// canonical (w >= 0) where nothing came before. `water` is the velocity of the water in the world
+    /// beside the current [m/s].
+    pub fn sample(
+        &self,
+        qpos: &[f64],
+        qvel: &[f64],
+        water: [f64; 3],
+        previous: Option<&[f64]>,
+        sample: &mut [f64],
+    ) {
         let attitude = self.base.world_from_base(qpos);
         let (linear_in_world, angular) = self.base.velocity(qvel);
-        let relative = [0, 1, 2].map(|axis| linear_in_world[axis] - self.current[axis]);
+        let relative = [0, 1, 2].map(|axis| linear_in_world[axis] - self.current[axis] - water[axis]);
         let linear = frames::base_from_world(attitude, relative);
         let before = previous
             .zip(self.quaternion)
@@ -220,7 +228,7 @@ mod tests {
         let mut sample = [0.0; 13];
         map(&swimmer(), None)
             .unwrap()
-            .sample(&qpos, &qvel, None, &mut sample);
+            .sample(&qpos, &qvel, [0.0; 3], None, &mut sample);
         // Yawed by 90 degrees, the world's +y is the base's +x.
         let want = [
             0.3, -0.7, half, 0.0, 0.0, half, 0.1, 0.2, 0.3, 0.2, 0.0, 0.0, 1025.0,
@@ -235,10 +243,10 @@ mod tests {
         let features = map(&swimmer(), None).unwrap();
         let qpos = [0.0, 0.0, 0.0, -0.1, 0.9, 0.3, 0.3, 0.0];
         let (mut first, mut second) = ([0.0; 13], [0.0; 13]);
-        features.sample(&qpos, &[0.0; 7], None, &mut first);
+        features.sample(&qpos, &[0.0; 7], [0.0; 3], None, &mut first);
         assert!(first[2] > 0.0);
         let turned = [0.0, 0.0, 0.0, 0.05, 0.9, 0.3, 0.3, 0.0];
-        features.sample(&turned, &[0.0; 7], Some(&first), &mut second);
+        features.sample(&turned, &[0.0; 7], [0.0; 3], Some(&first), &mut second);
         assert!(second[2] < 0.0 && second[3] < 0.0, "{second:?}");
     }
 
@@ -297,7 +305,7 @@ mod tests {
         let features =
             FeatureMap::new(&layout, &["knee".into()], None, &body, 1000.0, [0.0; 3]).unwrap();
         let mut sample = [0.0; 3];
-        features.sample(&[9.0, 9.0, 0.4], &[0.3, -0.1, 5.0], None, &mut sample);
+        features.sample(&[9.0, 9.0, 0.4], &[0.3, -0.1, 5.0], [0.0; 3], None, &mut sample);
         assert_eq!(sample, [0.4, 0.3, -0.1]);
     }
 }

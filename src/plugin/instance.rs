@@ -91,6 +91,8 @@ pub struct Moment<'a> {
     pub qpos: &'a [f64],
     /// Velocities [nv].
     pub qvel: &'a [f64],
+    /// Velocity of the water at the base beside attribute `current`, world [m/s].
+    pub water: [f64; 3],
 }
 
 impl Moment<'_> {
@@ -372,7 +374,7 @@ impl Instance {
         let (inputs, outputs) = (self.features.len(), self.components.len());
         let mut sample = vec![0.0; inputs];
         self.features
-            .sample(moment.qpos, moment.qvel, None, &mut sample);
+            .sample(moment.qpos, moment.qvel, moment.water, None, &mut sample);
         if !finite(&sample) {
             return None;
         }
@@ -436,7 +438,7 @@ impl Instance {
             {
                 let latest = &state[state.len() - inputs..];
                 self.features
-                    .sample(moment.qpos, moment.qvel, Some(latest), sample);
+                    .sample(moment.qpos, moment.qvel, moment.water, Some(latest), sample);
             }
             if !finite(sample) {
                 return Some(self.fault(state));

@@ -20,6 +20,8 @@ use thiserror::Error;
 use super::{
     attributes::{AttributeError, Settings},
     body::{Body, BodyError},
+    bound::Bound,
+    carrier::Carrier,
     instance::Instance,
 };
 use crate::{
@@ -94,7 +96,7 @@ pub struct Loaded {
 
 #[derive(Debug)]
 struct Held {
-    instance: Arc<Instance>,
+    instance: Arc<Carrier>,
     users: usize,
     /// Value of the clock when it was last let go; the smallest idle one is forgotten first.
     idle_since: u64,
@@ -151,17 +153,23 @@ impl Registry {
         Ok(loaded)
     }
 
-    /// Makes (or finds) the instance of these settings on this body, and counts one more user.
+    /// Makes (or finds) the instance of these settings on this body, with its effects tied to the model,
+    /// and counts one more user.
     pub fn acquire(
         &self,
         settings: Settings,
         body: &Body,
-    ) -> Result<(InstanceKey, Arc<Instance>), SetupError> {
-        let loaded = self.checkpoint(&settings.checkpoint)?;
+        effects: Option<Bound>,
+    ) -> Result<(InstanceKey, Arc<Carrier>), SetupError> {
+        let loaded = match &settings.checkpoint {
+            Some(folder) => Some(self.checkpoint(folder)?),
+            None => None,
+        };
         let key = InstanceKey::of(&[
-            &loaded.digest,
+            loaded.as_ref().map_or("", |loaded| &loaded.digest),
             &format!("{settings:?}"),
             &format!("{body:?}"),
+            &format!("{effects:?}"),
         ]);
         {
             let mut instances = self
@@ -173,8 +181,15 @@ impl Registry {
                 return Ok((key, Arc::clone(&held.instance)));
             }
         }
-        let engine = self.engine(&loaded, &settings)?;
-        let instance = Arc::new(Instance::new(settings, &loaded.checkpoint, engine, body)?);
+        let learned = match loaded {
+            Some(loaded) => {
+                let engine = self.engine(&loaded, &settings)?;
+                let checkpoint = &loaded.checkpoint;
+                Some(Instance::new(settings.clone(), checkpoint, engine, body)?)
+            }
+            None => None,
+        };
+        let instance = Arc::new(Carrier::new(settings, learned, effects));
         let mut instances = self
             .instances
             .write()
@@ -190,7 +205,7 @@ impl Registry {
     }
 
     /// The instance of a key, where this process has made it.
-    pub fn get(&self, key: InstanceKey) -> Option<Arc<Instance>> {
+    pub fn get(&self, key: InstanceKey) -> Option<Arc<Carrier>> {
         let instances = self
             .instances
             .read()
@@ -243,7 +258,7 @@ impl Registry {
             .checkpoint
             .engine(settings.engine, settings.solver)
             .map_err(|source| SetupError::Checkpoint {
-                path: settings.checkpoint.clone(),
+                path: settings.checkpoint.clone().unwrap_or_default(),
                 source: Box::new(source),
             })?;
         let engine: Arc<dyn Engine> = Arc::from(engine);

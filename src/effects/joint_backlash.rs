@@ -1,0 +1,76 @@
+//! Play of a joint.
+//!
+//! A lumped joint cannot show play by a force: what is behind the play moves freely and needs a
+//! coordinate of its own. So the simulator that fits it puts a limited joint, without a sensor, in
+//! series behind the joint ([`JointPart::play`]): the named joint keeps its actuator and its sensor, and
+//! the body follows it within half the play on either side. A patched model gets the same joint
+//! (`patch::backlash`), so what is fitted is what is written. Between the stops nothing acts, which is
+//! why the force here is zero.
+
+use super::{Card, Effect, Id, JointPart, Parameter, Part, Placement, Target, TargetKind};
+
+/// The effect.
+#[derive(Debug)]
+pub struct JointBacklash;
+
+/// The one in the catalogue.
+pub static EFFECT: JointBacklash = JointBacklash;
+
+static CARD: Card = Card {
+    id: Id::JointBacklash,
+    target: TargetKind::Joint,
+    summary: "play between a joint and the body that it moves",
+    equation: "q_body = q_joint + s, |s| <= play/2, free between the stops",
+    source: "M. Nordin, P.-O. Gutman, Controlling mechanical systems with backlash - a survey, \
+             Automatica 38(10), 2002, section 2 (exact model with a free gap)",
+    placement: Placement::Mjcf,
+};
+
+impl Effect for JointBacklash {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn parameters(&self, target: &Target) -> Vec<Parameter> {
+        let Target::Joint(joint) = target else {
+            return Vec::new();
+        };
+        let travel = joint.typical_travel();
+        vec![
+            Parameter::about("play", joint.position_unit(), 0.0, 0.1 * travel)
+                .within(0.0, 2.0 * travel)
+                // At zero the limits of the extra joint meet: no derivative.
+                .starting(0.05 * travel),
+        ]
+    }
+
+    fn part(&self) -> Part<'_> {
+        Part::Joint(self)
+    }
+}
+
+impl JointPart for JointBacklash {
+    fn force(&self, _p: &[f64], _position: f64, _velocity: f64, _memory: &[f64]) -> f64 {
+        0.0
+    }
+
+    fn damping(&self, _p: &[f64], _position: f64, _velocity: f64, _memory: &[f64]) -> f64 {
+        0.0
+    }
+
+    fn play(&self, p: &[f64]) -> Option<f64> {
+        (p[0] > 0.0).then_some(p[0])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_play_asks_for_no_joint() {
+        assert_eq!(EFFECT.play(&[0.0]), None);
+        assert_eq!(EFFECT.play(&[0.02]), Some(0.02));
+        assert_eq!(EFFECT.force(&[0.02], 1.0, 1.0, &[]), 0.0);
+    }
+}

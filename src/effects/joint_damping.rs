@@ -1,0 +1,67 @@
+//! Viscous damping of a joint.
+
+use super::{Card, Effect, Id, JointPart, Parameter, Part, Placement, Target, TargetKind};
+
+/// The effect.
+#[derive(Debug)]
+pub struct JointDamping;
+
+/// The one in the catalogue.
+pub static EFFECT: JointDamping = JointDamping;
+
+static CARD: Card = Card {
+    id: Id::JointDamping,
+    target: TargetKind::Joint,
+    summary: "viscous damping of a joint",
+    equation: "f = -damping v",
+    source: "B. Armstrong-Helouvry et al., Automatica 30(7), 1994, section 2; MuJoCo's `joint damping`",
+    placement: Placement::Mjcf,
+};
+
+impl Effect for JointDamping {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn parameters(&self, target: &Target) -> Vec<Parameter> {
+        let Target::Joint(joint) = target else {
+            return Vec::new();
+        };
+        let scale = joint.typical_force() / joint.typical_speed();
+        vec![
+            Parameter::about("damping", joint.damping_unit(), 0.0, 0.2 * scale)
+                .within(0.0, 100.0 * scale),
+        ]
+    }
+
+    fn part(&self) -> Part<'_> {
+        Part::Joint(self)
+    }
+}
+
+impl JointPart for JointDamping {
+    fn force(&self, p: &[f64], _position: f64, velocity: f64, _memory: &[f64]) -> f64 {
+        -p[0] * velocity
+    }
+
+    fn damping(&self, p: &[f64], _position: f64, _velocity: f64, _memory: &[f64]) -> f64 {
+        p[0]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn it_opposes_motion_in_proportion(damping in 0.0..100.0, v in -5.0..5.0) {
+            let force = EFFECT.force(&[damping], 0.0, v, &[]);
+            prop_assert!(force * v <= 0.0);
+            let slope = EFFECT.force(&[damping], 0.0, v + 1.0, &[]) - force;
+            prop_assert!((slope + EFFECT.damping(&[damping], 0.0, v, &[])).abs() < 1e-9);
+        }
+    }
+}

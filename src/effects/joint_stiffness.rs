@@ -1,0 +1,74 @@
+//! Spring of a joint.
+
+use super::{Card, Effect, Id, JointPart, Parameter, Part, Placement, Target, TargetKind};
+
+/// The effect.
+#[derive(Debug)]
+pub struct JointStiffness;
+
+/// The one in the catalogue.
+pub static EFFECT: JointStiffness = JointStiffness;
+
+static CARD: Card = Card {
+    id: Id::JointStiffness,
+    target: TargetKind::Joint,
+    summary: "a spring of a joint: a tether, a hose, a seal",
+    equation: "f = -stiffness (q - reference)",
+    source: "Hooke's law; MuJoCo's `joint stiffness springref`",
+    placement: Placement::Mjcf,
+};
+
+impl Effect for JointStiffness {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn parameters(&self, target: &Target) -> Vec<Parameter> {
+        let Target::Joint(joint) = target else {
+            return Vec::new();
+        };
+        let travel = joint.typical_travel();
+        let scale = joint.typical_force() / travel;
+        vec![
+            Parameter::about("stiffness", joint.stiffness_unit(), 0.0, 0.2 * scale)
+                .within(0.0, 100.0 * scale),
+            // Means nothing without the spring.
+            Parameter::about("reference", joint.position_unit(), 0.0, travel)
+                .within(-100.0 * travel, 100.0 * travel),
+        ]
+    }
+
+    fn part(&self) -> Part<'_> {
+        Part::Joint(self)
+    }
+}
+
+impl JointPart for JointStiffness {
+    fn force(&self, p: &[f64], position: f64, _velocity: f64, _memory: &[f64]) -> f64 {
+        -p[0] * (position - p[1])
+    }
+
+    fn damping(&self, _p: &[f64], _position: f64, _velocity: f64, _memory: &[f64]) -> f64 {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn its_force_is_the_slope_of_its_energy(
+            stiffness in 0.0..100.0, reference in -1.0..1.0, q in -2.0..2.0,
+        ) {
+            let energy = |q: f64| { let away: f64 = q - reference; 0.5 * stiffness * away * away };
+            let h = 1e-5;
+            let slope = (energy(q + h) - energy(q - h)) / (2.0 * h);
+            let force = EFFECT.force(&[stiffness, reference], q, 1.0, &[]);
+            prop_assert!((force + slope).abs() < 1e-6 * (1.0 + slope.abs()));
+        }
+    }
+}

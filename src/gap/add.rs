@@ -1,0 +1,150 @@
+//! Add: the chosen effects with their intervals, as entries of a model and corrections of sensors.
+
+use std::collections::BTreeMap;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::{
+    bench::{Bench, sum},
+    name::{Naming, parameters},
+    stages::Added,
+    study::Study,
+    verdict::{Bias, FittedParameter, SensorPatch},
+};
+use crate::effects::{self, Entry, Id, Part};
+
+/// Schema of [`Added`].
+const SCHEMA: &str = "hydro-gap-add/1";
+/// Draws of the block bootstrap.
+const DRAWS: usize = 400;
+
+/// What is to be written: entries of the model, and the stage's record (its patched model and diff are
+/// filled in by who writes the file).
+#[derive(Debug)]
+pub struct Addition {
+    /// For the file.
+    pub added: Added,
+    /// Effects for the patched model.
+    pub entries: Vec<Entry>,
+}
+
+/// The chosen effects. None where nothing was chosen.
+pub fn add(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Option<Addition> {
+    let search = naming.search.as_ref()?;
+    let scored = &search.scored[naming.chosen];
+    if naming.named.chosen.is_empty() {
+        return None;
+    }
+    let entries = bench.entries(&scored.fit.point);
+    let of_sensors = |entry: &&Entry| {
+        matches!(
+            effects::catalogue::effect(entry.effect).part(),
+            Part::Sensor(_)
+        )
+    };
+    let sensors = sensor_patches(bench, entries.iter().filter(of_sensors));
+    let draws = bootstrap(study, bench, naming);
+    Some(Addition {
+        added: Added {
+            schema: SCHEMA.to_owned(),
+            effects: naming.named.chosen.clone(),
+            sensors,
+            bootstrap: draws,
+            model: None,
+            diff: String::new(),
+            remarks: Vec::new(),
+        },
+        entries: entries
+            .iter()
+            .filter(|entry| !of_sensors(entry))
+            .cloned()
+            .collect(),
+    })
+}
+
+/// Corrections by sensor, as `patch.sensors` has them.
+fn sensor_patches<'e>(
+    bench: &Bench<'_>,
+    entries: impl Iterator<Item = &'e Entry>,
+) -> BTreeMap<String, SensorPatch> {
+    let mut patches: BTreeMap<String, SensorPatch> = BTreeMap::new();
+    for entry in entries {
+        let patch = patches.entry(entry.target.clone()).or_default();
+        let Part::Sensor(part) = effects::catalogue::effect(entry.effect).part() else {
+            continue;
+        };
+        let values = &entry.parameters;
+        match entry.effect {
+            Id::SensorScale => patch.scale = Some(part.scale(values)),
+            Id::SensorDelay => patch.delay = Some(part.delay(values)),
+            _ => {
+                let source = bench
+                    .channels
+                    .sources
+                    .iter()
+                    .find(|source| bench.model.sensors[source.sensor].name == entry.target);
+                let biases: Vec<f64> = (0..source.map_or(1, |source| source.channels))
+                    .map(|component| part.bias(values, component))
+                    .collect();
+                patch.bias = Some(match biases.as_slice() {
+                    [one] => Bias::Scalar(*one),
+                    _ => Bias::Vector(biases),
+                });
+            }
+        }
+    }
+    patches
+}
+
+/// Intervals from trials drawn again with replacement; the linearisation at the optimum is kept.
+fn bootstrap(
+    study: &Study<'_>,
+    bench: &Bench<'_>,
+    naming: &Naming,
+) -> Vec<(Id, String, Vec<FittedParameter>)> {
+    let Some(search) = &naming.search else {
+        return Vec::new();
+    };
+    let fit = &search.scored[naming.chosen].fit;
+    let trials = fit.quadratics.len();
+    if trials < 2 {
+        return Vec::new();
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(study.settings.seed);
+    let draws: Vec<_> = (0..DRAWS)
+        .filter_map(|_| {
+            let drawn: Vec<usize> = (0..trials).map(|_| rng.random_range(0..trials)).collect();
+            let quadratic = sum(drawn.iter().map(|at| &fit.quadratics[*at]));
+            quadratic.tempered(search.factor).best(&fit.bounds)
+        })
+        .map(|optimum| optimum.z)
+        .collect();
+    let mut at = bench.knobs.len();
+    let mut intervals = Vec::new();
+    for candidate in &fit.point.candidates {
+        let of = &bench.candidates[*candidate];
+        let mut fitted = parameters(bench, fit, *candidate, search.factor);
+        for (p, fitted) in of.parameters.iter().zip(&mut fitted) {
+            let mut values: Vec<f64> = draws.iter().map(|z| p.null + z[at] * p.prior_sd).collect();
+            values.sort_by(f64::total_cmp);
+            if let (Some(low), Some(high)) = (quantile(&values, 0.025), quantile(&values, 0.975)) {
+                fitted.ci95 = [low, high];
+            }
+            at += 1;
+        }
+        for target in &of.targets {
+            intervals.push((of.effect, target.clone(), fitted.clone()));
+        }
+    }
+    intervals
+}
+
+/// A quantile of ascending values.
+pub(super) fn quantile(ascending: &[f64], part: f64) -> Option<f64> {
+    let last = ascending.len().checked_sub(1)?;
+    let place = part * last as f64;
+    let (low, high) = (place.floor() as usize, place.ceil() as usize);
+    let weight = place - low as f64;
+    Some(ascending[low] * (1.0 - weight) + ascending[high] * weight)
+}

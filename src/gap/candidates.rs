@@ -1,0 +1,162 @@
+//! Which effects on which targets are tried on a model.
+
+use super::measured::{Channels, Measured};
+use crate::{
+    effects::{
+        self, Entry, Id, Parameter,
+        card::{ActuatorScale, SensorScale, Target, TargetKind},
+    },
+    sim::plant::{PlantDescription, SensorKind},
+};
+
+/// Models with at most so many moving bodies have every body tried, larger ones their bases alone.
+const ALL_BODIES: usize = 6;
+
+/// One effect on one target, or on every target of a kind with shared values.
+#[derive(Clone, Debug)]
+pub(super) struct Candidate {
+    /// Which effect.
+    pub(super) effect: Id,
+    /// Its targets: one, or all of a kind.
+    pub(super) targets: Vec<String>,
+    /// Parameters of the first target; all share the values.
+    pub(super) parameters: Vec<Parameter>,
+}
+
+impl Candidate {
+    /// Entries with values in the order of the parameters.
+    pub(super) fn entries(&self, values: &[f64]) -> Vec<Entry> {
+        self.targets
+            .iter()
+            .map(|target| Entry {
+                effect: self.effect,
+                target: target.clone(),
+                parameters: values.to_vec(),
+            })
+            .collect()
+    }
+
+    /// Values that mean "no effect".
+    pub(super) fn null(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.null).collect()
+    }
+}
+
+/// Typical motions in the trials, which scale the priors.
+#[derive(Clone, Debug)]
+pub(super) struct Typical {
+    /// Root mean square speed of every degree of freedom.
+    pub(super) speed: Vec<f64>,
+    /// Largest excursion of every position from its mean.
+    pub(super) travel: Vec<f64>,
+    /// Largest command of every actuator.
+    pub(super) command: Vec<f64>,
+}
+
+/// All effects on all their targets.
+pub(super) fn enumerate(
+    model: &PlantDescription,
+    channels: &Channels,
+    trials: &[Measured],
+    typical: &Typical,
+) -> Vec<Candidate> {
+    let mut candidates = Vec::new();
+    let moving = model.bodies.iter().filter(|body| body.moves).count();
+    let base_speed = |from: usize| {
+        let at = |axis: usize| typical.speed.get(axis).copied().unwrap_or(0.0).powi(2);
+        (from..from + 3).map(at).sum::<f64>().sqrt()
+    };
+    for id in Id::ALL {
+        let effect = effects::catalogue::effect(*id);
+        let mut add = |targets: Vec<String>, target: Target| {
+            candidates.push(Candidate {
+                effect: *id,
+                targets,
+                parameters: effect.parameters(&target),
+            });
+        };
+        match effect.card().target {
+            TargetKind::Body => {
+                for body in model.bodies.iter().filter(|body| body.moves) {
+                    if !(body.root || (moving <= ALL_BODIES && body.wet)) {
+                        continue;
+                    }
+                    let mut scale = body.scale.clone();
+                    scale.speed = base_speed(0).max(0.05);
+                    scale.rate = base_speed(3).max(0.05);
+                    add(vec![body.name.clone()], Target::Body(scale));
+                }
+            }
+            TargetKind::Joint => {
+                let scales = model.joints.iter().map(|joint| {
+                    let mut scale = joint.scale.clone();
+                    scale.speed = typical.speed[joint.dof].max(1e-3);
+                    scale.travel = typical.travel[joint.qpos].max(1e-3);
+                    (joint.name.clone(), scale)
+                });
+                let scales: Vec<_> = scales.collect();
+                for (name, scale) in &scales {
+                    add(vec![name.clone()], Target::Joint(scale.clone()));
+                }
+                if let (2.., Some((_, scale))) = (scales.len(), scales.first()) {
+                    let names = scales.iter().map(|(name, _)| name.clone()).collect();
+                    add(names, Target::Joint(scale.clone()));
+                }
+            }
+            TargetKind::Actuator => {
+                let scale = |at: usize| ActuatorScale {
+                    command: typical.command[at].max(1e-9),
+                    inflow: base_speed(0).max(0.05),
+                    step: model.timestep,
+                };
+                let fitting: Vec<usize> = (0..model.actuators.len())
+                    .filter(|at| {
+                        typical.command[*at] > 0.0
+                            && (*id != Id::InflowThrustLoss || model.actuators[*at].thrusts)
+                    })
+                    .collect();
+                for at in &fitting {
+                    let name = model.actuators[*at].name.clone();
+                    add(vec![name], Target::Actuator(scale(*at)));
+                }
+                if let (2.., Some(first)) = (fitting.len(), fitting.first()) {
+                    let names = fitting.iter().map(|at| model.actuators[*at].name.clone());
+                    add(names.collect(), Target::Actuator(scale(*first)));
+                }
+            }
+            TargetKind::Sensor => {
+                for source in &channels.sources {
+                    let sensor = &model.sensors[source.sensor];
+                    if *id == Id::SensorScale && sensor.kind == SensorKind::Quaternion {
+                        continue;
+                    }
+                    let scale = SensorScale {
+                        dimension: source.channels,
+                        noise: channels.list[source.channel].noise,
+                        signal: rms(trials, source.start, source.len),
+                        unit: if source.attitude { "rad" } else { sensor.unit },
+                        period: trials.first().map_or(model.timestep, Measured::period),
+                    };
+                    add(vec![sensor.name.clone()], Target::Sensor(scale));
+                }
+            }
+        }
+    }
+    candidates
+}
+
+/// Root mean square of a sensor's readings.
+fn rms(trials: &[Measured], start: usize, len: usize) -> f64 {
+    let (mut sum, mut count) = (0.0, 0_usize);
+    for trial in trials {
+        for row in 0..trial.times.len() {
+            for value in &trial.row(row)[start..start + len] {
+                if value.is_finite() {
+                    sum += value * value;
+                    count += 1;
+                }
+            }
+        }
+    }
+    (sum / count.max(1) as f64).sqrt()
+}

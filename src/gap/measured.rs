@@ -1,0 +1,175 @@
+//! A trial laid out as the model's `sensordata`, and the channels that are compared.
+
+use nalgebra::{Quaternion, UnitQuaternion};
+
+use super::stages::Channel;
+use crate::{
+    sim::plant::{PlantDescription, SensorKind},
+    trial::{Series, Trial},
+};
+
+/// One trial, its readings in the order of `sensordata`.
+#[derive(Debug)]
+pub(super) struct Measured {
+    /// Name of the trial.
+    pub(super) name: String,
+    /// Labels of the rows [s]: a row labelled t holds the state at t less a step.
+    pub(super) times: Vec<f64>,
+    /// Readings by row; NaN where there is none.
+    pub(super) values: Vec<f64>,
+    /// Length of a row.
+    pub(super) width: usize,
+    /// Controls.
+    pub(super) control: Series,
+    /// Full-physics state at the start, where the log has one.
+    pub(super) initial_state: Option<Vec<f64>>,
+}
+
+impl Measured {
+    pub(super) fn new(trial: Trial, model: &PlantDescription) -> Self {
+        let width = model
+            .sensors
+            .iter()
+            .map(|sensor| sensor.start + sensor.len)
+            .max()
+            .unwrap_or(0);
+        let mut values = vec![f64::NAN; width * trial.sensors.times.len()];
+        for sensor in &model.sensors {
+            let columns = trial.sensors.columns_of(&sensor.name);
+            if columns.len() != sensor.len {
+                continue;
+            }
+            for (component, column) in columns.into_iter().enumerate() {
+                for (row, value) in trial.sensors.column_values(column).enumerate() {
+                    values[row * width + sensor.start + component] = value;
+                }
+            }
+        }
+        let initial_state = trial
+            .initial_state
+            .filter(|state| state.len() == model.state_len);
+        Self {
+            name: trial.name,
+            times: trial.sensors.times,
+            values,
+            width,
+            control: trial.control,
+            initial_state,
+        }
+    }
+
+    pub(super) fn row(&self, row: usize) -> &[f64] {
+        &self.values[row * self.width..(row + 1) * self.width]
+    }
+
+    /// Median time between rows [s].
+    pub(super) fn period(&self) -> f64 {
+        let mut gaps: Vec<f64> = self
+            .times
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .collect();
+        if gaps.is_empty() {
+            return f64::INFINITY;
+        }
+        let middle = gaps.len() / 2;
+        *gaps.select_nth_unstable_by(middle, f64::total_cmp).1
+    }
+}
+
+/// Where a sensor's numbers are found, and which channels they become.
+#[derive(Clone, Debug)]
+pub(super) struct Source {
+    /// Row of `PlantDescription::sensors`.
+    pub(super) sensor: usize,
+    /// First number in `sensordata`.
+    pub(super) start: usize,
+    /// Numbers.
+    pub(super) len: usize,
+    /// First channel.
+    pub(super) channel: usize,
+    /// Channels: three for an attitude, else one a number.
+    pub(super) channels: usize,
+    /// True for an attitude.
+    pub(super) attitude: bool,
+}
+
+/// All channels that are compared.
+#[derive(Clone, Debug)]
+pub(super) struct Channels {
+    pub(super) list: Vec<Channel>,
+    pub(super) sources: Vec<Source>,
+}
+
+impl Channels {
+    /// Those with at least one reading in the trials.
+    pub(super) fn of(model: &PlantDescription, trials: &[Measured]) -> Self {
+        let mut list = Vec::new();
+        let mut sources = Vec::new();
+        for (at, sensor) in model.sensors.iter().enumerate() {
+            let seen = trials.iter().any(|trial| {
+                (0..trial.times.len()).any(|row| {
+                    trial.row(row)[sensor.start..sensor.start + sensor.len]
+                        .iter()
+                        .all(|value| value.is_finite())
+                })
+            });
+            if !seen {
+                continue;
+            }
+            let attitude = sensor.kind == SensorKind::Quaternion;
+            let channels = if attitude { 3 } else { sensor.len };
+            sources.push(Source {
+                sensor: at,
+                start: sensor.start,
+                len: sensor.len,
+                channel: list.len(),
+                channels,
+                attitude,
+            });
+            let declared = (sensor.noise > 0.0).then_some(sensor.noise);
+            for component in 0..channels {
+                list.push(Channel {
+                    sensor: sensor.name.clone(),
+                    component,
+                    unit: if attitude { "rad" } else { sensor.unit }.to_owned(),
+                    noise: declared.unwrap_or(f64::NAN),
+                    declared_noise: declared,
+                });
+            }
+        }
+        Self { list, sources }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// Measured less predicted, by channel; NaN where there is no reading. An attitude gives the rotation
+    /// vector from the predicted to the measured one, in the predicted frame.
+    pub(super) fn residual(&self, measured: &[f64], predicted: &[f64], residual: &mut [f64]) {
+        for source in &self.sources {
+            let range = source.start..source.start + source.len;
+            let (measured, predicted) = (&measured[range.clone()], &predicted[range]);
+            let out = &mut residual[source.channel..source.channel + source.channels];
+            if source.attitude {
+                out.copy_from_slice(&rotation_between(predicted, measured));
+            } else {
+                for ((value, measured), predicted) in out.iter_mut().zip(measured).zip(predicted) {
+                    *value = measured - predicted;
+                }
+            }
+        }
+    }
+}
+
+/// Rotation vector from one attitude (w x y z) to another, in the frame of the first.
+pub(super) fn rotation_between(from: &[f64], to: &[f64]) -> [f64; 3] {
+    let unit = |q: &[f64]| {
+        UnitQuaternion::try_new(Quaternion::new(q[0], q[1], q[2], q[3]), f64::MIN_POSITIVE)
+    };
+    match (unit(from), unit(to)) {
+        (Some(from), Some(to)) => (from.inverse() * to).scaled_axis().into(),
+        _ => [f64::NAN; 3],
+    }
+}

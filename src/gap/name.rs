@@ -1,0 +1,466 @@
+//! Name: which effect is missing, how surely, and what else it could be.
+
+use std::collections::BTreeMap;
+
+use super::{
+    bench::{Bench, Fit},
+    error::GapError,
+    experiment,
+    search::{self, Scored, Search},
+    stages::{Hypothesis, Named},
+    study::Study,
+    verdict::{FittedEffect, FittedParameter, Outcome},
+    watch::Watch,
+};
+use crate::effects::Id;
+
+/// Schema of [`Named`].
+const SCHEMA: &str = "hydro-gap-name/1";
+
+/// Mean probability of error above which nothing more is named.
+const ERROR: f64 = 0.05;
+/// Two explanations whose whitened outputs are nearer than this (squared) are one set.
+const CONFUSION: f64 = 9.0;
+/// Effects less probable than this are not listed.
+const NEGLIGIBLE: f64 = 1e-3;
+/// Part of the excess that may stay unexplained: forms of the catalogue are only about nature's.
+const UNEXPLAINED: f64 = 0.12;
+/// Standard deviations by which what is left must exceed noise to be called unknown.
+const SIGNIFICANT: f64 = 6.0;
+/// Sets shown.
+const SHOWN: usize = 20;
+/// 97.5 % point of the normal distribution.
+const Z95: f64 = 1.959_964;
+
+/// What the name stage found, with the fit that `add` writes down.
+#[derive(Debug)]
+pub struct Naming {
+    /// For the file.
+    pub named: Named,
+    pub(super) search: Option<Search>,
+    /// The refitted set that was chosen; the empty one where nothing is.
+    pub(super) chosen: usize,
+}
+
+/// Searches, weighs and decides.
+///
+/// # Errors
+/// Where the plant refuses, or a stop was asked for.
+pub fn name(study: &Study<'_>, bench: &Bench<'_>, watch: &Watch<'_>) -> Result<Naming, GapError> {
+    let Some(search) = search::search(bench, watch)? else {
+        let first = &bench.segments[0];
+        return Err(GapError::NominalDiverges {
+            trial: study.trials[first.trial].name.clone(),
+            start: first.start,
+            after: 0.0,
+            expected: super::study::SEGMENT,
+            timestep: bench.model.timestep,
+        });
+    };
+    let weights = Weights::of(bench, &search);
+    let decision = decide(bench, &search, &weights);
+    let scored = &search.scored[decision.chosen];
+    let effects = listed(bench, &search, &weights, &decision);
+    let chosen = effects
+        .iter()
+        .filter(|effect| {
+            decision
+                .named
+                .contains(&(effect.effect, effect.target.clone()))
+        })
+        .cloned()
+        .collect();
+    let nuisances = nuisances(bench, &scored.fit, search.factor);
+    let next_experiment = match decision.apart {
+        Some((one, other)) => experiment::next(
+            bench,
+            &search.scored[one].fit.point,
+            &search.scored[other].fit.point,
+            &study.commands,
+            watch,
+        )?,
+        None => None,
+    };
+    let named = Named {
+        schema: SCHEMA.to_owned(),
+        outcome: decision.outcome,
+        chosen,
+        effects,
+        confusion_set: decision.confusion,
+        next_experiment,
+        ranking: ranking(bench, &search, &weights),
+        nuisances,
+        unexplained: decision.unexplained,
+        unexplained_p_value: decision.p_value,
+        remarks: Vec::new(),
+    };
+    Ok(Naming {
+        named,
+        chosen: decision.chosen,
+        search: Some(search),
+    })
+}
+
+/// Posterior probabilities.
+struct Weights {
+    /// Of every refitted set.
+    scored: Vec<f64>,
+    /// Log evidence of every refitted set, absolute.
+    evidence: Vec<f64>,
+}
+
+impl Weights {
+    fn of(bench: &Bench<'_>, search: &Search) -> Self {
+        let evidence: Vec<f64> = search
+            .scored
+            .iter()
+            .map(|scored| {
+                scored
+                    .fit
+                    .evidence(search.factor)
+                    .map_or(f64::NEG_INFINITY, |(evidence, _)| evidence)
+            })
+            .collect();
+        let logs: Vec<f64> = search
+            .scored
+            .iter()
+            .zip(&evidence)
+            .map(|(scored, evidence)| evidence + search::log_prior(bench, &scored.set))
+            .collect();
+        let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let mut scored: Vec<f64> = logs.iter().map(|log| (log - top).exp()).collect();
+        let sum: f64 = scored.iter().sum();
+        scored.iter_mut().for_each(|weight| *weight /= sum);
+        Self { scored, evidence }
+    }
+
+    /// Probability that a candidate is in the true set.
+    fn candidates(&self, search: &Search) -> BTreeMap<usize, f64> {
+        let mut sums = BTreeMap::new();
+        for (scored, weight) in search.scored.iter().zip(&self.scored) {
+            for candidate in &scored.set {
+                *sums.entry(*candidate).or_insert(0.0) += weight;
+            }
+        }
+        sums
+    }
+
+    /// Probability that an effect is missing, on whatever target.
+    fn ids(&self, bench: &Bench<'_>, search: &Search) -> BTreeMap<Id, f64> {
+        let mut sums = BTreeMap::new();
+        for (scored, weight) in search.scored.iter().zip(&self.scored) {
+            let mut ids: Vec<Id> = scored
+                .set
+                .iter()
+                .map(|candidate| bench.candidates[*candidate].effect)
+                .collect();
+            ids.sort_unstable();
+            ids.dedup();
+            for id in ids {
+                *sums.entry(id).or_insert(0.0) += weight;
+            }
+        }
+        sums
+    }
+}
+
+struct Decision {
+    outcome: Outcome,
+    chosen: usize,
+    named: Vec<(Id, String)>,
+    confusion: Vec<Id>,
+    /// Two refitted sets that an experiment should tell apart.
+    apart: Option<(usize, usize)>,
+    unexplained: f64,
+    p_value: f64,
+}
+
+fn decide(bench: &Bench<'_>, search: &Search, weights: &Weights) -> Decision {
+    let empty = &search.scored[0];
+    let best = (0..search.scored.len())
+        .max_by(|a, b| weights.scored[*a].total_cmp(&weights.scored[*b]))
+        .unwrap_or(0);
+    let least = &search.scored[best];
+    let (unexplained, deviations) = left_over(bench, &empty.fit, &least.fit);
+    let p_value = 1.0 - super::information::normal_cdf(deviations);
+    let mut decision = Decision {
+        outcome: Outcome::NoGap,
+        chosen: 0,
+        named: Vec::new(),
+        confusion: Vec::new(),
+        apart: None,
+        unexplained,
+        p_value,
+    };
+    if unexplained > UNEXPLAINED && deviations > SIGNIFICANT {
+        decision.outcome = Outcome::Unknown;
+        decision.chosen = best;
+        return decision;
+    }
+    // The set of highest probability, cut back until its mean error is small.
+    let ids = weights.ids(bench, search);
+    let set_ids: Vec<Id> = {
+        let mut set: Vec<Id> = least
+            .set
+            .iter()
+            .map(|candidate| bench.candidates[*candidate].effect)
+            .collect();
+        set.sort_by(|a, b| ids[b].total_cmp(&ids[a]));
+        set.dedup();
+        set
+    };
+    let mut kept = 0;
+    let mut error = 0.0;
+    for id in &set_ids {
+        error += 1.0 - ids[id];
+        if error / (kept + 1) as f64 > ERROR {
+            break;
+        }
+        kept += 1;
+    }
+    let rivals = rivals(bench, search, best);
+    let undecided: Vec<Id> = rivals
+        .iter()
+        .flat_map(|rival| {
+            search.scored[*rival]
+                .set
+                .iter()
+                .map(|candidate| bench.candidates[*candidate].effect)
+        })
+        .filter(|id| !set_ids.contains(id))
+        .collect();
+    // What stands in every rival too is decided all the same.
+    let decided: Vec<Id> = set_ids[..kept]
+        .iter()
+        .filter(|id| {
+            rivals.iter().all(|rival| {
+                search.scored[*rival]
+                    .set
+                    .iter()
+                    .any(|candidate| bench.candidates[*candidate].effect == **id)
+            })
+        })
+        .copied()
+        .collect();
+    let something = 1.0 - weights.scored[0];
+    if least.set.is_empty() || (kept == 0 && something < 1.0 - ERROR) {
+        return decision;
+    }
+    if !undecided.is_empty() || decided.is_empty() {
+        let mut confusion: Vec<Id> = set_ids
+            .iter()
+            .filter(|id| !decided.contains(id))
+            .copied()
+            .chain(undecided)
+            .collect();
+        if confusion.len() < 2 {
+            // No rival is near by output: the posterior alone is split.
+            confusion = ids
+                .iter()
+                .filter(|(_, p)| **p > ERROR)
+                .map(|(id, _)| *id)
+                .collect();
+        }
+        confusion.sort_by(|a, b| {
+            let p = |id: &Id| ids.get(id).copied().unwrap_or(0.0);
+            p(b).total_cmp(&p(a))
+        });
+        confusion.dedup();
+        decision.confusion = confusion;
+        decision.apart = rivals.first().map(|rival| (best, *rival));
+    }
+    decision.chosen = best;
+    if decided.is_empty() {
+        decision.outcome = Outcome::Confusable;
+        if decision.confusion.len() < 2 {
+            decision.confusion.clear();
+            decision.apart = None;
+            decision.outcome = Outcome::NoGap;
+            decision.chosen = 0;
+        }
+        return decision;
+    }
+    decision.outcome = Outcome::Named;
+    decision.named = least
+        .set
+        .iter()
+        .filter(|candidate| decided.contains(&bench.candidates[**candidate].effect))
+        .flat_map(|candidate| {
+            let of = &bench.candidates[*candidate];
+            of.targets
+                .iter()
+                .map(move |target| (of.effect, target.clone()))
+        })
+        .collect();
+    // Only a set that was refitted can be added: find the one that holds exactly what is decided.
+    if decided.len() < set_ids.len() {
+        let exact = (0..search.scored.len()).find(|at| {
+            let set = &search.scored[*at].set;
+            set.len() == decided.len()
+                && set
+                    .iter()
+                    .all(|candidate| decided.contains(&bench.candidates[*candidate].effect))
+        });
+        decision.chosen = exact.unwrap_or(best);
+    }
+    decision
+}
+
+/// Refitted sets of no more effects than the best whose outputs are as near to the data.
+fn rivals(bench: &Bench<'_>, search: &Search, best: usize) -> Vec<usize> {
+    let of = &search.scored[best];
+    let ids = |scored: &Scored| -> Vec<Id> {
+        let mut ids: Vec<Id> = scored
+            .set
+            .iter()
+            .map(|candidate| bench.candidates[*candidate].effect)
+            .collect();
+        ids.sort_unstable();
+        ids
+    };
+    (1..search.scored.len())
+        .filter(|at| {
+            let other = &search.scored[*at];
+            *at != best
+                && other.set.len() <= of.set.len()
+                && ids(other) != ids(of)
+                && (other.fit.misfit - of.fit.misfit) / search.factor < CONFUSION
+        })
+        .collect()
+}
+
+/// Part of the excess that a fit leaves, and by how many standard deviations it exceeds noise.
+fn left_over(bench: &Bench<'_>, empty: &Fit, best: &Fit) -> (f64, f64) {
+    let fitted = (2 * bench.model.nv * bench.segments.len()) as f64;
+    let noise = (best.readings as f64 - fitted).max(1.0);
+    let excess = (empty.misfit - noise).max(f64::MIN_POSITIVE);
+    let left = best.misfit - noise;
+    let deviations = left / (2.0 * noise).sqrt();
+    ((left / excess).clamp(0.0, 1.0), deviations)
+}
+
+/// All effects with a probability worth telling, with values from the best set that holds each.
+fn listed(
+    bench: &Bench<'_>,
+    search: &Search,
+    weights: &Weights,
+    decision: &Decision,
+) -> Vec<FittedEffect> {
+    let probabilities = weights.candidates(search);
+    let chosen = &search.scored[decision.chosen].set;
+    let mut effects: Vec<FittedEffect> = probabilities
+        .iter()
+        .filter(|(candidate, p)| **p > NEGLIGIBLE || chosen.contains(candidate))
+        .flat_map(|(candidate, p)| {
+            let holder = if chosen.contains(candidate) {
+                decision.chosen
+            } else {
+                (0..search.scored.len())
+                    .filter(|at| search.scored[*at].set.contains(candidate))
+                    .max_by(|a, b| weights.scored[*a].total_cmp(&weights.scored[*b]))
+                    .unwrap_or(0)
+            };
+            let parameters =
+                parameters(bench, &search.scored[holder].fit, *candidate, search.factor);
+            let of = &bench.candidates[*candidate];
+            of.targets.iter().map(move |target| FittedEffect {
+                effect: of.effect,
+                target: target.clone(),
+                probability: p.clamp(0.0, 1.0),
+                surrogate: decision.outcome == Outcome::Unknown,
+                parameters: parameters.clone(),
+            })
+        })
+        .collect();
+    effects.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    effects
+}
+
+/// Values and Laplace intervals of one candidate in a fit.
+pub(super) fn parameters(
+    bench: &Bench<'_>,
+    fit: &Fit,
+    candidate: usize,
+    factor: f64,
+) -> Vec<FittedParameter> {
+    let Some(row) = fit.point.candidates.iter().position(|of| *of == candidate) else {
+        return Vec::new();
+    };
+    let covariance = fit.evidence(factor).map(|(_, optimum)| optimum.covariance);
+    let mut at = bench.knobs.len() + fit.point.values[..row].iter().map(Vec::len).sum::<usize>();
+    bench.candidates[candidate]
+        .parameters
+        .iter()
+        .zip(&fit.point.values[row])
+        .map(|(p, value)| {
+            let variance = covariance.as_ref().map_or(1.0, |matrix| matrix[(at, at)]);
+            at += 1;
+            let half = Z95 * variance.max(0.0).sqrt() * p.prior_sd;
+            FittedParameter {
+                name: p.name.clone(),
+                value: *value,
+                unit: p.unit.to_owned(),
+                ci95: [(value - half).max(p.lower), (value + half).min(p.upper)],
+            }
+        })
+        .collect()
+}
+
+/// Name, value and standard deviation of every knob, in the knob's unit.
+fn nuisances(bench: &Bench<'_>, fit: &Fit, factor: f64) -> Vec<(String, f64, f64)> {
+    let Some((_, optimum)) = fit.evidence(factor) else {
+        return Vec::new();
+    };
+    bench
+        .knobs
+        .iter()
+        .enumerate()
+        .map(|(at, (knob, sd))| {
+            let spread = optimum.covariance[(at, at)].max(0.0).sqrt();
+            let name = bench.model.knobs[*knob].name.clone();
+            (name, fit.point.knobs[at] * sd, spread * sd)
+        })
+        .collect()
+}
+
+fn ranking(bench: &Bench<'_>, search: &Search, weights: &Weights) -> Vec<Hypothesis> {
+    let pairs = |set: &[usize]| -> Vec<(Id, String)> {
+        set.iter()
+            .map(|candidate| {
+                let of = &bench.candidates[*candidate];
+                (of.effect, of.targets.join(", "))
+            })
+            .collect()
+    };
+    let empty = &search.scored[0];
+    let mut ranking: Vec<Hypothesis> = search
+        .scored
+        .iter()
+        .enumerate()
+        .map(|(at, scored)| Hypothesis {
+            effects: pairs(&scored.set),
+            log_evidence: weights.evidence[at] - weights.evidence[0],
+            probability: weights.scored[at],
+            unexplained: left_over(bench, &empty.fit, &scored.fit).0,
+            refitted: true,
+        })
+        .collect();
+    ranking.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    let refitted = |set: &Vec<usize>| search.scored.iter().any(|scored| scored.set == *set);
+    ranking.extend(
+        search
+            .linear
+            .iter()
+            .filter(|(set, _)| !refitted(set))
+            .take(SHOWN.saturating_sub(search.scored.len()))
+            .map(|(set, gain)| Hypothesis {
+                effects: pairs(set),
+                log_evidence: *gain,
+                probability: 0.0,
+                unexplained: 1.0,
+                refitted: false,
+            }),
+    );
+    ranking.truncate(SHOWN);
+    ranking
+}

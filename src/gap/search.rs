@@ -1,0 +1,415 @@
+//! The search over sets of effects: linear evidence for very many, full refits for the leaders.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::DVector;
+
+use super::{
+    bench::{Bench, Direction, Fit, PHASE, Point, Screen},
+    error::GapError,
+    information::{Bounds, Quadratic},
+    leftover,
+    watch::Watch,
+};
+use crate::effects::Id;
+
+/// Prior probability of so many effects missing at once.
+const PRIOR_BY_SIZE: [f64; 4] = [0.5, 0.3, 0.15, 0.05];
+/// Effects at most in a set.
+const LARGEST: usize = 3;
+/// Singles that pairs are made of, pairs that triples are made of.
+const BEAM: [usize; 2] = [40, 20];
+/// Sets that are refitted about one screen, and those of them that are singles at least.
+const LEADERS: [usize; 2] = [8, 4];
+/// An effect's form differs from nature's by about this part of what the effect does ...
+const FORM_ERROR: f64 = 0.08;
+/// ... spread over about so many independent directions of the data.
+const FORM_DIRECTIONS: f64 = 12.0;
+/// Leaders lie within so many nats of the best by linear evidence.
+const WITHIN: f64 = 25.0;
+
+/// A set with its nonlinear fit.
+#[derive(Debug)]
+pub(super) struct Scored {
+    /// Rows of the candidates, ascending.
+    pub(super) set: Vec<usize>,
+    pub(super) fit: Fit,
+}
+
+/// All that was tried.
+#[derive(Debug)]
+pub(super) struct Search {
+    /// Refitted sets; the first is the empty one.
+    pub(super) scored: Vec<Scored>,
+    /// Sets judged by linear evidence alone, relative to the empty set [nat].
+    pub(super) linear: Vec<(Vec<usize>, f64)>,
+    /// Squared whitened residuals are divided by this.
+    pub(super) factor: f64,
+    /// The screen about the nominal.
+    pub(super) screen: Screen,
+}
+
+/// Log prior of a set of candidates: by number of effects, then by effect, then by target.
+pub(super) fn log_prior(bench: &Bench<'_>, set: &[usize]) -> f64 {
+    let effects = Id::ALL.len() as f64;
+    let mut log = PRIOR_BY_SIZE[set.len().min(LARGEST)].ln();
+    for (at, candidate) in set.iter().enumerate() {
+        let id = bench.candidates[*candidate].effect;
+        let targets = bench.candidates.iter().filter(|c| c.effect == id).count();
+        log += ((at + 1) as f64).ln() - (effects * targets as f64).ln();
+    }
+    log
+}
+
+/// Two candidates that cannot stand in one set: the same effect on targets that overlap.
+fn clash(bench: &Bench<'_>, a: usize, b: usize) -> bool {
+    let (a, b) = (&bench.candidates[a], &bench.candidates[b]);
+    a.effect == b.effect && a.targets.iter().any(|target| b.targets.contains(target))
+}
+
+/// A quadratic in the directions of one screen, knobs and fitted parameters out of the way.
+struct Linear<'s> {
+    quadratic: Quadratic,
+    screen: &'s Screen,
+    /// Choices of directions by candidate; several where shapes were tried.
+    choices: BTreeMap<usize, Vec<Vec<usize>>>,
+    bounds: Vec<Bounds>,
+}
+
+impl<'s> Linear<'s> {
+    fn new(bench: &Bench<'_>, screen: &'s Screen, factor: f64) -> Option<Self> {
+        let quadratic = screen.quadratic.tempered(factor).marginal(screen.before)?;
+        let mut choices: BTreeMap<usize, Vec<Vec<usize>>> = BTreeMap::new();
+        for (at, direction) in screen.directions.iter().enumerate() {
+            let of = choices.entry(direction.candidate).or_default();
+            // A shape of its own is a choice of its own.
+            match of
+                .iter_mut()
+                .find(|choice| screen.directions[choice[0]].base == direction.base)
+            {
+                Some(choice) => choice.push(at),
+                None => of.push(vec![at]),
+            }
+        }
+        let bounds = screen
+            .directions
+            .iter()
+            .map(|direction| {
+                let p = &bench.candidates[direction.candidate].parameters[direction.parameter];
+                let about = direction.base[direction.parameter];
+                Bounds {
+                    lower: (p.lower - about) / p.prior_sd,
+                    upper: (p.upper - about) / p.prior_sd,
+                }
+            })
+            .collect();
+        Some(Self {
+            quadratic,
+            screen,
+            choices,
+            bounds,
+        })
+    }
+
+    /// Evidence of a set beyond nothing, its best choice of shapes and values.
+    fn evidence(&self, set: &[usize]) -> Option<(f64, Vec<usize>, DVector<f64>)> {
+        let mut combinations: Vec<Vec<usize>> = vec![Vec::new()];
+        let mut shapes = 0.0;
+        for candidate in set {
+            let choices = self.choices.get(candidate)?;
+            shapes += (choices.len() as f64).ln();
+            combinations = combinations
+                .iter()
+                .flat_map(|so_far| {
+                    choices
+                        .iter()
+                        .map(move |choice| so_far.iter().chain(choice).copied().collect())
+                })
+                .collect();
+        }
+        combinations
+            .into_iter()
+            .filter_map(|columns| {
+                let bounds: Vec<Bounds> = columns.iter().map(|at| self.bounds[*at]).collect();
+                let best = self.quadratic.select(&columns).best(&bounds)?;
+                Some((best.log_evidence - shapes, columns, best.z))
+            })
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// A point from which to refit a set: the linear optimum.
+    fn point(&self, bench: &Bench<'_>, from: &Point, set: &[usize]) -> Option<Point> {
+        let (_, columns, z) = self.evidence(set)?;
+        let mut point = from.clone();
+        for candidate in set {
+            let found: Vec<(&Direction, f64)> = columns
+                .iter()
+                .zip(z.iter())
+                .map(|(column, z)| (&self.screen.directions[*column], *z))
+                .filter(|(direction, _)| direction.candidate == *candidate)
+                .collect();
+            let values = values(bench, *candidate, &found);
+            point.candidates.push(*candidate);
+            point.values.push(values);
+        }
+        Some(point)
+    }
+}
+
+/// Values of a candidate from the best steps along its directions.
+fn values(bench: &Bench<'_>, candidate: usize, found: &[(&Direction, f64)]) -> Vec<f64> {
+    let parameters = &bench.candidates[candidate].parameters;
+    let mut values = found
+        .first()
+        .map_or_else(|| bench.candidates[candidate].null(), |(direction, _)| direction.base.clone());
+    let Some(phase) = parameters.iter().position(|p| p.name == PHASE) else {
+        for (direction, z) in found {
+            let p = &parameters[direction.parameter];
+            let value = direction.base[direction.parameter] + z * p.prior_sd;
+            values[direction.parameter] = value.clamp(p.lower, p.upper);
+        }
+        return values;
+    };
+    // Amplitudes at several phases add up to one phasor a component; the strongest sets the phase.
+    let mut phasors = vec![(0.0, 0.0); parameters.len()];
+    for (direction, z) in found {
+        let amplitude = z * parameters[direction.parameter].prior_sd;
+        let (sine, cosine) = direction.base[phase].sin_cos();
+        let phasor = &mut phasors[direction.parameter];
+        phasor.0 += amplitude * cosine;
+        phasor.1 += amplitude * sine;
+    }
+    let strongest = phasors
+        .iter()
+        .copied()
+        .max_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)))
+        .unwrap_or((1.0, 0.0));
+    let angle = strongest.1.atan2(strongest.0);
+    for (direction, _) in found {
+        let (real, imaginary) = phasors[direction.parameter];
+        let p = &parameters[direction.parameter];
+        let along = real * angle.cos() + imaginary * angle.sin();
+        values[direction.parameter] = along.clamp(p.lower, p.upper);
+    }
+    values[phase] = angle;
+    values
+}
+
+/// Squared whitened residuals count less where a strong effect is at work, whose catalogue form is only
+/// about nature's: a fraction of what it explains must not be taken for a further effect.
+pub(super) fn form_factor(explained: f64) -> f64 {
+    1.0 + FORM_ERROR * FORM_ERROR * explained.max(0.0) / FORM_DIRECTIONS
+}
+
+/// Searches from nothing: screen, refit the leaders, and where something is left over, screen again about
+/// the best set and refit larger ones.
+pub(super) fn search(bench: &Bench<'_>, watch: &Watch<'_>) -> Result<Option<Search>, GapError> {
+    let Some(empty) = bench.fit(bench.origin(), watch)? else {
+        return Ok(None);
+    };
+    let directions: Vec<Direction> = (0..bench.candidates.len())
+        .flat_map(|candidate| bench.directions(candidate))
+        .collect();
+    let screen = bench.screen(&empty, directions, watch)?;
+    let nothing = empty.misfit;
+    let mut scored = vec![Scored {
+        set: Vec::new(),
+        fit: empty,
+    }];
+    let mut linear_sets = Vec::new();
+    let mut factor = first_factor(bench, &screen);
+    if let Some(linear) = Linear::new(bench, &screen, factor) {
+        linear_sets = sets(bench, &linear, &[]);
+        refit_leaders(bench, &linear, &linear_sets, &mut scored, watch)?;
+    }
+    factor = tempering(bench, &scored, nothing);
+    // Larger sets about the best found, as long as they win.
+    for size in 2..=LARGEST {
+        let Some(best) = best_of(bench, &scored, factor) else {
+            break;
+        };
+        let base = &scored[best];
+        if base.set.len() + 1 != size || !something_left(bench, base) {
+            break;
+        }
+        let base_set = base.set.clone();
+        let directions = (0..bench.candidates.len())
+            .filter(|candidate| base_set.iter().all(|of| !clash(bench, *candidate, *of)))
+            .flat_map(|candidate| bench.directions(candidate))
+            .collect();
+        let about = bench.screen(&base.fit, directions, watch)?;
+        let from = base.fit.point.clone();
+        if let Some(linear) = Linear::new(bench, &about, factor) {
+            let mut gains: Vec<(Vec<usize>, f64)> = linear
+                .choices
+                .keys()
+                .filter_map(|candidate| {
+                    let (gain, ..) = linear.evidence(&[*candidate])?;
+                    Some((vec![*candidate], gain))
+                })
+                .collect();
+            gains.sort_by(|a, b| b.1.total_cmp(&a.1));
+            for (addition, gain) in gains.iter().take(3) {
+                let mut set: Vec<usize> = base_set.iter().chain(addition).copied().collect();
+                set.sort_unstable();
+                if *gain < 0.0 || scored.iter().any(|scored| scored.set == set) {
+                    continue;
+                }
+                if let Some(point) = linear.point(bench, &from, addition) {
+                    add(bench, point, &mut scored, watch)?;
+                }
+            }
+        }
+        factor = tempering(bench, &scored, nothing);
+    }
+    // Every part of a set that was refitted is refitted too: a pair may win only against its halves.
+    let halves: BTreeSet<Vec<usize>> = scored
+        .iter()
+        .filter(|scored| scored.set.len() > 1)
+        .flat_map(|scored| {
+            (0..scored.set.len()).map(|out| {
+                let mut set = scored.set.clone();
+                set.remove(out);
+                set
+            })
+        })
+        .filter(|set| !scored.iter().any(|scored| scored.set == *set))
+        .collect();
+    for half in halves.into_iter().filter(|half| half.len() == 1).take(4) {
+        if let Some(linear) = Linear::new(bench, &screen, factor)
+            && let Some(point) = linear.point(bench, &scored[0].fit.point, &half)
+        {
+            add(bench, point, &mut scored, watch)?;
+        }
+    }
+    factor = tempering(bench, &scored, nothing);
+    Ok(Some(Search {
+        scored,
+        linear: linear_sets,
+        factor,
+        screen,
+    }))
+}
+
+/// The factor before anything was refitted: from what the best single explains to first order.
+fn first_factor(bench: &Bench<'_>, screen: &Screen) -> f64 {
+    let Some(linear) = Linear::new(bench, screen, 1.0) else {
+        return 1.0;
+    };
+    let explained = linear
+        .choices
+        .keys()
+        .filter_map(|candidate| linear.evidence(&[*candidate]))
+        .map(|(gain, ..)| 2.0 * gain)
+        .fold(0.0, f64::max);
+    form_factor(explained)
+}
+
+/// Singles, pairs of the best singles, triples of the best pairs, by linear evidence.
+fn sets(bench: &Bench<'_>, linear: &Linear<'_>, fixed: &[usize]) -> Vec<(Vec<usize>, f64)> {
+    let judged = |set: &[usize]| -> Option<(Vec<usize>, f64)> {
+        let (gain, ..) = linear.evidence(set)?;
+        Some((set.to_vec(), gain))
+    };
+    let worth = |entry: &(Vec<usize>, f64)| entry.1 + log_prior(bench, &entry.0);
+    let mut singles: Vec<_> = linear
+        .choices
+        .keys()
+        .filter(|candidate| !fixed.contains(candidate))
+        .filter_map(|candidate| judged(&[*candidate]))
+        .collect();
+    singles.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
+    let mut pairs = Vec::new();
+    for (at, (a, _)) in singles.iter().take(BEAM[0]).enumerate() {
+        for (b, _) in singles.iter().take(BEAM[0]).skip(at + 1) {
+            if !clash(bench, a[0], b[0]) {
+                let mut set = vec![a[0], b[0]];
+                set.sort_unstable();
+                pairs.extend(judged(&set));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
+    let mut all = singles;
+    all.extend(pairs);
+    all.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
+    all
+}
+
+fn refit_leaders(
+    bench: &Bench<'_>,
+    linear: &Linear<'_>,
+    sets: &[(Vec<usize>, f64)],
+    scored: &mut Vec<Scored>,
+    watch: &Watch<'_>,
+) -> Result<(), GapError> {
+    let worth = |entry: &(Vec<usize>, f64)| entry.1 + log_prior(bench, &entry.0);
+    let best = sets.first().map_or(0.0, worth);
+    // Nothing to refit where nothing beats the empty set by far.
+    let mut leaders: Vec<&Vec<usize>> = sets
+        .iter()
+        .filter(|entry| worth(entry) > best - WITHIN)
+        .take(LEADERS[0])
+        .map(|(set, _)| set)
+        .collect();
+    let singles = sets.iter().filter(|(set, _)| set.len() == 1);
+    for (set, _) in singles.take(LEADERS[1]) {
+        if !leaders.contains(&set) {
+            leaders.push(set);
+        }
+    }
+    let total = leaders.len();
+    for (at, set) in leaders.into_iter().enumerate() {
+        (watch.tell)("refitting", at, total);
+        if let Some(point) = linear.point(bench, &scored[0].fit.point, set) {
+            add(bench, point, scored, watch)?;
+        }
+    }
+    (watch.tell)("refitting", total, total);
+    Ok(())
+}
+
+fn add(
+    bench: &Bench<'_>,
+    point: Point,
+    scored: &mut Vec<Scored>,
+    watch: &Watch<'_>,
+) -> Result<(), GapError> {
+    let mut set = point.candidates.clone();
+    set.sort_unstable();
+    if let Some(fit) = bench.fit(point, watch)? {
+        scored.push(Scored { set, fit });
+    }
+    Ok(())
+}
+
+/// The refitted set with the highest posterior.
+pub(super) fn best_of(bench: &Bench<'_>, scored: &[Scored], factor: f64) -> Option<usize> {
+    (0..scored.len())
+        .filter_map(|at| {
+            let (evidence, _) = scored[at].fit.evidence(factor)?;
+            Some((at, evidence + log_prior(bench, &scored[at].set)))
+        })
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(at, _)| at)
+}
+
+/// By what squared residuals are divided: what is left under the best fit beyond declared white noise,
+/// and the error of forms.
+fn tempering(bench: &Bench<'_>, scored: &[Scored], nothing: f64) -> f64 {
+    let Some(best) = scored
+        .iter()
+        .min_by(|a, b| a.fit.misfit.total_cmp(&b.fit.misfit))
+    else {
+        return 1.0;
+    };
+    let leftovers = leftover::by_channel(bench, &best.fit.residuals);
+    leftover::overstatement(&leftovers) * form_factor(nothing - best.fit.misfit)
+}
+
+/// True where residuals under a fit are larger than declared noise by more than chance.
+fn something_left(bench: &Bench<'_>, scored: &Scored) -> bool {
+    let fitted = 2 * bench.model.nv * bench.segments.len();
+    let readings = (scored.fit.readings.saturating_sub(fitted)).max(1) as f64;
+    scored.fit.misfit > readings + 3.0 * (2.0 * readings).sqrt()
+}

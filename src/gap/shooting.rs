@@ -1,0 +1,317 @@
+//! Multiple shooting: a trial is cut into segments, each predicted open loop from its own start.
+//!
+//! Time follows `mujoco.sysid`: a row labelled t holds the sensors of the state at t less one step;
+//! controls are linear between rows and held over a step.
+
+use std::ops::Range;
+
+use super::measured::{Channels, Measured};
+use crate::{
+    effects::{self, Entry, Part},
+    sim::plant::{PlantDescription, Simulation},
+};
+
+/// Estimated motion of one trial at the state time of each row.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Track {
+    /// State times [s].
+    pub(super) times: Vec<f64>,
+    /// Positions [rows, nq].
+    pub(super) qpos: Vec<f64>,
+    /// Velocities [rows, nv].
+    pub(super) qvel: Vec<f64>,
+}
+
+impl Track {
+    pub(super) fn motion(&self, row: usize) -> (&[f64], &[f64]) {
+        let (nq, nv) = (
+            self.qpos.len() / self.times.len(),
+            self.qvel.len() / self.times.len(),
+        );
+        (
+            &self.qpos[row * nq..(row + 1) * nq],
+            &self.qvel[row * nv..(row + 1) * nv],
+        )
+    }
+}
+
+/// A stretch of a trial that is predicted in one go.
+#[derive(Clone, Debug)]
+pub(super) struct Segment {
+    /// Which trial.
+    pub(super) trial: usize,
+    /// Its rows.
+    pub(super) rows: Range<usize>,
+    /// State time of the start [s].
+    pub(super) start: f64,
+    /// Positions at the start.
+    pub(super) qpos: Vec<f64>,
+    /// Velocities at the start.
+    pub(super) qvel: Vec<f64>,
+}
+
+/// Readings at every step of a rollout.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Trace {
+    start: f64,
+    step: f64,
+    width: usize,
+    values: Vec<f64>,
+}
+
+impl Trace {
+    /// Readings of the state at a time [s]: linear between steps, continued as a straight line before the
+    /// first (a late sensor looks back there).
+    fn at(&self, time: f64, reading: &mut [f64]) {
+        let rows = self.values.len() / self.width.max(1);
+        let place = (time - self.start) / self.step;
+        let first = (place.floor().max(0.0) as usize).min(rows.saturating_sub(2));
+        let part = place - first as f64;
+        let (a, b) = (
+            &self.values[first * self.width..(first + 1) * self.width],
+            &self.values[(first + 1) * self.width..(first + 2) * self.width],
+        );
+        for ((value, a), b) in reading.iter_mut().zip(a).zip(b) {
+            *value = a + part * (b - a);
+        }
+    }
+}
+
+/// What is known of how a simulation has to be warmed up.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WarmUp {
+    /// Seconds of the measured motion that memories are led through.
+    pub(super) seconds: f64,
+}
+
+impl WarmUp {
+    /// Long where something remembers, none where nothing does.
+    pub(super) fn of(model: &PlantDescription, entries: &[Entry]) -> Self {
+        let nominal_remembers = model.state_len > 1 + model.nq + model.nv;
+        let remembers =
+            entries.iter().any(
+                |entry| match effects::catalogue::effect(entry.effect).part() {
+                    Part::Body(part) => part.memory_len() > 0,
+                    Part::Joint(part) => part.memory_len() > 0,
+                    Part::Actuator(part) => part.memory_len(&entry.parameters, model.timestep) > 0,
+                    Part::Water(_) | Part::Sensor(_) => false,
+                },
+            );
+        Self {
+            seconds: if remembers {
+                1.0
+            } else if nominal_remembers {
+                0.25
+            } else {
+                0.0
+            },
+        }
+    }
+}
+
+/// Runs a segment and keeps the readings of every step. False where it blew up.
+pub(super) fn run(
+    simulation: &mut dyn Simulation,
+    trial: &Measured,
+    segment: &Segment,
+    track: &Track,
+    warm_up: WarmUp,
+    step: f64,
+    tangent: Option<&[f64]>,
+    trace: &mut Trace,
+) -> bool {
+    let mut control = vec![0.0; trial.control.width()];
+    lead_in(
+        simulation,
+        trial,
+        segment,
+        track,
+        warm_up,
+        step,
+        &mut control,
+    );
+    simulation.set_motion(segment.start, &segment.qpos, &segment.qvel);
+    if let Some(tangent) = tangent {
+        simulation.retract(tangent);
+    }
+    trace.start = segment.start;
+    trace.step = step;
+    trace.width = trial.width;
+    trace.values.clear();
+    let end = trial.times[segment.rows.end - 1] - step;
+    // Two readings at least, and one at or beyond the last row.
+    let steps = (((end - segment.start) / step - 1e-6).ceil().max(0.0) as usize).max(1) + 1;
+    for at in 0..steps {
+        let time = segment.start + at as f64 * step;
+        trial.control.interpolate(time, &mut control);
+        simulation.set_control(&control);
+        simulation.step();
+        trace
+            .values
+            .extend_from_slice(&simulation.sensors()[..trial.width]);
+    }
+    !simulation.diverged() && trace.values.iter().all(|value| value.is_finite())
+}
+
+/// Leads memories through the motion before a segment: states are set to the estimated ones at every row.
+pub(super) fn lead_in(
+    simulation: &mut dyn Simulation,
+    trial: &Measured,
+    segment: &Segment,
+    track: &Track,
+    warm_up: WarmUp,
+    step: f64,
+    control: &mut [f64],
+) {
+    let first_row = track
+        .times
+        .partition_point(|time| *time < segment.start - warm_up.seconds);
+    let from_the_beginning = first_row == 0;
+    match &trial.initial_state {
+        Some(state) if from_the_beginning => simulation.restart(state),
+        _ => simulation.reset(),
+    }
+    if warm_up.seconds <= 0.0 {
+        return;
+    }
+    for row in first_row..track.times.len() {
+        let time = track.times[row];
+        let next = track
+            .times
+            .get(row + 1)
+            .copied()
+            .unwrap_or(f64::INFINITY)
+            .min(segment.start);
+        if time >= segment.start - 0.5 * step {
+            break;
+        }
+        let (qpos, qvel) = track.motion(row);
+        simulation.set_motion(time, qpos, qvel);
+        let steps = ((next - time) / step).round() as usize;
+        for at in 0..steps {
+            trial.control.interpolate(time + at as f64 * step, control);
+            simulation.set_control(control);
+            simulation.step();
+        }
+    }
+}
+
+/// Correction of one sensor of the measurement: scale, delay [s], bias by channel.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Correction {
+    pub(super) scale: f64,
+    pub(super) delay: f64,
+    pub(super) bias: [f64; 3],
+}
+
+impl Correction {
+    pub(super) const NONE: Self = Self {
+        scale: 1.0,
+        delay: 0.0,
+        bias: [0.0; 3],
+    };
+}
+
+/// Corrections by sensor of the model.
+pub(super) fn corrections(model: &PlantDescription, entries: &[Entry]) -> Vec<Correction> {
+    let mut all = vec![Correction::NONE; model.sensors.len()];
+    for entry in entries {
+        let Part::Sensor(part) = effects::catalogue::effect(entry.effect).part() else {
+            continue;
+        };
+        let Some(at) = model
+            .sensors
+            .iter()
+            .position(|sensor| sensor.name == entry.target)
+        else {
+            continue;
+        };
+        let correction = &mut all[at];
+        correction.scale *= part.scale(&entry.parameters);
+        correction.delay += part.delay(&entry.parameters);
+        for (component, bias) in correction.bias.iter_mut().enumerate() {
+            *bias += part.bias(&entry.parameters, component);
+        }
+    }
+    all
+}
+
+/// Residuals of a segment, row by row, channel by channel, in the units of the channels; NaN where there
+/// is no reading.
+pub(super) fn residuals(
+    trace: &Trace,
+    trial: &Measured,
+    segment: &Segment,
+    channels: &Channels,
+    corrections: &[Correction],
+    step: f64,
+    residuals: &mut Vec<f64>,
+) {
+    residuals.clear();
+    let mut reading = vec![0.0; trial.width];
+    let mut late = vec![0.0; trial.width];
+    let mut row_residual = vec![0.0; channels.len()];
+    for row in segment.rows.clone() {
+        let time = trial.times[row] - step;
+        trace.at(time, &mut reading);
+        for source in &channels.sources {
+            let correction = &corrections[source.sensor];
+            if *correction == Correction::NONE {
+                continue;
+            }
+            let range = source.start..source.start + source.len;
+            if correction.delay != 0.0 {
+                trace.at(time - correction.delay, &mut late);
+                reading[range.clone()].copy_from_slice(&late[range.clone()]);
+            }
+            if !source.attitude {
+                for (component, value) in reading[range].iter_mut().enumerate() {
+                    *value = *value * correction.scale + correction.bias[component.min(2)];
+                }
+            }
+        }
+        channels.residual(trial.row(row), &reading, &mut row_residual);
+        for source in channels.sources.iter().filter(|source| source.attitude) {
+            let bias = corrections[source.sensor].bias;
+            for (value, bias) in row_residual[source.channel..].iter_mut().zip(bias) {
+                *value -= bias;
+            }
+        }
+        residuals.extend_from_slice(&row_residual);
+    }
+}
+
+/// Cuts a trial into segments of about `length` seconds along its track.
+pub(super) fn cut(
+    index: usize,
+    trial: &Measured,
+    track: &Track,
+    length: f64,
+    least_rows: usize,
+) -> Vec<Segment> {
+    let mut segments = Vec::new();
+    let rows = trial.times.len();
+    let mut first = 0;
+    while first < rows {
+        let mut end = trial
+            .times
+            .partition_point(|time| *time < trial.times[first] + length - 1e-9);
+        end = end.max(first + least_rows).min(rows);
+        // A short rest joins the last segment.
+        if trial.times[rows - 1] - trial.times[end.min(rows - 1)] < 0.5 * length {
+            end = rows;
+        }
+        if end - first >= least_rows {
+            let (qpos, qvel) = track.motion(first);
+            segments.push(Segment {
+                trial: index,
+                rows: first..end,
+                start: track.times[first],
+                qpos: qpos.to_vec(),
+                qvel: qvel.to_vec(),
+            });
+        }
+        first = end;
+    }
+    segments
+}

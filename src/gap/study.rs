@@ -1,0 +1,205 @@
+//! What every stage starts from: the fit trials, their motions, the channels and the candidates.
+
+use std::sync::atomic::AtomicUsize;
+
+use rayon::prelude::*;
+
+use super::{
+    bench::Bench,
+    candidates::{self, Candidate, Typical},
+    error::GapError,
+    measured::{Channels, Measured},
+    noise,
+    shooting::{self, Correction, Segment, Track},
+    start,
+    uncertainty::Uncertainty,
+    watch::Watch,
+};
+use crate::{
+    sim::plant::{Plant, PlantDescription},
+    trial::Trial,
+};
+
+/// Length of a segment [s].
+pub(super) const SEGMENT: f64 = 2.0;
+/// Rows of a segment at least.
+pub(super) const LEAST_ROWS: usize = 10;
+/// Segments at most; of more, evenly spread ones are used, so that time and memory stay bounded.
+const MOST_SEGMENTS: usize = 120;
+
+/// How the workflow is run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// How well the nominal is known.
+    pub uncertainty: Uncertainty,
+    /// Seed of every draw.
+    pub seed: u64,
+}
+
+/// Trials made ready.
+pub struct Study<'a> {
+    pub(super) plant: &'a dyn Plant,
+    pub(super) trials: Vec<Measured>,
+    pub(super) tracks: Vec<Track>,
+    pub(super) channels: Channels,
+    pub(super) candidates: Vec<Candidate>,
+    pub(super) settings: Settings,
+    /// Largest command of every actuator in the trials.
+    pub(super) commands: Vec<f64>,
+    pub(super) remarks: Vec<String>,
+}
+
+impl std::fmt::Debug for Study<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Study")
+            .field("trials", &self.trials.len())
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a> Study<'a> {
+    /// Estimates noise where none is declared, and the motion of every trial.
+    ///
+    /// # Errors
+    /// Nothing to compare, a nominal that blows up, or a stop that was asked for.
+    pub fn prepare(
+        plant: &'a dyn Plant,
+        trials: Vec<Trial>,
+        settings: Settings,
+        watch: &Watch<'_>,
+    ) -> Result<Self, GapError> {
+        let model = plant.description();
+        let trials: Vec<Measured> = trials
+            .into_iter()
+            .map(|trial| Measured::new(trial, model))
+            .collect();
+        let mut channels = Channels::of(model, &trials);
+        if channels.len() == 0 {
+            return Err(GapError::NothingMeasured {
+                trials: trials.iter().map(|trial| trial.name.clone()).collect(),
+                sensors: model.sensors.iter().map(|s| s.name.clone()).collect(),
+            });
+        }
+        let mut remarks = Vec::new();
+        let estimated = noise::estimate(&mut channels, &trials);
+        if !estimated.is_empty() {
+            remarks.push(format!(
+                "the MJCF gives no noise for {}; it was estimated from the readings' third differences",
+                estimated.join(", ")
+            ));
+        }
+        let done = AtomicUsize::new(0);
+        let none = vec![Correction::NONE; model.sensors.len()];
+        let tracks = trials
+            .par_iter()
+            .map(|trial| {
+                watch.check()?;
+                let track = start::track(plant, trial, &channels, &none);
+                watch.count("following the trials", &done, trials.len());
+                track
+            })
+            .collect::<Result<Vec<Track>, GapError>>()?;
+        let typical = typical(model, &trials, &tracks);
+        if typical.command.iter().all(|command| *command == 0.0) && !model.actuators.is_empty() {
+            remarks.push(
+                "all controls are zero in every trial: the data excite nothing but free motion"
+                    .to_owned(),
+            );
+        }
+        let candidates = candidates::enumerate(model, &channels, &trials, &typical);
+        Ok(Self {
+            plant,
+            trials,
+            tracks,
+            channels,
+            candidates,
+            commands: typical.command,
+            settings,
+            remarks,
+        })
+    }
+
+    /// Cuts the trials into segments and finds their sensitivities.
+    pub fn bench(&self, watch: &Watch<'_>) -> Result<Bench<'_>, GapError> {
+        let knobs = self
+            .plant
+            .description()
+            .knobs
+            .iter()
+            .enumerate()
+            .map(|(at, knob)| (at, self.settings.uncertainty.of(knob)))
+            .filter(|(_, sd)| *sd > 0.0)
+            .collect();
+        Bench::new(
+            self.plant,
+            &self.trials,
+            &self.tracks,
+            &self.channels,
+            &self.candidates,
+            knobs,
+            self.segments(),
+            watch,
+        )
+    }
+
+    fn segments(&self) -> Vec<Segment> {
+        let all: Vec<Segment> = self
+            .trials
+            .iter()
+            .zip(&self.tracks)
+            .enumerate()
+            .flat_map(|(at, (trial, track))| shooting::cut(at, trial, track, SEGMENT, LEAST_ROWS))
+            .collect();
+        let count = all.len();
+        if count <= MOST_SEGMENTS {
+            return all;
+        }
+        (0..MOST_SEGMENTS)
+            .map(|at| all[at * count / MOST_SEGMENTS].clone())
+            .collect()
+    }
+}
+
+/// Root mean square speeds, excursions and commands.
+fn typical(model: &PlantDescription, trials: &[Measured], tracks: &[Track]) -> Typical {
+    let mut speed = vec![0.0; model.nv];
+    let mut lowest = vec![f64::INFINITY; model.nq];
+    let mut highest = vec![f64::NEG_INFINITY; model.nq];
+    let mut rows = 0_usize;
+    for track in tracks {
+        for row in 0..track.times.len() {
+            let (qpos, qvel) = track.motion(row);
+            for (sum, value) in speed.iter_mut().zip(qvel) {
+                *sum += value * value;
+            }
+            for ((low, high), value) in lowest.iter_mut().zip(&mut highest).zip(qpos) {
+                *low = value.min(*low);
+                *high = value.max(*high);
+            }
+            rows += 1;
+        }
+    }
+    let mut command = vec![0.0_f64; model.actuators.len()];
+    for trial in trials {
+        let width = trial.control.width();
+        for row in trial.control.data.chunks_exact(width.max(1)) {
+            for (largest, value) in command.iter_mut().zip(row) {
+                if value.is_finite() {
+                    *largest = largest.max(value.abs());
+                }
+            }
+        }
+    }
+    Typical {
+        speed: speed
+            .iter()
+            .map(|sum| (sum / rows.max(1) as f64).sqrt())
+            .collect(),
+        travel: lowest
+            .iter()
+            .zip(&highest)
+            .map(|(low, high)| 0.5 * (high - low).max(0.0))
+            .collect(),
+        command,
+    }
+}

@@ -1,0 +1,511 @@
+//! Verify: open-loop rollouts of the nominal and of the patched model, as loaded from disk, on trials that
+//! nobody fitted.
+//!
+//! Each model starts from its own estimate of the state over a short window at the start of a rollout, and
+//! is led through the motion before it, so that neither pays for the other's memory.
+
+use std::{collections::BTreeMap, ops::Range};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::{
+    add::quantile,
+    error::GapError,
+    measured::{Channels, Measured},
+    noise,
+    shooting::{self, Correction, Trace, WarmUp},
+    stages::{Channel, Horizon, Overlay, Verified},
+    start,
+    study::{LEAST_ROWS, Settings},
+    verdict::{Bias, Gap, SensorGap, SensorPatch},
+    watch::Watch,
+};
+use crate::{sim::plant::Plant, trial::Trial};
+
+/// Schema of [`Verified`].
+const SCHEMA: &str = "hydro-gap-verify/1";
+/// Lengths of the rollouts [s].
+const HORIZONS: [f64; 3] = [0.5, 1.0, 2.0];
+/// Draws of the bootstrap over trials.
+const DRAWS: usize = 1000;
+/// Nothing may get worse by more than this, with 95 % confidence.
+const HARM: f64 = 0.02;
+/// Trials and sensors drawn in the report.
+const SHOWN: usize = 3;
+
+/// Sums of squares of one trial: by horizon, channel: (before, after, measured about its mean, readings).
+type Sums = Vec<Vec<[f64; 4]>>;
+
+/// Rollouts of one trial.
+struct Outcome {
+    sums: Sums,
+    /// The same at the longest horizon, by regime: slow, fast.
+    regimes: [Vec<[f64; 4]>; 2],
+    overlays: Vec<Overlay>,
+}
+
+/// Compares the nominal with the patched model.
+///
+/// # Errors
+/// A model that blows up while a start is estimated, nothing to compare, a stop that was asked for.
+pub fn verify(
+    before: &dyn Plant,
+    after: &dyn Plant,
+    sensors: &BTreeMap<String, SensorPatch>,
+    trials: Vec<Trial>,
+    noise_of: &[Channel],
+    settings: &Settings,
+    watch: &Watch<'_>,
+) -> Result<Verified, GapError> {
+    let model = before.description();
+    let trials: Vec<Measured> = trials
+        .into_iter()
+        .map(|trial| Measured::new(trial, model))
+        .collect();
+    let mut channels = Channels::of(model, &trials);
+    noise::estimate(&mut channels, &trials);
+    for channel in &mut channels.list {
+        let known = noise_of
+            .iter()
+            .find(|of| of.sensor == channel.sensor && of.component == channel.component);
+        if let Some(known) = known {
+            channel.noise = known.noise;
+        }
+    }
+    let mut corrections = vec![Correction::NONE; model.sensors.len()];
+    for (sensor, correction) in model.sensors.iter().zip(&mut corrections) {
+        if let Some(patch) = sensors.get(&sensor.name) {
+            correction.scale = patch.scale.unwrap_or(1.0);
+            correction.delay = patch.delay.unwrap_or(0.0);
+            match &patch.bias {
+                Some(Bias::Scalar(bias)) => correction.bias = [*bias; 3],
+                Some(Bias::Vector(biases)) => {
+                    for (value, bias) in correction.bias.iter_mut().zip(biases) {
+                        *value = *bias;
+                    }
+                }
+                None => {}
+            }
+        }
+    }
+    let outcomes = trials
+        .par_iter()
+        .enumerate()
+        .map(|(at, trial)| {
+            watch.check()?;
+            let outcome = roll(before, after, trial, &channels, &corrections, at < SHOWN)?;
+            (watch.tell)("verifying", at + 1, trials.len());
+            Ok(outcome)
+        })
+        .collect::<Result<Vec<Outcome>, GapError>>()?;
+    Ok(summary(&channels, outcomes, settings.seed))
+}
+
+fn roll(
+    before: &dyn Plant,
+    after: &dyn Plant,
+    trial: &Measured,
+    channels: &Channels,
+    corrections: &[Correction],
+    shown: bool,
+) -> Result<Outcome, GapError> {
+    let width = channels.len();
+    let none = vec![Correction::NONE; corrections.len()];
+    let sides = [(before, &none[..]), (after, corrections)];
+    let mut residuals: Vec<Vec<(Range<usize>, Vec<f64>)>> = Vec::new();
+    for (plant, corrections) in sides {
+        let mapped = adapted(trial, before, plant);
+        let trial = mapped.as_ref().unwrap_or(trial);
+        residuals.push(rollouts(plant, trial, channels, corrections)?);
+    }
+    let mut sums: Sums = vec![vec![[0.0; 4]; width]; HORIZONS.len()];
+    let mut regimes = [vec![[0.0; 4]; width], vec![[0.0; 4]; width]];
+    let means = means(trial, channels);
+    let middle = middle_command(trial);
+    for ((rows, a), (_, b)) in residuals[0].iter().zip(&residuals[1]) {
+        let start = trial.times[rows.start];
+        for (at, row) in rows.clone().enumerate() {
+            let since = trial.times[row] - start;
+            for channel in 0..width {
+                let (a, b) = (a[at * width + channel], b[at * width + channel]);
+                if !a.is_finite() {
+                    continue;
+                }
+                // A rollout of the patched model that blew up is as wrong as can be.
+                let b = if b.is_finite() {
+                    b
+                } else {
+                    1e3 * a.abs().max(1.0)
+                };
+                let about_mean = deviation(trial, channels, row, channel, &means);
+                let terms = [a * a, b * b, about_mean * about_mean, 1.0];
+                for (horizon, sums) in HORIZONS.iter().zip(&mut sums) {
+                    if since <= horizon + 1e-9 {
+                        add(&mut sums[channel], terms);
+                    }
+                }
+                let fast = usize::from(command(trial, row) > middle);
+                add(&mut regimes[fast][channel], terms);
+            }
+        }
+    }
+    let overlays = if shown {
+        overlays(trial, channels, &residuals)
+    } else {
+        Vec::new()
+    };
+    Ok(Outcome {
+        sums,
+        regimes,
+        overlays,
+    })
+}
+
+fn add(sum: &mut [f64; 4], terms: [f64; 4]) {
+    sum.iter_mut()
+        .zip(terms)
+        .for_each(|(sum, term)| *sum += term);
+}
+
+/// A patched model may have a longer state than the log's: the log's is left out there, and starts are
+/// read off the sensors.
+fn adapted(trial: &Measured, before: &dyn Plant, plant: &dyn Plant) -> Option<Measured> {
+    (plant.description().state_len != before.description().state_len).then(|| Measured {
+        name: trial.name.clone(),
+        times: trial.times.clone(),
+        values: trial.values.clone(),
+        width: trial.width,
+        control: trial.control.clone(),
+        initial_state: None,
+    })
+}
+
+/// Residuals of the longest rollouts, one after the other.
+fn rollouts(
+    plant: &dyn Plant,
+    trial: &Measured,
+    channels: &Channels,
+    corrections: &[Correction],
+) -> Result<Vec<(Range<usize>, Vec<f64>)>, GapError> {
+    let model = plant.description();
+    let track = start::track(plant, trial, channels, corrections)?;
+    let longest = HORIZONS[HORIZONS.len() - 1];
+    let segments = shooting::cut(0, trial, &track, longest, LEAST_ROWS);
+    let mut simulation = plant.simulation(&vec![0.0; model.knobs.len()], &[])?;
+    let mut trace = Trace::default();
+    let found = segments.into_iter().map(|segment| {
+        let mut residual = Vec::new();
+        let whole = shooting::run(
+            simulation.as_mut(),
+            trial,
+            &segment,
+            &track,
+            WarmUp::of(model, &[]),
+            model.timestep,
+            None,
+            &mut trace,
+        );
+        if whole {
+            shooting::residuals(
+                &trace,
+                trial,
+                &segment,
+                channels,
+                corrections,
+                model.timestep,
+                &mut residual,
+            );
+        } else {
+            residual = vec![f64::INFINITY; segment.rows.len() * channels.len()];
+        }
+        (segment.rows, residual)
+    });
+    Ok(found.collect())
+}
+
+/// Mean of every channel over a trial; of an attitude, the first reading stands for it.
+fn means(trial: &Measured, channels: &Channels) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0_usize); channels.len()];
+    let zeros = vec![0.0; channels.len()];
+    for row in 0..trial.times.len() {
+        for (channel, (sum, count)) in sums.iter_mut().enumerate() {
+            let value = deviation(trial, channels, row, channel, &zeros);
+            if value.is_finite() {
+                *sum += value;
+                *count += 1;
+            }
+        }
+    }
+    sums.iter()
+        .map(|(sum, count)| sum / (*count).max(1) as f64)
+        .collect()
+}
+
+/// A reading less the mean of its channel.
+fn deviation(
+    trial: &Measured,
+    channels: &Channels,
+    row: usize,
+    channel: usize,
+    means: &[f64],
+) -> f64 {
+    let Some(source) = channels
+        .sources
+        .iter()
+        .find(|of| (of.channel..of.channel + of.channels).contains(&channel))
+    else {
+        return f64::NAN;
+    };
+    let component = channel - source.channel;
+    let reading = &trial.row(row)[source.start..source.start + source.len];
+    let value = if source.attitude {
+        let first = &trial.row(0)[source.start..source.start + source.len];
+        super::measured::rotation_between(first, reading)[component]
+    } else {
+        reading[component]
+    };
+    value - means[channel]
+}
+
+fn command(trial: &Measured, row: usize) -> f64 {
+    let mut control = vec![0.0; trial.control.width()];
+    trial.control.interpolate(trial.times[row], &mut control);
+    control.iter().map(|u| u * u).sum::<f64>().sqrt()
+}
+
+fn middle_command(trial: &Measured) -> f64 {
+    let mut all: Vec<f64> = (0..trial.times.len())
+        .map(|row| command(trial, row))
+        .collect();
+    all.sort_by(f64::total_cmp);
+    quantile(&all, 0.5).unwrap_or(0.0)
+}
+
+/// Squared error of a channel, noise taken out, over the spread of the measurement.
+fn normalised(sums: [f64; 4], side: usize, noise: f64) -> Option<f64> {
+    let [.., spread, count] = sums;
+    if count < 2.0 || spread <= 0.0 {
+        return None;
+    }
+    let variance = spread / count;
+    // A channel that hardly moves is measured against its noise.
+    let scale = variance.max(noise * noise);
+    Some(((sums[side] / count - noise * noise) / scale).max(0.0))
+}
+
+/// Root of the mean of the normalised squared errors of some channels.
+fn nrmse(sums: &[[f64; 4]], channels: &Channels, side: usize, of: &dyn Fn(usize) -> bool) -> f64 {
+    let (mut sum, mut count) = (0.0, 0_usize);
+    for (channel, sums) in sums.iter().enumerate().filter(|(channel, _)| of(*channel)) {
+        if let Some(value) = normalised(*sums, side, channels.list[channel].noise) {
+            sum += value;
+            count += 1;
+        }
+    }
+    (sum / count.max(1) as f64).sqrt()
+}
+
+/// Sum over drawn trials.
+fn total<'a>(drawn: impl Iterator<Item = &'a Vec<[f64; 4]>>, width: usize) -> Vec<[f64; 4]> {
+    let mut sums = vec![[0.0; 4]; width];
+    for of in drawn {
+        for (sum, terms) in sums.iter_mut().zip(of) {
+            add(sum, *terms);
+        }
+    }
+    sums
+}
+
+fn reduction(before: f64, after: f64) -> f64 {
+    if before <= 0.0 {
+        0.0
+    } else {
+        1.0 - after / before
+    }
+}
+
+/// Draws of trials with replacement, the same for every figure.
+fn draws(trials: usize, seed: u64) -> Vec<Vec<usize>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    (0..DRAWS)
+        .map(|_| (0..trials).map(|_| rng.random_range(0..trials)).collect())
+        .collect()
+}
+
+/// 95 % interval of a figure over the draws.
+fn interval(draws: &[Vec<usize>], figure: &dyn Fn(&[usize]) -> f64) -> [f64; 2] {
+    let mut values: Vec<f64> = draws.iter().map(|draw| figure(draw)).collect();
+    values.sort_by(f64::total_cmp);
+    [
+        quantile(&values, 0.025).unwrap_or(f64::NAN),
+        quantile(&values, 0.975).unwrap_or(f64::NAN),
+    ]
+}
+
+fn summary(channels: &Channels, outcomes: Vec<Outcome>, seed: u64) -> Verified {
+    let width = channels.len();
+    let draws = draws(outcomes.len(), seed);
+    let everyone: Vec<usize> = (0..outcomes.len()).collect();
+    let sums = |draw: &[usize], horizon: usize| {
+        total(draw.iter().map(|at| &outcomes[*at].sums[horizon]), width)
+    };
+    let all = |_: usize| true;
+    // Pooled over the horizons, as each says something of its own.
+    let pooled = |draw: &[usize], side: usize, of: &dyn Fn(usize) -> bool| -> f64 {
+        let squares: f64 = (0..HORIZONS.len())
+            .map(|horizon| nrmse(&sums(draw, horizon), channels, side, of).powi(2))
+            .sum();
+        (squares / HORIZONS.len() as f64).sqrt()
+    };
+    let change = |draw: &[usize], of: &dyn Fn(usize) -> bool| {
+        reduction(pooled(draw, 0, of), pooled(draw, 1, of))
+    };
+    let mut per_sensor = BTreeMap::new();
+    let mut worse = Vec::new();
+    for source in &channels.sources {
+        let mine =
+            |channel: usize| (source.channel..source.channel + source.channels).contains(&channel);
+        let (before, after) = (pooled(&everyone, 0, &mine), pooled(&everyone, 1, &mine));
+        let ci95 = interval(&draws, &|draw| change(draw, &mine));
+        let name = channels.list[source.channel].sensor.clone();
+        // Harm is judged with the noise left in: below it nobody sees a difference.
+        let longest = HORIZONS.len() - 1;
+        let raw = |draw: &[usize]| growth(&sums(draw, longest), &mine);
+        if outcomes.len() > 1 && interval(&draws, &raw)[0] > HARM {
+            worse.push(format!("sensor `{name}`"));
+        }
+        per_sensor.insert(
+            name,
+            SensorGap {
+                before,
+                after,
+                reduction: reduction(before, after),
+                ci95,
+            },
+        );
+    }
+    for (regime, name) in ["weak commands", "strong commands"].into_iter().enumerate() {
+        let raw = |draw: &[usize]| {
+            let drawn = draw.iter().map(|at| &outcomes[*at].regimes[regime]);
+            growth(&total(drawn, width), &all)
+        };
+        if outcomes.len() > 1 && interval(&draws, &raw)[0] > HARM {
+            worse.push(format!("the regime of {name}"));
+        }
+    }
+    let horizons = HORIZONS
+        .iter()
+        .enumerate()
+        .map(|(at, seconds)| {
+            let side = |draw: &[usize], side: usize| nrmse(&sums(draw, at), channels, side, &all);
+            Horizon {
+                seconds: *seconds,
+                before: side(&everyone, 0),
+                after: side(&everyone, 1),
+                ci95: interval(&draws, &|draw| reduction(side(draw, 0), side(draw, 1))),
+            }
+        })
+        .collect();
+    let (before, after) = (pooled(&everyone, 0, &all), pooled(&everyone, 1, &all));
+    let ci95 = interval(&draws, &|draw| change(draw, &all));
+    let refused_because = if outcomes.len() < 2 {
+        Some(format!(
+            "{} held-out trial: no interval over trials can be given, so no reduction is claimed",
+            outcomes.len()
+        ))
+    } else if ci95[0] <= 0.0 {
+        Some(format!(
+            "the reduction on held-out trials is {:.0} % with a 95 % interval from {:.0} % to {:.0} %, \
+             which does not exclude none",
+            100.0 * reduction(before, after),
+            100.0 * ci95[0],
+            100.0 * ci95[1]
+        ))
+    } else if !worse.is_empty() {
+        Some(format!(
+            "{} gets worse by more than {:.0} % on held-out trials",
+            worse.join(", "),
+            100.0 * HARM
+        ))
+    } else {
+        None
+    };
+    Verified {
+        schema: SCHEMA.to_owned(),
+        gap: Gap {
+            metric: "nrmse".to_owned(),
+            before: Some(before),
+            after: Some(after),
+            reduction: Some(reduction(before, after)),
+            ci95: (outcomes.len() > 1).then_some(ci95),
+            n_holdout_trials: outcomes.len(),
+            per_sensor,
+        },
+        horizons,
+        accepted: refused_because.is_none(),
+        refused_because,
+        cross_fitted: false,
+        overlays: outcomes.into_iter().flat_map(|of| of.overlays).collect(),
+        remarks: Vec::new(),
+    }
+}
+
+/// Relative growth of the root mean square error of some channels, noise left in.
+fn growth(sums: &[[f64; 4]], of: &dyn Fn(usize) -> bool) -> f64 {
+    let (mut before, mut after) = (0.0, 0.0);
+    for (_, [a, b, spread, _]) in sums.iter().enumerate().filter(|(at, _)| of(*at)) {
+        if *spread > 0.0 {
+            before += a / spread;
+            after += b / spread;
+        }
+    }
+    if before <= 0.0 {
+        return 0.0;
+    }
+    (after / before).sqrt() - 1.0
+}
+
+/// Measured and predicted, for the eye.
+fn overlays(
+    trial: &Measured,
+    channels: &Channels,
+    residuals: &[Vec<(Range<usize>, Vec<f64>)>],
+) -> Vec<Overlay> {
+    let width = channels.len();
+    let zeros = vec![0.0; width];
+    channels
+        .list
+        .iter()
+        .enumerate()
+        .map(|(channel, of)| {
+            let mut overlay = Overlay {
+                trial: trial.name.clone(),
+                sensor: of.sensor.clone(),
+                component: of.component,
+                unit: of.unit.clone(),
+                time: Vec::new(),
+                measured: Vec::new(),
+                before: Vec::new(),
+                after: Vec::new(),
+            };
+            for ((rows, a), (_, b)) in residuals[0].iter().zip(&residuals[1]) {
+                for (at, row) in rows.clone().enumerate() {
+                    let measured = deviation(trial, channels, row, channel, &zeros);
+                    let there = measured.is_finite().then_some(measured);
+                    let line = |residual: &[f64]| {
+                        let value = measured - residual[at * width + channel];
+                        // The first point of a rollout breaks the line.
+                        (at > 0 && value.is_finite()).then_some(value)
+                    };
+                    overlay.time.push(trial.times[row]);
+                    overlay.measured.push(there);
+                    overlay.before.push(line(a));
+                    overlay.after.push(line(b));
+                }
+            }
+            overlay
+        })
+        .collect()
+}

@@ -1,0 +1,34 @@
+//! How a long stage tells of its progress and is asked to stop.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use super::error::GapError;
+
+/// Who watches a stage.
+pub struct Watch<'a> {
+    /// Set from outside: stop at the next chance.
+    pub stop: &'a AtomicBool,
+    /// Called with what is done, how much of it, and how much there is.
+    pub tell: &'a (dyn Fn(&str, usize, usize) + Sync),
+}
+
+impl std::fmt::Debug for Watch<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Watch").finish_non_exhaustive()
+    }
+}
+
+impl Watch<'_> {
+    /// An error where a stop was asked for.
+    pub(super) fn check(&self) -> Result<(), GapError> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(GapError::Stopped);
+        }
+        Ok(())
+    }
+
+    /// Counts one more piece of `total` done.
+    pub(super) fn count(&self, what: &str, done: &AtomicUsize, total: usize) {
+        (self.tell)(what, done.fetch_add(1, Ordering::Relaxed) + 1, total);
+    }
+}

@@ -1,0 +1,317 @@
+//! From named effects to a model's numbers, with every refusal.
+
+use super::{
+    apply,
+    bindings::{
+        mjBIAS_AFFINE, mjBIAS_NONE, mjGAIN_AFFINE, mjGAIN_FIXED, mjOBJ_ACTUATOR, mjOBJ_BODY,
+        mjOBJ_JOINT,
+    },
+    readings,
+    scale::{self, Found},
+    views::ModelView,
+    walls,
+};
+use crate::{
+    effects::{Effect, Entry, Id, Motion, Part, TargetKind},
+    plugin::{
+        Bound,
+        bound::{Acting, ChangedActuator, Displacing, MovedJoint, WetBody},
+    },
+};
+
+/// Where an effect of this name is found.
+pub(super) type Catalogue = fn(Id) -> &'static dyn Effect;
+
+/// The effects that `hydro` knows.
+pub(super) const CATALOGUE: Catalogue = temporary;
+fn temporary(_: Id) -> &'static dyn Effect { &crate::effects::joint_damping::EFFECT }
+
+/// What surrounds the effects.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surroundings {
+    /// Density of the water [kg/m^3], where the instance says one.
+    pub(super) density: Option<f64>,
+    /// Height of the surface, world z [m].
+    pub(super) waterline: Option<f64>,
+    /// Velocity of the water [m/s].
+    pub(super) current: [f64; 3],
+    /// True where commands are changed before the step, and not by a difference of force.
+    pub(super) commands_before_step: bool,
+}
+
+/// Ties effects to a model.
+pub(super) fn bind(
+    model: ModelView<'_>,
+    entries: &[Entry],
+    catalogue: Catalogue,
+    around: Surroundings,
+) -> Result<Bound, String> {
+    let mut bound = Bound {
+        walls: walls::find(model),
+        density: scale::density(model, around.density),
+        waterline: around.waterline.unwrap_or(0.0),
+        current: around.current,
+        ..Bound::default()
+    };
+    for entry in entries {
+        add(model, entry, catalogue, around, &mut bound)
+            .map_err(|reason| format!("effect `{}`: {reason}", entry.effect))?;
+    }
+    if !bound.water.is_empty() {
+        bound.displacing = displacing(model, bound.density);
+    }
+    Ok(bound)
+}
+
+/// All bodies that displace water.
+fn displacing(model: ModelView<'_>, density: f64) -> Vec<Displacing> {
+    (1..model.bodies())
+        .filter(|body| readings::weighs_in(model, *body))
+        .map(|body| Displacing {
+            body,
+            mass: density * scale::own_volume(model, body, density),
+            middle: scale::box_of(model, body).0,
+        })
+        .collect()
+}
+
+fn add(
+    model: ModelView<'_>,
+    entry: &Entry,
+    catalogue: Catalogue,
+    around: Surroundings,
+    bound: &mut Bound,
+) -> Result<(), String> {
+    let effect = catalogue(entry.effect);
+    let kind = effect.card().target;
+    let found = target(model, kind, &entry.target)?;
+    let known = effect.parameters(&found.sizes(model, bound.density));
+    if known.len() != entry.parameters.len() {
+        let names: Vec<String> = known
+            .iter()
+            .map(|parameter| format!("{} [{}]", parameter.name, parameter.unit))
+            .collect();
+        return Err(format!(
+            "{} values for `{}`; expected {}: {}",
+            entry.parameters.len(),
+            entry.target,
+            known.len(),
+            names.join(", ")
+        ));
+    }
+    if let Some((parameter, value)) = known
+        .iter()
+        .zip(&entry.parameters)
+        .find(|(_, value)| !value.is_finite())
+    {
+        return Err(format!(
+            "`{}` is {value}; expected a number in {}",
+            parameter.name, parameter.unit
+        ));
+    }
+    let step = model.raw().opt.timestep;
+    let memory_len = match effect.part() {
+        Part::Body(part) => part.memory_len(),
+        Part::Joint(part) => part.memory_len(),
+        Part::Actuator(part) => part.memory_len(&entry.parameters, step),
+        Part::Water(_) | Part::Sensor(_) => 0,
+    };
+    let acting = Acting {
+        effect,
+        parameters: entry.parameters.clone(),
+        memory: bound.memory_len..bound.memory_len + memory_len,
+    };
+    match (effect.part(), found) {
+        (Part::Sensor(_), _) => {
+            return Err(
+                "it changes a reading and no motion; it belongs into `sensors` of a verdict's patch"
+                    .to_owned(),
+            );
+        }
+        (Part::Water(_), _) => bound.water.push(acting),
+        (Part::Body(_), Found::Body(body)) => add_to_body(model, body, acting, bound)?,
+        (Part::Joint(_), Found::Joint(joint)) => bound.joints.push(MovedJoint {
+            qpos: model.jnt_qposadr()[joint] as usize,
+            dof: model.jnt_dofadr()[joint] as usize,
+            acting,
+        }),
+        (Part::Actuator(_), Found::Actuator(actuator)) => {
+            add_to_actuator(model, actuator, acting, around, bound)?;
+        }
+        _ => return Err("its card names another kind of target than its part".to_owned()),
+    }
+    bound.memory_len += memory_len;
+    Ok(())
+}
+
+/// The element of that name and kind.
+pub(super) fn target(model: ModelView<'_>, kind: TargetKind, name: &str) -> Result<Found, String> {
+    let (code, word, count) = match kind {
+        TargetKind::Body => (mjOBJ_BODY, "body", model.bodies()),
+        TargetKind::Joint => (mjOBJ_JOINT, "joint", model.jnt_type().len()),
+        TargetKind::Actuator => (
+            mjOBJ_ACTUATOR,
+            "actuator",
+            model.actuator_trntype().len(),
+        ),
+        TargetKind::Sensor => {
+            return Err(
+                "it changes a reading and no motion; it belongs into `sensors` of a verdict's patch"
+                    .to_owned(),
+            );
+        }
+    };
+    let code = code as i32;
+    let usable = |id: &usize| match kind {
+        TargetKind::Body => *id != 0 && apply::last_dof(model, *id) >= 0,
+        TargetKind::Joint => scale::is_scalar(model, *id),
+        _ => true,
+    };
+    let found = (0..count).find(|id| model.label(code, word, *id) == name);
+    match found.filter(usable) {
+        Some(id) => Ok(match kind {
+            TargetKind::Body => Found::Body(id),
+            TargetKind::Joint => Found::Joint(id),
+            _ => Found::Actuator(id),
+        }),
+        None => {
+            let exists: Vec<String> = (0..count)
+                .filter(usable)
+                .map(|id| model.label(code, word, id))
+                .collect();
+            let wanted = match kind {
+                TargetKind::Body => "a body that moves",
+                TargetKind::Joint => "a hinge or slide",
+                _ => "an actuator",
+            };
+            let exists = if exists.is_empty() {
+                "none".to_owned()
+            } else {
+                exists.join(", ")
+            };
+            Err(format!(
+                "target `{name}`; expected {wanted}, of which the model has: {exists}"
+            ))
+        }
+    }
+}
+
+fn add_to_body(
+    model: ModelView<'_>,
+    body: usize,
+    acting: Acting,
+    bound: &mut Bound,
+) -> Result<(), String> {
+    let known = bound.bodies.iter().position(|wet| wet.body == body);
+    let at = known.unwrap_or_else(|| {
+        bound.bodies.push(wet_body(model, body, bound.density));
+        bound.bodies.len() - 1
+    });
+    let wet = &mut bound.bodies[at];
+    if !wet.full_rows && has_inertia(&acting) {
+        let name = model.label(mjOBJ_BODY as i32, "body", body);
+        return Err(format!(
+            "it adds inertia to body `{name}`, whose inertia MuJoCo keeps as a diagonal without room for \
+             that; put an empty child into the body, <body name=\"{name}_water\"/>, and it keeps all of it"
+        ));
+    }
+    wet.acting.push(acting);
+    Ok(())
+}
+
+fn wet_body(model: ModelView<'_>, body: usize, density: f64) -> WetBody {
+    let mut dofs = Vec::new();
+    let mut dof = apply::last_dof(model, body);
+    while let Ok(at) = usize::try_from(dof) {
+        dofs.push(at);
+        dof = model.dof_parentid()[at];
+    }
+    dofs.reverse();
+    let full_rows = dofs
+        .iter()
+        .enumerate()
+        .all(|(above, dof)| model.M_rownnz()[*dof] as usize == above + 1);
+    let (middle, extent) = scale::box_of(model, body);
+    WetBody {
+        body,
+        middle,
+        root: scale::is_root(model, body),
+        dofs,
+        full_rows,
+        extent,
+        volume: scale::volume(model, body, density),
+        acting: Vec::new(),
+    }
+}
+
+/// True where an effect adds inertia, asked of it in some motion.
+fn has_inertia(acting: &Acting) -> bool {
+    let motion = Motion {
+        time: 0.0,
+        position: [0.0; 3],
+        world_from_base: nalgebra::UnitQuaternion::identity(),
+        linear: [0.1; 3],
+        angular: [0.1; 3],
+        water_acceleration: [0.0; 3],
+        gravity: [0.0, 0.0, -9.81],
+        density: 1000.0,
+        centre: [0.0; 3],
+        middle: [0.0; 3],
+        extent: [1.0; 3],
+        volume: 1.0,
+        depth: Some(1.0),
+        wall: Some((1.0, [0.0, 0.0, 1.0])),
+    };
+    acting
+        .body()
+        .is_some_and(|part| part.inertia(&acting.parameters, &motion).is_some())
+}
+
+fn add_to_actuator(
+    model: ModelView<'_>,
+    actuator: usize,
+    acting: Acting,
+    around: Surroundings,
+    bound: &mut Bound,
+) -> Result<(), String> {
+    let name = model.label(mjOBJ_ACTUATOR as i32, "actuator", actuator);
+    let address = scale::address(model, actuator).ok_or_else(|| {
+        format!("actuator `{name}` has several controls or outputs; expected one of each")
+    })?;
+    let (gain, bias) = (
+        model.actuator_gaintype()[actuator] as u32,
+        model.actuator_biastype()[actuator] as u32,
+    );
+    let plain = (gain == mjGAIN_FIXED || gain == mjGAIN_AFFINE)
+        && (bias == mjBIAS_NONE || bias == mjBIAS_AFFINE)
+        && model.actuator_plugin()[actuator] < 0;
+    let stateless = model.actuator_actadr()[actuator] < 0;
+    let changes_command = !matches!(acting.effect.card().id, Id::ActuatorGain | Id::InflowThrustLoss);
+    if !plain && !(changes_command && around.commands_before_step) {
+        return Err(format!(
+            "actuator `{name}` is of a type whose force is not known beforehand; expected a gain that is \
+             fixed or affine and a bias that is none or affine"
+        ));
+    }
+    if changes_command && !stateless && !around.commands_before_step {
+        return Err(format!(
+            "actuator `{name}` has an activation between command and force; expected one without"
+        ));
+    }
+    let known = bound
+        .actuators
+        .iter()
+        .position(|changed| changed.actuator == actuator);
+    let at = known.unwrap_or_else(|| {
+        bound.actuators.push(ChangedActuator {
+            actuator,
+            control: address.control,
+            output: address.output,
+            thrust: scale::thrust(model, actuator),
+            acting: Vec::new(),
+        });
+        bound.actuators.len() - 1
+    });
+    bound.actuators[at].acting.push(acting);
+    Ok(())
+}

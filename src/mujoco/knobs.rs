@@ -1,0 +1,343 @@
+//! The uncertain numbers of a nominal model, and how they are changed in a copy of it.
+//!
+//! | class | what | change |
+//! |---|---|---|
+//! | mass | bodies with more than 2 % of their tree | relative; buoyancy given as gravity compensation, a force, stays |
+//! | inertia | principal moments of those bodies | relative |
+//! | centre of mass | of those bodies, along the body's axes | metres; buoyancy stays at the nominal's place |
+//! | fluid | coefficients of MuJoCo's ellipsoid model, each kind for all geoms; density and viscosity of its box model; values of the nominal's `effects`; the force of a checkpoint by axis | relative |
+//! | gain | actuators | relative, gain and bias alike |
+//! | damping | joints that have any | relative |
+
+use super::{
+    bindings::{
+        mjBIAS_AFFINE, mjBIAS_NONE, mjGAIN_AFFINE, mjGAIN_FIXED, mjModel, mjOBJ_ACTUATOR,
+        mjOBJ_BODY, mjOBJ_JOINT,
+    },
+    bind::{self, Catalogue},
+    readings, scale,
+    simulator::{Model, SimulatorError},
+    views::{ModelView, NBIAS, NGAIN, actuators, view_mut},
+};
+use crate::{
+    effects::{Entry, TargetKind},
+    plugin::{Settings, native_fluid::EllipsoidCoefficients},
+    sim::plant::{Knob, KnobClass},
+};
+
+/// What a knob turns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Turns {
+    Mass(usize),
+    Inertia(usize, usize),
+    Centre(usize, usize),
+    /// A column of `geom_fluid`.
+    Coefficient(usize),
+    Density,
+    Viscosity,
+    Gain(usize),
+    Damping(usize),
+    /// An axis of a checkpoint's wrench.
+    Wrench(usize),
+    /// A value of an effect of a nominal's instance: which instance, effect and value.
+    Effect(usize, usize, usize),
+}
+
+/// Columns of `geom_fluid` and their names.
+const COEFFICIENTS: [(usize, &str); 5] = [
+    (1, "blunt_drag"),
+    (2, "slender_drag"),
+    (3, "angular_drag"),
+    (4, "kutta_lift"),
+    (5, "magnus_lift"),
+];
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+const WRENCH: [&str; 6] = [
+    "force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z",
+];
+
+/// All knobs of a model, whose `hydro.wrench` instances have these settings.
+pub(super) fn find(
+    model: ModelView<'_>,
+    nominal: &[(usize, Settings)],
+    catalogue: Catalogue,
+) -> Vec<(Knob, Turns)> {
+    let mut knobs = Vec::new();
+    let mut add = |name: String, element: &str, class, turns| {
+        let element = element.to_owned();
+        knobs.push((
+            Knob {
+                name,
+                element,
+                class,
+            },
+            turns,
+        ));
+    };
+    for body in (1..model.bodies()).filter(|body| readings::weighs_in(model, *body)) {
+        let of = model.label(mjOBJ_BODY as i32, "body", body);
+        add(format!("{of}.mass"), &of, KnobClass::Mass, Turns::Mass(body));
+        for (axis, name) in AXES.iter().enumerate() {
+            let (inertia, centre) = (Turns::Inertia(body, axis), Turns::Centre(body, axis));
+            add(format!("{of}.inertia.{name}"), &of, KnobClass::Inertia, inertia);
+            add(format!("{of}.com.{name}"), &of, KnobClass::CentreOfMass, centre);
+        }
+    }
+    if model.has_fluid() {
+        let geoms = 0..model.geom_type().len();
+        if geoms.clone().any(|geom| scale::is_ellipsoid(model, geom)) {
+            for (column, name) in COEFFICIENTS {
+                let used = geoms
+                    .clone()
+                    .filter(|geom| scale::is_ellipsoid(model, *geom))
+                    .any(|geom| model.geom_fluid()[EllipsoidCoefficients::LEN * geom + column] != 0.0);
+                if used {
+                    let turns = Turns::Coefficient(column);
+                    add(format!("fluid.{name}"), "fluid", KnobClass::Fluid, turns);
+                }
+            }
+        } else {
+            let option = &model.raw().opt;
+            for (value, name, turns) in [
+                (option.density, "density", Turns::Density),
+                (option.viscosity, "viscosity", Turns::Viscosity),
+            ] {
+                if value > 0.0 {
+                    add(format!("fluid.{name}"), "fluid", KnobClass::Fluid, turns);
+                }
+            }
+        }
+    }
+    for (instance, (_, settings)) in nominal.iter().enumerate() {
+        for (at, entry) in settings.effects.iter().enumerate() {
+            let class = match catalogue(entry.effect).card().target {
+                TargetKind::Joint => KnobClass::Damping,
+                TargetKind::Actuator => KnobClass::Gain,
+                _ => KnobClass::Fluid,
+            };
+            let density = scale::density(model, Some(settings.density));
+            let found = bind::target(model, catalogue(entry.effect).card().target, &entry.target);
+            let names = found.map_or_else(
+                |_| Vec::new(),
+                |found| catalogue(entry.effect).parameters(&found.sizes(model, density)),
+            );
+            for (value, parameter) in names.iter().enumerate() {
+                if entry.parameters.get(value).is_some_and(|value| *value != 0.0) {
+                    let name = format!("{}.{}.{}", entry.target, entry.effect, parameter.name);
+                    let turns = Turns::Effect(instance, at, value);
+                    add(name, &entry.target, class, turns);
+                }
+            }
+        }
+    }
+    if nominal.iter().any(|(_, settings)| settings.checkpoint.is_some()) {
+        for (axis, name) in WRENCH.iter().enumerate() {
+            let turns = Turns::Wrench(axis);
+            add(format!("water.{name}"), "water", KnobClass::Fluid, turns);
+        }
+    }
+    for id in 0..model.actuator_trntype().len() {
+        let (gain, bias) = (
+            model.actuator_gaintype()[id] as u32,
+            model.actuator_biastype()[id] as u32,
+        );
+        if (gain == mjGAIN_FIXED || gain == mjGAIN_AFFINE)
+            && (bias == mjBIAS_NONE || bias == mjBIAS_AFFINE)
+        {
+            let of = model.label(mjOBJ_ACTUATOR as i32, "actuator", id);
+            add(format!("{of}.gain"), &of, KnobClass::Gain, Turns::Gain(id));
+        }
+    }
+    for joint in 0..model.jnt_type().len() {
+        let dof = model.jnt_dofadr()[joint] as usize;
+        if model.dof_damping()[dof] > 0.0 {
+            let of = model.label(mjOBJ_JOINT as i32, "joint", joint);
+            add(
+                format!("{of}.damping"),
+                &of,
+                KnobClass::Damping,
+                Turns::Damping(joint),
+            );
+        }
+    }
+    knobs
+}
+
+/// What of turned knobs is no part of the model.
+#[derive(Debug, Default)]
+pub(super) struct Beside {
+    pub(super) wrench_scale: Option<[f64; 6]>,
+    /// Effects of the nominal's instances, where any was changed.
+    pub(super) effects: Vec<(usize, Vec<Entry>)>,
+    /// As in `run::Run`.
+    pub(super) moved_centres: Vec<(usize, [f64; 3], f64)>,
+}
+
+/// True where a knob is a number of the model itself.
+pub(super) fn is_of_model(turns: Turns) -> bool {
+    !matches!(turns, Turns::Wrench(_) | Turns::Effect(..))
+}
+
+/// Turns knobs that are no part of the model.
+pub(super) fn turn_beside(turned: &[(Turns, f64)], nominal: &[(usize, Settings)]) -> Beside {
+    let mut beside = Beside::default();
+    for (turns, value) in turned {
+        match *turns {
+            Turns::Wrench(axis) => {
+                beside.wrench_scale.get_or_insert([1.0; 6])[axis] *= 1.0 + value;
+            }
+            Turns::Effect(instance, entry, parameter) => {
+                let (id, settings) = &nominal[instance];
+                let at = beside.effects.iter().position(|(known, _)| known == id);
+                let at = at.unwrap_or_else(|| {
+                    beside.effects.push((*id, settings.effects.clone()));
+                    beside.effects.len() - 1
+                });
+                beside.effects[at].1[entry].parameters[parameter] *= 1.0 + value;
+            }
+            _ => {}
+        }
+    }
+    beside
+}
+
+/// Turns knobs of a model, and makes what depends on them right.
+pub(super) fn turn(
+    model: &mut Model,
+    turned: &[(Turns, f64)],
+    beside: &mut Beside,
+) -> Result<(), SimulatorError> {
+    let mut inertial = false;
+    for (turns, value) in turned {
+        let factor = 1.0 + value;
+        match *turns {
+            Turns::Mass(body) => {
+                let raw = model.raw_mut();
+                // SAFETY: one number a body, and the model is held alone.
+                let (mass, compensation) = unsafe {
+                    (
+                        view_mut(raw.body_mass, raw.nbody),
+                        view_mut(raw.body_gravcomp, raw.nbody),
+                    )
+                };
+                mass[body] *= factor;
+                // Compensation counts in weights of the body; the force stays.
+                compensation[body] /= factor;
+                inertial = true;
+            }
+            Turns::Inertia(body, axis) => {
+                let raw = model.raw_mut();
+                // SAFETY: three numbers a body, and the model is held alone.
+                let inertia = unsafe { view_mut(raw.body_inertia, raw.nbody * 3) };
+                inertia[3 * body + axis] *= factor;
+                inertial = true;
+            }
+            Turns::Centre(body, axis) => {
+                move_centre(model.raw_mut(), body, axis, *value);
+                let way = beside.moved_centres.iter().position(|(of, ..)| *of == body);
+                let at = way.unwrap_or_else(|| {
+                    beside.moved_centres.push((body, [0.0; 3], 0.0));
+                    beside.moved_centres.len() - 1
+                });
+                beside.moved_centres[at].1[axis] += value;
+                inertial = true;
+            }
+            Turns::Coefficient(column) => {
+                let raw = model.raw_mut();
+                // SAFETY: a row of twelve a geom, and the model is held alone.
+                let rows = unsafe {
+                    view_mut(
+                        raw.geom_fluid,
+                        raw.ngeom * EllipsoidCoefficients::LEN as i64,
+                    )
+                };
+                for row in rows.chunks_exact_mut(EllipsoidCoefficients::LEN) {
+                    row[column] *= factor;
+                }
+            }
+            Turns::Density => model.raw_mut().opt.density *= factor,
+            Turns::Viscosity => model.raw_mut().opt.viscosity *= factor,
+            Turns::Gain(actuator) => scale_gain(model, actuator, factor),
+            Turns::Damping(joint) => scale_damping(model.raw_mut(), joint, factor),
+            Turns::Wrench(_) | Turns::Effect(..) => {}
+        }
+    }
+    if inertial {
+        model.set_constants()?;
+    }
+    let view = model.view();
+    beside.moved_centres.retain_mut(|(body, _, buoyancy)| {
+        *buoyancy = view.body_gravcomp()[*body] * view.body_mass()[*body];
+        *buoyancy != 0.0
+    });
+    Ok(())
+}
+
+/// Scales gain and bias of an actuator: what it gives, before limits of the force.
+pub(super) fn scale_gain(model: &mut Model, actuator: usize, factor: f64) {
+    let raw = model.raw_mut();
+    let count = actuators(raw);
+    // SAFETY: a row an actuator, and the model is held alone.
+    let (gain, bias) = unsafe {
+        (
+            view_mut(raw.actuator_gainprm, count * NGAIN as i64),
+            view_mut(raw.actuator_biasprm, count * NBIAS as i64),
+        )
+    };
+    gain[NGAIN * actuator..][..3]
+        .iter_mut()
+        .chain(&mut bias[NBIAS * actuator..][..3])
+        .for_each(|value| *value *= factor);
+}
+
+fn scale_damping(raw: &mut mjModel, joint: usize, factor: f64) {
+    // SAFETY: one number a joint or degree of freedom, and the model is held alone.
+    let (first, of, damping) = unsafe {
+        (
+            view_mut(raw.jnt_dofadr, raw.njnt)[joint] as usize,
+            view_mut(raw.dof_jntid, raw.nv),
+            view_mut(raw.dof_damping, raw.nv),
+        )
+    };
+    let dofs = (first..of.len()).take_while(|dof| of[*dof] as usize == joint);
+    for dof in dofs.clone() {
+        damping[dof] *= factor;
+    }
+    #[cfg(mujoco_outputs)]
+    {
+        const POLY: usize = super::bindings::mjNPOLY as usize;
+        // SAFETY: a row a degree of freedom, and the model is held alone.
+        let higher = unsafe { view_mut(raw.dof_dampingpoly, raw.nv * POLY as i64) };
+        for dof in dofs {
+            higher[POLY * dof..POLY * (dof + 1)]
+                .iter_mut()
+                .for_each(|value| *value *= factor);
+        }
+    }
+}
+
+/// Moves a centre of mass [m] along an axis of the body, and takes back the compiler's notes on which
+/// frames coincide with that of the inertia.
+fn move_centre(raw: &mut mjModel, body: usize, axis: usize, way: f64) {
+    use super::bindings::{mjSAMEFRAME_INERTIA, mjSAMEFRAME_INERTIAROT, mjSAMEFRAME_NONE};
+    let none = mjSAMEFRAME_NONE as u8;
+    // SAFETY: arrays of these lengths, and the model is held alone.
+    unsafe {
+        view_mut(raw.body_ipos, raw.nbody * 3)[3 * body + axis] += way;
+        view_mut(raw.body_sameframe, raw.nbody)[body] = none;
+        let of = view_mut(raw.geom_bodyid, raw.ngeom);
+        let geoms = view_mut(raw.geom_sameframe, raw.ngeom);
+        let of_site = view_mut(raw.site_bodyid, raw.nsite);
+        let sites = view_mut(raw.site_sameframe, raw.nsite);
+        for (of, flags) in [(of, geoms), (of_site, sites)] {
+            for (of, flag) in of.iter().zip(flags) {
+                let inertial = [mjSAMEFRAME_INERTIA, mjSAMEFRAME_INERTIAROT];
+                if *of as usize == body && inertial.contains(&u32::from(*flag)) {
+                    *flag = none;
+                }
+            }
+        }
+    }
+}

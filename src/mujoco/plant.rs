@@ -1,0 +1,282 @@
+//! A MuJoCo model as `hydro gap` sees it: knobs to turn, effects to add, simulations to step.
+//!
+//! What a simulation adds to the model acts in the very stage of MuJoCo in which `hydro.wrench` applies
+//! the attribute `effects`, through the same code, so that a fitted effect written to a file acts as it
+//! did in the fit.
+
+use std::{
+    path::Path,
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use super::{
+    bind::{self, CATALOGUE, Catalogue, Surroundings},
+    bindings::{
+        mjSENS_FORCE, mjSENS_TORQUE, mjSTATE_FULLPHYSICS, mjWARN_BADQACC, mjWARN_BADQPOS,
+        mjWARN_BADQVEL,
+    },
+    knobs::{self, Turns},
+    readings, run,
+    run::Run,
+    scale,
+    simulator::{Data, Model, SimulatorError},
+    views::ModelView,
+    wrench,
+};
+use crate::{
+    effects::{Entry, Id, TargetKind},
+    plugin::{Settings, bound::Acting},
+    sim::plant::{Plant, PlantDescription, PlantError, Simulation},
+};
+
+mod simulation;
+
+use simulation::{LoadSensor, MujocoSimulation};
+
+/// A nominal model.
+#[derive(Debug)]
+pub struct MujocoPlant {
+    model: Arc<Model>,
+    description: PlantDescription,
+    /// What each knob turns.
+    turns: Vec<Turns>,
+    /// The instances of `hydro.wrench` and their attributes.
+    nominal: Vec<(usize, Settings)>,
+    around: Surroundings,
+    loads: Vec<LoadSensor>,
+    catalogue: Catalogue,
+    /// The latest copy with these knobs, gains and winds, for the many simulations that differ in effects
+    /// alone.
+    latest: Mutex<Option<(CopyKey, Copied)>>,
+}
+
+/// What makes a copy of the model differ: turned knobs, gains of actuators, and the wind.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct CopyKey {
+    knobs: Vec<f64>,
+    gains: Vec<(usize, f64)>,
+    wind: [f64; 3],
+}
+
+#[derive(Clone, Debug)]
+struct Copied {
+    model: Arc<Model>,
+    moved_centres: Vec<(usize, [f64; 3], f64)>,
+}
+
+fn fault(error: impl std::fmt::Display) -> PlantError {
+    PlantError(error.to_string())
+}
+
+impl MujocoPlant {
+    /// From an MJCF; `hydro.wrench` and `hydro.load_cell` are known to it.
+    ///
+    /// # Errors
+    /// A model that MuJoCo or a plugin refuses.
+    pub fn load(path: &Path) -> Result<Self, PlantError> {
+        Self::with_catalogue(path, CATALOGUE)
+    }
+
+    fn with_catalogue(path: &Path, catalogue: Catalogue) -> Result<Self, PlantError> {
+        let model = Model::load_with_room(path).map_err(fault)?;
+        run::install(model.api());
+        let view = model.view();
+        let nominal = wrench::instances(view)
+            .map(|id| Ok((id, wrench::settings(view, id).map_err(fault)?)))
+            .collect::<Result<Vec<_>, PlantError>>()?;
+        let first = nominal.first().map(|(_, settings)| settings);
+        let around = Surroundings {
+            density: first.map(|settings| settings.density),
+            waterline: first.and_then(|settings| settings.waterline),
+            current: first.map_or([0.0; 3], |settings| settings.current),
+            commands_before_step: true,
+        };
+        let (knobs, turns) = knobs::find(view, &nominal, catalogue).into_iter().unzip();
+        let loads = LoadSensor::of(view);
+        let model = Arc::new(model);
+        let mut data = Data::new(&model).map_err(fault)?;
+        data.forward();
+        let view = model.view();
+        let density = scale::density(view, around.density);
+        let description = PlantDescription {
+            timestep: model.timestep(),
+            nq: model.nq(),
+            nv: model.nv(),
+            state_len: model.state_len(mjSTATE_FULLPHYSICS as i32),
+            bodies: readings::bodies(&data.view(), density, around.waterline),
+            joints: readings::joints(view),
+            actuators: readings::actuators(view),
+            sensors: readings::sensors(view),
+            knobs,
+            has_water: view.has_fluid() || !nominal.is_empty(),
+        };
+        Ok(Self {
+            model,
+            description,
+            turns,
+            nominal,
+            around,
+            loads,
+            catalogue,
+            latest: Mutex::default(),
+        })
+    }
+
+    /// The model with these changes; the nominal itself where there are none.
+    fn copy(&self, key: &CopyKey) -> Result<Copied, SimulatorError> {
+        let none = CopyKey {
+            knobs: vec![0.0; key.knobs.len()],
+            ..CopyKey::default()
+        };
+        if *key == none {
+            return Ok(Copied {
+                model: Arc::clone(&self.model),
+                moved_centres: Vec::new(),
+            });
+        }
+        {
+            let latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some((known, copied)) = &*latest
+                && known == key
+            {
+                return Ok(copied.clone());
+            }
+        }
+        let mut model = self.model.try_clone()?;
+        let turned = self.turned(&key.knobs, true);
+        let mut beside = knobs::Beside::default();
+        knobs::turn(&mut model, &turned, &mut beside)?;
+        for (actuator, factor) in &key.gains {
+            knobs::scale_gain(&mut model, *actuator, *factor);
+        }
+        model.add_wind(key.wind);
+        let copied = Copied {
+            model: Arc::new(model),
+            moved_centres: beside.moved_centres,
+        };
+        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        *latest = Some((key.clone(), copied.clone()));
+        Ok(copied)
+    }
+
+    /// The knobs that are not at zero, of the model or beside it.
+    fn turned(&self, knobs: &[f64], of_model: bool) -> Vec<(Turns, f64)> {
+        self.turns
+            .iter()
+            .copied()
+            .zip(knobs.iter().copied())
+            .filter(|(turns, value)| *value != 0.0 && knobs::is_of_model(*turns) == of_model)
+            .collect()
+    }
+
+    fn simulate(&self, values: &[f64], effects: &[Entry]) -> Result<MujocoSimulation, PlantError> {
+        let known = &self.description.knobs;
+        if values.len() != known.len() {
+            return Err(PlantError(format!(
+                "{} values of knobs for a model with {}",
+                values.len(),
+                known.len()
+            )));
+        }
+        if let Some((knob, value)) = known
+            .iter()
+            .zip(values)
+            .find(|(_, value)| !value.is_finite())
+        {
+            return Err(PlantError(format!("knob `{}` is {value}", knob.name)));
+        }
+        let moving: Vec<Entry> = effects
+            .iter()
+            .filter(|entry| (self.catalogue)(entry.effect).card().target != TargetKind::Sensor)
+            .cloned()
+            .collect();
+        let view = self.model.view();
+        let mut bound = bind::bind(view, &moving, self.catalogue, self.around).map_err(fault)?;
+        let mut key = CopyKey {
+            knobs: values.to_vec(),
+            ..CopyKey::default()
+        };
+        // What MuJoCo has itself is changed there, as in a patched file.
+        for changed in &mut bound.actuators {
+            let factor = take(&mut changed.acting, Id::ActuatorGain)
+                .into_iter()
+                .filter_map(|acting| Some(acting.actuator()?.force_factor(&acting.parameters, 0.0)))
+                .product::<f64>();
+            if factor != 1.0 {
+                key.gains.push((changed.actuator, factor));
+            }
+        }
+        bound
+            .actuators
+            .retain(|changed| !changed.acting.is_empty());
+        if view.has_fluid() {
+            for acting in take(&mut bound.water, Id::Current) {
+                if let Some(water) = acting.water() {
+                    let more = water.velocity(&acting.parameters, [0.0; 3], 0.0);
+                    for (sum, more) in key.wind.iter_mut().zip(more) {
+                        *sum += more;
+                    }
+                }
+            }
+        }
+        let beside = knobs::turn_beside(&self.turned(values, false), &self.nominal);
+        let copied = self.copy(&key).map_err(fault)?;
+        let mut nominal = Vec::new();
+        for (id, entries) in beside.effects {
+            let of = self.nominal.iter().find(|(known, _)| *known == id);
+            if let Some((_, settings)) = of {
+                let settings = Settings {
+                    effects: entries,
+                    ..settings.clone()
+                };
+                if let Some(turned) = wrench::bound(view, &settings).map_err(fault)? {
+                    nominal.push((id, turned));
+                }
+            }
+        }
+        let run = Run {
+            memory: vec![0.0; bound.memory_len],
+            bound,
+            wrench_scale: beside.wrench_scale,
+            nominal,
+            moved_centres: copied.moved_centres,
+        };
+        let data = Data::new(&copied.model).map_err(fault)?;
+        Ok(MujocoSimulation::new(data, run, &self.loads))
+    }
+}
+
+/// Takes the effects of a name out of a list.
+fn take(list: &mut Vec<Acting>, id: Id) -> Vec<Acting> {
+    let (taken, left) = std::mem::take(list)
+        .into_iter()
+        .partition(|acting| acting.effect.card().id == id);
+    *list = left;
+    taken
+}
+
+impl Plant for MujocoPlant {
+    fn description(&self) -> &PlantDescription {
+        &self.description
+    }
+
+    fn simulation(
+        &self,
+        knobs: &[f64],
+        effects: &[Entry],
+    ) -> Result<Box<dyn Simulation>, PlantError> {
+        Ok(Box::new(self.simulate(knobs, effects)?))
+    }
+}
+
+/// True for the sensors that MuJoCo itself leaves dry.
+fn is_dry(model: ModelView<'_>, sensor: usize) -> Option<bool> {
+    match model.sensor_type()[sensor] as u32 {
+        code if code == mjSENS_FORCE => Some(true),
+        code if code == mjSENS_TORQUE => Some(false),
+        _ => None,
+    }
+}
+
+/// Warnings of MuJoCo's after which a simulation is reset.
+const FATAL: [u32; 3] = [mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC];

@@ -1,0 +1,254 @@
+//! One simulation of a plant.
+
+use nalgebra::Vector3;
+
+use super::{FATAL, is_dry};
+use crate::{
+    mujoco::{
+        actuation,
+        apply::{rotation, vector},
+        bindings::{mjOBJ_SITE, mjSTATE_FULLPHYSICS},
+        effect_forces,
+        run::{self, Run},
+        simulator::Data,
+        views::ModelView,
+        wrench,
+    },
+    sim::plant::Simulation,
+};
+
+/// Speeds [m/s, rad/s] and accelerations beyond which a simulation has blown up; it is not stepped any
+/// further.
+const RUNAWAY: f64 = 1e7;
+
+/// A force or torque sensor of MuJoCo's, which does not feel what is added.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LoadSensor {
+    /// Where its three numbers stand.
+    start: usize,
+    site: usize,
+    force: bool,
+    /// Largest reading; zero: none.
+    cutoff: f64,
+}
+
+impl LoadSensor {
+    /// All of a model.
+    pub(super) fn of(model: ModelView<'_>) -> Vec<Self> {
+        (0..model.sensor_type().len())
+            .filter_map(|id| {
+                let force = is_dry(model, id)?;
+                (model.sensor_objtype()[id] as u32 == mjOBJ_SITE).then(|| Self {
+                    start: model.sensor_adr()[id] as usize,
+                    site: model.sensor_objid()[id] as usize,
+                    force,
+                    cutoff: model.sensor_cutoff()[id],
+                })
+            })
+            .collect()
+    }
+}
+
+/// A simulation with effects.
+#[derive(Debug)]
+pub(super) struct MujocoSimulation {
+    data: Data,
+    run: Run,
+    /// As logged.
+    control: Vec<f64>,
+    readings: Vec<f64>,
+    /// The force and torque sensors that effects change.
+    loads: Vec<LoadSensor>,
+    diverged: bool,
+}
+
+impl MujocoSimulation {
+    pub(super) fn new(data: Data, run: Run, loads: &[LoadSensor]) -> Self {
+        let acts = !(run.bound.bodies.is_empty() && run.bound.water.is_empty());
+        Self {
+            control: vec![0.0; data.ctrl().len()],
+            readings: data.sensordata().to_vec(),
+            loads: if acts { loads.to_vec() } else { Vec::new() },
+            data,
+            run,
+            diverged: false,
+        }
+    }
+
+    fn cold(&mut self) {
+        self.run.memory.fill(0.0);
+        self.diverged = false;
+    }
+
+    /// Takes the readings of the step that was made, with what was added.
+    fn read(&mut self) {
+        self.readings.copy_from_slice(self.data.sensordata());
+        if self.loads.is_empty() || self.data.model().view().passive_is_off() {
+            return;
+        }
+        let (data, readings, loads) = (&mut self.data, &mut self.readings, &self.loads);
+        run::with_run(&self.run, || {
+            let mut view = data.view();
+            let carriers = wrench::with_effects(&mut view);
+            wrench::with_sources(&view, &carriers, |view, sources| {
+                for load in loads {
+                    let point = vector(view.site_xpos(), load.site);
+                    let body = view.model().site_bodyid()[load.site] as usize;
+                    let mut added = Vector3::zeros();
+                    let ours = sources.len() - 1;
+                    effect_forces::on_subtree(view, sources, body, ours, |at, force, torque| {
+                        added += if load.force {
+                            force
+                        } else {
+                            torque + (at - point).cross(&force)
+                        };
+                    });
+                    let added = rotation(view.site_xmat(), load.site).tr_mul(&added);
+                    for (value, added) in readings[load.start..].iter_mut().zip(added.iter()) {
+                        *value -= added;
+                        if load.cutoff > 0.0 {
+                            *value = value.clamp(-load.cutoff, load.cutoff);
+                        }
+                    }
+                }
+            });
+        });
+    }
+
+    /// Commands that arrive, from those that were logged.
+    fn command(&mut self) {
+        self.data.ctrl_mut().copy_from_slice(&self.control);
+        let step = self.data.model().timestep();
+        for changed in &self.run.bound.actuators {
+            let given = self.control[changed.control];
+            let arrived = actuation::arriving(changed, given, step, &mut self.run.memory);
+            self.data.ctrl_mut()[changed.control] = arrived;
+        }
+    }
+
+    fn advance_memory(&mut self) {
+        if self.run.bound.memory_len == 0 {
+            return;
+        }
+        let mut memory = std::mem::take(&mut self.run.memory);
+        // Sources read the memory of the step's start; the effects of ours alone are brought on.
+        self.run.memory.clone_from(&memory);
+        let data = &mut self.data;
+        run::with_run(&self.run, || {
+            let mut view = data.view();
+            let carriers = wrench::with_effects(&mut view);
+            wrench::with_sources(&view, &carriers, |view, sources| {
+                effect_forces::advanced(view, sources, sources.len() - 1, &mut memory);
+            });
+        });
+        self.run.memory = memory;
+    }
+
+    fn has_blown_up(&self) -> bool {
+        let wild = |values: &[f64]| values.iter().any(|value| !(value.abs() < RUNAWAY));
+        wild(self.data.qvel())
+            || wild(self.data.qpos())
+            || FATAL.iter().any(|kind| self.data.warnings(*kind) > 0)
+    }
+}
+
+impl Simulation for MujocoSimulation {
+    fn reset(&mut self) {
+        self.data.reset();
+        self.control.fill(0.0);
+        self.cold();
+        self.readings.copy_from_slice(self.data.sensordata());
+    }
+
+    fn time(&self) -> f64 {
+        self.data.time()
+    }
+
+    fn restart(&mut self, state: &[f64]) {
+        self.data.reset();
+        self.cold();
+        let set = self.data.set_part(mjSTATE_FULLPHYSICS as i32, state);
+        // A state of another model's length is no state: nothing that follows from it counts.
+        self.diverged = set.is_err() || state.iter().any(|value| !value.is_finite());
+    }
+
+    fn set_motion(&mut self, time: f64, qpos: &[f64], qvel: &[f64]) {
+        self.data.set_time(time);
+        self.data.qpos_mut().copy_from_slice(qpos);
+        self.data.qvel_mut().copy_from_slice(qvel);
+        self.diverged = self.has_blown_up();
+    }
+
+    fn qpos(&self) -> &[f64] {
+        self.data.qpos()
+    }
+
+    fn qvel(&self) -> &[f64] {
+        self.data.qvel()
+    }
+
+    fn retract(&mut self, tangent: &[f64]) {
+        let nv = self.data.qvel().len();
+        self.data.integrate_position(&tangent[..nv]);
+        for (value, more) in self.data.qvel_mut().iter_mut().zip(&tangent[nv..]) {
+            *value += more;
+        }
+    }
+
+    fn save(&self) -> Vec<f64> {
+        let mut saved = self.data.state();
+        saved.extend(&self.control);
+        saved.extend(&self.run.memory);
+        saved.push(f64::from(u8::from(self.diverged)));
+        saved
+    }
+
+    fn load(&mut self, saved: &[f64]) {
+        let (controls, memory) = (self.control.len(), self.run.memory.len());
+        let Some(state) = saved.len().checked_sub(controls + memory + 1) else {
+            self.diverged = true;
+            return;
+        };
+        self.data.reset_warnings();
+        let set = self.data.set_state(&saved[..state]);
+        self.control
+            .copy_from_slice(&saved[state..state + controls]);
+        self.run
+            .memory
+            .copy_from_slice(&saved[state + controls..saved.len() - 1]);
+        self.diverged = set.is_err() || saved[saved.len() - 1] != 0.0;
+    }
+
+    fn set_control(&mut self, control: &[f64]) {
+        self.control.copy_from_slice(control);
+    }
+
+    fn step(&mut self) {
+        if self.diverged {
+            return;
+        }
+        self.command();
+        let (runge_kutta, data) = (self.data.model().view().runge_kutta(), &mut self.data);
+        // Runge-Kutta leaves its last stage behind; readings belong to the first.
+        let before = runge_kutta && !self.loads.is_empty();
+        if before {
+            run::with_run(&self.run, || data.forward());
+            self.read();
+        }
+        let data = &mut self.data;
+        run::with_run(&self.run, || data.step());
+        if !before {
+            self.read();
+        }
+        self.advance_memory();
+        self.diverged = self.has_blown_up();
+    }
+
+    fn sensors(&self) -> &[f64] {
+        &self.readings
+    }
+
+    fn diverged(&self) -> bool {
+        self.diverged
+    }
+}

@@ -1,0 +1,155 @@
+//! Effects tied to one model: names become numbers, once.
+
+use std::ops::Range;
+
+use crate::effects::{ActuatorPart, BodyPart, Effect, JointPart, Part, WaterPart};
+
+/// One effect with its values.
+#[derive(Clone, Debug)]
+pub struct Acting {
+    /// What it does.
+    pub effect: &'static dyn Effect,
+    /// Values in the order of [`Effect::parameters`].
+    pub parameters: Vec<f64>,
+    /// Where its memory stands among that of all.
+    pub memory: Range<usize>,
+}
+
+impl Acting {
+    /// As a wrench on a body.
+    pub fn body(&self) -> Option<&'static dyn BodyPart> {
+        match self.effect.part() {
+            Part::Body(part) => Some(part),
+            _ => None,
+        }
+    }
+
+    /// As motion of the water.
+    pub fn water(&self) -> Option<&'static dyn WaterPart> {
+        match self.effect.part() {
+            Part::Water(part) => Some(part),
+            _ => None,
+        }
+    }
+
+    /// As a force on a joint.
+    pub fn joint(&self) -> Option<&'static dyn JointPart> {
+        match self.effect.part() {
+            Part::Joint(part) => Some(part),
+            _ => None,
+        }
+    }
+
+    /// As a change of an actuator.
+    pub fn actuator(&self) -> Option<&'static dyn ActuatorPart> {
+        match self.effect.part() {
+            Part::Actuator(part) => Some(part),
+            _ => None,
+        }
+    }
+}
+
+/// A body with the effects on it.
+#[derive(Clone, Debug)]
+pub struct WetBody {
+    /// Its number.
+    pub body: usize,
+    /// True where it is the first of its tree: then its centre is that of the tree.
+    pub root: bool,
+    /// The degrees of freedom that move it, first to last.
+    pub dofs: Vec<usize>,
+    /// True where MuJoCo's sparse inertia matrix has room for all products of them.
+    pub full_rows: bool,
+    /// Extents along the body's axes [m].
+    pub extent: [f64; 3],
+    /// Middle of the box of these extents, in the body's frame [m].
+    pub middle: [f64; 3],
+    /// Displaced volume [m^3].
+    pub volume: f64,
+    /// What acts.
+    pub acting: Vec<Acting>,
+}
+
+/// A hinge or slide with an effect on it.
+#[derive(Clone, Debug)]
+pub struct MovedJoint {
+    /// Where its position stands in `qpos`.
+    pub qpos: usize,
+    /// Where its velocity stands in `qvel`.
+    pub dof: usize,
+    /// What acts.
+    pub acting: Acting,
+}
+
+/// An actuator with the effects on it.
+#[derive(Clone, Debug)]
+pub struct ChangedActuator {
+    /// Its number.
+    pub actuator: usize,
+    /// Where its control stands in `ctrl`.
+    pub control: usize,
+    /// Where its force stands among the outputs.
+    pub output: usize,
+    /// The site that it pushes at, and the direction there, where it does.
+    pub thrust: Option<(usize, [f64; 3])>,
+    /// What acts, from the command on.
+    pub acting: Vec<Acting>,
+}
+
+/// A body that displaces water.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Displacing {
+    /// Its number.
+    pub body: usize,
+    /// Mass of the water that it alone displaces [kg].
+    pub mass: f64,
+    /// Middle of its box, in its frame [m].
+    pub middle: [f64; 3],
+}
+
+/// Shape of a wall.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WallShape {
+    /// A plane with its z axis as the normal.
+    Plane,
+    /// A box.
+    Box,
+}
+
+/// A wall that stands still: the number of its geom, and its shape.
+pub type Wall = (usize, WallShape);
+
+/// All effects of one instance, or of one simulation.
+#[derive(Clone, Debug, Default)]
+pub struct Bound {
+    /// On bodies.
+    pub bodies: Vec<WetBody>,
+    /// On the water.
+    pub water: Vec<Acting>,
+    /// On joints.
+    pub joints: Vec<MovedJoint>,
+    /// On actuators.
+    pub actuators: Vec<ChangedActuator>,
+    /// All that displaces water, where [`Bound::water`] moves it.
+    pub displacing: Vec<Displacing>,
+    /// Walls that stand still.
+    pub walls: Vec<Wall>,
+    /// Density of the water [kg/m^3].
+    pub density: f64,
+    /// Height of the surface, world z [m].
+    pub waterline: f64,
+    /// Velocity of the water in the world beside [`Bound::water`] [m/s].
+    pub current: [f64; 3],
+    /// Numbers of memory of all.
+    pub memory_len: usize,
+}
+
+impl Bound {
+    /// True where nothing acts.
+    pub fn is_empty(&self) -> bool {
+        self.bodies.is_empty()
+            && self.water.is_empty()
+            && self.joints.is_empty()
+            && self.actuators.is_empty()
+    }
+}
