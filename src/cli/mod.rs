@@ -14,12 +14,12 @@ macro_rules! say {
     };
 }
 
+mod cancel;
 mod doctor;
 mod evaluate;
+mod gap;
 mod inspect;
 mod progress;
-#[cfg(mujoco_plugins)]
-mod gap;
 #[cfg(mujoco_plugins)]
 mod simulate;
 mod table;
@@ -46,7 +46,6 @@ enum Command {
     #[cfg(mujoco_plugins)]
     Simulate(simulate::Args),
     /// Find what a simulation lacks, name it, add it, verify.
-    #[cfg(mujoco_plugins)]
     Gap(gap::Args),
     /// Describe a checkpoint, a data set or a folder of rollouts.
     Inspect(inspect::Args),
@@ -61,7 +60,6 @@ pub(crate) fn run() -> anyhow::Result<()> {
         Command::Evaluate(args) => evaluate::run(&args),
         #[cfg(mujoco_plugins)]
         Command::Simulate(args) => simulate::run(&args),
-        #[cfg(mujoco_plugins)]
         Command::Gap(args) => gap::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Doctor(args) => doctor::run(&args),

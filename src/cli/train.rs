@@ -1,12 +1,6 @@
 //! `hydro train`: a data set in, a checkpoint out; interrupted at any time, it goes on where it stopped.
 
-use std::{
-    path::{Path, PathBuf},
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
 use clap::ValueEnum;
@@ -20,7 +14,7 @@ use hydro_plugin::{
     },
 };
 
-use super::{command_line, print_json, progress::Progress};
+use super::{cancel::cancel_on_signal, command_line, print_json, progress::Progress};
 
 /// Flags of `hydro train`. A flag that is left out takes the preset's value.
 #[derive(Debug, clap::Args)]
@@ -314,19 +308,6 @@ impl RunFolder {
         }
         Ok(())
     }
-}
-
-/// A flag that Ctrl-C and the signals of a shutdown set; a second signal ends the program at once.
-fn cancel_on_signal() -> anyhow::Result<Arc<AtomicBool>> {
-    let cancel = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&cancel);
-    ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .context("watching for Ctrl-C")?;
-    Ok(cancel)
 }
 
 /// Shows the run.

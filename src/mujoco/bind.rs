@@ -24,7 +24,9 @@ pub(super) type Catalogue = fn(Id) -> &'static dyn Effect;
 
 /// The effects that `hydro` knows.
 pub(super) const CATALOGUE: Catalogue = temporary;
-fn temporary(_: Id) -> &'static dyn Effect { &crate::effects::joint_damping::EFFECT }
+fn temporary(_: Id) -> &'static dyn Effect {
+    &crate::effects::joint_damping::EFFECT
+}
 
 /// What surrounds the effects.
 #[derive(Clone, Copy, Debug)]
@@ -149,11 +151,7 @@ pub(super) fn target(model: ModelView<'_>, kind: TargetKind, name: &str) -> Resu
     let (code, word, count) = match kind {
         TargetKind::Body => (mjOBJ_BODY, "body", model.bodies()),
         TargetKind::Joint => (mjOBJ_JOINT, "joint", model.jnt_type().len()),
-        TargetKind::Actuator => (
-            mjOBJ_ACTUATOR,
-            "actuator",
-            model.actuator_trntype().len(),
-        ),
+        TargetKind::Actuator => (mjOBJ_ACTUATOR, "actuator", model.actuator_trntype().len()),
         TargetKind::Sensor => {
             return Err(
                 "it changes a reading and no motion; it belongs into `sensors` of a verdict's patch"
@@ -286,7 +284,10 @@ fn add_to_actuator(
         && (bias == mjBIAS_NONE || bias == mjBIAS_AFFINE)
         && model.actuator_plugin()[actuator] < 0;
     let stateless = model.actuator_actadr()[actuator] < 0;
-    let changes_command = !matches!(acting.effect.card().id, Id::ActuatorGain | Id::InflowThrustLoss);
+    let changes_command = !matches!(
+        acting.effect.card().id,
+        Id::ActuatorGain | Id::InflowThrustLoss
+    );
     if !plain && !(changes_command && around.commands_before_step) {
         return Err(format!(
             "actuator `{name}` is of a type whose force is not known beforehand; expected a gain that is \

@@ -143,7 +143,9 @@ impl Frame {
         self.columns
             .iter()
             .zip(&wet.dofs)
-            .fold(Vector6::zeros(), |sum, (column, dof)| sum + column * x[*dof])
+            .fold(Vector6::zeros(), |sum, (column, dof)| {
+                sum + column * x[*dof]
+            })
     }
 }
 
@@ -468,10 +470,14 @@ fn moving_water(
         .find(|source| !source.bound.water.is_empty());
     for displacing in knows.map_or(&[][..], |source| &source.bound.displacing) {
         let rotation = rotation(data.xmat(), displacing.body);
-        let at = vector(data.xpos(), displacing.body)
-            + rotation * Vector3::from(displacing.middle);
+        let at = vector(data.xpos(), displacing.body) + rotation * Vector3::from(displacing.middle);
         let rate = water.acceleration(at);
-        each(displacing.body, at, rate * displacing.mass, Vector3::zeros());
+        each(
+            displacing.body,
+            at,
+            rate * displacing.mass,
+            Vector3::zeros(),
+        );
     }
     if !data.model().has_fluid() {
         return;

@@ -10,11 +10,11 @@
 //! | damping | joints that have any | relative |
 
 use super::{
+    bind::{self, Catalogue},
     bindings::{
         mjBIAS_AFFINE, mjBIAS_NONE, mjGAIN_AFFINE, mjGAIN_FIXED, mjModel, mjOBJ_ACTUATOR,
         mjOBJ_BODY, mjOBJ_JOINT,
     },
-    bind::{self, Catalogue},
     readings, scale,
     simulator::{Model, SimulatorError},
     views::{ModelView, NBIAS, NGAIN, actuators, view_mut},
@@ -78,11 +78,26 @@ pub(super) fn find(
     };
     for body in (1..model.bodies()).filter(|body| readings::weighs_in(model, *body)) {
         let of = model.label(mjOBJ_BODY as i32, "body", body);
-        add(format!("{of}.mass"), &of, KnobClass::Mass, Turns::Mass(body));
+        add(
+            format!("{of}.mass"),
+            &of,
+            KnobClass::Mass,
+            Turns::Mass(body),
+        );
         for (axis, name) in AXES.iter().enumerate() {
             let (inertia, centre) = (Turns::Inertia(body, axis), Turns::Centre(body, axis));
-            add(format!("{of}.inertia.{name}"), &of, KnobClass::Inertia, inertia);
-            add(format!("{of}.com.{name}"), &of, KnobClass::CentreOfMass, centre);
+            add(
+                format!("{of}.inertia.{name}"),
+                &of,
+                KnobClass::Inertia,
+                inertia,
+            );
+            add(
+                format!("{of}.com.{name}"),
+                &of,
+                KnobClass::CentreOfMass,
+                centre,
+            );
         }
     }
     if model.has_fluid() {
@@ -92,7 +107,9 @@ pub(super) fn find(
                 let used = geoms
                     .clone()
                     .filter(|geom| scale::is_ellipsoid(model, *geom))
-                    .any(|geom| model.geom_fluid()[EllipsoidCoefficients::LEN * geom + column] != 0.0);
+                    .any(|geom| {
+                        model.geom_fluid()[EllipsoidCoefficients::LEN * geom + column] != 0.0
+                    });
                 if used {
                     let turns = Turns::Coefficient(column);
                     add(format!("fluid.{name}"), "fluid", KnobClass::Fluid, turns);
@@ -124,7 +141,11 @@ pub(super) fn find(
                 |found| catalogue(entry.effect).parameters(&found.sizes(model, density)),
             );
             for (value, parameter) in names.iter().enumerate() {
-                if entry.parameters.get(value).is_some_and(|value| *value != 0.0) {
+                if entry
+                    .parameters
+                    .get(value)
+                    .is_some_and(|value| *value != 0.0)
+                {
                     let name = format!("{}.{}.{}", entry.target, entry.effect, parameter.name);
                     let turns = Turns::Effect(instance, at, value);
                     add(name, &entry.target, class, turns);
@@ -132,7 +153,10 @@ pub(super) fn find(
             }
         }
     }
-    if nominal.iter().any(|(_, settings)| settings.checkpoint.is_some()) {
+    if nominal
+        .iter()
+        .any(|(_, settings)| settings.checkpoint.is_some())
+    {
         for (axis, name) in WRENCH.iter().enumerate() {
             let turns = Turns::Wrench(axis);
             add(format!("water.{name}"), "water", KnobClass::Fluid, turns);

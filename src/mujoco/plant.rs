@@ -206,9 +206,7 @@ impl MujocoPlant {
                 key.gains.push((changed.actuator, factor));
             }
         }
-        bound
-            .actuators
-            .retain(|changed| !changed.acting.is_empty());
+        bound.actuators.retain(|changed| !changed.acting.is_empty());
         if view.has_fluid() {
             for acting in take(&mut bound.water, Id::Current) {
                 if let Some(water) = acting.water() {

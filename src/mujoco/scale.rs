@@ -113,8 +113,7 @@ fn volume_of<I: Iterator<Item = usize>>(
 /// inertia where it has no geoms.
 pub(super) fn box_of(model: ModelView<'_>, body: usize) -> ([f64; 3], [f64; 3]) {
     let welded = (body..model.bodies()).filter(|link| {
-        model.hangs_below(*link, body)
-            && model.body_weldid()[*link] == model.body_weldid()[body]
+        model.hangs_below(*link, body) && model.body_weldid()[*link] == model.body_weldid()[body]
     });
     let (mut low, mut high) = (
         Vector3::repeat(f64::INFINITY),
@@ -157,7 +156,8 @@ pub(super) fn body(model: ModelView<'_>, body: usize, density: f64) -> BodyScale
         mass += of_link;
         let rotation = *at.rotation.to_rotation_matrix().matrix();
         let moments = Vector3::from(ModelView::triple(model.body_inertia(), link));
-        let turned: Matrix3<f64> = rotation * Matrix3::from_diagonal(&moments) * rotation.transpose();
+        let turned: Matrix3<f64> =
+            rotation * Matrix3::from_diagonal(&moments) * rotation.transpose();
         let arm = at.translation.vector;
         for axis in 0..3 {
             let square = arm.norm_squared() - arm[axis] * arm[axis];

@@ -177,7 +177,10 @@ pub(super) fn with_effects(data: &mut DataView<'_>) -> Vec<Carrying> {
     ids.into_iter()
         .filter_map(|id| {
             let carrier = held(data, id)?;
-            carrier.effects().is_some().then_some(Carrying { id, carrier })
+            carrier
+                .effects()
+                .is_some()
+                .then_some(Carrying { id, carrier })
         })
         .collect()
 }

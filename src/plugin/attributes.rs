@@ -197,7 +197,11 @@ impl Settings {
 }
 
 fn effects(found: String, _search: &SearchPath) -> Result<Vec<Entry>, AttributeError> {
-    Err(AttributeError::Value { attribute: "effects", found, expected: "none" })
+    Err(AttributeError::Value {
+        attribute: "effects",
+        found,
+        expected: "none",
+    })
 }
 
 fn numbers(

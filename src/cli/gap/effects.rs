@@ -1,0 +1,198 @@
+//! `hydro gap effects`: the catalogue.
+
+use hydro_plugin::effects::{
+    Card, Id, Parameter, Placement, Target, TargetKind,
+    card::{ActuatorScale, BodyScale, JointScale, SensorScale},
+    effect,
+};
+use serde::Serialize;
+
+use crate::cli::print_json;
+
+/// Schema of the list.
+const SCHEMA: &str = "hydro-gap-effects/1";
+
+/// Flags of `hydro gap effects`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Flags {
+    /// Print one JSON value.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Catalogue {
+    schema: &'static str,
+    /// Null, prior and bounds are those of this example; names and units are those of every target of the
+    /// kind.
+    example: &'static str,
+    effects: Vec<Entry>,
+}
+
+#[derive(Serialize)]
+struct Entry {
+    id: Id,
+    target: TargetKind,
+    summary: &'static str,
+    equation: &'static str,
+    source: &'static str,
+    placement: Placement,
+    parameters: Vec<ParameterEntry>,
+}
+
+#[derive(Serialize)]
+struct ParameterEntry {
+    name: String,
+    unit: &'static str,
+    null: f64,
+    prior_sd: f64,
+    /// Least value; none where there is no bound.
+    lower: Option<f64>,
+    /// Greatest value; none where there is no bound.
+    upper: Option<f64>,
+}
+
+impl From<Parameter> for ParameterEntry {
+    fn from(parameter: Parameter) -> Self {
+        let bound = |value: f64| value.is_finite().then_some(value);
+        Self {
+            name: parameter.name,
+            unit: parameter.unit,
+            null: parameter.null,
+            prior_sd: parameter.prior_sd,
+            lower: bound(parameter.lower),
+            upper: bound(parameter.upper),
+        }
+    }
+}
+
+/// What the example is, in words.
+const EXAMPLE: &str = "a vehicle of 20 kg, 0.8 x 0.4 x 0.3 m, at 0.5 m/s in fresh water; a hinge of 0.1 kg m^2 \
+    with 5 N m; an actuator up to 1; a sensor of three numbers";
+
+/// Something of a kind, of an ordinary size.
+pub(super) fn example(kind: TargetKind) -> Target {
+    match kind {
+        TargetKind::Body => Target::Body(BodyScale {
+            mass: 20.0,
+            inertia: [0.4, 1.2, 1.3],
+            extent: [0.8, 0.4, 0.3],
+            volume: 0.02,
+            density: 1000.0,
+            gravity: 9.81,
+            speed: 0.5,
+            rate: 0.5,
+        }),
+        TargetKind::Joint => Target::Joint(JointScale {
+            inertia: 0.1,
+            torque: 5.0,
+            speed: 1.0,
+            travel: 0.5,
+            slides: false,
+        }),
+        TargetKind::Actuator => Target::Actuator(ActuatorScale {
+            command: 1.0,
+            inflow: 0.5,
+            step: 0.002,
+        }),
+        TargetKind::Sensor => Target::Sensor(SensorScale {
+            dimension: 3,
+            noise: 0.01,
+            signal: 0.5,
+            unit: "1",
+            period: 0.02,
+        }),
+    }
+}
+
+fn entry(id: Id) -> Entry {
+    let effect = effect(id);
+    let Card {
+        id,
+        target,
+        summary,
+        equation,
+        source,
+        placement,
+    } = *effect.card();
+    Entry {
+        id,
+        target,
+        summary,
+        equation,
+        source,
+        placement,
+        parameters: effect
+            .parameters(&example(target))
+            .into_iter()
+            .map(ParameterEntry::from)
+            .collect(),
+    }
+}
+
+fn catalogue() -> Catalogue {
+    Catalogue {
+        schema: SCHEMA,
+        example: EXAMPLE,
+        effects: Id::ALL.iter().map(|id| entry(*id)).collect(),
+    }
+}
+
+/// Runs the command.
+pub(super) fn run(flags: &Flags) -> anyhow::Result<()> {
+    let catalogue = catalogue();
+    if flags.json {
+        return print_json(&catalogue);
+    }
+    for entry in &catalogue.effects {
+        let target = serde_json::to_value(entry.target)?;
+        let placement = serde_json::to_value(entry.placement)?;
+        say!(
+            "{} (on a {}; written to: {})\n    {}\n    {}\n    source: {}",
+            entry.id,
+            target.as_str().unwrap_or_default(),
+            placement.as_str().unwrap_or_default(),
+            entry.summary,
+            entry.equation,
+            entry.source
+        );
+        let parameters: Vec<String> = entry
+            .parameters
+            .iter()
+            .map(|parameter| match parameter.unit {
+                "1" => parameter.name.clone(),
+                unit => format!("{} [{unit}]", parameter.name),
+            })
+            .collect();
+        say!("    parameters: {}\n", parameters.join(", "));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn the_catalogue_is_whole() {
+        let list = serde_json::to_value(catalogue()).unwrap();
+        let effects = list["effects"].as_array().unwrap();
+        assert_eq!(effects.len(), Id::ALL.len());
+        for effect in effects {
+            for key in ["id", "target", "summary", "equation", "source", "placement"] {
+                assert!(!effect[key].as_str().unwrap().is_empty(), "{effect}");
+            }
+            let parameters = effect["parameters"].as_array().unwrap();
+            assert!(!parameters.is_empty(), "{effect}");
+            for parameter in parameters {
+                for key in ["name", "unit"] {
+                    assert!(!parameter[key].as_str().unwrap().is_empty(), "{effect}");
+                }
+                for key in ["null", "prior_sd"] {
+                    assert!(parameter[key].is_f64(), "{effect}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! The folder of results: what a stage wrote is read back, nothing of other people is overwritten, and a
+//! file is there whole or not at all.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    io::{ErrorKind, Write as _},
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context as _, bail};
+use hydro_plugin::gap::stages::{Added, Found, Named, Verified};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use sha2::{Digest as _, Sha256};
+
+/// Name of the file that says what the folder was made from.
+const RUN: &str = "run.json";
+/// Schema of that file.
+const SCHEMA: &str = "hydro-gap-run/1";
+/// The candidate model: what `add` wrote, before held-out trials have spoken.
+pub(super) const CANDIDATE: &str = "candidate.xml";
+/// The model, once they have.
+pub(super) const PATCHED: &str = "patched.xml";
+/// The page.
+pub(super) const REPORT: &str = "report.html";
+/// The answer.
+pub(super) const VERDICT: &str = "verdict.json";
+/// Seconds by stage, and the greatest memory.
+pub(super) const TIMING: &str = "timing.json";
+/// Files of the stages, in their order.
+const STAGES: [&str; 4] = [
+    Found::FILE,
+    Named::FILE,
+    <Option<Added> as Product>::FILE,
+    <Option<Verified> as Product>::FILE,
+];
+/// Files that are never overwritten unless they are as this program left them.
+const GUARDED: [&str; 4] = [CANDIDATE, PATCHED, REPORT, VERDICT];
+
+/// What a stage leaves.
+pub(super) trait Product: Serialize + DeserializeOwned {
+    /// Name of the stage.
+    const STAGE: &'static str;
+    /// Name of its file.
+    const FILE: &'static str;
+    /// Its schema.
+    const SCHEMA: &'static str;
+    /// The schema that it says to have; none where the stage had nothing to say.
+    fn schema(&self) -> Option<&str>;
+}
+
+macro_rules! product {
+    ($kind:ty, $stage:literal, |$self:ident| $schema:expr) => {
+        impl Product for $kind {
+            const STAGE: &'static str = $stage;
+            const FILE: &'static str = concat!($stage, ".json");
+            const SCHEMA: &'static str = concat!("hydro-gap-", $stage, "/1");
+            fn schema(&self) -> Option<&str> {
+                let $self = self;
+                $schema
+            }
+        }
+    };
+}
+
+product!(Found, "find", |found| Some(&found.schema));
+product!(Named, "name", |named| Some(&named.schema));
+product!(Option<Added>, "add", |added| added
+    .as_ref()
+    .map(|a| a.schema.as_str()));
+product!(Option<Verified>, "verify", |verified| verified
+    .as_ref()
+    .map(|v| v.schema.as_str()));
+
+/// What the folder was made from and what was written there.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Provenance<I> {
+    schema: String,
+    /// The command that was typed last.
+    pub(super) command: String,
+    /// The nominal model, as typed.
+    pub(super) model: String,
+    /// What the stages depend on.
+    pub(super) inputs: I,
+    /// sha256 of every guarded file; while one is replaced, of the old and of the new one.
+    written: BTreeMap<String, Vec<String>>,
+}
+
+/// A folder of results.
+#[derive(Debug)]
+pub(super) struct Folder<I> {
+    path: PathBuf,
+    /// Where it is from.
+    pub(super) provenance: Provenance<I>,
+}
+
+/// What the folder is from; none where there is no such file. `I` may be less than was written.
+pub(super) fn provenance<I: DeserializeOwned>(out: &Path) -> anyhow::Result<Option<Provenance<I>>> {
+    let path = out.join(RUN);
+    let Some(text) = read(&path)? else {
+        return Ok(None);
+    };
+    let found: Provenance<I> = serde_json::from_slice(&text).with_context(|| {
+        format!(
+            "{} is damaged; delete it and the other files of {} and run again",
+            path.display(),
+            out.display()
+        )
+    })?;
+    if found.schema != SCHEMA {
+        bail!(
+            "{}: schema `{}`, expected `{SCHEMA}`",
+            path.display(),
+            found.schema
+        );
+    }
+    Ok(Some(found))
+}
+
+impl<I: Serialize> Folder<I> {
+    /// Takes a folder that is empty, not there yet, or was made by this program.
+    pub(super) fn start(
+        out: &Path,
+        model: String,
+        command: String,
+        inputs: I,
+    ) -> anyhow::Result<Self> {
+        fs::create_dir_all(out).with_context(|| format!("--out {}", out.display()))?;
+        let strangers: Vec<&str> = STAGES
+            .into_iter()
+            .chain(GUARDED)
+            .filter(|name| out.join(name).exists())
+            .collect();
+        if !strangers.is_empty() {
+            bail!(
+                "--out {}: holds {}, and no {RUN} says that hydro gap wrote it; choose another folder or \
+                 move it away",
+                out.display(),
+                strangers.join(", ")
+            );
+        }
+        let folder = Self {
+            path: out.to_owned(),
+            provenance: Provenance {
+                schema: SCHEMA.to_owned(),
+                command,
+                model,
+                inputs,
+                written: BTreeMap::new(),
+            },
+        };
+        folder.save_provenance()?;
+        Ok(folder)
+    }
+
+    /// Goes on with what is there. Nothing that is not as this program left it may stand in the way.
+    pub(super) fn go_on(out: &Path, provenance: Provenance<I>) -> anyhow::Result<Self> {
+        let folder = Self {
+            path: out.to_owned(),
+            provenance,
+        };
+        for name in GUARDED {
+            folder.guard(name)?;
+        }
+        Ok(folder)
+    }
+
+    /// Forgets every stage.
+    pub(super) fn clear(&mut self, inputs: I) -> anyhow::Result<()> {
+        self.provenance.inputs = inputs;
+        for name in STAGES.into_iter().chain([TIMING]) {
+            self.delete(name)?;
+        }
+        for name in GUARDED {
+            self.remove(name)?;
+        }
+        self.save_provenance()
+    }
+
+    /// Path of a file.
+    pub(super) fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// What a stage left; none where it has not run.
+    pub(super) fn product<P: Product>(&self) -> anyhow::Result<Option<P>> {
+        let path = self.file(P::FILE);
+        let Some(text) = read(&path)? else {
+            return Ok(None);
+        };
+        let product: P = serde_json::from_slice(&text).with_context(|| {
+            format!(
+                "{} is damaged; delete it and the stage `{}` runs again",
+                path.display(),
+                P::STAGE
+            )
+        })?;
+        if let Some(schema) = product.schema().filter(|schema| *schema != P::SCHEMA) {
+            bail!(
+                "{}: schema `{schema}`, expected `{}`; delete it and the stage `{}` runs again",
+                path.display(),
+                P::SCHEMA,
+                P::STAGE
+            );
+        }
+        Ok(Some(product))
+    }
+
+    /// Keeps what a stage leaves.
+    pub(super) fn keep<P: Product>(&self, product: &P) -> anyhow::Result<()> {
+        let text = serde_json::to_string_pretty(product)?;
+        // JSON has no NaN: what could not be read back must not be found out at the next start.
+        serde_json::from_str::<P>(&text).with_context(|| {
+            format!(
+                "the stage `{}` gave a number that is not finite, so it cannot be kept",
+                P::STAGE
+            )
+        })?;
+        replace(&self.file(P::FILE), text.as_bytes())
+    }
+
+    /// Deletes what a stage left, so that nothing stale stands beside what is new.
+    pub(super) fn forget<P: Product>(&self) -> anyhow::Result<()> {
+        self.delete(P::FILE)
+    }
+
+    /// Writes a file that other programs read.
+    pub(super) fn write(&mut self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
+        self.guard(name)?;
+        let sha256 = sha256(bytes);
+        let known = self.provenance.written.entry(name.to_owned()).or_default();
+        known.push(sha256.clone());
+        // Both are known while one takes the other's place: a kill in between leaves no stranger.
+        self.save_provenance()?;
+        replace(&self.file(name), bytes)?;
+        self.provenance
+            .written
+            .insert(name.to_owned(), vec![sha256]);
+        self.save_provenance()
+    }
+
+    /// Removes a file that this program wrote.
+    pub(super) fn remove(&mut self, name: &str) -> anyhow::Result<()> {
+        self.guard(name)?;
+        self.delete(name)?;
+        if self.provenance.written.remove(name).is_some() {
+            self.save_provenance()?;
+        }
+        Ok(())
+    }
+
+    /// Writes a file that nobody but this program cares for.
+    pub(super) fn note(&self, name: &str, value: &impl Serialize) -> anyhow::Result<()> {
+        replace(&self.file(name), &serde_json::to_vec_pretty(value)?)
+    }
+
+    /// Keeps what the folder is from.
+    pub(super) fn save_provenance(&self) -> anyhow::Result<()> {
+        self.note(RUN, &self.provenance)
+    }
+
+    /// Refuses where a guarded file is not as this program left it.
+    fn guard(&self, name: &str) -> anyhow::Result<()> {
+        let path = self.file(name);
+        let Some(bytes) = read(&path)? else {
+            return Ok(());
+        };
+        let known = self.provenance.written.get(name);
+        if known.is_some_and(|known| known.contains(&sha256(&bytes))) {
+            return Ok(());
+        }
+        bail!(
+            "{} was not written by hydro gap, or was changed since: it is not overwritten; move it away or \
+             choose another --out",
+            path.display()
+        )
+    }
+
+    fn delete(&self, name: &str) -> anyhow::Result<()> {
+        let path = self.file(name);
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                Err(error).with_context(|| format!("removing {}", path.display()))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A file's bytes; none where there is no file.
+pub(super) fn read(path: &Path) -> anyhow::Result<Option<Vec<u8>>> {
+    match fs::read(path) {
+        Ok(bytes) => Ok(Some(bytes)),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(error).with_context(|| format!("reading {}", path.display())),
+    }
+}
+
+/// Writes beside, and renames: a reader sees the old file or the new one.
+fn replace(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let beside = path.with_file_name(format!(".{name}.part"));
+    let write = || -> std::io::Result<()> {
+        let mut file = fs::File::create(&beside)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        fs::rename(&beside, path)
+    };
+    write().with_context(|| format!("writing {}", path.display()))
+}
+
+/// In hexadecimal digits.
+pub(super) fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
+}

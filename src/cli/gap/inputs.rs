@@ -1,0 +1,211 @@
+//! What the stages depend on, so that a folder of results is only gone on with for the same inputs.
+//!
+//! A held-out trial's file is not opened before `verify`; until then nothing about it counts but its name.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::{Path, PathBuf},
+    time::UNIX_EPOCH,
+};
+
+use anyhow::Context as _;
+use hydro_plugin::trial::{self, Listed, Split};
+use serde::{Deserialize, Serialize};
+
+use super::{folder::sha256, settings::Flags};
+
+/// A file, without its content.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Mark {
+    bytes: u64,
+    /// Time of the last change [ns since 1970].
+    changed: u64,
+}
+
+impl Mark {
+    fn of(path: &Path) -> anyhow::Result<Self> {
+        let read = || -> std::io::Result<Self> {
+            let found = fs::metadata(path)?;
+            let changed = found.modified()?.duration_since(UNIX_EPOCH);
+            Ok(Self {
+                bytes: found.len(),
+                changed: changed.map_or(0, |time| time.as_nanos() as u64),
+            })
+        };
+        read().with_context(|| format!("looking at {}", path.display()))
+    }
+}
+
+/// What the stages depend on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Inputs {
+    /// Version of this program.
+    program: String,
+    model: PathBuf,
+    /// Of the MJCF and of what it includes.
+    model_sha256: String,
+    uncertainty_sha256: Option<String>,
+    holdout: f64,
+    seed: u64,
+    fit: BTreeMap<String, Mark>,
+    /// None until `verify` has read it.
+    held_out: BTreeMap<String, Option<Mark>>,
+}
+
+impl Inputs {
+    /// Looks at the inputs. `known`: those that the folder of results was made from; a held-out trial of
+    /// theirs counts though its file is away.
+    pub(super) fn look(flags: &Flags, known: Option<&Self>) -> anyhow::Result<Self> {
+        let listed = trial::list(&flags.trials)?;
+        let mut names: BTreeSet<String> = listed.iter().map(|one| one.name.clone()).collect();
+        names.extend(
+            known
+                .iter()
+                .flat_map(|known| known.held_out.keys().cloned()),
+        );
+        let names: Vec<String> = names.into_iter().collect();
+        let Split { fit, held_out } = trial::split(&names, flags.holdout, flags.seed);
+        let file = |name: &String| listed.iter().find(|one| one.name == *name);
+        let mut marks = BTreeMap::new();
+        for one in fit.iter().filter_map(file) {
+            marks.insert(one.name.clone(), Mark::of(&one.path)?);
+        }
+        Ok(Self {
+            program: env!("CARGO_PKG_VERSION").to_owned(),
+            model: fs::canonicalize(&flags.model)
+                .with_context(|| format!("--model {}", flags.model.display()))?,
+            model_sha256: model_sha256(&flags.model)?,
+            uncertainty_sha256: flags
+                .uncertainty
+                .as_deref()
+                .map(|path| {
+                    let text = fs::read(path)
+                        .with_context(|| format!("--uncertainty {}", path.display()))?;
+                    Ok::<_, anyhow::Error>(sha256(&text))
+                })
+                .transpose()?,
+            holdout: flags.holdout,
+            seed: flags.seed,
+            fit: marks,
+            held_out: held_out.into_iter().map(|name| (name, None)).collect(),
+        })
+    }
+
+    /// Trials that everything before `verify` uses.
+    pub(super) fn fit_trials(&self) -> Vec<String> {
+        self.fit.keys().cloned().collect()
+    }
+
+    /// Trials that nothing before `verify` opens.
+    pub(super) fn held_out_trials(&self) -> Vec<String> {
+        self.held_out.keys().cloned().collect()
+    }
+
+    /// Notes which held-out files `verify` reads.
+    pub(super) fn note_held_out(&mut self, listed: &[Listed]) -> anyhow::Result<()> {
+        for (name, mark) in &mut self.held_out {
+            if let Some(one) = listed.iter().find(|one| one.name == *name) {
+                *mark = Some(Mark::of(&one.path)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// What differs from the inputs that a folder was made from, in words; `listed` are the files there are
+    /// now.
+    pub(super) fn differences(&self, old: &Self, listed: &[Listed]) -> Vec<String> {
+        let mut found = Vec::new();
+        if self.program != old.program {
+            found.push(format!(
+                "the program is version {}, it was {}",
+                self.program, old.program
+            ));
+        }
+        if self.model != old.model {
+            found.push(format!(
+                "--model is {}, it was {}",
+                self.model.display(),
+                old.model.display()
+            ));
+        } else if self.model_sha256 != old.model_sha256 {
+            found.push(format!("the text of {} has changed", self.model.display()));
+        }
+        if self.uncertainty_sha256 != old.uncertainty_sha256 {
+            found.push("--uncertainty differs".to_owned());
+        }
+        if self.holdout.to_bits() != old.holdout.to_bits() {
+            found.push(format!(
+                "--holdout is {}, it was {}",
+                self.holdout, old.holdout
+            ));
+        }
+        if self.seed != old.seed {
+            found.push(format!("--seed is {}, it was {}", self.seed, old.seed));
+        }
+        let names = |inputs: &Self| -> BTreeSet<String> {
+            inputs
+                .fit
+                .keys()
+                .chain(inputs.held_out.keys())
+                .cloned()
+                .collect()
+        };
+        let (now, before) = (names(self), names(old));
+        for name in now.difference(&before) {
+            found.push(format!("trial `{name}` is new"));
+        }
+        for name in before.difference(&now) {
+            found.push(format!("trial `{name}` is gone"));
+        }
+        for (name, mark) in &self.fit {
+            if old.fit.get(name).is_some_and(|old| old != mark) {
+                found.push(format!("the file of trial `{name}` has changed"));
+            }
+        }
+        for (name, mark) in &old.held_out {
+            let file = listed.iter().find(|one| one.name == *name);
+            let now = file.and_then(|one| Mark::of(&one.path).ok());
+            if let (Some(mark), Some(now)) = (mark, now)
+                && *mark != now
+            {
+                found.push(format!("the file of held-out trial `{name}` has changed"));
+            }
+        }
+        found
+    }
+
+    /// Takes over which held-out files were read.
+    pub(super) fn keep_held_out(&mut self, old: &Self) {
+        self.held_out.clone_from(&old.held_out);
+    }
+}
+
+/// Of a model and all files that it includes, however deep; a missing one is left to the loader to tell.
+fn model_sha256(model: &Path) -> anyhow::Result<String> {
+    let folder = model.parent().unwrap_or(Path::new("."));
+    let mut waiting = vec![model.to_owned()];
+    let mut seen = BTreeSet::new();
+    let mut all = Vec::new();
+    while let Some(path) = waiting.pop() {
+        if !seen.insert(path.clone()) {
+            continue;
+        }
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(error) if path == model => {
+                return Err(error).with_context(|| format!("--model {}", model.display()));
+            }
+            Err(_) => continue,
+        };
+        all.extend_from_slice(text.as_bytes());
+        if let Ok(tree) = roxmltree::Document::parse(&text) {
+            let includes = tree
+                .descendants()
+                .filter(|node| node.has_tag_name("include"))
+                .filter_map(|node| node.attribute("file"));
+            waiting.extend(includes.map(|file| folder.join(file)));
+        }
+    }
+    Ok(sha256(&all))
+}

@@ -1,0 +1,295 @@
+//! The stages with MuJoCo behind them.
+//!
+//! What they share, the trials followed and their sensitivities, is made when the first stage that is not
+//! in the folder asks for it.
+
+use std::{
+    cell::{OnceCell, RefCell},
+    collections::BTreeMap,
+    fs,
+};
+
+use anyhow::{Context as _, bail};
+use hydro_plugin::{
+    effects::{Id, effect},
+    gap::{self, Bench, Naming, Settings, Study, Uncertainty, Watch, stages::Verified},
+    mujoco::MujocoPlant,
+    patch,
+    sim::plant::{Plant, PlantDescription, SensorKind},
+    trial::{self, Listed, SensorQuantity, SensorSignature, Signature, Trial},
+};
+
+use super::{
+    bars::Bars,
+    effects::example,
+    folder::{CANDIDATE, Folder, PATCHED, provenance},
+    inputs::Inputs,
+    lines,
+    run::{self, Candidate, Exam, Reached, Stage, Stages},
+    settings::Flags,
+};
+use crate::cli::{cancel::cancel_on_signal, command_line, print_json, write_line};
+
+/// Runs the stages up to one.
+pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
+    if let Some(threads) = flags.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.into())
+            .build_global()
+            .context("--threads")?;
+    }
+    let mut folder = open(flags)?;
+    let plant = MujocoPlant::load(&flags.model)
+        .with_context(|| format!("--model {}", flags.model.display()))?;
+    let settings = Settings {
+        uncertainty: uncertainty(flags, plant.description())?,
+        seed: flags.seed,
+    };
+    let stop = cancel_on_signal()?;
+    let bars = Bars::default();
+    let tell = |what: &str, done: usize, total: usize| bars.tell(what, done, total);
+    let watch = Watch {
+        stop: &stop,
+        tell: &tell,
+    };
+    let laboratory = Laboratory {
+        flags,
+        plant: &plant,
+        settings: &settings,
+        inputs: folder.provenance.inputs.clone(),
+        signature: signature(plant.description()),
+        remarks: RefCell::default(),
+    };
+    // Declared in this order: each borrows from the one before.
+    let (study, bench, naming) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+    let prepared = |watch: &Watch<'_>| -> anyhow::Result<(&Study<'_>, &Bench<'_>)> {
+        let study = filled(&study, || laboratory.study(watch))?;
+        let bench = filled(&bench, || Ok(study.bench(watch)?))?;
+        Ok((study, bench))
+    };
+    let named = |watch: &Watch<'_>| -> anyhow::Result<&Naming> {
+        let (study, bench) = prepared(watch)?;
+        filled(&naming, || Ok(gap::name(study, bench, watch)?))
+    };
+    let stages = Stages {
+        find: Box::new(|watch| {
+            let (study, bench) = prepared(watch)?;
+            let held_out = laboratory.inputs.held_out_trials();
+            let mut found = gap::find(study, bench, &held_out, watch)?;
+            let noticed = laboratory.remarks.take();
+            found.remarks.splice(0..0, noticed);
+            Ok(found)
+        }),
+        name: Box::new(|_, watch| Ok(named(watch)?.named.clone())),
+        add: Box::new(|_, _, watch| {
+            let (study, bench) = prepared(watch)?;
+            match gap::add(study, bench, named(watch)?) {
+                Some(addition) => laboratory.candidate(addition).map(Some),
+                None => Ok(None),
+            }
+        }),
+        verify: Box::new(|exam, watch| laboratory.verify(exam, watch)),
+    };
+    let note = |inputs: &mut Inputs| inputs.note_held_out(&trial::list(&flags.trials)?);
+    let reached = run::run(&mut folder, &stages, until, &watch, note);
+    bars.finish();
+    tell_of(&reached?, flags)
+}
+
+/// The folder of results: gone on with where the inputs are the same.
+fn open(flags: &Flags) -> anyhow::Result<Folder<Inputs>> {
+    let known = provenance::<Inputs>(&flags.out)?;
+    let mut inputs = Inputs::look(flags, known.as_ref().map(|known| &known.inputs))?;
+    let Some(mut known) = known else {
+        let model = flags.model.display().to_string();
+        return Folder::start(&flags.out, model, command_line(), inputs);
+    };
+    let differences = inputs.differences(&known.inputs, &trial::list(&flags.trials)?);
+    if differences.is_empty() {
+        inputs.keep_held_out(&known.inputs);
+        known.command = command_line();
+        let mut folder = Folder::go_on(&flags.out, known)?;
+        if flags.overwrite {
+            folder.clear(inputs)?;
+        }
+        return Ok(folder);
+    }
+    if !flags.overwrite {
+        bail!(
+            "--out {} holds results of other inputs: {}; --overwrite starts anew, or choose another --out",
+            flags.out.display(),
+            differences.join("; ")
+        );
+    }
+    (known.command, known.model) = (command_line(), flags.model.display().to_string());
+    // What an old run knew of a held-out trial that is away now is of no use.
+    let inputs = Inputs::look(flags, None)?;
+    let mut folder = Folder::go_on(&flags.out, known)?;
+    folder.clear(inputs)?;
+    Ok(folder)
+}
+
+fn uncertainty(flags: &Flags, model: &PlantDescription) -> anyhow::Result<Uncertainty> {
+    let Some(path) = &flags.uncertainty else {
+        return Ok(Uncertainty::default());
+    };
+    let place = || format!("--uncertainty {}", path.display());
+    let text = fs::read_to_string(path).with_context(place)?;
+    Uncertainty::parse(&text, &model.knobs).with_context(place)
+}
+
+/// The value of a cell, made on the first call.
+fn filled<T>(cell: &OnceCell<T>, make: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<&T> {
+    if let Some(value) = cell.get() {
+        return Ok(value);
+    }
+    let value = make()?;
+    Ok(cell.get_or_init(|| value))
+}
+
+/// What every stage starts from.
+struct Laboratory<'a> {
+    flags: &'a Flags,
+    plant: &'a MujocoPlant,
+    settings: &'a Settings,
+    inputs: Inputs,
+    signature: Signature,
+    /// What was noticed in the trials that were read last.
+    remarks: RefCell<Vec<String>>,
+}
+
+impl<'a> Laboratory<'a> {
+    fn study(&self, watch: &Watch<'_>) -> anyhow::Result<Study<'a>> {
+        let trials = self.read(&self.inputs.fit_trials())?;
+        Ok(Study::prepare(
+            self.plant,
+            trials,
+            self.settings.clone(),
+            watch,
+        )?)
+    }
+
+    /// Reads trials by name; what is noticed is kept for the report.
+    fn read(&self, names: &[String]) -> anyhow::Result<Vec<Trial>> {
+        let listed = trial::list(&self.flags.trials)?;
+        let mut noticed: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        let mut trials = Vec::with_capacity(names.len());
+        for name in names {
+            let Some(file) = listed.iter().find(|one| one.name == *name) else {
+                bail!(
+                    "--trials {}: the trial `{name}` is not there; there are {}",
+                    self.flags.trials.display(),
+                    names_of(&listed)
+                );
+            };
+            let (trial, remarks) = trial::read(&file.path, &self.signature)?;
+            for remark in remarks {
+                noticed.entry(remark.text).or_default().push(name.clone());
+            }
+            trials.push(trial);
+        }
+        *self.remarks.borrow_mut() = noticed
+            .into_iter()
+            .map(|(text, trials)| format!("{text} (trials {})", trials.join(", ")))
+            .collect();
+        Ok(trials)
+    }
+
+    /// The text of the candidate, and how it differs from the nominal model.
+    fn candidate(&self, addition: gap::Addition) -> anyhow::Result<Candidate> {
+        let patched = patch::patch(&patch::Request {
+            nominal: &self.flags.model,
+            entries: &addition.entries,
+            description: self.plant.description(),
+            names: parameter_names,
+            search: &[],
+        })?;
+        let nominal = fs::read_to_string(&self.flags.model)
+            .with_context(|| format!("--model {}", self.flags.model.display()))?;
+        let mut added = addition.added;
+        let name = self.flags.model.file_name().unwrap_or_default();
+        let names = (&*name.to_string_lossy(), PATCHED);
+        added.diff = patch::unified(&nominal, &patched.xml, names);
+        added.model = Some(PATCHED.to_owned());
+        added.remarks.extend(patched.remarks);
+        Ok(Candidate {
+            added,
+            xml: patched.xml,
+        })
+    }
+
+    fn verify(&self, exam: &Exam<'_>, watch: &Watch<'_>) -> anyhow::Result<Option<Verified>> {
+        let held_out = self.inputs.held_out_trials();
+        if held_out.is_empty() {
+            return Ok(None);
+        }
+        // Without an addition the nominal model is compared with itself: its error is worth knowing.
+        let path = exam.candidate.unwrap_or(&self.flags.model);
+        let after = MujocoPlant::load(path)
+            .with_context(|| format!("the patched model {}", path.display()))?;
+        let none = BTreeMap::new();
+        let trials = self.read(&held_out)?;
+        let mut verified = gap::verify(
+            self.plant,
+            &after,
+            exam.added.map_or(&none, |added| &added.sensors),
+            trials,
+            &exam.found.channels,
+            self.settings,
+            watch,
+        )?;
+        verified.remarks.extend(self.remarks.take());
+        Ok(Some(verified))
+    }
+}
+
+fn names_of(listed: &[Listed]) -> String {
+    let names: Vec<&str> = listed.iter().map(|one| one.name.as_str()).collect();
+    names.join(", ")
+}
+
+/// Names of an effect's parameters; they do not depend on the target's size.
+fn parameter_names(id: Id) -> Vec<String> {
+    let effect = effect(id);
+    effect
+        .parameters(&example(effect.card().target))
+        .into_iter()
+        .map(|parameter| parameter.name)
+        .collect()
+}
+
+/// What a trial has to fit.
+fn signature(model: &PlantDescription) -> Signature {
+    let sensors = model.sensors.iter().map(|sensor| SensorSignature {
+        name: sensor.name.clone(),
+        dim: sensor.len,
+        kind: match sensor.kind {
+            SensorKind::Quaternion => SensorQuantity::Quaternion,
+            SensorKind::JointPosition if sensor.unit == "rad" => SensorQuantity::Angle,
+            _ => SensorQuantity::Other,
+        },
+    });
+    Signature {
+        actuators: model.actuators.iter().map(|a| a.name.clone()).collect(),
+        sensors: sensors.collect(),
+        state_len: model.state_len,
+        timestep: model.timestep,
+    }
+}
+
+/// The last word.
+fn tell_of(reached: &Reached, flags: &Flags) -> anyhow::Result<()> {
+    match (reached, flags.json) {
+        (Reached::Found(found), true) => print_json(found),
+        (Reached::Named(named), true) => print_json(named),
+        (Reached::Added(added), true) => print_json(added),
+        (Reached::Verdict(record), true) => print_json(&record.verdict),
+        (Reached::Found(found), false) => write_line(&lines::found(found)),
+        (Reached::Named(named), false) => write_line(&lines::named(named)),
+        (Reached::Added(added), false) => {
+            let candidate = flags.out.join(CANDIDATE);
+            write_line(&lines::added((**added).as_ref(), &candidate))
+        }
+        (Reached::Verdict(record), false) => write_line(&lines::ten_lines(record, &flags.out)),
+    }
+}
