@@ -12,7 +12,7 @@ use anyhow::{Context, bail};
 use hydro_plugin::{
     effects::{Id, catalogue},
     gap::{self, Settings, Study, Uncertainty, Watch, stages::Record},
-    mujoco::MujocoPlant,
+    mujoco::plant::MujocoPlant,
     patch,
     sim::plant::{Plant, PlantDescription, SensorKind},
     trial::{self, SensorQuantity, SensorSignature, Signature, Trial},

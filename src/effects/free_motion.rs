@@ -1,8 +1,10 @@
 //! Bodies that move freely under an effect: what theory conserves, and a composite body beside a payload.
 
-use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Quaternion, SVector, UnitQuaternion, Vector3, Vector6};
 
-use super::{BodyPart, Motion, WaterPart, added_mass, fixture::still, payload, wall_proximity, waves};
+use super::{
+    BodyPart, Motion, WaterPart, added_mass, fixture::still, payload, wall_proximity, waves,
+};
 
 /// A rigid body in the vacuum, with the effect's inertia and wrench added: what a simulator does.
 struct Body<'a> {
@@ -51,12 +53,13 @@ impl Body<'_> {
         total
             .fixed_view_mut::<3, 3>(0, 0)
             .copy_from(&(Matrix3::identity() * m));
-        total
-            .fixed_view_mut::<3, 3>(0, 3)
-            .copy_from(&(-m * lever));
+        total.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-m * lever));
         total.fixed_view_mut::<3, 3>(3, 0).copy_from(&(m * lever));
         total.fixed_view_mut::<3, 3>(3, 3).copy_from(&about_origin);
-        total += self.part.inertia(self.p, &motion).unwrap_or_else(Matrix6::zeros);
+        total += self
+            .part
+            .inertia(self.p, &motion)
+            .unwrap_or_else(Matrix6::zeros);
 
         let gravity = state.attitude.inverse() * Vector3::from(motion.gravity);
         let force = m * (gravity - omega.cross(&omega.cross(&c)));
@@ -70,32 +73,29 @@ impl Body<'_> {
         )
     }
 
+    /// Position, velocity, attitude and angular velocity change at these rates.
+    fn rate(&self, state: &State) -> SVector<f64, 13> {
+        let (linear, angular) = self.acceleration(state);
+        let spin = state.attitude.quaternion() * Quaternion::from_imag(0.5 * state.angular);
+        let parts = [state.velocity, linear, angular];
+        SVector::from_iterator(parts.iter().flatten().chain(spin.coords.iter()).copied())
+    }
+
     /// One step of the classical fourth-order Runge-Kutta method.
     fn step(&self, state: &State, step: f64) -> State {
-        let ahead = |by: f64, rate: &(State, Vector3<f64>, Vector3<f64>)| State {
-            position: state.position + by * rate.0.velocity,
-            velocity: state.velocity + by * rate.1,
-            attitude: state.attitude * UnitQuaternion::from_scaled_axis(by * rate.0.angular),
-            angular: state.angular + by * rate.2,
+        let ahead = |by: f64, rate: &SVector<f64, 13>| State {
+            position: state.position + by * rate.fixed_rows::<3>(0),
+            velocity: state.velocity + by * rate.fixed_rows::<3>(3),
+            angular: state.angular + by * rate.fixed_rows::<3>(6),
+            attitude: UnitQuaternion::from_quaternion(Quaternion::from_vector(
+                state.attitude.coords + by * rate.fixed_rows::<4>(9),
+            )),
         };
-        let rate = |state: State| {
-            let (linear, angular) = self.acceleration(&state);
-            (state, linear, angular)
-        };
-        let first = rate(*state);
-        let second = rate(ahead(0.5 * step, &first));
-        let third = rate(ahead(0.5 * step, &second));
-        let fourth = rate(ahead(step, &third));
-        let mean = |of: &dyn Fn(&(State, Vector3<f64>, Vector3<f64>)) -> Vector3<f64>| {
-            (of(&first) + 2.0 * of(&second) + 2.0 * of(&third) + of(&fourth)) / 6.0
-        };
-        State {
-            position: state.position + step * mean(&|rate| rate.0.velocity),
-            velocity: state.velocity + step * mean(&|rate| rate.1),
-            attitude: state.attitude
-                * UnitQuaternion::from_scaled_axis(step * mean(&|rate| rate.0.angular)),
-            angular: state.angular + step * mean(&|rate| rate.2),
-        }
+        let first = self.rate(state);
+        let second = self.rate(&ahead(0.5 * step, &first));
+        let third = self.rate(&ahead(0.5 * step, &second));
+        let fourth = self.rate(&ahead(step, &third));
+        ahead(step, &((first + 2.0 * (second + third) + fourth) / 6.0))
     }
 
     fn run(&self, mut state: State, step: f64, until: f64) -> State {
@@ -113,12 +113,13 @@ impl Body<'_> {
         let own = self.mass * at_centre.norm_squared()
             + state.angular.dot(&(self.inertia * state.angular));
         let velocity = Vector6::from_iterator(motion.linear.into_iter().chain(motion.angular));
-        let added = self.part.inertia(self.p, &motion).unwrap_or_else(Matrix6::zeros) * velocity;
+        let added = self
+            .part
+            .inertia(self.p, &motion)
+            .unwrap_or_else(Matrix6::zeros)
+            * velocity;
         let impulse = self.mass * at_centre + added.fixed_rows::<3>(0);
-        (
-            0.5 * (own + velocity.dot(&added)),
-            state.attitude * impulse,
-        )
+        (0.5 * (own + velocity.dot(&added)), state.attitude * impulse)
     }
 }
 
@@ -138,8 +139,7 @@ fn weightless() -> Motion {
 }
 
 /// Kirchhoff: energy and impulse of body and water are conserved, however far the added mass, five times
-/// the body's, is from the origin. (With Fossen's derivative of components in place of the acceleration
-/// that the world sees, neither is.)
+/// the body's, is from the origin.
 #[test]
 fn a_body_with_much_added_mass_keeps_energy_and_impulse() {
     let mut around = weightless();
@@ -155,10 +155,22 @@ fn a_body_with_much_added_mass_keeps_energy_and_impulse() {
     };
     let start = thrown();
     let end = body.run(start, 0.002, 4.0);
-    let (before, after) = (body.energy_and_impulse(&start), body.energy_and_impulse(&end));
-    assert!((after.0 / before.0 - 1.0).abs() < 1e-6, "{before:?} {after:?}");
-    assert!((after.1 - before.1).norm() < 1e-6 * before.1.norm(), "{before:?} {after:?}");
-    assert!((end.velocity - start.velocity).norm() > 0.1, "it should tumble");
+    let (before, after) = (
+        body.energy_and_impulse(&start),
+        body.energy_and_impulse(&end),
+    );
+    assert!(
+        (after.0 / before.0 - 1.0).abs() < 1e-6,
+        "{before:?} {after:?}"
+    );
+    assert!(
+        (after.1 - before.1).norm() < 1e-6 * before.1.norm(),
+        "{before:?} {after:?}"
+    );
+    assert!(
+        (end.velocity - start.velocity).norm() > 0.1,
+        "it should tumble"
+    );
 }
 
 /// Lagrange: near a wall the added mass changes with distance, and energy is still conserved.
@@ -178,9 +190,19 @@ fn an_added_mass_that_grows_near_a_wall_keeps_energy() {
     let mut start = thrown();
     start.velocity = Vector3::new(0.4, -0.3, 0.1);
     let end = body.run(start, 0.002, 2.5);
-    let (before, after) = (body.energy_and_impulse(&start), body.energy_and_impulse(&end));
-    assert!(end.position.y > 0.0 && end.position.y < 0.7, "{}", end.position.y);
-    assert!((after.0 / before.0 - 1.0).abs() < 1e-6, "{before:?} {after:?}");
+    let (before, after) = (
+        body.energy_and_impulse(&start),
+        body.energy_and_impulse(&end),
+    );
+    assert!(
+        end.position.y > 0.0 && end.position.y < 0.7,
+        "{}",
+        end.position.y
+    );
+    assert!(
+        (after.0 / before.0 - 1.0).abs() < 1e-6,
+        "{before:?} {after:?}"
+    );
 }
 
 /// A payload against the composite rigid body, thrown in gravity: its centre of mass flies a parabola, and
@@ -205,9 +227,7 @@ fn a_payload_moves_as_the_composite_body() {
     // One body: common centre, both inertias moved to it, an effect that is none.
     let total = mass + p[0];
     let centre = place * p[0] / total;
-    let moved = |mass: f64, arm: Vector3<f64>| {
-        -mass * arm.cross_matrix() * arm.cross_matrix()
-    };
+    let moved = |mass: f64, arm: Vector3<f64>| -mass * arm.cross_matrix() * arm.cross_matrix();
     let composite = Body {
         mass: total,
         inertia: inertia + moved(mass, centre) + moved(p[0], place - centre),
@@ -222,11 +242,9 @@ fn a_payload_moves_as_the_composite_body() {
     assert!(end.attitude.angle_to(&same.attitude) < 1e-9);
 
     let centre_at = |state: &State| state.position + state.attitude * centre;
-    let centre_velocity =
-        start.velocity + start.attitude * start.angular.cross(&centre);
-    let parabola = centre_at(&start)
-        + 2.0 * centre_velocity
-        + 0.5 * 4.0 * Vector3::from(still().gravity);
+    let centre_velocity = start.velocity + start.attitude * start.angular.cross(&centre);
+    let parabola =
+        centre_at(&start) + 2.0 * centre_velocity + 0.5 * 4.0 * Vector3::from(still().gravity);
     assert!((centre_at(&end) - parabola).norm() < 1e-6);
 }
 
