@@ -53,11 +53,11 @@ impl Effect for AddedMass {
 }
 
 impl Law for AddedMass {
-    fn wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
+    fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         kirchhoff([p[0], p[1], p[2]], [p[3], p[4], p[5]], flow)
     }
 
-    fn inertia(&self, p: &Parameters<f64>, flow: &Flow<f64>) -> Option<Matrix6<f64>> {
+    fn added_inertia(&self, p: &Parameters<f64>, flow: &Flow<f64>) -> Option<Matrix6<f64>> {
         Some(inertia_at(
             [p[0], p[1], p[2]],
             [p[3], p[4], p[5]],
@@ -96,9 +96,7 @@ pub(super) fn inertia_at(mass: [f64; 3], inertia: [f64; 3], point: [f64; 3]) -> 
     let inertia = Matrix3::from_diagonal(&Vector3::from(inertia));
     let lever = Vector3::from(point).cross_matrix();
     let mut about_origin = Matrix6::zeros();
-    about_origin
-        .fixed_view_mut::<3, 3>(0, 0)
-        .copy_from(&mass);
+    about_origin.fixed_view_mut::<3, 3>(0, 0).copy_from(&mass);
     about_origin
         .fixed_view_mut::<3, 3>(0, 3)
         .copy_from(&(-mass * lever));

@@ -1,9 +1,11 @@
 //! Every effect by its name.
 
 use super::{
-    Effect, Id, added_mass, basset_history, buoyancy_offset, constant_force, cross_flow_drag,
-    current, free_surface, lift, linear_drag, munk_moment, net_buoyancy, payload, quadratic_drag,
-    wake_memory, wall_proximity, waves,
+    Effect, Id, actuator_deadband, actuator_delay, actuator_gain, actuator_lag, added_mass,
+    basset_history, buoyancy_offset, constant_force, cross_flow_drag, current, free_surface,
+    inflow_thrust_loss, joint_backlash, joint_damping, joint_friction, joint_stiffness, lift,
+    linear_drag, munk_moment, net_buoyancy, payload, quadratic_drag, sensor_bias, sensor_delay,
+    sensor_scale, wake_memory, wall_proximity, waves,
 };
 
 /// The effect of a name.
@@ -24,6 +26,18 @@ pub fn effect(id: Id) -> &'static dyn Effect {
         Id::FreeSurface => &free_surface::EFFECT,
         Id::WallProximity => &wall_proximity::EFFECT,
         Id::Waves => &waves::EFFECT,
+        Id::ActuatorGain => &actuator_gain::EFFECT,
+        Id::ActuatorDeadband => &actuator_deadband::EFFECT,
+        Id::ActuatorLag => &actuator_lag::EFFECT,
+        Id::ActuatorDelay => &actuator_delay::EFFECT,
+        Id::InflowThrustLoss => &inflow_thrust_loss::EFFECT,
+        Id::JointFriction => &joint_friction::EFFECT,
+        Id::JointDamping => &joint_damping::EFFECT,
+        Id::JointStiffness => &joint_stiffness::EFFECT,
+        Id::JointBacklash => &joint_backlash::EFFECT,
+        Id::SensorBias => &sensor_bias::EFFECT,
+        Id::SensorDelay => &sensor_delay::EFFECT,
+        Id::SensorScale => &sensor_scale::EFFECT,
         Id::ConstantForce => &constant_force::EFFECT,
     }
 }

@@ -8,21 +8,54 @@ pub mod actuator_deadband;
 pub mod actuator_delay;
 pub mod actuator_gain;
 pub mod actuator_lag;
+pub mod added_mass;
+mod axes;
+pub mod basset_history;
+mod body_scale;
+pub mod buoyancy_offset;
 pub mod card;
+pub mod catalogue;
+pub mod constant_force;
+pub mod cross_flow_drag;
+pub mod current;
+mod ellipsoid;
+#[cfg(test)]
+mod fixture;
+mod flow;
+#[cfg(test)]
+mod free_motion;
+pub mod free_surface;
 pub mod inflow_thrust_loss;
 pub mod joint_backlash;
 pub mod joint_damping;
 pub mod joint_friction;
 mod joint_scale;
 pub mod joint_stiffness;
+mod law;
+pub mod lift;
+pub mod linear_drag;
 pub mod motion;
+pub mod munk_moment;
+mod nearest;
+pub mod net_buoyancy;
 mod parameter;
+pub mod payload;
+mod proximity;
+pub mod quadratic_drag;
 pub mod sensor_bias;
 pub mod sensor_delay;
 pub mod sensor_scale;
+pub mod set;
+#[cfg(test)]
+mod tests;
+pub mod wake_memory;
+pub mod wall_proximity;
+pub mod waves;
 
 pub use card::{Card, Id, Parameter, Placement, Target, TargetKind};
+pub use catalogue::{all, effect};
 pub use motion::Motion;
+pub use set::{EffectSet, SetError, Targets};
 
 use nalgebra::Matrix6;
 
@@ -40,6 +73,10 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
 
 /// What an effect does, by what it acts on.
 #[derive(Clone, Copy)]
+#[expect(
+    missing_debug_implementations,
+    reason = "the effect itself, which holds the part, has one"
+)]
 pub enum Part<'a> {
     /// A wrench on a body.
     Body(&'a dyn BodyPart),

@@ -49,7 +49,7 @@ impl Effect for NetBuoyancy {
 impl Law for NetBuoyancy {
     const DAMPS: bool = false;
 
-    fn wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
+    fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         let (up, _) = flow.up();
         let force = scaled(p[0], constant(up));
         about_origin(force, [D::from(0.0); 3], constant(flow.centre()))
@@ -68,7 +68,8 @@ mod tests {
         let mut motion = fixture::still();
         motion.centre = [0.2, 0.0, 0.0];
         // A quarter turn about x: the world's up is the body's y.
-        motion.world_from_base = UnitQuaternion::from_euler_angles(0.5 * std::f64::consts::PI, 0.0, 0.0);
+        motion.world_from_base =
+            UnitQuaternion::from_euler_angles(0.5 * std::f64::consts::PI, 0.0, 0.0);
         let wrench = EFFECT.wrench(&[3.0], &motion, &[]);
         let expected = [0.0, 3.0, 0.0, 0.0, 0.0, 0.6];
         for (found, expected) in wrench.iter().zip(expected) {
