@@ -25,13 +25,17 @@ use super::{
     walls, wrench,
 };
 use crate::{
-    effects::Motion,
+    effects::{Id, Motion},
     frames,
     plugin::{
         Bound,
         bound::{Acting, WetBody},
     },
 };
+
+/// Effects whose force turns with the body's own motion and resists nothing: the derivative is no drag,
+/// and an implicit step with it would only be less exact.
+const GYROSCOPIC: [Id; 3] = [Id::AddedMass, Id::Payload, Id::MunkMoment];
 
 /// Effects with their memory.
 #[derive(Clone, Copy)]
@@ -143,7 +147,9 @@ impl Frame {
         self.columns
             .iter()
             .zip(&wet.dofs)
-            .fold(Vector6::zeros(), |sum, (column, dof)| sum + column * x[*dof])
+            .fold(Vector6::zeros(), |sum, (column, dof)| {
+                sum + column * x[*dof]
+            })
     }
 }
 
@@ -187,6 +193,7 @@ fn body_load<'a>(
             inertia = Some(inertia.unwrap_or_default() + more);
         }
         if !data.model().runge_kutta()
+            && !GYROSCOPIC.contains(&acting.effect.card().id)
             && let Some(more) = part.damping(&acting.parameters, &motion, memory)
         {
             damping = Some(damping.unwrap_or_default() + more);
@@ -468,10 +475,14 @@ fn moving_water(
         .find(|source| !source.bound.water.is_empty());
     for displacing in knows.map_or(&[][..], |source| &source.bound.displacing) {
         let rotation = rotation(data.xmat(), displacing.body);
-        let at = vector(data.xpos(), displacing.body)
-            + rotation * Vector3::from(displacing.middle);
+        let at = vector(data.xpos(), displacing.body) + rotation * Vector3::from(displacing.middle);
         let rate = water.acceleration(at);
-        each(displacing.body, at, rate * displacing.mass, Vector3::zeros());
+        each(
+            displacing.body,
+            at,
+            rate * displacing.mass,
+            Vector3::zeros(),
+        );
     }
     if !data.model().has_fluid() {
         return;

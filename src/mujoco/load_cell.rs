@@ -334,9 +334,14 @@ fn add_native(data: &DataView<'_>, body: usize, water: &mut About) {
         water.add(vector(data.xipos(), body), force, Vector3::zeros());
     }
     let wind = Vector3::from(option.wind);
-    native::loads(data, body, |_| wind, |at, force, torque| {
-        water.add(at, force, torque);
-    });
+    native::loads(
+        data,
+        body,
+        |_| wind,
+        |at, force, torque| {
+            water.add(at, force, torque);
+        },
+    );
 }
 
 #[cfg(test)]

@@ -22,7 +22,10 @@ pub(super) fn velocity(
 ) -> (Vector3<f64>, Vector3<f64>) {
     let velocity = &data.cvel()[6 * body..6 * body + 6];
     let angular = Vector3::new(velocity[0], velocity[1], velocity[2]);
-    let centre = vector(data.subtree_com(), data.model().body_rootid()[body] as usize);
+    let centre = vector(
+        data.subtree_com(),
+        data.model().body_rootid()[body] as usize,
+    );
     let linear =
         Vector3::new(velocity[3], velocity[4], velocity[5]) + angular.cross(&(at - centre));
     (linear, angular)

@@ -116,9 +116,8 @@ pub(super) fn sensors(model: ModelView<'_>) -> Vec<PlantSensor> {
 fn sensor(model: ModelView<'_>, id: usize) -> PlantSensor {
     let object = model.sensor_objid()[id];
     let joint_slides = || {
-        usize::try_from(object).is_ok_and(|joint| {
-            model.jnt_type()[joint] as u32 == super::bindings::mjJNT_SLIDE
-        })
+        usize::try_from(object)
+            .is_ok_and(|joint| model.jnt_type()[joint] as u32 == super::bindings::mjJNT_SLIDE)
     };
     let turn_or_way = |turn, way| if joint_slides() { way } else { turn };
     let code = model.sensor_type()[id] as u32;
@@ -126,9 +125,7 @@ fn sensor(model: ModelView<'_>, id: usize) -> PlantSensor {
         code if code == mjSENS_FRAMEPOS => (SensorKind::Position, "m"),
         code if code == mjSENS_FRAMEQUAT => (SensorKind::Quaternion, "1"),
         code if code == mjSENS_JOINTPOS => (SensorKind::JointPosition, turn_or_way("rad", "m")),
-        code if code == mjSENS_JOINTVEL => {
-            (SensorKind::JointVelocity, turn_or_way("rad/s", "m/s"))
-        }
+        code if code == mjSENS_JOINTVEL => (SensorKind::JointVelocity, turn_or_way("rad/s", "m/s")),
         code if code == mjSENS_GYRO || code == mjSENS_FRAMEANGVEL => {
             (SensorKind::AngularVelocity, "rad/s")
         }
@@ -150,10 +147,7 @@ fn sensor(model: ModelView<'_>, id: usize) -> PlantSensor {
             | SensorKind::AngularVelocity
             | SensorKind::LinearVelocity
     );
-    let of_joint = matches!(
-        kind,
-        SensorKind::JointPosition | SensorKind::JointVelocity
-    );
+    let of_joint = matches!(kind, SensorKind::JointPosition | SensorKind::JointVelocity);
     PlantSensor {
         name: model.label(mjOBJ_SENSOR as i32, "sensor", id),
         kind,

@@ -113,8 +113,7 @@ fn volume_of<I: Iterator<Item = usize>>(
 /// inertia where it has no geoms.
 pub(super) fn box_of(model: ModelView<'_>, body: usize) -> ([f64; 3], [f64; 3]) {
     let welded = (body..model.bodies()).filter(|link| {
-        model.hangs_below(*link, body)
-            && model.body_weldid()[*link] == model.body_weldid()[body]
+        model.hangs_below(*link, body) && model.body_weldid()[*link] == model.body_weldid()[body]
     });
     let (mut low, mut high) = (
         Vector3::repeat(f64::INFINITY),
@@ -157,7 +156,8 @@ pub(super) fn body(model: ModelView<'_>, body: usize, density: f64) -> BodyScale
         mass += of_link;
         let rotation = *at.rotation.to_rotation_matrix().matrix();
         let moments = Vector3::from(ModelView::triple(model.body_inertia(), link));
-        let turned: Matrix3<f64> = rotation * Matrix3::from_diagonal(&moments) * rotation.transpose();
+        let turned: Matrix3<f64> =
+            rotation * Matrix3::from_diagonal(&moments) * rotation.transpose();
         let arm = at.translation.vector;
         for axis in 0..3 {
             let square = arm.norm_squared() - arm[axis] * arm[axis];
@@ -228,7 +228,7 @@ impl Found {
         match self {
             Self::Body(id) => Target::Body(body(model, id, density)),
             Self::Joint(id) => Target::Joint(joint(model, id)),
-            Self::Actuator(_) => Target::Actuator(actuator(model)),
+            Self::Actuator(id) => Target::Actuator(actuator(model, id)),
         }
     }
 }
@@ -264,10 +264,18 @@ fn largest_force(model: ModelView<'_>, id: usize) -> Option<f64> {
     })
 }
 
-/// Sizes of an actuator, of a model with this step [s].
-pub(super) fn actuator(model: ModelView<'_>) -> ActuatorScale {
+/// Sizes of an actuator. Its largest command is the limit of its control; where there is none, larger
+/// than any.
+fn actuator(model: ModelView<'_>, id: usize) -> ActuatorScale {
+    const UNLIMITED: f64 = 1e6;
+    let limit = address(model, id).and_then(|address| {
+        // SAFETY: one flag a control.
+        let limited = unsafe { ModelView::flag(model.raw().actuator_ctrllimited, address.control) };
+        let range = &model.actuator_ctrlrange()[2 * address.control..][..2];
+        limited.then(|| range[0].abs().max(range[1].abs()))
+    });
     ActuatorScale {
-        command: 0.0,
+        command: limit.unwrap_or(UNLIMITED),
         inflow: 0.0,
         step: model.raw().opt.timestep,
     }

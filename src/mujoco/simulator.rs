@@ -215,7 +215,10 @@ impl Model {
             let buffer = error.as_mut_ptr().cast::<c_char>();
             (functions.mj_parseXML)(name.as_ptr(), std::ptr::null(), buffer, ERROR_LEN as i32)
         };
-        let spec = Spec(NonNull::new(spec).ok_or_else(|| refused(path, &error))?, api);
+        let spec = Spec(
+            NonNull::new(spec).ok_or_else(|| refused(path, &error))?,
+            api,
+        );
         let compile = || {
             // SAFETY: a live spec, no virtual files; the error is a C string of the spec.
             unsafe {
@@ -255,9 +258,8 @@ impl Model {
     #[cfg(mujoco_plugins)]
     pub(super) fn try_clone(&self) -> Result<Self, SimulatorError> {
         // SAFETY: a live model; null asks for a new one.
-        let copy = unsafe {
-            (self.api.functions.mj_copyModel)(std::ptr::null_mut(), self.model.as_ptr())
-        };
+        let copy =
+            unsafe { (self.api.functions.mj_copyModel)(std::ptr::null_mut(), self.model.as_ptr()) };
         let model = NonNull::new(copy).ok_or_else(|| SimulatorError::Model {
             path: PathBuf::new(),
             reason: "no memory for a copy of the model".to_owned(),

@@ -91,7 +91,8 @@ impl FeatureMap {
     ) {
         let attitude = self.base.world_from_base(qpos);
         let (linear_in_world, angular) = self.base.velocity(qvel);
-        let relative = [0, 1, 2].map(|axis| linear_in_world[axis] - self.current[axis] - water[axis]);
+        let relative =
+            [0, 1, 2].map(|axis| linear_in_world[axis] - self.current[axis] - water[axis]);
         let linear = frames::base_from_world(attitude, relative);
         let before = previous
             .zip(self.quaternion)
@@ -305,7 +306,13 @@ mod tests {
         let features =
             FeatureMap::new(&layout, &["knee".into()], None, &body, 1000.0, [0.0; 3]).unwrap();
         let mut sample = [0.0; 3];
-        features.sample(&[9.0, 9.0, 0.4], &[0.3, -0.1, 5.0], [0.0; 3], None, &mut sample);
+        features.sample(
+            &[9.0, 9.0, 0.4],
+            &[0.3, -0.1, 5.0],
+            [0.0; 3],
+            None,
+            &mut sample,
+        );
         assert_eq!(sample, [0.4, 0.3, -0.1]);
     }
 }

@@ -24,9 +24,9 @@ pub mod search;
 pub mod waterline;
 
 pub use attributes::{AttributeError, InitialForce, Settings};
+pub use body::{Base, Body, BodyError, Joint, JointKind};
 pub use bound::Bound;
 pub use carrier::Carrier;
-pub use body::{Base, Body, BodyError, Joint, JointKind};
 pub use features::FeatureMap;
 pub use instance::{Instance, Moment, Notice};
 pub use registry::{InstanceKey, Registry, SetupError};
