@@ -10,7 +10,11 @@ use std::{
 
 use anyhow::{Context, bail};
 use hydro_plugin::{
-    effects::{Id, catalogue},
+    effects::{
+        Id, Target, TargetKind,
+        card::{ActuatorScale, BodyScale, JointScale, SensorScale},
+        catalogue,
+    },
     gap::{self, Settings, Study, Uncertainty, Watch, stages::Record},
     mujoco::plant::MujocoPlant,
     patch,
@@ -65,8 +69,46 @@ fn signature(model: &PlantDescription) -> Signature {
     }
 }
 
+/// Names of an effect's parameters, in their order; they do not depend on the target's sizes.
 fn names(id: Id) -> Vec<String> {
-    catalogue::parameter_names(id)
+    let effect = catalogue::effect(id);
+    let target = example(effect.card().target);
+    effect.parameters(&target).into_iter().map(|p| p.name).collect()
+}
+
+/// A target of plain sizes.
+fn example(kind: TargetKind) -> Target {
+    match kind {
+        TargetKind::Body => Target::Body(BodyScale {
+            mass: 1.0,
+            inertia: [1.0; 3],
+            extent: [1.0; 3],
+            volume: 1e-3,
+            density: 1000.0,
+            gravity: 9.81,
+            speed: 1.0,
+            rate: 1.0,
+        }),
+        TargetKind::Joint => Target::Joint(JointScale {
+            inertia: 1.0,
+            torque: 1.0,
+            speed: 1.0,
+            travel: 1.0,
+            slides: false,
+        }),
+        TargetKind::Actuator => Target::Actuator(ActuatorScale {
+            command: 1.0,
+            inflow: 1.0,
+            step: 0.002,
+        }),
+        TargetKind::Sensor => Target::Sensor(SensorScale {
+            dimension: 1,
+            noise: 1.0,
+            signal: 1.0,
+            unit: "1",
+            period: 0.01,
+        }),
+    }
 }
 
 /// Runs the command.
