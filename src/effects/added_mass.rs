@@ -53,11 +53,11 @@ impl Effect for AddedMass {
 }
 
 impl Law for AddedMass {
-    fn wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
+    fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         kirchhoff([p[0], p[1], p[2]], [p[3], p[4], p[5]], flow)
     }
 
-    fn inertia(&self, p: &Parameters<f64>, flow: &Flow<f64>) -> Option<Matrix6<f64>> {
+    fn added_inertia(&self, p: &Parameters<f64>, flow: &Flow<f64>) -> Option<Matrix6<f64>> {
         Some(inertia_at(
             [p[0], p[1], p[2]],
             [p[3], p[4], p[5]],

@@ -107,7 +107,7 @@ impl Law for BassetHistory {
 
     /// `int exp(-rate (t - s)) a ds` is v - z. The filtered z is kept up to the last step's start; from there
     /// to now it is brought on the way, so that the force is right wherever in a step it is asked for.
-    fn wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, memory: &[f64]) -> [D; 6] {
+    fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, memory: &[f64]) -> [D; 6] {
         let mut force = [D::from(0.0); 3];
         if memory[STARTED] > 0.5 {
             let elapsed = since(flow, memory);
@@ -128,7 +128,7 @@ impl Law for BassetHistory {
         about_origin(force, [D::from(0.0); 3], constant(flow.middle()))
     }
 
-    fn advance(&self, _p: &Parameters<f64>, flow: &Flow<f64>, _step: f64, memory: &mut [f64]) {
+    fn remember(&self, _p: &Parameters<f64>, flow: &Flow<f64>, _step: f64, memory: &mut [f64]) {
         let now = flow.linear_at_middle();
         if memory[STARTED] > 0.5 {
             let elapsed = since(flow, memory);

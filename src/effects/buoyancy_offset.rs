@@ -48,7 +48,7 @@ impl Effect for BuoyancyOffset {
 impl Law for BuoyancyOffset {
     const DAMPS: bool = false;
 
-    fn wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
+    fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         let (up, gravity) = flow.up();
         let buoyancy = D::from(flow.density() * flow.volume() * gravity);
         let torque = cross([p[0], p[1], p[2]], scaled(buoyancy, constant(up)));

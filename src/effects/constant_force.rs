@@ -49,7 +49,7 @@ impl Effect for ConstantForce {
 impl Law for ConstantForce {
     const DAMPS: bool = false;
 
-    fn wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
+    fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         // The world's axes in the body's frame, each weighed by its component.
         let axis = |unit: [f64; 3]| constant(flow.in_body(unit));
         let force = sum(

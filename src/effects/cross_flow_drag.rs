@@ -91,7 +91,7 @@ fn strips<D: Scalar>(speed: D, turning: D, length: f64) -> (D, D) {
 }
 
 impl Law for CrossFlowDrag {
-    fn wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
+    fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         let extent = flow.extent();
         let (long, normals) = axes_of(extent);
         let linear = flow.linear_at_middle();
@@ -124,7 +124,7 @@ mod tests {
         /// Against the midpoint rule with many strips.
         #[test]
         fn the_closed_form_is_the_integral(v in -2.0..2.0, r in -3.0..3.0, length in 0.1..3.0) {
-            let (force, moment) = strips(v, r, length);
+            let (force, moment): (f64, f64) = strips(v, r, length);
             let strips = 20_000;
             let (mut summed, mut lever) = (0.0, 0.0);
             for strip in 0..strips {

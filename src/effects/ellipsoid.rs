@@ -16,7 +16,8 @@ pub(super) fn added_mass(extent: [f64; 3]) -> ([f64; 3], [f64; 3]) {
     if longest <= 0.0 {
         return ([0.0; 3], [0.0; 3]);
     }
-    let semi = extent.map(|extent| 0.5 * extent.max(THINNEST * longest));
+    // In units of half the longest extent.
+    let semi = extent.map(|extent| (extent / longest).max(THINNEST));
     let square = semi.map(|semi| semi * semi);
     let [a, b, c] = square;
     let product = 2.0 / 3.0 * semi[0] * semi[1] * semi[2];
@@ -32,7 +33,8 @@ pub(super) fn added_mass(extent: [f64; 3]) -> ([f64; 3], [f64; 3]) {
             return 0.0;
         }
         let pull = lamb[k] - lamb[j];
-        (difference * difference * pull / (2.0 * difference - total * pull) / 5.0).max(0.0)
+        let per_square = difference * difference * pull / (2.0 * difference - total * pull) / 5.0;
+        (per_square * (0.5 * longest).powi(2)).max(0.0)
     });
     (mass, inertia)
 }
@@ -99,16 +101,23 @@ mod tests {
         assert!((carlson_rd(x, y, z) / integral - 1.0).abs() < 1e-5);
     }
 
-    /// The spheroid of twice its width: k_1 = 0.209, k_2 = 0.702, k' = 0.240 of the moment of inertia of
-    /// the displaced water (Lamb 1932, table in article 115).
+    /// A prolate spheroid, closed form (Lamb 1932, article 114): with eccentricity e,
+    /// alpha = 2 (1 - e^2) / e^3 (artanh e - e), and beta = gamma = 1 - alpha / 2. For twice its width Lamb's
+    /// table has 0.209 and 0.702, and 0.240 of the displaced water's moment of inertia.
     #[test]
-    fn a_spheroid_agrees_with_lambs_table() {
+    fn a_spheroid_agrees_with_lamb() {
         let (mass, inertia) = added_mass([0.8, 0.4, 0.4]);
-        assert!((mass[0] - 0.209).abs() < 1e-3);
-        assert!((mass[1] - 0.702).abs() < 1e-3);
-        assert!((mass[2] - 0.702).abs() < 1e-3);
+        let e = 0.75_f64.sqrt();
+        let alpha = 2.0 * 0.25 / e.powi(3) * (e.atanh() - e);
+        let beta = 1.0 - 0.5 * alpha;
+        for (found, lamb) in mass.into_iter().zip([alpha, beta, beta]) {
+            assert!((found - lamb / (2.0 - lamb)).abs() < 1e-9, "{mass:?}");
+        }
+        for (found, table) in mass.into_iter().zip([0.209, 0.702, 0.702]) {
+            assert!((found - table).abs() < 3e-3, "{mass:?}");
+        }
         let displaced = (0.16 + 0.04) / 5.0;
-        assert!((inertia[1] / displaced - 0.240).abs() < 1e-3, "{inertia:?}");
+        assert!((inertia[1] / displaced - 0.240).abs() < 3e-3, "{inertia:?}");
         assert!(inertia[0].abs() < 1e-12);
     }
 

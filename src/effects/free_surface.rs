@@ -52,13 +52,13 @@ fn surface<D: Scalar>(flow: &Flow<D>) -> Option<Boundary> {
 }
 
 impl Law for FreeSurface {
-    fn wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
+    fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         surface(flow).map_or([D::from(0.0); 6], |surface| {
             proximity::wrench(p, &surface, flow)
         })
     }
 
-    fn inertia(&self, p: &Parameters<f64>, flow: &Flow<f64>) -> Option<Matrix6<f64>> {
+    fn added_inertia(&self, p: &Parameters<f64>, flow: &Flow<f64>) -> Option<Matrix6<f64>> {
         surface(flow).map(|surface| proximity::inertia(p, &surface, flow))
     }
 }

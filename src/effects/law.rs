@@ -2,7 +2,7 @@
 //! come from the same lines.
 
 use nalgebra::Matrix6;
-use num_dual::{DualNum, DualSVec64, DualStruct};
+use num_dual::{DualNum, DualSVec64};
 
 use super::{BodyPart, flow::Flow, motion::Motion};
 
@@ -30,15 +30,15 @@ pub(super) trait Law {
     const DAMPS: bool = true;
 
     /// As [`BodyPart::wrench`].
-    fn wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, memory: &[f64]) -> [D; 6];
+    fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, memory: &[f64]) -> [D; 6];
 
     /// As [`BodyPart::inertia`].
-    fn inertia(&self, _p: &Parameters<f64>, _flow: &Flow<f64>) -> Option<Matrix6<f64>> {
+    fn added_inertia(&self, _p: &Parameters<f64>, _flow: &Flow<f64>) -> Option<Matrix6<f64>> {
         None
     }
 
     /// As [`BodyPart::advance`].
-    fn advance(&self, _p: &Parameters<f64>, _flow: &Flow<f64>, _step: f64, _memory: &mut [f64]) {}
+    fn remember(&self, _p: &Parameters<f64>, _flow: &Flow<f64>, _step: f64, _memory: &mut [f64]) {}
 }
 
 fn bounded(value: f64) -> f64 {
@@ -59,11 +59,11 @@ impl<L: Law> BodyPart for L {
     }
 
     fn wrench(&self, p: &[f64], motion: &Motion, memory: &[f64]) -> [f64; 6] {
-        Law::wrench(self, &padded(p), &Flow::of(motion), memory)
+        Law::law(self, &padded(p), &Flow::of(motion), memory)
     }
 
     fn inertia(&self, p: &[f64], motion: &Motion) -> Option<Matrix6<f64>> {
-        Law::inertia(self, &padded(p), &Flow::of(motion))
+        Law::added_inertia(self, &padded(p), &Flow::of(motion))
     }
 
     fn damping(&self, p: &[f64], motion: &Motion, memory: &[f64]) -> Option<Matrix6<f64>> {
@@ -75,7 +75,7 @@ impl<L: Law> BodyPart for L {
             flow.linear[axis] = flow.linear[axis].derivative(axis);
             flow.angular[axis] = flow.angular[axis].derivative(axis + 3);
         }
-        let wrench = Law::wrench(self, &padded(p), &flow, memory);
+        let wrench = Law::law(self, &padded(p), &flow, memory);
         let mut damping = Matrix6::zeros();
         for (row, component) in wrench.iter().enumerate() {
             if let Some(gradient) = &component.eps.0 {
@@ -95,7 +95,7 @@ impl<L: Law> BodyPart for L {
             for index in here.clone() {
                 p[index] = p[index].derivative(index - first);
             }
-            let wrench = Law::wrench(self, &p, &flow, memory);
+            let wrench = Law::law(self, &p, &flow, memory);
             for (row, component) in wrench.iter().enumerate() {
                 if let Some(gradient) = &component.eps.0 {
                     for index in here.clone() {
@@ -108,7 +108,7 @@ impl<L: Law> BodyPart for L {
     }
 
     fn advance(&self, p: &[f64], motion: &Motion, step: f64, memory: &mut [f64]) {
-        Law::advance(self, &padded(p), &Flow::of(motion), step, memory);
+        Law::remember(self, &padded(p), &Flow::of(motion), step, memory);
     }
 }
 

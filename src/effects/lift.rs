@@ -51,7 +51,7 @@ impl Effect for Lift {
 }
 
 impl Law for Lift {
-    fn wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
+    fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         let [u, v, w] = flow.linear_at_middle();
         let [x, y, z] = flow.extent();
         let pressure = -0.5 * flow.density();

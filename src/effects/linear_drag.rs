@@ -43,7 +43,7 @@ impl Effect for LinearDrag {
 }
 
 impl Law for LinearDrag {
-    fn wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
+    fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         let linear = flow.linear_at_middle();
         let force = [0, 1, 2].map(|axis| -p[axis] * linear[axis]);
         let torque = [0, 1, 2].map(|axis| -p[axis + 3] * flow.angular[axis]);

@@ -73,6 +73,10 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
 
 /// What an effect does, by what it acts on.
 #[derive(Clone, Copy)]
+#[expect(
+    missing_debug_implementations,
+    reason = "the effect itself, which holds the part, has one"
+)]
 pub enum Part<'a> {
     /// A wrench on a body.
     Body(&'a dyn BodyPart),

@@ -49,7 +49,7 @@ impl Effect for NetBuoyancy {
 impl Law for NetBuoyancy {
     const DAMPS: bool = false;
 
-    fn wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
+    fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         let (up, _) = flow.up();
         let force = scaled(p[0], constant(up));
         about_origin(force, [D::from(0.0); 3], constant(flow.centre()))

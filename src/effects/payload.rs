@@ -69,14 +69,14 @@ impl Effect for Payload {
 }
 
 impl Law for Payload {
-    fn wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
+    fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         let place = [p[1], p[2], p[3]];
         let centripetal = cross(flow.angular, cross(flow.angular, place));
         let falling = sum(constant(flow.gravity()), scaled(D::from(-1.0), centripetal));
         about_origin(scaled(p[0], falling), [D::from(0.0); 3], place)
     }
 
-    fn inertia(&self, p: &Parameters<f64>, _flow: &Flow<f64>) -> Option<Matrix6<f64>> {
+    fn added_inertia(&self, p: &Parameters<f64>, _flow: &Flow<f64>) -> Option<Matrix6<f64>> {
         Some(inertia_at([p[0].max(0.0); 3], [0.0; 3], [p[1], p[2], p[3]]))
     }
 }

@@ -34,20 +34,25 @@ pub(super) struct Boundary {
     pub(super) away: [f64; 3],
 }
 
+/// A length [m] that can be divided by: none below a tenth of a millimetre.
+fn length_of<D: Scalar>(p: &Parameters<D>) -> D {
+    const SHORTEST: f64 = 1e-4;
+    if real(p[3]) < SHORTEST {
+        D::from(SHORTEST)
+    } else {
+        p[3]
+    }
+}
+
 /// exp(-distance / length), one at the boundary and beyond it.
 fn nearness<D: Scalar>(length: D, boundary: &Boundary) -> D {
-    // A length of zero would divide: none below a tenth of a millimetre.
-    let length = if real(length) < 1e-4 {
-        D::from(1e-4)
-    } else {
-        length
-    };
     (D::from(-boundary.distance.clamp(0.0, 1e6)) / length).exp()
 }
 
 /// Wrench of the extra drag and of all of the extra added mass but what is proportional to acceleration.
 pub(super) fn wrench<D: Scalar>(p: &Parameters<D>, boundary: &Boundary, flow: &Flow<D>) -> [D; 6] {
-    let near = nearness(p[3], boundary);
+    let length = length_of(p);
+    let near = nearness(length, boundary);
     let (v, omega) = (flow.linear_at_middle(), flow.angular);
     let half_density = 0.5 * flow.density();
     let extent = flow.extent();
@@ -78,8 +83,8 @@ pub(super) fn wrench<D: Scalar>(p: &Parameters<D>, boundary: &Boundary, flow: &F
     if boundary.distance > 0.0 {
         let away = constant(boundary.away);
         let (momentum, spin) = (times(mass, v), times(inertia, omega));
-        let rate = dot(away, v) / p[3];
-        let pull = -(dot(momentum, v) + dot(spin, omega)) * 0.5 / p[3];
+        let rate = dot(away, v) / length;
+        let pull = -(dot(momentum, v) + dot(spin, omega)) * 0.5 / length;
         let force = sum(scaled(rate, momentum), scaled(pull, away));
         changing = about_origin(force, scaled(rate, spin), constant(flow.middle()));
     }
@@ -88,7 +93,7 @@ pub(super) fn wrench<D: Scalar>(p: &Parameters<D>, boundary: &Boundary, flow: &F
 
 /// The extra added mass.
 pub(super) fn inertia(p: &Parameters<f64>, boundary: &Boundary, flow: &Flow<f64>) -> Matrix6<f64> {
-    let factor = p[2].max(0.0) * nearness(p[3], boundary);
+    let factor = p[2].max(0.0) * nearness(length_of(p), boundary);
     let (mass, inertia) = reference(flow);
     inertia_at(
         mass.map(|mass| factor * mass),

@@ -48,7 +48,7 @@ impl Effect for QuadraticDrag {
 }
 
 impl Law for QuadraticDrag {
-    fn wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
+    fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         let linear = flow.linear_at_middle();
         let force = [0, 1, 2].map(|axis| -p[axis] * signed_square(linear[axis]));
         let torque = [0, 1, 2].map(|axis| -p[axis + 3] * signed_square(flow.angular[axis]));

@@ -1,6 +1,6 @@
 //! What must hold of every effect, and of bodies in free motion.
 
-use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
 use proptest::prelude::*;
 
 use super::{

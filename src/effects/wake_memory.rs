@@ -61,14 +61,14 @@ impl Law for WakeMemory {
     const MEMORY: usize = 6;
     const DAMPS: bool = false;
 
-    fn wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, memory: &[f64]) -> [D; 6] {
+    fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, memory: &[f64]) -> [D; 6] {
         let force = [0, 1, 2].map(|axis| -p[axis] * memory[axis]);
         let torque = [3, 4, 5].map(|axis| -p[axis] * memory[axis]);
         about_origin(force, torque, constant(flow.middle()))
     }
 
     /// Exact for a velocity that is constant over the step, whatever the rate.
-    fn advance(&self, p: &Parameters<f64>, flow: &Flow<f64>, step: f64, memory: &mut [f64]) {
+    fn remember(&self, p: &Parameters<f64>, flow: &Flow<f64>, step: f64, memory: &mut [f64]) {
         let arrived = -(-p[6].max(0.0) * step.max(0.0)).exp_m1();
         let now = flow.linear_at_middle().into_iter().chain(flow.angular);
         for (filtered, now) in memory.iter_mut().zip(now) {

@@ -51,11 +51,11 @@ fn wall<D: Scalar>(flow: &Flow<D>) -> Option<Boundary> {
 }
 
 impl Law for WallProximity {
-    fn wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
+    fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         wall(flow).map_or([D::from(0.0); 6], |wall| proximity::wrench(p, &wall, flow))
     }
 
-    fn inertia(&self, p: &Parameters<f64>, flow: &Flow<f64>) -> Option<Matrix6<f64>> {
+    fn added_inertia(&self, p: &Parameters<f64>, flow: &Flow<f64>) -> Option<Matrix6<f64>> {
         wall(flow).map(|wall| proximity::inertia(p, &wall, flow))
     }
 }

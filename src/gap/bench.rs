@@ -26,14 +26,7 @@ use crate::{
 /// Step of a difference quotient, in standard deviations of the prior.
 const STEP: f64 = 0.01;
 /// Parameters that shape what amplitudes do.
-const SHAPE_NAMES: [&str; 6] = [
-    "frequency",
-    "rate",
-    "length",
-    "speed",
-    PHASE,
-    "vertical_lag",
-];
+const SHAPE_NAMES: [&str; 6] = ["frequency", "rate", "length", "speed", PHASE, "vertical_lag"];
 /// The phase of an oscillation: amplitudes at two phases a quarter of a turn apart make any.
 pub(super) const PHASE: &str = "phase";
 /// Factors on a shape's usual value that are tried.

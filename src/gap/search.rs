@@ -159,10 +159,9 @@ impl<'s> Linear<'s> {
 /// Values of a candidate from the best steps along its directions.
 fn values(bench: &Bench<'_>, candidate: usize, found: &[(&Direction, f64)]) -> Vec<f64> {
     let parameters = &bench.candidates[candidate].parameters;
-    let mut values = found.first().map_or_else(
-        || bench.candidates[candidate].null(),
-        |(direction, _)| direction.base.clone(),
-    );
+    let mut values = found
+        .first()
+        .map_or_else(|| bench.candidates[candidate].null(), |(direction, _)| direction.base.clone());
     let Some(phase) = parameters.iter().position(|p| p.name == PHASE) else {
         for (direction, z) in found {
             let p = &parameters[direction.parameter];

@@ -1,5 +1,8 @@
 //! From named effects to a model's numbers, with every refusal.
 
+use serde::Deserialize;
+use serde_json::Value;
+
 use super::{
     apply,
     bindings::{
@@ -12,21 +15,16 @@ use super::{
     walls,
 };
 use crate::{
-    effects::{Effect, Entry, Id, Motion, Part, TargetKind},
+    effects::{Entry, Id, Motion, Part, Target, TargetKind, Targets, card::ActuatorScale, effect},
     plugin::{
         Bound,
         bound::{Acting, ChangedActuator, Displacing, MovedJoint, WetBody},
     },
 };
 
-/// Where an effect of this name is found.
-pub(super) type Catalogue = fn(Id) -> &'static dyn Effect;
-
-/// The effects that `hydro` knows.
-pub(super) const CATALOGUE: Catalogue = temporary;
-fn temporary(_: Id) -> &'static dyn Effect {
-    &crate::effects::joint_damping::EFFECT
-}
+/// Why an effect on a sensor is refused.
+const NO_MOTION: &str =
+    "it changes a reading and no motion; it belongs into `sensors` of a verdict's patch";
 
 /// What surrounds the effects.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +43,6 @@ pub(super) struct Surroundings {
 pub(super) fn bind(
     model: ModelView<'_>,
     entries: &[Entry],
-    catalogue: Catalogue,
     around: Surroundings,
 ) -> Result<Bound, String> {
     let mut bound = Bound {
@@ -56,7 +53,7 @@ pub(super) fn bind(
         ..Bound::default()
     };
     for entry in entries {
-        add(model, entry, catalogue, around, &mut bound)
+        add(model, entry, around, &mut bound)
             .map_err(|reason| format!("effect `{}`: {reason}", entry.effect))?;
     }
     if !bound.water.is_empty() {
@@ -80,11 +77,10 @@ fn displacing(model: ModelView<'_>, density: f64) -> Vec<Displacing> {
 fn add(
     model: ModelView<'_>,
     entry: &Entry,
-    catalogue: Catalogue,
     around: Surroundings,
     bound: &mut Bound,
 ) -> Result<(), String> {
-    let effect = catalogue(entry.effect);
+    let effect = effect(entry.effect);
     let kind = effect.card().target;
     let found = target(model, kind, &entry.target)?;
     let known = effect.parameters(&found.sizes(model, bound.density));
@@ -111,13 +107,7 @@ fn add(
             parameter.name, parameter.unit
         ));
     }
-    let step = model.raw().opt.timestep;
-    let memory_len = match effect.part() {
-        Part::Body(part) => part.memory_len(),
-        Part::Joint(part) => part.memory_len(),
-        Part::Actuator(part) => part.memory_len(&entry.parameters, step),
-        Part::Water(_) | Part::Sensor(_) => 0,
-    };
+    let memory_len = memory_of(entry, model.raw().opt.timestep);
     let acting = Acting {
         effect,
         parameters: entry.parameters.clone(),
@@ -125,10 +115,7 @@ fn add(
     };
     match (effect.part(), found) {
         (Part::Sensor(_), _) => {
-            return Err(
-                "it changes a reading and no motion; it belongs into `sensors` of a verdict's patch"
-                    .to_owned(),
-            );
+            return Err(NO_MOTION.to_owned());
         }
         (Part::Water(_), _) => bound.water.push(acting),
         (Part::Body(_), Found::Body(body)) => add_to_body(model, body, acting, bound)?,
@@ -146,37 +133,46 @@ fn add(
     Ok(())
 }
 
+/// The elements that effects of a kind can act on, and the word for them; `None` for sensors, which
+/// move nothing.
+fn usable(model: ModelView<'_>, kind: TargetKind) -> Option<(&'static str, Vec<(i32, usize)>)> {
+    let (code, word, ids): (_, _, Vec<usize>) = match kind {
+        TargetKind::Body => (
+            mjOBJ_BODY,
+            "body",
+            (1..model.bodies())
+                .filter(|id| apply::last_dof(model, *id) >= 0)
+                .collect(),
+        ),
+        TargetKind::Joint => (
+            mjOBJ_JOINT,
+            "joint",
+            (0..model.jnt_type().len())
+                .filter(|id| scale::is_scalar(model, *id))
+                .collect(),
+        ),
+        TargetKind::Actuator => (
+            mjOBJ_ACTUATOR,
+            "actuator",
+            (0..model.actuator_trntype().len()).collect(),
+        ),
+        TargetKind::Sensor => return None,
+    };
+    Some((word, ids.into_iter().map(|id| (code as i32, id)).collect()))
+}
+
 /// The element of that name and kind.
 pub(super) fn target(model: ModelView<'_>, kind: TargetKind, name: &str) -> Result<Found, String> {
-    let (code, word, count) = match kind {
-        TargetKind::Body => (mjOBJ_BODY, "body", model.bodies()),
-        TargetKind::Joint => (mjOBJ_JOINT, "joint", model.jnt_type().len()),
-        TargetKind::Actuator => (mjOBJ_ACTUATOR, "actuator", model.actuator_trntype().len()),
-        TargetKind::Sensor => {
-            return Err(
-                "it changes a reading and no motion; it belongs into `sensors` of a verdict's patch"
-                    .to_owned(),
-            );
-        }
-    };
-    let code = code as i32;
-    let usable = |id: &usize| match kind {
-        TargetKind::Body => *id != 0 && apply::last_dof(model, *id) >= 0,
-        TargetKind::Joint => scale::is_scalar(model, *id),
-        _ => true,
-    };
-    let found = (0..count).find(|id| model.label(code, word, *id) == name);
-    match found.filter(usable) {
-        Some(id) => Ok(match kind {
-            TargetKind::Body => Found::Body(id),
-            TargetKind::Joint => Found::Joint(id),
-            _ => Found::Actuator(id),
+    let (word, ids) = usable(model, kind).ok_or(NO_MOTION)?;
+    let label = |(code, id): &(i32, usize)| model.label(*code, word, *id);
+    match ids.iter().find(|of| label(of) == name) {
+        Some((_, id)) => Ok(match kind {
+            TargetKind::Body => Found::Body(*id),
+            TargetKind::Joint => Found::Joint(*id),
+            _ => Found::Actuator(*id),
         }),
         None => {
-            let exists: Vec<String> = (0..count)
-                .filter(usable)
-                .map(|id| model.label(code, word, id))
-                .collect();
+            let exists: Vec<String> = ids.iter().map(label).collect();
             let wanted = match kind {
                 TargetKind::Body => "a body that moves",
                 TargetKind::Joint => "a hinge or slide",
@@ -191,6 +187,70 @@ pub(super) fn target(model: ModelView<'_>, kind: TargetKind, name: &str) -> Resu
                 "target `{name}`; expected {wanted}, of which the model has: {exists}"
             ))
         }
+    }
+}
+
+/// A model's elements, as a file of effects names them.
+#[derive(Debug)]
+pub(super) struct ModelTargets<'a> {
+    pub(super) model: ModelView<'a>,
+    /// Density of the water [kg/m^3].
+    pub(super) density: f64,
+}
+
+impl Targets for ModelTargets<'_> {
+    fn find(&self, kind: TargetKind, name: &str) -> Option<Target> {
+        let found = target(self.model, kind, name).ok()?;
+        Some(found.sizes(self.model, self.density))
+    }
+
+    fn names(&self, kind: TargetKind) -> Vec<String> {
+        let Some((word, ids)) = usable(self.model, kind) else {
+            return Vec::new();
+        };
+        ids.into_iter()
+            .map(|(code, id)| self.model.label(code, word, id))
+            .collect()
+    }
+}
+
+/// Numbers of memory that a text of effects needs, in a model of this step [s]. MuJoCo asks while it still
+/// compiles the model, so targets are not looked at; what is wrong with the text shows later.
+pub(super) fn memory_len(text: &str, step: f64) -> Option<usize> {
+    let document: Value = serde_json::from_str(text).ok()?;
+    let mut sum = 0;
+    for item in document.get("effects")?.as_array()? {
+        let id = Id::deserialize(item.get("effect")?).ok()?;
+        let values = item.get("parameters")?;
+        // The names of an actuator's parameters do not depend on its sizes.
+        let sizes = Target::Actuator(ActuatorScale {
+            command: 1.0,
+            inflow: 0.0,
+            step,
+        });
+        let parameters = effect(id)
+            .parameters(&sizes)
+            .iter()
+            .map(|parameter| values.get(&parameter.name)?.as_f64())
+            .collect::<Option<Vec<f64>>>()?;
+        sum += memory_of(
+            &Entry {
+                effect: id,
+                target: String::new(),
+                parameters,
+            },
+            step,
+        );
+    }
+    Some(sum)
+}
+
+fn memory_of(entry: &Entry, step: f64) -> usize {
+    match effect(entry.effect).part() {
+        Part::Body(part) => part.memory_len(),
+        Part::Joint(part) => part.memory_len(),
+        Part::Actuator(part) => part.memory_len(&entry.parameters, step),
+        Part::Water(_) | Part::Sensor(_) => 0,
     }
 }
 

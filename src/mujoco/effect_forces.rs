@@ -25,13 +25,17 @@ use super::{
     walls, wrench,
 };
 use crate::{
-    effects::Motion,
+    effects::{Id, Motion},
     frames,
     plugin::{
         Bound,
         bound::{Acting, WetBody},
     },
 };
+
+/// Effects whose force turns with the body's own motion and resists nothing: the derivative is no drag,
+/// and an implicit step with it would only be less exact.
+const GYROSCOPIC: [Id; 3] = [Id::AddedMass, Id::Payload, Id::MunkMoment];
 
 /// Effects with their memory.
 #[derive(Clone, Copy)]
@@ -189,6 +193,7 @@ fn body_load<'a>(
             inertia = Some(inertia.unwrap_or_default() + more);
         }
         if !data.model().runge_kutta()
+            && !GYROSCOPIC.contains(&acting.effect.card().id)
             && let Some(more) = part.damping(&acting.parameters, &motion, memory)
         {
             damping = Some(damping.unwrap_or_default() + more);

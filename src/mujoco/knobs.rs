@@ -10,7 +10,7 @@
 //! | damping | joints that have any | relative |
 
 use super::{
-    bind::{self, Catalogue},
+    bind,
     bindings::{
         mjBIAS_AFFINE, mjBIAS_NONE, mjGAIN_AFFINE, mjGAIN_FIXED, mjModel, mjOBJ_ACTUATOR,
         mjOBJ_BODY, mjOBJ_JOINT,
@@ -20,10 +20,18 @@ use super::{
     views::{ModelView, NBIAS, NGAIN, actuators, view_mut},
 };
 use crate::{
-    effects::{Entry, TargetKind},
+    effects::{Entry, TargetKind, effect},
     plugin::{Settings, native_fluid::EllipsoidCoefficients},
     sim::plant::{Knob, KnobClass},
 };
+
+/// An instance of `hydro.wrench` in the nominal model.
+#[derive(Clone, Debug)]
+pub(super) struct Nominal {
+    pub(super) id: usize,
+    pub(super) settings: Settings,
+    pub(super) effects: Vec<Entry>,
+}
 
 /// What a knob turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,11 +67,7 @@ const WRENCH: [&str; 6] = [
 ];
 
 /// All knobs of a model, whose `hydro.wrench` instances have these settings.
-pub(super) fn find(
-    model: ModelView<'_>,
-    nominal: &[(usize, Settings)],
-    catalogue: Catalogue,
-) -> Vec<(Knob, Turns)> {
+pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, Turns)> {
     let mut knobs = Vec::new();
     let mut add = |name: String, element: &str, class, turns| {
         let element = element.to_owned();
@@ -127,18 +131,18 @@ pub(super) fn find(
             }
         }
     }
-    for (instance, (_, settings)) in nominal.iter().enumerate() {
-        for (at, entry) in settings.effects.iter().enumerate() {
-            let class = match catalogue(entry.effect).card().target {
+    for (instance, of) in nominal.iter().enumerate() {
+        for (at, entry) in of.effects.iter().enumerate() {
+            let class = match effect(entry.effect).card().target {
                 TargetKind::Joint => KnobClass::Damping,
                 TargetKind::Actuator => KnobClass::Gain,
                 _ => KnobClass::Fluid,
             };
-            let density = scale::density(model, Some(settings.density));
-            let found = bind::target(model, catalogue(entry.effect).card().target, &entry.target);
+            let density = scale::density(model, Some(of.settings.density));
+            let found = bind::target(model, effect(entry.effect).card().target, &entry.target);
             let names = found.map_or_else(
                 |_| Vec::new(),
-                |found| catalogue(entry.effect).parameters(&found.sizes(model, density)),
+                |found| effect(entry.effect).parameters(&found.sizes(model, density)),
             );
             for (value, parameter) in names.iter().enumerate() {
                 if entry
@@ -153,10 +157,7 @@ pub(super) fn find(
             }
         }
     }
-    if nominal
-        .iter()
-        .any(|(_, settings)| settings.checkpoint.is_some())
-    {
+    if nominal.iter().any(|of| of.settings.checkpoint.is_some()) {
         for (axis, name) in WRENCH.iter().enumerate() {
             let turns = Turns::Wrench(axis);
             add(format!("water.{name}"), "water", KnobClass::Fluid, turns);
@@ -193,7 +194,7 @@ pub(super) fn find(
 #[derive(Debug, Default)]
 pub(super) struct Beside {
     pub(super) wrench_scale: Option<[f64; 6]>,
-    /// Effects of the nominal's instances, where any was changed.
+    /// Effects of the nominal's instances (place in the list), where any was changed.
     pub(super) effects: Vec<(usize, Vec<Entry>)>,
     /// As in `run::Run`.
     pub(super) moved_centres: Vec<(usize, [f64; 3], f64)>,
@@ -205,7 +206,7 @@ pub(super) fn is_of_model(turns: Turns) -> bool {
 }
 
 /// Turns knobs that are no part of the model.
-pub(super) fn turn_beside(turned: &[(Turns, f64)], nominal: &[(usize, Settings)]) -> Beside {
+pub(super) fn turn_beside(turned: &[(Turns, f64)], nominal: &[Nominal]) -> Beside {
     let mut beside = Beside::default();
     for (turns, value) in turned {
         match *turns {
@@ -213,10 +214,13 @@ pub(super) fn turn_beside(turned: &[(Turns, f64)], nominal: &[(usize, Settings)]
                 beside.wrench_scale.get_or_insert([1.0; 6])[axis] *= 1.0 + value;
             }
             Turns::Effect(instance, entry, parameter) => {
-                let (id, settings) = &nominal[instance];
-                let at = beside.effects.iter().position(|(known, _)| known == id);
+                let of = &nominal[instance];
+                let at = beside
+                    .effects
+                    .iter()
+                    .position(|(known, _)| *known == instance);
                 let at = at.unwrap_or_else(|| {
-                    beside.effects.push((*id, settings.effects.clone()));
+                    beside.effects.push((instance, of.effects.clone()));
                     beside.effects.len() - 1
                 });
                 beside.effects[at].1[entry].parameters[parameter] *= 1.0 + value;

@@ -219,7 +219,7 @@ fn set_up(model: ModelView<'_>) -> Made {
     let search = SearchPath::from_environment(own_folder());
     let settings = Settings::parse(text, &search)
         .map_err(|fault| format!("custom texts `hydro.*`: {fault}"))?;
-    if !settings.effects.is_empty() {
+    if settings.effects.is_some() {
         return Err(
             "custom text `hydro.effects`: named effects need the engine plugin of a newer MuJoCo"
                 .to_owned(),

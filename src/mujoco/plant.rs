@@ -10,12 +10,12 @@ use std::{
 };
 
 use super::{
-    bind::{self, CATALOGUE, Catalogue, Surroundings},
+    bind::{self, Surroundings},
     bindings::{
         mjSENS_FORCE, mjSENS_TORQUE, mjSTATE_FULLPHYSICS, mjWARN_BADQACC, mjWARN_BADQPOS,
         mjWARN_BADQVEL,
     },
-    knobs::{self, Turns},
+    knobs::{self, Nominal, Turns},
     readings, run,
     run::Run,
     scale,
@@ -24,8 +24,8 @@ use super::{
     wrench,
 };
 use crate::{
-    effects::{Entry, Id, TargetKind},
-    plugin::{Settings, bound::Acting},
+    effects::{Entry, Id, TargetKind, effect},
+    plugin::bound::Acting,
     sim::plant::{Plant, PlantDescription, PlantError, Simulation},
 };
 
@@ -41,10 +41,9 @@ pub struct MujocoPlant {
     /// What each knob turns.
     turns: Vec<Turns>,
     /// The instances of `hydro.wrench` and their attributes.
-    nominal: Vec<(usize, Settings)>,
+    nominal: Vec<Nominal>,
     around: Surroundings,
     loads: Vec<LoadSensor>,
-    catalogue: Catalogue,
     /// The latest copy with these knobs, gains and winds, for the many simulations that differ in effects
     /// alone.
     latest: Mutex<Option<(CopyKey, Copied)>>,
@@ -74,24 +73,28 @@ impl MujocoPlant {
     /// # Errors
     /// A model that MuJoCo or a plugin refuses.
     pub fn load(path: &Path) -> Result<Self, PlantError> {
-        Self::with_catalogue(path, CATALOGUE)
-    }
-
-    fn with_catalogue(path: &Path, catalogue: Catalogue) -> Result<Self, PlantError> {
         let model = Model::load_with_room(path).map_err(fault)?;
         run::install(model.api());
         let view = model.view();
         let nominal = wrench::instances(view)
-            .map(|id| Ok((id, wrench::settings(view, id).map_err(fault)?)))
+            .map(|id| {
+                let settings = wrench::settings(view, id).map_err(fault)?;
+                let effects = wrench::entries(view, &settings).map_err(fault)?;
+                Ok(Nominal {
+                    id,
+                    settings,
+                    effects,
+                })
+            })
             .collect::<Result<Vec<_>, PlantError>>()?;
-        let first = nominal.first().map(|(_, settings)| settings);
+        let first = nominal.first().map(|of| &of.settings);
         let around = Surroundings {
             density: first.map(|settings| settings.density),
             waterline: first.and_then(|settings| settings.waterline),
             current: first.map_or([0.0; 3], |settings| settings.current),
             commands_before_step: true,
         };
-        let (knobs, turns) = knobs::find(view, &nominal, catalogue).into_iter().unzip();
+        let (knobs, turns) = knobs::find(view, &nominal).into_iter().unzip();
         let loads = LoadSensor::of(view);
         let model = Arc::new(model);
         let mut data = Data::new(&model).map_err(fault)?;
@@ -117,7 +120,6 @@ impl MujocoPlant {
             nominal,
             around,
             loads,
-            catalogue,
             latest: Mutex::default(),
         })
     }
@@ -187,11 +189,11 @@ impl MujocoPlant {
         }
         let moving: Vec<Entry> = effects
             .iter()
-            .filter(|entry| (self.catalogue)(entry.effect).card().target != TargetKind::Sensor)
+            .filter(|entry| effect(entry.effect).card().target != TargetKind::Sensor)
             .cloned()
             .collect();
         let view = self.model.view();
-        let mut bound = bind::bind(view, &moving, self.catalogue, self.around).map_err(fault)?;
+        let mut bound = bind::bind(view, &moving, self.around).map_err(fault)?;
         let mut key = CopyKey {
             knobs: values.to_vec(),
             ..CopyKey::default()
@@ -220,16 +222,10 @@ impl MujocoPlant {
         let beside = knobs::turn_beside(&self.turned(values, false), &self.nominal);
         let copied = self.copy(&key).map_err(fault)?;
         let mut nominal = Vec::new();
-        for (id, entries) in beside.effects {
-            let of = self.nominal.iter().find(|(known, _)| *known == id);
-            if let Some((_, settings)) = of {
-                let settings = Settings {
-                    effects: entries,
-                    ..settings.clone()
-                };
-                if let Some(turned) = wrench::bound(view, &settings).map_err(fault)? {
-                    nominal.push((id, turned));
-                }
+        for (instance, entries) in beside.effects {
+            let of = &self.nominal[instance];
+            if let Some(turned) = wrench::bound(view, &of.settings, &entries).map_err(fault)? {
+                nominal.push((of.id, turned));
             }
         }
         let run = Run {

@@ -228,7 +228,7 @@ impl Found {
         match self {
             Self::Body(id) => Target::Body(body(model, id, density)),
             Self::Joint(id) => Target::Joint(joint(model, id)),
-            Self::Actuator(_) => Target::Actuator(actuator(model)),
+            Self::Actuator(id) => Target::Actuator(actuator(model, id)),
         }
     }
 }
@@ -264,10 +264,18 @@ fn largest_force(model: ModelView<'_>, id: usize) -> Option<f64> {
     })
 }
 
-/// Sizes of an actuator, of a model with this step [s].
-pub(super) fn actuator(model: ModelView<'_>) -> ActuatorScale {
+/// Sizes of an actuator. Its largest command is the limit of its control; where there is none, larger
+/// than any.
+fn actuator(model: ModelView<'_>, id: usize) -> ActuatorScale {
+    const UNLIMITED: f64 = 1e6;
+    let limit = address(model, id).and_then(|address| {
+        // SAFETY: one flag a control.
+        let limited = unsafe { ModelView::flag(model.raw().actuator_ctrllimited, address.control) };
+        let range = &model.actuator_ctrlrange()[2 * address.control..][..2];
+        limited.then(|| range[0].abs().max(range[1].abs()))
+    });
     ActuatorScale {
-        command: 0.0,
+        command: limit.unwrap_or(UNLIMITED),
         inflow: 0.0,
         step: model.raw().opt.timestep,
     }

@@ -191,7 +191,6 @@ impl<'a> ModelView<'a> {
         geom_quat: f64 = |m| m.ngeom as i64 * 4;
         geom_aabb: f64 = |m| m.ngeom as i64 * 6;
         geom_rgba: f32 = |m| m.ngeom as i64 * 4;
-        site_pos: f64 = |m| m.nsite as i64 * 3;
         sensor_type: i32 = |m| m.nsensor as i64;
         sensor_objtype: i32 = |m| m.nsensor as i64;
         sensor_objid: i32 = |m| m.nsensor as i64;
@@ -200,7 +199,6 @@ impl<'a> ModelView<'a> {
         sensor_noise: f64 = |m| m.nsensor as i64;
         actuator_trntype: i32 = actuators;
         actuator_trnid: i32 = |m| actuators(m) * 2;
-        actuator_dyntype: i32 = actuators;
         actuator_gaintype: i32 = actuators;
         actuator_biastype: i32 = actuators;
         actuator_gainprm: f64 = |m| actuators(m) * NGAIN as i64;
@@ -448,7 +446,6 @@ impl<'a> DataView<'a> {
         plugin_data: usize = |m| m.nplugin as i64;
         act: f64 = |m| m.na as i64;
         cdof_dot: f64 = |m| m.nv as i64 * 6;
-        M: f64 = |m| m.nC as i64;
         actuator_length: f64 = outputs;
         actuator_velocity: f64 = outputs;
         moment_rownnz: i32 = outputs;
@@ -485,12 +482,6 @@ impl<'a> DataView<'a> {
                 (functions.mj_projectConstraint)(self.model.raw(), self.data.as_ptr());
             }
         }
-    }
-
-    /// Where MuJoCo keeps this data.
-    #[cfg(mujoco_plugins)]
-    pub(super) fn address(&self) -> *const mjData {
-        self.data.as_ptr()
     }
 
     pub(super) fn time(&self) -> f64 {

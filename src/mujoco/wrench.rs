@@ -26,11 +26,12 @@ use super::{
     boundary::guard,
     describe, effect_forces,
     effect_forces::Source,
-    run,
+    run, scale,
     views::{DataView, ModelView, view_mut},
     warn::warn,
 };
 use crate::{
+    effects::{EffectSet, Entry},
     frames::{self, Wrench},
     plugin::{
         Base, Bound, Carrier, Instance, InstanceKey, Notice, Registry, Settings, SetupError,
@@ -311,7 +312,8 @@ fn set_up(model: ModelView<'_>, id: usize) -> Result<(InstanceKey, Arc<Carrier>)
         }
     };
     let settings = settings(model, id).map_err(|fault| refused(fault.to_string()))?;
-    let effects = bound(model, &settings)
+    let effects = entries(model, &settings)
+        .and_then(|entries| bound(model, &settings, &entries))
         .map_err(|fault| refused(format!("attribute `effects`: {fault}")))?;
     let body = describe::body(model, body);
     Registry::global()
@@ -319,9 +321,26 @@ fn set_up(model: ModelView<'_>, id: usize) -> Result<(InstanceKey, Arc<Carrier>)
         .map_err(|fault| refused(fault.to_string()))
 }
 
-/// The effects of an instance, tied to its model.
-pub(super) fn bound(model: ModelView<'_>, settings: &Settings) -> Result<Option<Bound>, String> {
-    if settings.effects.is_empty() {
+/// The effects that an instance's attributes name.
+pub(super) fn entries(model: ModelView<'_>, settings: &Settings) -> Result<Vec<Entry>, String> {
+    let Some(text) = &settings.effects else {
+        return Ok(Vec::new());
+    };
+    let targets = bind::ModelTargets {
+        model,
+        density: scale::density(model, Some(settings.density)),
+    };
+    let set = EffectSet::parse(text, &targets).map_err(|fault| fault.to_string())?;
+    Ok(set.entries)
+}
+
+/// Effects of an instance, tied to its model.
+pub(super) fn bound(
+    model: ModelView<'_>,
+    settings: &Settings,
+    entries: &[Entry],
+) -> Result<Option<Bound>, String> {
+    if entries.is_empty() {
         return Ok(None);
     }
     let around = bind::Surroundings {
@@ -330,7 +349,7 @@ pub(super) fn bound(model: ModelView<'_>, settings: &Settings) -> Result<Option<
         current: settings.current,
         commands_before_step: false,
     };
-    bind::bind(model, &settings.effects, bind::CATALOGUE, around).map(Some)
+    bind::bind(model, entries, around).map(Some)
 }
 
 pub(super) fn settings(model: ModelView<'_>, id: usize) -> Result<Settings, SetupError> {
@@ -345,8 +364,11 @@ unsafe extern "C" fn nstate(m: *const mjModel, id: c_int) -> c_int {
         let len = model.and_then(|model| {
             // A fault is reported by `init`, which MuJoCo calls next.
             let settings = settings(model, id as usize).ok()?;
-            let effects = bound(model, &settings).ok()?;
-            let mut len = effects.map_or(0, |effects| effects.memory_len);
+            let step = model.raw().opt.timestep;
+            let mut len = match &settings.effects {
+                Some(text) => bind::memory_len(text, step)?,
+                None => 0,
+            };
             if let Some(folder) = &settings.checkpoint {
                 let checkpoint = Registry::global().checkpoint(folder).ok()?;
                 let engine = Registry::global().engine(&checkpoint, &settings).ok()?;

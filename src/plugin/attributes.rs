@@ -12,15 +12,15 @@
 //! | `engine` | | `fused` or `candle` | `fused` |
 //! | `initial_force` | N, N m | one number an output of the card, or `estimate` | `estimate` |
 
-use std::path::{Path, PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use thiserror::Error;
 
 use super::search::SearchPath;
-use crate::{
-    effects::Entry,
-    model::{EngineKind, Solver},
-};
+use crate::model::{EngineKind, Solver};
 
 /// Every attribute, in the order of the table above.
 pub const NAMES: [&str; 9] = [
@@ -52,8 +52,8 @@ pub enum InitialForce {
 pub struct Settings {
     /// The checkpoint's folder, found.
     pub checkpoint: Option<PathBuf>,
-    /// Named effects.
-    pub effects: Vec<Entry>,
+    /// Named effects: the text of an `effects.json`.
+    pub effects: Option<String>,
     /// Density of the water [kg/m^3].
     pub density: f64,
     /// Height of the free surface, world z [m]; `None`: fully submerged.
@@ -74,16 +74,6 @@ pub struct Settings {
 #[derive(Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum AttributeError {
-    /// A required attribute is absent or empty.
-    #[error(
-        "attribute `{attribute}` is missing; add <config key=\"{attribute}\" value=\"{example}\"/>"
-    )]
-    Missing {
-        /// Its name.
-        attribute: &'static str,
-        /// A value that would do.
-        example: &'static str,
-    },
     /// The value does not parse, or lies outside its range.
     #[error("attribute `{attribute}` is `{found}`; expected {expected}")]
     Value {
@@ -106,6 +96,33 @@ pub enum AttributeError {
         /// The places tried, in order.
         tried: Vec<PathBuf>,
     },
+    /// The file of effects does not exist.
+    #[error(
+        "attribute `effects` is `{found}`; no such file, and no JSON, which starts with {{. Looked in: {}. A \
+         relative path is looked for in HYDRO_PATH, the working directory and the folder of the library",
+        list(.tried)
+    )]
+    NoEffects {
+        /// The value found.
+        found: String,
+        /// The places tried, in order.
+        tried: Vec<PathBuf>,
+    },
+    /// The file of effects cannot be read.
+    #[error("attribute `effects`: {} cannot be read: {reason}", .path.display())]
+    UnreadableEffects {
+        /// Which file.
+        path: PathBuf,
+        /// What the system says.
+        reason: String,
+    },
+    /// Neither a checkpoint nor effects.
+    #[error(
+        "attributes `checkpoint` and `effects` are missing; add <config key=\"checkpoint\" \
+         value=\"models/b1-task2\"/> (a learned model), <config key=\"effects\" value=\"effects.json\"/> \
+         (named effects), or both"
+    )]
+    Neither,
 }
 
 fn list(places: &[PathBuf]) -> String {
@@ -135,14 +152,11 @@ impl Settings {
             },
         };
         let effects = match value("effects") {
-            None => Vec::new(),
-            Some(found) => effects(found, search)?,
+            None => None,
+            Some(found) => Some(effects(found, search)?),
         };
-        if checkpoint.is_none() && effects.is_empty() {
-            return Err(AttributeError::Missing {
-                attribute: "checkpoint",
-                example: "models/b1-task2",
-            });
+        if checkpoint.is_none() && effects.is_none() {
+            return Err(AttributeError::Neither);
         }
         Ok(Self {
             checkpoint,
@@ -196,11 +210,18 @@ impl Settings {
     }
 }
 
-fn effects(found: String, _search: &SearchPath) -> Result<Vec<Entry>, AttributeError> {
-    Err(AttributeError::Value {
-        attribute: "effects",
-        found,
-        expected: "none",
+/// Effects that stand in the attribute, or in the file that it names.
+fn effects(found: String, search: &SearchPath) -> Result<String, AttributeError> {
+    if found.starts_with('{') {
+        return Ok(found);
+    }
+    let path = match search.find(Path::new(&found)) {
+        Ok(path) => path,
+        Err(tried) => return Err(AttributeError::NoEffects { found, tried }),
+    };
+    fs::read_to_string(&path).map_err(|fault| AttributeError::UnreadableEffects {
+        path,
+        reason: fault.to_string(),
     })
 }
 
@@ -269,7 +290,8 @@ mod tests {
     #[test]
     fn a_checkpoint_alone_gives_the_documented_defaults() {
         let settings = parse(&[("checkpoint", "b1")]).unwrap();
-        assert!(settings.checkpoint.ends_with("b1"));
+        assert!(settings.checkpoint.unwrap().ends_with("b1"));
+        assert_eq!(settings.effects, None);
         assert_eq!(settings.density, 1000.0);
         assert_eq!(settings.waterline, None);
         assert_eq!(settings.current, [0.0; 3]);
@@ -330,9 +352,34 @@ mod tests {
     }
 
     #[test]
+    fn effects_stand_in_the_attribute_or_in_a_file() {
+        let inline = r#" {"schema": "x"}"#;
+        let settings = parse(&[("effects", inline)]).unwrap();
+        assert_eq!(settings.effects.as_deref(), Some(inline.trim()));
+        assert_eq!(settings.checkpoint, None);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("effects.json");
+        fs::write(&path, "{}").unwrap();
+        let settings = parse(&[("effects", path.to_str().unwrap())]).unwrap();
+        assert_eq!(settings.effects.as_deref(), Some("{}"));
+        let text = parse(&[("effects", "no.json")]).unwrap_err().to_string();
+        assert!(
+            text.contains("`no.json`") && text.contains("/no.json."),
+            "{text}"
+        );
+        let text = parse(&[("effects", folder.path().to_str().unwrap())])
+            .unwrap_err()
+            .to_string();
+        assert!(text.contains("cannot be read"), "{text}");
+    }
+
+    #[test]
     fn a_missing_checkpoint_lists_the_places() {
         let text = parse(&[]).unwrap_err().to_string();
-        assert!(text.contains("`checkpoint` is missing"), "{text}");
+        assert!(
+            text.contains("`checkpoint` and `effects` are missing"),
+            "{text}"
+        );
         let text = parse(&[("checkpoint", "b2")]).unwrap_err().to_string();
         assert!(
             text.contains("`b2`") && text.contains("/b2.") && text.contains("HYDRO_PATH"),

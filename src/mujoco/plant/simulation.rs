@@ -57,6 +57,10 @@ pub(super) struct MujocoSimulation {
     /// As logged.
     control: Vec<f64>,
     readings: Vec<f64>,
+    /// Velocities at the start of the latest step, which the readings belong to.
+    velocities: Vec<f64>,
+    /// When that step began [s].
+    began: f64,
     /// The force and torque sensors that effects change.
     loads: Vec<LoadSensor>,
     diverged: bool,
@@ -68,6 +72,8 @@ impl MujocoSimulation {
         Self {
             control: vec![0.0; data.ctrl().len()],
             readings: data.sensordata().to_vec(),
+            velocities: data.qvel().to_vec(),
+            began: data.time(),
             loads: if acts { loads.to_vec() } else { Vec::new() },
             data,
             run,
@@ -86,6 +92,10 @@ impl MujocoSimulation {
         if self.loads.is_empty() || self.data.model().view().passive_is_off() {
             return;
         }
+        // All that is derived from the state is still that of the step's start, but the state is not.
+        let now = self.data.time();
+        self.data.set_time(self.began);
+        self.data.qvel_mut().swap_with_slice(&mut self.velocities);
         let (data, readings, loads) = (&mut self.data, &mut self.readings, &self.loads);
         run::with_run(&self.run, || {
             let mut view = data.view();
@@ -113,6 +123,8 @@ impl MujocoSimulation {
                 }
             });
         });
+        self.data.qvel_mut().swap_with_slice(&mut self.velocities);
+        self.data.set_time(now);
     }
 
     /// Commands that arrive, from those that were logged.
@@ -228,6 +240,8 @@ impl Simulation for MujocoSimulation {
             return;
         }
         self.command();
+        self.velocities.copy_from_slice(self.data.qvel());
+        self.began = self.data.time();
         let (runge_kutta, data) = (self.data.model().view().runge_kutta(), &mut self.data);
         // Runge-Kutta leaves its last stage behind; readings belong to the first.
         let before = runge_kutta && !self.loads.is_empty();

@@ -1,0 +1,608 @@
+//! Effects in MuJoCo, through the plant of `hydro gap` and through the attribute `effects`: closed forms,
+//! the same model with real masses, energy, and the two against each other.
+#![cfg(mujoco_plugins)]
+#![allow(missing_docs, clippy::unwrap_used)]
+
+use std::{fs, path::PathBuf, sync::Arc};
+
+use hydro_plugin::{
+    effects::{Entry, Id},
+    mujoco::{
+        plant::MujocoPlant,
+        simulator::{Data, Model},
+    },
+    sim::plant::{KnobClass, Plant, SensorKind, Simulation},
+};
+use rayon::prelude::*;
+
+/// A scene in a folder of its own.
+struct Scene {
+    _folder: tempfile::TempDir,
+    path: PathBuf,
+}
+
+fn scene(text: &str) -> Scene {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.xml");
+    fs::write(&path, text).unwrap();
+    Scene {
+        _folder: folder,
+        path,
+    }
+}
+
+fn plant(text: &str) -> MujocoPlant {
+    MujocoPlant::load(&scene(text).path).unwrap()
+}
+
+fn entry(effect: Id, target: &str, parameters: &[f64]) -> Entry {
+    Entry {
+        effect,
+        target: target.to_owned(),
+        parameters: parameters.to_vec(),
+    }
+}
+
+fn simulation(plant: &MujocoPlant, effects: &[Entry]) -> Box<dyn Simulation> {
+    let knobs = vec![0.0; plant.description().knobs.len()];
+    plant.simulation(&knobs, effects).unwrap()
+}
+
+/// A box of 2 kg in nothing, with an accelerometer and a thruster along x.
+fn hull(option: &str, inside: &str) -> String {
+    format!(
+        r#"<mujoco><option {option}/>
+        <worldbody>
+          <body name="hull"><freejoint/>
+            <geom type="box" size="0.3 0.2 0.1" mass="2"/>
+            <site name="imu"/>{inside}
+          </body>
+        </worldbody>
+        <actuator><motor name="thruster" site="imu" gear="1 0 0 0 0 0"/></actuator>
+        <sensor>
+          <accelerometer name="acceleration" site="imu" noise="0.02"/>
+          <framepos name="position" objtype="body" objname="hull"/>
+          <gyro name="gyro" site="imu"/>
+        </sensor></mujoco>"#
+    )
+}
+
+const INTEGRATORS: [&str; 4] = ["Euler", "implicit", "implicitfast", "RK4"];
+
+#[test]
+fn a_free_body_accelerates_with_its_effective_mass() {
+    for integrator in INTEGRATORS {
+        let plant = plant(&hull(
+            &format!(r#"gravity="0 0 0" integrator="{integrator}""#),
+            "",
+        ));
+        // Five times its own mass along x.
+        let added = entry(Id::AddedMass, "hull", &[10.0, 4.0, 7.0, 0.1, 0.2, 0.3]);
+        let mut simulation = simulation(&plant, &[added]);
+        simulation.set_control(&[6.0]);
+        for _ in 0..100 {
+            simulation.step();
+        }
+        let step = plant.description().timestep;
+        assert!(
+            (simulation.qvel()[0] - 0.5 * 100.0 * step).abs() < 1e-12,
+            "{integrator}"
+        );
+        assert!(
+            (simulation.sensors()[0] - 0.5).abs() < 1e-12,
+            "{integrator}"
+        );
+        assert_eq!(simulation.qvel()[1..], [0.0; 5], "{integrator}");
+    }
+}
+
+/// Kirchhoff: in ideal fluid the energy of body and fluid together is conserved.
+#[test]
+fn a_tumbling_body_keeps_its_energy_in_ideal_fluid() {
+    let plant = plant(&hull(
+        r#"gravity="0 0 0" integrator="RK4" timestep="0.001""#,
+        "",
+    ));
+    let added = [10.0, 4.0, 7.0, 0.1, 0.2, 0.3];
+    let inertia = [
+        2.0 / 3.0 * (0.04 + 0.01),
+        2.0 / 3.0 * (0.09 + 0.01),
+        2.0 / 3.0 * (0.09 + 0.04),
+    ];
+    let energy = |simulation: &dyn Simulation| {
+        let (q, v) = (simulation.qpos(), simulation.qvel());
+        let attitude = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
+            q[3], q[4], q[5], q[6],
+        ));
+        let linear = attitude.inverse() * nalgebra::Vector3::new(v[0], v[1], v[2]);
+        (0..3)
+            .map(|axis| {
+                0.5 * (2.0 + added[axis]) * linear[axis].powi(2)
+                    + 0.5 * (inertia[axis] + added[3 + axis]) * v[3 + axis].powi(2)
+            })
+            .sum::<f64>()
+    };
+    let mut simulation = simulation(&plant, &[entry(Id::AddedMass, "hull", &added)]);
+    simulation.set_motion(
+        0.0,
+        &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+        &[0.5, -0.3, 0.2, 1.0, 2.0, -0.5],
+    );
+    let before = energy(simulation.as_ref());
+    for _ in 0..3000 {
+        simulation.step();
+    }
+    let after = energy(simulation.as_ref());
+    assert!((after / before - 1.0).abs() < 1e-8, "{before} {after}");
+    // It was no steady motion.
+    assert!(
+        (simulation.qvel()[4] - 2.0).abs() > 0.1,
+        "{:?}",
+        simulation.qvel()
+    );
+}
+
+/// A leg on a moving base, with a payload as an effect or as a body.
+fn leg(payload: &str, option: &str) -> String {
+    format!(
+        r#"<mujoco><option {option}/>
+        <worldbody>
+          <body name="base"><freejoint/>
+            <geom type="box" size="0.2 0.1 0.05" mass="3"/>
+            <body name="thigh" pos="0.2 0 0">
+              <joint name="hip" axis="0 1 0" damping="0.1"/>
+              <geom type="capsule" fromto="0 0 0 0 0 -0.3" size="0.03" mass="1"/>
+              <body name="calf" pos="0 0 -0.3" euler="10 20 0">
+                <joint name="knee" axis="0 1 0" pos="0 0 0.01"/>
+                <geom type="capsule" fromto="0 0 0 0 0 -0.3" size="0.02" mass="0.4"/>
+                <site name="ankle" pos="0 0 -0.1"/>
+                {payload}
+              </body>
+            </body>
+          </body>
+        </worldbody>
+        <actuator><motor name="hip" joint="hip"/><motor name="knee" joint="knee"/></actuator>
+        <sensor>
+          <force name="force" site="ankle"/><torque name="torque" site="ankle"/>
+          <jointpos name="hip_q" joint="hip"/>
+          <accelerometer name="acceleration" site="ankle"/>
+        </sensor></mujoco>"#
+    )
+}
+
+fn assert_close(one: &[f64], other: &[f64], tolerance: f64, what: &str) {
+    for (one, other) in one.iter().zip(other) {
+        assert!((one - other).abs() <= tolerance, "{what}: {one} {other}");
+    }
+}
+
+#[test]
+fn a_payload_is_a_body_welded_on() {
+    for option in [
+        r#"integrator="Euler""#,
+        r#"integrator="implicitfast""#,
+        r#"integrator="RK4""#,
+        r#"integrator="Euler" wind="0 0 0" gravity="1 0 -9""#,
+    ] {
+        let body = r#"<body pos="0.02 0.05 -0.25"><inertial pos="0 0 0" mass="2" diaginertia="1e-14 1e-14 1e-14"/></body>"#;
+        let (light, heavy) = (plant(&leg("", option)), plant(&leg(body, option)));
+        let load = entry(Id::Payload, "calf", &[2.0, 0.02, 0.05, -0.25]);
+        let (mut one, mut other) = (simulation(&light, &[load]), simulation(&heavy, &[]));
+        for step in 0..200 {
+            for simulation in [&mut one, &mut other] {
+                simulation.set_control(&[0.5 * (0.05 * f64::from(step)).sin(), 0.2]);
+                simulation.step();
+            }
+        }
+        assert_close(one.qpos(), other.qpos(), 1e-9, option);
+        assert_close(one.qvel(), other.qvel(), 1e-9, option);
+        assert_close(one.sensors(), other.sensors(), 1e-8, option);
+    }
+}
+
+#[test]
+fn constraints_feel_the_effective_mass() {
+    // The payload in contact, with limits and a connected point, against the real thing.
+    for option in [
+        r#"solver="Newton""#,
+        r#"solver="CG""#,
+        r#"solver="PGS" iterations="500" tolerance="0""#,
+        r#"solver="Newton" noslip_iterations="3""#,
+        r#"cone="elliptic" integrator="implicitfast""#,
+        r#"integrator="RK4""#,
+        r#"integrator="discrete""#,
+    ] {
+        let text = |mass: f64| {
+            format!(
+                r#"<mujoco><option {option} timestep="0.001"/><worldbody>
+                <geom type="plane" size="5 5 0.1"/>
+                <body name="a" pos="0 0 0.12"><freejoint/>
+                  <inertial pos="0 0 0" mass="{mass}" diaginertia="0.02 0.02 0.02"/>
+                  <geom type="box" size="0.1 0.1 0.1"/><body/></body>
+                <body name="b" pos="1 0 0.12"><joint name="s" type="slide" axis="0 0 1" limited="true" range="-0.1 0.05"/>
+                  <geom type="sphere" size="0.1" mass="1" contype="0" conaffinity="0"/></body>
+                </worldbody></mujoco>"#
+            )
+        };
+        let (light, heavy) = (plant(&text(1.0)), plant(&text(6.0)));
+        let load = entry(Id::Payload, "a", &[5.0, 0.0, 0.0, 0.0]);
+        let (mut one, mut other) = (simulation(&light, &[load]), simulation(&heavy, &[]));
+        for simulation in [&mut one, &mut other] {
+            simulation.set_motion(
+                0.0,
+                &simulation.qpos().to_vec(),
+                &[0.5, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0],
+            );
+            for _ in 0..500 {
+                simulation.step();
+            }
+        }
+        // The regularisation of contacts is of the compiled mass, so not to rounding.
+        assert_close(&one.qpos()[..3], &other.qpos()[..3], 2e-3, option);
+        assert!(
+            !one.diverged() && one.qpos()[2] > 0.09,
+            "{option} {:?}",
+            one.qpos()
+        );
+        assert!(
+            one.qvel()[0].abs() < 1e-2,
+            "friction stops it: {option} {:?}",
+            one.qvel()
+        );
+    }
+}
+
+#[test]
+fn stiff_drag_on_a_light_body_decays() {
+    let text =
+        hull(r#"gravity="0 0 0" timestep="0.01""#, "").replace("mass=\"2\"", "mass=\"0.01\"");
+    let plant = plant(&text);
+    let drag = entry(Id::LinearDrag, "hull", &[500.0; 6]);
+    let mut simulation = simulation(&plant, &[drag]);
+    simulation.set_motion(
+        0.0,
+        &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+        &[1.0, -1.0, 1.0, 1.0, 1.0, 1.0],
+    );
+    for _ in 0..10 {
+        simulation.step();
+    }
+    assert!(!simulation.diverged());
+    assert!(
+        simulation.qvel().iter().all(|v| v.abs() < 1e-3),
+        "{:?}",
+        simulation.qvel()
+    );
+}
+
+#[test]
+fn current_is_the_wind_of_a_native_fluid_and_relative_velocity_elsewhere() {
+    let fluid = hull(r#"gravity="0 0 0" density="1000" viscosity="0.1""#, "");
+    let (still, windy) = (
+        plant(&fluid),
+        plant(&fluid.replace("density=", r#"wind="0.3 -0.1 0.2" density="#)),
+    );
+    let current = [entry(Id::Current, "hull", &[0.3, -0.1, 0.2])];
+    let (mut one, mut other) = (simulation(&still, &current), simulation(&windy, &[]));
+    for _ in 0..500 {
+        one.step();
+        other.step();
+    }
+    assert_eq!(one.qpos(), other.qpos());
+    // Without a fluid of its own, through drag alone: the body ends in the water's velocity.
+    let dry = plant(&hull(r#"gravity="0 0 0""#, ""));
+    let effects = [
+        entry(Id::Current, "hull", &[0.3, -0.1, 0.2]),
+        entry(Id::LinearDrag, "hull", &[50.0; 6]),
+    ];
+    let mut drifting = simulation(&dry, &effects);
+    for _ in 0..2000 {
+        drifting.step();
+    }
+    assert_close(&drifting.qvel()[..3], &[0.3, -0.1, 0.2], 1e-6, "drift");
+}
+
+#[test]
+fn knobs_change_what_they_say() {
+    let text = r#"<mujoco><option density="1000" viscosity="0.01"/><worldbody>
+        <body name="hull" gravcomp="1.1"><freejoint/>
+          <geom type="ellipsoid" size="0.3 0.2 0.1" mass="10" fluidshape="ellipsoid"/>
+          <body name="arm" pos="0.3 0 0"><joint name="elbow" axis="0 1 0" damping="0.5"/>
+            <geom type="sphere" size="0.05" pos="0.1 0 0" mass="1"/></body>
+        </body></worldbody>
+        <actuator><position name="elbow" joint="elbow" kp="5"/></actuator></mujoco>"#;
+    let plant = plant(text);
+    let known = plant.description().knobs.clone();
+    let names: Vec<&str> = known.iter().map(|knob| knob.name.as_str()).collect();
+    for wanted in [
+        "hull.mass",
+        "hull.inertia.x",
+        "hull.com.z",
+        "arm.mass",
+        "fluid.blunt_drag",
+        "fluid.kutta_lift",
+        "elbow.gain",
+        "elbow.damping",
+    ] {
+        assert!(names.contains(&wanted), "{names:?}");
+    }
+    let turned = |name: &str, value: f64| {
+        let mut knobs = vec![0.0; known.len()];
+        knobs[names.iter().position(|known| *known == name).unwrap()] = value;
+        let mut simulation = plant.simulation(&knobs, &[]).unwrap();
+        simulation.step();
+        simulation.qvel().to_vec()
+    };
+    let nominal = {
+        let mut simulation = simulation(&plant, &[]);
+        simulation.step();
+        simulation.qvel().to_vec()
+    };
+    // 1.1 * 10 kg lift 11 kg in all, at the hull's origin; a tenth more mass falls by that, not more.
+    assert!(nominal[2].abs() < 0.02, "{nominal:?}");
+    let heavier = turned("hull.mass", 0.5);
+    assert!(heavier[2] < -0.001, "{heavier:?}");
+    // The centre of mass to the front, buoyancy where it was: it pitches down by the whole weight.
+    let moved = turned("hull.com.x", 0.05);
+    assert!((moved[4] - nominal[4]) > 1e-4, "{moved:?} {nominal:?}");
+    assert_ne!(
+        turned("elbow.gain", 0.5),
+        nominal.clone().iter().map(|v| v + 1.0).collect::<Vec<_>>()
+    );
+    assert!(known.iter().any(|knob| knob.class == KnobClass::Damping));
+}
+
+#[test]
+fn the_description_says_what_is_there() {
+    let plant = plant(&leg("", ""));
+    let description = plant.description();
+    assert_eq!((description.nq, description.nv), (9, 8));
+    assert_eq!(description.state_len, 18);
+    let bodies: Vec<(&str, bool)> = description
+        .bodies
+        .iter()
+        .map(|body| (body.name.as_str(), body.root))
+        .collect();
+    assert_eq!(bodies, [("base", true), ("thigh", false), ("calf", false)]);
+    assert!((description.bodies[0].scale.mass - 4.4).abs() < 1e-9);
+    let kinds: Vec<SensorKind> = description.sensors.iter().map(|s| s.kind).collect();
+    use SensorKind::{Acceleration, Force, JointPosition, Torque};
+    assert_eq!(kinds, [Force, Torque, JointPosition, Acceleration]);
+    assert_eq!(description.sensors[2].joint.as_deref(), Some("hip"));
+    assert_eq!(description.joints[0].qpos, 7);
+}
+
+#[test]
+fn threads_change_nothing_and_a_saved_simulation_goes_on_as_it_would_have() {
+    let plant = plant(&leg("", ""));
+    let effects = [
+        entry(Id::AddedMass, "calf", &[1.0, 2.0, 0.5, 0.01, 0.01, 0.01]),
+        entry(Id::QuadraticDrag, "calf", &[3.0; 6]),
+        entry(Id::WakeMemory, "base", &wake(&plant, "base")),
+    ];
+    let run = |seed: usize| {
+        let mut simulation = simulation(&plant, &effects);
+        simulation.set_control(&[0.1 * seed as f64, 0.2]);
+        for _ in 0..200 {
+            simulation.step();
+        }
+        simulation.save()
+    };
+    let alone: Vec<Vec<f64>> = (0..8).map(run).collect();
+    let together: Vec<Vec<f64>> = (0..8).into_par_iter().map(run).collect();
+    assert_eq!(alone, together);
+    let mut simulation = simulation(&plant, &effects);
+    simulation.load(&alone[3]);
+    let mut other = simulation_from(&plant, &effects, 3);
+    for _ in 0..50 {
+        simulation.step();
+        other.step();
+    }
+    assert_eq!(simulation.save(), other.save());
+}
+
+fn simulation_from(plant: &MujocoPlant, effects: &[Entry], seed: usize) -> Box<dyn Simulation> {
+    let mut simulation = simulation(plant, effects);
+    simulation.set_control(&[0.1 * seed as f64, 0.2]);
+    for _ in 0..200 {
+        simulation.step();
+    }
+    simulation
+}
+
+/// Values of a wake: the middle of what its prior allows.
+fn wake(plant: &MujocoPlant, body: &str) -> Vec<f64> {
+    values(plant, Id::WakeMemory, body)
+}
+
+/// Values of an effect on a body that make it felt.
+fn values(plant: &MujocoPlant, id: Id, body: &str) -> Vec<f64> {
+    use hydro_plugin::effects::{Target, effect};
+    let body = plant
+        .description()
+        .bodies
+        .iter()
+        .find(|known| known.name == body)
+        .unwrap();
+    effect(id)
+        .parameters(&Target::Body(body.scale.clone()))
+        .iter()
+        .map(|p| (p.start + 0.5 * p.prior_sd).clamp(p.lower, p.upper))
+        .collect()
+}
+
+#[test]
+fn refusals_say_what_is_there() {
+    let plant = plant(&leg("", ""));
+    let knobs = vec![0.0; plant.description().knobs.len()];
+    let refusal = |effect: Entry| match plant.simulation(&knobs, &[effect]) {
+        Ok(_) => panic!("not refused"),
+        Err(fault) => fault.to_string(),
+    };
+    let text = refusal(entry(Id::AddedMass, "foot", &[0.0; 6]));
+    assert!(
+        text.contains("`foot`") && text.contains("base, thigh, calf"),
+        "{text}"
+    );
+    let text = refusal(entry(Id::AddedMass, "calf", &[0.0; 2]));
+    assert!(
+        text.contains("2 values") && text.contains("surge [kg]"),
+        "{text}"
+    );
+    let text = refusal(entry(Id::JointDamping, "ankle", &[0.0]));
+    assert!(text.contains("hip, knee"), "{text}");
+    let text = match plant.simulation(&knobs[1..], &[]) {
+        Ok(_) => panic!("not refused"),
+        Err(fault) => fault.to_string(),
+    };
+    assert!(text.contains("values of knobs"), "{text}");
+    let missing = MujocoPlant::load(&PathBuf::from("/no/such.xml")).unwrap_err();
+    assert!(missing.to_string().contains("/no/such.xml"), "{missing}");
+}
+
+#[test]
+fn a_simulation_that_blows_up_says_so_and_starts_again() {
+    let plant = plant(&hull(r#"gravity="0 0 0""#, ""));
+    let mut simulation = simulation(&plant, &[]);
+    simulation.set_control(&[1e9]);
+    for _ in 0..50 {
+        simulation.step();
+    }
+    assert!(simulation.diverged());
+    simulation.reset();
+    simulation.step();
+    assert!(!simulation.diverged());
+    simulation.restart(&[f64::NAN; 14]);
+    assert!(simulation.diverged());
+}
+
+#[test]
+fn forward_twice_is_forward_once() {
+    // Through the attribute, where `mj_forward` can be called as often as one likes.
+    let effects = r#"{"schema": "hydro-effects/1", "effects": [
+        {"effect": "added_mass", "target": "hull", "parameters": {"surge": 10, "sway": 4, "heave": 7, "roll": 0.1, "pitch": 0.2, "yaw": 0.3}},
+        {"effect": "linear_drag", "target": "hull", "parameters": {"surge": 10, "sway": 4, "heave": 7, "roll": 0.1, "pitch": 0.2, "yaw": 0.3}}]}"#;
+    let text = patched(&hull(r#"gravity="0 0 -9""#, "<body/>"), effects);
+    let model = Arc::new(Model::load(&scene(&text).path).unwrap());
+    let mut data = Data::new(&model).unwrap();
+    data.qvel_mut()
+        .copy_from_slice(&[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]);
+    data.forward();
+    let once = data.qacc().to_vec();
+    data.forward();
+    assert_close(data.qacc(), &once, 1e-13, "again");
+}
+
+/// A scene with effects in an instance on the hull.
+fn patched(text: &str, effects: &str) -> String {
+    let config = format!(
+        r#"<extension><plugin plugin="hydro.wrench"><instance name="water">
+           <config key="effects" value='{effects}'/></instance></plugin></extension><worldbody>"#
+    );
+    text.replacen("<worldbody>", &config, 1).replacen(
+        "<freejoint/>",
+        r#"<freejoint/><plugin plugin="hydro.wrench" instance="water"/>"#,
+        1,
+    )
+}
+
+/// What a fit sees and what the file does are the same, over two seconds.
+#[test]
+fn a_fitted_effect_written_to_a_file_acts_as_it_did() {
+    let option = r#"gravity="0 0 -9.81" timestep="0.002""#;
+    let text = leg("", option);
+    let fitted = plant(&text);
+    let chosen = [
+        (Id::AddedMass, "base"),
+        (Id::LinearDrag, "base"),
+        (Id::QuadraticDrag, "calf"),
+        (Id::NetBuoyancy, "base"),
+        (Id::WakeMemory, "base"),
+        (Id::CrossFlowDrag, "thigh"),
+        (Id::BassetHistory, "base"),
+        (Id::Waves, "base"),
+        (Id::Current, "base"),
+    ];
+    let mut effects: Vec<Entry> = chosen
+        .iter()
+        .map(|(id, body)| entry(*id, body, &values(&fitted, *id, body)))
+        .collect();
+    effects.push(entry(Id::ActuatorDeadband, "hip", &[0.05]));
+    let mut one = simulation(&fitted, &effects);
+    let listed: Vec<String> = effects.iter().map(|entry| json(&fitted, entry)).collect();
+    let list = format!(
+        r#"{{"schema": "hydro-effects/1", "effects": [{}]}}"#,
+        listed.join(", ")
+    );
+    let text = patched(&text, &list).replace(
+        r#"<force name="force" site="ankle"/><torque name="torque" site="ankle"/>"#,
+        r#"<plugin name="force" plugin="hydro.load_cell"><config key="site" value="ankle"/></plugin>
+           <plugin name="torque" plugin="hydro.load_cell"><config key="site" value="ankle"/>
+           <config key="quantity" value="torque"/></plugin>"#,
+    );
+    let text = text.replace(
+        "</extension>",
+        r#"<plugin plugin="hydro.load_cell"/></extension>"#,
+    );
+    let mut other = simulation(&plant(&text), &[]);
+    let mut moved = 0.0_f64;
+    for step in 0..1000 {
+        let command = [0.5 * (0.02 * f64::from(step)).sin(), 0.1];
+        for simulation in [&mut one, &mut other] {
+            simulation.set_control(&command);
+            simulation.step();
+        }
+        assert_close(one.sensors(), other.sensors(), 1e-11, "sensors");
+        moved = moved.max(one.qvel()[3].abs());
+    }
+    assert_close(one.qpos(), other.qpos(), 1e-12, "qpos");
+    assert_close(one.qvel(), other.qvel(), 1e-12, "qvel");
+    assert!(moved > 1e-3 && !one.diverged());
+}
+
+/// An entry as an `effects.json` has it.
+fn json(plant: &MujocoPlant, entry: &Entry) -> String {
+    use hydro_plugin::effects::{Target, card::ActuatorScale, effect};
+    let body = plant
+        .description()
+        .bodies
+        .iter()
+        .find(|known| known.name == entry.target);
+    let target = body.map_or(
+        Target::Actuator(ActuatorScale {
+            command: 1.0,
+            inflow: 0.0,
+            step: 0.002,
+        }),
+        |body| Target::Body(body.scale.clone()),
+    );
+    let values: Vec<String> = effect(entry.effect)
+        .parameters(&target)
+        .iter()
+        .zip(&entry.parameters)
+        .map(|(parameter, value)| format!(r#""{}": {value:?}"#, parameter.name))
+        .collect();
+    format!(
+        r#"{{"effect": "{}", "target": "{}", "parameters": {{{}}}}}"#,
+        entry.effect,
+        entry.target,
+        values.join(", ")
+    )
+}
+
+/// A force sensor of MuJoCo's reads what a payload, as a body, would make it read.
+#[test]
+fn force_sensors_show_what_was_added() {
+    let body = r#"<body pos="0.02 0.05 -0.25"><inertial pos="0 0 0" mass="2" diaginertia="1e-14 1e-14 1e-14"/></body>"#;
+    for option in ["", r#"integrator="RK4""#] {
+        let (light, heavy) = (plant(&leg("", option)), plant(&leg(body, option)));
+        let load = entry(Id::Payload, "calf", &[2.0, 0.02, 0.05, -0.25]);
+        let (mut one, mut other) = (simulation(&light, &[load]), simulation(&heavy, &[]));
+        for simulation in [&mut one, &mut other] {
+            simulation.set_control(&[2.0, 1.0]);
+            (0..20).for_each(|_| simulation.step());
+        }
+        assert!(one.sensors()[..6].iter().any(|value| value.abs() > 0.1));
+        assert_close(&one.sensors()[..6], &other.sensors()[..6], 1e-9, option);
+    }
+}
