@@ -13,7 +13,7 @@ use anyhow::{Context as _, bail};
 use hydro_plugin::{
     effects::{Id, effect},
     gap::{self, Bench, Naming, Settings, Study, Uncertainty, Watch, stages::Verified},
-    mujoco::MujocoPlant,
+    mujoco::plant::MujocoPlant,
     patch,
     sim::plant::{Plant, PlantDescription, SensorKind},
     trial::{self, Listed, SensorQuantity, SensorSignature, Signature, Trial},
@@ -25,7 +25,7 @@ use super::{
     folder::{CANDIDATE, Folder, PATCHED, provenance},
     inputs::Inputs,
     lines,
-    run::{self, Candidate, Exam, Reached, Stage, Stages},
+    sequence::{self, Candidate, Exam, Reached, Stage, Stages},
     settings::Flags,
 };
 use crate::cli::{cancel::cancel_on_signal, command_line, print_json, write_line};
@@ -91,13 +91,13 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
         verify: Box::new(|exam, watch| laboratory.verify(exam, watch)),
     };
     let note = |inputs: &mut Inputs| inputs.note_held_out(&trial::list(&flags.trials)?);
-    let reached = run::run(&mut folder, &stages, until, &watch, note);
+    let reached = sequence::run(&mut folder, &stages, until, &watch, note);
     bars.finish();
     tell_of(&reached?, flags)
 }
 
 /// The folder of results: gone on with where the inputs are the same.
-fn open(flags: &Flags) -> anyhow::Result<Folder<Inputs>> {
+pub(super) fn open(flags: &Flags) -> anyhow::Result<Folder<Inputs>> {
     let known = provenance::<Inputs>(&flags.out)?;
     let mut inputs = Inputs::look(flags, known.as_ref().map(|known| &known.inputs))?;
     let Some(mut known) = known else {

@@ -14,7 +14,7 @@ mod lines;
 #[cfg(mujoco_plugins)]
 mod report;
 #[cfg(mujoco_plugins)]
-mod run;
+mod sequence;
 #[cfg(mujoco_plugins)]
 mod settings;
 
@@ -55,15 +55,20 @@ enum Command {
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     match &args.command {
         #[cfg(mujoco_plugins)]
-        Command::Run(flags) | Command::Verify(flags) => laboratory::run(flags, run::Stage::Verify),
+        Command::Run(flags) | Command::Verify(flags) => {
+            laboratory::run(flags, sequence::Stage::Verify)
+        }
         #[cfg(mujoco_plugins)]
-        Command::Find(flags) => laboratory::run(flags, run::Stage::Find),
+        Command::Find(flags) => laboratory::run(flags, sequence::Stage::Find),
         #[cfg(mujoco_plugins)]
-        Command::Name(flags) => laboratory::run(flags, run::Stage::Name),
+        Command::Name(flags) => laboratory::run(flags, sequence::Stage::Name),
         #[cfg(mujoco_plugins)]
-        Command::Add(flags) => laboratory::run(flags, run::Stage::Add),
+        Command::Add(flags) => laboratory::run(flags, sequence::Stage::Add),
         #[cfg(mujoco_plugins)]
         Command::Report(flags) => report::run(flags),
         Command::Effects(flags) => effects::run(flags),
     }
 }
+
+#[cfg(all(test, mujoco_plugins))]
+mod tests;

@@ -6,7 +6,7 @@ use anyhow::bail;
 
 use super::{
     folder::{Folder, provenance},
-    lines, run,
+    lines, sequence,
 };
 use crate::cli::print_json;
 
@@ -31,8 +31,8 @@ pub(super) fn run(flags: &Flags) -> anyhow::Result<()> {
         );
     };
     let mut folder = Folder::go_on(&flags.out, known)?;
-    let record = run::gather(&folder)?;
-    run::publish(&mut folder, &record)?;
+    let record = sequence::gather(&folder)?;
+    sequence::publish(&mut folder, &record)?;
     if flags.json {
         return print_json(&record.verdict);
     }

@@ -1,0 +1,494 @@
+//! Going on, changed inputs, a stop, damage and strangers' files, with stages that only count.
+#![allow(clippy::unwrap_used)]
+
+use std::{
+    cell::RefCell,
+    fs,
+    path::Path,
+    sync::atomic::{AtomicBool, Ordering},
+};
+
+use clap::Parser as _;
+use hydro_plugin::{
+    effects::Id,
+    gap::{
+        Watch,
+        stages::{Added, Found, Named, Verified},
+        verdict::{FittedEffect, FittedParameter, Gap, Outcome},
+    },
+};
+
+use super::{
+    folder::{Folder, provenance},
+    inputs::Inputs,
+    laboratory, lines,
+    sequence::{self, Candidate, Reached, Stage, Stages},
+    settings::Flags,
+};
+
+fn found() -> Found {
+    Found {
+        schema: "hydro-gap-find/1".into(),
+        fit_trials: vec!["a".into()],
+        held_out_trials: vec!["b".into()],
+        channels: vec![],
+        segment: 2.0,
+        // Not exact in decimal: it must survive the file to the last bit.
+        excess: 0.1 + 0.2,
+        p_value: 1e-3,
+        by_sensor: [].into(),
+        places: vec![],
+        regime: vec![],
+        heat_maps: vec![],
+        remarks: vec![],
+    }
+}
+
+fn added_mass() -> FittedEffect {
+    FittedEffect {
+        effect: Id::AddedMass,
+        target: "hull\u{1b}[2J".into(),
+        probability: 0.98,
+        surrogate: false,
+        parameters: vec![FittedParameter {
+            name: "surge".into(),
+            value: 3.0,
+            unit: "kg".into(),
+            ci95: [2.5, 3.5],
+        }],
+    }
+}
+
+fn named() -> Named {
+    Named {
+        schema: "hydro-gap-name/1".into(),
+        outcome: Outcome::Named,
+        chosen: vec![added_mass()],
+        effects: vec![added_mass()],
+        confusion_set: vec![],
+        next_experiment: None,
+        ranking: vec![],
+        nuisances: vec![],
+        unexplained: 0.0,
+        unexplained_p_value: 0.5,
+        remarks: vec![],
+    }
+}
+
+fn candidate() -> Candidate {
+    Candidate {
+        added: Added {
+            schema: "hydro-gap-add/1".into(),
+            effects: vec![added_mass()],
+            sensors: [].into(),
+            bootstrap: vec![],
+            model: Some("patched.xml".into()),
+            diff: String::new(),
+            remarks: vec![],
+        },
+        xml: "<mujoco/>".into(),
+    }
+}
+
+fn verified(accepted: bool) -> Verified {
+    Verified {
+        schema: "hydro-gap-verify/1".into(),
+        gap: Gap {
+            metric: "nrmse".into(),
+            before: Some(0.5),
+            after: Some(0.1),
+            reduction: Some(0.8),
+            ci95: Some([0.7, 0.9]),
+            n_holdout_trials: 1,
+            per_sensor: [].into(),
+        },
+        horizons: vec![],
+        overlays: vec![],
+        accepted,
+        refused_because: (!accepted).then(|| "`depth` gets worse".into()),
+        cross_fitted: false,
+        remarks: vec![],
+    }
+}
+
+/// A model, three trials, and stages that write down that they ran.
+struct Fake {
+    root: tempfile::TempDir,
+    ran: RefCell<Vec<&'static str>>,
+    stop: AtomicBool,
+    stops_in: Option<&'static str>,
+    accepted: bool,
+}
+
+impl Fake {
+    fn new() -> Self {
+        let root = tempfile::tempdir().unwrap();
+        fs::write(root.path().join("nominal.xml"), "<mujoco/>").unwrap();
+        fs::create_dir(root.path().join("trials")).unwrap();
+        for name in ["a", "b", "c"] {
+            fs::write(root.path().join(format!("trials/{name}.csv")), "time\n").unwrap();
+        }
+        Self {
+            root,
+            ran: RefCell::default(),
+            stop: AtomicBool::new(false),
+            stops_in: None,
+            accepted: true,
+        }
+    }
+
+    fn out(&self) -> std::path::PathBuf {
+        self.root.path().join("out")
+    }
+
+    fn flags(&self, more: &[&str]) -> Flags {
+        #[derive(clap::Parser)]
+        struct Command {
+            #[command(flatten)]
+            flags: Flags,
+        }
+        let path = |name: &str| self.root.path().join(name).display().to_string();
+        let given = [
+            "gap".to_owned(),
+            "--model".to_owned(),
+            path("nominal.xml"),
+            "--trials".to_owned(),
+            path("trials"),
+            "--out".to_owned(),
+            path("out"),
+        ];
+        let all = given
+            .into_iter()
+            .chain(more.iter().map(|s| (*s).to_owned()));
+        Command::try_parse_from(all).unwrap().flags
+    }
+
+    fn run(&self, until: Stage, more: &[&str]) -> anyhow::Result<Reached> {
+        self.ran.take();
+        let step = |name: &'static str| {
+            self.ran.borrow_mut().push(name);
+            if self.stops_in == Some(name) {
+                self.stop.store(true, Ordering::Relaxed);
+                anyhow::bail!("the library stopped");
+            }
+            Ok(())
+        };
+        let stages = Stages {
+            find: Box::new(|_| step("find").map(|()| found())),
+            name: Box::new(|_, _| step("name").map(|()| named())),
+            add: Box::new(|_, _, _| step("add").map(|()| Some(candidate()))),
+            verify: Box::new(|exam, _| {
+                let xml = fs::read_to_string(exam.candidate.unwrap()).unwrap();
+                assert_eq!(xml, "<mujoco/>");
+                step("verify").map(|()| Some(verified(self.accepted)))
+            }),
+        };
+        let watch = Watch {
+            stop: &self.stop,
+            tell: &|_, _, _| {},
+        };
+        let flags = self.flags(more);
+        let mut folder = laboratory::open(&flags)?;
+        let note =
+            |inputs: &mut Inputs| inputs.note_held_out(&hydro_plugin::trial::list(&flags.trials)?);
+        sequence::run(&mut folder, &stages, until, &watch, note)
+    }
+
+    fn ran(&self) -> Vec<&'static str> {
+        self.ran.borrow().clone()
+    }
+
+    fn fault(&self, more: &[&str]) -> String {
+        format!("{:#}", self.run(Stage::Verify, more).unwrap_err())
+    }
+
+    fn held_out(&self) -> String {
+        let known = provenance::<Inputs>(&self.out()).unwrap().unwrap();
+        known.inputs.held_out_trials().remove(0)
+    }
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_stage_that_is_there_does_not_run_again() {
+    let fake = Fake::new();
+    assert!(matches!(
+        fake.run(Stage::Name, &[]).unwrap(),
+        Reached::Named(_)
+    ));
+    assert_eq!(fake.ran(), ["find", "name"]);
+    let Reached::Verdict(first) = fake.run(Stage::Verify, &[]).unwrap() else {
+        panic!("no verdict");
+    };
+    assert_eq!(fake.ran(), ["add", "verify"]);
+    assert_eq!(
+        names(&fake.out()),
+        [
+            "add.json",
+            "candidate.xml",
+            "find.json",
+            "name.json",
+            "patched.xml",
+            "report.html",
+            "run.json",
+            "timing.json",
+            "verdict.json",
+            "verify.json"
+        ]
+    );
+    let page = fs::read(fake.out().join("report.html")).unwrap();
+    let Reached::Verdict(second) = fake.run(Stage::Verify, &[]).unwrap() else {
+        panic!("no verdict");
+    };
+    assert_eq!(fake.ran(), [""; 0]);
+    assert!(
+        first == second,
+        "what was read back differs from what was computed"
+    );
+    assert_eq!(page, fs::read(fake.out().join("report.html")).unwrap());
+}
+
+#[test]
+fn an_earlier_stage_that_runs_again_takes_the_later_ones_along() {
+    let fake = Fake::new();
+    fake.run(Stage::Verify, &[]).unwrap();
+    fs::remove_file(fake.out().join("name.json")).unwrap();
+    fake.run(Stage::Verify, &[]).unwrap();
+    assert_eq!(fake.ran(), ["name", "add", "verify"]);
+    fs::remove_file(fake.out().join("candidate.xml")).unwrap();
+    fake.run(Stage::Verify, &[]).unwrap();
+    assert_eq!(fake.ran(), ["add", "verify"]);
+}
+
+#[test]
+fn a_stop_keeps_what_was_finished() {
+    let mut fake = Fake::new();
+    fake.stops_in = Some("add");
+    let text = fake.fault(&[]);
+    assert!(text.contains("interrupted in `add`"), "{text}");
+    assert_eq!(
+        names(&fake.out()),
+        ["find.json", "name.json", "run.json", "timing.json"]
+    );
+    // Asked before anything: nothing runs.
+    let text = fake.fault(&[]);
+    assert!(
+        text.contains("interrupted in `add`") && fake.ran().is_empty(),
+        "{text}"
+    );
+    fake.stops_in = None;
+    fake.stop.store(false, Ordering::Relaxed);
+    fake.run(Stage::Verify, &[]).unwrap();
+    assert_eq!(fake.ran(), ["add", "verify"]);
+}
+
+#[test]
+fn other_inputs_are_named_and_refused_until_told_to_start_anew() {
+    let fake = Fake::new();
+    fake.run(Stage::Verify, &[]).unwrap();
+    let text = fake.fault(&["--seed", "7", "--holdout", "0.5"]);
+    for word in [
+        "--seed is 7, it was 0",
+        "--holdout is 0.5, it was 0.25",
+        "--overwrite",
+    ] {
+        assert!(text.contains(word), "{text}");
+    }
+    fs::write(
+        fake.root.path().join("nominal.xml"),
+        "<mujoco model=\"b\"/>",
+    )
+    .unwrap();
+    fs::write(fake.root.path().join("trials/d.csv"), "time\n").unwrap();
+    let text = fake.fault(&[]);
+    assert!(
+        text.contains("nominal.xml has changed") && text.contains("trial `d` is new"),
+        "{text}"
+    );
+    assert!(fake.out().join("patched.xml").exists() && fake.ran().is_empty());
+    fake.run(Stage::Find, &["--overwrite"]).unwrap();
+    assert_eq!(names(&fake.out()), ["find.json", "run.json", "timing.json"]);
+    fake.run(Stage::Verify, &[]).unwrap();
+    assert_eq!(fake.ran(), ["name", "add", "verify"]);
+}
+
+#[test]
+fn an_included_file_belongs_to_the_model() {
+    let fake = Fake::new();
+    let model = "<mujoco><include file=\"part.xml\"/></mujoco>";
+    fs::write(fake.root.path().join("nominal.xml"), model).unwrap();
+    fs::write(fake.root.path().join("part.xml"), "<mujoco/>").unwrap();
+    fake.run(Stage::Find, &[]).unwrap();
+    fs::write(fake.root.path().join("part.xml"), "<mujoco model=\"b\"/>").unwrap();
+    let text = fake.fault(&[]);
+    assert!(text.contains("nominal.xml has changed"), "{text}");
+}
+
+#[test]
+fn a_held_out_file_may_be_away_until_verify() {
+    let fake = Fake::new();
+    fake.run(Stage::Find, &[]).unwrap();
+    let path = fake
+        .root
+        .path()
+        .join(format!("trials/{}.csv", fake.held_out()));
+    fs::remove_file(&path).unwrap();
+    fake.run(Stage::Add, &[]).unwrap();
+    assert_eq!(fake.ran(), ["name", "add"]);
+    fs::write(&path, "time\n0\n").unwrap();
+    fake.run(Stage::Verify, &[]).unwrap();
+    assert_eq!(fake.ran(), ["verify"]);
+    // From then on it counts.
+    fs::write(&path, "time\n0\n1\n").unwrap();
+    let text = fake.fault(&[]);
+    assert!(text.contains("the file of held-out trial"), "{text}");
+}
+
+#[test]
+fn a_trial_that_changes_is_named() {
+    let fake = Fake::new();
+    fake.run(Stage::Find, &[]).unwrap();
+    let held_out = fake.held_out();
+    let name = ["a", "b", "c"]
+        .into_iter()
+        .find(|name| *name != held_out)
+        .unwrap();
+    fs::write(
+        fake.root.path().join(format!("trials/{name}.csv")),
+        "time\n0\n",
+    )
+    .unwrap();
+    let text = fake.fault(&[]);
+    assert!(
+        text.contains(&format!("the file of trial `{name}` has changed")),
+        "{text}"
+    );
+}
+
+#[test]
+fn files_of_other_people_are_never_overwritten() {
+    for name in ["patched.xml", "report.html", "verdict.json"] {
+        // In a folder that this program never saw.
+        let fake = Fake::new();
+        fs::create_dir(fake.out()).unwrap();
+        fs::write(fake.out().join(name), "mine").unwrap();
+        for more in [&[][..], &["--overwrite"]] {
+            let text = fake.fault(more);
+            assert!(text.contains(name) && fake.ran().is_empty(), "{text}");
+        }
+        // Changed after this program wrote it.
+        let fake = Fake::new();
+        fake.run(Stage::Verify, &[]).unwrap();
+        fs::write(fake.out().join(name), "mine").unwrap();
+        for more in [&[][..], &["--overwrite"], &["--seed", "3", "--overwrite"]] {
+            let text = fake.fault(more);
+            assert!(
+                text.contains(name) && text.contains("not overwritten"),
+                "{text}"
+            );
+            assert_eq!(fs::read(fake.out().join(name)).unwrap(), b"mine");
+            assert!(fake.out().join("find.json").exists() && fake.ran().is_empty());
+        }
+    }
+}
+
+#[test]
+fn a_damaged_file_is_named_and_what_to_do() {
+    let fake = Fake::new();
+    fake.run(Stage::Verify, &[]).unwrap();
+    for text in ["{\"schema\": \"hydro-gap-name/1\"", "{}", "\u{0}"] {
+        fs::write(fake.out().join("name.json"), text).unwrap();
+        let text = fake.fault(&[]);
+        assert!(
+            text.contains("name.json is damaged; delete it and the stage `name` runs again"),
+            "{text}"
+        );
+    }
+    let mut other = named();
+    other.schema = "hydro-gap-name/9".into();
+    fs::write(
+        fake.out().join("name.json"),
+        serde_json::to_string(&other).unwrap(),
+    )
+    .unwrap();
+    let text = fake.fault(&[]);
+    assert!(
+        text.contains("hydro-gap-name/9") && text.contains("hydro-gap-name/1"),
+        "{text}"
+    );
+    fs::remove_file(fake.out().join("name.json")).unwrap();
+    fake.run(Stage::Verify, &[]).unwrap();
+    assert_eq!(fake.ran(), ["name", "add", "verify"]);
+    fs::write(fake.out().join("run.json"), "{").unwrap();
+    let text = fake.fault(&[]);
+    assert!(text.contains("run.json is damaged; delete it"), "{text}");
+}
+
+#[test]
+fn an_out_that_cannot_be_a_folder_is_said() {
+    let fake = Fake::new();
+    fs::write(fake.out(), "a file").unwrap();
+    let text = fake.fault(&[]);
+    assert!(text.contains("out") && fake.ran().is_empty(), "{text}");
+}
+
+#[test]
+fn a_number_that_is_not_finite_is_found_when_it_is_kept() {
+    let fake = Fake::new();
+    fake.run(Stage::Find, &[]).unwrap();
+    let folder = Folder::go_on(
+        &fake.out(),
+        provenance::<Inputs>(&fake.out()).unwrap().unwrap(),
+    )
+    .unwrap();
+    let mut bad = found();
+    bad.excess = f64::NAN;
+    let text = format!("{:#}", folder.keep(&bad).unwrap_err());
+    assert!(
+        text.contains("`find`") && text.contains("not finite"),
+        "{text}"
+    );
+}
+
+#[test]
+fn what_held_out_trials_refuse_leaves_no_patched_model() {
+    let mut fake = Fake::new();
+    fake.run(Stage::Verify, &[]).unwrap();
+    assert!(fake.out().join("patched.xml").exists());
+    fs::remove_file(fake.out().join("verify.json")).unwrap();
+    fake.accepted = false;
+    let Reached::Verdict(record) = fake.run(Stage::Verify, &[]).unwrap() else {
+        panic!("no verdict");
+    };
+    assert!(!fake.out().join("patched.xml").exists() && !record.verdict.verified);
+}
+
+#[test]
+fn the_terminal_has_ten_lines_at_most_and_is_not_steered_by_names() {
+    for accepted in [true, false] {
+        let mut fake = Fake::new();
+        fake.accepted = accepted;
+        let Reached::Verdict(mut record) = fake.run(Stage::Verify, &[]).unwrap() else {
+            panic!("no verdict");
+        };
+        record.verdict.next_experiment = Some("a\nb".into());
+        let text = lines::ten_lines(&record, &fake.out());
+        assert!(
+            text.lines().count() <= 10 && !text.contains('\u{1b}'),
+            "{text}"
+        );
+        assert!(
+            text.contains("added mass") && text.contains("report.html"),
+            "{text}"
+        );
+        assert_eq!(text.contains("patched.xml"), accepted, "{text}");
+    }
+}
