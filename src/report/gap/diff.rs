@@ -58,14 +58,14 @@ fn python(model: &str) -> String {
 fn diff(html: &mut String, diff: &str) {
     html.push_str("<pre class=\"diff\">");
     let mut shown = 0;
-    for line in diff.lines() {
+    for (index, line) in diff.lines().enumerate() {
         shown += line.len().min(MOST_LETTERS);
         if shown > MOST_BYTES {
             html.push_str("<span class=\"hunk\">\u{2026} the rest is in the file</span>");
             break;
         }
         let class = match line {
-            line if line.starts_with("+++") || line.starts_with("---") => "hunk",
+            _ if index < 2 => "hunk",
             line if line.starts_with("@@") => "hunk",
             line if line.starts_with('+') => "plus",
             line if line.starts_with('-') => "minus",

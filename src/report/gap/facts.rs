@@ -264,9 +264,10 @@ pub(super) fn provenance(html: &mut String, record: &Record) {
     );
 }
 
-/// Text with names between backticks, as HTML.
+/// Text with names between backticks, as HTML; a number stays on the line of its percent sign.
 pub(super) fn marked(text: &str) -> String {
     let mut html = String::new();
+    let text = text.replace(" %", "\u{a0}%");
     for (index, part) in text.split('`').enumerate() {
         if index % 2 == 1 {
             let _ = write!(html, "<code>{}</code>", escape(part));

@@ -60,6 +60,11 @@ pub fn probability(p: f64) -> String {
     }
 }
 
+/// The same for a table.
+pub(super) fn short_probability(p: f64) -> String {
+    probability(p).replace("above", ">").replace("below", "<")
+}
+
 /// A p-value; those below a thousandth are said to be so.
 pub(super) fn p_value(p: f64) -> String {
     match p {

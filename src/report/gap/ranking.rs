@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{
-    numbers::{number, percent, probability},
+    numbers::{number, percent, short_probability},
     sentence::effect_name,
     svg,
 };
@@ -58,7 +58,7 @@ pub(super) fn effects(html: &mut String, verdict: &Verdict, chosen: &[FittedEffe
         let _ = write!(
             html,
             "</td><td class=\"n\">{}</td></tr>",
-            probability(effect.probability)
+            escape(&short_probability(effect.probability))
         );
     }
     html.push_str("</table></div>");
@@ -119,7 +119,7 @@ fn table(html: &mut String, sets: &[crate::gap::stages::Hypothesis]) {
         let _ = write!(
             html,
             "</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>",
-            probability(set.probability),
+            escape(&short_probability(set.probability)),
             number(set.log_evidence),
             percent(set.unexplained)
         );
