@@ -116,13 +116,17 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     if args.stage != "run" {
         bail!("`{}` is not a stage", args.stage);
     }
+    let begin = Instant::now();
     let stop = AtomicBool::new(false);
     let watch = Watch {
         stop: &stop,
-        tell: &|_, _, _| {},
+        tell: &|what, done, total| {
+            if done == 1 || done == total || done % 20 == 0 {
+                eprintln!("{:8.2} {what} {done}/{total}", begin.elapsed().as_secs_f64());
+            }
+        },
     };
     fs::create_dir_all(&args.out)?;
-    let begin = Instant::now();
     let plant = MujocoPlant::load(&args.model)?;
     let model = plant.description();
     let uncertainty = match &args.uncertainty {
