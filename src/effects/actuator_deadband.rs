@@ -59,8 +59,8 @@ fn soft_ramp(x: f64, rounding: f64) -> f64 {
 impl ActuatorPart for ActuatorDeadband {
     fn command(&self, p: &[f64], command: f64, _step: f64, _memory: &mut [f64]) -> f64 {
         let width = p[0];
-        // Written so that a width too small to divide by is none at all.
-        if !(width > f64::MIN_POSITIVE) {
+        // A width too small to divide by is none at all.
+        if width.is_nan() || width <= f64::MIN_POSITIVE {
             return command;
         }
         let rounding = ROUNDING * width;

@@ -67,7 +67,7 @@ impl ActuatorPart for ActuatorDelay {
         let Some((next, ring)) = memory.split_first_mut() else {
             return command;
         };
-        if ring.len() < 2 || !(step > 0.0) {
+        if ring.len() < 2 || step.is_nan() || step <= 0.0 {
             return command;
         }
         let now = (*next as usize).min(ring.len() - 1);

@@ -25,6 +25,8 @@ use crate::{
 
 /// Step of a difference quotient, in standard deviations of the prior.
 const STEP: f64 = 0.01;
+/// Segments that a screen looks at: it only chooses what is fitted to all of them.
+const SCREENED: usize = 16;
 /// Parameters that shape what amplitudes do.
 const SHAPE_NAMES: [&str; 6] = ["frequency", "rate", "length", "speed", PHASE, "vertical_lag"];
 /// The phase of an oscillation: amplitudes at two phases a quarter of a turn apart make any.
@@ -32,9 +34,9 @@ pub(super) const PHASE: &str = "phase";
 /// Factors on a shape's usual value that are tried.
 const SHAPES: [f64; 3] = [1.0 / 3.0, 1.0, 3.0];
 /// Factors on a frequency's usual value that are tried.
-const FREQUENCIES: [f64; 7] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8];
+const FREQUENCIES: [f64; 4] = [0.4, 0.8, 1.6, 3.0];
 /// Gauss-Newton steps at most.
-const ITERATIONS: usize = 6;
+const ITERATIONS: usize = 5;
 /// A change of the cost that ends a fit.
 const CONVERGED: f64 = 0.05;
 
@@ -632,12 +634,14 @@ impl<'a> Bench<'a> {
         watch: &Watch<'_>,
     ) -> Result<Screen, GapError> {
         let done = AtomicUsize::new(0);
-        let total = self.segments.len();
+        let count = self.segments.len();
+        let total = count.min(SCREENED);
         let z = self.normalised(&fit.point);
         let entries = self.entries(&fit.point);
         let grams: Vec<DMatrix<f64>> = (0..total)
             .into_par_iter()
-            .map(|at| {
+            .map(|among| {
+                let at = among * count / total;
                 let residual = &fit.residuals[at];
                 let own = fit.columns[at].map(f64::from);
                 let trace = self.trace(at, &fit.point, &entries)?;
@@ -659,6 +663,8 @@ impl<'a> Bench<'a> {
             .into_iter()
             .reduce(|a, b| a + b)
             .unwrap_or_else(|| DMatrix::zeros(1, 1));
+        // As if every segment had been looked at.
+        let whole = whole * (count as f64 / total.max(1) as f64);
         Ok(Screen {
             quadratic: Quadratic::from_gram(&whole),
             directions,

@@ -20,7 +20,7 @@ const LARGEST: usize = 3;
 /// Singles that pairs are made of, pairs that triples are made of.
 const BEAM: [usize; 2] = [40, 20];
 /// Sets that are refitted about one screen, and those of them that are singles at least.
-const LEADERS: [usize; 2] = [8, 4];
+const LEADERS: [usize; 2] = [6, 3];
 /// An effect's form differs from nature's by about this part of what the effect does ...
 const FORM_ERROR: f64 = 0.08;
 /// ... spread over about so many independent directions of the data.

@@ -25,7 +25,7 @@ pub(super) const SEGMENT: f64 = 2.0;
 /// Rows of a segment at least.
 pub(super) const LEAST_ROWS: usize = 10;
 /// Segments at most; of more, evenly spread ones are used, so that time and memory stay bounded.
-const MOST_SEGMENTS: usize = 120;
+const MOST_SEGMENTS: usize = 48;
 
 /// How the workflow is run.
 #[derive(Clone, Debug, PartialEq)]

@@ -324,7 +324,8 @@ pub(super) fn delay(
     step: f64,
 ) -> Option<String> {
     let total = model.attribute_number(element, "delay") + delay;
-    if !(step > 0.0) || !(total >= 0.5 * step) {
+    let possible = step > 0.0 && total >= 0.5 * step;
+    if !possible {
         return None;
     }
     let total = total.max(step);

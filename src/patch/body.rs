@@ -21,7 +21,7 @@ pub(super) fn payload(
     let fixed = ["settotalmass", "boundmass", "boundinertia"]
         .iter()
         .all(|key| model.setting_number("compiler", key) <= 0.0);
-    if !fixed || !(mass > 0.0) {
+    if !fixed || mass <= 0.0 {
         return None;
     }
     let wanted = format!("{}_payload", body.attribute("name")?);
@@ -56,7 +56,7 @@ pub(super) fn buoyancy(
     let bears = body.descendants().skip(1).any(|below| {
         ["body", "attach", "replicate", "composite", "flexcomp"].contains(&below.tag_name().name())
     });
-    if bears || !(weight > 0.0) {
+    if bears || weight.is_nan() || weight <= 0.0 {
         return None;
     }
     let own = body

@@ -145,7 +145,7 @@ impl<'a> Mjcf<'a> {
             .flatten()
             .filter(|default| same_default(default.tag_name().name(), tag))
             .filter_map(|default| default.attribute(key))
-            .last()
+            .next_back()
     }
 
     /// Numbers of an attribute or of its default; none where it is not given.

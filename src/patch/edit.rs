@@ -105,7 +105,7 @@ impl<'a> Edits<'a> {
     /// Puts an element last into another.
     pub(super) fn append(&mut self, parent: Node<'_, '_>, element: &str) {
         let range = parent.range();
-        if let Some(last) = parent.children().filter(Node::is_element).last() {
+        if let Some(last) = parent.children().rfind(Node::is_element) {
             return self.after(last, element);
         }
         let outer = indentation(self.text, parent);

@@ -68,6 +68,16 @@ pub enum PatchError {
         /// Its value.
         value: f64,
     },
+    /// An effect that acts on the same thing already, and two of which are not one.
+    #[error(
+        "{effect} acts on `{target}` already; two of them are not one. Change the one that is there"
+    )]
+    Twice {
+        /// Which effect.
+        effect: Id,
+        /// What it acts on.
+        target: String,
+    },
     /// The effects that a nominal model has already cannot be read, so none can be added to them.
     #[error(
         "the model's instance of hydro.wrench has the attribute `effects` = `{found}`: {detail}; expected a \

@@ -134,7 +134,7 @@ pub(super) fn play<'d>(
     place: Place,
 ) -> Option<String> {
     let turns = turns(model, joint)?;
-    if !(play > 0.0) {
+    if play <= 0.0 {
         return None;
     }
     let name = joint.attribute("name")?;

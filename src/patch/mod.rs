@@ -12,8 +12,8 @@
 //! | `joint_backlash` | an extra limited joint |
 //! | `payload` | a body |
 //! | `net_buoyancy` | `gravcomp`, for a body on which none hangs and which no force sensor weighs |
-//! | `current` | `option wind` where MuJoCo's own fluid acts, `current` of every `hydro.wrench` |
-//! | all else | `effects` of `hydro.wrench` on the target's body |
+//! | `current` | `option wind` where MuJoCo's own fluid acts, else `current` of every `hydro.wrench` |
+//! | all else | `effects` of `hydro.wrench` on the target's body; force sensors above become load cells |
 //!
 //! The text is changed in place, byte by byte, so that the difference to the nominal model is what was
 //! added and comments stay. Included files are taken in and relative paths made absolute: the result
@@ -171,6 +171,17 @@ fn place(effect: Id) -> Place {
     }
 }
 
+/// Effects that add inertia in the plugin.
+const INERT: [Id; 4] = [
+    Id::AddedMass,
+    Id::Payload,
+    Id::FreeSurface,
+    Id::WallProximity,
+];
+
+/// Effects on actuators that only the plugin has.
+const PLUGIN_ONLY: [Id; 2] = [Id::ActuatorDeadband, Id::InflowThrustLoss];
+
 /// A model that is being patched, one effect after the other.
 #[derive(Debug)]
 struct Writer<'a> {
@@ -209,6 +220,14 @@ impl Writer<'_> {
                     kind,
                     target: entry.target.clone(),
                     existing,
+                });
+            }
+            let same =
+                |other: &&Entry| other.effect == entry.effect && other.target == entry.target;
+            if self.request.entries.iter().filter(same).count() > 1 {
+                return Err(PatchError::Twice {
+                    effect: entry.effect,
+                    target: entry.target.clone(),
                 });
             }
             let expected = (self.request.names)(entry.effect);
@@ -273,11 +292,18 @@ impl Writer<'_> {
         remark: &mut Option<String>,
     ) -> Option<(String, &'static str)> {
         let step = self.request.description.timestep;
+        let has_plugin_only = self
+            .request
+            .entries
+            .iter()
+            .any(|other| other.target == entry.target && PLUGIN_ONLY.contains(&other.effect));
         match (entry.effect, entry.parameters.as_slice()) {
             (Id::ActuatorGain, [factor]) => Some((
                 actuator::gain(model, node, *factor)?,
                 "gain of the actuator",
             )),
+            // The plugin works from the command as it was given: what comes before it is the plugin's too.
+            (Id::ActuatorLag | Id::ActuatorDelay, _) if has_plugin_only => None,
             (Id::ActuatorLag, [time]) => {
                 Some((actuator::lag(model, node, *time)?, "filter of the actuator"))
             }
@@ -359,35 +385,25 @@ impl Writer<'_> {
 
     /// Writes what is left into the plugin, and makes its forces felt by force sensors.
     fn plugin(&mut self) -> Result<(), PatchError> {
-        let mut moved = Vec::new();
-        let water = {
-            let model = self.model()?;
-            wrench::Water {
-                density: body::has_native_fluid(&model)
-                    .then(|| model.setting_number("option", "density"))
-                    .filter(|density| *density > 0.0),
-                current: body::wind(&model),
-            }
-        };
         let mut weighed = Vec::new();
-        for index in 0..self.request.entries.len() {
-            let entry = &self.request.entries[index];
-            let left = self.forms[index].is_none() && place(entry.effect) != Place::Sensor;
-            if !left {
+        let mut currents = Vec::new();
+        for (index, entry) in self.request.entries.iter().enumerate() {
+            if self.forms[index].is_some() || place(entry.effect) == Place::Sensor {
                 continue;
             }
             if entry.effect == Id::Current {
-                moved.push(index);
+                // Once all instances are there that it moves the water of.
+                currents.push(index);
                 continue;
             }
             let carrier = self.carrier(entry)?;
-            self.list(index, &carrier, &water)?;
+            self.list(index, &carrier)?;
             if place(entry.effect) == Place::Body {
                 weighed.push(carrier);
             }
         }
-        for index in moved {
-            self.current(index, &water, &mut weighed)?;
+        for index in currents {
+            weighed.extend(self.current(index)?);
         }
         let cells = load_cell::convert(&self.model()?, &weighed);
         self.text = cells.text;
@@ -397,18 +413,16 @@ impl Writer<'_> {
             }),
         );
         self.remarks.extend(cells.kept.iter().map(|name| {
-            format!("`{name}` has a delay or an interval of its own, which a load cell cannot have: it does not show what was added")
+            format!(
+                "`{name}` has a delay or an interval of its own, which a load cell cannot have: it does not \
+                 show what was added"
+            )
         }));
         Ok(())
     }
 
     /// Lists an entry in the instance on a body.
-    fn list(
-        &mut self,
-        index: usize,
-        carrier: &str,
-        water: &wrench::Water,
-    ) -> Result<(), PatchError> {
+    fn list(&mut self, index: usize, carrier: &str) -> Result<(), PatchError> {
         let entry = &self.request.entries[index];
         let names = (self.request.names)(entry.effect);
         let listed = wrench::Listed {
@@ -419,47 +433,46 @@ impl Writer<'_> {
                 .zip(entry.parameters.iter().copied())
                 .collect(),
         };
-        let text = wrench::add(&self.model()?, carrier, &[listed], water)?;
+        let model = self.model()?;
+        let density = body::has_native_fluid(&model)
+            .then(|| model.setting_number("option", "density"))
+            .filter(|density| *density > 0.0);
+        let mut text = wrench::add(&model, carrier, &[listed], density)?;
+        drop(model);
+        if INERT.contains(&entry.effect) {
+            text = wrench::make_room(&Mjcf::parse(&text, self.request.nominal)?, carrier);
+        }
         self.text = text;
         self.forms[index] = Some(format!("hydro.wrench on `{carrier}`"));
         Ok(())
     }
 
-    /// A current moves the water of whatever acts through water.
-    fn current(
-        &mut self,
-        index: usize,
-        water: &wrench::Water,
-        weighed: &mut Vec<String>,
-    ) -> Result<(), PatchError> {
+    /// A current moves the water of whatever acts through water. MuJoCo's wind, where its own fluid acts,
+    /// moves that of the plugin's effects too. Returns the bodies on which the plugin's forces change.
+    fn current(&mut self, index: usize) -> Result<Vec<String>, PatchError> {
         let entry = &self.request.entries[index];
-        let &[x, y, z] = entry.parameters.as_slice() else {
-            let carrier = self.carrier(entry)?;
-            return self.list(index, &carrier, water);
-        };
-        let mut forms = Vec::new();
         let model = self.model()?;
         let carriers = wrench::carriers(&model);
-        let mut text = self.text.clone();
-        if body::has_native_fluid(&model) {
-            text = body::current(&model, [x, y, z]);
-            forms.push("option wind");
-        }
-        if !carriers.is_empty() {
-            text = wrench::add_current(&Mjcf::parse(&text, self.request.nominal)?, [x, y, z]);
-            forms.push("current of hydro.wrench");
-        }
+        let moved = match *entry.parameters.as_slice() {
+            [x, y, z] if body::has_native_fluid(&model) => {
+                Some((body::current(&model, [x, y, z]), "option wind"))
+            }
+            [x, y, z] if !carriers.is_empty() => Some((
+                wrench::add_current(&model, [x, y, z]),
+                "current of hydro.wrench",
+            )),
+            _ => None,
+        };
         drop(model);
-        if forms.is_empty() {
+        let Some((text, form)) = moved else {
             // No water yet to move.
             let carrier = self.carrier(entry)?;
-            weighed.push(carrier.clone());
-            return self.list(index, &carrier, water);
-        }
-        weighed.extend(carriers);
+            self.list(index, &carrier)?;
+            return Ok(vec![carrier]);
+        };
         self.text = text;
-        self.forms[index] = Some(forms.join(", "));
-        Ok(())
+        self.forms[index] = Some(form.to_owned());
+        Ok(carriers)
     }
 
     /// The body whose instance of the plugin an entry is listed in: its own; for joints and actuators the

@@ -199,13 +199,13 @@ fn what_mjcf_cannot_say_is_the_plugins_and_weighed() {
             "hydro.wrench on `fin`",
             "hydro.wrench on `fin`",
             "hydro.wrench on `fin`",
-            "option wind, current of hydro.wrench"
+            "option wind"
         ]
     );
     for part in [
         "{\"effect\":\"linear_drag\",\"target\":\"fin\",\"parameters\":{\"x\":1.0,\"y\":2.0,\"z\":3.0}}",
         "<config key=\"density\" value=\"1000\"/>",
-        "<config key=\"current\" value=\"0.2 0 0\"/>",
+        "wind=\"0.2 0 0\"",
         "<plugin name=\"scale\" plugin=\"hydro.load_cell\">",
         "<plugin plugin=\"hydro.load_cell\"/>",
         "<!-- noise 0.1 -->",
@@ -214,6 +214,40 @@ fn what_mjcf_cannot_say_is_the_plugins_and_weighed() {
         assert!(patched.xml.contains(part), "{part}\n{}", patched.xml);
     }
     assert!(patched.remarks[0].contains("`scale` became a load cell"));
+}
+
+#[test]
+fn a_current_moves_the_water_of_the_plugin_where_there_is_no_other() {
+    let dry = MODEL.replace(" density=\"1000\"", "");
+    let current = entry(Id::Current, "hull", &[0.2, 0.0, 0.0]);
+    let drag = entry(Id::AddedMass, "fin", &[1.0, 2.0, 3.0]);
+    let both = patched(&dry, &[current.clone(), drag]).unwrap();
+    assert_eq!(both.written[0].form, "current of hydro.wrench");
+    assert!(
+        both.xml
+            .contains("<config key=\"current\" value=\"0.2 0 0\"/>")
+    );
+    assert!(both.xml.contains("<body name=\"fin_water\"/>"));
+    let alone = patched(&dry, &[current]).unwrap();
+    assert_eq!(alone.written[0].form, "hydro.wrench on `hull`");
+    assert!(alone.xml.contains("{\"effect\":\"current\""));
+}
+
+#[test]
+fn what_comes_before_the_plugin_is_the_plugins() {
+    let late = entry(Id::ActuatorDelay, "servo", &[0.02]);
+    let dead = entry(Id::ActuatorDeadband, "servo", &[0.1]);
+    let alone = patched(MODEL, std::slice::from_ref(&late)).unwrap();
+    assert_eq!(alone.written[0].form, "delay of the actuator");
+    let both = patched(MODEL, &[late.clone(), dead]).unwrap();
+    assert_eq!(both.written[0].form, "hydro.wrench on `hull`");
+    let text = patched(MODEL, &[late.clone(), late])
+        .unwrap_err()
+        .to_string();
+    assert!(
+        text.contains("actuator_delay acts on `servo` already"),
+        "{text}"
+    );
 }
 
 #[test]

@@ -137,21 +137,13 @@ fn find(path: &Path, search: &[PathBuf], folder: &Path) -> Option<PathBuf> {
         .and_then(|path| fs::canonicalize(path).ok())
 }
 
-/// What an instance that has to be made should know of the water.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Water {
-    /// Density of MuJoCo's own fluid [kg/m^3], where it acts.
-    pub(super) density: Option<f64>,
-    /// Velocity of the water [m/s].
-    pub(super) current: [f64; 3],
-}
-
-/// Adds effects to the instance on a body, which is made where there is none.
+/// Adds effects to the instance on a body, which is made where there is none; `density` [kg/m^3] is that of
+/// MuJoCo's own fluid, where it acts.
 pub(super) fn add(
     model: &Mjcf<'_>,
     body: &str,
     effects: &[Listed],
-    water: &Water,
+    density: Option<f64>,
 ) -> Result<String, PatchError> {
     let Some(body) = model
         .bodies()
@@ -171,24 +163,17 @@ pub(super) fn add(
     let mut inside = vec![config_text("effects", &merged(None, effects)?)];
     // An instance that the model has already knows the water best.
     let other = callers(model).next().map(|caller| holder(model, caller));
-    for key in ["density", "waterline"] {
+    for key in ["density", "waterline", "current"] {
         let value = other
             .and_then(|other| config(other, key))
             .and_then(|node| node.attribute("value"))
             .map(str::to_owned)
             .or_else(|| {
-                let density = water.density.filter(|_| key == "density");
-                density.map(super::edit::number)
+                density
+                    .filter(|_| key == "density")
+                    .map(super::edit::number)
             });
         inside.extend(value.map(|value| config_text(key, &value)));
-    }
-    let inherited = other
-        .and_then(|other| config(other, "current"))
-        .and_then(|node| node.attribute("value"))
-        .map(super::document::numbers_of);
-    let current = inherited.unwrap_or_else(|| water.current.to_vec());
-    if current.iter().any(|speed| *speed != 0.0) {
-        inside.push(config_text("current", &numbers(&current)));
     }
     let instance = format!(
         "<instance {}>\n  {}\n</instance>",
@@ -202,6 +187,27 @@ pub(super) fn add(
     );
     edits.prepend(body, &call);
     Ok(edits.apply())
+}
+
+/// Gives a body room in MuJoCo's inertia matrix for inertia that an effect adds: of a body without
+/// children the matrix may be a diagonal. An empty child changes nothing else.
+pub(super) fn make_room(model: &Mjcf<'_>, body: &str) -> String {
+    let found = model
+        .bodies()
+        .find(|node| node.attribute("name") == Some(body));
+    let Some(found) = found else {
+        return model.text.to_owned();
+    };
+    let has_child = found
+        .descendants()
+        .skip(1)
+        .any(|below| below.has_tag_name("body"));
+    let mut edits = Edits::of(model.text);
+    if !has_child {
+        let name = model.fresh_name(&format!("{body}_water"));
+        edits.append(found, &format!("<body {}/>", attribute("name", &name)));
+    }
+    edits.apply()
 }
 
 /// Adds a velocity of the water [m/s] to every instance.
@@ -268,8 +274,7 @@ pub(super) fn declare(
     );
     let above = root
         .children()
-        .filter(|node| ["compiler", "option", "size"].contains(&node.tag_name().name()))
-        .last();
+        .rfind(|node| ["compiler", "option", "size"].contains(&node.tag_name().name()));
     match above {
         Some(above) => edits.after(above, &section),
         None => edits.prepend(root, &section),
@@ -283,28 +288,81 @@ fn merged(found: Option<&str>, effects: &[Listed]) -> Result<String, PatchError>
         found: found.unwrap_or_default().to_owned(),
         detail,
     };
-    let mut added = Vec::new();
-    for effect in effects {
-        added.push(serde_json::to_string(effect).map_err(|error| fault(error.to_string()))?);
-    }
-    let added = added.join(",");
+    let written =
+        |effect: &Listed| serde_json::to_string(effect).map_err(|error| fault(error.to_string()));
     let Some(found) = found else {
-        return Ok(format!("{{\"schema\":\"{SCHEMA}\",\"effects\":[{added}]}}"));
+        let added: Vec<String> = effects.iter().map(written).collect::<Result<_, _>>()?;
+        return Ok(format!(
+            "{{\"schema\":\"{SCHEMA}\",\"effects\":[{}]}}",
+            added.join(",")
+        ));
     };
-    let list = read_list(found).map_err(fault)?;
-    let comma = if list.effects.is_empty() { "" } else { "," };
+    let mut list = read_list(found).map_err(fault)?;
+    let mut added: Vec<String> = Vec::new();
+    let mut summed = false;
+    for effect in effects {
+        if list.effects.iter_mut().any(|own| add_to(own, effect)) {
+            summed = true;
+        } else if list.effects.iter().any(|own| is_same(own, effect)) {
+            return Err(PatchError::Twice {
+                effect: effect.effect,
+                target: effect.target.clone(),
+            });
+        } else {
+            added.push(written(effect)?);
+        }
+    }
     // What was written by hand, or in the order of the catalogue, stays as it is.
     let open = found
         .strip_suffix('}')
-        .and_then(|found| found.trim_end().strip_suffix(']'));
-    if let Some(open) = open.filter(|open| open.starts_with('{')) {
-        return Ok(format!("{open}{comma}{added}]}}"));
+        .and_then(|found| found.trim_end().strip_suffix(']'))
+        .filter(|open| open.starts_with('{') && !summed && !list.effects.is_empty());
+    if let Some(open) = open {
+        return Ok(format!("{open},{}]}}", added.join(",")));
     }
-    let own: Vec<String> = list.effects.iter().map(ToString::to_string).collect();
+    let own = list.effects.iter().map(ToString::to_string);
+    let all: Vec<String> = own.chain(added).collect();
     Ok(format!(
-        "{{\"schema\":\"{SCHEMA}\",\"effects\":[{}{comma}{added}]}}",
-        own.join(",")
+        "{{\"schema\":\"{SCHEMA}\",\"effects\":[{}]}}",
+        all.join(",")
     ))
+}
+
+/// Effects whose force is proportional to every value: two of them are one.
+const ADDITIVE: [Id; 10] = [
+    Id::AddedMass,
+    Id::LinearDrag,
+    Id::QuadraticDrag,
+    Id::CrossFlowDrag,
+    Id::MunkMoment,
+    Id::Lift,
+    Id::NetBuoyancy,
+    Id::BuoyancyOffset,
+    Id::JointDamping,
+    Id::ConstantForce,
+];
+
+fn is_same(own: &serde_json::Value, effect: &Listed) -> bool {
+    own["effect"] == effect.effect.as_str() && own["target"] == effect.target.as_str()
+}
+
+/// Adds an effect to one that is there already; false where they are not the same or do not add up.
+fn add_to(own: &mut serde_json::Value, effect: &Listed) -> bool {
+    if !is_same(own, effect) || !ADDITIVE.contains(&effect.effect) {
+        return false;
+    }
+    let sums: Option<Vec<f64>> = effect
+        .parameters
+        .iter()
+        .map(|(name, value)| Some(own["parameters"][name].as_f64()? + value))
+        .collect();
+    let Some(sums) = sums else {
+        return false;
+    };
+    for ((name, _), sum) in effect.parameters.iter().zip(sums) {
+        own["parameters"][name] = serde_json::json!(sum);
+    }
+    true
 }
 
 fn read_list(found: &str) -> Result<List, String> {
@@ -337,12 +395,12 @@ mod tests {
     const JSON: &str =
         r#"{"effect":"linear_drag","target":"it's","parameters":{"z":1.5,"a":1e-9}}"#;
 
-    fn added(text: &str, water: &Water) -> Result<String, PatchError> {
+    fn added(text: &str, density: Option<f64>) -> Result<String, PatchError> {
         add(
             &Mjcf::parse(text, Path::new("m.xml")).unwrap(),
             "hull",
             &[drag()],
-            water,
+            density,
         )
     }
 
@@ -350,20 +408,15 @@ mod tests {
     fn an_instance_is_made_and_called() {
         let text = "<mujoco>\n  <option/>\n  <worldbody>\n    <body name=\"hull\">\n      <geom/>\n    \
                     </body>\n  </worldbody>\n</mujoco>";
-        let water = Water {
-            density: Some(1025.0),
-            current: [0.1, 0.0, 0.0],
-        };
         let effects = JSON.replace('\'', "&apos;");
         assert_eq!(
-            added(text, &water).unwrap(),
+            added(text, Some(1025.0)).unwrap(),
             format!(
                 "<mujoco>\n  <option/>\n  <extension>\n    <plugin plugin=\"hydro.wrench\">\n      \
                  <instance name=\"hydro_effects\">\n        <config key=\"effects\" \
                  value='{{\"schema\":\"hydro-effects/1\",\"effects\":[{effects}]}}'/>\n        \
-                 <config key=\"density\" value=\"1025\"/>\n        <config key=\"current\" value=\"0.1 0 \
-                 0\"/>\n      </instance>\n    </plugin>\n  </extension>\n  <worldbody>\n    <body \
-                 name=\"hull\">\n      <plugin plugin=\"hydro.wrench\" instance=\"hydro_effects\"/>\n      \
+                 <config key=\"density\" value=\"1025\"/>\n      </instance>\n    </plugin>\n  \
+                 </extension>\n  <worldbody>\n    <body name=\"hull\">\n      <plugin plugin=\"hydro.wrench\" instance=\"hydro_effects\"/>\n      \
                  <geom/>\n    </body>\n  </worldbody>\n</mujoco>"
             )
         );
@@ -378,22 +431,31 @@ mod tests {
                  instance=\"w\"/></body></worldbody></mujoco>"
             )
         };
-        let water = Water::default();
-        let text = added(&with("<config key=\"checkpoint\" value=\"c\"/>"), &water).unwrap();
+        let text = added(&with("<config key=\"checkpoint\" value=\"c\"/>"), None).unwrap();
         assert!(
             text.contains("value=\"c\"/><config key=\"effects\" value='{"),
             "{text}"
         );
         let own =
             "<config key=\"effects\" value='{\"schema\":\"hydro-effects/1\",\"effects\":[1]}'/>";
-        let text = added(&with(own), &water).unwrap();
+        let text = added(&with(own), None).unwrap();
         assert!(text.contains("[1,{\"effect\":\"linear_drag\""), "{text}");
         let turned =
             "<config key=\"effects\" value='{\"effects\":[2.5],\"schema\":\"hydro-effects/1\"}'/>";
-        let text = added(&with(turned), &water).unwrap();
+        let text = added(&with(turned), None).unwrap();
         assert!(text.contains("[2.5,{\"effect\":\"linear_drag\""), "{text}");
+        let same = "<config key=\"effects\" value='{\"schema\":\"hydro-effects/1\",\"effects\":[{\"effect\":\
+                    \"linear_drag\",\"target\":\"it&apos;s\",\"parameters\":{\"a\":0.5,\"z\":1.0}}]}'/>";
+        let text = added(&with(same), None).unwrap();
+        assert!(text.contains("\"a\":0.500000001,\"z\":2.5}"), "{text}");
+        let one = same.replace("\"a\":0.5,", "");
+        let text = added(&with(&one), None).unwrap_err().to_string();
+        assert!(
+            text.contains("linear_drag acts on `it's` already"),
+            "{text}"
+        );
         let other = own.replace("effects/1", "effects/2");
-        let text = added(&with(&other), &water).unwrap_err().to_string();
+        let text = added(&with(&other), None).unwrap_err().to_string();
         assert!(text.contains("expected `hydro-effects/1`"), "{text}");
     }
 
@@ -402,7 +464,7 @@ mod tests {
         let text = "<mujoco><extension><plugin plugin=\"hydro.wrench\"/></extension><worldbody><body \
                     name=\"hull\"><plugin plugin=\"hydro.wrench\"><config key=\"density\" value=\"1\"/>\
                     </plugin></body></worldbody></mujoco>";
-        let text = added(text, &Water::default()).unwrap();
+        let text = added(text, None).unwrap();
         assert!(
             text.contains("value=\"1\"/><config key=\"effects\""),
             "{text}"
@@ -414,6 +476,17 @@ mod tests {
             "{text}"
         );
         assert_eq!(carriers(&model), ["hull"]);
+    }
+
+    #[test]
+    fn a_body_alone_is_given_room() {
+        let text =
+            "<mujoco><worldbody><body name=\"a\"><body name=\"b\"/></body></worldbody></mujoco>";
+        let model = Mjcf::parse(text, Path::new("m.xml")).unwrap();
+        assert_eq!(make_room(&model, "a"), text);
+        assert!(
+            make_room(&model, "b").contains("<body name=\"b\"><body name=\"b_water\"/></body>")
+        );
     }
 
     #[test]
@@ -436,7 +509,10 @@ mod tests {
             )
         };
         let expected = text(&root.join("c").to_string_lossy());
-        assert_eq!(absolute("c", &[root.clone()], Path::new("/none")), expected);
+        assert_eq!(
+            absolute("c", std::slice::from_ref(&root), Path::new("/none")),
+            expected
+        );
         assert_eq!(absolute("c", &[], &root), expected);
         assert_eq!(absolute("d", &[], &root), text("d"));
     }
