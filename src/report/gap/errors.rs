@@ -85,8 +85,12 @@ fn table(html: &mut String, head: &str, rows: Vec<Row>, patched: bool) {
 /// Bars, before above after; parts of the greatest error of the table.
 fn bars(html: &mut String, before: f64, after: Option<f64>) {
     html.push_str("<svg viewBox=\"0 0 100 18\" preserveAspectRatio=\"none\" aria-hidden=\"true\">");
-    for (class, y, part) in [("fb", 1, Some(before)), ("fa", 10, after)] {
-        let part = part.filter(|part| part.is_finite()).unwrap_or(0.0);
+    // One alone stands in the middle.
+    let first = if after.is_some() { 1 } else { 5 };
+    for (class, y, part) in [("fb", first, Some(before)), ("fa", 10, after)] {
+        let Some(part) = part.filter(|part| part.is_finite()) else {
+            continue;
+        };
         let _ = write!(
             html,
             "<rect class=\"{class}\" y=\"{y}\" width=\"{}\" height=\"7\"/>",

@@ -20,12 +20,16 @@ const OPEN_PLOTS: usize = 18;
 /// The section.
 pub(super) fn section(html: &mut String, overlays: &[Overlay], patched: bool) {
     html.push_str("<p class=\"legend\">");
-    let lines = [
-        ("m", "measured"),
-        ("b", "before: nominal model"),
-        ("a", "after: patched model"),
-    ];
-    for (class, words) in lines.into_iter().take(if patched { 3 } else { 2 }) {
+    let lines: &[(&str, &str)] = if patched {
+        &[
+            ("m", "measured"),
+            ("b", "before: nominal model"),
+            ("a", "after: patched model"),
+        ]
+    } else {
+        &[("m", "measured"), ("b", "nominal model")]
+    };
+    for (class, words) in lines {
         let _ = write!(
             html,
             "<span><svg viewBox=\"0 0 34 10\" aria-hidden=\"true\"><path class=\"{class}\" d=\"M0 5h34\"/></svg>{words}</span>"

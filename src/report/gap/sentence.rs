@@ -252,10 +252,20 @@ fn confusable(verdict: &Verdict) -> String {
         .iter()
         .filter(|effect| verdict.confusion_set.contains(&effect.effect))
         .collect();
-    let target = members.first().map_or("", |effect| effect.target.as_str());
-    let same = !target.is_empty() && members.iter().all(|effect| effect.target == target);
+    let target_of = |id: &Id| {
+        let member = members.iter().find(|effect| effect.effect == *id);
+        member.map_or("", |effect| effect.target.as_str())
+    };
+    let ids = verdict.confusion_set.iter();
+    let first = ids.clone().next().map_or("", target_of);
+    // Said once where it is the same for all.
+    let same = !first.is_empty() && members.iter().all(|effect| effect.target == first);
+    let same = same && ids.clone().all(|id| target_of(id) == first);
+    let words: Vec<String> = ids
+        .map(|id| on(phrase(*id), if same { "" } else { target_of(id) }))
+        .collect();
     let place = if same {
-        format!(" on {}", quoted(target))
+        format!(" on {}", quoted(first))
     } else {
         String::new()
     };
@@ -271,9 +281,9 @@ fn confusable(verdict: &Verdict) -> String {
                 listed(&targets, "and")
             )
         }
-        ids => format!(
+        _ => format!(
             "The nominal model lacks {}{place}, but the data cannot tell which; {end}.",
-            set(ids, "or")
+            listed(&words, "or")
         ),
     }
 }

@@ -435,6 +435,28 @@ fn every_outcome_has_its_own_honest_sentence() {
 }
 
 #[test]
+fn a_target_is_said_once_only_where_it_is_that_of_all() {
+    let (_, mut record) = outcomes().swap_remove(4);
+    let said = |record: &Record| headline(&record.verdict, &[]);
+    // Of one of the set nothing but its name is known.
+    record.verdict.confusion_set.push(Id::SensorScale);
+    assert!(
+        said(&record).contains("added mass on `hull`, a payload on `hull` or a sensor scale, but"),
+        "{}",
+        said(&record)
+    );
+    record.verdict.confusion_set = vec![Id::AddedMass];
+    let mut other = record.verdict.effects[0].clone();
+    other.target = "fin".into();
+    record.verdict.effects.push(other);
+    assert!(
+        said(&record).contains("added mass, but the data cannot tell on which of `hull` and `fin`"),
+        "{}",
+        said(&record)
+    );
+}
+
+#[test]
 fn every_outcome_is_a_well_formed_page_and_survives_its_files() {
     for (name, record) in outcomes() {
         let html = page(&record);
