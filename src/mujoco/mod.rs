@@ -41,6 +41,8 @@ mod scale;
 pub mod scene;
 pub mod simulator;
 #[cfg(mujoco_plugins)]
+mod spec;
+#[cfg(mujoco_plugins)]
 pub mod swimmer;
 mod views;
 #[cfg(mujoco_plugins)]
