@@ -9,8 +9,8 @@ use super::{
     law::{Law, Parameters, Scalar, about_origin, constant, cross, scaled, sum, times},
 };
 
-/// Prior: half of the displaced mass; a plate broadside on carries several times as much.
-const TYPICAL: f64 = 0.5;
+/// Prior: the displaced mass; a plate broadside on carries several times as much.
+const TYPICAL: f64 = 1.0;
 /// Bound, in displaced masses: a thin plate, which displaces next to nothing, has many.
 const GREATEST: f64 = 100.0;
 
@@ -53,6 +53,8 @@ impl Effect for AddedMass {
 }
 
 impl Law for AddedMass {
+    const INERT: bool = true;
+
     fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         kirchhoff([p[0], p[1], p[2]], [p[3], p[4], p[5]], flow)
     }

@@ -93,7 +93,8 @@ impl BodyScale {
     }
 
     /// Quadratic drag along an axis, 1/2 rho C A with the ellipse of the extents as area [N s^2/m^2]; about
-    /// an axis (3 to 5), the same of the strips of two crossed plates [N m s^2/rad^2].
+    /// an axis (3 to 5), of two crossed plates with the speed and the lever of their tips all over, four times
+    /// what their strips have: thrusters and frames stand out of a hull [N m s^2/rad^2].
     pub(super) fn quadratic_drag(&self, axis: usize) -> f64 {
         let extent = self.typical_extent();
         let pressure = 0.5 * self.typical_density() * DRAG_COEFFICIENT;
@@ -101,7 +102,7 @@ impl BodyScale {
         if axis < 3 {
             pressure * PI / 4.0 * extent[j] * extent[k]
         } else {
-            pressure * extent[i] * (extent[j].powi(4) + extent[k].powi(4)) / 32.0
+            pressure * extent[i] * (extent[j].powi(4) + extent[k].powi(4)) / 8.0
         }
     }
 

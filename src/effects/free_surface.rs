@@ -52,6 +52,8 @@ fn surface<D: Scalar>(flow: &Flow<D>) -> Option<Boundary> {
 }
 
 impl Law for FreeSurface {
+    const INERT: bool = true;
+
     fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         surface(flow).map_or([D::from(0.0); 6], |surface| {
             proximity::wrench(p, &surface, flow)

@@ -26,6 +26,8 @@ type Dual6 = DualSVec64<6>;
 pub(super) trait Law {
     /// Numbers of memory.
     const MEMORY: usize = 0;
+    /// True where it has inertia.
+    const INERT: bool = false;
     /// False where the wrench does not depend on velocity.
     const DAMPS: bool = true;
 
@@ -63,6 +65,9 @@ impl<L: Law> BodyPart for L {
     }
 
     fn inertia(&self, p: &[f64], motion: &Motion) -> Option<Matrix6<f64>> {
+        if !L::INERT {
+            return None;
+        }
         Law::added_inertia(self, &padded(p), &Flow::of(motion))
     }
 
@@ -108,7 +113,9 @@ impl<L: Law> BodyPart for L {
     }
 
     fn advance(&self, p: &[f64], motion: &Motion, step: f64, memory: &mut [f64]) {
-        Law::remember(self, &padded(p), &Flow::of(motion), step, memory);
+        if L::MEMORY > 0 {
+            Law::remember(self, &padded(p), &Flow::of(motion), step, memory);
+        }
     }
 }
 

@@ -50,3 +50,20 @@ impl Law for LinearDrag {
         about_origin(force, torque, constant(flow.middle()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{BodyPart, fixture};
+
+    /// A link that swings about its frame's origin is dragged at its middle.
+    #[test]
+    fn a_link_is_dragged_at_its_middle() {
+        let mut motion = fixture::still();
+        motion.middle = [0.2, 0.0, 0.0];
+        motion.angular = [0.0, 0.0, 1.5];
+        let wrench = EFFECT.wrench(&[0.0, 10.0, 0.0, 0.0, 0.0, 0.3], &motion, &[]);
+        assert!((wrench[1] + 10.0 * 0.2 * 1.5).abs() < 1e-12);
+        assert!((wrench[5] + (10.0 * 0.04 + 0.3) * 1.5).abs() < 1e-12);
+    }
+}

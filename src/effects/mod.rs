@@ -46,6 +46,7 @@ pub mod sensor_bias;
 pub mod sensor_delay;
 pub mod sensor_scale;
 pub mod set;
+pub mod set_error;
 #[cfg(test)]
 mod tests;
 pub mod wake_memory;
@@ -55,7 +56,8 @@ pub mod waves;
 pub use card::{Card, Id, Parameter, Placement, Target, TargetKind};
 pub use catalogue::{all, effect};
 pub use motion::Motion;
-pub use set::{EffectSet, SetError, Targets};
+pub use set::{EffectSet, Targets};
+pub use set_error::SetError;
 
 use nalgebra::Matrix6;
 

@@ -69,6 +69,8 @@ impl Effect for Payload {
 }
 
 impl Law for Payload {
+    const INERT: bool = true;
+
     fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         let place = [p[1], p[2], p[3]];
         let centripetal = cross(flow.angular, cross(flow.angular, place));

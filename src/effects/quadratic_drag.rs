@@ -55,3 +55,20 @@ impl Law for QuadraticDrag {
         about_origin(force, torque, constant(flow.middle()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{BodyPart, fixture};
+
+    #[test]
+    fn twice_as_fast_is_dragged_four_times_as_much_and_backwards_too() {
+        let drag = |speed: f64| {
+            let mut motion = fixture::still();
+            motion.linear = [speed, 0.0, 0.0];
+            EFFECT.wrench(&[18.0, 0.0, 0.0, 0.0, 0.0, 0.0], &motion, &[])[0]
+        };
+        assert!((drag(0.5) + 18.0 * 0.25).abs() < 1e-12);
+        assert!((drag(-1.0) + 4.0 * drag(0.5)).abs() < 1e-12);
+    }
+}

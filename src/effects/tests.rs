@@ -313,9 +313,9 @@ proptest! {
                     let before = part.wrench(&p, &motion, &memory);
                     part.advance(&p, &motion, step, &mut memory);
                     let old = power(&motion, before);
-                    for axis in 0..3 {
-                        motion.linear[axis] += jerk[axis] * step;
-                        motion.angular[axis] -= 2.0 * jerk[axis] * step;
+                    for (axis, jerk) in jerk.iter().enumerate() {
+                        motion.linear[axis] += jerk * step;
+                        motion.angular[axis] -= 2.0 * jerk * step;
                     }
                     motion.time += step;
                     let new = power(&motion, part.wrench(&p, &motion, &memory));
@@ -346,10 +346,8 @@ proptest! {
         prop_assert!(power(&motion, wrench).abs() < 1e-9 * (1.0 + size(&wrench)));
     }
 
-    /// Drag, lift and memory feel the water's velocity as the body's with the sign turned: in a frame that
-    /// drifts with a current all is as in still water. What weighs does not feel it at all.
     #[test]
-    fn velocity_enters_only_relative_to_the_water_and_weight_not_at_all(
+    fn what_weighs_does_not_feel_the_flow(
         motion in any_motion(),
         draws in prop::array::uniform8(-1.0..1.0),
         shift in vector(1.0),
@@ -358,8 +356,8 @@ proptest! {
             let Part::Body(part) = effect(id).part() else { unreachable!() };
             let p = drawn(effect(id), &motion, &draws);
             let mut carried = motion.clone();
-            for axis in 0..3 {
-                carried.linear[axis] += shift[axis];
+            for (speed, shift) in carried.linear.iter_mut().zip(shift) {
+                *speed += shift;
             }
             prop_assert_eq!(part.wrench(&p, &motion, &[]), part.wrench(&p, &carried, &[]));
         }

@@ -51,6 +51,8 @@ fn wall<D: Scalar>(flow: &Flow<D>) -> Option<Boundary> {
 }
 
 impl Law for WallProximity {
+    const INERT: bool = true;
+
     fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         wall(flow).map_or([D::from(0.0); 6], |wall| proximity::wrench(p, &wall, flow))
     }

@@ -128,8 +128,8 @@ mod tests {
         motion.middle = [0.0, 0.0, 0.1];
         let wrench = motion.froude_krylov();
         let displaced = motion.density * motion.volume;
-        for axis in 0..3 {
-            assert!((wrench[axis] / displaced - motion.water_acceleration[axis]).abs() < 1e-12);
+        for (force, acceleration) in wrench.iter().zip(motion.water_acceleration) {
+            assert!((force / displaced - acceleration).abs() < 1e-12);
         }
         assert!((wrench[4] - 0.1 * wrench[0]).abs() < 1e-12);
     }
