@@ -228,11 +228,8 @@ fn constraints_feel_the_effective_mass() {
         let load = entry(Id::Payload, "a", &[5.0, 0.0, 0.0, 0.0]);
         let (mut one, mut other) = (simulation(&light, &[load]), simulation(&heavy, &[]));
         for simulation in [&mut one, &mut other] {
-            simulation.set_motion(
-                0.0,
-                &simulation.qpos().to_vec(),
-                &[0.5, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0],
-            );
+            let start = simulation.qpos().to_vec();
+            simulation.set_motion(0.0, &start, &[0.5, 0.2, 0.0, 0.0, 0.0, 0.0, 0.0]);
             for _ in 0..500 {
                 simulation.step();
             }
