@@ -82,6 +82,11 @@ mod mujoco {
         "mjs_asBody",
         "mjs_addBody",
         "mjs_getId",
+        "mjs_findElement",
+        "mjs_getParent",
+        "mjs_asJoint",
+        "mjs_addJoint",
+        "mjs_setName",
         "mjp_defaultPlugin",
         "mjp_registerPlugin",
         "mjp_getPlugin",
@@ -114,6 +119,7 @@ mod mujoco {
         "mjtBias",
         "mjtSolver",
         "mjtSameFrame",
+        "mjtLimited",
         "mjtWarning",
     ];
 

@@ -1,4 +1,4 @@
-//! The shared library in the real Python wheel: `scripts/tests/test_plugin.py`, with checkpoints made here.
+//! The shared library in the real Python wheel: `scripts/tests/test_plugin.py` and `test_effects.py`, with checkpoints made here.
 #![cfg(mujoco_plugins)]
 #![allow(missing_docs, clippy::unwrap_used)]
 
@@ -42,12 +42,14 @@ fn the_library_in_python() {
         .collect();
     let joints: Vec<&str> = joints.iter().map(String::as_str).collect();
     common::lively(&joints).save(folder.path(), "b1");
-    let status = Command::new(&python)
-        .arg(root.join("scripts/tests/test_plugin.py"))
-        .current_dir(folder.path())
-        .env("HYDRO_TEST_LIBRARY", library())
-        .env("HYDRO_TEST_CHECKPOINTS", folder.path())
-        .status()
-        .unwrap();
-    assert!(status.success());
+    for script in ["test_plugin.py", "test_effects.py"] {
+        let status = Command::new(&python)
+            .arg(root.join("scripts/tests").join(script))
+            .current_dir(folder.path())
+            .env("HYDRO_TEST_LIBRARY", library())
+            .env("HYDRO_TEST_CHECKPOINTS", folder.path())
+            .status()
+            .unwrap();
+        assert!(status.success(), "{script}");
+    }
 }

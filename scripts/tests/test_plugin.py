@@ -926,7 +926,7 @@ class Refusals(unittest.TestCase):
     return {'checkpoint': str(copied)}
 
   def test_attributes(self):
-    self.refused('`checkpoint` is missing', attributes={'checkpoint': None})
+    self.refused('`checkpoint` and `effects` are missing', attributes={'checkpoint': None})
     self.refused(
         '`checkpoint` is `models/none`', os.getcwd(), 'HYDRO_PATH', attributes={'checkpoint': 'models/none'}
     )

@@ -37,8 +37,11 @@ const SHAPES: [f64; 3] = [1.0 / 3.0, 1.0, 3.0];
 const FREQUENCIES: [f64; 4] = [0.4, 0.8, 1.6, 3.0];
 /// Gauss-Newton steps at most.
 const ITERATIONS: usize = 5;
-/// A change of the cost that ends a fit.
+/// The same for the empty set, whose steps are cheap.
+const SETTLING: usize = 30;
+/// A change of the cost that ends a fit: absolute, relative.
 const CONVERGED: f64 = 0.05;
+const CONVERGED_RELATIVE: f64 = 1e-5;
 
 /// Trials, their segments and what is common to every hypothesis.
 pub struct Bench<'a> {
@@ -53,6 +56,8 @@ pub struct Bench<'a> {
     pub(super) segments: Vec<Segment>,
     /// Per segment: projection off its start, and the sensitivity to the knobs.
     shared: Vec<(StartProjection, DMatrix<f32>)>,
+    /// Knobs about which those are taken, in standard deviations.
+    base: DVector<f64>,
     pub(super) precision: DVector<f64>,
 }
 
@@ -166,24 +171,36 @@ impl<'a> Bench<'a> {
             tracks,
             channels,
             candidates,
+            base: DVector::zeros(knobs.len()),
             knobs,
             segments,
             shared: Vec::new(),
             precision: start::arrival_precision(model.nv, start::ARRIVAL),
         };
+        bench.linearise(watch)?;
+        // The nominal may be so far off that its sensitivities hold only nearby: settle, look again.
+        if let Some(fit) = bench.settle(watch)? {
+            bench.move_to(&fit.point)?;
+            bench.linearise(watch)?;
+        }
+        Ok(bench)
+    }
+
+    /// Sensitivities of every segment about the base. One whose start or knobs make the nominal blow up
+    /// says nothing reliable and is left out.
+    fn linearise(&mut self, watch: &Watch<'_>) -> Result<(), GapError> {
         let done = AtomicUsize::new(0);
-        let total = bench.segments.len();
+        let total = self.segments.len();
         let shared: Vec<_> = (0..total)
             .into_par_iter()
             .map(|at| {
                 watch.check()?;
-                let shared = bench.sensitivities(at)?;
+                let shared = self.sensitivities(at)?;
                 watch.count("sensitivities", &done, total);
                 Ok(shared)
             })
             .collect::<Result<_, GapError>>()?;
-        // A segment whose start or knobs make the nominal blow up says nothing reliable; it is left out.
-        let (segments, shared): (Vec<_>, Vec<_>) = bench
+        let (segments, shared): (Vec<_>, Vec<_>) = self
             .segments
             .iter()
             .cloned()
@@ -191,18 +208,38 @@ impl<'a> Bench<'a> {
             .filter_map(|(segment, shared)| Some((segment, shared?)))
             .unzip();
         if segments.is_empty() {
-            let first = &bench.segments[0];
+            let first = &self.segments[0];
+            let trial = &self.trials[first.trial];
             return Err(GapError::NominalDiverges {
-                trial: trials[first.trial].name.clone(),
+                trial: trial.name.clone(),
                 start: first.start,
                 after: 0.0,
-                expected: trials[first.trial].times[first.rows.end - 1] - first.start,
-                timestep: model.timestep,
+                expected: trial.times[first.rows.end - 1] - first.start,
+                timestep: self.model.timestep,
             });
         }
-        bench.segments = segments;
-        bench.shared = shared;
-        Ok(bench)
+        self.segments = segments;
+        self.shared = shared;
+        Ok(())
+    }
+
+    /// Starts and knobs of the empty set, however far they are.
+    fn settle(&self, watch: &Watch<'_>) -> Result<Option<Fit>, GapError> {
+        self.fit_for(self.origin(), SETTLING, watch)
+    }
+
+    /// Makes a point of the empty set the base.
+    fn move_to(&mut self, point: &Point) -> Result<(), GapError> {
+        self.base.clone_from(&point.knobs);
+        let knobs = self.knob_values(point);
+        let mut simulation = self.plant.simulation(&knobs, &[])?;
+        for (segment, start) in self.segments.iter_mut().zip(&point.starts) {
+            simulation.set_motion(segment.start, &segment.qpos, &segment.qvel);
+            simulation.retract(start.as_slice());
+            segment.qpos = simulation.qpos().to_vec();
+            segment.qvel = simulation.qvel().to_vec();
+        }
+        Ok(())
     }
 
     fn sensitivities(
@@ -212,8 +249,8 @@ impl<'a> Bench<'a> {
         let segment = &self.segments[at];
         let trial = &self.trials[segment.trial];
         let none = vec![shooting::Correction::NONE; self.model.sensors.len()];
-        let zeros = vec![0.0; self.model.knobs.len()];
-        let mut simulation = self.plant.simulation(&zeros, &[])?;
+        let base = self.knob_values(&self.origin());
+        let mut simulation = self.plant.simulation(&base, &[])?;
         let origin = DVector::zeros(2 * self.model.nv);
         let mut residual = Vec::new();
         if !self.shoot(simulation.as_mut(), at, &origin, &[], &mut residual) {
@@ -238,8 +275,8 @@ impl<'a> Bench<'a> {
         let mut nuisances = DMatrix::zeros(residual.len(), self.knobs.len());
         let mut turned = Vec::new();
         for (column, (knob, sd)) in self.knobs.iter().enumerate() {
-            let mut knobs = zeros.clone();
-            knobs[*knob] = *sd;
+            let mut knobs = base.clone();
+            knobs[*knob] += sd;
             let mut simulation = self.plant.simulation(&knobs, &[])?;
             if self.shoot(simulation.as_mut(), at, &origin, &[], &mut turned) {
                 for (row, (before, turned)) in residual.iter().zip(&turned).enumerate() {
@@ -287,12 +324,12 @@ impl<'a> Bench<'a> {
         whole
     }
 
-    /// The empty point: nominal knobs, starts on the track.
+    /// The empty set at the base.
     pub(super) fn origin(&self) -> Point {
         Point {
             candidates: Vec::new(),
             values: Vec::new(),
-            knobs: DVector::zeros(self.knobs.len()),
+            knobs: self.base.clone(),
             starts: vec![DVector::zeros(2 * self.model.nv); self.segments.len()],
         }
     }
@@ -370,11 +407,20 @@ impl<'a> Bench<'a> {
     /// # Errors
     /// Where the plant refuses it, or a stop was asked for. None where it blows up from the start.
     pub(super) fn fit(&self, first: Point, watch: &Watch<'_>) -> Result<Option<Fit>, GapError> {
+        self.fit_for(first, ITERATIONS, watch)
+    }
+
+    fn fit_for(
+        &self,
+        first: Point,
+        iterations: usize,
+        watch: &Watch<'_>,
+    ) -> Result<Option<Fit>, GapError> {
         let bounds = self.bounds(&first.candidates);
         let mut point = first;
         let mut best: Option<(f64, Fit)> = None;
         let mut halvings = 0;
-        for iteration in 0..ITERATIONS {
+        for iteration in 0..iterations {
             watch.check()?;
             let evaluated = self.evaluate(&point, &bounds)?;
             let z = self.normalised(&point);
@@ -401,9 +447,9 @@ impl<'a> Bench<'a> {
                 (before, Some(fit)) => {
                     let small = before
                         .as_ref()
-                        .is_some_and(|(before, _)| before - cost < CONVERGED);
+                        .is_some_and(|(before, _)| before - cost < CONVERGED + CONVERGED_RELATIVE * cost);
                     best = Some((cost, fit));
-                    if small || iteration + 1 == ITERATIONS {
+                    if small || iteration + 1 == iterations {
                         break;
                     }
                 }

@@ -348,7 +348,9 @@ fn add_to_actuator(
         acting.effect.card().id,
         Id::ActuatorGain | Id::InflowThrustLoss
     );
-    if !plain && !(changes_command && around.commands_before_step) {
+    // A command that is changed before the step needs no force to be known.
+    let needs_force = !(changes_command && around.commands_before_step);
+    if needs_force && !plain {
         return Err(format!(
             "actuator `{name}` is of a type whose force is not known beforehand; expected a gain that is \
              fixed or affine and a bias that is none or affine"

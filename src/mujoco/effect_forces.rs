@@ -22,7 +22,9 @@ use super::{
     bindings::mjDSBL_GRAVITY,
     native, run,
     views::{DataView, ModelView},
-    walls, wrench,
+    walls,
+    water::Water,
+    wrench,
 };
 use crate::{
     effects::{Id, Motion},
@@ -44,73 +46,6 @@ pub(super) struct Source<'a> {
     pub(super) memory: &'a [f64],
     /// True where commands were changed before the step, so that `ctrl` has what arrives.
     pub(super) commands_arrived: bool,
-}
-
-/// Velocity of the water.
-#[derive(Clone, Copy)]
-pub(super) struct Water<'a> {
-    sources: &'a [Source<'a>],
-    wind: Vector3<f64>,
-    time: f64,
-}
-
-impl<'a> Water<'a> {
-    /// At the time of `data`.
-    fn new(data: &DataView<'_>, sources: &'a [Source<'a>]) -> Self {
-        let model = data.model();
-        Self {
-            sources,
-            wind: if model.has_fluid() {
-                Vector3::from(model.raw().opt.wind)
-            } else {
-                Vector3::zeros()
-            },
-            time: data.time(),
-        }
-    }
-
-    fn at_time(self, time: f64) -> Self {
-        Self { time, ..self }
-    }
-
-    fn has_effects(&self) -> bool {
-        self.sources
-            .iter()
-            .any(|source| !source.bound.water.is_empty())
-    }
-
-    /// What effects add to it at a point [m/s].
-    pub(super) fn added(&self, at: Vector3<f64>) -> Vector3<f64> {
-        let mut sum = Vector3::zeros();
-        for source in self.sources {
-            for acting in &source.bound.water {
-                if let Some(water) = acting.water() {
-                    let velocity = water.velocity(&acting.parameters, at.into(), self.time);
-                    sum += Vector3::from(velocity);
-                }
-            }
-        }
-        sum
-    }
-
-    /// What effects accelerate it by at a point [m/s^2].
-    fn acceleration(&self, at: Vector3<f64>) -> Vector3<f64> {
-        let mut sum = Vector3::zeros();
-        for source in self.sources {
-            for acting in &source.bound.water {
-                if let Some(water) = acting.water() {
-                    let rate = water.acceleration(&acting.parameters, at.into(), self.time);
-                    sum += Vector3::from(rate);
-                }
-            }
-        }
-        sum
-    }
-
-    /// Velocity at a point, as the effects of `bound` see it [m/s].
-    fn velocity(&self, bound: &Bound, at: Vector3<f64>) -> Vector3<f64> {
-        self.wind + Vector3::from(bound.current) + self.added(at)
-    }
 }
 
 /// A body's frame in motion.

@@ -6,6 +6,9 @@
 //! describe, apply   model -> plugin::Body; wrench -> joint space        warn      MuJoCo's own channel
 //! wrench, load_cell the engine plugins (MuJoCo with engine plugins)     load      runs at library load
 //! passive_callback  the same force in Debian's 2.2.2
+//! bind              named effects -> numbers of a model          scale, walls  sizes; what is around
+//! effect_forces     where effects act, for plugin and plant      water, native, actuation  its parts
+//! plant, knobs, readings, spec, run   a nominal model as `hydro gap` sees it
 //! simulator         owned models and simulations, for `hydro` and tests
 //! scene, swimmer    a scene's plugin attributes; a robot in it, as comparisons see it
 //! ```
@@ -14,6 +17,8 @@
 mod actuation;
 mod api;
 mod apply;
+#[cfg(mujoco_plugins)]
+mod arrows;
 #[cfg(mujoco_plugins)]
 mod bind;
 mod bindings;
@@ -41,11 +46,15 @@ mod scale;
 pub mod scene;
 pub mod simulator;
 #[cfg(mujoco_plugins)]
+mod spec;
+#[cfg(mujoco_plugins)]
 pub mod swimmer;
 mod views;
 #[cfg(mujoco_plugins)]
 mod walls;
 mod warn;
+#[cfg(mujoco_plugins)]
+mod water;
 #[cfg(mujoco_plugins)]
 mod wrench;
 

@@ -5,7 +5,7 @@
 //! did in the fit.
 
 use std::{
-    path::Path,
+    path::{Path, PathBuf},
     sync::{Arc, Mutex, PoisonError},
 };
 
@@ -20,18 +20,26 @@ use super::{
     run::Run,
     scale,
     simulator::{Data, Model, SimulatorError},
+    spec::{self, Play},
     views::ModelView,
     wrench,
 };
 use crate::{
-    effects::{Entry, Id, TargetKind, effect},
+    effects::{Entry, Id, Part, TargetKind, effect},
     plugin::bound::Acting,
     sim::plant::{Plant, PlantDescription, PlantError, Simulation},
 };
 
+mod play;
 mod simulation;
 
+use play::{Layout, PlayedSimulation};
 use simulation::{LoadSensor, MujocoSimulation};
+
+/// Inertia of an extra joint of play, in parts of what the joint before it moves, where that has a rotor;
+/// and without, when it is all the rotor there is. A patched file has the same.
+const TINY: f64 = 1e-4;
+const ROTOR: f64 = 0.05;
 
 /// A nominal model.
 #[derive(Debug)]
@@ -44,17 +52,26 @@ pub struct MujocoPlant {
     nominal: Vec<Nominal>,
     around: Surroundings,
     loads: Vec<LoadSensor>,
+    /// The model's file, for models with play.
+    path: PathBuf,
+    /// Models with play in these joints.
+    played: Mutex<Vec<Played>>,
     /// The latest copy with these knobs, gains and winds, for the many simulations that differ in effects
     /// alone.
     latest: Mutex<Option<(CopyKey, Copied)>>,
 }
 
-/// What makes a copy of the model differ: turned knobs, gains of actuators, and the wind.
+/// A model with play in joints.
+type Played = (Vec<Play>, Arc<MujocoPlant>);
+
+/// What makes a copy of the model differ: turned knobs, gains of actuators, the wind, and the halves of
+/// plays by joint [rad or m].
 #[derive(Clone, Debug, Default, PartialEq)]
 struct CopyKey {
     knobs: Vec<f64>,
     gains: Vec<(usize, f64)>,
     wind: [f64; 3],
+    plays: Vec<(usize, f64)>,
 }
 
 #[derive(Clone, Debug)]
@@ -73,7 +90,11 @@ impl MujocoPlant {
     /// # Errors
     /// A model that MuJoCo or a plugin refuses.
     pub fn load(path: &Path) -> Result<Self, PlantError> {
-        let model = Model::load_with_room(path).map_err(fault)?;
+        Self::with_play(path, &[])
+    }
+
+    fn with_play(path: &Path, plays: &[Play]) -> Result<Self, PlantError> {
+        let model = spec::load(path, plays).map_err(fault)?;
         run::install(model.api());
         let view = model.view();
         let nominal = wrench::instances(view)
@@ -120,6 +141,8 @@ impl MujocoPlant {
             nominal,
             around,
             loads,
+            path: path.to_owned(),
+            played: Mutex::default(),
             latest: Mutex::default(),
         })
     }
@@ -152,6 +175,7 @@ impl MujocoPlant {
             knobs::scale_gain(&mut model, *actuator, *factor);
         }
         model.add_wind(key.wind);
+        model.set_ranges(&key.plays);
         let copied = Copied {
             model: Arc::new(model),
             moved_centres: beside.moved_centres,
@@ -171,7 +195,47 @@ impl MujocoPlant {
             .collect()
     }
 
-    fn simulate(&self, values: &[f64], effects: &[Entry]) -> Result<MujocoSimulation, PlantError> {
+    /// The joints with play among effects, and how much [rad or m].
+    fn plays(&self, effects: &[Entry]) -> Vec<(Play, f64)> {
+        let model = self.model.view();
+        effects
+            .iter()
+            .filter_map(|entry| {
+                let Part::Joint(part) = effect(entry.effect).part() else {
+                    return None;
+                };
+                let amount = part.play(&entry.parameters)?;
+                let joints = &self.description.joints;
+                let joint = joints.iter().find(|joint| joint.name == entry.target)?;
+                let rotor = model.dof_armature()[joint.dof] > 0.0;
+                let part_of_inertia = if rotor { TINY } else { ROTOR };
+                let play = Play {
+                    joint: entry.target.clone(),
+                    armature: part_of_inertia * joint.scale.inertia,
+                    stop: 2.0 * self.description.timestep,
+                };
+                Some((play, amount))
+            })
+            .collect()
+    }
+
+    /// The model with these plays, compiled once.
+    fn played(&self, plays: &[Play]) -> Result<Arc<Self>, PlantError> {
+        let mut played = self.played.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, known)) = played.iter().find(|(known, _)| known == plays) {
+            return Ok(Arc::clone(known));
+        }
+        let plant = Arc::new(Self::with_play(&self.path, plays)?);
+        played.push((plays.to_vec(), Arc::clone(&plant)));
+        Ok(plant)
+    }
+
+    fn simulate(
+        &self,
+        values: &[f64],
+        effects: &[Entry],
+        plays: Vec<(usize, f64)>,
+    ) -> Result<MujocoSimulation, PlantError> {
         let known = &self.description.knobs;
         if values.len() != known.len() {
             return Err(PlantError(format!(
@@ -194,8 +258,13 @@ impl MujocoPlant {
             .collect();
         let view = self.model.view();
         let mut bound = bind::bind(view, &moving, self.around).map_err(fault)?;
+        // Play is a joint of the model, and no force.
+        bound
+            .joints
+            .retain(|joint| joint.acting.effect.card().id != Id::JointBacklash);
         let mut key = CopyKey {
             knobs: values.to_vec(),
+            plays,
             ..CopyKey::default()
         };
         // What MuJoCo has itself is changed there, as in a patched file.
@@ -259,7 +328,16 @@ impl Plant for MujocoPlant {
         knobs: &[f64],
         effects: &[Entry],
     ) -> Result<Box<dyn Simulation>, PlantError> {
-        Ok(Box::new(self.simulate(knobs, effects)?))
+        let (plays, amounts): (Vec<Play>, Vec<f64>) = self.plays(effects).into_iter().unzip();
+        if plays.is_empty() {
+            return Ok(Box::new(self.simulate(knobs, effects, Vec::new())?));
+        }
+        let plant = self.played(&plays)?;
+        let (layout, joints) = Layout::new(self.model.view(), plant.model.view(), &plays);
+        let halves = amounts.iter().map(|amount| 0.5 * amount);
+        let plays = joints.into_iter().zip(halves).collect();
+        let inner = plant.simulate(knobs, effects, plays)?;
+        Ok(Box::new(PlayedSimulation::new(inner, layout)))
     }
 }
 

@@ -27,7 +27,7 @@ use super::{
 use crate::plugin::native_fluid::EllipsoidCoefficients;
 use crate::plugin::{Body, Joint, JointKind};
 
-fn c_path(path: &Path) -> Result<CString, SimulatorError> {
+pub(super) fn c_path(path: &Path) -> Result<CString, SimulatorError> {
     CString::new(path.as_os_str().as_encoded_bytes()).map_err(|_| SimulatorError::Model {
         path: path.to_owned(),
         reason: "the path holds a zero byte".to_owned(),
@@ -35,7 +35,7 @@ fn c_path(path: &Path) -> Result<CString, SimulatorError> {
 }
 
 /// MuJoCo's reason and the plugin's.
-fn refused(path: &Path, error: &[u8]) -> SimulatorError {
+pub(super) fn refused(path: &Path, error: &[u8]) -> SimulatorError {
     let end = error
         .iter()
         .position(|byte| *byte == 0)
@@ -52,7 +52,7 @@ fn refused(path: &Path, error: &[u8]) -> SimulatorError {
 }
 
 /// Room for MuJoCo's error text.
-const ERROR_LEN: usize = 4096;
+pub(super) const ERROR_LEN: usize = 4096;
 
 /// Why a model or a lookup failed.
 #[derive(Debug, Error)]
@@ -184,76 +184,6 @@ impl Model {
         Ok(Self { model, api })
     }
 
-    /// As [`Model::load`], of a model in whose inertia matrix every body has room for products of its
-    /// degrees of freedom. MuJoCo keeps a diagonal alone for a body whose inertia is that simple; an
-    /// empty child takes the simplicity away and changes nothing else.
-    #[cfg(mujoco_plugins)]
-    pub fn load_with_room(path: &Path) -> Result<Self, SimulatorError> {
-        use super::bindings::{mjOBJ_BODY as BODY, mjSpec};
-        let model = Self::load(path)?;
-        let simple: Vec<i32> = (1..model.view().bodies())
-            .filter(|body| model.view().body_simple()[*body] != 0)
-            .map(|body| body as i32)
-            .collect();
-        if simple.is_empty() {
-            return Ok(model);
-        }
-        struct Spec(NonNull<mjSpec>, &'static Api);
-        impl Drop for Spec {
-            fn drop(&mut self) {
-                // SAFETY: owned.
-                unsafe { (self.1.functions.mj_deleteSpec)(self.0.as_ptr()) }
-            }
-        }
-        let api = model.api;
-        let functions = &api.functions;
-        let name = c_path(path)?;
-        let mut error = [0_u8; ERROR_LEN];
-        forget_refusal();
-        // SAFETY: a C string, no virtual files, and a buffer of the length given.
-        let spec = unsafe {
-            let buffer = error.as_mut_ptr().cast::<c_char>();
-            (functions.mj_parseXML)(name.as_ptr(), std::ptr::null(), buffer, ERROR_LEN as i32)
-        };
-        let spec = Spec(
-            NonNull::new(spec).ok_or_else(|| refused(path, &error))?,
-            api,
-        );
-        let compile = || {
-            // SAFETY: a live spec, no virtual files; the error is a C string of the spec.
-            unsafe {
-                let model = (functions.mj_compile)(spec.0.as_ptr(), std::ptr::null());
-                NonNull::new(model).ok_or_else(|| {
-                    let text = (functions.mjs_getError)(spec.0.as_ptr());
-                    refused(path, super::views::string(text).as_bytes())
-                })
-            }
-        };
-        // Numbers of bodies are known once a spec was compiled.
-        drop(Self {
-            model: compile()?,
-            api,
-        });
-        // SAFETY: elements of a live spec; a child that is added is met too, and has no number yet.
-        unsafe {
-            let mut element = (functions.mjs_firstElement)(spec.0.as_ptr(), BODY as _);
-            let mut bodies = Vec::new();
-            while !element.is_null() {
-                if simple.contains(&(functions.mjs_getId)(element)) {
-                    bodies.push((functions.mjs_asBody)(element));
-                }
-                element = (functions.mjs_nextElement)(spec.0.as_ptr(), element);
-            }
-            for body in bodies {
-                (functions.mjs_addBody)(body, std::ptr::null());
-            }
-        }
-        Ok(Self {
-            model: compile()?,
-            api,
-        })
-    }
-
     /// A model of its own, to be changed.
     #[cfg(mujoco_plugins)]
     pub(super) fn try_clone(&self) -> Result<Self, SimulatorError> {
@@ -294,6 +224,17 @@ impl Model {
         }
     }
 
+    /// Sets half the ranges of joints [rad or m].
+    #[cfg(mujoco_plugins)]
+    pub(super) fn set_ranges(&mut self, halves: &[(usize, f64)]) {
+        let raw = self.raw_mut();
+        // SAFETY: two numbers a joint, and the model is held alone.
+        let ranges = unsafe { super::views::view_mut(raw.jnt_range, raw.njnt * 2) };
+        for (joint, half) in halves {
+            ranges[2 * joint..2 * joint + 2].copy_from_slice(&[-half, *half]);
+        }
+    }
+
     /// Length of a state of this kind (bits of `mjtState`).
     #[cfg(mujoco_plugins)]
     pub(super) fn state_len(&self, kind: i32) -> usize {
@@ -305,6 +246,12 @@ impl Model {
     #[cfg(mujoco_plugins)]
     pub(super) fn api(&self) -> &'static Api {
         self.api
+    }
+
+    /// Of a model that MuJoCo has made, and that nothing else owns.
+    #[cfg(mujoco_plugins)]
+    pub(super) fn owned(model: NonNull<mjModel>, api: &'static Api) -> Self {
+        Self { model, api }
     }
 
     /// Compiles an MJCF text. Files that it names are looked for in a folder of its own.
@@ -818,6 +765,6 @@ fn take_refusal() -> Option<String> {
     None
 }
 
-fn forget_refusal() {
+pub(super) fn forget_refusal() {
     drop(take_refusal());
 }

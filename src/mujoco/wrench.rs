@@ -7,21 +7,18 @@
 
 use std::{
     ffi::{CStr, c_char, c_int, c_void},
-    ptr,
     sync::{
         Arc, Mutex, PoisonError,
         atomic::{AtomicI32, Ordering},
     },
 };
 
-use nalgebra::Vector3;
-
 use super::{
     api::{Api, own_folder},
-    apply, bind,
+    apply, arrows, bind,
     bindings::{
-        mjData, mjGEOM_ARROW, mjModel, mjOBJ_BODY, mjOBJ_PLUGIN, mjPLUGIN_PASSIVE, mjPLUGIN_SENSOR,
-        mjSTAGE_VEL, mjVIS_PERTOBJ, mjpPlugin, mjtNum, mjvOption, mjvScene,
+        mjData, mjModel, mjOBJ_BODY, mjOBJ_PLUGIN, mjPLUGIN_PASSIVE, mjPLUGIN_SENSOR, mjSTAGE_VEL,
+        mjpPlugin, mjtNum,
     },
     boundary::guard,
     describe, effect_forces,
@@ -32,7 +29,7 @@ use super::{
 };
 use crate::{
     effects::{EffectSet, Entry},
-    frames::{self, Wrench},
+    frames::Wrench,
     plugin::{
         Base, Bound, Carrier, Instance, InstanceKey, Notice, Registry, Settings, SetupError,
         attributes, instance, search::SearchPath,
@@ -94,7 +91,7 @@ pub(super) fn register(api: &'static Api) {
         table.reset = Some(reset);
         table.compute = Some(compute);
         table.advance = Some(advance);
-        table.visualize = Some(visualize);
+        table.visualize = Some(arrows::visualize);
         // SAFETY: MuJoCo copies the table and its strings before it returns.
         slot = unsafe { (api.functions.mjp_registerPlugin)(&table) };
     }
@@ -471,7 +468,7 @@ unsafe extern "C" fn compute(m: *const mjModel, d: *mut mjData, id: c_int, capab
 
 /// All that acts on the body: the checkpoint's wrench, and effects but for what is proportional to
 /// acceleration.
-fn with_effects_of(data: &mut DataView<'_>, now: &Applied) -> Wrench {
+pub(super) fn with_effects_of(data: &mut DataView<'_>, now: &Applied) -> Wrench {
     let carriers = with_effects(data);
     let mut sum = now.wrench.to_array();
     with_sources(data, &carriers, |data, sources| {
@@ -532,80 +529,6 @@ unsafe extern "C" fn advance(m: *const mjModel, d: *mut mjData, id: c_int) {
             tell(data.model(), learned, notice, time);
         }
     });
-}
-
-/// Two arrows at the base origin, force and torque, as long as MuJoCo draws its own
-/// (`<visual><map force torque/>`), while the viewer shows perturbations (`mjVIS_PERTOBJ`, on by default).
-unsafe extern "C" fn visualize(
-    m: *const mjModel,
-    d: *mut mjData,
-    option: *const mjvOption,
-    scene: *mut mjvScene,
-    id: c_int,
-) {
-    guard("visualize", (), || {
-        // SAFETY: MuJoCo passes a model and a data of it that live through the call.
-        let Some(mut data) = (unsafe { both(m, d) }) else {
-            return;
-        };
-        // SAFETY: as above.
-        let (Some(option), Some(scene)) = (unsafe { option.as_ref() }, unsafe { scene.as_mut() })
-        else {
-            return;
-        };
-        if option.flags[mjVIS_PERTOBJ as usize] == 0 {
-            return;
-        }
-        let Some(now) = applied(&mut data, id as usize) else {
-            return;
-        };
-        let wrench = with_effects_of(&mut data, &now);
-        let visual = &data.model().raw().vis;
-        let attitude = ModelView::quadruple(data.xquat(), now.body);
-        let origin = apply::vector(data.xpos(), now.body);
-        let width = f64::from(visual.scale.forcewidth) * data.model().raw().stat.meansize;
-        for (in_base, scale, colour) in [
-            (wrench.force, visual.map.force, FORCE_COLOUR),
-            (wrench.torque, visual.map.torque, TORQUE_COLOUR),
-        ] {
-            let arrow = Vector3::from(frames::to_world(attitude, in_base)) * f64::from(scale);
-            draw(
-                data.model().api(),
-                scene,
-                origin,
-                origin + arrow,
-                width,
-                colour,
-            );
-        }
-    });
-}
-
-/// Sea green, and amber.
-const FORCE_COLOUR: [f32; 4] = [0.1, 0.65, 0.75, 1.0];
-const TORQUE_COLOUR: [f32; 4] = [0.95, 0.65, 0.1, 1.0];
-
-fn draw(
-    api: &Api,
-    scene: &mut mjvScene,
-    from: Vector3<f64>,
-    to: Vector3<f64>,
-    width: f64,
-    colour: [f32; 4],
-) {
-    let len = scene.ngeom;
-    // SAFETY: the scene has `maxgeom` geoms.
-    let geoms = unsafe { view_mut(scene.geoms, scene.maxgeom) };
-    let Some(geom) = usize::try_from(len).ok().and_then(|at| geoms.get_mut(at)) else {
-        return;
-    };
-    // SAFETY: null asks for defaults; the arrays have the lengths that MuJoCo reads.
-    unsafe {
-        let (none, kind) = (ptr::null(), mjGEOM_ARROW as c_int);
-        (api.functions.mjv_initGeom)(geom, kind, none, none, none, colour.as_ptr());
-        (api.functions.mjv_connector)(geom, kind, width, from.as_ptr(), to.as_ptr());
-    }
-    scene.ngeom = len + 1;
 }
 
 /// Views of what a callback got.

@@ -157,7 +157,11 @@ impl MujocoSimulation {
     }
 
     fn has_blown_up(&self) -> bool {
-        let wild = |values: &[f64]| values.iter().any(|value| !(value.abs() < RUNAWAY));
+        let wild = |values: &[f64]| {
+            values
+                .iter()
+                .any(|value| value.is_nan() || value.abs() >= RUNAWAY)
+        };
         wild(self.data.qvel())
             || wild(self.data.qpos())
             || FATAL.iter().any(|kind| self.data.warnings(*kind) > 0)

@@ -1,0 +1,167 @@
+//! A simulation with play in joints, seen as one of the nominal model: the extra coordinates are hidden.
+
+use super::simulation::MujocoSimulation;
+use crate::{
+    mujoco::{spec::Play, views::ModelView},
+    sim::plant::Simulation,
+};
+
+/// Where the nominal's coordinates stand among those of the model with play.
+#[derive(Clone, Debug)]
+pub(super) struct Layout {
+    qpos: Vec<usize>,
+    qvel: Vec<usize>,
+    /// Lengths with the extra ones.
+    nq: usize,
+    nv: usize,
+}
+
+impl Layout {
+    /// The layout, and the numbers of the extra joints in the order of `plays`.
+    pub(super) fn new(
+        nominal: ModelView<'_>,
+        played: ModelView<'_>,
+        plays: &[Play],
+    ) -> (Self, Vec<usize>) {
+        let joint = crate::mujoco::bindings::mjOBJ_JOINT as i32;
+        let extra: Vec<usize> = plays
+            .iter()
+            .filter_map(|play| played.id(joint, &play.name()))
+            .collect();
+        let numbers = |model: ModelView<'_>| (model.raw().nq as usize, model.raw().nv as usize);
+        let ((nq, nv), (all_q, all_v)) = (numbers(nominal), numbers(played));
+        // An extra joint is a hinge or a slide: one coordinate each.
+        let without = |all: usize, address: &[i32]| -> Vec<usize> {
+            let hidden: Vec<usize> = extra.iter().map(|id| address[*id] as usize).collect();
+            (0..all).filter(|at| !hidden.contains(at)).collect()
+        };
+        let layout = Self {
+            qpos: without(all_q, played.jnt_qposadr()),
+            qvel: without(all_v, played.jnt_dofadr()),
+            nq: all_q,
+            nv: all_v,
+        };
+        debug_assert_eq!((layout.qpos.len(), layout.qvel.len()), (nq, nv));
+        (layout, extra)
+    }
+
+    /// Spreads a nominal's coordinates; extra ones keep what `into` has.
+    fn spread(places: &[usize], from: &[f64], into: &mut [f64]) {
+        for (at, value) in places.iter().zip(from) {
+            into[*at] = *value;
+        }
+    }
+}
+
+/// See [`Layout`].
+#[derive(Debug)]
+pub(super) struct PlayedSimulation {
+    inner: MujocoSimulation,
+    layout: Layout,
+    qpos: Vec<f64>,
+    qvel: Vec<f64>,
+}
+
+impl PlayedSimulation {
+    pub(super) fn new(inner: MujocoSimulation, layout: Layout) -> Self {
+        let mut simulation = Self {
+            qpos: vec![0.0; layout.qpos.len()],
+            qvel: vec![0.0; layout.qvel.len()],
+            inner,
+            layout,
+        };
+        simulation.look();
+        simulation
+    }
+
+    /// Copies the nominal's coordinates out.
+    fn look(&mut self) {
+        for (value, at) in self.qpos.iter_mut().zip(&self.layout.qpos) {
+            *value = self.inner.qpos()[*at];
+        }
+        for (value, at) in self.qvel.iter_mut().zip(&self.layout.qvel) {
+            *value = self.inner.qvel()[*at];
+        }
+    }
+}
+
+impl Simulation for PlayedSimulation {
+    fn reset(&mut self) {
+        self.inner.reset();
+        self.look();
+    }
+
+    fn time(&self) -> f64 {
+        self.inner.time()
+    }
+
+    /// Play is taken up to neither side.
+    fn restart(&mut self, state: &[f64]) {
+        let (nq, nv) = (self.layout.qpos.len(), self.layout.qvel.len());
+        let mut all = Vec::with_capacity(state.len() + self.layout.nq + self.layout.nv);
+        if state.len() > nq + nv {
+            let mut qpos = vec![0.0; self.layout.nq];
+            let mut qvel = vec![0.0; self.layout.nv];
+            Layout::spread(&self.layout.qpos, &state[1..=nq], &mut qpos);
+            Layout::spread(&self.layout.qvel, &state[1 + nq..1 + nq + nv], &mut qvel);
+            all.push(state[0]);
+            all.extend(qpos);
+            all.extend(qvel);
+            all.extend(&state[1 + nq + nv..]);
+        }
+        self.inner.restart(&all);
+        self.look();
+    }
+
+    fn set_motion(&mut self, time: f64, qpos: &[f64], qvel: &[f64]) {
+        let (mut all_q, mut all_v) = (self.inner.qpos().to_vec(), self.inner.qvel().to_vec());
+        Layout::spread(&self.layout.qpos, qpos, &mut all_q);
+        Layout::spread(&self.layout.qvel, qvel, &mut all_v);
+        self.inner.set_motion(time, &all_q, &all_v);
+        self.look();
+    }
+
+    fn qpos(&self) -> &[f64] {
+        &self.qpos
+    }
+
+    fn qvel(&self) -> &[f64] {
+        &self.qvel
+    }
+
+    fn retract(&mut self, tangent: &[f64]) {
+        let (nominal, all) = (self.layout.qvel.len(), self.layout.nv);
+        let mut spread = vec![0.0; 2 * all];
+        let (way, speed) = spread.split_at_mut(all);
+        Layout::spread(&self.layout.qvel, &tangent[..nominal], way);
+        Layout::spread(&self.layout.qvel, &tangent[nominal..], speed);
+        self.inner.retract(&spread);
+        self.look();
+    }
+
+    fn save(&self) -> Vec<f64> {
+        self.inner.save()
+    }
+
+    fn load(&mut self, saved: &[f64]) {
+        self.inner.load(saved);
+        self.look();
+    }
+
+    fn set_control(&mut self, control: &[f64]) {
+        self.inner.set_control(control);
+    }
+
+    fn step(&mut self) {
+        self.inner.step();
+        self.look();
+    }
+
+    fn sensors(&self) -> &[f64] {
+        self.inner.sensors()
+    }
+
+    fn diverged(&self) -> bool {
+        self.inner.diverged()
+    }
+}
