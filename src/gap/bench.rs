@@ -28,15 +28,24 @@ const STEP: f64 = 0.01;
 /// Segments that a screen looks at: it only chooses what is fitted to all of them.
 const SCREENED: usize = 16;
 /// Parameters that shape what amplitudes do.
-const SHAPE_NAMES: [&str; 6] = ["frequency", "rate", "length", "speed", PHASE, "vertical_lag"];
+const SHAPE_NAMES: [&str; 6] = [
+    "frequency",
+    "rate",
+    "length",
+    "speed",
+    PHASE,
+    "vertical_lag",
+];
 /// The phase of an oscillation: amplitudes at two phases a quarter of a turn apart make any.
 pub(super) const PHASE: &str = "phase";
 /// Factors on a shape's usual value that are tried.
 const SHAPES: [f64; 3] = [1.0 / 3.0, 1.0, 3.0];
 /// Factors on a frequency's usual value that are tried.
 const FREQUENCIES: [f64; 4] = [0.4, 0.8, 1.6, 3.0];
+/// Knobs farther than this from the base (standard deviations, together) get sensitivities of their own.
+const FAR: f64 = 2.0;
 /// Gauss-Newton steps at most.
-const ITERATIONS: usize = 5;
+const ITERATIONS: usize = 7;
 /// The same for the empty set, whose steps are cheap.
 const SETTLING: usize = 30;
 /// A change of the cost that ends a fit: absolute, relative.
@@ -95,6 +104,8 @@ pub(super) struct Fit {
     pub(super) residuals: Vec<Vec<f64>>,
     /// Change of the whitened predictions with each of the point's own parameters, by segment.
     columns: Vec<DMatrix<f32>>,
+    /// The same with the knobs, where these are too far from the base for the shared ones.
+    nuisances: Vec<Option<DMatrix<f32>>>,
     /// Readings that count.
     pub(super) readings: usize,
 }
@@ -129,6 +140,10 @@ pub(super) fn sum<'a>(quadratics: impl Iterator<Item = &'a Quadratic>) -> Quadra
             a: DMatrix::zeros(0, 0),
         })
 }
+
+/// What a segment gives at a point: residual, Gram matrix, own columns, and columns of the knobs where these
+/// are far from the base.
+type Evaluated = (Vec<f64>, DMatrix<f64>, DMatrix<f32>, Option<DMatrix<f32>>);
 
 /// What a screen looks along: one parameter of one candidate, with the others at `base`.
 #[derive(Clone, Debug)]
@@ -272,19 +287,33 @@ impl<'a> Bench<'a> {
         else {
             return Ok(None);
         };
-        let mut nuisances = DMatrix::zeros(residual.len(), self.knobs.len());
+        let nuisances = self.knob_columns(at, &self.origin(), &residual)?;
+        Ok(Some((projection, nuisances)))
+    }
+
+    /// Change of the whitened predictions of a segment with every knob, a standard deviation each.
+    fn knob_columns(
+        &self,
+        at: usize,
+        point: &Point,
+        residual: &[f64],
+    ) -> Result<DMatrix<f32>, GapError> {
+        let mut columns = DMatrix::zeros(residual.len(), self.knobs.len());
+        let base = self.knob_values(point);
+        let entries = self.entries(point);
         let mut turned = Vec::new();
         for (column, (knob, sd)) in self.knobs.iter().enumerate() {
             let mut knobs = base.clone();
             knobs[*knob] += sd;
-            let mut simulation = self.plant.simulation(&knobs, &[])?;
-            if self.shoot(simulation.as_mut(), at, &origin, &[], &mut turned) {
+            let mut simulation = self.plant.simulation(&knobs, &entries)?;
+            let start = &point.starts[at];
+            if self.shoot(simulation.as_mut(), at, start, &entries, &mut turned) {
                 for (row, (before, turned)) in residual.iter().zip(&turned).enumerate() {
-                    nuisances[(row, column)] = (before - turned) as f32;
+                    columns[(row, column)] = (before - turned) as f32;
                 }
             }
         }
-        Ok(Some((projection, nuisances)))
+        Ok(columns)
     }
 
     /// Whitened residuals of a segment; false where it blew up.
@@ -445,9 +474,9 @@ impl<'a> Bench<'a> {
                     continue;
                 }
                 (before, Some(fit)) => {
-                    let small = before
-                        .as_ref()
-                        .is_some_and(|(before, _)| before - cost < CONVERGED + CONVERGED_RELATIVE * cost);
+                    let small = before.as_ref().is_some_and(|(before, _)| {
+                        before - cost < CONVERGED + CONVERGED_RELATIVE * cost
+                    });
                     best = Some((cost, fit));
                     if small || iteration + 1 == iterations {
                         break;
@@ -473,7 +502,8 @@ impl<'a> Bench<'a> {
         next.starts = (0..self.segments.len())
             .into_par_iter()
             .map(|at| {
-                let (projection, nuisances) = &self.shared[at];
+                let (projection, shared) = &self.shared[at];
+                let nuisances = fit.nuisances[at].as_ref().unwrap_or(shared);
                 let readings = &fit.residuals[at];
                 let mut residual = DMatrix::from_column_slice(readings.len(), 1, readings);
                 residual -= nuisances.map(f64::from) * change.rows(0, knobs);
@@ -493,7 +523,8 @@ impl<'a> Bench<'a> {
         let knobs = self.knob_values(point);
         let z = self.normalised(point);
         let blown = AtomicBool::new(false);
-        let parts: Vec<Option<(Vec<f64>, DMatrix<f64>, DMatrix<f32>)>> = (0..self.segments.len())
+        let far = (&point.knobs - &self.base).norm() > FAR;
+        let parts: Vec<Option<Evaluated>> = (0..self.segments.len())
             .into_par_iter()
             .map(|at| {
                 if blown.load(Ordering::Relaxed) {
@@ -507,8 +538,18 @@ impl<'a> Bench<'a> {
                     return Ok(None);
                 }
                 let own = self.own_columns(at, point, &entries, &residual)?;
-                let gram = self.gram(at, point, &z, &residual, &own);
-                Ok(Some((residual, gram, own.map(|value| value as f32))))
+                let nuisances = if far {
+                    Some(self.knob_columns(at, point, &residual)?)
+                } else {
+                    None
+                };
+                let gram = self.gram(at, point, &z, &residual, nuisances.as_ref(), &own);
+                Ok(Some((
+                    residual,
+                    gram,
+                    own.map(|value| value as f32),
+                    nuisances,
+                )))
             })
             .collect::<Result<_, GapError>>()?;
         let Some(parts) = parts.into_iter().collect::<Option<Vec<_>>>() else {
@@ -517,13 +558,15 @@ impl<'a> Bench<'a> {
         let mut grams: Vec<Option<DMatrix<f64>>> = vec![None; self.trials.len()];
         let mut residuals = Vec::with_capacity(parts.len());
         let mut columns = Vec::with_capacity(parts.len());
-        for (segment, (residual, gram, own)) in self.segments.iter().zip(parts) {
+        let mut nuisances = Vec::with_capacity(parts.len());
+        for (segment, (residual, gram, own, knobs)) in self.segments.iter().zip(parts) {
             match &mut grams[segment.trial] {
                 Some(sum) => *sum += gram,
                 empty => *empty = Some(gram),
             }
             residuals.push(residual);
             columns.push(own);
+            nuisances.push(knobs);
         }
         let misfit = residuals.iter().flatten().map(|value| value * value).sum();
         // A missing reading was made an exact zero by the whitening.
@@ -539,6 +582,7 @@ impl<'a> Bench<'a> {
             misfit,
             residuals,
             columns,
+            nuisances,
             readings,
         }))
     }
@@ -550,9 +594,11 @@ impl<'a> Bench<'a> {
         point: &Point,
         z: &DVector<f64>,
         residual: &[f64],
+        nuisances: Option<&DMatrix<f32>>,
         columns: &DMatrix<f64>,
     ) -> DMatrix<f64> {
-        let (projection, nuisances) = &self.shared[at];
+        let (projection, shared) = &self.shared[at];
+        let nuisances = nuisances.unwrap_or(shared);
         let knobs = self.knobs.len();
         let mut all = DMatrix::zeros(residual.len(), 1 + knobs + columns.ncols());
         all.column_mut(0).copy_from_slice(residual);
@@ -700,7 +746,8 @@ impl<'a> Bench<'a> {
                 }
                 let mut padded = DVector::zeros(z.len() + directions.len());
                 padded.rows_mut(0, z.len()).copy_from(&z);
-                let gram = self.gram(at, &fit.point, &padded, residual, &columns);
+                let nuisances = fit.nuisances[at].as_ref();
+                let gram = self.gram(at, &fit.point, &padded, residual, nuisances, &columns);
                 watch.count("screening effects", &done, total);
                 Ok(gram)
             })

@@ -5,8 +5,8 @@ use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 use crate::{
     effects::{self, Entry, Motion, Part, card::BodyScale},
     sim::plant::{
-        Knob, KnobClass, Plant, PlantActuator, PlantBody, PlantDescription, PlantError, PlantSensor,
-        SensorKind, Simulation,
+        Knob, KnobClass, Plant, PlantActuator, PlantBody, PlantDescription, PlantError,
+        PlantSensor, SensorKind, Simulation,
     },
 };
 
@@ -78,7 +78,10 @@ impl RigidBody {
                     sensor("dvl", SensorKind::LinearVelocity, 7, 3, 0.01, "m/s"),
                     sensor("gyro", SensorKind::AngularVelocity, 10, 3, 0.01, "rad/s"),
                 ],
-                knobs: vec![knob("mass", KnobClass::Mass), knob("drag", KnobClass::Fluid)],
+                knobs: vec![
+                    knob("mass", KnobClass::Mass),
+                    knob("drag", KnobClass::Fluid),
+                ],
                 has_water: true,
             },
         }
@@ -97,11 +100,13 @@ impl Plant for RigidBody {
     ) -> Result<Box<dyn Simulation>, PlantError> {
         let memory = effects
             .iter()
-            .map(|entry| match effects::catalogue::effect(entry.effect).part() {
-                Part::Body(part) => vec![0.0; part.memory_len()],
-                Part::Actuator(part) => vec![0.0; part.memory_len(&entry.parameters, STEP)],
-                _ => Vec::new(),
-            })
+            .map(
+                |entry| match effects::catalogue::effect(entry.effect).part() {
+                    Part::Body(part) => vec![0.0; part.memory_len()],
+                    Part::Actuator(part) => vec![0.0; part.memory_len(&entry.parameters, STEP)],
+                    _ => Vec::new(),
+                },
+            )
             .collect();
         Ok(Box::new(Swim {
             mass: MASS * (1.0 + knobs[0]),
@@ -220,7 +225,8 @@ impl Simulation for Swim {
         let mut water = Vector3::zeros();
         for entry in &self.effects {
             if let Part::Water(part) = effects::catalogue::effect(entry.effect).part() {
-                water += Vector3::from(part.velocity(&entry.parameters, motion.position, self.time));
+                water +=
+                    Vector3::from(part.velocity(&entry.parameters, motion.position, self.time));
             }
         }
         motion.linear = (linear - attitude.inverse() * water).into();
@@ -283,6 +289,9 @@ impl Simulation for Swim {
     }
 
     fn diverged(&self) -> bool {
-        !self.qvel.iter().all(|value| value.is_finite() && value.abs() < 1e6)
+        !self
+            .qvel
+            .iter()
+            .all(|value| value.is_finite() && value.abs() < 1e6)
     }
 }

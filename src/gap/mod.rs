@@ -27,10 +27,10 @@ mod shooting;
 pub mod stages;
 mod start;
 mod study;
-mod uncertainty;
-pub mod verdict;
 #[cfg(test)]
 mod tests;
+mod uncertainty;
+pub mod verdict;
 mod verify;
 mod watch;
 

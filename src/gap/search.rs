@@ -71,6 +71,8 @@ fn clash(bench: &Bench<'_>, a: usize, b: usize) -> bool {
 struct Linear<'s> {
     quadratic: Quadratic,
     screen: &'s Screen,
+    /// Squared residuals were divided by this.
+    factor: f64,
     /// Choices of directions by candidate; several where shapes were tried.
     choices: BTreeMap<usize, Vec<Vec<usize>>>,
     bounds: Vec<Bounds>,
@@ -106,6 +108,7 @@ impl<'s> Linear<'s> {
         Some(Self {
             quadratic,
             screen,
+            factor,
             choices,
             bounds,
         })
@@ -152,6 +155,26 @@ impl<'s> Linear<'s> {
             point.candidates.push(*candidate);
             point.values.push(values);
         }
+        // The knobs that go with these values, to first order.
+        let knobs = bench.knobs.len();
+        let whole = self.screen.quadratic.tempered(self.factor);
+        let mut precision = whole.a.view((0, 0), (knobs, knobs)).into_owned();
+        let mut slope = whole.b.rows(0, knobs).into_owned();
+        for axis in 0..knobs {
+            precision[(axis, axis)] += 1.0;
+        }
+        for (column, z) in columns.iter().zip(z.iter()) {
+            slope -= whole
+                .a
+                .view((0, self.screen.before + column), (knobs, 1))
+                .column(0)
+                * *z;
+        }
+        if self.screen.before == knobs
+            && let Some(factor) = precision.cholesky()
+        {
+            point.knobs = factor.solve(&slope);
+        }
         Some(point)
     }
 }
@@ -159,9 +182,10 @@ impl<'s> Linear<'s> {
 /// Values of a candidate from the best steps along its directions.
 fn values(bench: &Bench<'_>, candidate: usize, found: &[(&Direction, f64)]) -> Vec<f64> {
     let parameters = &bench.candidates[candidate].parameters;
-    let mut values = found
-        .first()
-        .map_or_else(|| bench.candidates[candidate].null(), |(direction, _)| direction.base.clone());
+    let mut values = found.first().map_or_else(
+        || bench.candidates[candidate].null(),
+        |(direction, _)| direction.base.clone(),
+    );
     let Some(phase) = parameters.iter().position(|p| p.name == PHASE) else {
         for (direction, z) in found {
             let p = &parameters[direction.parameter];

@@ -7,13 +7,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    Settings, Study, Uncertainty, Watch, add, conclude,
-    fake::RigidBody,
-    find,
-    find::normal,
-    name,
-    verdict::Outcome,
-    verify,
+    Settings, Study, Uncertainty, Watch, add, conclude, fake::RigidBody, find, find::normal, name,
+    verdict::Outcome, verify,
 };
 use crate::{
     effects::{Entry, Id},
@@ -26,19 +21,42 @@ fn trial(name: &str, effects: &[Entry], knobs: &[f64], seed: u64, noise: f64) ->
     let mut simulation = plant.simulation(knobs, effects).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let phases: Vec<f64> = (0..8).map(|_| 3.0 * normal(&mut rng)).collect();
-    let mut control = Series { times: vec![], columns: vec![], data: vec![] };
-    control.columns = plant.description().actuators.iter().map(|a| a.name.clone()).collect();
-    let mut sensors = Series { times: vec![], columns: vec![], data: vec![] };
+    let mut control = Series {
+        times: vec![],
+        columns: vec![],
+        data: vec![],
+    };
+    control.columns = plant
+        .description()
+        .actuators
+        .iter()
+        .map(|a| a.name.clone())
+        .collect();
+    let mut sensors = Series {
+        times: vec![],
+        columns: vec![],
+        data: vec![],
+    };
     for sensor in &plant.description().sensors {
         for component in 0..sensor.len {
-            sensors.columns.push(format!("{}[{component}]", sensor.name));
+            sensors
+                .columns
+                .push(format!("{}[{component}]", sensor.name));
         }
     }
-    let sds: Vec<f64> = plant.description().sensors.iter().flat_map(|s| vec![s.noise; s.len]).collect();
+    let sds: Vec<f64> = plant
+        .description()
+        .sensors
+        .iter()
+        .flat_map(|s| vec![s.noise; s.len])
+        .collect();
     for step in 0..2000 {
         let time = f64::from(step) * 0.005;
         let command: Vec<f64> = (0..4)
-            .map(|a| 0.5 * (TAU * 0.3 * time + phases[a]).sin() + 0.4 * (TAU * 0.11 * time + phases[a + 4]).sin())
+            .map(|a| {
+                0.5 * (TAU * 0.3 * time + phases[a]).sin()
+                    + 0.4 * (TAU * 0.11 * time + phases[a + 4]).sin()
+            })
             .collect();
         simulation.set_control(&command);
         control.times.push(time);
@@ -51,34 +69,80 @@ fn trial(name: &str, effects: &[Entry], knobs: &[f64], seed: u64, noise: f64) ->
             }
         }
     }
-    Trial { name: name.to_owned(), control, sensors, initial_state: None, state: None }
+    Trial {
+        name: name.to_owned(),
+        control,
+        sensors,
+        initial_state: None,
+        state: None,
+    }
 }
 
 fn run(effects: &[Entry]) -> super::stages::Named {
     let plant = RigidBody::new();
     let stop = AtomicBool::new(false);
-    let watch = Watch { stop: &stop, tell: &|_, _, _| {} };
-    let trials = (0..4).map(|at| trial(&format!("trial {at}"), effects, &[0.02, -0.02], at, 1.0)).collect();
-    let settings = Settings { uncertainty: Uncertainty::default(), seed: 0 };
+    let watch = Watch {
+        stop: &stop,
+        tell: &|_, _, _| {},
+    };
+    let trials = (0..4)
+        .map(|at| trial(&format!("trial {at}"), effects, &[0.02, -0.02], at, 1.0))
+        .collect();
+    let settings = Settings {
+        uncertainty: Uncertainty::default(),
+        seed: 0,
+    };
     let study = Study::prepare(&plant, trials, settings.clone(), &watch).unwrap();
     let bench = study.bench(&watch).unwrap();
     let found = find(&study, &bench, &[], &watch).unwrap();
     let naming = name(&study, &bench, &watch).unwrap();
-    eprintln!("excess {} p {} {:?}", found.excess, found.p_value, found.by_sensor);
-    eprintln!("{:?} unexplained {} p {}", naming.named.outcome, naming.named.unexplained, naming.named.unexplained_p_value);
+    eprintln!(
+        "excess {} p {} {:?}",
+        found.excess, found.p_value, found.by_sensor
+    );
+    eprintln!(
+        "{:?} unexplained {} p {}",
+        naming.named.outcome, naming.named.unexplained, naming.named.unexplained_p_value
+    );
     for h in naming.named.ranking.iter().take(12) {
-        eprintln!("{:?} {:.2} p {:.4} u {:.3} {}", h.effects, h.log_evidence, h.probability, h.unexplained, h.refitted);
+        eprintln!(
+            "{:?} {:.2} p {:.4} u {:.3} {}",
+            h.effects, h.log_evidence, h.probability, h.unexplained, h.refitted
+        );
     }
     for e in &naming.named.effects {
-        eprintln!("{} {} {:.3} {:?}", e.effect, e.target, e.probability, e.parameters.iter().map(|p| (p.name.clone(), p.value, p.ci95)).collect::<Vec<_>>());
+        eprintln!(
+            "{} {} {:.3} {:?}",
+            e.effect,
+            e.target,
+            e.probability,
+            e.parameters
+                .iter()
+                .map(|p| (p.name.clone(), p.value, p.ci95))
+                .collect::<Vec<_>>()
+        );
     }
-    eprintln!("confusion {:?} next {:?}", naming.named.confusion_set, naming.named.next_experiment);
+    eprintln!(
+        "confusion {:?} next {:?}",
+        naming.named.confusion_set, naming.named.next_experiment
+    );
     let addition = add(&study, &bench, &naming);
-    let held_out = (10..13).map(|at| trial(&format!("trial {at}"), effects, &[0.02, -0.02], at, 1.0)).collect();
+    let held_out = (10..13)
+        .map(|at| trial(&format!("trial {at}"), effects, &[0.02, -0.02], at, 1.0))
+        .collect();
     if let Some(addition) = &addition {
         eprintln!("{:?} {:?}", addition.entries, addition.added.bootstrap);
     }
-    let verified = verify(&plant, &plant, &Default::default(), held_out, &found.channels, &settings, &watch).unwrap();
+    let verified = verify(
+        &plant,
+        &plant,
+        &Default::default(),
+        held_out,
+        &found.channels,
+        &settings,
+        &watch,
+    )
+    .unwrap();
     eprintln!("{:?}", verified.horizons);
     let verdict = conclude(&found, &naming.named, None, Some(&verified));
     assert!(verdict.named.is_empty());
