@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Motion of a body's frame, and what is around it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Motion {
     /// Simulation time [s].
     pub time: f64,

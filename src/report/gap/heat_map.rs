@@ -126,7 +126,7 @@ fn legend(html: &mut String, colours: &Colours) {
 
 /// Two digits are enough for a colour.
 fn short(value: f64) -> String {
-    if value >= 10.0 && value < 1e4 {
+    if (10.0..1e4).contains(&value) {
         format!("{value:.0}")
     } else if value < 10.0 {
         format!("{value:.1}")

@@ -39,7 +39,7 @@ pub(super) fn bare_percent(share: f64) -> String {
     let value = 100.0 * share;
     // One decimal only where it says something.
     let text = match value.abs() {
-        size if size < 9.95 && size >= 0.05 => trim(&format!("{value:.1}")).to_owned(),
+        size if (0.05..9.95).contains(&size) => trim(&format!("{value:.1}")).to_owned(),
         _ => format!("{value:.0}"),
     };
     minus(if text == "-0" { "0" } else { &text })
