@@ -27,8 +27,8 @@ from rivals import RivalError  # noqa: E402
 from rivals.settings import METHODS, SPARSE  # noqa: E402
 
 GRIDS = {
-    "stlsq": {"threshold": [0.05, 0.1, 0.2, 0.3, 0.45, 0.6], "alpha": [1e-4, 1e-2, 1e-1],
-              "least_share": [0.3, 0.5, 0.8]},
+    "stlsq": {"threshold": [0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 0.6], "alpha": [1e-4, 1e-2, 1e-1, 1.0],
+              "least_share": [0.3, 0.5, 0.8, 0.95]},
     "ensemble": {"threshold": [0.1, 0.2, 0.3, 0.45], "alpha": [1e-2, 1e-1], "inclusion": [0.6, 0.9],
                  "least_share": [0.3, 0.5, 0.8]},
     "bindy": {"prior": [0.3, 1.0, 3.0], "correlation": [1.0, 3.0, 10.0, 30.0], "least_share": [0.3, 0.5, 0.8]},
@@ -101,7 +101,7 @@ def folders(args: argparse.Namespace) -> list[Path]:
 
 def tuned_case(folder: Path, answers: Path, methods: list[str]) -> list[tuple[str, float, tuple, bool, bool]]:
     """(method, test_s, setting, is a null, right) of every setting on a case."""
-    from rivals import case
+    from rivals import case, sparse
 
     answer = json.loads((answers / folder.name / "answer.json").read_text())
     if answer["kind"] == "outside":
@@ -114,10 +114,14 @@ def tuned_case(folder: Path, answers: Path, methods: list[str]) -> list[tuple[st
     out = []
     for test_s, method in itertools.product(TEST_S, methods):
         problem = bench.problem(test_s)
-        for values in itertools.product(*GRIDS[method].values()):
-            options = dict(zip(GRIDS[method], values))
-            _, effects = case.select(problem, method, options)
-            out.append((method, test_s, values, answer["kind"] == "null", sorted(effects) in truths))
+        # `least_share`, the last, only cuts what a fit has found.
+        names, cuts = list(GRIDS[method])[:-1], GRIDS[method]["least_share"]
+        for values in itertools.product(*(GRIDS[method][name] for name in names)):
+            found = getattr(sparse, method)(problem, **dict(zip(names, values)))
+            strength = sparse.contributions(problem, found)
+            for cut in cuts:
+                right = sorted(sparse.named(strength, cut)) in truths
+                out.append((method, test_s, (*values, cut), answer["kind"] == "null", right))
     return out
 
 

@@ -4,12 +4,15 @@ Output error over segments of a second from measured starts, residuals divided b
 toolbox's own optimiser. No name comes out of it, hence no false alarm either.
 """
 
+import contextlib
+import io
 import logging
 
 import mujoco
 import numpy as np
 from mujoco import sysid
 
+from . import RivalError
 from .motion import Motion
 
 SEGMENT_S = 1.0
@@ -27,20 +30,7 @@ def parameters(model: mujoco.MjModel) -> sysid.parameter.ParameterDict:
         if model.body_mass[body] < 1e-3 or not name:
             continue
 
-        def mass(spec, p, name=name, base=float(model.body_mass[body])):
-            spec.body(name).mass = base * float(p.value[0])
-
-        def centre(spec, p, name=name, base=model.body_ipos[body].copy()):
-            spec.body(name).ipos = base + p.value
-
-        def inertia(spec, p, name=name, base=model.body_inertia[body].copy(), turn=model.body_iquat[body].copy()):
-            thing = spec.body(name)
-            thing.fullinertia = [np.nan] * 6
-            thing.inertia, thing.iquat = base * p.value, turn
-
-        add(f"mass {name}", [1.0], [0.5], [2.0], mass)
-        add(f"centre {name}", [0.0] * 3, [-0.1] * 3, [0.1] * 3, centre)
-        add(f"inertia {name}", [1.0] * 3, [0.3] * 3, [4.0] * 3, inertia)
+        _inertia(add, model, body, name)
     for geom in range(model.ngeom):
         name = model.geom(geom).name
         if model.geom_fluid[geom, 0] and name:
@@ -63,6 +53,39 @@ def parameters(model: mujoco.MjModel) -> sysid.parameter.ParameterDict:
             base = float(model.dof_damping[model.jnt_dofadr[joint]])
             add(f"damping {name}", [base], [0.0], [max(20 * base, 20.0)], damping)
     return out
+
+
+def _inertia(add, model: mujoco.MjModel, body: int, name: str) -> None:
+    """Mass, centre and all six inertias in the toolbox's ten numbers, which always make a possible body.
+
+    Its ready-made modifier leaves a body without inertia where the MJCF gives a diagonal one (4.0.0): the
+    principal inertias are set here instead.
+    """
+    tools = sysid.model_modifier
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, model.body_iquat[body])
+    turn = turn.reshape(3, 3)
+    mass, centre = float(model.body_mass[body]), model.body_ipos[body]
+    about_centre = turn @ np.diag(model.body_inertia[body]) @ turn.T
+    about_origin = about_centre - mass * tools.skew(centre) @ tools.skew(centre)
+    pi = np.concatenate([[mass], mass * centre, about_origin.ravel()])
+    theta = tools.theta_from_pseudoinertia(tools.pseudoinertia_from_pi(pi))
+
+    def modify(spec, p, name=name):
+        pi = tools.pi_from_theta(p.value)
+        centre = pi[1:4] / pi[0]
+        inertia = pi[4:].reshape(3, 3) + pi[0] * tools.skew(centre) @ tools.skew(centre)
+        sizes, axes = np.linalg.eigh(inertia)
+        axes[:, 2] *= np.sign(np.linalg.det(axes))
+        quaternion = np.zeros(4)
+        mujoco.mju_mat2Quat(quaternion, axes.ravel())
+        thing = spec.body(name)
+        thing.mass, thing.ipos, thing.iquat = pi[0], centre, quaternion
+        thing.fullinertia, thing.inertia = [np.nan] * 6, sizes
+
+    # Mass within a factor of two, the axes of the pseudo-inertia within 1.4, 10 cm of the centre.
+    room = np.concatenate([[0.35], np.full(3, 0.35), np.full(3, 0.3), np.full(3, 0.1)])
+    add(f"inertia {name}", theta, theta - room, theta + room, modify)
 
 
 def fit(xml: str, model: mujoco.MjModel, motions: list[Motion], segments: int, iterations: int) -> mujoco.MjModel:
@@ -115,5 +138,11 @@ def fit(xml: str, model: mujoco.MjModel, motions: list[Motion], segments: int, i
 
     free = parameters(model)
     residual = sysid.build_residual_fn(models_sequences=sequences, modify_residual=divided)
-    best, _ = sysid.optimize(free, residual, optimizer="mujoco", verbose=False, max_iters=iterations)
+    try:
+        # The toolbox prints its progress whatever `verbose` says; a verdict goes to the same place.
+        with contextlib.redirect_stdout(io.StringIO()):
+            best, _ = sysid.optimize(free, residual, optimizer="mujoco", verbose=False, max_iters=iterations)
+    except ValueError as error:
+        # "times must be strictly increasing": a rollout that diverged was reset by the engine, and time with it.
+        raise RivalError(f"mujoco.sysid gave up: {error}") from error
     return sysid.apply_param_modifiers(best, mujoco.MjSpec.from_file(xml))

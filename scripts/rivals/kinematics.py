@@ -61,7 +61,7 @@ def targets(model: mujoco.MjModel) -> list[int]:
 
 def single_joints(model: mujoco.MjModel) -> list[int]:
     """Hinges and slides."""
-    return [j for j in range(model.njnt) if model.jnt_type[j] in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)]
+    return [j for j in range(model.njnt) if int(model.jnt_type[j]) in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)]
 
 
 def shape(model: mujoco.MjModel, body: int) -> tuple[float, int]:

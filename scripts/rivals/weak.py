@@ -55,7 +55,7 @@ class Equations:
         self.free = next((int(model.jnt_dofadr[j]) for j in range(model.njnt)
                           if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_FREE), None)
         self.cells = [i for i in range(model.nsensor)
-                      if model.sensor_type[i] in (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)]
+                      if int(model.sensor_type[i]) in (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)]
         self.actuators = [model.actuator(i).name for i in range(model.nu)]
         self.joints = [model.joint(j).name for j in kinematics.single_joints(model)]
         floors = [g for g in range(model.ngeom) if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_PLANE]
