@@ -1,0 +1,127 @@
+"""Real measurements as trials: what is written, where the release is, what SciPy finds. Skipped without the data."""
+
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from paths import ROOT, SCRIPTS
+
+from measured import MeasuredError, ball_drops, roll_decay
+from measured.trial import Trial, write
+
+DATA = ROOT.parent / "shared" / "data"
+HAVE_DATA = (DATA / roll_decay.FILE).is_file() and (DATA / ball_drops.FILE).is_file()
+WITHOUT = f"the measurements are not in {DATA}"
+CASES = ("roll_decay", *ball_drops.BALLS)
+
+try:
+    from measured import reference
+except ImportError:
+    reference = None
+
+
+class Scenes(unittest.TestCase):
+    def load(self, case):
+        return mujoco.MjModel.from_xml_path(str(ROOT / "mjcf/gap" / f"{case}.xml"))
+
+    def test_roll_has_the_published_period_and_decrement(self):
+        model = self.load("roll_decay")
+        data = mujoco.MjData(model)
+        data.qpos[0] = 0.001
+        angles = []
+        for _ in range(int(20 * 2.54 / model.opt.timestep)):
+            mujoco.mj_step(model, data)
+            angles.append(data.qpos[0])
+        angles = np.array(angles)
+        falls = np.flatnonzero((angles[:-1] > 0) & (angles[1:] <= 0))
+        self.assertAlmostEqual(np.diff(falls).mean() * model.opt.timestep, 2.54, delta=0.002)
+        peaks = [angles[a:b].max() for a, b in zip(falls[:-1], falls[1:])]
+        # Published: the amplitude of a cycle falls by 0.0091 of itself where it is small.
+        self.assertAlmostEqual(1 - peaks[-1] / peaks[-2], 0.0091, delta=1e-4)
+
+    def test_balls_fall_as_in_vacuum(self):
+        for case in ball_drops.BALLS:
+            model = self.load(case)
+            data = mujoco.MjData(model)
+            mujoco.mj_step(model, data, 2000)
+            self.assertAlmostEqual(data.qpos[0], -0.5 * 9.81 * 4, delta=0.011, msg=case)
+
+
+class Files(unittest.TestCase):
+    def test_rows_are_labelled_a_step_late(self):
+        trial = Trial("a", np.array([3.0, 3.1]), {"height": np.array([1.0, 2.0])}, 1.0, 0.5)
+        with tempfile.TemporaryDirectory() as folder, np.load(write(trial, Path(folder), 0.001)) as file:
+            np.testing.assert_allclose(file["sensordata_times"], [0.001, 0.101])
+            np.testing.assert_array_equal(file["sensordata_data"], [[1.0], [2.0]])
+            np.testing.assert_array_equal(file["initial_state"], [0.0, 1.0, 0.5])
+            self.assertEqual(file["control_data"].shape, (2, 0))
+            self.assertEqual(str(file["sensordata_signal_mapping"]), '{"height": [0, [0]]}')
+
+    def test_absent_data_are_named(self):
+        with self.assertRaisesRegex(MeasuredError, "--data"):
+            roll_decay.read(Path("nowhere"))
+        with tempfile.TemporaryDirectory() as out:
+            done = subprocess.run([sys.executable, SCRIPTS / "real_data.py", "--data", "nowhere", "--out", out],
+                                  capture_output=True, text=True)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("roll_decay_kvlcc2_zero_speed.csv is not there", done.stderr)
+
+
+class Release(unittest.TestCase):
+    def test_second_extremum_and_its_state(self):
+        time = np.arange(0.0, 20.0, 0.01)
+        free = np.maximum(time - 2.0, 0.0)
+        roll = np.where(time < 2.0, -0.1 * time, -0.2 * np.cos(2.5 * free) * np.exp(-0.02 * free))
+        row = roll_decay.free_from(time, roll)
+        self.assertAlmostEqual(time[row], 2.0 + np.pi / 2.5, delta=0.02)
+        angle, rate = roll_decay.initial_state(time, roll, row)
+        # The parabola cuts an extremum by (w t)^4 / 24 of it at most.
+        self.assertAlmostEqual(angle, roll[row], delta=0.002 * roll[row])
+        self.assertAlmostEqual(rate, 0.0, delta=0.01)
+
+    def test_start_of_a_fall(self):
+        time = np.arange(0.0, 1.0, 1 / 15)
+        height, speed = ball_drops.initial_state(time, 40.0 - 2.0 * time - 0.5 * 9.81 * time**2)
+        self.assertAlmostEqual(height, 40.0)
+        self.assertAlmostEqual(speed, -2.0)
+
+
+@unittest.skipUnless(HAVE_DATA, WITHOUT)
+class Measured(unittest.TestCase):
+    def test_every_case_is_written(self):
+        with tempfile.TemporaryDirectory() as out:
+            done = subprocess.run([sys.executable, SCRIPTS / "real_data.py", "--out", out], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            for case in CASES:
+                model = mujoco.MjModel.from_xml_path(str(Path(out, case, "nominal.xml")))
+                size = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+                files = sorted(Path(out, case, "trials").glob("*.npz"))
+                self.assertEqual(len(files), 1 if case == "roll_decay" else 2)
+                for path in files:
+                    with np.load(path) as file:
+                        self.assertEqual(file["initial_state"].shape, (size,))
+                        self.assertTrue(np.isfinite(file["sensordata_data"]).all())
+                        self.assertTrue((np.diff(file["sensordata_times"]) > 0).all())
+
+    @unittest.skipIf(reference is None, "scipy is not installed")
+    def test_scipy_finds_the_published_quadratic_damping(self):
+        trial = roll_decay.trials(DATA)[0]
+        fit = reference.roll(trial, 134.3, 821.9, 816.0, 0.962)
+        # Published decrement 0.0045 a degree and cycle: d = 3/8 0.0045 180/pi = 0.0967 1/rad, times the inertia.
+        self.assertAlmostEqual(fit["quadratic"].value, 0.0967 * 134.3, delta=0.06 * 0.0967 * 134.3)
+        self.assertGreater(fit["quadratic"].log_evidence, fit["nominal"].log_evidence + 10)
+
+    @unittest.skipIf(reference is None, "scipy is not installed")
+    def test_scipy_finds_drag_on_a_volleyball_and_none_on_a_bowling_ball(self):
+        light = reference.ball(ball_drops.trials(DATA, "ball_volleyball"))
+        self.assertGreater(light["quadratic"].log_evidence, light["none"].log_evidence + 10)
+        heavy = reference.ball(ball_drops.trials(DATA, "ball_bowling_ball"))
+        self.assertLess(heavy["quadratic"].log_evidence, heavy["none"].log_evidence)
+
+
+if __name__ == "__main__":
+    unittest.main()
