@@ -1,0 +1,246 @@
+"""One case: from a plan to its two folders."""
+
+import hashlib
+import json
+import os
+import shutil
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from . import HiddenError, measurement, perturbation, trialfile
+from .effects import Effect, Readings
+from .plant import Plant, Recording
+from .strength import Layout, Windows, left_over, nuisance_columns
+from .systems import SYSTEMS
+from .systems.base import Schedule, System
+
+SCHEMA = "hydro-hidden-case/1"
+#: Trials beside those that the tool is shown, kept for a replay.
+NEVER_SHOWN = 4
+#: Factors on an effect's base parameters that the pilot tries.
+LADDER = np.geomspace(0.02, 6.0, 6)
+
+
+@dataclass(frozen=True)
+class Spec:
+    """What a case shall be. `effects` are the kinds; `target` the projected strengths to aim at, one an effect."""
+
+    index: int
+    seed: int
+    kind: str                       # single | null | pair | outside | inseparable
+    system: str
+    effects: tuple[str, ...]
+    target: tuple[float, ...]
+    noise: float
+    small: bool = False
+    style: str | None = None
+    lookalikes: tuple[str, ...] = ()
+
+    @property
+    def case_id(self) -> str:
+        """A name that tells nothing."""
+        return hashlib.sha256(f"hidden {self.seed} {self.index} {self.small}".encode()).hexdigest()[:12]
+
+    def generator(self, stream: int) -> np.random.Generator:
+        """Random numbers of one purpose."""
+        return np.random.default_rng([self.seed, self.index, stream])
+
+
+class Case:
+    """Makes the truth of a spec and runs it."""
+
+    def __init__(self, spec: Spec):
+        self.spec = spec
+        self.system: System = SYSTEMS[spec.system]()
+        rng = spec.generator(1)
+        self.xml = self.system.nominal_xml(spec.noise)
+        self.nominal = self.system.plain_model(self.xml)
+        self.layout = Layout.of(self.nominal)
+        self.lead = self.nominal.opt.timestep
+        self.truth = self.system.plain_model(self.xml)
+        self.truth.opt.timestep, self.truth.opt.integrator = self.system.truth_step(rng)
+        self.amounts = perturbation.perturbed(self.truth, rng)
+        self.schedule = self.system.schedule(rng, small=spec.small)
+        self.recorder = measurement.recorder(rng, self.schedule.period)
+        catalogue = self.system.singles(self.truth) | self.system.outside(self.truth)
+        unknown = [kind for kind in spec.effects if kind not in catalogue]
+        if unknown:
+            raise HiddenError(f"system {spec.system} has no effect {unknown}; it has {sorted(catalogue)}")
+        effect_rng = spec.generator(2)
+        self.effects: list[Effect] = [catalogue[kind](effect_rng) for kind in spec.effects]
+        styles = [self.system.style_for(kind) for kind in spec.effects]
+        self.style = spec.style or next((style for style in styles if style != "normal"), "normal")
+
+    def run(self, schedule: Schedule, stream: int, effects: list[Effect], *, fine: bool, copies: int = 1,
+            scales: np.ndarray | None = None) -> Recording:
+        """Drive the truth. With `copies` the same trials run several times, at the scales given."""
+        drive = self.system.drive(self.spec.generator(stream), self.truth, schedule, self.style)
+        if copies > 1:
+            drive = drive.tiled(copies)
+        if scales is not None:
+            for effect in effects:
+                effect.scale = np.repeat(scales, schedule.trials)[:, None]
+        self.modes = drive.modes
+        members = len(drive.qpos)
+        plant = Plant(self.truth, effects, qpos=drive.qpos, qvel=drive.qvel, start=np.zeros(members),
+                      water=self.system.water(members))
+        per_row = round(schedule.period / self.truth.opt.timestep)
+        every = range(0, schedule.rows + 1, round(1.0 / schedule.period)) if plant.water is not None else ()
+        return plant.run(schedule.rows, schedule.period, drive.policy, record_every=1 if fine else per_row,
+                         lead=self.lead, keep_water_at=every)
+
+    def sensed(self, record: Recording, effects: list[Effect], trial: int, scale: float | None = None) -> np.ndarray:
+        """Readings of a trial after the sensors' own effects [T, ns]."""
+        readings = Readings(record.times, record.sensors[trial].copy(), self.layout.columns, self.layout.quaternions)
+        for effect in effects:
+            kept = effect.scale
+            effect.scale = np.array([[kept.flat[0] if scale is None else scale]])
+            effect.sense(readings)
+            effect.scale = kept
+        return readings.values
+
+    def _water_of(self, record: Recording):
+        if not record.waters:
+            return None
+
+        def pick(trial, first):
+            rows = sorted(record.waters)
+            waters = [record.waters[row] for row in rows]
+            return type(waters[0]).gathered(waters, [rows.index(f) for f in first], trial)
+        return pick
+
+    def strength_of(self, record: Recording, sensed: np.ndarray, *, every: int, project: bool) -> tuple[float, float]:
+        """(raw, projected) of windows: `sensed` [trials, K, ns] holds the truth's rows."""
+        windows = Windows(record, self.schedule.period, self.lead, every=every)
+        water = self._water_of(record)
+        shadow = windows.outputs(self.truth, [], water)
+        change = self.layout.whitened(windows.truth(sensed), shadow)
+        raw = float(np.linalg.norm(change))
+        if not project:
+            return raw, raw
+        columns = nuisance_columns(windows, self.layout, self.truth, shadow, water_of=water)
+        return raw, left_over(change, columns)
+
+    def aim(self, effect: Effect, target: float) -> float:
+        """The scale at which `effect` alone has about the projected strength `target`."""
+        trials = 3
+        rows = min(self.schedule.rows, round(8.0 / self.schedule.period))
+        pilot = replace(self.schedule, trials=trials, rows=rows)
+        ladder = np.minimum(LADDER, effect.most)
+        record = self.run(pilot, 4, [effect], fine=False, copies=len(ladder), scales=ladder)
+        share = np.sqrt(self.schedule.trials * self.schedule.rows / (trials * rows))
+        found = []
+        for i, scale in enumerate(ladder):
+            part = slice(i * trials, (i + 1) * trials)
+            sub = Recording(record.sensors[part], record.times, record.commands[part], record.qpos[part],
+                            record.qvel[part], {row: water.copy_members(np.arange(part.start, part.stop))
+                                                for row, water in record.waters.items()})
+            sensed = np.stack([self.sensed(sub, [effect], t, float(scale)) for t in range(trials)])
+            project = i == len(ladder) // 2
+            raw, projected = self.strength_of(sub, sensed, every=2, project=project)
+            if project:
+                ratio = projected / max(raw, 1e-12)
+            found.append(raw * np.sqrt(2.0) * share)
+        curve = np.maximum.accumulate(np.log(np.maximum(found, 1e-9))) + np.arange(len(ladder)) * 1e-9
+        wanted = np.log(target / max(ratio, 0.02))
+        logs = np.log(ladder)
+        if wanted > curve[-1]:
+            slope = 1.0
+            scale = np.exp(logs[-1] + (wanted - curve[-1]) / slope)
+        elif wanted < curve[0]:
+            scale = np.exp(logs[0] + wanted - curve[0])
+        else:
+            scale = np.exp(np.interp(wanted, curve, logs))
+        return float(min(scale, effect.most))
+
+    def make(self, out: Path) -> dict:
+        """Write the case; returns its line of the manifest."""
+        spec = self.spec
+        scales = [self.aim(effect, target) for effect, target in zip(self.effects, spec.target)]
+        for effect, scale in zip(self.effects, scales):
+            effect.scale = np.array([[scale]])
+        shown = self.schedule.trials
+        everything = replace(self.schedule, trials=shown + (2 if spec.small else NEVER_SHOWN))
+        record = self.run(everything, 3, self.effects, fine=True)
+        fine = [self.sensed(record, self.effects, trial) for trial in range(everything.trials)]
+        at = np.round((np.arange(1, self.schedule.rows + 1) * self.schedule.period - self.lead)
+                      / self.truth.opt.timestep).astype(int)
+        rows = np.stack([values[at] for values in fine])
+        sub = Recording(record.sensors[:shown], record.times, record.commands[:shown], record.qpos[:shown],
+                        record.qvel[:shown], {row: water.copy_members(np.arange(shown))
+                                              for row, water in record.waters.items()})
+        raw, _ = self.strength_of(sub, rows[:shown], every=1, project=False)
+        sparse = 2 if spec.small else 5
+        raw_part, projected_part = self.strength_of(sub, rows[:shown], every=sparse, project=True)
+        projected = raw * projected_part / raw_part if raw_part > 1e-9 else 0.0
+        return self._write(out, record, fine, scales, raw, projected, shown)
+
+    def _write(self, out: Path, record: Recording, fine: list[np.ndarray], scales: list[float], raw: float,
+               projected: float, shown: int) -> dict:
+        spec = self.spec
+        cases, sealed = out / "cases", out / "sealed"
+        open_part, secret_part = cases / f".{spec.case_id}.tmp", sealed / f".{spec.case_id}.tmp"
+        for folder in (open_part, secret_part):
+            shutil.rmtree(folder, ignore_errors=True)
+        (open_part / "trials").mkdir(parents=True)
+        (secret_part / "never_shown").mkdir(parents=True)
+        (open_part / "nominal.xml").write_text(self.xml)
+        rng = spec.generator(5)
+        as_csv = spec.index % 12 == 5
+        control_times = np.arange(self.schedule.rows + 1) * self.schedule.period
+        for trial, values in enumerate(fine):
+            labels, readings = measurement.log(rng, self.recorder, self.layout, record.times, values,
+                                               rows=self.schedule.rows, period=self.schedule.period, lead=self.lead)
+            state = self._initial_state(rng, record.qpos[trial, 0], record.qvel[trial, 0])
+            hidden = trial >= shown
+            folder = secret_part / "never_shown" if hidden else open_part / "trials"
+            name = f"trial_{trial - shown if hidden else trial:02d}"
+            if as_csv and not hidden:
+                trialfile.write_csv(folder / f"{name}.csv", self.nominal, control_times, record.commands[trial],
+                                    labels, readings)
+            else:
+                trialfile.write_npz(folder / f"{name}.npz", self.nominal, control_times, record.commands[trial],
+                                    labels, readings, state)
+        public = {"schema": SCHEMA, "id": spec.case_id, "system": spec.system, "nominal": "nominal.xml",
+                  "trials": shown, "row_period": self.schedule.period, "format": "csv" if as_csv else "npz",
+                  "uncertainty": {"mass": 0.03, "inertia": 0.03, "com_m": 0.002, "fluid": 0.03, "gain": 0.03,
+                                  "damping": 0.03}}
+        effects = []
+        for effect, scale in zip(self.effects, scales):
+            values = effect.scaled_parameters(scale)
+            effects.append({"effect": effect.kind, "target": effect.target, "comparable": effect.comparable,
+                            "parameters": [{"name": name, "value": float(value), "unit": unit}
+                                           for name, (value, unit) in values.items()]})
+        kinds = [effect.kind for effect in self.effects]
+        acceptable = [kinds] if spec.kind in ("single", "pair", "inseparable") else []
+        acceptable += [[other] for other in spec.lookalikes]
+        answer = {"schema": SCHEMA, "id": spec.case_id, "system": spec.system, "kind": spec.kind, "effects": effects,
+                  "acceptable": acceptable, "confusion_set": kinds + list(spec.lookalikes) if spec.kind == "inseparable" else [],
+                  "strength": {"projected": projected, "raw": raw, "asked": list(spec.target)},
+                  "noise": spec.noise, "recorder": asdict(self.recorder), "style": self.style,
+                  "modes": self.modes[:shown], "perturbations": self.amounts,
+                  "truth_step": self.truth.opt.timestep, "truth_integrator": int(self.truth.opt.integrator)}
+        (open_part / "case.json").write_text(json.dumps(public, indent=1) + "\n")
+        (secret_part / "answer.json").write_text(json.dumps(answer, indent=1) + "\n")
+        # The sealed half goes first: a case that the tool can see always has its answer.
+        for part, folder in ((secret_part, sealed / spec.case_id), (open_part, cases / spec.case_id)):
+            shutil.rmtree(folder, ignore_errors=True)
+            os.replace(part, folder)
+        return {"id": spec.case_id, "system": spec.system}
+
+    def _initial_state(self, rng: np.random.Generator, qpos: np.ndarray, qvel: np.ndarray) -> np.ndarray:
+        """Full-physics state of the nominal, as a rig that stood still could know it: a third of the noise off."""
+        model = self.nominal
+        state = np.zeros(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS.value)
+                         + self.system.plugin_state())
+        state[1:1 + model.nq] = self.system.known_position(rng, qpos, self.layout)
+        state[1 + model.nq:1 + model.nq + model.nv] = qvel
+        return state
+
+
+def is_complete(out: Path, case_id: str) -> bool:
+    """Both halves are there."""
+    return (out / "cases" / case_id / "case.json").is_file() and (out / "sealed" / case_id / "answer.json").is_file()

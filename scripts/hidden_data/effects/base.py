@@ -1,0 +1,82 @@
+"""What every hidden effect offers to the plant."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from ..plant import Plant
+
+
+class Effect:
+    """One effect on one target. `scale` [M, 1] multiplies its magnitude, so that members may differ.
+
+    `parameters` are the values at scale 1: name -> (value, unit). `comparable` says whether a fitted
+    catalogue entry of the same name has the same meaning, so that its error may be scored.
+    """
+
+    kind = "?"
+    moves_water = False
+    implicit = False
+    #: Largest factor on the base parameters that is still physical.
+    most = 30.0
+
+    def __init__(self, target: str, parameters: dict[str, tuple[float, str]], *, comparable: bool = True):
+        self.target, self.parameters, self.comparable = target, parameters, comparable
+        self.scale = np.ones((1, 1))
+
+    def value(self, name: str) -> float:
+        """A parameter at scale 1."""
+        return self.parameters[name][0] if name in self.parameters else 0.0
+
+    def vector(self, *names: str) -> np.ndarray:
+        """Parameters at scale 1, absent ones zero."""
+        return np.array([self.value(name) for name in names])
+
+    def scaled_parameters(self, factor: float) -> dict[str, tuple[float, str]]:
+        """Parameters at a scale; what does not scale (a rate, a length) overrides this."""
+        fixed = self.fixed()
+        return {name: (value if name in fixed else value * factor, unit)
+                for name, (value, unit) in self.parameters.items()}
+
+    def fixed(self) -> set[str]:
+        """Parameters that the scale leaves alone."""
+        return set()
+
+    def begin(self, plant: "Plant") -> None:
+        """Allocate memory for the members."""
+
+    def command(self, plant: "Plant", asked: np.ndarray) -> np.ndarray:
+        """What arrives at the actuators of the commands [M, nu]."""
+        return asked
+
+    def force(self, plant: "Plant") -> None:
+        """Add wrenches and joint forces."""
+
+    def water_velocity(self, plant: "Plant") -> np.ndarray:
+        """Velocity of the water in the world [M, 3] m/s."""
+        return np.zeros((plant.members, 3))
+
+    def sense(self, readings: "Readings") -> None:
+        """Change what is reported."""
+
+
+class Readings:
+    """Readings of one trial on a fine grid: `times` [T] s, `values` [T, ns], named columns."""
+
+    def __init__(self, times: np.ndarray, values: np.ndarray, columns: dict[str, slice], quaternions: set[str]):
+        self.times, self.values, self.columns, self.quaternions = times, values, columns, quaternions
+
+
+#: The six directions of a body, in the order of a wrench.
+AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+def drag_units(power: int) -> tuple[str, str]:
+    """Units of a linear (1) or quadratic (2) drag coefficient of force and of torque."""
+    return ("N s/m", "N m s/rad") if power == 1 else ("N s^2/m^2", "N m s^2/rad^2")
+
+
+def six(values: np.ndarray, units: tuple[str, str]) -> dict[str, tuple[float, str]]:
+    """Six named numbers, zeros left out."""
+    return {axis: (float(v), units[i // 3]) for i, (axis, v) in enumerate(zip(AXES, values)) if v != 0.0}
