@@ -1,7 +1,7 @@
 """The truth: M simulations in lockstep, with forces, water and actuators that the nominal lacks.
 
-A step of length h: commands (linear between rows, updated every h) pass the actuators' effects; forces
-and moving water are evaluated at the state; inertia that the engine does not know is solved for
+A step of length h: commands (linear between rows, sent every `lead` seconds, as the logs' convention says)
+pass the actuators' effects; forces and moving water are evaluated at the state; inertia that the engine does not know is solved for
 implicitly; then the engine steps. Everything is vectorised over the M members.
 """
 
@@ -129,6 +129,7 @@ class Plant:
         per_row = round(period / self.step_length)
         if abs(per_row * self.step_length - period) > 1e-9:
             raise HiddenError(f"the step {self.step_length} s does not divide the row period {period} s")
+        hold = max(round(lead / self.step_length), 1)
         offset = (-round(lead / self.step_length)) % record_every
         total = rows * per_row
         kept = np.arange(offset, total + 1, record_every)
@@ -152,7 +153,7 @@ class Plant:
                     commands[:, row + 1] = policy(row + 1, self)
             if k in slot:
                 sensors[:, slot[k]] = self.sensordata
-            fraction = part / per_row
+            fraction = (part - part % hold) / per_row
             last = min(row + 1, rows)
             asked = commands[:, row] * (1 - fraction) + commands[:, last] * fraction
             self._one_step(asked)
