@@ -1,5 +1,6 @@
 """One case: from a plan to its two folders."""
 
+import copy
 import hashlib
 import json
 import os
@@ -21,7 +22,9 @@ SCHEMA = "hydro-hidden-case/1"
 #: Trials beside those that the tool is shown, kept for a replay.
 NEVER_SHOWN = 4
 #: Factors on an effect's base parameters that the pilot tries.
-LADDER = np.geomspace(0.02, 6.0, 6)
+LADDER = np.geomspace(0.03, 5.0, 5)
+#: Windows of one second from which the nuisances' share is estimated.
+PROJECTED_WINDOWS = 12
 
 
 @dataclass(frozen=True)
@@ -97,7 +100,7 @@ class Case:
         readings = Readings(record.times, record.sensors[trial].copy(), self.layout.columns, self.layout.quaternions)
         for effect in effects:
             kept = effect.scale
-            effect.scale = np.array([[kept.flat[0] if scale is None else scale]])
+            effect.scale = np.array([[kept.flat[0] if scale is None else scale]], float)
             effect.sense(readings)
             effect.scale = kept
         return readings.values
@@ -112,22 +115,31 @@ class Case:
             return type(waters[0]).gathered(waters, [rows.index(f) for f in first], trial)
         return pick
 
-    def strength_of(self, record: Recording, sensed: np.ndarray, *, every: int, project: bool) -> tuple[float, float]:
-        """(raw, projected) of windows: `sensed` [trials, K, ns] holds the truth's rows."""
+    def strength_of(self, record: Recording, sensed: np.ndarray, *, every: int = 1) -> float:
+        """Raw strength over windows: `sensed` [trials, K, ns] holds the truth's rows."""
         windows = Windows(record, self.schedule.period, self.lead, every=every)
+        shadow = windows.outputs(self.truth, [], self._water_of(record))
+        return float(np.linalg.norm(self.layout.whitened(windows.truth(sensed), shadow)))
+
+    def projection(self, record: Recording, sensed: np.ndarray) -> float:
+        """What part of the raw strength the nominal's uncertainties cannot explain, 0..1."""
+        windows = Windows(record, self.schedule.period, self.lead, most=PROJECTED_WINDOWS)
         water = self._water_of(record)
-        shadow = windows.outputs(self.truth, [], water)
-        change = self.layout.whitened(windows.truth(sensed), shadow)
-        raw = float(np.linalg.norm(change))
-        if not project:
-            return raw, raw
-        columns = nuisance_columns(windows, self.layout, self.truth, shadow, water_of=water)
-        return raw, left_over(change, columns)
+        change = self.layout.whitened(windows.truth(sensed), windows.outputs(self.truth, [], water))
+        # Sensitivities need no finer step than the nominal's own.
+        coarse = copy.copy(self.truth)
+        coarse.opt.timestep, coarse.opt.integrator = self.nominal.opt.timestep, self.nominal.opt.integrator
+        columns = nuisance_columns(windows, self.layout, coarse, water_of=water,
+                                   most=40 if self.truth.nv <= 6 else 24)
+        raw = np.linalg.norm(change)
+        # The prior weighs as much against a part of the windows as that part is of the whole.
+        share = np.sqrt(self.schedule.trials * self.schedule.rows / (len(windows.trial) * windows.rows))
+        return left_over(change * share, columns * share) / (raw * share) if raw > 1e-9 else 0.0
 
     def aim(self, effect: Effect, target: float) -> float:
         """The scale at which `effect` alone has about the projected strength `target`."""
-        trials = 3
-        rows = min(self.schedule.rows, round(8.0 / self.schedule.period))
+        trials = min(3, self.schedule.trials)
+        rows = min(self.schedule.rows, round(6.0 / self.schedule.period))
         pilot = replace(self.schedule, trials=trials, rows=rows)
         ladder = np.minimum(LADDER, effect.most)
         record = self.run(pilot, 4, [effect], fine=False, copies=len(ladder), scales=ladder)
@@ -139,17 +151,14 @@ class Case:
                             record.qvel[part], {row: water.copy_members(np.arange(part.start, part.stop))
                                                 for row, water in record.waters.items()})
             sensed = np.stack([self.sensed(sub, [effect], t, float(scale)) for t in range(trials)])
-            project = i == len(ladder) // 2
-            raw, projected = self.strength_of(sub, sensed, every=2, project=project)
-            if project:
-                ratio = projected / max(raw, 1e-12)
-            found.append(raw * np.sqrt(2.0) * share)
+            if i == len(ladder) // 2:
+                part_left = self.projection(sub, sensed)
+            found.append(self.strength_of(sub, sensed, every=2) * np.sqrt(2.0) * share)
         curve = np.maximum.accumulate(np.log(np.maximum(found, 1e-9))) + np.arange(len(ladder)) * 1e-9
-        wanted = np.log(target / max(ratio, 0.02))
+        wanted = np.log(target / max(part_left, 0.02))
         logs = np.log(ladder)
         if wanted > curve[-1]:
-            slope = 1.0
-            scale = np.exp(logs[-1] + (wanted - curve[-1]) / slope)
+            scale = np.exp(logs[-1] + wanted - curve[-1])
         elif wanted < curve[0]:
             scale = np.exp(logs[0] + wanted - curve[0])
         else:
@@ -160,23 +169,33 @@ class Case:
         """Write the case; returns its line of the manifest."""
         spec = self.spec
         scales = [self.aim(effect, target) for effect, target in zip(self.effects, spec.target)]
+        whole = self._whole(scales)
+        if len(scales) == 1:
+            # The pilot saw a few trials only; one correction where it was far off.
+            off = spec.target[0] / max(whole[2] * whole[3], 1e-9)
+            if not 0.6 < off < 1.6 and scales[0] * off < self.effects[0].most:
+                scales = [scales[0] * float(np.clip(off, 0.1, 10.0))]
+                whole = self._whole(scales)
+        record, fine, raw, left = whole
+        return self._write(out, record, fine, scales, raw, raw * left, self.schedule.trials)
+
+    def _whole(self, scales: list[float]) -> tuple[Recording, list[np.ndarray], float, float]:
+        """All trials, shown and kept back: the record, fine readings, raw strength, the part left over."""
         for effect, scale in zip(self.effects, scales):
             effect.scale = np.array([[scale]])
         shown = self.schedule.trials
-        everything = replace(self.schedule, trials=shown + (2 if spec.small else NEVER_SHOWN))
+        everything = replace(self.schedule, trials=shown + (2 if self.spec.small else NEVER_SHOWN))
         record = self.run(everything, 3, self.effects, fine=True)
         fine = [self.sensed(record, self.effects, trial) for trial in range(everything.trials)]
+        if not self.effects:
+            return record, fine, 0.0, 0.0
         at = np.round((np.arange(1, self.schedule.rows + 1) * self.schedule.period - self.lead)
                       / self.truth.opt.timestep).astype(int)
-        rows = np.stack([values[at] for values in fine])
+        rows = np.stack([values[at] for values in fine[:shown]])
         sub = Recording(record.sensors[:shown], record.times, record.commands[:shown], record.qpos[:shown],
                         record.qvel[:shown], {row: water.copy_members(np.arange(shown))
                                               for row, water in record.waters.items()})
-        raw, _ = self.strength_of(sub, rows[:shown], every=1, project=False)
-        sparse = 2 if spec.small else 5
-        raw_part, projected_part = self.strength_of(sub, rows[:shown], every=sparse, project=True)
-        projected = raw * projected_part / raw_part if raw_part > 1e-9 else 0.0
-        return self._write(out, record, fine, scales, raw, projected, shown)
+        return record, fine, self.strength_of(sub, rows), self.projection(sub, rows)
 
     def _write(self, out: Path, record: Recording, fine: list[np.ndarray], scales: list[float], raw: float,
                projected: float, shown: int) -> dict:

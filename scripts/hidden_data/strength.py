@@ -55,13 +55,17 @@ class Layout:
 class Windows:
     """Windows of one second along a recorded truth, from which other models can be started."""
 
-    def __init__(self, record: Recording, period: float, lead: float, *, every: int = 1):
+    def __init__(self, record: Recording, period: float, lead: float, *, every: int = 1, most: int | None = None):
         self.record, self.period, self.lead = record, period, lead
         self.rows = round(WINDOW / period)
         trials, total = record.commands.shape[0], record.commands.shape[1] - 1
         firsts = np.arange(0, total - self.rows + 1, self.rows)[::every]
-        self.trial = np.repeat(np.arange(trials), len(firsts))
-        self.first = np.tile(firsts, trials)
+        trial, first = np.repeat(np.arange(trials), len(firsts)), np.tile(firsts, trials)
+        if most is not None and len(trial) > most:
+            # Spread evenly; a step that does not divide the windows of a trial visits all its parts.
+            pick = np.linspace(0, len(trial) - 1, most).astype(int)
+            trial, first = trial[pick], first[pick]
+        self.trial, self.first = trial, first
 
     def outputs(self, model: mujoco.MjModel, effects: Sequence, water_of=None) -> np.ndarray:
         """Readings at the rows of every window [windows, rows, ns] of a model that starts as the truth was."""
@@ -80,10 +84,11 @@ class Windows:
         return rows[self.trial[:, None], index]
 
 
-def nuisance_columns(windows: Windows, layout: Layout, model: mujoco.MjModel, shadow: np.ndarray, *,
-                     water_of=None, most: int = 40) -> np.ndarray:
+def nuisance_columns(windows: Windows, layout: Layout, model: mujoco.MjModel, *, water_of=None,
+                     most: int = 40) -> np.ndarray:
     """Whitened change of the outputs by one standard deviation of each nuisance [windows, rows, ns', p]."""
     columns = []
+    shadow = windows.outputs(model, [], water_of)
     for tied in list(perturbation.groups(model).values())[:most]:
         other = copy.copy(model)
         for knob in tied:

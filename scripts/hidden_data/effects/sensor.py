@@ -21,7 +21,7 @@ class SensorBias(Effect):
         columns = readings.columns[self.target]
         span = max(readings.times[-1], 1.0)
         creep = 1 + 0.02 * (readings.times / span - 0.5)[:, None]
-        offset = float(self.scale) * self.bias * creep
+        offset = self.scale.item() * self.bias * creep
         if self.target in readings.quaternions:
             readings.values[:, columns] = product(readings.values[:, columns], exponential(offset))
         else:
@@ -45,7 +45,7 @@ class SensorScale(Effect):
         columns = readings.columns[self.target]
         x = readings.values[:, columns]
         spread = 3 * x.std(0, keepdims=True) + 1e-9
-        readings.values[:, columns] = (1 + float(self.scale) * self.change) * x * (1 - 0.002 * (x / spread) ** 2)
+        readings.values[:, columns] = (1 + self.scale.item() * self.change) * x * (1 - 0.002 * (x / spread) ** 2)
 
 
 class SensorDelay(Effect):
@@ -59,7 +59,7 @@ class SensorDelay(Effect):
         self.most = 0.3 / delay
 
     def sense(self, readings: Readings):
-        late = readings.times - float(self.scale) * self.delay
+        late = readings.times - self.scale.item() * self.delay
         start = readings.columns[self.target].start
         for column in range(start, readings.columns[self.target].stop):
             readings.values[:, column] = np.interp(late, readings.times, readings.values[:, column])
