@@ -22,7 +22,7 @@ SCHEMA = "hydro-hidden-case/1"
 #: Trials beside those that the tool is shown, kept for a replay.
 NEVER_SHOWN = 4
 #: Factors on an effect's base parameters that the pilot tries.
-LADDER = np.geomspace(0.03, 5.0, 5)
+LADDER = np.geomspace(0.03, 5.0, 4)
 #: Windows of one second from which the nuisances' share is estimated.
 PROJECTED_WINDOWS = 12
 
@@ -173,7 +173,7 @@ class Case:
         if len(scales) == 1:
             # The pilot saw a few trials only; one correction where it was far off.
             off = spec.target[0] / max(whole[2] * whole[3], 1e-9)
-            if not 0.6 < off < 1.6 and scales[0] * off < self.effects[0].most:
+            if not 0.5 < off < 2.0 and scales[0] * off < self.effects[0].most:
                 scales = [scales[0] * float(np.clip(off, 0.1, 10.0))]
                 whole = self._whole(scales)
         record, fine, raw, left = whole
@@ -195,7 +195,8 @@ class Case:
         sub = Recording(record.sensors[:shown], record.times, record.commands[:shown], record.qpos[:shown],
                         record.qvel[:shown], {row: water.copy_members(np.arange(shown))
                                               for row, water in record.waters.items()})
-        return record, fine, self.strength_of(sub, rows), self.projection(sub, rows)
+        # Every second window stands for its neighbour too.
+        return record, fine, self.strength_of(sub, rows, every=2) * np.sqrt(2.0), self.projection(sub, rows)
 
     def _write(self, out: Path, record: Recording, fine: list[np.ndarray], scales: list[float], raw: float,
                projected: float, shown: int) -> dict:

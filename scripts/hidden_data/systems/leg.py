@@ -30,7 +30,7 @@ class Leg(System):
 
     def truth_step(self, rng):
         # The servos are stiff: at 1 ms a first-order integrator is off by a whitened distance of 80.
-        return float(rng.choice([0.001, 0.0005])), int(mujoco.mjtIntegrator.mjINT_RK4)
+        return 0.001, int(mujoco.mjtIntegrator.mjINT_RK4)
 
     def schedule(self, rng, *, small):
         return Schedule(4, 300, 0.01) if small else Schedule(10, int(rng.integers(9, 12)) * 100, 0.01)
