@@ -5,7 +5,8 @@ import hashlib
 import json
 import os
 import shutil
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import mujoco
@@ -14,7 +15,7 @@ import numpy as np
 from . import HiddenError, measurement, perturbation, trialfile
 from .effects import Effect, Readings
 from .plant import Plant, Recording
-from .strength import Layout, Windows, left_over, nuisance_columns
+from .strength import Layout, Windows, effect_columns, left_over, nuisance_columns
 from .systems import SYSTEMS
 from .systems.base import Schedule, System
 
@@ -24,7 +25,9 @@ NEVER_SHOWN = 4
 #: Factors on an effect's base parameters that the pilot tries.
 LADDER = np.geomspace(0.03, 5.0, 4)
 #: Windows of one second from which the nuisances' share is estimated.
-PROJECTED_WINDOWS = 12
+PROJECTED_WINDOWS = 10
+#: Distance below which two effects cannot be told apart (a squared distance of 9).
+LIKE = 3.0
 
 
 @dataclass(frozen=True)
@@ -39,8 +42,6 @@ class Spec:
     target: tuple[float, ...]
     noise: float
     small: bool = False
-    style: str | None = None
-    lookalikes: tuple[str, ...] = ()
 
     @property
     def case_id(self) -> str:
@@ -50,6 +51,35 @@ class Spec:
     def generator(self, stream: int) -> np.random.Generator:
         """Random numbers of one purpose."""
         return np.random.default_rng([self.seed, self.index, stream])
+
+
+@dataclass
+class Whole:
+    """All trials of a case and how strongly its effects show."""
+
+    record: Recording
+    fine: list[np.ndarray]
+    raw: float
+    projected: float
+    problem: "Problem | None"
+    rivals: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass
+class Problem:
+    """A few windows that stand for all: the hidden change, what nuisances do, and how to run others there."""
+
+    windows: Windows
+    coarse: mujoco.MjModel
+    water: Callable | None
+    change: np.ndarray         # [windows, rows, ns'] whitened
+    nuisances: np.ndarray      # [windows, rows, ns', p]
+    share: float               # weight of a window
+
+
+def _part(problem: Problem) -> float:
+    raw = np.linalg.norm(problem.change)
+    return left_over(problem.change, problem.nuisances) / raw if raw > 1e-9 else 0.0
 
 
 class Case:
@@ -68,14 +98,18 @@ class Case:
         self.amounts = perturbation.perturbed(self.truth, rng)
         self.schedule = self.system.schedule(rng, small=spec.small)
         self.recorder = measurement.recorder(rng, self.schedule.period)
-        catalogue = self.system.singles(self.truth) | self.system.outside(self.truth)
-        unknown = [kind for kind in spec.effects if kind not in catalogue]
+        self.twin = self.system.twins(self.truth)[spec.effects[0]] if spec.kind == "inseparable" else None
+        if self.twin:
+            factories = {spec.effects[0]: self.twin.factory}
+        else:
+            factories = self.system.singles(self.truth) | self.system.outside(self.truth)
+        unknown = [kind for kind in spec.effects if kind not in factories]
         if unknown:
-            raise HiddenError(f"system {spec.system} has no effect {unknown}; it has {sorted(catalogue)}")
+            raise HiddenError(f"system {spec.system} has no effect {unknown}; it has {sorted(factories)}")
         effect_rng = spec.generator(2)
-        self.effects: list[Effect] = [catalogue[kind](effect_rng) for kind in spec.effects]
+        self.effects: list[Effect] = [factories[kind](effect_rng) for kind in spec.effects]
         styles = [self.system.style_for(kind) for kind in spec.effects]
-        self.style = spec.style or next((style for style in styles if style != "normal"), "normal")
+        self.style = self.twin.style if self.twin else next((style for style in styles if style != "normal"), "normal")
 
     def run(self, schedule: Schedule, stream: int, effects: list[Effect], *, fine: bool, copies: int = 1,
             scales: np.ndarray | None = None) -> Recording:
@@ -123,7 +157,30 @@ class Case:
 
     def projection(self, record: Recording, sensed: np.ndarray) -> float:
         """What part of the raw strength the nominal's uncertainties cannot explain, 0..1."""
-        windows = Windows(record, self.schedule.period, self.lead, most=PROJECTED_WINDOWS)
+        return _part(self._problem(record, sensed))
+
+    def distances(self, whole: Whole) -> dict[str, float]:
+        """Distance to every other catalogue effect of this system, smallest first.
+
+        It is what of the hidden change remains once the nuisances and the best coefficients of the other
+        effect have explained what they can: linear in the coefficients, with the truth's forms.
+        """
+        problem = whole.problem
+        rng = self.spec.generator(6)
+        out = {}
+        for kind, factory in self.system.singles(self.truth).items():
+            # A wave's frequency is no coefficient.
+            if kind in self.spec.effects or kind == "waves":
+                continue
+            parts = factory(rng).parts()
+            parts = parts if len(parts) > 1 else parts + factory(rng).parts()
+            columns = effect_columns(problem.windows, self.layout, problem.coarse, parts, scale=0.1, water_of=problem.water)
+            # Free coefficients: a prior a thousand times wider than this small dose.
+            out[kind] = left_over(problem.change, np.concatenate([problem.nuisances, 1e3 * problem.share * columns], -1))
+        return dict(sorted(out.items(), key=lambda pair: pair[1]))
+
+    def _problem(self, record: Recording, sensed: np.ndarray) -> "Problem":
+        windows = Windows(record, self.schedule.period, self.lead, most=PROJECTED_WINDOWS if self.truth.nv <= 6 else PROJECTED_WINDOWS // 2)
         water = self._water_of(record)
         change = self.layout.whitened(windows.truth(sensed), windows.outputs(self.truth, [], water))
         # Sensitivities need no finer step than the nominal's own.
@@ -131,10 +188,9 @@ class Case:
         coarse.opt.timestep, coarse.opt.integrator = self.nominal.opt.timestep, self.nominal.opt.integrator
         columns = nuisance_columns(windows, self.layout, coarse, water_of=water,
                                    most=40 if self.truth.nv <= 6 else 24)
-        raw = np.linalg.norm(change)
-        # The prior weighs as much against a part of the windows as that part is of the whole.
+        # A few windows stand for all, against a prior that is there once.
         share = np.sqrt(self.schedule.trials * self.schedule.rows / (len(windows.trial) * windows.rows))
-        return left_over(change * share, columns * share) / (raw * share) if raw > 1e-9 else 0.0
+        return Problem(windows, coarse, water, change * share, columns * share, float(share))
 
     def aim(self, effect: Effect, target: float) -> float:
         """The scale at which `effect` alone has about the projected strength `target`."""
@@ -170,17 +226,28 @@ class Case:
         spec = self.spec
         scales = [self.aim(effect, target) for effect, target in zip(self.effects, spec.target)]
         whole = self._whole(scales)
-        if len(scales) == 1:
+        if len(scales) == 1 and not self.twin:
             # The pilot saw a few trials only; one correction where it was far off.
-            off = spec.target[0] / max(whole[2] * whole[3], 1e-9)
+            off = spec.target[0] / max(whole.projected, 1e-9)
             if not 0.5 < off < 2.0 and scales[0] * off < self.effects[0].most:
                 scales = [scales[0] * float(np.clip(off, 0.1, 10.0))]
                 whole = self._whole(scales)
-        record, fine, raw, left = whole
-        return self._write(out, record, fine, scales, raw, raw * left, self.schedule.trials)
+        if spec.kind in ("single", "inseparable"):
+            whole.rivals = self.distances(whole)
+        if self.twin:
+            # Told apart after all where it is strong: down to where the other effect explains it.
+            for _ in range(3):
+                distance = whole.rivals[self.twin.other]
+                if distance <= LIKE:
+                    break
+                # The difference of two such effects often grows with the square of their size.
+                scales = [scales[0] * float((0.8 * LIKE / distance) ** 0.6)]
+                whole = self._whole(scales)
+                whole.rivals = self.distances(whole)
+        return self._write(out, whole, scales)
 
-    def _whole(self, scales: list[float]) -> tuple[Recording, list[np.ndarray], float, float]:
-        """All trials, shown and kept back: the record, fine readings, raw strength, the part left over."""
+    def _whole(self, scales: list[float]) -> "Whole":
+        """All trials, shown and kept back."""
         for effect, scale in zip(self.effects, scales):
             effect.scale = np.array([[scale]])
         shown = self.schedule.trials
@@ -188,7 +255,7 @@ class Case:
         record = self.run(everything, 3, self.effects, fine=True)
         fine = [self.sensed(record, self.effects, trial) for trial in range(everything.trials)]
         if not self.effects:
-            return record, fine, 0.0, 0.0
+            return Whole(record, fine, 0.0, 0.0, None)
         at = np.round((np.arange(1, self.schedule.rows + 1) * self.schedule.period - self.lead)
                       / self.truth.opt.timestep).astype(int)
         rows = np.stack([values[at] for values in fine[:shown]])
@@ -196,11 +263,12 @@ class Case:
                         record.qvel[:shown], {row: water.copy_members(np.arange(shown))
                                               for row, water in record.waters.items()})
         # Every second window stands for its neighbour too.
-        return record, fine, self.strength_of(sub, rows, every=2) * np.sqrt(2.0), self.projection(sub, rows)
+        raw = self.strength_of(sub, rows, every=2) * np.sqrt(2.0)
+        problem = self._problem(sub, rows)
+        return Whole(record, fine, raw, raw * _part(problem), problem)
 
-    def _write(self, out: Path, record: Recording, fine: list[np.ndarray], scales: list[float], raw: float,
-               projected: float, shown: int) -> dict:
-        spec = self.spec
+    def _write(self, out: Path, whole: "Whole", scales: list[float]) -> dict:
+        spec, record, fine, shown = self.spec, whole.record, whole.fine, self.schedule.trials
         cases, sealed = out / "cases", out / "sealed"
         open_part, secret_part = cases / f".{spec.case_id}.tmp", sealed / f".{spec.case_id}.tmp"
         for folder in (open_part, secret_part):
@@ -234,12 +302,12 @@ class Case:
             effects.append({"effect": effect.kind, "target": effect.target, "comparable": effect.comparable,
                             "parameters": [{"name": name, "value": float(value), "unit": unit}
                                            for name, (value, unit) in values.items()]})
-        kinds = [effect.kind for effect in self.effects]
-        acceptable = [kinds] if spec.kind in ("single", "pair", "inseparable") else []
-        acceptable += [[other] for other in spec.lookalikes]
+        near = [kind for kind, distance in whole.rivals.items() if distance < LIKE]
+        identifiable = spec.kind in ("single", "pair") and not near and whole.projected >= LIKE
         answer = {"schema": SCHEMA, "id": spec.case_id, "system": spec.system, "kind": spec.kind, "effects": effects,
-                  "acceptable": acceptable, "confusion_set": kinds + list(spec.lookalikes) if spec.kind == "inseparable" else [],
-                  "strength": {"projected": projected, "raw": raw, "asked": list(spec.target)},
+                  "lookalikes": near, "identifiable": identifiable, "distances": whole.rivals,
+                  "twin": self.twin.other if self.twin else None,
+                  "strength": {"projected": whole.projected, "raw": whole.raw, "asked": list(spec.target)},
                   "noise": spec.noise, "recorder": asdict(self.recorder), "style": self.style,
                   "modes": self.modes[:shown], "perturbations": self.amounts,
                   "truth_step": self.truth.opt.timestep, "truth_integrator": int(self.truth.opt.integrator)}

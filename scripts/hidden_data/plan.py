@@ -21,10 +21,11 @@ def full(seed: int) -> list[Spec]:
     menus = {name: _Menu(name) for name in shares}
     drafts = []
     for kind, count in COUNTS.items():
-        wanted = {name: share / sum(shares.values()) * count for name, share in shares.items()}
-        given = dict.fromkeys(shares, 0)
+        able = {name: share for name, share in shares.items() if kind != "inseparable" or menus[name].decks[kind]}
+        wanted = {name: share / sum(able.values()) * count for name, share in able.items()}
+        given = dict.fromkeys(able, 0)
         for _ in range(count):
-            system = max(shares, key=lambda name: wanted[name] - given[name] + 1e-6 * rng.random())
+            system = max(able, key=lambda name: wanted[name] - given[name] + 1e-6 * rng.random())
             given[system] += 1
             drafts.append((kind, system))
     order = rng.permutation(len(drafts))
@@ -48,7 +49,7 @@ class _Menu:
         system = SYSTEMS[name]()
         model = system.plain_model(system.nominal_xml(1.0))
         self.decks = {"single": sorted(system.singles(model)), "outside": sorted(system.outside(model)),
-                      "inseparable": system.inseparable()}
+                      "inseparable": sorted(system.twins(model))}
         self.hands: dict[str, list] = {}
 
     def deal(self, deck: str, rng: np.random.Generator):
@@ -82,9 +83,7 @@ def _spec(index: int, seed: int, kind: str, system: str, menus: dict, rng: np.ra
     if kind == "outside":
         return Spec(index, seed, kind, system, (menu.deal("outside", rng),), (_strength(rng, least=12.0),), noise)
     if kind == "inseparable":
-        effect, style, others = menu.deal("inseparable", rng)
-        return Spec(index, seed, kind, system, (effect,), (_strength(rng, least=10.0),), noise, style=style,
-                    lookalikes=tuple(others))
+        return Spec(index, seed, kind, system, (menu.deal("inseparable", rng),), (_strength(rng, least=10.0),), noise)
     first = menu.deal("single", rng)
     while True:
         second = menu.deal("single", rng)

@@ -16,6 +16,7 @@ import mujoco
 import numpy as np
 
 from . import perturbation
+from .effects import Effect, Readings
 from .frames import difference
 from .plant import Plant, Recording
 
@@ -95,6 +96,21 @@ def nuisance_columns(windows: Windows, layout: Layout, model: mujoco.MjModel, *,
             knob.turn(other, 1.0)
         perturbation.settle(other)
         columns.append(layout.whitened(windows.outputs(other, [], water_of), shadow))
+    return np.stack(columns, -1)
+
+
+def effect_columns(windows: Windows, layout: Layout, model: mujoco.MjModel, effects: Sequence[Effect], *,
+                   scale: float, water_of=None) -> np.ndarray:
+    """Whitened change of the outputs by each of `effects` at a scale [windows, rows, ns', p]."""
+    shadow = windows.outputs(model, [], water_of)
+    times = np.arange(1, windows.rows + 1) * windows.period
+    columns = []
+    for effect in effects:
+        effect.scale = np.array([[scale]])
+        outputs = windows.outputs(model, [effect], water_of)
+        for window in outputs:
+            effect.sense(Readings(times, window, layout.columns, layout.quaternions))
+        columns.append(layout.whitened(outputs, shadow))
     return np.stack(columns, -1)
 
 

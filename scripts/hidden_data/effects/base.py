@@ -43,6 +43,10 @@ class Effect:
         """Parameters that the scale leaves alone."""
         return set()
 
+    def parts(self) -> list["Effect"]:
+        """Effects of the same kind that together span what its coefficients can do."""
+        return [self]
+
     def begin(self, plant: "Plant") -> None:
         """Allocate memory for the members."""
 
@@ -75,6 +79,12 @@ AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 def drag_units(power: int) -> tuple[str, str]:
     """Units of a linear (1) or quadratic (2) drag coefficient of force and of torque."""
     return ("N s/m", "N m s/rad") if power == 1 else ("N s^2/m^2", "N m s^2/rad^2")
+
+
+def one_by_one(values: np.ndarray) -> list[np.ndarray]:
+    """The non-zero components of a vector, each in a vector of its own."""
+    values = np.asarray(values, float)
+    return [np.where(np.arange(len(values)) == i, values, 0.0) for i in np.flatnonzero(values)]
 
 
 def six(values: np.ndarray, units: tuple[str, str]) -> dict[str, tuple[float, str]]:

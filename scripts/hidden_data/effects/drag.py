@@ -7,7 +7,7 @@ cross flow taper towards the ends.
 
 import numpy as np
 
-from .base import AXES, Effect, drag_units, six
+from .base import AXES, Effect, drag_units, one_by_one, six
 
 #: Speed [m/s] and rate [rad/s] at which the power law equals the square law.
 REFERENCE = np.array([0.4, 0.4, 0.4, 0.6, 0.6, 0.6])
@@ -25,6 +25,9 @@ class LinearDrag(Effect):
         for i, j in ((0, 1), (1, 5), (2, 4)):
             self.matrix[i, j] = self.matrix[j, i] = 0.05 * np.sqrt(coefficients[i] * coefficients[j])
 
+    def parts(self):
+        return [LinearDrag(self.target, self.body, part) for part in one_by_one(np.diag(self.matrix))]
+
     def force(self, plant):
         motion = plant.body(self.body)
         nu = np.concatenate([motion.nu, motion.omega], 1)
@@ -41,6 +44,9 @@ class QuadraticDrag(Effect):
         super().__init__(target, six(coefficients, drag_units(2)))
         self.body = body
         self.coefficients = np.asarray(coefficients, float) * REFERENCE**0.1
+
+    def parts(self):
+        return [QuadraticDrag(self.target, self.body, part) for part in one_by_one(self.coefficients / REFERENCE**0.1)]
 
     def force(self, plant):
         motion = plant.body(self.body)

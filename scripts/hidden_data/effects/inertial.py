@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..frames import cross
-from .base import AXES, Effect
+from .base import AXES, Effect, one_by_one
 
 #: Off-diagonal parts of the added mass, as fractions of the geometric mean of the diagonal.
 COUPLING = {(0, 2): 0.06, (1, 5): 0.08, (2, 4): -0.07, (1, 3): 0.05}
@@ -24,6 +24,9 @@ class AddedMass(Effect):
         for (i, j), part in COUPLING.items():
             self.matrix[i, j] = self.matrix[j, i] = part * np.sqrt(diagonal[i] * diagonal[j])
 
+    def parts(self):
+        return [AddedMass(self.target, self.body, part) for part in one_by_one(np.diag(self.matrix))]
+
     def force(self, plant):
         motion = plant.body(self.body)
         inertia = np.broadcast_to(self.scale[:, :, None] * self.matrix, (plant.members, 6, 6))
@@ -43,6 +46,9 @@ class MunkMoment(Effect):
         super().__init__(target, {axis: (float(v), "kg") for axis, v in zip(AXES, masses) if v != 0.0},
                          comparable=False)
         self.body, self.masses = body, np.asarray(masses, float)[:3]
+
+    def parts(self):
+        return [MunkMoment(self.target, self.body, part) for part in one_by_one(self.masses)]
 
     def force(self, plant):
         motion = plant.body(self.body)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .base import AXES, Effect
+from .base import AXES, Effect, one_by_one
 
 
 class WakeMemory(Effect):
@@ -22,6 +22,9 @@ class WakeMemory(Effect):
 
     def fixed(self):
         return {"rate"}
+
+    def parts(self):
+        return [WakeMemory(self.target, self.body, part, self.rate) for part in one_by_one(self.amplitudes)]
 
     def begin(self, plant):
         self.z = np.zeros((len(self.PARTS), plant.members, 6))

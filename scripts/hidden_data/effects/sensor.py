@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..frames import exponential, product
-from .base import Effect, Readings
+from .base import Effect, Readings, one_by_one
 
 
 class SensorBias(Effect):
@@ -15,7 +15,10 @@ class SensorBias(Effect):
         names = {"bias": (float(bias[0]), unit)} if len(bias) == 1 else {
             f"bias_{axis}": (float(b), unit) for axis, b in zip("xyz", bias)}
         super().__init__(target, names)
-        self.bias = np.asarray(bias, float)
+        self.bias, self.unit = np.asarray(bias, float), unit
+
+    def parts(self):
+        return [SensorBias(self.target, part, self.unit) for part in one_by_one(self.bias)]
 
     def sense(self, readings: Readings):
         columns = readings.columns[self.target]

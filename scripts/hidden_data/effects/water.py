@@ -18,6 +18,9 @@ class Current(Effect):
         self.body, self.velocity, self.phase = body, np.asarray(velocity, float), phase
         self.most = 0.9 / max(np.abs(velocity).max(), 1e-9)
 
+    def parts(self):
+        return [Current(self.target, self.body, 0.1 * axis, self.phase) for axis in np.eye(3)]
+
     def water_velocity(self, plant):
         slow = 1 + 0.03 * np.sin(2 * np.pi * plant.time / 31.0 + self.phase)
         depth = -plant.xpos[:, self.body, 2]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..frames import cross, turned_back
-from .base import Effect
+from .base import Effect, one_by_one
 
 GRAVITY = 9.81
 
@@ -34,6 +34,9 @@ class ConstantForce(Effect):
         super().__init__(target, {axis: (float(f), "N") for axis, f in zip("xyz", force) if f != 0.0})
         self.body, self.vector_n = body, np.asarray(force, float)
 
+    def parts(self):
+        return [ConstantForce(self.target, self.body, 2.0 * axis) for axis in np.eye(3)]
+
     def force(self, plant):
         plant.add_world_force(self.body, self.scale * self.vector_n)
 
@@ -47,6 +50,9 @@ class BuoyancyOffset(Effect):
         super().__init__(target, {axis: (float(r), "m") for axis, r in zip("xyz", offset) if r != 0.0})
         self.body, self.offset, self.weight = body, np.asarray(offset, float), displaced_weight
         self.most = 0.05 / max(np.abs(offset).max(), 1e-9)
+
+    def parts(self):
+        return [BuoyancyOffset(self.target, self.body, part, self.weight) for part in one_by_one(self.offset)]
 
     def force(self, plant):
         motion = plant.body(self.body)
@@ -73,6 +79,10 @@ class Payload(Effect):
 
     def fixed(self):
         return {"x", "y", "z"}
+
+    def parts(self):
+        places = np.concatenate([np.zeros((1, 3)), 0.2 * np.eye(3)])
+        return [Payload(self.target, self.body, self.mass, place) for place in places]
 
     def force(self, plant):
         motion = plant.body(self.body)

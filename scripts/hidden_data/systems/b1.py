@@ -9,7 +9,7 @@ from .. import excitation
 from ..checkpoint_water import Checkpoint, LearnedWater
 from ..effects import actuator, drag, inertial, joint, lift, memory, outside, sensor, water, weight
 from ..scenes import GAP, ROOT, with_noise, without_plugins
-from .base import Drive, Schedule, System
+from .base import Drive, Schedule, System, Twin
 
 #: Standing posture of a leg, and how far its targets move [rad]: hip, thigh, calf.
 HOME, SWING = np.array([0.0, 0.75, -1.5]), np.array([0.12, 0.35, 0.35])
@@ -35,6 +35,8 @@ def gait(rng: np.random.Generator, rows: int, period: float, mode: str) -> np.nd
         return out
     if mode == "random":
         return out + excitation.multisine(rng, rows, period, 12, lowest=0.2, highest=1.2) * np.tile(SWING, 4)
+    if mode == "slow":
+        return out + excitation.multisine(rng, rows, period, 12, lowest=0.08, highest=0.3, tones=3) * np.tile(SWING, 4)
     frequency, size = rng.uniform(0.5, 1.1), rng.uniform(0.5, 1.0)
     for leg in range(4):
         # Diagonal pairs in step (a trot), or left against right (a paddle).
@@ -82,8 +84,8 @@ class Tow(System):
         modes = []
         t = np.arange(rows + 1) * period
         for i in range(m):
-            run = ("ladder", "multisine", "ladder", "sine", "multisine")[i % 5] if style == "normal" else style
-            legs = ("still", "trot", "random", "still", "paddle")[i % 5] if style == "normal" else "still"
+            run = ("ladder", "multisine", "ladder", "sine", "multisine")[i % 5]
+            legs = ("still", "trot", "random", "still", "paddle")[i % 5]
             modes.append(f"{run} {legs}")
             size = rng.uniform(0.3, 0.9)
             if run == "ladder":
@@ -100,8 +102,6 @@ class Tow(System):
                 table[i, :, :2] = excitation.multisine(rng, rows + 1, period, 2, lowest=0.1, highest=0.9) * [size, 0.6 * size]
             elif run == "sine":
                 table[i, :, 0] = size * np.sin(2 * np.pi * rng.uniform(0.2, 0.5) * t) * excitation.ramp(rows + 1, period)
-            elif run == "one_speed":
-                table[i, :, 0] = 0.5 * excitation.ramp(rows + 1, period, 1.5)
             table[i, :, 2:] = gait(rng, rows + 1, period, legs)
         start = np.concatenate([np.zeros((m, 2)), np.tile(HOME, (m, 4))], 1)
         return Drive(start, np.zeros((m, 14)), _Table(model, table), modes)
@@ -146,9 +146,8 @@ class Tow(System):
             "rocking_base": lambda rng: outside.GravityTilt("trunk", trunk, 4.0, rng.uniform(3, 6)),
         }
 
-    def inseparable(self):
-        return [("linear_drag", "one_speed", ["quadratic_drag"]), ("quadratic_drag", "one_speed", ["linear_drag"]),
-                ("current", "one_speed", ["constant_force"])]
+    def twins(self, model):
+        return {}
 
 
 @functools.cache
@@ -189,7 +188,7 @@ class Swim(System):
         table = np.zeros((m, rows + 1, 12))
         modes = []
         for i in range(m):
-            mode = ("random", "trot", "paddle", "random", "still")[i % 5] if style == "normal" else style
+            mode = "slow" if style == "slow" else ("random", "trot", "paddle", "random", "still")[i % 5]
             modes.append(mode)
             table[i] = gait(rng, rows + 1, period, mode)
         qpos = np.zeros((m, 19))
@@ -245,5 +244,10 @@ class Swim(System):
             "rocking_base": lambda rng: outside.GravityTilt("trunk", trunk, 5.0, rng.uniform(3, 6)),
         }
 
-    def inseparable(self):
-        return [("constant_force", "still", ["current"]), ("current", "still", ["constant_force"])]
+    def twins(self, model):
+        every = list(range(model.nu))
+        return {
+            # Slow commands see of a lag only its delay.
+            "actuator_lag": Twin(lambda rng: actuator.ActuatorLag("all", every, 0.03), "slow", "actuator_delay"),
+            "actuator_delay": Twin(lambda rng: actuator.ActuatorDelay("all", every, 0.02), "slow", "actuator_lag"),
+        }

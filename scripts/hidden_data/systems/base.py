@@ -14,6 +14,15 @@ Factory = Callable[[np.random.Generator], Effect]
 
 
 @dataclass(frozen=True)
+class Twin:
+    """An effect, the style of drive that hides what it is, and the effect that it then looks like."""
+
+    factory: Factory
+    style: str
+    other: str
+
+
+@dataclass(frozen=True)
 class Schedule:
     """Trials of a case: count, rows each, row period [s]."""
 
@@ -79,8 +88,8 @@ class System:
         """Effects beyond the catalogue."""
         raise NotImplementedError
 
-    def inseparable(self) -> list[tuple[str, str, list[str]]]:
-        """(effect, style of drive, effects that the data cannot tell from it)."""
+    def twins(self, model: mujoco.MjModel) -> dict[str, Twin]:
+        """Effects with a drive under which the data cannot tell them from another, by construction."""
         raise NotImplementedError
 
     def style_for(self, kind: str) -> str:

@@ -12,11 +12,6 @@ from .base import Drive, Schedule, System
 MIDDLE, REACH = np.array([0.1, -1.1]), np.array([0.7, 0.8])
 MODES = {
     "normal": ["multisine", "steps", "chirp", "slow", "outer", "multisine", "pulses", "steps", "slow", "outer"],
-    # Everything still but for slow tilts: weight shows, inertia and drag do not.
-    "slow_only": ["slow"],
-    # One joint, one speed to and fro.
-    "one_speed": ["triangle"],
-    "calf_slow": ["calf"],
 }
 
 
@@ -41,7 +36,6 @@ class Leg(System):
         outer = np.zeros(m)
         modes = []
         cycle = MODES.get(style, MODES["normal"])
-        t = np.arange(rows + 1) * period
         for i in range(m):
             mode = cycle[i % len(cycle)]
             modes.append(mode)
@@ -59,13 +53,9 @@ class Leg(System):
                 table[i] = excitation.multisine(rng, rows + 1, period, 2, lowest=0.06, highest=0.25, tones=3) * REACH
             elif mode == "pulses":
                 table[i] = _smooth(excitation.pulses(rng, rows + 1, period, 2), period) * reach
-            elif mode == "triangle":
-                wave = 2 / np.pi * np.arcsin(np.sin(2 * np.pi * t / 2.5))
-                table[i, :, 1] = 0.6 * wave * excitation.ramp(rows + 1, period)
-            elif mode == "calf":
-                table[i, :, 1] = excitation.multisine(rng, rows + 1, period, 1, lowest=0.06, highest=0.3, tones=3)[:, 0] * REACH[1]
         policy = _Servo(model, table + MIDDLE, outer, rng.normal(0, 0.002, (m, rows + 1, 2)))
-        start = np.tile(MIDDLE, (m, 1)) + rng.normal(0, 0.02, (m, 2))
+        # From rest at the first target: a jump of the servo would shake everything.
+        start = table[:, 0] + MIDDLE
         return Drive(start, np.zeros((m, 2)), policy, modes)
 
     def singles(self, model):
@@ -141,9 +131,8 @@ class Leg(System):
             "rocking_base": lambda rng: outside.GravityTilt("calf", calf, 1.0, rng.uniform(3, 6)),
         }
 
-    def inseparable(self):
-        return [("net_buoyancy", "calf_slow", ["payload"]), ("payload", "calf_slow", ["net_buoyancy"]),
-                ("joint_damping", "one_speed", ["joint_friction"]), ("joint_friction", "one_speed", ["joint_damping"])]
+    def twins(self, model):
+        return {}
 
 
 def _smooth(table: np.ndarray, period: float) -> np.ndarray:

@@ -9,7 +9,7 @@ from .. import excitation
 from ..effects import actuator, boundary, drag, inertial, lift, memory, outside, sensor, water, weight
 from ..frames import exponential, product, rotation, turned_back
 from ..scenes import GAP, with_noise
-from .base import Drive, Factory, Schedule, System
+from .base import Drive, Schedule, System, Twin
 
 #: Largest wrench that the excitation asks for [N, N m].
 REACH = np.array([38.0, 34.0, 28.0, 1.0, 1.2, 3.5])
@@ -71,12 +71,9 @@ class Vehicle(System):
                 goals[i, :, [0, 1, 3]] = _way(rng, rows + 1, period, still=mode == "keep")
                 if mode == "keep":
                     goals[i, :, 2] = depth[i]
-            elif mode == "surge":
-                # One speed in one direction: drag laws cannot be told apart.
-                wrench[i, :, 0] = 0.55 * REACH[0] * excitation.ramp(rows + 1, period, 1.0)
-            elif mode == "level":
-                # Horizontal translation alone, shaken fast: inertia and little else.
-                wrench[i, :, :2] = excitation.multisine(rng, rows + 1, period, 2, lowest=0.4, highest=1.6) * REACH[:2] * size
+            elif mode in ("gentle", "slow"):
+                reach = REACH * size * (0.25 if mode == "gentle" else 0.8) * [1, 1, 1, 0, 0, 1]
+                wrench[i] = excitation.multisine(rng, rows + 1, period, 6, lowest=0.04, highest=0.2, tones=4) * reach
         noise = {"position": rng.normal(0, 0.008, (m, rows + 1, 3)), "turn": rng.normal(0, 0.003, (m, rows + 1, 3)),
                  "nu": rng.normal(0, 0.008, (m, rows + 1, 6))}
         hold = _Hold(model, wrench, direct, goals, position_gain, depth_gain, noise, period)
@@ -84,7 +81,7 @@ class Vehicle(System):
         qpos[:, 2] = depth
         turn = np.zeros((m, 3))
         turn[:, :2] = rng.normal(0, 0.03, (m, 2))
-        heading = rng.uniform(-np.pi, np.pi, m) if style != "one_heading" else np.full(m, rng.uniform(-np.pi, np.pi))
+        heading = rng.uniform(-np.pi, np.pi, m)
         yaw = np.zeros((m, 3))
         yaw[:, 2] = heading
         goals[..., 3] += heading[:, None]
@@ -185,10 +182,17 @@ class Vehicle(System):
             "rocking_base": lambda rng: outside.GravityTilt("hull", body, 1.5, rng.uniform(5, 9)),
         }
 
-    def inseparable(self) -> list[tuple[str, str, list[str]]]:
-        return [("current", "one_heading", ["constant_force"]), ("constant_force", "one_heading", ["current"]),
-                ("linear_drag", "surge_only", ["quadratic_drag"]), ("quadratic_drag", "surge_only", ["linear_drag"]),
-                ("added_mass", "level", ["payload"]), ("payload", "level", ["added_mass"])]
+    def twins(self, model):
+        body = model.body("hull").id
+        every = list(range(8))
+        return {
+            # A load at the centre is its weight; its inertia hides in the 3 % of the hull's.
+            "net_buoyancy": Twin(lambda rng: weight.NetBuoyancy("hull", body, -2.0, np.array([0, 0, 0.0])), "gentle", "payload"),
+            "payload": Twin(lambda rng: weight.Payload("hull", body, 0.2, np.array([0, 0, 0.02])), "gentle", "net_buoyancy"),
+            # Slow commands see of a lag only its delay.
+            "actuator_lag": Twin(lambda rng: actuator.ActuatorLag("all", every, 0.08), "slow", "actuator_delay"),
+            "actuator_delay": Twin(lambda rng: actuator.ActuatorDelay("all", every, 0.05), "slow", "actuator_lag"),
+        }
 
     def style_for(self, kind):
         return {"free_surface": "shallow", "waves": "shallow", "wall_proximity": "deep"}.get(kind, "normal")
@@ -199,9 +203,8 @@ _MODES = {
     "normal": ["multisine", "waypoint", "steps", "pulses", "chirp", "multisine", "waypoint", "free", "steps", "keep"],
     "shallow": ["multisine", "waypoint", "chirp", "keep", "waypoint"],
     "deep": ["multisine", "waypoint", "chirp", "keep", "waypoint"],
-    "one_heading": ["keep"],
-    "surge_only": ["surge"],
-    "level": ["level"],
+    "gentle": ["gentle", "keep"],
+    "slow": ["slow"],
 }
 
 
@@ -216,7 +219,7 @@ def _depths(rng, trials: int, style: str) -> np.ndarray:
 
 def _depth_walk(rng, rows: int, period: float, style: str) -> np.ndarray:
     """Slow changes of the depth to be held [rows] m."""
-    size = {"shallow": 0.25, "deep": 0.25, "one_heading": 0.0, "surge_only": 0.0, "level": 0.0}.get(style, 0.4)
+    size = {"shallow": 0.25, "deep": 0.25, "gentle": 0.1, "slow": 0.2}.get(style, 0.4)
     return size * np.sin(2 * np.pi * np.arange(rows) * period / rng.uniform(7, 14) + rng.uniform(0, 6))
 
 
