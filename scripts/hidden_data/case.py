@@ -79,7 +79,7 @@ class Problem:
 
 def _part(problem: Problem) -> float:
     raw = np.linalg.norm(problem.change)
-    return left_over(problem.change, problem.nuisances) / raw if raw > 1e-9 else 0.0
+    return left_over(problem.change, problem.nuisances) / float(raw) if raw > 1e-9 else 0.0
 
 
 class Case:
@@ -263,7 +263,7 @@ class Case:
                         record.qvel[:shown], {row: water.copy_members(np.arange(shown))
                                               for row, water in record.waters.items()})
         # Every second window stands for its neighbour too.
-        raw = self.strength_of(sub, rows, every=2) * np.sqrt(2.0)
+        raw = self.strength_of(sub, rows, every=2) * 2**0.5
         problem = self._problem(sub, rows)
         return Whole(record, fine, raw, raw * _part(problem), problem)
 
@@ -303,7 +303,7 @@ class Case:
                             "parameters": [{"name": name, "value": float(value), "unit": unit}
                                            for name, (value, unit) in values.items()]})
         near = [kind for kind, distance in whole.rivals.items() if distance < LIKE]
-        identifiable = spec.kind in ("single", "pair") and not near and whole.projected >= LIKE
+        identifiable = spec.kind in ("single", "pair") and not near and bool(whole.projected >= LIKE)
         answer = {"schema": SCHEMA, "id": spec.case_id, "system": spec.system, "kind": spec.kind, "effects": effects,
                   "lookalikes": near, "identifiable": identifiable, "distances": whole.rivals,
                   "twin": self.twin.other if self.twin else None,

@@ -120,4 +120,7 @@ def left_over(change: np.ndarray, columns: np.ndarray) -> float:
     d = change.ravel()
     gram = g.T @ g + np.eye(g.shape[1])
     b = g.T @ d
-    return float(np.sqrt(max(d @ d - b @ np.linalg.solve(gram, b), 0.0)))
+    # Columns of very different size, some of them the same but for their size: scaled, and solved by rank.
+    size = np.sqrt(np.diag(gram))
+    solution = np.linalg.lstsq(gram / np.outer(size, size), b / size, rcond=1e-12)[0] / size
+    return float(np.sqrt(max(d @ d - b @ solution, 0.0)))
