@@ -252,6 +252,8 @@ class Case:
             effect.scale = np.array([[scale]])
         shown = self.schedule.trials
         everything = replace(self.schedule, trials=shown + (2 if self.spec.small else NEVER_SHOWN))
+        for effect in self.effects:
+            effect.forget()
         record = self.run(everything, 3, self.effects, fine=True)
         fine = [self.sensed(record, self.effects, trial) for trial in range(everything.trials)]
         if not self.effects:
@@ -298,7 +300,7 @@ class Case:
                                   "damping": 0.03}}
         effects = []
         for effect, scale in zip(self.effects, scales):
-            values = effect.scaled_parameters(scale)
+            values = effect.equivalent(scale)
             effects.append({"effect": effect.kind, "target": effect.target, "comparable": effect.comparable,
                             "parameters": [{"name": name, "value": float(value), "unit": unit}
                                            for name, (value, unit) in values.items()]})

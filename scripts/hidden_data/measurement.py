@@ -1,6 +1,6 @@
 """From the truth's readings to a log: filter, sampling, jitter, noise, dropouts.
 
-The anti-alias filter is of first order, 20 to 40 Hz; its known delay (its time constant) is taken out again
+The anti-alias filter of the analogue sensors is of first order, 20 to 40 Hz; its known delay (its time constant) is taken out again
 by the logger, as a data sheet would tell it to, so that a log of the nominal itself shows no delay.
 """
 
@@ -56,13 +56,16 @@ def log(rng: np.random.Generator, recorder: Recorder, layout: Layout, times: np.
         rows: int, period: float, lead: float) -> tuple[np.ndarray, np.ndarray]:
     """(labels [K], rows [K, ns]) of one trial from its fine readings. A row labelled t reads the state at t - lead."""
     step = times[1] - times[0]
-    tau = 1 / (2 * np.pi * recorder.cutoff)
-    smooth = filtered(values, step, recorder.cutoff)
     labels = np.arange(1, rows + 1) * period
     if recorder.jitter:
         labels = labels + np.clip(rng.normal(0, recorder.jitter, rows), -0.3 * period, 0.3 * period)
         labels[0] = max(labels[0], lead)
-    data = sample(times, smooth, labels - lead + tau)
+    data = sample(times, values, labels - lead)
+    for width in sorted(set(layout.bandwidth.values()) - {np.inf}):
+        cutoff = recorder.cutoff * width
+        own = np.concatenate([np.arange(c.start, c.stop) for name, c in layout.columns.items() if layout.bandwidth[name] == width])
+        smooth = filtered(values[:, own], step, cutoff)
+        data[:, own] = sample(times, smooth, labels - lead + 1 / (2 * np.pi * cutoff))
     for name, columns in layout.columns.items():
         width = columns.stop - columns.start
         if name in layout.quaternions:

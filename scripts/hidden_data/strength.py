@@ -24,6 +24,12 @@ from .plant import Plant, Recording
 WINDOW = 1.0
 
 
+#: Encoders are digital, the strain gauges of a cell are wider than the servos' ripple (a filter that took it out
+#: would by itself be a gap to any nominal), speeds of joints are half of each; the rest has the case's filter.
+_BANDWIDTH = {mujoco.mjtSensor.mjSENS_JOINTPOS: float("inf"), mujoco.mjtSensor.mjSENS_FORCE: float("inf"),
+              mujoco.mjtSensor.mjSENS_TORQUE: float("inf"), mujoco.mjtSensor.mjSENS_JOINTVEL: 4.0}
+
+
 @dataclass(frozen=True)
 class Layout:
     """Sensors of a nominal: columns, noise, which are attitudes."""
@@ -31,17 +37,19 @@ class Layout:
     columns: dict[str, slice]
     noise: dict[str, float]
     quaternions: set[str]
+    bandwidth: dict[str, float]      # of the sensor's filter, as a multiple of the case's cut-off; inf: none
 
     @classmethod
     def of(cls, model: mujoco.MjModel) -> "Layout":
-        columns, noise, quaternions = {}, {}, set()
+        columns, noise, quaternions, bandwidth = {}, {}, set(), {}
         for i in range(model.nsensor):
             name = model.sensor(i).name
             columns[name] = slice(model.sensor_adr[i], model.sensor_adr[i] + model.sensor_dim[i])
             noise[name] = float(model.sensor_noise[i])
             if model.sensor_type[i] == mujoco.mjtSensor.mjSENS_FRAMEQUAT:
                 quaternions.add(name)
-        return cls(columns, noise, quaternions)
+            bandwidth[name] = _BANDWIDTH.get(mujoco.mjtSensor(model.sensor_type[i]), 1.0)
+        return cls(columns, noise, quaternions, bandwidth)
 
     def whitened(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """(a - b) / noise, attitudes as rotation vectors [..., ns']."""

@@ -24,6 +24,27 @@ class Effect:
     def __init__(self, target: str, parameters: dict[str, tuple[float, str]], *, comparable: bool = True):
         self.target, self.parameters, self.comparable = target, parameters, comparable
         self.scale = np.ones((1, 1))
+        self._sums: dict[str, list[float]] = {}
+
+    def note(self, names, plain: np.ndarray, given: np.ndarray) -> None:
+        """Remember what the catalogue's form with coefficient 1 gives, and what this effect gave, [M, len(names)]."""
+        cross, square = (plain * given).sum(0), (plain * plain).sum(0)
+        for i, name in enumerate(names):
+            sums = self._sums.setdefault(name, [0.0, 0.0])
+            sums[0] += cross[i]
+            sums[1] += square[i]
+
+    def forget(self) -> None:
+        """Drop what was noted."""
+        self._sums = {}
+
+    def equivalent(self, factor: float) -> dict[str, tuple[float, str]]:
+        """The parameters of the catalogue's form that come nearest over what was noted (least squares)."""
+        values = self.scaled_parameters(factor)
+        for name, (cross, square) in self._sums.items():
+            if name in values and square > 0:
+                values[name] = (float(cross / square), values[name][1])
+        return values
 
     def value(self, name: str) -> float:
         """A parameter at scale 1."""

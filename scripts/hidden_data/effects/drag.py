@@ -32,6 +32,7 @@ class LinearDrag(Effect):
         motion = plant.body(self.body)
         nu = np.concatenate([motion.nu, motion.omega], 1)
         wrench = -self.scale * (nu @ self.matrix)
+        self.note(AXES, -nu, wrench)
         plant.add_wrench(self.body, wrench[:, :3], wrench[:, 3:])
 
 
@@ -55,6 +56,7 @@ class QuadraticDrag(Effect):
         norm = np.repeat(np.stack([np.linalg.norm(motion.nu, axis=1), np.linalg.norm(motion.omega, axis=1)], 1), 3, 1)
         grown = (0.85 * own + 0.15 * norm) ** 0.9
         wrench = -self.scale * self.coefficients * grown * nu
+        self.note(AXES, -own * nu, wrench)
         plant.add_wrench(self.body, wrench[:, :3], wrench[:, 3:])
 
 

@@ -24,7 +24,9 @@ class JointFriction(_Joint):
     def force(self, plant):
         v = plant.qvel[:, self.dof]
         friction = self.value("coulomb") * np.tanh(v / 0.02) * (1 + 0.15 * np.exp(-((v / 0.1) ** 2)))
-        plant.qfrc[:, self.dof] -= self.scale[:, 0] * friction
+        torque = self.scale[:, 0] * friction
+        self.note(("coulomb",), np.sign(v)[:, None], torque[:, None])
+        plant.qfrc[:, self.dof] -= torque
 
 
 class JointDamping(_Joint):
@@ -37,7 +39,9 @@ class JointDamping(_Joint):
 
     def force(self, plant):
         v = plant.qvel[:, self.dof]
-        plant.qfrc[:, self.dof] -= self.scale[:, 0] * self.value("damping") * v / (1 + 0.05 * np.abs(v))
+        torque = self.scale[:, 0] * self.value("damping") * v / (1 + 0.05 * np.abs(v))
+        self.note(("damping",), v[:, None], torque[:, None])
+        plant.qfrc[:, self.dof] -= torque
 
 
 class JointStiffness(_Joint):
@@ -54,7 +58,9 @@ class JointStiffness(_Joint):
 
     def force(self, plant):
         d = plant.qpos[:, self.at] - self.reference
-        plant.qfrc[:, self.dof] -= self.scale[:, 0] * self.value("stiffness") * d * (1 + 0.15 * d * d)
+        torque = self.scale[:, 0] * self.value("stiffness") * d * (1 + 0.15 * d * d)
+        self.note(("stiffness",), d[:, None], torque[:, None])
+        plant.qfrc[:, self.dof] -= torque
 
 
 class JointBacklash(_Joint):
