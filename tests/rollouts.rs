@@ -77,6 +77,7 @@ fn features_computed_here_are_the_recorded_ones() {
             map.sample(
                 run.qpos.row(k),
                 run.qvel.row(k),
+                [0.0; 3],
                 previous.as_deref(),
                 &mut x,
             );

@@ -46,7 +46,7 @@ const MENU: [Manoeuvre; 7] = [
         text: "steps: each actuator on and off in turn, from rest",
         command: |actuator, time| {
             let slot = (time / 0.5) as usize;
-            if slot % 2 == 0 && (slot / 2) % 4 == actuator % 4 {
+            if slot.is_multiple_of(2) && (slot / 2) % 4 == actuator % 4 {
                 0.8
             } else {
                 0.0

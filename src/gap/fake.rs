@@ -173,8 +173,8 @@ impl Simulation for Swim {
     }
 
     fn retract(&mut self, tangent: &[f64]) {
-        for axis in 0..3 {
-            self.qpos[axis] += tangent[axis];
+        for (value, change) in self.qpos.iter_mut().zip(&tangent[..3]) {
+            *value += change;
         }
         let turned = self.attitude()
             * UnitQuaternion::from_scaled_axis(Vector3::from_column_slice(&tangent[3..6]));
@@ -241,7 +241,7 @@ impl Simulation for Swim {
         }
         // Roll and pitch come back upright.
         let up = attitude.inverse() * Vector3::z();
-        force[3] -= 4.0 * up.y.atan2(up.z) * -1.0 * -1.0;
+        force[3] -= 4.0 * up.y.atan2(up.z);
         force[4] += 4.0 * up.x.atan2(up.z);
         for (entry, memory) in self.effects.iter().zip(&mut self.memory) {
             let p = &entry.parameters;

@@ -80,8 +80,6 @@ pub(super) struct Optimum {
     pub(super) log_evidence: f64,
     /// Covariance; zero rows where a bound holds a value.
     pub(super) covariance: DMatrix<f64>,
-    /// `q` there, without the prior.
-    pub(super) misfit: f64,
 }
 
 impl Quadratic {
@@ -241,7 +239,6 @@ impl Quadratic {
             z,
             log_evidence,
             covariance: whole,
-            misfit,
         }
     }
 }

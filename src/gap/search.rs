@@ -45,8 +45,6 @@ pub(super) struct Search {
     pub(super) linear: Vec<(Vec<usize>, f64)>,
     /// Squared whitened residuals are divided by this.
     pub(super) factor: f64,
-    /// The screen about the nominal.
-    pub(super) screen: Screen,
 }
 
 /// Log prior of a set of candidates: by number of effects, then by effect, then by target.
@@ -311,7 +309,6 @@ pub(super) fn search(bench: &Bench<'_>, watch: &Watch<'_>) -> Result<Option<Sear
         scored,
         linear: linear_sets,
         factor,
-        screen,
     }))
 }
 

@@ -110,6 +110,7 @@ impl WarmUp {
 }
 
 /// Runs a segment and keeps the readings of every step. False where it blew up.
+#[expect(clippy::too_many_arguments)]
 pub(super) fn run(
     simulation: &mut dyn Simulation,
     trial: &Measured,

@@ -37,6 +37,7 @@ pub(super) fn whiten(channels: &Channels, residuals: &mut [f64]) {
 
 /// How the residuals of a segment change with its start: minus the derivative of the whitened residuals
 /// by the tangent [rows * channels, 2 nv]; none where a rollout blew up.
+#[expect(clippy::too_many_arguments)]
 pub(super) fn start_sensitivity(
     simulation: &mut dyn Simulation,
     trial: &Measured,

@@ -38,6 +38,9 @@ const SHOWN: usize = 3;
 /// Sums of squares of one trial: by horizon, channel: (before, after, measured about its mean, readings).
 type Sums = Vec<Vec<[f64; 4]>>;
 
+/// Residuals of the rows of one rollout.
+type Rollout = (Range<usize>, Vec<f64>);
+
 /// Rollouts of one trial.
 struct Outcome {
     sums: Sums,
@@ -114,7 +117,7 @@ fn roll(
     let width = channels.len();
     let none = vec![Correction::NONE; corrections.len()];
     let sides = [(before, &none[..]), (after, corrections)];
-    let mut residuals: Vec<Vec<(Range<usize>, Vec<f64>)>> = Vec::new();
+    let mut residuals: Vec<Vec<Rollout>> = Vec::new();
     for (plant, corrections) in sides {
         let mapped = adapted(trial, before, plant);
         let trial = mapped.as_ref().unwrap_or(trial);
@@ -188,7 +191,7 @@ fn rollouts(
     trial: &Measured,
     channels: &Channels,
     corrections: &[Correction],
-) -> Result<Vec<(Range<usize>, Vec<f64>)>, GapError> {
+) -> Result<Vec<Rollout>, GapError> {
     let model = plant.description();
     let track = start::track(plant, trial, channels, corrections)?;
     let longest = HORIZONS[HORIZONS.len() - 1];
@@ -468,11 +471,7 @@ fn growth(sums: &[[f64; 4]], of: &dyn Fn(usize) -> bool) -> f64 {
 }
 
 /// Measured and predicted, for the eye.
-fn overlays(
-    trial: &Measured,
-    channels: &Channels,
-    residuals: &[Vec<(Range<usize>, Vec<f64>)>],
-) -> Vec<Overlay> {
+fn overlays(trial: &Measured, channels: &Channels, residuals: &[Vec<Rollout>]) -> Vec<Overlay> {
     let width = channels.len();
     let zeros = vec![0.0; width];
     channels

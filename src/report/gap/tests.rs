@@ -58,7 +58,7 @@ fn record(sensors: usize, trials: usize) -> Record {
                     .map(|s| {
                         let value = |i: usize| {
                             let size = (3.0 - 0.4 * s as f64).max(0.0) * (1.0 + wave(s + t, i));
-                            (s != 5 || i % 7 != 0).then_some(10f64.powf(size * 0.6))
+                            (s != 5 || !i.is_multiple_of(7)).then_some(10f64.powf(size * 0.6))
                         };
                         (name(s), (0..windows).map(value).collect())
                     })

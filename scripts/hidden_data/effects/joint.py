@@ -1,0 +1,90 @@
+"""Forces in a hinge or slide that the nominal lacks."""
+
+import numpy as np
+
+from .base import Effect
+
+
+class _Joint(Effect):
+    """On the joint at `dof` (velocity index) and `at` (position index)."""
+
+    def __init__(self, target: str, dof: int, at: int, parameters, *, comparable: bool = True):
+        super().__init__(target, parameters, comparable=comparable)
+        self.dof, self.at = dof, at
+
+
+class JointFriction(_Joint):
+    """Coulomb friction smoothed over 0.02 rad/s, 15 % more (Stribeck) below 0.1 rad/s."""
+
+    kind = "joint_friction"
+
+    def __init__(self, target, dof, at, coulomb: float):
+        super().__init__(target, dof, at, {"coulomb": (coulomb, "N m")})
+
+    def force(self, plant):
+        v = plant.qvel[:, self.dof]
+        friction = self.value("coulomb") * np.tanh(v / 0.02) * (1 + 0.15 * np.exp(-((v / 0.1) ** 2)))
+        torque = self.scale[:, 0] * friction
+        self.note(("coulomb",), np.sign(v)[:, None], torque[:, None])
+        plant.qfrc[:, self.dof] -= torque
+
+
+class JointDamping(_Joint):
+    """Viscous, with 5 % shear thinning a rad/s."""
+
+    kind = "joint_damping"
+
+    def __init__(self, target, dof, at, damping: float):
+        super().__init__(target, dof, at, {"damping": (damping, "N m s/rad")})
+
+    def force(self, plant):
+        v = plant.qvel[:, self.dof]
+        torque = self.scale[:, 0] * self.value("damping") * v / (1 + 0.05 * np.abs(v))
+        self.note(("damping",), v[:, None], torque[:, None])
+        plant.qfrc[:, self.dof] -= torque
+
+
+class JointStiffness(_Joint):
+    """A spring that stiffens a little: k d (1 + 0.15 d^2)."""
+
+    kind = "joint_stiffness"
+
+    def __init__(self, target, dof, at, stiffness: float, reference: float):
+        super().__init__(target, dof, at, {"stiffness": (stiffness, "N m/rad"), "reference": (reference, "rad")})
+        self.reference = reference
+
+    def fixed(self):
+        return {"reference"}
+
+    def force(self, plant):
+        d = plant.qpos[:, self.at] - self.reference
+        torque = self.scale[:, 0] * self.value("stiffness") * d * (1 + 0.15 * d * d)
+        self.note(("stiffness",), d[:, None], torque[:, None])
+        plant.qfrc[:, self.dof] -= torque
+
+
+class JointBacklash(_Joint):
+    """Play between servo and link: the servo's command arrives through a hysteresis of that width.
+
+    The link lags behind half the play on either side, with the corner rounded by the servo's compliance.
+    """
+
+    kind = "joint_backlash"
+
+    def __init__(self, target, dof, at, play: float, actuator: int):
+        super().__init__(target, dof, at, {"play": (play, "rad")}, comparable=False)
+        self.actuator, self.play = actuator, play
+        self.most = 0.15 / play
+
+    def begin(self, plant):
+        self.held = None
+
+    def command(self, plant, asked):
+        u = asked[:, self.actuator]
+        if self.held is None:
+            self.held = u.copy()
+        half = 0.5 * self.scale[:, 0] * self.play
+        self.held = np.clip(self.held, u - half, u + half)
+        out = asked.copy()
+        out[:, self.actuator] = self.held
+        return out

@@ -1,0 +1,134 @@
+"""How strongly an effect shows: the whitened norm of what it changes in the outputs.
+
+The shadow is the same truth (perturbations included) without the effect, under the same commands. Left to
+itself it would drift away and count the drift; so it is restarted from the truth's own state every second,
+and the difference is taken over those windows. `raw` is the norm over every row and sensor of a case.
+`projected` is what remains once the nominal's uncertainties (3 %, 2 mm, weighted by their prior) have
+explained what they can: the distance from nothing, in the sense of a confusion distance. The bands of the
+score use `projected`.
+"""
+
+import copy
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from . import perturbation
+from .effects import Effect, Readings
+from .frames import difference
+from .plant import Plant, Recording
+
+#: Seconds after which the shadow starts again from the truth.
+WINDOW = 1.0
+
+
+#: Encoders are digital, the strain gauges of a cell are wider than the servos' ripple (a filter that took it out
+#: would by itself be a gap to any nominal), speeds of joints are half of each; the rest has the case's filter.
+_BANDWIDTH = {mujoco.mjtSensor.mjSENS_JOINTPOS: float("inf"), mujoco.mjtSensor.mjSENS_FORCE: float("inf"),
+              mujoco.mjtSensor.mjSENS_TORQUE: float("inf"), mujoco.mjtSensor.mjSENS_JOINTVEL: 4.0}
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Sensors of a nominal: columns, noise, which are attitudes."""
+
+    columns: dict[str, slice]
+    noise: dict[str, float]
+    quaternions: set[str]
+    bandwidth: dict[str, float]      # of the sensor's filter, as a multiple of the case's cut-off; inf: none
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel) -> "Layout":
+        columns, noise, quaternions, bandwidth = {}, {}, set(), {}
+        for i in range(model.nsensor):
+            name = model.sensor(i).name
+            columns[name] = slice(model.sensor_adr[i], model.sensor_adr[i] + model.sensor_dim[i])
+            noise[name] = float(model.sensor_noise[i])
+            if model.sensor_type[i] == mujoco.mjtSensor.mjSENS_FRAMEQUAT:
+                quaternions.add(name)
+            bandwidth[name] = _BANDWIDTH.get(mujoco.mjtSensor(model.sensor_type[i]), 1.0)
+        return cls(columns, noise, quaternions, bandwidth)
+
+    def whitened(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """(a - b) / noise, attitudes as rotation vectors [..., ns']."""
+        parts = []
+        for name, columns in self.columns.items():
+            change = difference(a[..., columns], b[..., columns]) if name in self.quaternions else \
+                a[..., columns] - b[..., columns]
+            parts.append(change / self.noise[name])
+        return np.concatenate(parts, -1)
+
+
+class Windows:
+    """Windows of one second along a recorded truth, from which other models can be started."""
+
+    def __init__(self, record: Recording, period: float, lead: float, *, every: int = 1, most: int | None = None):
+        self.record, self.period, self.lead = record, period, lead
+        self.rows = round(WINDOW / period)
+        trials, total = record.commands.shape[0], record.commands.shape[1] - 1
+        firsts = np.arange(0, total - self.rows + 1, self.rows)[::every]
+        trial, first = np.repeat(np.arange(trials), len(firsts)), np.tile(firsts, trials)
+        if most is not None and len(trial) > most:
+            # Spread evenly; a step that does not divide the windows of a trial visits all its parts.
+            pick = np.linspace(0, len(trial) - 1, most).astype(int)
+            trial, first = trial[pick], first[pick]
+        self.trial, self.first = trial, first
+
+    def outputs(self, model: mujoco.MjModel, effects: Sequence, water_of=None) -> np.ndarray:
+        """Readings at the rows of every window [windows, rows, ns] of a model that starts as the truth was."""
+        rows = self.first[:, None] + np.arange(self.rows + 1)
+        commands = self.record.commands[self.trial[:, None], rows]
+        water = water_of(self.trial, self.first) if water_of else None
+        plant = Plant(model, effects, qpos=self.record.qpos[self.trial, self.first],
+                      qvel=self.record.qvel[self.trial, self.first], start=self.first * self.period, water=water)
+        per_row = round(self.period / model.opt.timestep)
+        run = plant.run(self.rows, self.period, lambda row, _: commands[:, row], record_every=per_row, lead=self.lead)
+        return run.sensors[:, :self.rows]
+
+    def truth(self, rows: np.ndarray) -> np.ndarray:
+        """The same windows of recorded rows [trials, K, ns] (row n at index n - 1)."""
+        index = self.first[:, None] + np.arange(self.rows)
+        return rows[self.trial[:, None], index]
+
+
+def nuisance_columns(windows: Windows, layout: Layout, model: mujoco.MjModel, *, water_of=None,
+                     most: int = 40) -> np.ndarray:
+    """Whitened change of the outputs by one standard deviation of each nuisance [windows, rows, ns', p]."""
+    columns = []
+    shadow = windows.outputs(model, [], water_of)
+    for tied in list(perturbation.groups(model).values())[:most]:
+        other = copy.copy(model)
+        for knob in tied:
+            knob.turn(other, 1.0)
+        perturbation.settle(other)
+        columns.append(layout.whitened(windows.outputs(other, [], water_of), shadow))
+    return np.stack(columns, -1)
+
+
+def effect_columns(windows: Windows, layout: Layout, model: mujoco.MjModel, effects: Sequence[Effect], *,
+                   scale: float, water_of=None) -> np.ndarray:
+    """Whitened change of the outputs by each of `effects` at a scale [windows, rows, ns', p]."""
+    shadow = windows.outputs(model, [], water_of)
+    times = np.arange(1, windows.rows + 1) * windows.period
+    columns = []
+    for effect in effects:
+        effect.scale = np.array([[scale]])
+        outputs = windows.outputs(model, [effect], water_of)
+        for window in outputs:
+            effect.sense(Readings(times, window, layout.columns, layout.quaternions))
+        columns.append(layout.whitened(outputs, shadow))
+    return np.stack(columns, -1)
+
+
+def left_over(change: np.ndarray, columns: np.ndarray) -> float:
+    """Norm of `change` [...] after a ridge fit of `columns` [..., p] with unit prior."""
+    g = columns.reshape(-1, columns.shape[-1])
+    d = change.ravel()
+    gram = g.T @ g + np.eye(g.shape[1])
+    b = g.T @ d
+    # Columns of very different size, some of them the same but for their size: scaled, and solved by rank.
+    size = np.sqrt(np.diag(gram))
+    solution = np.linalg.lstsq(gram / np.outer(size, size), b / size, rcond=1e-12)[0] / size
+    return float(np.sqrt(max(d @ d - b @ solution, 0.0)))

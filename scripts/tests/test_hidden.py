@@ -1,0 +1,291 @@
+"""The hidden-effect cases and their score."""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+
+import mujoco
+import numpy as np
+from paths import ROOT, SCRIPTS
+
+from hidden_data import plan
+from hidden_data.case import Case, Spec, is_complete
+from hidden_data.effects import IDS
+from hidden_data.effects.inertial import AddedMass
+from hidden_data.measurement import Recorder, filtered, log
+from hidden_data.plant import Plant
+from hidden_data.strength import left_over
+from hidden_data.systems import SYSTEMS, Schedule
+from hidden_score import intervals
+
+
+def library() -> Path | None:
+    """The plugin library, where one was built: HYDRO_TEST_LIBRARY, else the newest in target/."""
+    if "HYDRO_TEST_LIBRARY" in os.environ:
+        return Path(os.environ["HYDRO_TEST_LIBRARY"])
+    built = sorted((ROOT / "target").glob("*/libhydro_plugin.so"), key=lambda path: path.stat().st_mtime)
+    return built[-1] if built else None
+
+
+def digest(folder: Path) -> str:
+    """One fingerprint of all files below a folder."""
+    total = hashlib.sha256()
+    for path in sorted(folder.rglob("*")):
+        if path.is_file():
+            total.update(str(path.relative_to(folder)).encode() + path.read_bytes())
+    return total.hexdigest()
+
+
+def truth_of(name: str, trials: int = 2, rows: int = 20):
+    """System, truth model and a drive of a few rows."""
+    system = SYSTEMS[name]()
+    model = system.plain_model(system.nominal_xml(1.0))
+    model.opt.timestep, model.opt.integrator = system.truth_step(np.random.default_rng(0))
+    period = system.schedule(np.random.default_rng(0), small=True).period
+    schedule = Schedule(trials, rows, period)
+    return system, model, schedule, system.drive(np.random.default_rng(1), model, schedule, "normal")
+
+
+class Truth(unittest.TestCase):
+    def test_without_effects_it_is_the_engine_itself(self):
+        for name in ("vehicle", "leg", "tow"):
+            _, model, schedule, drive = truth_of(name)
+            plant = Plant(model, [], qpos=drive.qpos, qvel=drive.qvel, start=np.zeros(2))
+            record = plant.run(schedule.rows, schedule.period, drive.policy)
+            per_row = round(schedule.period / model.opt.timestep)
+            data = mujoco.MjData(model)
+            data.qpos[:], data.qvel[:] = drive.qpos[1], drive.qvel[1]
+            for k in range(schedule.rows * per_row):
+                row, part = divmod(k, per_row)
+                data.ctrl[:] = record.commands[1, row] * (1 - part / per_row) + record.commands[1, row + 1] * (part / per_row)
+                mujoco.mj_step(model, data)
+                # Readings of the step are those of its start, accelerations included.
+                np.testing.assert_allclose(record.sensors[1, k], data.sensordata, rtol=1e-9, atol=1e-9, err_msg=name)
+
+    def test_every_effect_of_every_system_acts_and_stays_finite(self):
+        seen = set()
+        for name in SYSTEMS:
+            system, model, schedule, drive = truth_of(name)
+            factories = system.singles(model) | system.outside(model)
+            for kind, factory in factories.items():
+                effect = factory(np.random.default_rng(2))
+                self.assertEqual(effect.kind, kind)
+                self.assertTrue(all(np.isfinite(v) for v, _ in effect.scaled_parameters(0.5).values()), kind)
+                plant = Plant(model, [effect], qpos=drive.qpos, qvel=drive.qvel, start=np.zeros(2), water=system.water(2))
+                record = plant.run(schedule.rows, schedule.period, drive.tiled(1).policy)
+                self.assertTrue(np.isfinite(record.qvel).all(), f"{name} {kind}")
+                seen.add(kind)
+        self.assertEqual(set(IDS) - seen, set(), "effects of the contract that no system shows")
+
+    def test_added_mass_is_in_the_acceleration_also_when_it_outweighs_the_body(self):
+        system = SYSTEMS["vehicle"]()
+        model = system.plain_model(system.nominal_xml(1.0))
+        model.opt.density = model.opt.viscosity = 0.0
+        model.opt.timestep = 0.001
+        effect = AddedMass("hull", 1, np.array([100.0, 100.0, 100.0, 1.0, 1.0, 1.0]))
+        effect.matrix = np.diag(np.diag(effect.matrix))
+        start = np.array([[0, 0, -2.0, 1, 0, 0, 0]])
+        plant = Plant(model, [effect], qpos=start, qvel=np.zeros((1, 6)), start=np.zeros(1))
+        command = np.zeros((1, 8))
+        command[0, :4] = 0.3
+        record = plant.run(20, 0.01, lambda row, _: command)
+        force = 4 * 0.3 * 25 * np.sqrt(0.5)
+        # The weight of the buoyancy's carrier is 1e-6 kg; thrust lies 2 cm above the centre of mass.
+        self.assertAlmostEqual(record.qvel[0, -1, 0], force / 125.0 * 0.2, delta=0.02 * force / 125.0 * 0.2)
+
+    def test_the_learned_water_is_that_of_the_plugin(self):
+        path = library()
+        if path is None:
+            self.skipTest("no libhydro_plugin.so was built")
+        code = f"""
+import sys; sys.path[:0] = [{str(SCRIPTS)!r}, {str(SCRIPTS / 'tests')!r}]
+import mujoco, numpy as np
+mujoco.mj_loadPluginLibrary({str(path)!r})
+from hidden_data.plant import Plant
+from hidden_data.systems import SYSTEMS, Schedule
+system = SYSTEMS['swim'](); xml = system.nominal_xml(1.0)
+model, plain = mujoco.MjModel.from_xml_string(xml), system.plain_model(xml)
+assert model.npluginstate == system.plugin_state(), (model.npluginstate, system.plugin_state())
+drive = system.drive(np.random.default_rng(0), plain, Schedule(2, 50, 0.01), 'normal')
+plant = Plant(plain, [], qpos=drive.qpos, qvel=drive.qvel, start=np.zeros(2), water=system.water(2))
+record = plant.run(50, 0.01, drive.policy)
+data = mujoco.MjData(model); data.qpos[:] = drive.qpos[0]; data.qvel[:] = drive.qvel[0]
+for k in range(250):
+    row, part = divmod(k, 5)
+    data.ctrl[:] = record.commands[0, row] * (1 - part / 5) + record.commands[0, row + 1] * (part / 5)
+    mujoco.mj_step(model, data)
+error = np.abs(data.qvel - record.qvel[0, -1]).max()
+assert error < 1e-4 * np.abs(record.qvel[0]).max(), error
+"""
+        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        if "declines" in run.stderr or "not registered" in run.stderr:
+            self.skipTest("the library was built for another MuJoCo")
+        self.assertEqual(run.returncode, 0, run.stderr)
+
+
+class Measurement(unittest.TestCase):
+    def test_the_filter_s_delay_is_taken_out(self):
+        step, cutoff = 0.001, 25.0
+        t = np.arange(0, 4, step)
+        values = np.sin(2 * np.pi * 0.5 * t)[:, None]
+        smooth = filtered(values, step, cutoff)
+        tau = 1 / (2 * np.pi * cutoff)
+        back = np.interp(t + tau, t, smooth[:, 0])
+        inside = (t > 0.5) & (t < 3.5)
+        self.assertLess(np.abs(back - values[:, 0])[inside].max(), 3e-4)
+        self.assertGreater(np.abs(smooth[:, 0] - values[:, 0])[inside].max(), 1e-2)
+
+    def test_a_row_reads_the_state_one_step_before_its_label(self):
+        case = Case(Spec(0, 1, "null", "leg", (), (), 1e-9, small=True))
+        record = case.run(Schedule(1, 60, 0.01), 3, [], fine=True)
+        labels, rows = log(np.random.default_rng(0), Recorder(100.0, 0.0, 0.0, 0.0), case.layout, record.times,
+                           record.sensors[0], rows=60, period=0.01, lead=case.lead)
+        at = np.round((labels - case.lead) / case.truth.opt.timestep).astype(int)
+        # Joint positions; what the step's convention is worth here is much more than the tolerance.
+        np.testing.assert_allclose(rows[:-1, :2], record.sensors[0][at][:-1, :2], atol=1e-7)
+        self.assertGreater(np.abs(rows[:-1, :2] - record.sensors[0][at - 2][:-1, :2]).max(), 1e-3)
+
+    def test_a_ridge_explains_what_lies_in_its_columns(self):
+        rng = np.random.default_rng(0)
+        g = rng.normal(size=(200, 3)) * 100
+        inside = g @ [0.01, -0.01, 0.005]
+        self.assertLess(left_over(inside, g), 0.05)
+        outside = rng.normal(size=200)
+        self.assertGreater(left_over(outside, g), 0.9 * np.linalg.norm(outside))
+
+
+class Cases(unittest.TestCase):
+    SPECS = (Spec(0, 3, "single", "vehicle", ("linear_drag",), (30.0,), 1.0, small=True),
+             Spec(5, 3, "null", "leg", (), (), 2.0, small=True))
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.out = Path(cls.folder.name)
+        for spec in cls.SPECS:
+            Case(spec).make(cls.out)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_the_same_seed_gives_the_same_bytes(self):
+        with tempfile.TemporaryDirectory() as other:
+            for spec in reversed(self.SPECS):
+                Case(spec).make(Path(other))
+            self.assertEqual(digest(self.out), digest(Path(other)))
+
+    def test_files_are_those_of_the_contract(self):
+        spec = self.SPECS[0]
+        folder = self.out / "cases" / spec.case_id
+        model = mujoco.MjModel.from_xml_path(str(folder / "nominal.xml"))
+        self.assertTrue((model.sensor_noise > 0).all())
+        size = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS.value)
+        trials = sorted((folder / "trials").glob("*.npz"))
+        self.assertEqual(len(trials), 4)
+        with np.load(trials[0], allow_pickle=False) as trial:
+            self.assertEqual(trial["initial_state"].shape, (size,))
+            self.assertEqual(trial["control_data"].shape[1], model.nu)
+            self.assertEqual(trial["sensordata_data"].shape, (len(trial["sensordata_times"]), model.nsensordata))
+            self.assertTrue((np.diff(trial["sensordata_times"]) > 0).all())
+            sensors = json.loads(str(trial["sensordata_signal_mapping"]))
+            self.assertEqual(sensors["dvl"], [0, list(range(10, 13))])
+            self.assertEqual(json.loads(str(trial["control_signal_mapping"]))["thruster_1_ctrl"], [5, [0]])
+        header = (self.out / "cases" / self.SPECS[1].case_id / "trials" / "trial_00.csv").read_text().splitlines()[0]
+        self.assertTrue(header.startswith("time,thigh_servo,calf_servo,thigh_position,"), header)
+        self.assertIn("cell_force[2]", header)
+
+    def test_the_open_half_tells_nothing(self):
+        for spec in self.SPECS:
+            self.assertTrue(is_complete(self.out, spec.case_id))
+            for path in (self.out / "cases" / spec.case_id).rglob("*"):
+                if path.suffix in (".json", ".xml"):
+                    self.assertNotIn("linear_drag", path.read_text())
+            public = json.loads((self.out / "cases" / spec.case_id / "case.json").read_text())
+            self.assertNotIn("kind", public)
+
+    def test_strength_is_about_what_was_asked(self):
+        answer = json.loads((self.out / "sealed" / self.SPECS[0].case_id / "answer.json").read_text())
+        self.assertTrue(10 < answer["strength"]["projected"] < 90, answer["strength"])
+        self.assertLess(answer["strength"]["projected"], 1.01 * answer["strength"]["raw"])
+
+    def test_a_perfect_method_scores_full_marks_and_silence_none(self):
+        with tempfile.TemporaryDirectory() as folder:
+            right, silent = Path(folder) / "right", Path(folder) / "silent"
+            for spec in self.SPECS:
+                answer = json.loads((self.out / "sealed" / spec.case_id / "answer.json").read_text())
+                for method in (right, silent):
+                    (method / spec.case_id).mkdir(parents=True)
+                effects = [{"effect": e["effect"], "target": e["target"], "probability": 0.99, "surrogate": False,
+                            "parameters": [{**p, "ci95": sorted((0.9 * p["value"], 1.1 * p["value"]))} for p in e["parameters"]]}
+                           for e in answer["effects"]]
+                verdict = {"verdict": "named" if effects else "no_gap", "named": [e["effect"] for e in effects],
+                           "effects": effects, "gap": {"reduction": 0.9}}
+                (right / spec.case_id / "verdict.json").write_text(json.dumps(verdict))
+                (silent / spec.case_id / "verdict.json").write_text(json.dumps({"verdict": "no_gap", "named": [], "effects": []}))
+            run = subprocess.run([sys.executable, SCRIPTS / "score_hidden.py", "--cases", self.out / "cases", "--sealed",
+                                  self.out / "sealed", "--method", f"right={right}", "--method", f"silent={silent}", "--json"],
+                                 capture_output=True, text=True)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            result = json.loads(run.stdout)
+            for name, share in (("right", 1.0), ("silent", 0.0)):
+                lines = {line["name"]: line for line in result[name]["table"]}
+                self.assertEqual(lines["top-1 name, strength >= 10"]["value"], share)
+                self.assertEqual(lines["false alarm, nothing missing"]["value"], 0.0)
+
+    def test_a_wrong_verdict_file_is_refused_by_name(self):
+        with tempfile.TemporaryDirectory() as folder:
+            case = Path(folder) / self.SPECS[0].case_id
+            case.mkdir()
+            (case / "verdict.json").write_text('{"verdict": "perhaps"}')
+            run = subprocess.run([sys.executable, SCRIPTS / "score_hidden.py", "--cases", self.out / "cases", "--sealed",
+                                  self.out / "sealed", "--verdicts", folder], capture_output=True, text=True)
+            self.assertEqual(run.returncode, 1)
+            self.assertIn("'perhaps'", run.stderr)
+            self.assertIn(self.SPECS[0].case_id, run.stderr)
+
+
+class Plan(unittest.TestCase):
+    def test_the_whole_is_as_large_as_was_asked_for(self):
+        specs = plan.full(0)
+        kinds = {kind: [spec for spec in specs if spec.kind == kind] for kind in plan.COUNTS}
+        self.assertGreaterEqual(len(kinds["single"]), 200)
+        self.assertGreaterEqual(len(kinds["null"]) / len(specs), 0.2)
+        self.assertGreaterEqual(min(len(kinds["null"]), len(kinds["pair"])), 60)
+        self.assertGreaterEqual(min(len(kinds["outside"]), len(kinds["inseparable"])), 30)
+        self.assertEqual({spec.effects[0] for spec in kinds["single"]}, set(IDS))
+        self.assertEqual(len({spec.case_id for spec in specs}), len(specs))
+        self.assertEqual(specs, plan.full(0))
+        self.assertTrue(4 <= len(plan.fixed()) <= 8)
+
+    def test_scenes_are_what_the_script_writes(self):
+        run = subprocess.run([sys.executable, SCRIPTS / "make_gap_scenes.py", "--check"], capture_output=True, text=True)
+        self.assertEqual(run.returncode, 0, run.stderr)
+
+
+class Intervals(unittest.TestCase):
+    def test_shares_against_closed_forms(self):
+        low, high = intervals.share(0, 60)
+        self.assertEqual(low, 0.0)
+        self.assertAlmostEqual(high, 1 - 0.025 ** (1 / 60), places=9)
+        # R: binom.test(57, 60)
+        low, high = intervals.share(57, 60)
+        self.assertAlmostEqual(low, 0.8608, places=4)
+        self.assertAlmostEqual(high, 0.9896, places=4)
+
+    def test_a_median_lies_in_its_interval(self):
+        value, low, high = intervals.median([1.0, 2.0, 3.0, 4.0, 100.0])
+        self.assertEqual(value, 3.0)
+        self.assertTrue(low <= value <= high)
+
+
+if __name__ == "__main__":
+    unittest.main()
