@@ -172,9 +172,12 @@ class Case:
             # A wave's frequency is no coefficient.
             if kind in self.spec.effects or kind == "waves":
                 continue
-            parts = factory(rng).parts()
-            parts = parts if len(parts) > 1 else parts + factory(rng).parts()
-            columns = effect_columns(problem.windows, self.layout, problem.coarse, parts, scale=0.1, water_of=problem.water)
+            # On the hidden effect's own target where the other can be there, else on two others.
+            draws = [factory(rng) for _ in range(8)]
+            there = [draw for draw in draws if draw.target == self.effects[0].target][:1] or draws[:2]
+            parts = [part for draw in there for part in draw.parts()]
+            columns = effect_columns(problem.windows, self.layout, problem.coarse, parts, scale=0.1,
+                                     water_of=problem.water)
             # Free coefficients: a prior a thousand times wider than this small dose.
             out[kind] = left_over(problem.change, np.concatenate([problem.nuisances, 1e3 * problem.share * columns], -1))
         return dict(sorted(out.items(), key=lambda pair: pair[1]))

@@ -63,7 +63,8 @@ def log(rng: np.random.Generator, recorder: Recorder, layout: Layout, times: np.
     data = sample(times, values, labels - lead)
     for width in sorted(set(layout.bandwidth.values()) - {np.inf}):
         cutoff = recorder.cutoff * width
-        own = np.concatenate([np.arange(c.start, c.stop) for name, c in layout.columns.items() if layout.bandwidth[name] == width])
+        own = np.concatenate([np.arange(c.start, c.stop) for name, c in layout.columns.items()
+                              if layout.bandwidth[name] == width])
         smooth = filtered(values[:, own], step, cutoff)
         data[:, own] = sample(times, smooth, labels - lead + 1 / (2 * np.pi * cutoff))
     for name, columns in layout.columns.items():

@@ -83,7 +83,8 @@ def _spec(index: int, seed: int, kind: str, system: str, menus: dict, rng: np.ra
     if kind == "outside":
         return Spec(index, seed, kind, system, (menu.deal("outside", rng),), (_strength(rng, least=12.0),), noise)
     if kind == "inseparable":
-        return Spec(index, seed, kind, system, (menu.deal("inseparable", rng),), (_strength(rng, least=10.0),), noise)
+        return Spec(index, seed, kind, system, (menu.deal("inseparable", rng),),
+                    (float(rng.uniform(10.0, 25.0)),), noise)
     first = menu.deal("single", rng)
     while True:
         second = menu.deal("single", rng)

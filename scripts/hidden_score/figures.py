@@ -52,8 +52,8 @@ def figures(cases: list[Scored]) -> list[Figure]:
     return [
         Figure("top-1 name, strength >= 10", ">= 95 %", [case.top in case.truth for case in strong], meets=at_least(.95)),
         Figure("top-1 name, strength 3 to 10", ">= 80 %", [case.top in case.truth for case in weak], meets=at_least(.8)),
-        Figure("exact set, one effect, strength >= 10", ">= 90 %", [sorted(case.named) == sorted(case.truth) for case in strong],
-               meets=at_least(.9)),
+        Figure("exact set, one effect, strength >= 10", ">= 90 %",
+               [sorted(case.named) == sorted(case.truth) for case in strong], meets=at_least(.9)),
         Figure("exact set, two effects", ">= 80 %", [sorted(case.named) == sorted(case.truth) for case in pairs],
                meets=at_least(.8)),
         Figure("false alarm, nothing missing", "<= 5 %", [case.said in ("named", "confusable") for case in nulls],
