@@ -89,13 +89,13 @@ fn the_force_is_the_networks_and_the_same_in_every_release() {
     let card = &checkpoint.card;
     let map = FeatureMap::new(&card.features, &card.joints, None, &body, 1000.0, [0.0; 3]).unwrap();
     let mut x = vec![0.0; map.len()];
-    map.sample(data.qpos(), data.qvel(), None, &mut x);
+    map.sample(data.qpos(), data.qvel(), [0.0; 3], None, &mut x);
     let mut reference = Reference::new(&checkpoint, EngineKind::Fused, 0.0, &x);
     for step in 0..100 {
         let time = data.time();
         if step > 0 && step % 5 == 0 {
             let previous = x.clone();
-            map.sample(data.qpos(), data.qvel(), Some(&previous), &mut x);
+            map.sample(data.qpos(), data.qvel(), [0.0; 3], Some(&previous), &mut x);
             reference.sample(time, &x);
         }
         let q = data.qpos();

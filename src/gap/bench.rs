@@ -25,6 +25,8 @@ use crate::{
 
 /// Step of a difference quotient, in standard deviations of the prior.
 const STEP: f64 = 0.01;
+/// The same for a knob.
+const KNOB_STEP: f64 = 0.1;
 /// Segments that a screen looks at: it only chooses what is fitted to all of them.
 const SCREENED: usize = 16;
 /// Parameters that shape what amplitudes do.
@@ -100,6 +102,8 @@ pub(super) struct Fit {
     pub(super) bounds: Vec<Bounds>,
     /// Squared whitened residuals at the point.
     pub(super) misfit: f64,
+    /// What the priors of knobs and parameters charge for the point.
+    pub(super) penalty: f64,
     /// Whitened residuals by segment [readings], at the point.
     pub(super) residuals: Vec<Vec<f64>>,
     /// Change of the whitened predictions with each of the point's own parameters, by segment.
@@ -304,12 +308,12 @@ impl<'a> Bench<'a> {
         let mut turned = Vec::new();
         for (column, (knob, sd)) in self.knobs.iter().enumerate() {
             let mut knobs = base.clone();
-            knobs[*knob] += sd;
+            knobs[*knob] += KNOB_STEP * sd;
             let mut simulation = self.plant.simulation(&knobs, &entries)?;
             let start = &point.starts[at];
             if self.shoot(simulation.as_mut(), at, start, &entries, &mut turned) {
                 for (row, (before, turned)) in residual.iter().zip(&turned).enumerate() {
-                    columns[(row, column)] = (before - turned) as f32;
+                    columns[(row, column)] = ((before - turned) / KNOB_STEP) as f32;
                 }
             }
         }
@@ -580,6 +584,7 @@ impl<'a> Bench<'a> {
             quadratics: grams.iter().flatten().map(Quadratic::from_gram).collect(),
             bounds: bounds.to_vec(),
             misfit,
+            penalty: z.norm_squared(),
             residuals,
             columns,
             nuisances,

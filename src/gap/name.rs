@@ -318,13 +318,15 @@ fn rivals(bench: &Bench<'_>, search: &Search, best: usize) -> Vec<usize> {
         ids.sort_unstable();
         ids
     };
+    // Uncertain numbers of the nominal may be bent to mimic an effect, at the price of their priors.
+    let charge = |scored: &Scored| scored.fit.misfit / search.factor + scored.fit.penalty;
     (1..search.scored.len())
         .filter(|at| {
             let other = &search.scored[*at];
             *at != best
                 && other.set.len() <= of.set.len()
                 && ids(other) != ids(of)
-                && (other.fit.misfit - of.fit.misfit) / search.factor < CONFUSION
+                && charge(other) - charge(of) < CONFUSION
         })
         .collect()
 }

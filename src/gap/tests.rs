@@ -44,11 +44,12 @@ fn trial(name: &str, effects: &[Entry], knobs: &[f64], seed: u64, noise: f64) ->
                 .push(format!("{}[{component}]", sensor.name));
         }
     }
+    // The noise of an attitude is that of its rotation vector: half of it stands in the quaternion.
     let sds: Vec<f64> = plant
         .description()
         .sensors
         .iter()
-        .flat_map(|s| vec![s.noise; s.len])
+        .flat_map(|s| vec![if s.len == 4 { 0.5 } else { 1.0 } * s.noise; s.len])
         .collect();
     for step in 0..2000 {
         let time = f64::from(step) * 0.005;
