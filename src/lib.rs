@@ -18,3 +18,4 @@ pub mod robot;
 pub mod rollouts;
 pub mod sim;
 pub mod training;
+pub mod trial;

@@ -15,6 +15,7 @@ const MAY_NAME: &[(&str, &[&str])] = &[
     ("robot", &["frames"]),
     ("effects", &["frames"]),
     ("sim", &["effects", "frames"]),
+    ("trial", &["frames"]),
     ("rollouts", &["features"]),
     ("dataset", &["features", "frames"]),
     ("model", &["features", "frames"]),

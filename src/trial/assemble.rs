@@ -1,0 +1,271 @@
+//! From what a reader found to a trial: the checks of meaning, the same for every format.
+
+use std::path::Path;
+
+use super::{
+    Part, Place, Remark, RemarkKind, SensorSignature, Series, Signature, Trial, TrialError,
+    name_of, times, units,
+};
+
+/// What a reader found: widths and names fit the model, columns stand in its order.
+pub(super) struct Parts {
+    /// A column for every actuator.
+    pub(super) control: Table,
+    /// Columns of the sensors that the file has.
+    pub(super) sensors: Table,
+    /// The state at the start, full-physics.
+    pub(super) initial_state: Option<Vec<f64>>,
+    /// States along the run.
+    pub(super) state: Option<Table>,
+    /// What the reader noticed.
+    pub(super) remarks: Vec<RemarkKind>,
+}
+
+/// A series and where its rows came from.
+pub(super) struct Table {
+    pub(super) series: Series,
+    /// What the file calls its times.
+    pub(super) time_name: &'static str,
+    /// The line of each row in a text file; absent for arrays.
+    pub(super) lines: Option<Vec<u64>>,
+}
+
+impl Table {
+    /// Where a row stands in its file.
+    pub(super) fn place(&self, row: usize) -> Place {
+        let line = self.lines.as_ref().and_then(|lines| lines.get(row));
+        line.map_or(Place::Row(row), |line| Place::Line(*line))
+    }
+
+    /// Refuses what must be a number and is none; a lost sample is `allowed` where it is NaN.
+    fn check_finite(
+        &self,
+        path: &Path,
+        allowed: fn(f64) -> bool,
+        hint: &'static str,
+    ) -> Result<(), TrialError> {
+        let mut values = self.series.data.iter();
+        let Some(at) = values.position(|value| !(value.is_finite() || allowed(*value))) else {
+            return Ok(());
+        };
+        let width = self.series.width();
+        Err(TrialError::NotFinite {
+            path: path.to_owned(),
+            place: self.place(at / width),
+            column: self.series.columns[at % width].clone(),
+            found: self.series.data[at],
+            hint,
+        })
+    }
+}
+
+/// Checks what a reader found and says what a person should know of it.
+pub(super) fn assemble(
+    path: &Path,
+    signature: &Signature,
+    parts: Parts,
+) -> Result<(Trial, Vec<Remark>), TrialError> {
+    let Parts {
+        control,
+        mut sensors,
+        initial_state,
+        state,
+        mut remarks,
+    } = parts;
+    let tables = [
+        (Part::Control, Some(&control), 1),
+        (Part::Sensors, Some(&sensors), 2),
+        (Part::State, state.as_ref(), 1),
+    ];
+    for (part, table, expected) in tables {
+        let Some(table) = table else { continue };
+        let rows = table.series.len();
+        if rows < expected {
+            return Err(TrialError::Empty {
+                path: path.to_owned(),
+                what: part.to_string(),
+                found: rows,
+                expected,
+            });
+        }
+        times::check(path, table.time_name, &table.series.times, |row| {
+            table.place(row)
+        })?;
+    }
+    let hint = "; a control is needed in every row, leave the row out where there is none";
+    control.check_finite(path, |_| false, hint)?;
+    sensors.check_finite(path, f64::is_nan, "; a lost sample is NaN or an empty cell")?;
+    if let Some(state) = &state {
+        state.check_finite(path, |_| false, "")?;
+    }
+    check_initial_state(path, initial_state.as_deref())?;
+
+    note_missing_sensors(signature, &mut sensors.series, &mut remarks);
+    if sensors.series.width() == 0 {
+        return Err(TrialError::NoSensors {
+            path: path.to_owned(),
+            model: signature.describe(),
+        });
+    }
+    units::check(path, signature, &sensors, &mut remarks)?;
+
+    times::note(Part::Control, &control.series.times, &mut remarks);
+    times::note(Part::Sensors, &sensors.series.times, &mut remarks);
+    times::note_rates(&control.series, &sensors.series, &mut remarks);
+    times::note_range(
+        &control.series.times,
+        &sensors.series.times,
+        signature.timestep,
+        &mut remarks,
+    );
+    note_constant_controls(&control.series, &mut remarks);
+    note_states(
+        signature,
+        initial_state.as_deref(),
+        state.is_some(),
+        &control.series.times,
+        &mut remarks,
+    );
+    let trial = Trial {
+        name: name_of(path),
+        control: control.series,
+        sensors: sensors.series,
+        initial_state,
+        state: state.map(|table| table.series),
+    };
+    Ok((trial, remarks.into_iter().map(Remark::from).collect()))
+}
+
+fn check_initial_state(path: &Path, state: Option<&[f64]>) -> Result<(), TrialError> {
+    let state = state.unwrap_or_default();
+    match state.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(at) => Err(TrialError::NotFinite {
+            path: path.to_owned(),
+            place: Place::Row(at),
+            column: "initial_state".to_owned(),
+            found: state[at],
+            hint: "; leave the initial state out where it is not known",
+        }),
+    }
+}
+
+/// Says which sensors of the model have no sample, or lost some; drops the columns of those without any.
+fn note_missing_sensors(
+    signature: &Signature,
+    sensors: &mut Series,
+    remarks: &mut Vec<RemarkKind>,
+) {
+    let mut kept = Vec::new();
+    for sensor in &signature.sensors {
+        let columns: Vec<usize> = sensor
+            .columns()
+            .iter()
+            .filter_map(|name| sensors.column(name))
+            .collect();
+        let lost = |row: &[f64], column: &usize| row[*column].is_nan();
+        // Components that the log lacks altogether were said to be missing, and are lost in no row.
+        let recorded: Vec<usize> = columns
+            .iter()
+            .copied()
+            .filter(|column| !sensors.column_values(*column).all(f64::is_nan))
+            .collect();
+        if recorded.is_empty() {
+            let sensor = sensor.name.clone();
+            remarks.push(RemarkKind::MissingSensor { sensor });
+            continue;
+        }
+        note_missing_components(sensor, sensors, &recorded, remarks);
+        let rows = (0..sensors.len())
+            .filter(|row| {
+                recorded
+                    .iter()
+                    .any(|column| lost(sensors.row(*row), column))
+            })
+            .count();
+        if rows > 0 {
+            remarks.push(RemarkKind::DroppedSamples {
+                sensor: sensor.name.clone(),
+                rows,
+                of: sensors.len(),
+            });
+        }
+        kept.extend(columns);
+    }
+    if kept.len() < sensors.width() {
+        let rows = 0..sensors.len();
+        let places = rows.flat_map(|row| kept.iter().map(move |column| (row, *column)));
+        sensors.data = places
+            .map(|(row, column)| sensors.at(row, column))
+            .collect();
+        sensors.columns = kept
+            .iter()
+            .map(|column| sensors.columns[*column].clone())
+            .collect();
+    }
+}
+
+fn note_missing_components(
+    sensor: &SensorSignature,
+    sensors: &Series,
+    recorded: &[usize],
+    remarks: &mut Vec<RemarkKind>,
+) {
+    let mut columns = sensor.columns();
+    columns.retain(|name| {
+        !recorded
+            .iter()
+            .any(|column| sensors.columns[*column] == *name)
+    });
+    if !columns.is_empty() {
+        let sensor = sensor.name.clone();
+        remarks.push(RemarkKind::MissingComponents { sensor, columns });
+    }
+}
+
+fn note_constant_controls(control: &Series, remarks: &mut Vec<RemarkKind>) {
+    let is_constant = |column: usize| {
+        let mut values = control.column_values(column);
+        let first = values.next();
+        values.all(|value| Some(value) == first)
+    };
+    let constant: Vec<usize> = (0..control.width())
+        .filter(|column| is_constant(*column))
+        .collect();
+    if constant.is_empty() {
+        return;
+    }
+    remarks.push(if constant.len() == control.width() {
+        RemarkKind::ConstantControls
+    } else {
+        let names = constant
+            .iter()
+            .map(|column| control.columns[*column].clone());
+        let actuators = names.collect();
+        RemarkKind::IdleActuators { actuators }
+    });
+}
+
+fn note_states(
+    signature: &Signature,
+    initial_state: Option<&[f64]>,
+    has_states: bool,
+    control_times: &[f64],
+    remarks: &mut Vec<RemarkKind>,
+) {
+    match initial_state.and_then(|state| state.first()) {
+        None => remarks.push(RemarkKind::MissingInitialState),
+        Some(initial_state) => {
+            let first_control = control_times.first().copied().unwrap_or(*initial_state);
+            if (initial_state - first_control).abs() > 0.5 * signature.timestep {
+                remarks.push(RemarkKind::StartTimes {
+                    initial_state: *initial_state,
+                    first_control,
+                });
+            }
+        }
+    }
+    if !has_states {
+        remarks.push(RemarkKind::MissingStates);
+    }
+}
