@@ -12,6 +12,9 @@ use crate::{
 /// Models with at most so many moving bodies have every body tried, larger ones their bases alone.
 const ALL_BODIES: usize = 6;
 
+/// Travel, in sizes of the largest body, below which effects of place are not tried.
+const PLACES: f64 = 0.1;
+
 /// One effect on one target, or on every target of a kind with shared values.
 #[derive(Clone, Debug)]
 pub(super) struct Candidate {
@@ -77,6 +80,11 @@ pub(super) fn enumerate(
         };
         match effect.card().target {
             TargetKind::Body => {
+                // At one depth, at one distance, these are drag and added mass by another name.
+                let by_place = matches!(id, Id::FreeSurface | Id::WallProximity);
+                if by_place && !travels(model, typical) {
+                    continue;
+                }
                 for body in model.bodies.iter().filter(|body| body.moves) {
                     if !(body.root || (moving <= ALL_BODIES && body.wet)) {
                         continue;
@@ -143,6 +151,24 @@ pub(super) fn enumerate(
         }
     }
     candidates
+}
+
+/// True where something that moves goes far enough to feel depths and distances change.
+fn travels(model: &PlantDescription, typical: &Typical) -> bool {
+    let size = model
+        .bodies
+        .iter()
+        .flat_map(|body| body.scale.extent)
+        .fold(0.0, f64::max);
+    let hinges: Vec<usize> = model
+        .joints
+        .iter()
+        .filter(|joint| !joint.scale.slides)
+        .map(|joint| joint.qpos)
+        .collect();
+    (0..typical.travel.len())
+        .filter(|at| !hinges.contains(at))
+        .any(|at| typical.travel[at] > PLACES * size)
 }
 
 /// Root mean square of a sensor's readings.

@@ -25,6 +25,8 @@ const CONFUSION: f64 = 9.0;
 const NEGLIGIBLE: f64 = 1e-3;
 /// Part of the excess that may stay unexplained: forms of the catalogue are only about nature's.
 const UNEXPLAINED: f64 = 0.12;
+/// The same where a sensor's noise had to be estimated.
+const UNEXPLAINED_UNDECLARED: f64 = 0.5;
 /// Standard deviations by which what is left must exceed noise to be called unknown.
 const SIGNIFICANT: f64 = 6.0;
 /// Sets shown.
@@ -192,7 +194,18 @@ fn decide(bench: &Bench<'_>, search: &Search, weights: &Weights) -> Decision {
         unexplained,
         p_value,
     };
-    if unexplained > UNEXPLAINED && deviations > SIGNIFICANT {
+    // Noise that nobody declared is estimated as if it were white; what is left may be its colour.
+    let declared = bench
+        .channels
+        .list
+        .iter()
+        .all(|channel| channel.declared_noise.is_some());
+    let allowed = if declared {
+        UNEXPLAINED
+    } else {
+        UNEXPLAINED_UNDECLARED
+    };
+    if unexplained > allowed && deviations > SIGNIFICANT {
         decision.outcome = Outcome::Unknown;
         decision.chosen = best;
         return decision;
