@@ -31,7 +31,7 @@ pub struct Addition {
 
 /// The chosen effects. None where nothing was chosen.
 pub fn add(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Option<Addition> {
-    let search = naming.search.as_ref()?;
+    let search = &naming.search;
     let scored = &search.scored[naming.chosen];
     if naming.named.chosen.is_empty() {
         return None;
@@ -103,9 +103,7 @@ fn bootstrap(
     bench: &Bench<'_>,
     naming: &Naming,
 ) -> Vec<(Id, String, Vec<FittedParameter>)> {
-    let Some(search) = &naming.search else {
-        return Vec::new();
-    };
+    let search = &naming.search;
     let fit = &search.scored[naming.chosen].fit;
     let trials = fit.quadratics.len();
     if trials < 2 {

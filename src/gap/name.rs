@@ -39,7 +39,7 @@ const Z95: f64 = 1.959_964;
 pub struct Naming {
     /// For the file.
     pub named: Named,
-    pub(super) search: Option<Search>,
+    pub(super) search: Search,
     /// The refitted set that was chosen; the empty one where nothing is.
     pub(super) chosen: usize,
 }
@@ -99,7 +99,7 @@ pub fn name(study: &Study<'_>, bench: &Bench<'_>, watch: &Watch<'_>) -> Result<N
     Ok(Naming {
         named,
         chosen: decision.chosen,
-        search: Some(search),
+        search,
     })
 }
 

@@ -17,8 +17,8 @@ use crate::effects::Id;
 const PRIOR_BY_SIZE: [f64; 4] = [0.5, 0.3, 0.15, 0.05];
 /// Effects at most in a set.
 const LARGEST: usize = 3;
-/// Singles that pairs are made of, pairs that triples are made of.
-const BEAM: [usize; 2] = [40, 20];
+/// Singles that pairs are made of.
+const BEAM: usize = 40;
 /// Sets that are refitted about one screen, and those of them that are singles at least.
 const LEADERS: [usize; 2] = [6, 3];
 /// An effect's form differs from nature's by about this part of what the effect does ...
@@ -241,7 +241,7 @@ pub(super) fn search(bench: &Bench<'_>, watch: &Watch<'_>) -> Result<Option<Sear
     let mut linear_sets = Vec::new();
     let mut factor = first_factor(bench, &screen);
     if let Some(linear) = Linear::new(bench, &screen, factor) {
-        linear_sets = sets(bench, &linear, &[]);
+        linear_sets = sets(bench, &linear);
         refit_leaders(bench, &linear, &linear_sets, &mut scored, watch)?;
     }
     factor = tempering(bench, &scored, nothing);
@@ -326,8 +326,8 @@ fn first_factor(bench: &Bench<'_>, screen: &Screen) -> f64 {
     form_factor(explained)
 }
 
-/// Singles, pairs of the best singles, triples of the best pairs, by linear evidence.
-fn sets(bench: &Bench<'_>, linear: &Linear<'_>, fixed: &[usize]) -> Vec<(Vec<usize>, f64)> {
+/// Singles and pairs of the best singles, by linear evidence; larger sets grow from refitted ones.
+fn sets(bench: &Bench<'_>, linear: &Linear<'_>) -> Vec<(Vec<usize>, f64)> {
     let judged = |set: &[usize]| -> Option<(Vec<usize>, f64)> {
         let (gain, ..) = linear.evidence(set)?;
         Some((set.to_vec(), gain))
@@ -336,13 +336,12 @@ fn sets(bench: &Bench<'_>, linear: &Linear<'_>, fixed: &[usize]) -> Vec<(Vec<usi
     let mut singles: Vec<_> = linear
         .choices
         .keys()
-        .filter(|candidate| !fixed.contains(candidate))
         .filter_map(|candidate| judged(&[*candidate]))
         .collect();
     singles.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
     let mut pairs = Vec::new();
-    for (at, (a, _)) in singles.iter().take(BEAM[0]).enumerate() {
-        for (b, _) in singles.iter().take(BEAM[0]).skip(at + 1) {
+    for (at, (a, _)) in singles.iter().take(BEAM).enumerate() {
+        for (b, _) in singles.iter().take(BEAM).skip(at + 1) {
             if !clash(bench, a[0], b[0]) {
                 let mut set = vec![a[0], b[0]];
                 set.sort_unstable();
