@@ -16,12 +16,14 @@ mod experiment;
 #[cfg(test)]
 mod fake;
 mod find;
+mod fit;
 mod information;
 mod leftover;
 mod measured;
 mod name;
 mod noise;
 mod regime;
+mod screen;
 mod search;
 mod shooting;
 pub mod stages;
