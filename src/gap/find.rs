@@ -2,7 +2,8 @@
 //!
 //! The nominal is fitted to every segment within its own uncertainty (knobs and starts); what stays is
 //! whitened and added up by window and sensor. The largest window is judged against windows of simulated
-//! noise (maxT), so that the number of windows looked at is paid for.
+//! noise (maxT), so that the number of windows looked at is paid for. Structure too weak for any one window
+//! is judged over all of them (`adequacy`).
 
 use std::collections::BTreeMap;
 
@@ -11,6 +12,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{
+    adequacy,
     bench::Bench,
     error::GapError,
     fit::Fit,
@@ -68,6 +70,7 @@ pub fn find(
     watch: &Watch<'_>,
 ) -> Result<Found, GapError> {
     let fit = bench.empty()?;
+    let structure = adequacy::of(bench, fit, study.settings.seed, watch)?;
     let cells = cells(bench, fit);
     let nulls = null_maxima(bench, fit, study.settings.seed, watch)?;
     let p_value = |deviation: f64| {
@@ -99,7 +102,9 @@ pub fn find(
         .map(Cell::deviation)
         .fold(f64::NEG_INFINITY, f64::max);
     let fitted = 2 * bench.model.nv * bench.segments.len();
-    let regime = if p_value(largest) <= LEVEL {
+    // Two looks: at single windows, and at what adds up over all of them.
+    let overall = (2.0 * p_value(largest).min(structure.p_value)).min(1.0);
+    let regime = if overall <= LEVEL {
         regime::rules(study, bench, fit)
     } else {
         Vec::new()
@@ -115,7 +120,7 @@ pub fn find(
         channels: study.channels.list.clone(),
         segment: SEGMENT,
         excess: fit.misfit / fit.readings.saturating_sub(fitted).max(1) as f64,
-        p_value: p_value(largest),
+        p_value: overall,
         by_sensor,
         places,
         regime,

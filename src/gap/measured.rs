@@ -173,3 +173,67 @@ pub(super) fn rotation_between(from: &[f64], to: &[f64]) -> [f64; 3] {
         _ => [f64::NAN; 3],
     }
 }
+
+/// Mean of every channel over a trial; of an attitude, the first reading stands for it.
+pub(super) fn means(trial: &Measured, channels: &Channels) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0_usize); channels.len()];
+    let zeros = vec![0.0; channels.len()];
+    for row in 0..trial.times.len() {
+        for (channel, (sum, count)) in sums.iter_mut().enumerate() {
+            let value = deviation(trial, channels, row, channel, &zeros);
+            if value.is_finite() {
+                *sum += value;
+                *count += 1;
+            }
+        }
+    }
+    sums.iter()
+        .map(|(sum, count)| sum / (*count).max(1) as f64)
+        .collect()
+}
+
+/// A reading less the mean of its channel.
+pub(super) fn deviation(
+    trial: &Measured,
+    channels: &Channels,
+    row: usize,
+    channel: usize,
+    means: &[f64],
+) -> f64 {
+    let Some(source) = channels
+        .sources
+        .iter()
+        .find(|of| (of.channel..of.channel + of.channels).contains(&channel))
+    else {
+        return f64::NAN;
+    };
+    let component = channel - source.channel;
+    let reading = &trial.row(row)[source.start..source.start + source.len];
+    let value = if source.attitude {
+        let first = &trial.row(0)[source.start..source.start + source.len];
+        rotation_between(first, reading)[component]
+    } else {
+        reading[component]
+    };
+    value - means[channel]
+}
+
+/// Standard deviation of every channel over some trials.
+pub(super) fn spreads(trials: &[Measured], channels: &Channels) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0_usize); channels.len()];
+    for trial in trials {
+        let means = means(trial, channels);
+        for row in 0..trial.times.len() {
+            for (channel, (sum, count)) in sums.iter_mut().enumerate() {
+                let value = deviation(trial, channels, row, channel, &means);
+                if value.is_finite() {
+                    *sum += value * value;
+                    *count += 1;
+                }
+            }
+        }
+    }
+    sums.iter()
+        .map(|(sum, count)| (sum / (*count).max(1) as f64).sqrt())
+        .collect()
+}

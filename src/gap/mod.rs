@@ -8,6 +8,7 @@
 //! never forces.
 
 mod add;
+mod adequacy;
 mod bench;
 mod candidates;
 mod conclude;

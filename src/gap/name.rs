@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{
+    adequacy::Adequacy,
     bench::Bench,
     error::GapError,
     experiment,
@@ -24,12 +25,8 @@ const ERROR: f64 = 0.05;
 const CONFUSION: f64 = 9.0;
 /// Effects less probable than this are not listed.
 const NEGLIGIBLE: f64 = 1e-3;
-/// Part of the excess that may stay unexplained: forms of the catalogue are only about nature's.
-const UNEXPLAINED: f64 = 0.12;
-/// The same where a sensor's noise had to be estimated.
-const UNEXPLAINED_UNDECLARED: f64 = 0.5;
-/// Standard deviations by which what is left must exceed noise to be called unknown.
-const SIGNIFICANT: f64 = 6.0;
+/// Probability of as much structure left, were the best set right, at or below which it is not.
+const INADEQUATE: f64 = 0.01;
 /// Sets shown.
 const SHOWN: usize = 20;
 /// 97.5 % point of the normal distribution.
@@ -50,9 +47,11 @@ pub struct Naming {
 /// # Errors
 /// Where the plant refuses, or a stop was asked for.
 pub fn name(study: &Study<'_>, bench: &Bench<'_>, watch: &Watch<'_>) -> Result<Naming, GapError> {
-    let search = search::search(bench, watch)?;
+    let mut search = search::search(bench, study.settings.seed, watch)?;
     let weights = Weights::of(bench, &search);
-    let decision = decide(bench, &search, &weights);
+    let best = weights.best();
+    let adequacy = search::adequate(bench, &mut search.scored[best], study.settings.seed, watch)?;
+    let decision = decide(bench, &search, &weights, adequacy);
     let scored = &search.scored[decision.chosen];
     let effects = listed(bench, &search, &weights, &decision);
     let chosen = effects
@@ -128,6 +127,13 @@ impl Weights {
         Self { scored, evidence }
     }
 
+    /// The likeliest set.
+    fn best(&self) -> usize {
+        (0..self.scored.len())
+            .max_by(|a, b| self.scored[*a].total_cmp(&self.scored[*b]))
+            .unwrap_or(0)
+    }
+
     /// Probability that a candidate is in the true set.
     fn candidates(&self, search: &Search) -> BTreeMap<usize, f64> {
         let mut sums = BTreeMap::new();
@@ -169,35 +175,20 @@ struct Decision {
     p_value: f64,
 }
 
-fn decide(bench: &Bench<'_>, search: &Search, weights: &Weights) -> Decision {
+fn decide(bench: &Bench<'_>, search: &Search, weights: &Weights, adequacy: Adequacy) -> Decision {
     let empty = &search.scored[0];
-    let best = (0..search.scored.len())
-        .max_by(|a, b| weights.scored[*a].total_cmp(&weights.scored[*b]))
-        .unwrap_or(0);
+    let best = weights.best();
     let least = &search.scored[best];
-    let (unexplained, deviations) = left_over(bench, &empty.fit, &least.fit);
-    let p_value = 1.0 - super::information::normal_cdf(deviations);
     let mut decision = Decision {
         outcome: Outcome::NoGap,
         chosen: 0,
         named: Vec::new(),
         confusion: Vec::new(),
         apart: None,
-        unexplained,
-        p_value,
+        unexplained: left_over(bench, &empty.fit, &least.fit),
+        p_value: adequacy.p_value,
     };
-    // Noise that nobody declared is estimated as if it were white; what is left may be its colour.
-    let declared = bench
-        .channels
-        .list
-        .iter()
-        .all(|channel| channel.declared_noise.is_some());
-    let allowed = if declared {
-        UNEXPLAINED
-    } else {
-        UNEXPLAINED_UNDECLARED
-    };
-    if unexplained > allowed && deviations > SIGNIFICANT {
+    if adequacy.p_value <= INADEQUATE {
         decision.outcome = Outcome::Unknown;
         decision.chosen = best;
         return decision;
@@ -336,14 +327,12 @@ fn rivals(bench: &Bench<'_>, search: &Search, best: usize) -> Vec<usize> {
         .collect()
 }
 
-/// Part of the excess that a fit leaves, and by how many standard deviations it exceeds noise.
-fn left_over(bench: &Bench<'_>, empty: &Fit, best: &Fit) -> (f64, f64) {
+/// Part of the excess that a fit leaves.
+fn left_over(bench: &Bench<'_>, empty: &Fit, best: &Fit) -> f64 {
     let fitted = (2 * bench.model.nv * bench.segments.len()) as f64;
     let noise = (best.readings as f64 - fitted).max(1.0);
     let excess = (empty.misfit - noise).max(f64::MIN_POSITIVE);
-    let left = best.misfit - noise;
-    let deviations = left / (2.0 * noise).sqrt();
-    ((left / excess).clamp(0.0, 1.0), deviations)
+    ((best.misfit - noise) / excess).clamp(0.0, 1.0)
 }
 
 /// All effects with a probability worth telling, with values from the best set that holds each.
@@ -448,7 +437,7 @@ fn ranking(bench: &Bench<'_>, search: &Search, weights: &Weights) -> Vec<Hypothe
             effects: pairs(&scored.set),
             log_evidence: weights.evidence[at] - weights.evidence[0],
             probability: weights.scored[at],
-            unexplained: left_over(bench, &empty.fit, &scored.fit).0,
+            unexplained: left_over(bench, &empty.fit, &scored.fit),
             refitted: true,
         })
         .collect();

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::DVector;
 
 use super::{
+    adequacy::{self, Adequacy},
     bench::Bench,
     error::GapError,
     fit::{Fit, Point},
@@ -27,6 +28,8 @@ const LEADERS: [usize; 2] = [5, 3];
 const FORM_ERROR: f64 = 0.08;
 /// ... spread over about so many independent directions of the data.
 const FORM_DIRECTIONS: f64 = 12.0;
+/// Larger sets are tried about one that leaves structure at this level.
+const INADEQUATE: f64 = 0.1;
 /// Leaders lie within so many nats of the best by linear evidence.
 const WITHIN: f64 = 25.0;
 
@@ -36,6 +39,18 @@ pub(super) struct Scored {
     /// Rows of the candidates, ascending.
     pub(super) set: Vec<usize>,
     pub(super) fit: Fit,
+    /// Once it was asked for.
+    adequacy: Option<Adequacy>,
+}
+
+impl Scored {
+    fn new(set: Vec<usize>, fit: Fit) -> Self {
+        Self {
+            set,
+            fit,
+            adequacy: None,
+        }
+    }
 }
 
 /// All that was tried.
@@ -227,17 +242,14 @@ pub(super) fn form_factor(explained: f64) -> f64 {
 
 /// Searches from nothing: screen, refit the leaders, and where something is left over, screen again about
 /// the best set and refit larger ones.
-pub(super) fn search(bench: &Bench<'_>, watch: &Watch<'_>) -> Result<Search, GapError> {
+pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<Search, GapError> {
     let empty = bench.empty()?.clone();
     let directions: Vec<Direction> = (0..bench.candidates.len())
         .flat_map(|candidate| bench.directions(candidate))
         .collect();
     let screen = bench.screen(&empty, directions, watch)?;
     let nothing = empty.misfit;
-    let mut scored = vec![Scored {
-        set: Vec::new(),
-        fit: empty,
-    }];
+    let mut scored = vec![Scored::new(Vec::new(), empty)];
     let mut linear_sets = Vec::new();
     let mut factor = first_factor(bench, &screen);
     if let Some(linear) = Linear::new(bench, &screen, factor) {
@@ -250,10 +262,12 @@ pub(super) fn search(bench: &Bench<'_>, watch: &Watch<'_>) -> Result<Search, Gap
         let Some(best) = best_of(bench, &scored, factor) else {
             break;
         };
-        let base = &scored[best];
-        if base.set.len() + 1 != size || !something_left(bench, base) {
+        if scored[best].set.len() + 1 != size
+            || adequate(bench, &mut scored[best], seed, watch)?.p_value > INADEQUATE
+        {
             break;
         }
+        let base = &scored[best];
         let base_set = base.set.clone();
         let directions = (0..bench.candidates.len())
             .filter(|candidate| base_set.iter().all(|of| !clash(bench, *candidate, *of)))
@@ -401,7 +415,7 @@ fn add(
     let mut set = point.candidates.clone();
     set.sort_unstable();
     if let Some(fit) = bench.fit(point, watch)? {
-        scored.push(Scored { set, fit });
+        scored.push(Scored::new(set, fit));
     }
     Ok(())
 }
@@ -430,9 +444,17 @@ fn tempering(bench: &Bench<'_>, scored: &[Scored], nothing: f64) -> f64 {
     leftover::overstatement(&leftovers) * form_factor(nothing - best.fit.misfit)
 }
 
-/// True where residuals under a fit are larger than declared noise by more than chance.
-fn something_left(bench: &Bench<'_>, scored: &Scored) -> bool {
-    let fitted = 2 * bench.model.nv * bench.segments.len();
-    let readings = (scored.fit.readings.saturating_sub(fitted)).max(1) as f64;
-    scored.fit.misfit > readings + 3.0 * (2.0 * readings).sqrt()
+/// Whether a set leaves only noise; computed once.
+pub(super) fn adequate(
+    bench: &Bench<'_>,
+    scored: &mut Scored,
+    seed: u64,
+    watch: &Watch<'_>,
+) -> Result<Adequacy, GapError> {
+    if let Some(known) = scored.adequacy {
+        return Ok(known);
+    }
+    let found = adequacy::of(bench, &scored.fit, seed, watch)?;
+    scored.adequacy = Some(found);
+    Ok(found)
 }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::{
     add::quantile,
     error::GapError,
-    measured::{Channels, Measured},
+    measured::{Channels, Measured, deviation, means},
     noise,
     shooting::{self, Correction, Trace, WarmUp},
     stages::{Channel, Horizon, Overlay, Verified},
@@ -226,50 +226,6 @@ fn rollouts(
         (segment.rows, residual)
     });
     Ok(found.collect())
-}
-
-/// Mean of every channel over a trial; of an attitude, the first reading stands for it.
-fn means(trial: &Measured, channels: &Channels) -> Vec<f64> {
-    let mut sums = vec![(0.0, 0_usize); channels.len()];
-    let zeros = vec![0.0; channels.len()];
-    for row in 0..trial.times.len() {
-        for (channel, (sum, count)) in sums.iter_mut().enumerate() {
-            let value = deviation(trial, channels, row, channel, &zeros);
-            if value.is_finite() {
-                *sum += value;
-                *count += 1;
-            }
-        }
-    }
-    sums.iter()
-        .map(|(sum, count)| sum / (*count).max(1) as f64)
-        .collect()
-}
-
-/// A reading less the mean of its channel.
-fn deviation(
-    trial: &Measured,
-    channels: &Channels,
-    row: usize,
-    channel: usize,
-    means: &[f64],
-) -> f64 {
-    let Some(source) = channels
-        .sources
-        .iter()
-        .find(|of| (of.channel..of.channel + of.channels).contains(&channel))
-    else {
-        return f64::NAN;
-    };
-    let component = channel - source.channel;
-    let reading = &trial.row(row)[source.start..source.start + source.len];
-    let value = if source.attitude {
-        let first = &trial.row(0)[source.start..source.start + source.len];
-        super::measured::rotation_between(first, reading)[component]
-    } else {
-        reading[component]
-    };
-    value - means[channel]
 }
 
 fn command(trial: &Measured, row: usize) -> f64 {
