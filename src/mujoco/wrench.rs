@@ -109,6 +109,7 @@ const ATTRIBUTES: [&CStr; attributes::NAMES.len()] = [
     c"solver",
     c"engine",
     c"initial_force",
+    c"wrench_scale",
 ];
 
 /// The instances of this plugin in a model.
