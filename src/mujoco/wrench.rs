@@ -123,6 +123,17 @@ pub(super) fn instances(model: ModelView<'_>) -> impl Iterator<Item = usize> {
         .map(|(instance, _)| instance)
 }
 
+/// Names of the bodies that carry the instances, in their order.
+pub(super) fn carrying_bodies(model: ModelView<'_>) -> Vec<String> {
+    instances(model)
+        .map(|instance| {
+            body_of(model, instance).map_or_else(String::new, |body| {
+                model.label(mjOBJ_BODY as i32, "body", body)
+            })
+        })
+        .collect()
+}
+
 /// What the checkpoint of an instance puts on its body now.
 pub(super) struct Applied {
     pub(super) body: usize,
