@@ -12,10 +12,13 @@ use std::{
 use anyhow::{Context as _, bail};
 use hydro_plugin::{
     effects::{Id, effect},
-    gap::{self, Bench, Naming, Settings, Study, Uncertainty, Watch, stages::Verified},
+    gap::{
+        self, Bench, Naming, Settings, Study, Uncertainty, Watch,
+        stages::{Refitted, Verified},
+    },
     mujoco::plant::MujocoPlant,
     patch,
-    sim::plant::{Plant, PlantDescription, SensorKind},
+    sim::plant::{Plant, PlantDescription, Quantity, SensorKind},
     trial::{self, Listed, SensorQuantity, SensorSignature, Signature, Trial},
 };
 
@@ -200,6 +203,7 @@ impl<'a> Laboratory<'a> {
         let patched = patch::patch(&patch::Request {
             nominal: &self.flags.model,
             entries: &addition.entries,
+            numbers: &addition.numbers,
             description: self.plant.description(),
             names: parameter_names,
             search: &[],
@@ -212,6 +216,32 @@ impl<'a> Laboratory<'a> {
         added.diff = patch::unified(&nominal, &patched.xml, names);
         added.model = Some(PATCHED.to_owned());
         added.remarks.extend(patched.remarks);
+        added.numbers = patched
+            .numbers
+            .into_iter()
+            .map(|written| {
+                let relative = addition.deviations[written.number];
+                let in_metres = matches!(
+                    addition.numbers[written.number].0.quantity,
+                    Quantity::CentreOfMass(_)
+                );
+                let unit = if in_metres { 1.0 } else { written.from.abs() };
+                Refitted {
+                    what: written.name,
+                    from: written.from,
+                    to: written.to,
+                    unit: written.unit.to_owned(),
+                    deviation: relative * unit,
+                }
+            })
+            .collect();
+        if !added.numbers.is_empty() {
+            added.remarks.push(format!(
+                "{PATCHED} holds {} numbers of the nominal model as they were fitted together with the effects, \
+                 each within its declared uncertainty",
+                added.numbers.len()
+            ));
+        }
         Ok(Candidate {
             added,
             xml: patched.xml,
