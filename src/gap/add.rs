@@ -9,7 +9,7 @@ use super::{
     bench::Bench,
     fit::sum,
     name::{Naming, parameters},
-    stages::Added,
+    stages::{Added, WithoutTrial},
     study::Study,
     verdict::{Bias, FittedParameter, SensorPatch},
 };
@@ -47,14 +47,7 @@ pub fn add(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Option<Addi
     if naming.named.chosen.is_empty() {
         return None;
     }
-    let entries = bench.entries(&scored.fit.point);
-    let of_sensors = |entry: &&Entry| {
-        matches!(
-            effects::catalogue::effect(entry.effect).part(),
-            Part::Sensor(_)
-        )
-    };
-    let sensors = sensor_patches(bench, entries.iter().filter(of_sensors));
+    let (entries, sensors) = split(bench, bench.entries(&scored.fit.point));
     let draws = bootstrap(study, bench, naming);
     let values = bench.knob_values(&scored.fit.point);
     let moved = bench.knobs.iter().enumerate();
@@ -73,18 +66,56 @@ pub fn add(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Option<Addi
             sensors,
             bootstrap: draws,
             numbers: Vec::new(),
+            cross_fit: cross_fit(study, bench, naming),
             model: None,
             diff: String::new(),
             remarks: Vec::new(),
         },
-        entries: entries
-            .iter()
-            .filter(|entry| !of_sensors(entry))
-            .cloned()
-            .collect(),
+        entries,
         numbers,
         deviations,
     })
+}
+
+/// Effects of the model, and corrections of sensors.
+fn split(bench: &Bench<'_>, entries: Vec<Entry>) -> (Vec<Entry>, BTreeMap<String, SensorPatch>) {
+    let (of_sensors, others): (Vec<Entry>, Vec<Entry>) = entries.into_iter().partition(|entry| {
+        matches!(
+            effects::catalogue::effect(entry.effect).part(),
+            Part::Sensor(_)
+        )
+    });
+    (others, sensor_patches(bench, of_sensors.iter()))
+}
+
+/// The fit without each of its trials, by the quadratics of the others about the optimum.
+fn cross_fit(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Vec<WithoutTrial> {
+    let fit = &naming.search.scored[naming.chosen].fit;
+    let trials: Vec<usize> = (0..study.trials.len())
+        .filter(|trial| bench.segments.iter().any(|segment| segment.trial == *trial))
+        .collect();
+    if trials.len() < 2 {
+        return Vec::new();
+    }
+    (0..trials.len())
+        .filter_map(|out| {
+            let others = fit.quadratics.iter().enumerate();
+            let others = others.filter(|(at, _)| *at != out).map(|(_, of)| of);
+            let best = sum(others).best(&fit.bounds)?;
+            let mut point = fit.point.clone();
+            bench.set(&mut point, &best.z);
+            let (entries, sensors) = split(bench, bench.entries(&point));
+            Some(WithoutTrial {
+                trial: study.trials[trials[out]].name.clone(),
+                knobs: bench.knob_values(&point),
+                effects: entries
+                    .into_iter()
+                    .map(|entry| (entry.effect, entry.target, entry.parameters))
+                    .collect(),
+                sensors,
+            })
+        })
+        .collect()
 }
 
 /// Corrections by sensor, as `patch.sensors` has them.

@@ -3,7 +3,7 @@
 //! A hypothesis is a set of effects. Its parameters, the knobs and the start of every segment are fitted
 //! together by Gauss-Newton on whitened output errors, a chord method: a rollout costs as much as a column,
 //! so columns are kept as long as steps bring what they promise. Starts keep the sensitivities of the
-//! bench, and so do knobs unless fresh columns of the effects do not help.
+//! bench, and so do knobs unless they go far or fresh columns of the effects do not help.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -20,8 +20,10 @@ use crate::effects::Entry;
 
 /// Step of a difference quotient, in standard deviations of the prior.
 pub(super) const STEP: f64 = 0.01;
+/// Knobs farther than this from where their columns were made (standard deviations, together) need new ones.
+const FAR: f64 = 3.0;
 /// Rollouts of all segments at most, columns not counted.
-const LOOKS: usize = 10;
+const LOOKS: usize = 14;
 /// The same from far away.
 const LOOKS_FAR: usize = 30;
 /// A change of the cost, reached or promised, that ends a fit: absolute, relative.
@@ -64,6 +66,8 @@ pub(super) struct Fit {
     pub(super) residuals: Vec<Vec<f64>>,
     /// Change of the whitened predictions, by segment.
     pub(super) columns: Vec<Columns>,
+    /// Knobs about which the columns of the knobs were made.
+    about: DVector<f64>,
     /// Readings that count.
     pub(super) readings: usize,
 }
@@ -92,6 +96,10 @@ impl Fit {
 
     fn cost(&self) -> f64 {
         self.misfit + self.penalty + self.arrival
+    }
+
+    fn is_far(&self) -> bool {
+        (&self.point.knobs - &self.about).norm() > FAR
     }
 }
 
@@ -136,8 +144,10 @@ impl Bench<'_> {
         let Some(residuals) = self.look(&first)? else {
             return Ok(None);
         };
-        let columns = self.columns(&first, &residuals, false)?;
-        let mut fit = self.assemble(first, residuals, columns);
+        let far = (&first.knobs - &self.base).norm() > FAR;
+        let columns = self.columns(&first, &residuals, far)?;
+        let about = if far { &first.knobs } else { &self.base }.clone();
+        let mut fit = self.assemble(first, residuals, columns, about);
         // What the steps since the columns were made have brought; none: none was made.
         let mut since: Option<f64> = None;
         let mut disappointed = fit.point.candidates.is_empty();
@@ -149,7 +159,7 @@ impl Bench<'_> {
             let promised = fit.cost() - best.cost;
             let little = CONVERGED + CONVERGED_RELATIVE * fit.cost();
             if promised < little || looks == 0 {
-                if looks == 0 || !exact || since.unwrap_or(0.0) <= MOVED {
+                if looks == 0 || !exact || (since.unwrap_or(0.0) <= MOVED && !fit.is_far()) {
                     return Ok(Some(fit));
                 }
                 fit = self.renewed(fit, false)?;
@@ -166,10 +176,11 @@ impl Bench<'_> {
                 (since, disappointed) = (None, true);
                 continue;
             };
-            let next = self.assemble(point, residuals, std::mem::take(&mut fit.columns));
+            let columns = std::mem::take(&mut fit.columns);
+            let next = self.assemble(point, residuals, columns, fit.about.clone());
             let gained = fit.cost() - next.cost();
             fit = next;
-            if gained < little && since.is_none() {
+            if gained < little && since.is_none() && !fit.is_far() {
                 return Ok(Some(fit));
             }
             since = Some(since.unwrap_or(0.0) + gained);
@@ -201,15 +212,19 @@ impl Bench<'_> {
         Ok((None, left.min(HALVINGS + 1)))
     }
 
-    /// The same fit with columns about its point, those of the knobs too if asked for.
+    /// The same fit with columns about its point: those of the knobs too where they are far from where
+    /// theirs were made, or if asked for.
     fn renewed(&self, fit: Fit, knobs: bool) -> Result<Fit, GapError> {
+        let knobs = knobs || fit.is_far();
         let mut columns = self.columns(&fit.point, &fit.residuals, knobs)?;
+        let mut about = fit.point.knobs.clone();
         if !knobs {
+            about = fit.about;
             for (new, old) in columns.iter_mut().zip(fit.columns) {
                 new.knobs = old.knobs;
             }
         }
-        Ok(self.assemble(fit.point, fit.residuals, columns))
+        Ok(self.assemble(fit.point, fit.residuals, columns, about))
     }
 
     /// The point that the linearisation about a fit leads to.
@@ -294,7 +309,13 @@ impl Bench<'_> {
     }
 
     /// The quadratic about zero that residuals and columns at a point make.
-    fn assemble(&self, point: Point, residuals: Vec<Vec<f64>>, columns: Vec<Columns>) -> Fit {
+    fn assemble(
+        &self,
+        point: Point,
+        residuals: Vec<Vec<f64>>,
+        columns: Vec<Columns>,
+        about: DVector<f64>,
+    ) -> Fit {
         let z = self.normalised(&point);
         let grams: Vec<DMatrix<f64>> = (0..self.segments.len())
             .into_par_iter()
@@ -336,6 +357,7 @@ impl Bench<'_> {
             arrival: self.arrival(&point),
             residuals,
             columns,
+            about,
             readings,
             point,
         }

@@ -30,6 +30,7 @@ mod shooting;
 pub mod stages;
 mod start;
 mod study;
+mod system;
 #[cfg(test)]
 mod tests;
 mod uncertainty;
@@ -45,5 +46,5 @@ pub use find::find;
 pub use name::{Naming, name};
 pub use study::{Settings, Study};
 pub use uncertainty::Uncertainty;
-pub use verify::verify;
+pub use verify::{Examined, verify};
 pub use watch::Watch;

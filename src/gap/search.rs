@@ -353,12 +353,6 @@ fn sets(bench: &Bench<'_>, linear: &Linear<'_>) -> Vec<(Vec<usize>, f64)> {
         .filter_map(|candidate| judged(&[*candidate]))
         .collect();
     singles.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
-    for (c, w) in &singles {
-        eprintln!(
-            "FINE {:?} {:?} {w:.1}",
-            bench.candidates[c[0]].effect, bench.candidates[c[0]].targets
-        );
-    }
     let mut pairs = Vec::new();
     for (at, (a, _)) in singles.iter().take(BEAM).enumerate() {
         for (b, _) in singles.iter().take(BEAM).skip(at + 1) {

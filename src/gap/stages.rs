@@ -134,12 +134,28 @@ pub struct Added {
     /// Numbers of the nominal model, as written.
     #[serde(default)]
     pub numbers: Vec<Refitted>,
+    /// What the fit without each of its trials gives, for a replay of that trial.
+    #[serde(default)]
+    pub cross_fit: Vec<WithoutTrial>,
     /// The patched model, relative to the output folder.
     pub model: Option<String>,
     /// Unified diff of nominal against patched MJCF.
     pub diff: String,
     /// What a person should know.
     pub remarks: Vec<String>,
+}
+
+/// A fit that left one trial out. Which effects are missing was decided with it in.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WithoutTrial {
+    /// Name of the trial.
+    pub trial: String,
+    /// Uncertain numbers of the nominal, in the model's order: relative, or metres for a centre of mass.
+    pub knobs: Vec<f64>,
+    /// Effects (which, on what, values in the order of the catalogue), those of sensors left out.
+    pub effects: Vec<(Id, String, Vec<f64>)>,
+    /// Corrections of sensors.
+    pub sensors: BTreeMap<String, SensorPatch>,
 }
 
 /// One channel of one held-out rollout, for the eye.
@@ -191,7 +207,7 @@ pub struct Verified {
     pub accepted: bool,
     /// Why not.
     pub refused_because: Option<String>,
-    /// True where every trial was held out once (ten or fewer).
+    /// True where every trial was left out once of the fit that it judges (ten trials or fewer).
     pub cross_fitted: bool,
     /// What a person should know.
     pub remarks: Vec<String>,

@@ -7,8 +7,9 @@ use super::{
     error::GapError,
     measured::{Channels, Measured},
     shooting::{self, Correction, Segment, Trace, Track, WarmUp},
+    system::System,
 };
-use crate::sim::plant::{Plant, PlantDescription, SensorKind, Simulation};
+use crate::sim::plant::{PlantDescription, SensorKind, Simulation};
 
 /// Length of a window [s]: short, so that what the model lacks does not bend the estimate.
 const WINDOW: f64 = 0.4;
@@ -99,12 +100,12 @@ pub(super) fn arrival_precision(nv: usize, sd: [f64; 2]) -> DVector<f64> {
 /// # Errors
 /// Where the nominal diverges within a window, or a trial is too short.
 pub(super) fn track(
-    plant: &dyn Plant,
+    system: &System<'_>,
     trial: &Measured,
     channels: &Channels,
     corrections: &[Correction],
 ) -> Result<Track, GapError> {
-    let model = plant.description();
+    let model = system.model();
     let rows = trial.times.len();
     if rows < LEAST_ROWS {
         return Err(GapError::TooShort {
@@ -113,7 +114,7 @@ pub(super) fn track(
             expected: LEAST_ROWS,
         });
     }
-    let mut simulation = plant.simulation(&vec![0.0; model.knobs.len()], &[])?;
+    let mut simulation = system.simulation()?;
     let (qpos, qvel) = first_guess(simulation.as_mut(), trial, model);
     let mut track = Track::default();
     let mut guess = Segment {
@@ -123,7 +124,7 @@ pub(super) fn track(
         qpos,
         qvel,
     };
-    let warm_up = WarmUp::of(model, &[]);
+    let warm_up = system.warm_up();
     let mut first = 0;
     while first < rows {
         let mut end = trial

@@ -12,6 +12,7 @@ use super::{
     noise,
     shooting::{self, Correction, Segment, Track},
     start,
+    system::System,
     uncertainty::Uncertainty,
     watch::Watch,
 };
@@ -94,7 +95,7 @@ impl<'a> Study<'a> {
             .par_iter()
             .map(|trial| {
                 watch.check()?;
-                let track = start::track(plant, trial, &channels, &none);
+                let track = start::track(&System::plain(plant), trial, &channels, &none);
                 watch.count("following the trials", &done, trials.len());
                 track
             })

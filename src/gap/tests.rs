@@ -1,14 +1,14 @@
 //! The whole workflow on a rigid body, with separate truths.
 #![allow(clippy::unwrap_used)]
 
-use std::{f64::consts::TAU, sync::atomic::AtomicBool};
+use std::{collections::BTreeMap, f64::consts::TAU, sync::atomic::AtomicBool};
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    Settings, Study, Uncertainty, Watch, add, conclude, fake::RigidBody, find, find::normal, name,
-    verdict::Outcome, verify,
+    Examined, Settings, Study, Uncertainty, Watch, add, conclude, fake::RigidBody, find,
+    find::normal, name, verdict::Outcome, verify,
 };
 use crate::{
     effects::{Entry, Id},
@@ -86,19 +86,21 @@ fn run(effects: &[Entry]) -> super::stages::Named {
         stop: &stop,
         tell: &|_, _, _| {},
     };
-    let trials = (0..4)
-        .map(|at| trial(&format!("trial {at}"), effects, &[0.02, -0.02], at, 1.0))
-        .collect();
+    let trials = || -> Vec<Trial> {
+        (0..4)
+            .map(|at| trial(&format!("trial {at}"), effects, &[0.02, -0.02], at, 1.0))
+            .collect()
+    };
     let settings = Settings {
         uncertainty: Uncertainty::default(),
         seed: 0,
     };
-    let study = Study::prepare(&plant, trials, settings.clone(), &watch).unwrap();
+    let study = Study::prepare(&plant, trials(), settings.clone(), &watch).unwrap();
     let bench = study.bench(&watch).unwrap();
     let found = find(&study, &bench, &[], &watch).unwrap();
     let naming = name(&study, &bench, &watch).unwrap();
     assert_eq!(
-        found.p_value < 0.01,
+        found.p_value < 0.05,
         !effects.is_empty(),
         "{}",
         found.p_value
@@ -121,22 +123,36 @@ fn run(effects: &[Entry]) -> super::stages::Named {
             knob.name
         );
     }
-    let held_out = (10..13)
-        .map(|at| trial(&format!("trial {at}"), effects, &[0.02, -0.02], at, 1.0))
-        .collect();
+    let unseen = || -> Vec<Trial> {
+        (10..13)
+            .map(|at| trial(&format!("trial {at}"), effects, &[0.02, -0.02], at, 1.0))
+            .collect()
+    };
+    let none = BTreeMap::new();
+    let examined = Examined {
+        before: &plant,
+        after: &plant,
+        sensors: &none,
+        cross_fit: &[],
+    };
     // Nothing was patched: the same plant twice is no better, so nothing is claimed.
-    let verified = verify(
-        &plant,
-        &plant,
-        &Default::default(),
-        held_out,
-        &found.channels,
-        &settings,
-        &watch,
-    )
-    .unwrap();
+    let channels = &found.channels;
+    let verified = verify(&examined, unseen(), Vec::new(), channels, &settings, &watch).unwrap();
     assert_eq!(verified.gap.reduction, Some(0.0));
     let added = addition.map(|addition| addition.added);
+    if let Some(added) = &added {
+        // Fits that left a trial out explain it.
+        let examined = Examined {
+            cross_fit: &added.cross_fit,
+            ..examined
+        };
+        let fitted = added.cross_fit.len();
+        let crossed = verify(&examined, unseen(), trials(), channels, &settings, &watch).unwrap();
+        assert!(crossed.cross_fitted && crossed.gap.n_holdout_trials == fitted + 3);
+        assert!(crossed.gap.reduction > Some(0.2), "{:?}", crossed.gap);
+        // The file is no better, so nothing is accepted.
+        assert!(!crossed.accepted, "{:?}", crossed.refused_because);
+    }
     let verdict = conclude(&found, &naming.named, added.as_ref(), Some(&verified));
     assert!(verdict.named.is_empty() && !verdict.verified);
     naming.named

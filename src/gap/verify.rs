@@ -1,10 +1,12 @@
 //! Verify: open-loop rollouts of the nominal and of the patched model, as loaded from disk, on trials that
 //! nobody fitted.
 //!
+//! With few trials those that were fitted count too, each under a fit that left it out (a cross-fit).
+//!
 //! Each model starts from its own estimate of the state over a short window at the start of a rollout, and
 //! is led through the motion before it, so that neither pays for the other's memory.
 
-use std::{collections::BTreeMap, ops::Range};
+use std::{collections::BTreeMap, ops::Range, sync::atomic::AtomicUsize};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -15,14 +17,19 @@ use super::{
     error::GapError,
     measured::{Channels, Measured, deviation, means},
     noise,
-    shooting::{self, Correction, Trace, WarmUp},
-    stages::{Channel, Horizon, Overlay, Verified},
+    shooting::{self, Correction, Trace},
+    stages::{Channel, Horizon, Overlay, Verified, WithoutTrial},
     start,
     study::{LEAST_ROWS, Settings},
+    system::System,
     verdict::{Bias, Gap, SensorGap, SensorPatch},
     watch::Watch,
 };
-use crate::{sim::plant::Plant, trial::Trial};
+use crate::{
+    effects::Entry,
+    sim::plant::{Plant, PlantDescription},
+    trial::Trial,
+};
 
 /// Schema of [`Verified`].
 const SCHEMA: &str = "hydro-gap-verify/1";
@@ -49,22 +56,43 @@ struct Outcome {
     overlays: Vec<Overlay>,
 }
 
-/// Compares the nominal with the patched model.
+/// What is examined.
+#[derive(Clone, Copy)]
+pub struct Examined<'a> {
+    /// The nominal.
+    pub before: &'a dyn Plant,
+    /// The patched model, as loaded from disk.
+    pub after: &'a dyn Plant,
+    /// Corrections of sensors that go with it.
+    pub sensors: &'a BTreeMap<String, SensorPatch>,
+    /// Fits that left one trial out, for the trials of `fitted`.
+    pub cross_fit: &'a [WithoutTrial],
+}
+
+impl std::fmt::Debug for Examined<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Examined").finish_non_exhaustive()
+    }
+}
+
+/// Compares the nominal with the patched model on trials that nobody fitted, and, for a cross-fit, with
+/// the fit that left a trial out on each of the `fitted`.
 ///
 /// # Errors
 /// A model that blows up while a start is estimated, nothing to compare, a stop that was asked for.
 pub fn verify(
-    before: &dyn Plant,
-    after: &dyn Plant,
-    sensors: &BTreeMap<String, SensorPatch>,
-    trials: Vec<Trial>,
+    examined: &Examined<'_>,
+    held_out: Vec<Trial>,
+    fitted: Vec<Trial>,
     noise_of: &[Channel],
     settings: &Settings,
     watch: &Watch<'_>,
 ) -> Result<Verified, GapError> {
-    let model = before.description();
-    let trials: Vec<Measured> = trials
+    let model = examined.before.description();
+    let files = held_out.len();
+    let trials: Vec<Measured> = held_out
         .into_iter()
+        .chain(fitted)
         .map(|trial| Measured::new(trial, model))
         .collect();
     let mut channels = Channels::of(model, &trials);
@@ -77,6 +105,67 @@ pub fn verify(
             channel.noise = known.noise;
         }
     }
+    let done = AtomicUsize::new(0);
+    let outcomes = trials
+        .par_iter()
+        .enumerate()
+        .map(|(at, trial)| {
+            watch.check()?;
+            let before = Side {
+                system: System::plain(examined.before),
+                corrections: vec![Correction::NONE; model.sensors.len()],
+            };
+            let after = if at < files {
+                Some(Side {
+                    system: System::plain(examined.after),
+                    corrections: corrections(model, examined.sensors),
+                })
+            } else {
+                let mut fits = examined.cross_fit.iter();
+                fits.find(|fit| fit.trial == trial.name)
+                    .map(|fit| left_out(examined.before, fit))
+            };
+            let Some(after) = after else {
+                return Ok(None);
+            };
+            let outcome = roll(&before, &after, trial, &channels, at < SHOWN)?;
+            watch.count("verifying", &done, trials.len());
+            Ok(Some(outcome))
+        })
+        .collect::<Result<Vec<Option<Outcome>>, GapError>>()?;
+    let outcomes: Vec<Outcome> = outcomes.into_iter().flatten().collect();
+    Ok(summary(&channels, outcomes, files, settings.seed))
+}
+
+/// A model and the corrections of its sensors.
+struct Side<'a> {
+    system: System<'a>,
+    corrections: Vec<Correction>,
+}
+
+fn left_out<'a>(plant: &'a dyn Plant, fit: &WithoutTrial) -> Side<'a> {
+    Side {
+        system: System {
+            plant,
+            knobs: fit.knobs.clone(),
+            entries: fit
+                .effects
+                .iter()
+                .map(|(effect, target, values)| Entry {
+                    effect: *effect,
+                    target: target.clone(),
+                    parameters: values.clone(),
+                })
+                .collect(),
+        },
+        corrections: corrections(plant.description(), &fit.sensors),
+    }
+}
+
+fn corrections(
+    model: &PlantDescription,
+    sensors: &BTreeMap<String, SensorPatch>,
+) -> Vec<Correction> {
     let mut corrections = vec![Correction::NONE; model.sensors.len()];
     for (sensor, correction) in model.sensors.iter().zip(&mut corrections) {
         if let Some(patch) = sensors.get(&sensor.name) {
@@ -93,35 +182,22 @@ pub fn verify(
             }
         }
     }
-    let outcomes = trials
-        .par_iter()
-        .enumerate()
-        .map(|(at, trial)| {
-            watch.check()?;
-            let outcome = roll(before, after, trial, &channels, &corrections, at < SHOWN)?;
-            (watch.tell)("verifying", at + 1, trials.len());
-            Ok(outcome)
-        })
-        .collect::<Result<Vec<Outcome>, GapError>>()?;
-    Ok(summary(&channels, outcomes, settings.seed))
+    corrections
 }
 
 fn roll(
-    before: &dyn Plant,
-    after: &dyn Plant,
+    before: &Side<'_>,
+    after: &Side<'_>,
     trial: &Measured,
     channels: &Channels,
-    corrections: &[Correction],
     shown: bool,
 ) -> Result<Outcome, GapError> {
     let width = channels.len();
-    let none = vec![Correction::NONE; corrections.len()];
-    let sides = [(before, &none[..]), (after, corrections)];
     let mut residuals: Vec<Vec<Rollout>> = Vec::new();
-    for (plant, corrections) in sides {
-        let mapped = adapted(trial, before, plant);
+    for side in [before, after] {
+        let mapped = adapted(trial, before.system.plant, side.system.plant);
         let trial = mapped.as_ref().unwrap_or(trial);
-        residuals.push(rollouts(plant, trial, channels, corrections)?);
+        residuals.push(rollouts(side, trial, channels)?);
     }
     let mut sums: Sums = vec![vec![[0.0; 4]; width]; HORIZONS.len()];
     let mut regimes = [vec![[0.0; 4]; width], vec![[0.0; 4]; width]];
@@ -187,16 +263,15 @@ fn adapted(trial: &Measured, before: &dyn Plant, plant: &dyn Plant) -> Option<Me
 
 /// Residuals of the longest rollouts, one after the other.
 fn rollouts(
-    plant: &dyn Plant,
+    side: &Side<'_>,
     trial: &Measured,
     channels: &Channels,
-    corrections: &[Correction],
 ) -> Result<Vec<Rollout>, GapError> {
-    let model = plant.description();
-    let track = start::track(plant, trial, channels, corrections)?;
+    let (model, corrections) = (side.system.model(), &side.corrections);
+    let track = start::track(&side.system, trial, channels, corrections)?;
     let longest = HORIZONS[HORIZONS.len() - 1];
     let segments = shooting::cut(0, trial, &track, longest, LEAST_ROWS);
-    let mut simulation = plant.simulation(&vec![0.0; model.knobs.len()], &[])?;
+    let mut simulation = side.system.simulation()?;
     let mut trace = Trace::default();
     let found = segments.into_iter().map(|segment| {
         let mut residual = Vec::new();
@@ -205,7 +280,7 @@ fn rollouts(
             trial,
             &segment,
             &track,
-            WarmUp::of(model, &[]),
+            side.system.warm_up(),
             model.timestep,
             None,
             &mut trace,
@@ -303,7 +378,8 @@ fn interval(draws: &[Vec<usize>], figure: &dyn Fn(&[usize]) -> f64) -> [f64; 2] 
     ]
 }
 
-fn summary(channels: &Channels, outcomes: Vec<Outcome>, seed: u64) -> Verified {
+/// `files`: so many of the outcomes, the first, are replays of the patched file.
+fn summary(channels: &Channels, outcomes: Vec<Outcome>, files: usize, seed: u64) -> Verified {
     let width = channels.len();
     let draws = draws(outcomes.len(), seed);
     let everyone: Vec<usize> = (0..outcomes.len()).collect();
@@ -369,6 +445,8 @@ fn summary(channels: &Channels, outcomes: Vec<Outcome>, seed: u64) -> Verified {
         .collect();
     let (before, after) = (pooled(&everyone, 0, &all), pooled(&everyone, 1, &all));
     let ci95 = interval(&draws, &|draw| change(draw, &all));
+    let of_file: Vec<usize> = (0..files.min(outcomes.len())).collect();
+    let by_file = change(&of_file, &all);
     let refused_because = if outcomes.len() < 2 {
         Some(format!(
             "{} held-out trial: no interval over trials can be given, so no reduction is claimed",
@@ -381,6 +459,11 @@ fn summary(channels: &Channels, outcomes: Vec<Outcome>, seed: u64) -> Verified {
             100.0 * reduction(before, after),
             100.0 * ci95[0],
             100.0 * ci95[1]
+        ))
+    } else if by_file <= 0.0 {
+        Some(format!(
+            "the patched file itself reduces the error on the {files} trials that nothing saw before by {:.0} %",
+            100.0 * by_file
         ))
     } else if !worse.is_empty() {
         Some(format!(
@@ -405,10 +488,23 @@ fn summary(channels: &Channels, outcomes: Vec<Outcome>, seed: u64) -> Verified {
         horizons,
         accepted: refused_because.is_none(),
         refused_because,
-        cross_fitted: false,
+        cross_fitted: outcomes.len() > files,
+        remarks: cross_fit_remark(outcomes.len(), files),
         overlays: outcomes.into_iter().flat_map(|of| of.overlays).collect(),
-        remarks: Vec::new(),
     }
+}
+
+/// How the figures came about, where not every trial was unseen.
+fn cross_fit_remark(trials: usize, files: usize) -> Vec<String> {
+    if trials <= files {
+        return Vec::new();
+    }
+    vec![format!(
+        "with {trials} trials every one is judged by a fit that left it out: {files} by the patched file, which \
+         nothing saw before, and {} by the same effects fitted without that trial (the effects were chosen with \
+         these)",
+        trials - files
+    )]
 }
 
 /// Relative growth of the root mean square error of some channels, noise left in.

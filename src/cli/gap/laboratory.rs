@@ -33,6 +33,9 @@ use super::{
 };
 use crate::cli::{cancel::cancel_on_signal, command_line, print_json, write_line};
 
+/// With so many trials or fewer, every one is judged by a fit that left it out.
+const CROSS_FIT: usize = 10;
+
 /// Runs the stages up to one.
 pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
     if let Some(threads) = flags.threads {
@@ -258,16 +261,24 @@ impl<'a> Laboratory<'a> {
         let after = MujocoPlant::load(path)
             .with_context(|| format!("the patched model {}", path.display()))?;
         let none = BTreeMap::new();
+        let examined = gap::Examined {
+            before: self.plant,
+            after: &after,
+            sensors: exam.added.map_or(&none, |added| &added.sensors),
+            cross_fit: exam.added.map_or(&[], |added| &added.cross_fit),
+        };
         let trials = self.read(&held_out)?;
-        let mut verified = gap::verify(
-            self.plant,
-            &after,
-            exam.added.map_or(&none, |added| &added.sensors),
-            trials,
-            &exam.found.channels,
-            self.settings,
-            watch,
-        )?;
+        let noticed = self.remarks.take();
+        let fitted = self.inputs.fit_trials();
+        let few = held_out.len() + fitted.len() <= CROSS_FIT;
+        let fitted = if few && !examined.cross_fit.is_empty() {
+            self.read(&fitted)?
+        } else {
+            Vec::new()
+        };
+        self.remarks.replace(noticed);
+        let channels = &exam.found.channels;
+        let mut verified = gap::verify(&examined, trials, fitted, channels, self.settings, watch)?;
         verified.remarks.extend(self.remarks.take());
         Ok(Some(verified))
     }

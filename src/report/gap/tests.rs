@@ -251,6 +251,7 @@ fn record(sensors: usize, trials: usize) -> Record {
             schema: "hydro-gap-add/1".into(),
             effects: chosen.clone(),
             sensors: sensor_patch.clone(),
+            cross_fit: vec![],
             bootstrap: vec![(Id::AddedMass, "hull".into(), {
                 let mut again = chosen[0].parameters.clone();
                 again[0].ci95 = [9.0, 16.0];

@@ -1,0 +1,39 @@
+//! A plant under a hypothesis: knobs turned and effects added.
+
+use super::{error::GapError, shooting::WarmUp};
+use crate::{
+    effects::Entry,
+    sim::plant::{Plant, PlantDescription, Simulation},
+};
+
+/// What is simulated.
+#[derive(Clone)]
+pub(super) struct System<'a> {
+    pub(super) plant: &'a dyn Plant,
+    /// One for each of the plant's.
+    pub(super) knobs: Vec<f64>,
+    pub(super) entries: Vec<Entry>,
+}
+
+impl<'a> System<'a> {
+    /// The plant as it is.
+    pub(super) fn plain(plant: &'a dyn Plant) -> Self {
+        Self {
+            plant,
+            knobs: vec![0.0; plant.description().knobs.len()],
+            entries: Vec::new(),
+        }
+    }
+
+    pub(super) fn model(&self) -> &'a PlantDescription {
+        self.plant.description()
+    }
+
+    pub(super) fn simulation(&self) -> Result<Box<dyn Simulation>, GapError> {
+        Ok(self.plant.simulation(&self.knobs, &self.entries)?)
+    }
+
+    pub(super) fn warm_up(&self) -> WarmUp {
+        WarmUp::of(self.model(), &self.entries)
+    }
+}
