@@ -22,6 +22,7 @@ const DRAG: [f64; 6] = [12.0, 18.0, 20.0, 2.0, 2.0, 2.0];
 /// The system.
 pub(super) struct RigidBody {
     description: PlantDescription,
+    drag: [f64; 6],
 }
 
 impl RigidBody {
@@ -88,7 +89,26 @@ impl RigidBody {
                 carriers: Vec::new(),
                 has_water: true,
             },
+            drag: DRAG,
         }
+    }
+
+    /// One whose drag pushes.
+    pub(super) fn unstable() -> Self {
+        Self {
+            drag: DRAG.map(|drag| -3000.0 * drag),
+            ..Self::new()
+        }
+    }
+
+    /// One that does not say how noisy a sensor is.
+    pub(super) fn without_noise(sensor: &str) -> Self {
+        let mut body = Self::new();
+        let mut sensors = body.description.sensors.iter_mut();
+        if let Some(of) = sensors.find(|of| of.name == sensor) {
+            of.noise = 0.0;
+        }
+        body
     }
 }
 
@@ -114,7 +134,7 @@ impl Plant for RigidBody {
             .collect();
         Ok(Box::new(Swim {
             mass: MASS * (1.0 + knobs[0]),
-            drag: DRAG.map(|d| d * (1.0 + knobs[1])),
+            drag: self.drag.map(|d| d * (1.0 + knobs[1])),
             effects: effects.to_vec(),
             memory,
             time: 0.0,

@@ -23,6 +23,8 @@ mod leftover;
 mod measured;
 mod name;
 mod noise;
+#[cfg(test)]
+mod refusals;
 mod regime;
 mod screen;
 mod search;

@@ -101,9 +101,9 @@ impl<'a> Study<'a> {
             })
             .collect::<Result<Vec<Track>, GapError>>()?;
         let typical = typical(model, &trials, &tracks);
-        if typical.command.iter().all(|command| *command == 0.0) && !model.actuators.is_empty() {
+        if !model.actuators.is_empty() && !trials.iter().any(is_excited) {
             remarks.push(
-                "all controls are zero in every trial: the data excite nothing but free motion"
+                "the controls are constant in every trial: the data excite nothing but free motion"
                     .to_owned(),
             );
         }
@@ -159,6 +159,14 @@ impl<'a> Study<'a> {
             .map(|at| all[at * count / MOST_SEGMENTS].clone())
             .collect()
     }
+}
+
+/// True where a command changes.
+fn is_excited(trial: &Measured) -> bool {
+    let width = trial.control.width().max(1);
+    let mut rows = trial.control.data.chunks_exact(width);
+    let first = rows.next().unwrap_or(&[]);
+    rows.any(|row| row.iter().zip(first).any(|(a, b)| a.is_finite() && a != b))
 }
 
 /// Root mean square speeds, excursions and commands.

@@ -16,7 +16,7 @@ use crate::{
     trial::{Series, Trial},
 };
 
-fn trial(name: &str, effects: &[Entry], knobs: &[f64], seed: u64, noise: f64) -> Trial {
+pub(super) fn trial(name: &str, effects: &[Entry], knobs: &[f64], seed: u64, noise: f64) -> Trial {
     let plant = RigidBody::new();
     let mut simulation = plant.simulation(knobs, effects).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
