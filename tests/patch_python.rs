@@ -103,6 +103,7 @@ fn description() -> PlantDescription {
                 rate: 0.0,
             },
         }],
+        base: None,
         joints: vec![joint("rail", 7, 2.0, true), joint("hinge", 8, 0.007, false)],
         actuators: Vec::new(),
         sensors: Vec::new(),

@@ -22,6 +22,7 @@ mod measured;
 mod name;
 mod noise;
 mod regime;
+pub mod residual;
 mod search;
 mod shooting;
 pub mod stages;

@@ -52,6 +52,7 @@ fn description() -> PlantDescription {
                 rate: 0.0,
             },
         }],
+        base: None,
         joints: vec![PlantJoint {
             name: "hinge".to_owned(),
             qpos: 7,
