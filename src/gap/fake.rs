@@ -69,6 +69,7 @@ impl RigidBody {
                     body: "hull".to_owned(),
                     qpos: 0,
                     dof: 0,
+                    joints: Vec::new(),
                     density: 1000.0,
                     water: [0.0; 3],
                     water_moves: false,

@@ -335,6 +335,12 @@ fn free_base(model: ModelView<'_>, nominal: &[Nominal], density: f64) -> Option<
         body: model.name(mjOBJ_BODY as i32, body),
         qpos: joint.qpos,
         dof: joint.dof,
+        joints: joints
+            .iter()
+            .filter(|joint| matches!(joint.kind, JointKind::Hinge | JointKind::Slide))
+            .map(|joint| joint.name.clone())
+            .filter(|name| !name.is_empty())
+            .collect(),
         density: own.map_or(density, |of| of.settings.density),
         water: known.map_or(wind, |settings| settings.current),
         water_moves: nominal

@@ -137,6 +137,8 @@ pub struct FreeBase {
     pub qpos: usize,
     /// Where its velocities stand in `qvel`: linear in the world, angular in the body's frame.
     pub dof: usize,
+    /// Hinges and slides of the model that have a name, in order: a plugin knows no others.
+    pub joints: Vec<String>,
     /// Density of the water as a plugin on it sees it [kg/m^3].
     pub density: f64,
     /// Velocity of the water in the world, likewise [m/s].

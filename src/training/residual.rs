@@ -4,7 +4,7 @@
 //! Trials are few and the wrench is uncertain, so the network is small, whole trials validate it, and it
 //! is only worth having where it predicts their wrench better than no wrench at all does.
 
-use std::{collections::BTreeMap, path::Path, sync::atomic::AtomicBool};
+use std::{collections::BTreeMap, sync::atomic::AtomicBool};
 
 use serde_json::json;
 
@@ -13,7 +13,7 @@ use crate::{
     checkpoint::Checkpoint,
     dataset::{self, Manifest, Split, Trajectory},
     features::FeatureLayout,
-    model::{AttentionOdeConfig, ModelConfig},
+    model::{AttentionOdeConfig, Encoding, ModelConfig},
 };
 
 /// Components of a wrench and their units.
@@ -36,6 +36,11 @@ const VALIDATION: f64 = 0.25;
 /// components together.
 const SKILL: f64 = 0.05;
 const POOLED_SKILL: f64 = 0.1;
+/// A skill beyond which no other attitude is tried, and by how much the heading must improve a smaller one.
+const GOOD: f64 = 0.9;
+const HEADING: f64 = 0.03;
+/// Times that components are left out.
+const ROUNDS: usize = 3;
 /// Steps of a run, about, and bounds of its epochs.
 const STEPS: usize = 2000;
 const EPOCHS: [usize; 2] = [20, 400];
@@ -103,11 +108,7 @@ pub fn learn_residual(
     }
     let mut last = 0.0;
     // A component that cannot be predicted is left out, and the others are learned without it.
-    for _ in 0..2 {
-        let folder = tempfile::tempdir().map_err(|source| TrainError::Io {
-            path: std::env::temp_dir(),
-            source,
-        })?;
+    for _ in 0..ROUNDS {
         let Some(splits) = splits(lesson, &axes) else {
             return Ok(Learned::Nothing(format!(
                 "the missing wrench is known for less than {:.1} s a trial, so no learned residual is \
@@ -115,7 +116,7 @@ pub fn learn_residual(
                 2.0 * LEAST_SAMPLES as f64 * lesson.sample_period
             )));
         };
-        let Some(found) = train(lesson, &axes, &splits, folder.path(), cancel, tell)? else {
+        let Some(found) = best(lesson, &axes, &splits, cancel, tell)? else {
             return Ok(Learned::Cancelled);
         };
         let kept: Vec<usize> = axes
@@ -235,22 +236,49 @@ impl Observer for Steps<'_> {
     }
 }
 
+/// Water knows no heading, but what is missing may (a tether, a tilted sensor): the whole attitude is taken
+/// where it predicts better. None where the flag was set.
+fn best(
+    lesson: &Lesson,
+    axes: &[usize],
+    splits: &Splits,
+    cancel: &AtomicBool,
+    tell: &dyn Fn(usize, usize),
+) -> Result<Option<Trained>, TrainError> {
+    let Some(plain) = train(lesson, axes, splits, Encoding::Up, cancel, tell)? else {
+        return Ok(None);
+    };
+    if plain.pooled > GOOD {
+        return Ok(Some(plain));
+    }
+    let Some(whole) = train(lesson, axes, splits, Encoding::Raw, cancel, tell)? else {
+        return Ok(None);
+    };
+    let better = whole.pooled > plain.pooled + HEADING;
+    Ok(Some(if better { whole } else { plain }))
+}
+
 /// None where the flag was set.
 fn train(
     lesson: &Lesson,
     axes: &[usize],
     splits: &Splits,
-    folder: &Path,
+    encoding: Encoding,
     cancel: &AtomicBool,
     tell: &dyn Fn(usize, usize),
 ) -> Result<Option<Trained>, TrainError> {
+    let place = tempfile::tempdir().map_err(|source| TrainError::Io {
+        path: std::env::temp_dir(),
+        source,
+    })?;
+    let folder = place.path();
     let about = manifest(lesson, axes, splits.samples);
     let parts = [
         ("train", splits.train.clone()),
         ("val", splits.validation.clone()),
     ];
     let data = dataset::write(&folder.join("data"), &about, &parts)?;
-    let mut config = config(lesson.seed);
+    let mut config = config(lesson.seed, encoding);
     let per_epoch = Trainer::new(config.clone(), &data)?.steps() / config.epochs;
     config.epochs = (STEPS / per_epoch.max(1)).clamp(EPOCHS[0], EPOCHS[1]);
     config.patience = (config.epochs / 4).max(10);
@@ -306,7 +334,7 @@ fn manifest(lesson: &Lesson, axes: &[usize], samples: usize) -> Manifest {
 }
 
 /// The released kind of model, of a size that a few trials can feed.
-fn config(seed: u64) -> TrainConfig {
+fn config(seed: u64, encoding: Encoding) -> TrainConfig {
     TrainConfig {
         model: ModelConfig::AttentionOde(AttentionOdeConfig {
             window: 8,
@@ -314,6 +342,7 @@ fn config(seed: u64) -> TrainConfig {
             embedding: 16,
             latent: 16,
             hidden: vec![32; 2],
+            encoding,
             ..AttentionOdeConfig::default()
         }),
         seed,
