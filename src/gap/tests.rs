@@ -21,14 +21,17 @@ fn trial(name: &str, effects: &[Entry], knobs: &[f64], seed: u64, noise: f64) ->
     pushed(name, effects, knobs, seed, noise, &|_, _| [0.0; 6])
 }
 
-/// The same with a wrench on the base that depends on positions and velocities.
+/// A wrench on the base that depends on positions and velocities [N, N m].
+pub(super) type Push = dyn Fn(&[f64], &[f64]) -> [f64; 6];
+
+/// The same with such a wrench.
 pub(super) fn pushed(
     name: &str,
     effects: &[Entry],
     knobs: &[f64],
     seed: u64,
     noise: f64,
-    push: &dyn Fn(&[f64], &[f64]) -> [f64; 6],
+    push: &Push,
 ) -> Trial {
     let plant = RigidBody::new();
     let mut simulation = plant.simulation(knobs, effects).unwrap();

@@ -7,12 +7,17 @@ use std::{
     cell::{OnceCell, RefCell},
     collections::BTreeMap,
     fs,
+    path::Path,
 };
 
 use anyhow::{Context as _, bail};
 use hydro_plugin::{
     effects::{Id, effect},
-    gap::{self, Bench, Naming, Settings, Study, Uncertainty, Watch, stages::Verified},
+    gap::{
+        self, Bench, Naming, Settings, Study, Uncertainty, Watch,
+        stages::{Added, Verified},
+        verdict::Outcome,
+    },
     mujoco::plant::MujocoPlant,
     patch,
     sim::plant::{Plant, PlantDescription, SensorKind},
@@ -24,7 +29,7 @@ use super::{
     effects::example,
     folder::{CANDIDATE, Folder, PATCHED, provenance},
     inputs::Inputs,
-    lines,
+    lines, residual,
     sequence::{self, Candidate, Exam, Reached, Stage, Stages},
     settings::Flags,
 };
@@ -83,8 +88,12 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
         name: Box::new(|_, watch| Ok(named(watch)?.named.clone())),
         add: Box::new(|_, _, watch| {
             let (study, bench) = prepared(watch)?;
-            match gap::add(study, bench, named(watch)?) {
+            let naming = named(watch)?;
+            match gap::add(study, bench, naming) {
                 Some(addition) => laboratory.candidate(addition).map(Some),
+                None if naming.named.outcome == Outcome::Unknown && !flags.no_residual => {
+                    laboratory.residual(study, watch).map(Some)
+                }
                 None => Ok(None),
             }
         }),
@@ -204,18 +213,18 @@ impl<'a> Laboratory<'a> {
             names: parameter_names,
             search: &[],
         })?;
-        let nominal = fs::read_to_string(&self.flags.model)
-            .with_context(|| format!("--model {}", self.flags.model.display()))?;
-        let mut added = addition.added;
-        let name = self.flags.model.file_name().unwrap_or_default();
-        let names = (&*name.to_string_lossy(), PATCHED);
-        added.diff = patch::unified(&nominal, &patched.xml, names);
-        added.model = Some(PATCHED.to_owned());
-        added.remarks.extend(patched.remarks);
-        Ok(Candidate {
-            added,
-            xml: patched.xml,
-        })
+        written(&self.flags.model, addition.added, patched)
+    }
+
+    /// A candidate with a learned residual, or the remark why there is none.
+    fn residual(&self, study: &Study<'_>, watch: &Watch<'_>) -> anyhow::Result<Candidate> {
+        let task = residual::Task {
+            nominal: &self.flags.model,
+            model: self.plant.description(),
+            out: &self.flags.out,
+            seed: self.settings.seed,
+        };
+        residual::candidate(&task, study, watch)
     }
 
     fn verify(&self, exam: &Exam<'_>, watch: &Watch<'_>) -> anyhow::Result<Option<Verified>> {
@@ -243,13 +252,33 @@ impl<'a> Laboratory<'a> {
     }
 }
 
+/// What `add` hands on of a patched model.
+pub(super) fn written(
+    nominal: &Path,
+    mut added: Added,
+    patched: patch::Patched,
+) -> anyhow::Result<Candidate> {
+    let text =
+        fs::read_to_string(nominal).with_context(|| format!("--model {}", nominal.display()))?;
+    let name = nominal.file_name().unwrap_or_default();
+    let names = (&*name.to_string_lossy(), PATCHED);
+    added.diff = patch::unified(&text, &patched.xml, names);
+    added.model = Some(PATCHED.to_owned());
+    added.remarks.extend(patched.remarks);
+    Ok(Candidate {
+        added,
+        xml: Some(patched.xml),
+        residual: Vec::new(),
+    })
+}
+
 fn names_of(listed: &[Listed]) -> String {
     let names: Vec<&str> = listed.iter().map(|one| one.name.as_str()).collect();
     names.join(", ")
 }
 
 /// Names of an effect's parameters; they do not depend on the target's size.
-fn parameter_names(id: Id) -> Vec<String> {
+pub(super) fn parameter_names(id: Id) -> Vec<String> {
     let effect = effect(id);
     effect
         .parameters(&example(effect.card().target))

@@ -3,7 +3,10 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::{super::tests::pushed, *};
+use super::{
+    super::tests::{Push, pushed},
+    *,
+};
 use crate::{
     frames::world_from_base,
     gap::{Settings, Uncertainty, fake::RigidBody},
@@ -24,7 +27,7 @@ fn hidden(qpos: &[f64], qvel: &[f64]) -> [f64; 6] {
     [0.0, 15.0 * strength, 0.0, 0.0, 0.0, 3.0 * strength]
 }
 
-fn estimated(push: &dyn Fn(&[f64], &[f64]) -> [f64; 6]) -> MissingWrench {
+fn estimated(push: &Push) -> MissingWrench {
     let plant = RigidBody::new();
     let stop = AtomicBool::new(false);
     let watch = Watch {
@@ -66,7 +69,6 @@ fn a_wrench_outside_the_catalogue_is_found_within_its_stated_error() {
         }
     }
     let deviation = (square / count as f64).sqrt();
-    eprintln!("deviation {deviation}, {explained:?}");
     assert!((0.3..1.5).contains(&deviation), "{deviation}");
     for axis in [1, 5] {
         let [error, truth] = explained[axis];
