@@ -6,7 +6,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    bench::{Bench, sum},
+    bench::Bench,
+    fit::sum,
     name::{Naming, parameters},
     stages::Added,
     study::Study,

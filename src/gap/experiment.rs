@@ -7,8 +7,9 @@
 use std::f64::consts::TAU;
 
 use super::{
-    bench::{Bench, Point},
+    bench::Bench,
     error::GapError,
+    fit::Point,
     measured::Measured,
     shooting::{self, Track},
     study::{LEAST_ROWS, SEGMENT},

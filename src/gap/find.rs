@@ -11,8 +11,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    bench::{Bench, Fit},
+    bench::Bench,
     error::GapError,
+    fit::Fit,
     regime,
     stages::{Found, HeatMap},
     study::{SEGMENT, Study},
@@ -66,18 +67,9 @@ pub fn find(
     held_out: &[String],
     watch: &Watch<'_>,
 ) -> Result<Found, GapError> {
-    let Some(fit) = bench.fit(bench.origin(), watch)? else {
-        let first = &bench.segments[0];
-        return Err(GapError::NominalDiverges {
-            trial: study.trials[first.trial].name.clone(),
-            start: first.start,
-            after: 0.0,
-            expected: SEGMENT,
-            timestep: bench.model.timestep,
-        });
-    };
-    let cells = cells(bench, &fit);
-    let nulls = null_maxima(bench, &fit, study.settings.seed, watch)?;
+    let fit = bench.empty()?;
+    let cells = cells(bench, fit);
+    let nulls = null_maxima(bench, fit, study.settings.seed, watch)?;
     let p_value = |deviation: f64| {
         let above = nulls.iter().filter(|null| **null >= deviation).count();
         (above + 1) as f64 / (nulls.len() + 1) as f64
@@ -108,7 +100,7 @@ pub fn find(
         .fold(f64::NEG_INFINITY, f64::max);
     let fitted = 2 * bench.model.nv * bench.segments.len();
     let regime = if p_value(largest) <= LEVEL {
-        regime::rules(study, bench, &fit)
+        regime::rules(study, bench, fit)
     } else {
         Vec::new()
     };

@@ -78,6 +78,8 @@ pub(super) struct Optimum {
     pub(super) z: DVector<f64>,
     /// Log evidence relative to the quadratic's value at zero (prior and Occam's factor in).
     pub(super) log_evidence: f64,
+    /// Value of the quadratic and its prior there.
+    pub(super) cost: f64,
     /// Covariance; zero rows where a bound holds a value.
     pub(super) covariance: DMatrix<f64>,
 }
@@ -236,6 +238,7 @@ impl Quadratic {
             log_evidence += (posterior.max(1e-3) / prior.max(1e-12)).ln();
         }
         Optimum {
+            cost: misfit + z.norm_squared(),
             z,
             log_evidence,
             covariance: whole,

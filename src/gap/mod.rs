@@ -16,6 +16,7 @@ mod experiment;
 #[cfg(test)]
 mod fake;
 mod find;
+mod fit;
 mod information;
 mod leftover;
 mod measured;
@@ -23,6 +24,7 @@ mod name;
 mod noise;
 mod regime;
 mod residual;
+mod screen;
 mod search;
 mod shooting;
 pub mod stages;

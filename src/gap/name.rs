@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::{
-    bench::{Bench, Fit},
+    bench::Bench,
     error::GapError,
     experiment,
+    fit::Fit,
     search::{self, Scored, Search},
     stages::{Hypothesis, Named},
     study::Study,
@@ -49,16 +50,7 @@ pub struct Naming {
 /// # Errors
 /// Where the plant refuses, or a stop was asked for.
 pub fn name(study: &Study<'_>, bench: &Bench<'_>, watch: &Watch<'_>) -> Result<Naming, GapError> {
-    let Some(search) = search::search(bench, watch)? else {
-        let first = &bench.segments[0];
-        return Err(GapError::NominalDiverges {
-            trial: study.trials[first.trial].name.clone(),
-            start: first.start,
-            after: 0.0,
-            expected: super::study::SEGMENT,
-            timestep: bench.model.timestep,
-        });
-    };
+    let search = search::search(bench, watch)?;
     let weights = Weights::of(bench, &search);
     let decision = decide(bench, &search, &weights);
     let scored = &search.scored[decision.chosen];

@@ -1,10 +1,6 @@
 //! When the nominal fails: a shallow regression tree of the excess over readable features of the motion.
 
-use super::{
-    bench::{Bench, Fit},
-    study::Study,
-    verdict::Regime,
-};
+use super::{bench::Bench, fit::Fit, study::Study, verdict::Regime};
 
 /// Depth of the tree.
 const DEPTH: usize = 2;

@@ -5,10 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::DVector;
 
 use super::{
-    bench::{Bench, Direction, Fit, PHASE, Point, Screen},
+    bench::Bench,
     error::GapError,
+    fit::{Fit, Point},
     information::{Bounds, Quadratic},
     leftover,
+    screen::{Direction, PHASE, Screen},
     watch::Watch,
 };
 use crate::effects::Id;
@@ -19,8 +21,8 @@ const PRIOR_BY_SIZE: [f64; 4] = [0.5, 0.3, 0.15, 0.05];
 const LARGEST: usize = 3;
 /// Singles that pairs are made of.
 const BEAM: usize = 40;
-/// Sets that are refitted about one screen, and those of them that are singles at least.
-const LEADERS: [usize; 2] = [6, 3];
+/// Singles and pairs that are refitted about one screen, at most.
+const LEADERS: [usize; 2] = [5, 3];
 /// An effect's form differs from nature's by about this part of what the effect does ...
 const FORM_ERROR: f64 = 0.08;
 /// ... spread over about so many independent directions of the data.
@@ -225,10 +227,8 @@ pub(super) fn form_factor(explained: f64) -> f64 {
 
 /// Searches from nothing: screen, refit the leaders, and where something is left over, screen again about
 /// the best set and refit larger ones.
-pub(super) fn search(bench: &Bench<'_>, watch: &Watch<'_>) -> Result<Option<Search>, GapError> {
-    let Some(empty) = bench.fit(bench.origin(), watch)? else {
-        return Ok(None);
-    };
+pub(super) fn search(bench: &Bench<'_>, watch: &Watch<'_>) -> Result<Search, GapError> {
+    let empty = bench.empty()?.clone();
     let directions: Vec<Direction> = (0..bench.candidates.len())
         .flat_map(|candidate| bench.directions(candidate))
         .collect();
@@ -305,11 +305,11 @@ pub(super) fn search(bench: &Bench<'_>, watch: &Watch<'_>) -> Result<Option<Sear
         }
     }
     factor = tempering(bench, &scored, nothing);
-    Ok(Some(Search {
+    Ok(Search {
         scored,
         linear: linear_sets,
         factor,
-    }))
+    })
 }
 
 /// The factor before anything was refitted: from what the best single explains to first order.
@@ -339,6 +339,12 @@ fn sets(bench: &Bench<'_>, linear: &Linear<'_>) -> Vec<(Vec<usize>, f64)> {
         .filter_map(|candidate| judged(&[*candidate]))
         .collect();
     singles.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
+    for (c, w) in &singles {
+        eprintln!(
+            "FINE {:?} {:?} {w:.1}",
+            bench.candidates[c[0]].effect, bench.candidates[c[0]].targets
+        );
+    }
     let mut pairs = Vec::new();
     for (at, (a, _)) in singles.iter().take(BEAM).enumerate() {
         for (b, _) in singles.iter().take(BEAM).skip(at + 1) {
@@ -364,20 +370,17 @@ fn refit_leaders(
     watch: &Watch<'_>,
 ) -> Result<(), GapError> {
     let worth = |entry: &(Vec<usize>, f64)| entry.1 + log_prior(bench, &entry.0);
-    let best = sets.first().map_or(0.0, worth);
-    // Nothing to refit where nothing beats the empty set by far.
-    let mut leaders: Vec<&Vec<usize>> = sets
-        .iter()
-        .filter(|entry| worth(entry) > best - WITHIN)
-        .take(LEADERS[0])
-        .map(|(set, _)| set)
-        .collect();
+    let leading = |size: usize, above: f64| -> Vec<&Vec<usize>> {
+        let of_size = sets.iter().filter(|(set, _)| set.len() == size);
+        let above = of_size.filter(|entry| worth(entry) > above);
+        let leaders = above.take(LEADERS[size - 1]);
+        leaders.map(|(set, _)| set).collect()
+    };
     let singles = sets.iter().filter(|(set, _)| set.len() == 1);
-    for (set, _) in singles.take(LEADERS[1]) {
-        if !leaders.contains(&set) {
-            leaders.push(set);
-        }
-    }
+    let best_single = singles.map(worth).fold(f64::NEG_INFINITY, f64::max);
+    let mut leaders = leading(1, best_single - WITHIN);
+    // A pair that is no better than a single is found from that, by a screen about its refit.
+    leaders.extend(leading(2, best_single));
     let total = leaders.len();
     for (at, set) in leaders.into_iter().enumerate() {
         (watch.tell)("refitting", at, total);

@@ -1,0 +1,447 @@
+//! The fit of a hypothesis by multiple shooting.
+//!
+//! A hypothesis is a set of effects. Its parameters, the knobs and the start of every segment are fitted
+//! together by Gauss-Newton on whitened output errors, a chord method: a rollout costs as much as a column,
+//! so columns are kept as long as steps bring what they promise. Starts keep the sensitivities of the
+//! bench, and so do knobs unless fresh columns of the effects do not help.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::{
+    bench::Bench,
+    error::GapError,
+    information::{Bounds, Optimum, Quadratic},
+    watch::Watch,
+};
+use crate::effects::Entry;
+
+/// Step of a difference quotient, in standard deviations of the prior.
+pub(super) const STEP: f64 = 0.01;
+/// Rollouts of all segments at most, columns not counted.
+const LOOKS: usize = 10;
+/// The same from far away.
+const LOOKS_FAR: usize = 30;
+/// A change of the cost, reached or promised, that ends a fit: absolute, relative.
+const CONVERGED: f64 = 0.05;
+const CONVERGED_RELATIVE: f64 = 1e-5;
+/// Columns hold as long as a step brings this part of what they promise ...
+const TRUSTED: f64 = 0.7;
+/// ... and are made anew at the end where the steps since have changed the cost by more than this.
+const MOVED: f64 = 2.0;
+/// Halvings of a step that leads uphill.
+const HALVINGS: usize = 3;
+
+/// A set of candidates with values.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Point {
+    /// Rows of `Bench::candidates`.
+    pub(super) candidates: Vec<usize>,
+    /// Values of each candidate, in the order of its parameters.
+    pub(super) values: Vec<Vec<f64>>,
+    /// Knobs in standard deviations.
+    pub(super) knobs: DVector<f64>,
+    /// Start of each segment, as a tangent from its track.
+    pub(super) starts: Vec<DVector<f64>>,
+}
+
+/// A fitted hypothesis.
+#[derive(Clone, Debug)]
+pub(super) struct Fit {
+    pub(super) point: Point,
+    /// About zero in (knobs, parameters); per trial, so that trials can be drawn again.
+    pub(super) quadratics: Vec<Quadratic>,
+    pub(super) bounds: Vec<Bounds>,
+    /// Squared whitened residuals at the point.
+    pub(super) misfit: f64,
+    /// What the priors of knobs and parameters charge for the point.
+    pub(super) penalty: f64,
+    /// The same of the starts.
+    arrival: f64,
+    /// Whitened residuals by segment [readings], at the point.
+    pub(super) residuals: Vec<Vec<f64>>,
+    /// Change of the whitened predictions, by segment.
+    pub(super) columns: Vec<Columns>,
+    /// Readings that count.
+    pub(super) readings: usize,
+}
+
+/// Change of the whitened predictions of a segment with a point's parameters.
+#[derive(Clone, Debug)]
+pub(super) struct Columns {
+    /// With its own [readings, parameters].
+    pub(super) own: DMatrix<f32>,
+    /// With the knobs, where the shared ones do not serve.
+    pub(super) knobs: Option<DMatrix<f32>>,
+}
+
+impl Fit {
+    pub(super) fn quadratic(&self) -> Quadratic {
+        sum(self.quadratics.iter())
+    }
+
+    /// Absolute log evidence (up to the constant of the noise) and the optimum, where every squared
+    /// residual counts `1 / factor`.
+    pub(super) fn evidence(&self, factor: f64) -> Option<(f64, Optimum)> {
+        let quadratic = self.quadratic().tempered(factor);
+        let best = quadratic.best(&self.bounds)?;
+        Some((best.log_evidence - 0.5 * quadratic.q, best))
+    }
+
+    fn cost(&self) -> f64 {
+        self.misfit + self.penalty + self.arrival
+    }
+}
+
+/// Sum of quadratics of the same parameters.
+pub(super) fn sum<'a>(quadratics: impl Iterator<Item = &'a Quadratic>) -> Quadratic {
+    quadratics
+        .cloned()
+        .reduce(|mut a, b| {
+            a.q += b.q;
+            a.b += b.b;
+            a.a += b.a;
+            a
+        })
+        .unwrap_or(Quadratic {
+            q: 0.0,
+            b: DVector::zeros(0),
+            a: DMatrix::zeros(0, 0),
+        })
+}
+
+impl Bench<'_> {
+    /// Fits a set of candidates from a first point.
+    ///
+    /// # Errors
+    /// Where the plant refuses it, or a stop was asked for. None where it blows up from the start.
+    pub(super) fn fit(&self, first: Point, watch: &Watch<'_>) -> Result<Option<Fit>, GapError> {
+        self.descend(first, LOOKS, true, watch)
+    }
+
+    /// The same from a point that may be far away, without columns about the end.
+    pub(super) fn fit_far(&self, first: Point, watch: &Watch<'_>) -> Result<Option<Fit>, GapError> {
+        self.descend(first, LOOKS_FAR, false, watch)
+    }
+
+    fn descend(
+        &self,
+        first: Point,
+        mut looks: usize,
+        exact: bool,
+        watch: &Watch<'_>,
+    ) -> Result<Option<Fit>, GapError> {
+        let Some(residuals) = self.look(&first)? else {
+            return Ok(None);
+        };
+        let columns = self.columns(&first, &residuals, false)?;
+        let mut fit = self.assemble(first, residuals, columns);
+        // What the steps since the columns were made have brought; none: none was made.
+        let mut since: Option<f64> = None;
+        let mut disappointed = fit.point.candidates.is_empty();
+        loop {
+            watch.check()?;
+            let Some(best) = fit.quadratic().best(&fit.bounds) else {
+                return Ok(Some(fit));
+            };
+            let promised = fit.cost() - best.cost;
+            let little = CONVERGED + CONVERGED_RELATIVE * fit.cost();
+            if promised < little || looks == 0 {
+                if looks == 0 || !exact || since.unwrap_or(0.0) <= MOVED {
+                    return Ok(Some(fit));
+                }
+                fit = self.renewed(fit, false)?;
+                since = None;
+                continue;
+            }
+            let (found, used) = self.downhill(&fit, &best.z, looks)?;
+            looks -= used;
+            let Some((point, residuals)) = found else {
+                if since.is_none() && disappointed {
+                    return Ok(Some(fit));
+                }
+                fit = self.renewed(fit, disappointed)?;
+                (since, disappointed) = (None, true);
+                continue;
+            };
+            let next = self.assemble(point, residuals, std::mem::take(&mut fit.columns));
+            let gained = fit.cost() - next.cost();
+            fit = next;
+            if gained < little && since.is_none() {
+                return Ok(Some(fit));
+            }
+            since = Some(since.unwrap_or(0.0) + gained);
+            if gained < little.max(TRUSTED * promised) {
+                fit = self.renewed(fit, disappointed)?;
+                (since, disappointed) = (None, true);
+            }
+        }
+    }
+
+    /// A point downhill: the one that the linearisation leads to, or part of the way. Returns how many
+    /// points were looked at.
+    #[expect(clippy::type_complexity)]
+    fn downhill(
+        &self,
+        fit: &Fit,
+        z: &DVector<f64>,
+        left: usize,
+    ) -> Result<(Option<(Point, Vec<Vec<f64>>)>, usize), GapError> {
+        let mut point = self.step(fit, z);
+        for used in 1..=left.min(HALVINGS + 1) {
+            if let Some(residuals) = self.look(&point)?
+                && self.cost(&point, &residuals) < fit.cost()
+            {
+                return Ok((Some((point, residuals)), used));
+            }
+            point = midway(&fit.point, &point);
+        }
+        Ok((None, left.min(HALVINGS + 1)))
+    }
+
+    /// The same fit with columns about its point, those of the knobs too if asked for.
+    fn renewed(&self, fit: Fit, knobs: bool) -> Result<Fit, GapError> {
+        let mut columns = self.columns(&fit.point, &fit.residuals, knobs)?;
+        if !knobs {
+            for (new, old) in columns.iter_mut().zip(fit.columns) {
+                new.knobs = old.knobs;
+            }
+        }
+        Ok(self.assemble(fit.point, fit.residuals, columns))
+    }
+
+    /// The point that the linearisation about a fit leads to.
+    fn step(&self, fit: &Fit, z: &DVector<f64>) -> Point {
+        let mut next = fit.point.clone();
+        self.set(&mut next, z);
+        let change = self.normalised(&next) - self.normalised(&fit.point);
+        let knobs = self.knobs.len();
+        next.starts = (0..self.segments.len())
+            .into_par_iter()
+            .map(|at| {
+                let (projection, shared) = &self.shared[at];
+                let columns = &fit.columns[at];
+                let nuisances = columns.knobs.as_ref().unwrap_or(shared);
+                let readings = &fit.residuals[at];
+                let mut residual = DMatrix::from_column_slice(readings.len(), 1, readings);
+                residual -= nuisances.map(f64::from) * change.rows(0, knobs);
+                residual -= columns.own.map(f64::from) * change.rows(knobs, change.len() - knobs);
+                // The prior of a start is about its track, not about where it is now.
+                residual += projection.sensitivity.map(f64::from) * &fit.point.starts[at];
+                projection.start(&residual)
+            })
+            .collect();
+        next
+    }
+
+    /// Whitened residuals at a point; none where a segment blows up.
+    fn look(&self, point: &Point) -> Result<Option<Vec<Vec<f64>>>, GapError> {
+        let entries = self.entries(point);
+        let knobs = self.knob_values(point);
+        let blown = AtomicBool::new(false);
+        let residuals: Vec<Option<Vec<f64>>> = (0..self.segments.len())
+            .into_par_iter()
+            .map(|at| {
+                if blown.load(Ordering::Relaxed) {
+                    return Ok(None);
+                }
+                let mut simulation = self.plant.simulation(&knobs, &entries)?;
+                let mut residual = Vec::new();
+                let start = &point.starts[at];
+                if self.shoot(simulation.as_mut(), at, start, &entries, &mut residual) {
+                    return Ok(Some(residual));
+                }
+                blown.store(true, Ordering::Relaxed);
+                Ok(None)
+            })
+            .collect::<Result<_, GapError>>()?;
+        Ok(residuals.into_iter().collect())
+    }
+
+    fn cost(&self, point: &Point, residuals: &[Vec<f64>]) -> f64 {
+        let misfit: f64 = residuals.iter().flatten().map(|value| value * value).sum();
+        misfit + self.normalised(point).norm_squared() + self.arrival(point)
+    }
+
+    fn arrival(&self, point: &Point) -> f64 {
+        let charge = |start: &DVector<f64>| start.component_mul(start).dot(&self.precision);
+        point.starts.iter().map(charge).sum()
+    }
+
+    /// Change of the whitened predictions of every segment about a point, with the knobs if asked for.
+    fn columns(
+        &self,
+        point: &Point,
+        residuals: &[Vec<f64>],
+        knobs: bool,
+    ) -> Result<Vec<Columns>, GapError> {
+        let entries = self.entries(point);
+        (0..self.segments.len())
+            .into_par_iter()
+            .map(|at| {
+                let own = self.own_columns(at, point, &entries, &residuals[at])?;
+                let knobs = knobs
+                    .then(|| self.knob_columns(at, point, &residuals[at]))
+                    .transpose()?;
+                Ok(Columns {
+                    own: own.map(|value| value as f32),
+                    knobs,
+                })
+            })
+            .collect()
+    }
+
+    /// The quadratic about zero that residuals and columns at a point make.
+    fn assemble(&self, point: Point, residuals: Vec<Vec<f64>>, columns: Vec<Columns>) -> Fit {
+        let z = self.normalised(&point);
+        let grams: Vec<DMatrix<f64>> = (0..self.segments.len())
+            .into_par_iter()
+            .map(|at| {
+                let own = columns[at].own.map(f64::from);
+                self.gram(
+                    at,
+                    &point,
+                    &z,
+                    &residuals[at],
+                    columns[at].knobs.as_ref(),
+                    &own,
+                )
+            })
+            .collect();
+        let mut by_trial: Vec<Option<DMatrix<f64>>> = vec![None; self.trials.len()];
+        for (segment, gram) in self.segments.iter().zip(grams) {
+            match &mut by_trial[segment.trial] {
+                Some(sum) => *sum += gram,
+                empty => *empty = Some(gram),
+            }
+        }
+        let misfit = residuals.iter().flatten().map(|value| value * value).sum();
+        // A missing reading was made an exact zero by the whitening.
+        let readings = residuals
+            .iter()
+            .flatten()
+            .filter(|value| **value != 0.0)
+            .count();
+        Fit {
+            quadratics: by_trial
+                .iter()
+                .flatten()
+                .map(Quadratic::from_gram)
+                .collect(),
+            bounds: self.bounds(&point.candidates),
+            misfit,
+            penalty: z.norm_squared(),
+            arrival: self.arrival(&point),
+            residuals,
+            columns,
+            readings,
+            point,
+        }
+    }
+
+    /// Gram matrix of (residual carried back to zero, knobs, columns), off the start.
+    pub(super) fn gram(
+        &self,
+        at: usize,
+        point: &Point,
+        z: &DVector<f64>,
+        residual: &[f64],
+        nuisances: Option<&DMatrix<f32>>,
+        columns: &DMatrix<f64>,
+    ) -> DMatrix<f64> {
+        let (projection, shared) = &self.shared[at];
+        let nuisances = nuisances.unwrap_or(shared);
+        let knobs = self.knobs.len();
+        let mut all = DMatrix::zeros(residual.len(), 1 + knobs + columns.ncols());
+        all.column_mut(0).copy_from_slice(residual);
+        all.view_mut((0, 1), nuisances.shape())
+            .copy_from(&nuisances.map(f64::from));
+        all.view_mut((0, 1 + knobs), columns.shape())
+            .copy_from(columns);
+        let carried =
+            all.columns(1, z.len()) * z + projection.sensitivity.map(f64::from) * &point.starts[at];
+        let mut first = all.column_mut(0);
+        first += carried;
+        projection.gram(&all)
+    }
+
+    /// Change of the whitened prediction with each of a point's own parameters, a prior's standard
+    /// deviation each.
+    fn own_columns(
+        &self,
+        at: usize,
+        point: &Point,
+        entries: &[Entry],
+        residual: &[f64],
+    ) -> Result<DMatrix<f64>, GapError> {
+        let count = point.values.iter().map(Vec::len).sum();
+        let mut columns = DMatrix::zeros(residual.len(), count);
+        if entries.is_empty() {
+            return Ok(columns);
+        }
+        let mut column = 0;
+        for (row, candidate) in point.candidates.iter().enumerate() {
+            for (parameter, p) in self.candidates[*candidate].parameters.iter().enumerate() {
+                let mut moved = point.clone();
+                let value = &mut moved.values[row][parameter];
+                let step = inward(*value, STEP * p.prior_sd, p.upper);
+                *value += step;
+                let found = self.column(at, &moved, step / p.prior_sd, residual)?;
+                columns.set_column(column, &found);
+                column += 1;
+            }
+        }
+        Ok(columns)
+    }
+
+    /// Change of the whitened prediction between a residual and a moved point, over a step.
+    pub(super) fn column(
+        &self,
+        at: usize,
+        moved: &Point,
+        step: f64,
+        residual: &[f64],
+    ) -> Result<DVector<f64>, GapError> {
+        let entries = self.entries(moved);
+        let mut simulation = self.plant.simulation(&self.knob_values(moved), &entries)?;
+        let mut other = Vec::new();
+        let start = &moved.starts[at];
+        if !self.shoot(simulation.as_mut(), at, start, &entries, &mut other) {
+            return Ok(DVector::zeros(residual.len()));
+        }
+        Ok(quotient(residual, &other, step))
+    }
+}
+
+/// Change of a prediction a step: minus that of the residual.
+pub(super) fn quotient(before: &[f64], after: &[f64], step: f64) -> DVector<f64> {
+    let changes = before.iter().zip(after).map(|(a, b)| (a - b) / step);
+    DVector::from_iterator(before.len(), changes)
+}
+
+/// A step that does not leave the bounds.
+pub(super) fn inward(value: f64, step: f64, upper: f64) -> f64 {
+    if value + step > upper { -step } else { step }
+}
+
+/// Half way between two points of the same candidates.
+fn midway(a: &Point, b: &Point) -> Point {
+    Point {
+        candidates: a.candidates.clone(),
+        values: a
+            .values
+            .iter()
+            .zip(&b.values)
+            .map(|(a, b)| a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect())
+            .collect(),
+        knobs: 0.5 * (&a.knobs + &b.knobs),
+        starts: a
+            .starts
+            .iter()
+            .zip(&b.starts)
+            .map(|(a, b)| 0.5 * (a + b))
+            .collect(),
+    }
+}

@@ -1,0 +1,221 @@
+//! The screen: what every candidate would change about a fit, to first order.
+
+use std::sync::atomic::AtomicUsize;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::{
+    bench::Bench,
+    error::GapError,
+    fit::{Fit, Point, STEP, inward, quotient},
+    information::Quadratic,
+    shooting::{self, Trace, WarmUp},
+    start::whiten,
+    watch::Watch,
+};
+use crate::effects::{self, Entry, Part};
+
+/// Segments that a screen looks at: it only chooses what is fitted to all of them.
+const SCREENED: usize = 20;
+/// Parameters that shape what amplitudes do.
+const SHAPE_NAMES: [&str; 6] = [
+    "frequency",
+    "rate",
+    "length",
+    "speed",
+    PHASE,
+    "vertical_lag",
+];
+/// The phase of an oscillation: amplitudes at two phases a quarter of a turn apart make any.
+pub(super) const PHASE: &str = "phase";
+/// Factors on a shape's usual value that are tried.
+const SHAPES: [f64; 3] = [1.0 / 3.0, 1.0, 3.0];
+/// Factors on a frequency's usual value that are tried.
+const FREQUENCIES: [f64; 4] = [0.4, 0.8, 1.6, 3.0];
+/// What a screen looks along: one parameter of one candidate, with the others at `base`.
+#[derive(Clone, Debug)]
+pub(super) struct Direction {
+    pub(super) candidate: usize,
+    pub(super) parameter: usize,
+    /// Values of the candidate about which it is looked at.
+    pub(super) base: Vec<f64>,
+    /// Step in the parameter's unit.
+    pub(super) step: f64,
+}
+
+/// Columns of every candidate about a fit: (knobs, the fit's own parameters, directions).
+#[derive(Debug)]
+pub(super) struct Screen {
+    pub(super) quadratic: Quadratic,
+    pub(super) directions: Vec<Direction>,
+    /// Parameters before the directions: knobs and the fit's own.
+    pub(super) before: usize,
+}
+
+impl Bench<'_> {
+    /// Directions of a candidate: its amplitudes, for several shapes where it has any (a frequency says
+    /// nothing while the amplitude is zero, so a few are tried).
+    pub(super) fn directions(&self, candidate: usize) -> Vec<Direction> {
+        let of = &self.candidates[candidate];
+        let mut bases = vec![of.null()];
+        for (at, p) in of.parameters.iter().enumerate() {
+            let factors: &[f64] = match p.name.as_str() {
+                "frequency" => &FREQUENCIES,
+                "rate" | "length" | "speed" => &SHAPES,
+                _ => continue,
+            };
+            bases = factors
+                .iter()
+                .flat_map(|factor| {
+                    bases.iter().map(move |base| {
+                        let mut base = base.clone();
+                        base[at] = (base[at] * factor).clamp(p.lower, p.upper);
+                        base
+                    })
+                })
+                .collect();
+        }
+        if let Some(at) = of.parameters.iter().position(|p| p.name == PHASE) {
+            bases = bases
+                .into_iter()
+                .flat_map(|base| {
+                    let mut quarter = base.clone();
+                    quarter[at] += std::f64::consts::FRAC_PI_2;
+                    [base, quarter]
+                })
+                .collect();
+        }
+        let amplitudes = of.parameters.iter().enumerate();
+        let amplitudes: Vec<(usize, f64)> = amplitudes
+            .filter(|(_, p)| !SHAPE_NAMES.contains(&p.name.as_str()))
+            .map(|(parameter, p)| {
+                // A start off the null: there the effect has no derivative, and a secant stands for it.
+                let step = if p.start == p.null {
+                    inward(p.null, STEP * p.prior_sd, p.upper)
+                } else {
+                    p.start - p.null
+                };
+                (parameter, step)
+            })
+            .collect();
+        bases
+            .iter()
+            .flat_map(|base| {
+                amplitudes.iter().map(|(parameter, step)| Direction {
+                    candidate,
+                    parameter: *parameter,
+                    base: base.clone(),
+                    step: *step,
+                })
+            })
+            .collect()
+    }
+
+    /// Looks along every direction about a fit.
+    pub(super) fn screen(
+        &self,
+        fit: &Fit,
+        directions: Vec<Direction>,
+        watch: &Watch<'_>,
+    ) -> Result<Screen, GapError> {
+        let done = AtomicUsize::new(0);
+        let count = self.segments.len();
+        let total = count.min(SCREENED);
+        let z = self.normalised(&fit.point);
+        let entries = self.entries(&fit.point);
+        let grams: Vec<DMatrix<f64>> = (0..total)
+            .into_par_iter()
+            .map(|among| {
+                let at = among * count / total;
+                let residual = &fit.residuals[at];
+                let own = fit.columns[at].own.map(f64::from);
+                let trace = self.trace(at, &fit.point, &entries)?;
+                let mut columns = DMatrix::zeros(residual.len(), own.ncols() + directions.len());
+                columns.view_mut((0, 0), own.shape()).copy_from(&own);
+                for (column, direction) in directions.iter().enumerate() {
+                    watch.check()?;
+                    let found = self.along(at, fit, direction, &trace)?;
+                    columns.set_column(own.ncols() + column, &found);
+                }
+                let mut padded = DVector::zeros(z.len() + directions.len());
+                padded.rows_mut(0, z.len()).copy_from(&z);
+                let nuisances = fit.columns[at].knobs.as_ref();
+                let gram = self.gram(at, &fit.point, &padded, residual, nuisances, &columns);
+                watch.count("screening effects", &done, total);
+                Ok(gram)
+            })
+            .collect::<Result<_, GapError>>()?;
+        let whole = grams
+            .into_iter()
+            .reduce(|a, b| a + b)
+            .unwrap_or_else(|| DMatrix::zeros(1, 1));
+        // As if every segment had been looked at.
+        let whole = whole * (count as f64 / total.max(1) as f64);
+        Ok(Screen {
+            quadratic: Quadratic::from_gram(&whole),
+            directions,
+            before: z.len(),
+        })
+    }
+
+    /// Readings of a segment at every step.
+    fn trace(&self, at: usize, point: &Point, entries: &[Entry]) -> Result<Trace, GapError> {
+        let segment = &self.segments[at];
+        let knobs = self.knob_values(point);
+        let mut simulation = self.plant.simulation(&knobs, entries)?;
+        let mut trace = Trace::default();
+        shooting::run(
+            simulation.as_mut(),
+            &self.trials[segment.trial],
+            segment,
+            &self.tracks[segment.trial],
+            WarmUp::of(self.model, entries),
+            self.model.timestep,
+            Some(point.starts[at].as_slice()),
+            &mut trace,
+        );
+        Ok(trace)
+    }
+
+    fn along(
+        &self,
+        at: usize,
+        fit: &Fit,
+        direction: &Direction,
+        trace: &Trace,
+    ) -> Result<DVector<f64>, GapError> {
+        let candidate = &self.candidates[direction.candidate];
+        let sd = candidate.parameters[direction.parameter].prior_sd;
+        let mut point = fit.point.clone();
+        let mut values = direction.base.clone();
+        values[direction.parameter] += direction.step;
+        point.candidates.push(direction.candidate);
+        point.values.push(values);
+        let step = direction.step / sd;
+        let residual = &fit.residuals[at];
+        if !self.is_measurement(direction.candidate) {
+            return self.column(at, &point, step, residual);
+        }
+        // The motion is the same; only what the sensors say of it changes.
+        let segment = &self.segments[at];
+        let mut other = Vec::new();
+        shooting::residuals(
+            trace,
+            &self.trials[segment.trial],
+            segment,
+            self.channels,
+            &shooting::corrections(self.model, &self.entries(&point)),
+            self.model.timestep,
+            &mut other,
+        );
+        whiten(self.channels, &mut other);
+        Ok(quotient(residual, &other, step))
+    }
+
+    /// True where a candidate changes only what sensors report.
+    pub(super) fn is_measurement(&self, candidate: usize) -> bool {
+        let effect = effects::catalogue::effect(self.candidates[candidate].effect);
+        matches!(effect.part(), Part::Sensor(_))
+    }
+}
