@@ -10,7 +10,7 @@ use hydro_plugin::{
         card::{BodyScale, JointScale},
     },
     patch::{self, Request},
-    sim::plant::{PlantBody, PlantDescription, PlantJoint},
+    sim::plant::{Inertial, PlantBody, PlantDescription, PlantJoint},
 };
 use serde_json::{Value, json};
 
@@ -81,6 +81,8 @@ fn description() -> PlantDescription {
             travel: 0.0,
             slides,
         },
+        stiffness: 0.0,
+        damping: 0.0,
     };
     PlantDescription {
         timestep: 0.002,
@@ -102,12 +104,14 @@ fn description() -> PlantDescription {
                 speed: 0.0,
                 rate: 0.0,
             },
+            inertial: Inertial::default(),
         }],
         base: None,
         joints: vec![joint("rail", 7, 2.0, true), joint("hinge", 8, 0.007, false)],
         actuators: Vec::new(),
         sensors: Vec::new(),
         knobs: Vec::new(),
+        carriers: Vec::new(),
         has_water: true,
     }
 }
@@ -142,6 +146,7 @@ impl Cases<'_> {
             nominal: &nominal,
             entries,
             description: &description(),
+            numbers: &[],
             names,
             search: &[],
         })

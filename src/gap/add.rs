@@ -13,10 +13,15 @@ use super::{
     study::Study,
     verdict::{Bias, FittedParameter, SensorPatch},
 };
-use crate::effects::{self, Entry, Id, Part};
+use crate::{
+    effects::{self, Entry, Id, Part},
+    sim::plant::Knob,
+};
 
 /// Schema of [`Added`].
 const SCHEMA: &str = "hydro-gap-add/1";
+/// A number of the nominal that the fit moved by less than this part of its prior deviation stays as it is.
+const MOVED: f64 = 0.01;
 /// Draws of the block bootstrap.
 const DRAWS: usize = 400;
 
@@ -28,6 +33,11 @@ pub struct Addition {
     pub added: Added,
     /// Effects for the patched model.
     pub entries: Vec<Entry>,
+    /// Numbers of the nominal for the patched model, as the same fit has them: relative, or metres for a
+    /// centre of mass. Effects and numbers were fitted together, and are right only together.
+    pub numbers: Vec<(Knob, f64)>,
+    /// Standard deviation of each number, in its unit.
+    pub deviations: Vec<f64>,
 }
 
 /// The chosen effects. None where nothing was chosen.
@@ -46,12 +56,23 @@ pub fn add(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Option<Addi
     };
     let sensors = sensor_patches(bench, entries.iter().filter(of_sensors));
     let draws = bootstrap(study, bench, naming);
+    let values = bench.knob_values(&scored.fit.point);
+    let moved = bench.knobs.iter().enumerate();
+    let moved = moved.filter(|(_, (knob, prior))| values[*knob].abs() >= MOVED * prior);
+    let (numbers, deviations) = moved
+        .map(|(at, (knob, prior))| {
+            let fitted = naming.named.nuisances.get(at);
+            let deviation = fitted.map_or(*prior, |(_, _, deviation)| *deviation);
+            ((bench.model.knobs[*knob].clone(), values[*knob]), deviation)
+        })
+        .unzip();
     Some(Addition {
         added: Added {
             schema: SCHEMA.to_owned(),
             effects: naming.named.chosen.clone(),
             sensors,
             bootstrap: draws,
+            numbers: Vec::new(),
             model: None,
             diff: String::new(),
             remarks: Vec::new(),
@@ -61,6 +82,8 @@ pub fn add(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Option<Addi
             .filter(|entry| !of_sensors(entry))
             .cloned()
             .collect(),
+        numbers,
+        deviations,
     })
 }
 

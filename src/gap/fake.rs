@@ -6,8 +6,8 @@ use crate::{
     effects::{self, Entry, Motion, Part, card::BodyScale},
     frames::Wrench,
     sim::plant::{
-        FreeBase, Knob, KnobClass, Plant, PlantActuator, PlantBody, PlantDescription, PlantError,
-        PlantSensor, SensorKind, Simulation,
+        FreeBase, Inertial, Knob, KnobClass, Plant, PlantActuator, PlantBody, PlantDescription,
+        PlantError, PlantSensor, Quantity, SensorKind, Simulation,
     },
 };
 
@@ -47,10 +47,11 @@ impl RigidBody {
             frame_of: Some("hull".to_owned()),
             joint: None,
         };
-        let knob = |name: &str, class| Knob {
+        let knob = |name: &str, class, quantity| Knob {
             name: format!("hull.{name}"),
             element: "hull".to_owned(),
             class,
+            quantity,
         };
         Self {
             description: PlantDescription {
@@ -64,6 +65,7 @@ impl RigidBody {
                     moves: true,
                     wet: true,
                     scale,
+                    inertial: Inertial::default(),
                 }],
                 base: Some(FreeBase {
                     body: "hull".to_owned(),
@@ -81,6 +83,7 @@ impl RigidBody {
                         name: name.to_owned(),
                         range: Some([-1.0, 1.0]),
                         thrusts: false,
+                        speed_bias: 0.0,
                     })
                     .to_vec(),
                 sensors: vec![
@@ -90,9 +93,10 @@ impl RigidBody {
                     sensor("gyro", SensorKind::AngularVelocity, 10, 3, 0.01, "rad/s"),
                 ],
                 knobs: vec![
-                    knob("mass", KnobClass::Mass),
-                    knob("drag", KnobClass::Fluid),
+                    knob("mass", KnobClass::Mass, Quantity::Mass),
+                    knob("drag", KnobClass::Fluid, Quantity::FluidCoefficient(0)),
                 ],
+                carriers: Vec::new(),
                 has_water: true,
             },
         }

@@ -105,6 +105,21 @@ pub struct Named {
     pub remarks: Vec<String>,
 }
 
+/// A number of the nominal model that was fitted beside the effects and written with them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Refitted {
+    /// Its name: `hull.mass`.
+    pub what: String,
+    /// Its value in the nominal model.
+    pub from: f64,
+    /// Its value in the patched model.
+    pub to: f64,
+    /// Unit of both; `x nominal` where they are factors on what the nominal has.
+    pub unit: String,
+    /// Standard deviation that the trials leave it, in the same unit.
+    pub deviation: f64,
+}
+
 /// What was written into the model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Added {
@@ -116,6 +131,9 @@ pub struct Added {
     pub sensors: BTreeMap<String, SensorPatch>,
     /// Block-bootstrap intervals over trials beside the Laplace ones: (effect, target, parameters).
     pub bootstrap: Vec<(Id, String, Vec<FittedParameter>)>,
+    /// Numbers of the nominal model, as written.
+    #[serde(default)]
+    pub numbers: Vec<Refitted>,
     /// The patched model, relative to the output folder; none where there was nothing to write.
     pub model: Option<String>,
     /// Unified diff of nominal against patched MJCF.

@@ -122,6 +122,23 @@ fn run(effects: &[Entry]) -> super::stages::Named {
         found.p_value
     );
     let addition = add(&study, &bench, &naming);
+    // The numbers of the nominal are handed on as this fit has them.
+    let numbers = addition.iter().flat_map(|addition| {
+        assert_eq!(addition.numbers.len(), addition.deviations.len());
+        addition.numbers.iter().zip(&addition.deviations)
+    });
+    for ((knob, value), deviation) in numbers {
+        let truth = if knob.name == "hull.mass" {
+            0.02
+        } else {
+            -0.02
+        };
+        assert!(
+            (value - truth).abs() < 4.0 * deviation && *deviation <= 0.03,
+            "{} {value} {deviation}",
+            knob.name
+        );
+    }
     let held_out = (10..13)
         .map(|at| trial(&format!("trial {at}"), effects, &[0.02, -0.02], at, 1.0))
         .collect();

@@ -22,7 +22,7 @@ use super::{
 use crate::{
     effects::{Entry, TargetKind, effect},
     plugin::{Settings, native_fluid::EllipsoidCoefficients},
-    sim::plant::{Knob, KnobClass},
+    sim::plant::{Knob, KnobClass, Quantity},
 };
 
 /// An instance of `hydro.wrench` in the nominal model.
@@ -33,32 +33,27 @@ pub(super) struct Nominal {
     pub(super) effects: Vec<Entry>,
 }
 
-/// What a knob turns.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Turns {
-    Mass(usize),
-    Inertia(usize, usize),
-    Centre(usize, usize),
-    /// A column of `geom_fluid`.
-    Coefficient(usize),
-    Density,
-    Viscosity,
-    Gain(usize),
-    Damping(usize),
-    /// An axis of a checkpoint's wrench.
-    Wrench(usize),
-    /// A value of an effect of a nominal's instance: which instance, effect and value.
-    Effect(usize, usize, usize),
+/// A knob that is not at zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Turn {
+    pub(super) quantity: Quantity,
+    /// Number of the body, joint or actuator, where it is of one.
+    pub(super) id: usize,
+    /// How far: relative, or metres.
+    pub(super) value: f64,
 }
 
-/// Columns of `geom_fluid` and their names.
-const COEFFICIENTS: [(usize, &str); 5] = [
-    (1, "blunt_drag"),
-    (2, "slender_drag"),
-    (3, "angular_drag"),
-    (4, "kutta_lift"),
-    (5, "magnus_lift"),
+/// Numbers of `fluidcoef`.
+const COEFFICIENTS: [&str; 5] = [
+    "blunt_drag",
+    "slender_drag",
+    "angular_drag",
+    "kutta_lift",
+    "magnus_lift",
 ];
+
+/// Column of `geom_fluid` where these start.
+const COEFFICIENT: usize = 1;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -66,48 +61,37 @@ const WRENCH: [&str; 6] = [
     "force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z",
 ];
 
-/// All knobs of a model, whose `hydro.wrench` instances have these settings.
-pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, Turns)> {
+/// All knobs of a model, whose `hydro.wrench` instances have these settings, each with the number of the
+/// body, joint or actuator that it is of.
+pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, usize)> {
     let mut knobs = Vec::new();
-    let mut add = |name: String, element: &str, class, turns| {
-        let element = element.to_owned();
-        knobs.push((
-            Knob {
-                name,
-                element,
-                class,
-            },
-            turns,
-        ));
+    let mut add = |name: String, element: &str, class, quantity, id| {
+        let knob = Knob {
+            name,
+            element: element.to_owned(),
+            class,
+            quantity,
+        };
+        knobs.push((knob, id));
     };
     for body in (1..model.bodies()).filter(|body| readings::weighs_in(model, *body)) {
         let of = model.label(mjOBJ_BODY as i32, "body", body);
-        add(
-            format!("{of}.mass"),
-            &of,
-            KnobClass::Mass,
-            Turns::Mass(body),
-        );
-        for (axis, name) in AXES.iter().enumerate() {
-            let (inertia, centre) = (Turns::Inertia(body, axis), Turns::Centre(body, axis));
-            add(
-                format!("{of}.inertia.{name}"),
-                &of,
-                KnobClass::Inertia,
-                inertia,
-            );
-            add(
-                format!("{of}.com.{name}"),
-                &of,
-                KnobClass::CentreOfMass,
-                centre,
-            );
+        let name = format!("{of}.mass");
+        add(name, &of, KnobClass::Mass, Quantity::Mass, body);
+        for (axis, axis_name) in AXES.iter().enumerate() {
+            let name = format!("{of}.inertia.{axis_name}");
+            let quantity = Quantity::Inertia(axis);
+            add(name, &of, KnobClass::Inertia, quantity, body);
+            let name = format!("{of}.com.{axis_name}");
+            let quantity = Quantity::CentreOfMass(axis);
+            add(name, &of, KnobClass::CentreOfMass, quantity, body);
         }
     }
     if model.has_fluid() {
         let geoms = 0..model.geom_type().len();
         if geoms.clone().any(|geom| scale::is_ellipsoid(model, geom)) {
-            for (column, name) in COEFFICIENTS {
+            for (place, name) in COEFFICIENTS.iter().enumerate() {
+                let column = COEFFICIENT + place;
                 let used = geoms
                     .clone()
                     .filter(|geom| scale::is_ellipsoid(model, *geom))
@@ -115,52 +99,59 @@ pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, Turn
                         model.geom_fluid()[EllipsoidCoefficients::LEN * geom + column] != 0.0
                     });
                 if used {
-                    let turns = Turns::Coefficient(column);
-                    add(format!("fluid.{name}"), "fluid", KnobClass::Fluid, turns);
+                    let name = format!("fluid.{name}");
+                    let quantity = Quantity::FluidCoefficient(place);
+                    add(name, "fluid", KnobClass::Fluid, quantity, 0);
                 }
             }
         } else {
             let option = &model.raw().opt;
-            for (value, name, turns) in [
-                (option.density, "density", Turns::Density),
-                (option.viscosity, "viscosity", Turns::Viscosity),
+            for (value, name, quantity) in [
+                (option.density, "density", Quantity::Density),
+                (option.viscosity, "viscosity", Quantity::Viscosity),
             ] {
                 if value > 0.0 {
-                    add(format!("fluid.{name}"), "fluid", KnobClass::Fluid, turns);
+                    let name = format!("fluid.{name}");
+                    add(name, "fluid", KnobClass::Fluid, quantity, 0);
                 }
             }
         }
     }
     for (instance, of) in nominal.iter().enumerate() {
-        for (at, entry) in of.effects.iter().enumerate() {
-            let class = match effect(entry.effect).card().target {
+        for (at, listed) in of.effects.iter().enumerate() {
+            let card = effect(listed.effect).card();
+            let class = match card.target {
                 TargetKind::Joint => KnobClass::Damping,
                 TargetKind::Actuator => KnobClass::Gain,
                 _ => KnobClass::Fluid,
             };
             let density = scale::density(model, Some(of.settings.density));
-            let found = bind::target(model, effect(entry.effect).card().target, &entry.target);
+            let found = bind::target(model, card.target, &listed.target);
             let names = found.map_or_else(
                 |_| Vec::new(),
-                |found| effect(entry.effect).parameters(&found.sizes(model, density)),
+                |found| effect(listed.effect).parameters(&found.sizes(model, density)),
             );
             for (value, parameter) in names.iter().enumerate() {
-                if entry
+                if listed
                     .parameters
                     .get(value)
                     .is_some_and(|value| *value != 0.0)
                 {
-                    let name = format!("{}.{}.{}", entry.target, entry.effect, parameter.name);
-                    let turns = Turns::Effect(instance, at, value);
-                    add(name, &entry.target, class, turns);
+                    let name = format!("{}.{}.{}", listed.target, listed.effect, parameter.name);
+                    let quantity = Quantity::EffectValue {
+                        instance,
+                        entry: at,
+                        value,
+                    };
+                    add(name, &listed.target, class, quantity, 0);
                 }
             }
         }
     }
     if nominal.iter().any(|of| of.settings.checkpoint.is_some()) {
         for (axis, name) in WRENCH.iter().enumerate() {
-            let turns = Turns::Wrench(axis);
-            add(format!("water.{name}"), "water", KnobClass::Fluid, turns);
+            let (name, quantity) = (format!("water.{name}"), Quantity::Wrench(axis));
+            add(name, "water", KnobClass::Fluid, quantity, 0);
         }
     }
     for id in 0..model.actuator_trntype().len() {
@@ -172,19 +163,16 @@ pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, Turn
             && (bias == mjBIAS_NONE || bias == mjBIAS_AFFINE)
         {
             let of = model.label(mjOBJ_ACTUATOR as i32, "actuator", id);
-            add(format!("{of}.gain"), &of, KnobClass::Gain, Turns::Gain(id));
+            let name = format!("{of}.gain");
+            add(name, &of, KnobClass::Gain, Quantity::Gain, id);
         }
     }
     for joint in 0..model.jnt_type().len() {
         let dof = model.jnt_dofadr()[joint] as usize;
         if model.dof_damping()[dof] > 0.0 {
             let of = model.label(mjOBJ_JOINT as i32, "joint", joint);
-            add(
-                format!("{of}.damping"),
-                &of,
-                KnobClass::Damping,
-                Turns::Damping(joint),
-            );
+            let name = format!("{of}.damping");
+            add(name, &of, KnobClass::Damping, Quantity::Damping, joint);
         }
     }
     knobs
@@ -201,19 +189,24 @@ pub(super) struct Beside {
 }
 
 /// True where a knob is a number of the model itself.
-pub(super) fn is_of_model(turns: Turns) -> bool {
-    !matches!(turns, Turns::Wrench(_) | Turns::Effect(..))
+pub(super) fn is_of_model(quantity: Quantity) -> bool {
+    !matches!(quantity, Quantity::Wrench(_) | Quantity::EffectValue { .. })
 }
 
 /// Turns knobs that are no part of the model.
-pub(super) fn turn_beside(turned: &[(Turns, f64)], nominal: &[Nominal]) -> Beside {
+pub(super) fn turn_beside(turned: &[Turn], nominal: &[Nominal]) -> Beside {
     let mut beside = Beside::default();
-    for (turns, value) in turned {
-        match *turns {
-            Turns::Wrench(axis) => {
-                beside.wrench_scale.get_or_insert([1.0; 6])[axis] *= 1.0 + value;
+    for turn in turned {
+        let factor = 1.0 + turn.value;
+        match turn.quantity {
+            Quantity::Wrench(axis) => {
+                beside.wrench_scale.get_or_insert([1.0; 6])[axis] *= factor;
             }
-            Turns::Effect(instance, entry, parameter) => {
+            Quantity::EffectValue {
+                instance,
+                entry,
+                value,
+            } => {
                 let of = &nominal[instance];
                 let at = beside
                     .effects
@@ -223,7 +216,7 @@ pub(super) fn turn_beside(turned: &[(Turns, f64)], nominal: &[Nominal]) -> Besid
                     beside.effects.push((instance, of.effects.clone()));
                     beside.effects.len() - 1
                 });
-                beside.effects[at].1[entry].parameters[parameter] *= 1.0 + value;
+                beside.effects[at].1[entry].parameters[value] *= factor;
             }
             _ => {}
         }
@@ -234,14 +227,19 @@ pub(super) fn turn_beside(turned: &[(Turns, f64)], nominal: &[Nominal]) -> Besid
 /// Turns knobs of a model, and makes what depends on them right.
 pub(super) fn turn(
     model: &mut Model,
-    turned: &[(Turns, f64)],
+    turned: &[Turn],
     beside: &mut Beside,
 ) -> Result<(), SimulatorError> {
     let mut inertial = false;
-    for (turns, value) in turned {
+    for turn in turned {
+        let Turn {
+            quantity,
+            id,
+            value,
+        } = *turn;
         let factor = 1.0 + value;
-        match *turns {
-            Turns::Mass(body) => {
+        match quantity {
+            Quantity::Mass => {
                 let raw = model.raw_mut();
                 // SAFETY: one number a body, and the model is held alone.
                 let (mass, compensation) = unsafe {
@@ -250,29 +248,29 @@ pub(super) fn turn(
                         view_mut(raw.body_gravcomp, raw.nbody),
                     )
                 };
-                mass[body] *= factor;
+                mass[id] *= factor;
                 // Compensation counts in weights of the body; the force stays.
-                compensation[body] /= factor;
+                compensation[id] /= factor;
                 inertial = true;
             }
-            Turns::Inertia(body, axis) => {
+            Quantity::Inertia(axis) => {
                 let raw = model.raw_mut();
                 // SAFETY: three numbers a body, and the model is held alone.
                 let inertia = unsafe { view_mut(raw.body_inertia, raw.nbody * 3) };
-                inertia[3 * body + axis] *= factor;
+                inertia[3 * id + axis] *= factor;
                 inertial = true;
             }
-            Turns::Centre(body, axis) => {
-                move_centre(model.raw_mut(), body, axis, *value);
-                let way = beside.moved_centres.iter().position(|(of, ..)| *of == body);
+            Quantity::CentreOfMass(axis) => {
+                move_centre(model.raw_mut(), id, axis, value);
+                let way = beside.moved_centres.iter().position(|(of, ..)| *of == id);
                 let at = way.unwrap_or_else(|| {
-                    beside.moved_centres.push((body, [0.0; 3], 0.0));
+                    beside.moved_centres.push((id, [0.0; 3], 0.0));
                     beside.moved_centres.len() - 1
                 });
                 beside.moved_centres[at].1[axis] += value;
                 inertial = true;
             }
-            Turns::Coefficient(column) => {
+            Quantity::FluidCoefficient(place) => {
                 let raw = model.raw_mut();
                 // SAFETY: a row of twelve a geom, and the model is held alone.
                 let rows = unsafe {
@@ -282,14 +280,14 @@ pub(super) fn turn(
                     )
                 };
                 for row in rows.chunks_exact_mut(EllipsoidCoefficients::LEN) {
-                    row[column] *= factor;
+                    row[COEFFICIENT + place] *= factor;
                 }
             }
-            Turns::Density => model.raw_mut().opt.density *= factor,
-            Turns::Viscosity => model.raw_mut().opt.viscosity *= factor,
-            Turns::Gain(actuator) => scale_gain(model, actuator, factor),
-            Turns::Damping(joint) => scale_damping(model.raw_mut(), joint, factor),
-            Turns::Wrench(_) | Turns::Effect(..) => {}
+            Quantity::Density => model.raw_mut().opt.density *= factor,
+            Quantity::Viscosity => model.raw_mut().opt.viscosity *= factor,
+            Quantity::Gain => scale_gain(model, id, factor),
+            Quantity::Damping => scale_damping(model.raw_mut(), id, factor),
+            Quantity::Wrench(_) | Quantity::EffectValue { .. } => {}
         }
     }
     if inertial {

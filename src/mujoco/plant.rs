@@ -16,7 +16,7 @@ use super::{
         mjWARN_BADQPOS, mjWARN_BADQVEL,
     },
     describe,
-    knobs::{self, Nominal, Turns},
+    knobs::{self, Nominal, Turn},
     readings, run,
     run::Run,
     scale,
@@ -47,8 +47,8 @@ const ROTOR: f64 = 0.05;
 pub struct MujocoPlant {
     model: Arc<Model>,
     description: PlantDescription,
-    /// What each knob turns.
-    turns: Vec<Turns>,
+    /// Number of the body, joint or actuator that each knob is of.
+    ids: Vec<usize>,
     /// The instances of `hydro.wrench` and their attributes.
     nominal: Vec<Nominal>,
     around: Surroundings,
@@ -116,7 +116,7 @@ impl MujocoPlant {
             current: first.map_or([0.0; 3], |settings| settings.current),
             commands_before_step: true,
         };
-        let (knobs, turns) = knobs::find(view, &nominal).into_iter().unzip();
+        let (knobs, ids) = knobs::find(view, &nominal).into_iter().unzip();
         let loads = LoadSensor::of(view);
         let model = Arc::new(model);
         let mut data = Data::new(&model).map_err(fault)?;
@@ -134,12 +134,13 @@ impl MujocoPlant {
             actuators: readings::actuators(view),
             sensors: readings::sensors(view),
             knobs,
+            carriers: wrench::carrying_bodies(view),
             has_water: view.has_fluid() || !nominal.is_empty(),
         };
         Ok(Self {
             model,
             description,
-            turns,
+            ids,
             nominal,
             around,
             loads,
@@ -188,12 +189,16 @@ impl MujocoPlant {
     }
 
     /// The knobs that are not at zero, of the model or beside it.
-    fn turned(&self, knobs: &[f64], of_model: bool) -> Vec<(Turns, f64)> {
-        self.turns
-            .iter()
-            .copied()
-            .zip(knobs.iter().copied())
-            .filter(|(turns, value)| *value != 0.0 && knobs::is_of_model(*turns) == of_model)
+    fn turned(&self, values: &[f64], of_model: bool) -> Vec<Turn> {
+        let knobs = self.description.knobs.iter().zip(&self.ids);
+        knobs
+            .zip(values)
+            .map(|((knob, id), value)| Turn {
+                quantity: knob.quantity,
+                id: *id,
+                value: *value,
+            })
+            .filter(|turn| turn.value != 0.0 && knobs::is_of_model(turn.quantity) == of_model)
             .collect()
     }
 

@@ -9,9 +9,9 @@ use super::{
         mjSENS_JOINTVEL, mjSENS_PLUGIN, mjSENS_TORQUE, mjSENS_VELOCIMETER,
     },
     scale,
-    views::{DataView, ModelView},
+    views::{DataView, ModelView, NBIAS},
 };
-use crate::sim::plant::{PlantActuator, PlantBody, PlantJoint, PlantSensor, SensorKind};
+use crate::sim::plant::{Inertial, PlantActuator, PlantBody, PlantJoint, PlantSensor, SensorKind};
 
 /// A body weighs in its tree from this part of the tree's mass on.
 pub(super) const WEIGHTY: f64 = 0.02;
@@ -43,6 +43,13 @@ pub(super) fn bodies(data: &DataView<'_>, density: f64, waterline: Option<f64>) 
                 moves: true,
                 wet: weighs_in(model, body) && size && under,
                 scale,
+                inertial: Inertial {
+                    mass: model.body_mass()[body],
+                    position: ModelView::triple(model.body_ipos(), body),
+                    attitude: ModelView::quadruple(model.body_iquat(), body),
+                    moments: ModelView::triple(model.body_inertia(), body),
+                    compensation: model.body_gravcomp()[body],
+                },
             }
         })
         .collect()
@@ -57,6 +64,8 @@ pub(super) fn joints(model: ModelView<'_>) -> Vec<PlantJoint> {
             qpos: model.jnt_qposadr()[joint] as usize,
             dof: model.jnt_dofadr()[joint] as usize,
             scale: scale::joint(model, joint),
+            stiffness: model.jnt_stiffness()[joint],
+            damping: model.dof_damping()[model.jnt_dofadr()[joint] as usize],
         })
         .collect()
 }
@@ -75,6 +84,7 @@ pub(super) fn actuators(model: ModelView<'_>) -> Vec<PlantActuator> {
                 name: index.map_or(name.clone(), |index| format!("{name}[{index}]")),
                 range: limited.then(|| [row[0], row[1]]),
                 thrusts: scale::thrust(model, id).is_some(),
+                speed_bias: model.actuator_biasprm()[NBIAS * id + 2],
             }
         })
         .collect()

@@ -109,6 +109,7 @@ const ATTRIBUTES: [&CStr; attributes::NAMES.len()] = [
     c"solver",
     c"engine",
     c"initial_force",
+    c"wrench_scale",
 ];
 
 /// The instances of this plugin in a model.
@@ -120,6 +121,17 @@ pub(super) fn instances(model: ModelView<'_>) -> impl Iterator<Item = usize> {
         .enumerate()
         .filter(move |(_, of)| **of == slot)
         .map(|(instance, _)| instance)
+}
+
+/// Names of the bodies that carry the instances, in their order.
+pub(super) fn carrying_bodies(model: ModelView<'_>) -> Vec<String> {
+    instances(model)
+        .map(|instance| {
+            body_of(model, instance).map_or_else(String::new, |body| {
+                model.label(mjOBJ_BODY as i32, "body", body)
+            })
+        })
+        .collect()
 }
 
 /// What the checkpoint of an instance puts on its body now.

@@ -267,6 +267,25 @@ pub(super) fn gain(model: &Mjcf<'_>, element: Node<'_, '_>, factor: f64) -> Opti
     Some(edits.apply())
 }
 
+/// Says the speed gain of an actuator whose text gives a ratio of damping, for a model whose inertia has
+/// changed: the compiler would find another. `bias` is the third number that it found [force s/length].
+/// `None` where there is no ratio.
+pub(super) fn keep_damping(model: &Mjcf<'_>, element: Node<'_, '_>, bias: f64) -> Option<String> {
+    let mut law = Law::of_element(model, element)?;
+    if !law.has_damping_ratio() {
+        return None;
+    }
+    law.bias[2] = bias;
+    let mut edits = Edits::of(model.text);
+    if element.has_tag_name("general") {
+        edits.set(element, "biasprm", &numbers(&law.bias));
+    } else {
+        edits.unset(element, "dampratio");
+        edits.set(element, "kv", &number(-bias));
+    }
+    Some(edits.apply())
+}
+
 /// A first-order lag [s] in front of an actuator. `None` where it has dynamics already, or is not affine.
 pub(super) fn lag(model: &Mjcf<'_>, element: Node<'_, '_>, time_constant: f64) -> Option<String> {
     let mut law = Law::of_element(model, element)?;
@@ -410,11 +429,38 @@ mod tests {
             (
                 "",
                 "<cylinder joint=\"j\" diameter=\"2\"/>",
-                "<cylinder joint=\"j\" area=\"12.56637061\"/>",
+                "<cylinder joint=\"j\" area=\"12.5663706144\"/>",
             ),
         ] {
             assert_eq!(stronger(defaults, actuator).as_deref(), Some(expected));
         }
+    }
+
+    #[test]
+    fn a_ratio_of_damping_becomes_the_gain_that_it_was() {
+        let kept = |defaults, actuator| {
+            changed(defaults, actuator, |model, element| {
+                keep_damping(model, element, -0.3)
+            })
+        };
+        let ratio = "<position dampratio=\"1\"/>";
+        assert_eq!(
+            kept("", "<position joint=\"j\" dampratio=\"2\" kp=\"3\"/>").unwrap(),
+            "<position joint=\"j\" kp=\"3\" kv=\"0.3\"/>"
+        );
+        assert_eq!(
+            kept(ratio, "<position joint=\"j\"/>").unwrap(),
+            "<position joint=\"j\" kv=\"0.3\"/>"
+        );
+        assert_eq!(kept(ratio, "<position joint=\"j\" kv=\"1\"/>"), None);
+        assert_eq!(
+            kept(
+                "",
+                "<general joint=\"j\" biastype=\"affine\" gainprm=\"5\" biasprm=\"0 -5 1\"/>"
+            )
+            .unwrap(),
+            "<general joint=\"j\" biastype=\"affine\" gainprm=\"5\" biasprm=\"0 -5 -0.3\"/>"
+        );
     }
 
     #[test]

@@ -78,6 +78,7 @@ pub fn add_learned_wrench(
     Mjcf::parse(&cells.text, nominal)?;
     Ok(Patched {
         written: patched.written.clone(),
+        numbers: patched.numbers.clone(),
         xml: cells.text,
         remarks,
     })
@@ -92,6 +93,7 @@ mod tests {
         let patched = Patched {
             xml: xml.to_owned(),
             written: Vec::new(),
+            numbers: Vec::new(),
             remarks: Vec::new(),
         };
         let wrench = LearnedWrench {

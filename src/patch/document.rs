@@ -76,6 +76,13 @@ impl<'a> Mjcf<'a> {
             .unwrap_or(0.0)
     }
 
+    /// Every element of a name, in order, wherever it stands.
+    pub(super) fn elements(&self, tag: &'static str) -> impl Iterator<Item = Node<'_, 'a>> {
+        self.root()
+            .descendants()
+            .filter(move |node| node.has_tag_name(tag))
+    }
+
     /// Elements below the world, in order.
     fn below_world(&self) -> impl Iterator<Item = Node<'_, 'a>> {
         self.sections("worldbody")
@@ -163,7 +170,27 @@ impl<'a> Mjcf<'a> {
             .unwrap_or(0.0)
     }
 
-    /// Elements of the default classes that bear on an element, outermost class first.
+    /// The numbers of an attribute once every class has spoken: each replaces those before it from the left.
+    pub(super) fn merged_numbers<'d>(&'d self, node: Node<'d, 'a>, key: &str) -> Vec<f64> {
+        let tag = node.tag_name().name();
+        let mut merged: Vec<f64> = Vec::new();
+        let defaults = self.class_chain(node).into_iter().flatten();
+        for element in defaults
+            .filter(|default| same_default(default.tag_name().name(), tag))
+            .chain([node])
+        {
+            let given = element.attribute(key).map(numbers_of).unwrap_or_default();
+            if given.len() >= merged.len() {
+                merged = given;
+            } else {
+                merged[..given.len()].copy_from_slice(&given);
+            }
+        }
+        merged
+    }
+
+    /// Elements of the default classes that bear on an element, outermost class first. For an element of a
+    /// class these are the classes round it, its own among them.
     pub(super) fn class_chain<'d>(&'d self, node: Node<'d, 'a>) -> Vec<Vec<Node<'d, 'a>>> {
         let elements = |default: Node<'d, 'a>| {
             default
@@ -177,10 +204,12 @@ impl<'a> Mjcf<'a> {
                 .skip(1)
                 .find_map(|above| above.attribute("childclass"))
         });
-        let found = class.and_then(|class| {
+        let around = node.ancestors().find(|node| node.has_tag_name("default"));
+        let found = around.or_else(|| {
             self.sections("default")
                 .flat_map(|top| top.descendants())
-                .find(|node| node.has_tag_name("default") && node.attribute("class") == Some(class))
+                .find(|node| node.has_tag_name("default") && node.attribute("class") == class)
+                .filter(|_| class.is_some())
         });
         // The outermost default is the main class, which is there already.
         let inner = |above: &Node<'d, 'a>| {
@@ -252,6 +281,10 @@ mod tests {
             assert_eq!(model.attribute_number(node, "armature"), 0.1);
         }
         assert_eq!(model.joints().count(), 4);
+        let said = joint(&model, "said");
+        assert_eq!(model.merged_numbers(said, "damping"), [9.0, 4.0]);
+        let shin = model.elements("joint").nth(2).unwrap();
+        assert_eq!(model.class_chain(shin).len(), 3);
         let base = Mjcf::base_of(joint(&model, "own")).unwrap();
         assert_eq!(base.attribute("name"), Some("a"));
         assert_eq!(model.fresh_name("b"), "b_2");

@@ -64,6 +64,14 @@ impl<'a> Edits<'a> {
         }
     }
 
+    /// Takes an element away, with its line where it has one alone.
+    pub(super) fn remove(&mut self, node: Node<'_, '_>) {
+        let range = node.range();
+        let indented = indentation(self.text, node);
+        let before = indented.map_or(0, |indent| indent.len() + 1);
+        self.replace(range.start - before..range.end, String::new());
+    }
+
     /// Gives an element another name.
     pub(super) fn rename(&mut self, node: Node<'_, '_>, tag: &str) {
         let range = node.range();
@@ -165,9 +173,9 @@ pub(super) fn attribute(key: &str, value: &str) -> String {
     }
 }
 
-/// A number as a person would write it: ten significant digits.
+/// A number as a person would write it: twelve significant digits.
 pub(super) fn number(value: f64) -> String {
-    let rounded: f64 = format!("{value:.9e}").parse().unwrap_or(value);
+    let rounded: f64 = format!("{value:.11e}").parse().unwrap_or(value);
     if rounded == 0.0 {
         "0".to_owned()
     } else if (1e-4..1e9).contains(&rounded.abs()) {
@@ -204,6 +212,18 @@ mod tests {
         assert_eq!(unset, "<a c='3'/>");
         let quoted = changed("<a/>", |edits, root| edits.set(root, "b", "\"<'&"));
         assert_eq!(quoted, "<a b='\"&lt;&apos;&amp;'/>");
+    }
+
+    #[test]
+    fn an_element_is_taken_away_with_its_line() {
+        let removed = |text| {
+            changed(text, |edits, root| {
+                edits.remove(root.first_element_child().unwrap());
+            })
+        };
+        assert_eq!(removed("<a>\n  <b/>\n  <c/>\n</a>"), "<a>\n  <c/>\n</a>");
+        assert_eq!(removed("<a><b/><c/></a>"), "<a><c/></a>");
+        assert_eq!(removed("<a>\r\n  <b/></a>"), "<a>\r</a>");
     }
 
     #[test]
@@ -244,7 +264,7 @@ mod tests {
     fn numbers_are_short_and_read_back() {
         assert_eq!(numbers(&[0.0, -0.1, 1e-14, 2.5e12]), "0 -0.1 1e-14 2.5e12");
         assert_eq!(number(0.1 + 0.2), "0.3");
-        assert_eq!(number(1.0 / 3.0), "0.3333333333");
+        assert_eq!(number(1.0 / 3.0), "0.333333333333");
         assert_eq!(number(1e-4), "0.0001");
     }
 }

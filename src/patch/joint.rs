@@ -61,6 +61,50 @@ pub(super) fn damping<'d>(
     Some(edits.apply())
 }
 
+/// Every term of a joint's own damping times a factor; `None` where the text gives none.
+pub(super) fn scaled_damping<'d>(
+    model: &'d Mjcf<'d>,
+    joint: Node<'d, 'd>,
+    factor: f64,
+) -> Option<String> {
+    let own = model.merged_numbers(joint, "damping");
+    if tuned(model, joint) || own.is_empty() {
+        return None;
+    }
+    let scaled: Vec<f64> = own.iter().map(|term| term * factor).collect();
+    let mut edits = Edits::of(model.text);
+    edits.set(joint, "damping", &numbers(&scaled));
+    Some(edits.apply())
+}
+
+/// Says the spring and the damping (linear terms) that the compiler found for a joint with `springdamper`:
+/// from another inertia it would find others. `None` where it has none.
+pub(super) fn keep_tuning<'d>(
+    model: &'d Mjcf<'d>,
+    joint: Node<'d, 'd>,
+    stiffness: f64,
+    damping: f64,
+) -> Option<String> {
+    if !tuned(model, joint) {
+        return None;
+    }
+    let mut edits = Edits::of(model.text);
+    if model.inherited(joint, "springdamper").is_some() {
+        edits.set(joint, "springdamper", "0 0");
+    } else {
+        edits.unset(joint, "springdamper");
+    }
+    for (key, linear) in [("stiffness", stiffness), ("damping", damping)] {
+        let mut terms = model.merged_numbers(joint, key);
+        match terms.first_mut() {
+            Some(first) => *first = linear,
+            None => terms.push(linear),
+        }
+        edits.set(joint, key, &numbers(&terms));
+    }
+    Some(edits.apply())
+}
+
 /// A spring [N m/rad or N/m] with its rest at `reference` [rad or m], beside a joint's own: two linear
 /// springs are one. `None` where the own is not linear, yields, or tendons measure their rest by it.
 pub(super) fn stiffness<'d>(
@@ -235,6 +279,31 @@ mod tests {
     }
 
     #[test]
+    fn every_term_of_damping_is_scaled() {
+        let scaled = |joint| changed("", joint, |model, joint| scaled_damping(model, joint, 1.5));
+        assert_eq!(scaled("<joint/>").unwrap(), "<joint damping=\"1.5\"/>");
+        assert_eq!(
+            scaled("<joint damping=\"2 3\"/>").unwrap(),
+            "<joint damping=\"3 4.5\"/>"
+        );
+        assert_eq!(scaled("<joint springdamper=\"1 1\"/>"), None);
+    }
+
+    #[test]
+    fn what_the_compiler_tuned_is_said() {
+        let kept = |joint| {
+            changed("", joint, |model, joint| {
+                keep_tuning(model, joint, 7.0, 0.5)
+            })
+        };
+        assert_eq!(
+            kept("<joint springdamper=\"1 1\"/>").unwrap(),
+            "<joint stiffness=\"7\" damping=\"0.5\"/>"
+        );
+        assert_eq!(kept("<joint/>"), None);
+    }
+
+    #[test]
     fn two_springs_are_one() {
         let spring = |compiler, joint| {
             changed(compiler, joint, |model, joint| {
@@ -248,7 +317,7 @@ mod tests {
         );
         assert_eq!(
             spring("", "<joint/>").unwrap(),
-            "<joint stiffness=\"3\" springref=\"22.91831181\"/>"
+            "<joint stiffness=\"3\" springref=\"22.9183118052\"/>"
         );
         assert_eq!(
             spring("", "<joint type=\"slide\"/>").unwrap(),

@@ -18,6 +18,9 @@
 //! The text is changed in place, byte by byte, so that the difference to the nominal model is what was
 //! added and comments stay. Included files are taken in and relative paths made absolute: the result
 //! loads from any folder. Sensors' effects have no place in an MJCF and are passed over.
+//!
+//! Uncertain numbers of the nominal model that were fitted beside the effects are written too: see
+//! `nominal.rs`.
 
 mod actuator;
 mod body;
@@ -27,9 +30,13 @@ mod document;
 mod edit;
 mod error;
 mod flatten;
+mod fluid;
+mod inertia;
+mod instance;
 mod joint;
 mod keyframe;
 mod load_cell;
+mod nominal;
 mod save;
 mod wrench;
 
@@ -39,11 +46,12 @@ pub use checkpoint::{LearnedWrench, add_learned_wrench};
 pub use diff::{DiffKind, DiffLine, diff, unified};
 use document::Mjcf;
 pub use error::PatchError;
+pub use nominal::Renumbered;
 pub use save::save;
 
 use crate::{
     effects::{Entry, Id},
-    sim::plant::PlantDescription,
+    sim::plant::{Knob, PlantDescription},
 };
 
 /// What is to be written, and what must be known for it.
@@ -54,6 +62,9 @@ pub struct Request<'a> {
     /// Effects with values, in the order of the catalogue's parameters. `payload`: mass, x, y, z;
     /// `net_buoyancy`: force; `current`: x, y, z.
     pub entries: &'a [Entry],
+    /// Numbers of the nominal and how far they are turned, as `Plant::simulation` understands it: relative,
+    /// or metres for a centre of mass. One at zero leaves the text as it is.
+    pub numbers: &'a [(Knob, f64)],
     /// The nominal model as compiled: masses, inertias, addresses, step.
     pub description: &'a PlantDescription,
     /// Names of an effect's parameters, in their order.
@@ -74,17 +85,19 @@ pub struct Written {
 }
 
 /// A patched model.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Patched {
     /// The text.
     pub xml: String,
     /// Where each effect went, in the order in which they were given.
     pub written: Vec<Written>,
+    /// Numbers of the nominal that were written anew. Those that could not be are among the remarks.
+    pub numbers: Vec<Renumbered>,
     /// What a person should know.
     pub remarks: Vec<String>,
 }
 
-/// Writes effects into a model. Nothing is written to disk.
+/// Writes effects and numbers into a model. Nothing is written to disk.
 ///
 /// # Errors
 /// A file that cannot be read, an effect on something that the model does not name, a wrong number of
@@ -98,9 +111,12 @@ pub fn patch(request: &Request<'_>) -> Result<Patched, PatchError> {
         request,
         text,
         forms: vec![None; request.entries.len()],
+        renumbered: Vec::new(),
+        mass_factors: Vec::new(),
         remarks: Vec::new(),
     };
     writer.check()?;
+    writer.numbers()?;
     for index in order(request) {
         writer.native(index)?;
     }
@@ -122,6 +138,7 @@ pub fn patch(request: &Request<'_>) -> Result<Patched, PatchError> {
     Ok(Patched {
         xml: writer.text,
         written,
+        numbers: writer.renumbered,
         remarks: writer.remarks,
     })
 }
@@ -191,6 +208,10 @@ struct Writer<'a> {
     text: String,
     /// What became of each entry; none as long as nothing has.
     forms: Vec<Option<String>>,
+    /// Numbers that were written.
+    renumbered: Vec<Renumbered>,
+    /// Bodies whose mass was written, and the factor on it.
+    mass_factors: Vec<(String, f64)>,
     remarks: Vec<String>,
 }
 
@@ -376,8 +397,9 @@ impl Writer<'_> {
             (Id::NetBuoyancy, [force]) if !load_cell::is_weighed(model, &entry.target) => {
                 let bodies = &self.request.description.bodies;
                 let scale = &bodies.iter().find(|body| body.name == entry.target)?.scale;
+                let mass = scale.mass * self.mass_factor(&entry.target);
                 (
-                    body::buoyancy(model, node, *force, scale.mass * scale.gravity)?,
+                    body::buoyancy(model, node, *force, mass * scale.gravity)?,
                     "gravity compensation of the body",
                 )
             }

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::{
     effects::card::{BodyScale, JointScale},
-    sim::plant::{PlantBody, PlantJoint},
+    sim::plant::{Inertial, KnobClass, PlantBody, PlantJoint, Quantity},
 };
 
 /// Names of the parameters, as far as the tests go.
@@ -51,6 +51,13 @@ fn description() -> PlantDescription {
                 speed: 0.0,
                 rate: 0.0,
             },
+            inertial: Inertial {
+                mass: 0.5,
+                position: [0.0; 3],
+                attitude: [1.0, 0.0, 0.0, 0.0],
+                moments: [0.01; 3],
+                compensation: 0.0,
+            },
         }],
         base: None,
         joints: vec![PlantJoint {
@@ -64,10 +71,13 @@ fn description() -> PlantDescription {
                 travel: 0.0,
                 slides: false,
             },
+            stiffness: 0.0,
+            damping: 0.0,
         }],
         actuators: Vec::new(),
         sensors: Vec::new(),
         knobs: Vec::new(),
+        carriers: Vec::new(),
         has_water: true,
     }
 }
@@ -109,6 +119,14 @@ fn entry(effect: Id, target: &str, parameters: &[f64]) -> Entry {
 }
 
 fn patched(text: &str, entries: &[Entry]) -> Result<Patched, PatchError> {
+    renumbered(text, entries, &[])
+}
+
+fn renumbered(
+    text: &str,
+    entries: &[Entry],
+    numbers: &[(Knob, f64)],
+) -> Result<Patched, PatchError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("nominal.xml");
     fs::write(&path, text).unwrap();
@@ -116,6 +134,7 @@ fn patched(text: &str, entries: &[Entry]) -> Result<Patched, PatchError> {
         nominal: &path,
         entries,
         description: &description(),
+        numbers,
         names,
         search: &[],
     })
@@ -300,6 +319,7 @@ fn a_model_that_is_none_is_refused() {
         nominal: &folder.path().join("none.xml"),
         entries: &[],
         description: &description(),
+        numbers: &[],
         names,
         search: &[],
     };
@@ -336,6 +356,8 @@ fn element() -> impl Strategy<Value = String> {
         "mesh",
         "frame",
         "tendon",
+        "inertial",
+        "attach",
     ]);
     let key = prop::sample::select(vec![
         "name",
@@ -360,11 +382,22 @@ fn element() -> impl Strategy<Value = String> {
         "gravcomp",
         "wind",
         "density",
+        "mass",
+        "fullinertia",
+        "quat",
+        "inertiafromgeom",
+        "fluidcoef",
+        "fluidshape",
+        "springdamper",
+        "dampratio",
+        "checkpoint",
     ]);
     let value = prop::sample::select(vec![
         "hull",
+        "fin",
         "hinge",
         "servo",
+        "ellipsoid",
         "hydro.wrench",
         "effects",
         "",
@@ -404,6 +437,92 @@ fn element() -> impl Strategy<Value = String> {
     })
 }
 
+/// Every kind of number, on whatever there may be.
+fn numbers() -> Vec<(Knob, f64)> {
+    let value = Quantity::EffectValue {
+        instance: 0,
+        entry: 0,
+        value: 0,
+    };
+    [
+        (Quantity::Mass, "fin"),
+        (Quantity::Inertia(1), "fin"),
+        (Quantity::CentreOfMass(2), "fin"),
+        (Quantity::FluidCoefficient(0), "fluid"),
+        (Quantity::Density, "fluid"),
+        (Quantity::Viscosity, "fluid"),
+        (Quantity::Gain, "servo"),
+        (Quantity::Damping, "hinge"),
+        (value, "hull"),
+        (Quantity::Wrench(5), "water"),
+    ]
+    .into_iter()
+    .map(|(quantity, element)| {
+        let knob = Knob {
+            name: format!("{element}.{quantity:?}"),
+            element: element.to_owned(),
+            class: KnobClass::Mass,
+            quantity,
+        };
+        (knob, 0.05)
+    })
+    .collect()
+}
+
+#[test]
+fn every_number_is_written_or_told_of() {
+    let numbers = numbers();
+    let text = MODEL.replace("name=\"hinge\"", "name=\"hinge\" damping=\"0.2 0.1\"");
+    let patched = renumbered(&text, &[], &numbers).unwrap();
+    let shown: Vec<String> = patched.numbers.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        shown,
+        [
+            "fin.Mass 0.5 -> 0.525 kg",
+            "fin.Inertia(1) 0.01 -> 0.0105 kg m^2",
+            "fin.CentreOfMass(2) 0 -> 0.05 m",
+            "fluid.FluidCoefficient(0) 1 -> 1.05 x nominal",
+            "fluid.Density 1000 -> 1050 kg/m^3",
+            "servo.Gain 1 -> 1.05 x nominal",
+            "hinge.Damping 0 -> 0 N m s/rad",
+        ]
+    );
+    assert_eq!(patched.remarks.len(), numbers.len() - shown.len());
+    assert!(patched.remarks[0].contains("stays as the nominal has it, though +5.00 % was fitted"));
+    let wrong: Vec<(Knob, f64)> = numbers
+        .iter()
+        .map(|(knob, _)| (knob.clone(), f64::NAN))
+        .collect();
+    let kept = renumbered(&text, &[], &wrong).unwrap();
+    assert_eq!(
+        (kept.xml.as_str(), kept.remarks.len()),
+        (text.as_str(), wrong.len())
+    );
+}
+
+#[test]
+fn an_effect_is_added_to_the_number() {
+    let free = MODEL
+        .replace("<force name=\"scale\" site=\"cell\" noise=\"0.1\"/>", "")
+        .replace("name=\"hinge\"", "name=\"hinge\" damping=\"0.2\"");
+    let entries = [
+        entry(Id::JointDamping, "hinge", &[0.3]),
+        entry(Id::ActuatorGain, "servo", &[0.8]),
+        entry(Id::NetBuoyancy, "fin", &[0.981]),
+    ];
+    let mut numbers = numbers();
+    numbers.retain(|(knob, _)| !matches!(knob.quantity, Quantity::CentreOfMass(_)));
+    let text = renumbered(&free, &entries, &numbers).unwrap().xml;
+    for part in [
+        "damping=\"0.51\"",
+        "gainprm=\"0.84\"",
+        "gravcomp=\"0.190476190476\"",
+        "mass=\"0.525\"",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
 
@@ -422,7 +541,7 @@ proptest! {
                 entry(effect, ["hull", "hinge", "servo"][target], &values)
             })
             .collect();
-        if let Ok(patched) = patched(&text, &entries) {
+        if let Ok(patched) = renumbered(&text, &entries, &numbers()) {
             prop_assert!(Mjcf::parse(&patched.xml, Path::new("p.xml")).is_ok());
         }
     }
@@ -442,7 +561,7 @@ proptest! {
             Place::Actuator => "servo",
         };
         let values = vec![value; names(effect).len()];
-        if let Ok(patched) = patched(&text, &[entry(effect, target, &values)]) {
+        if let Ok(patched) = renumbered(&text, &[entry(effect, target, &values)], &numbers()) {
             prop_assert!(Mjcf::parse(&patched.xml, Path::new("p.xml")).is_ok());
         }
     }

@@ -19,7 +19,7 @@ use crate::effects::Id;
 pub(super) const PLUGIN: &str = "hydro.wrench";
 
 /// Schema of the attribute `effects`.
-const SCHEMA: &str = "hydro-effects/1";
+pub(super) const SCHEMA: &str = "hydro-effects/1";
 
 /// An effect as the attribute lists it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -38,11 +38,11 @@ fn as_map<S: Serializer>(values: &[(String, f64)], serializer: S) -> Result<S::O
 }
 
 /// The attribute, with effects of whatever kind.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-struct List {
+pub(super) struct List {
     schema: String,
-    effects: Vec<serde_json::Value>,
+    pub(super) effects: Vec<serde_json::Value>,
 }
 
 /// The element on a body that calls the plugin.
@@ -51,7 +51,7 @@ pub(super) fn caller<'d, 'a>(model: &'d Mjcf<'a>, body: Node<'d, 'a>) -> Option<
 }
 
 /// Every element on a body that calls the plugin.
-fn callers<'d, 'a>(model: &'d Mjcf<'a>) -> impl Iterator<Item = Node<'d, 'a>> {
+pub(super) fn callers<'d, 'a>(model: &'d Mjcf<'a>) -> impl Iterator<Item = Node<'d, 'a>> {
     model.bodies().flat_map(|body| {
         body.children()
             .filter(|node| node.has_tag_name("plugin") && node.attribute("plugin") == Some(PLUGIN))
@@ -89,7 +89,7 @@ pub(super) fn config_text(key: &str, value: &str) -> String {
     format!("<config key=\"{key}\" {}/>", attribute("value", value))
 }
 
-fn set_config(edits: &mut Edits<'_>, holder: Node<'_, '_>, key: &str, value: &str) {
+pub(super) fn set_config(edits: &mut Edits<'_>, holder: Node<'_, '_>, key: &str, value: &str) {
     match config(holder, key) {
         Some(found) => edits.set(found, "value", value),
         None => edits.append(holder, &config_text(key, value)),
@@ -366,7 +366,7 @@ fn add_to(own: &mut serde_json::Value, effect: &Listed) -> bool {
     true
 }
 
-fn read_list(found: &str) -> Result<List, String> {
+pub(super) fn read_list(found: &str) -> Result<List, String> {
     let text = if found.starts_with('{') {
         found.to_owned()
     } else {

@@ -11,6 +11,7 @@
 //! | `solver` | | `euler` or `rk4` | the card's |
 //! | `engine` | | `fused` or `candle` | `fused` |
 //! | `initial_force` | N, N m | one number an output of the card, or `estimate` | `estimate` |
+//! | `wrench_scale` | | factors on the checkpoint's wrench, force x y z, torque x y z, body frame | 1 1 1 1 1 1 |
 
 use std::{
     fs,
@@ -23,7 +24,7 @@ use super::search::SearchPath;
 use crate::model::{EngineKind, Solver};
 
 /// Every attribute, in the order of the table above.
-pub const NAMES: [&str; 9] = [
+pub const NAMES: [&str; 10] = [
     "checkpoint",
     "effects",
     "density",
@@ -33,6 +34,7 @@ pub const NAMES: [&str; 9] = [
     "solver",
     "engine",
     "initial_force",
+    "wrench_scale",
 ];
 
 /// Density of fresh water [kg/m^3].
@@ -68,6 +70,9 @@ pub struct Settings {
     pub engine: EngineKind,
     /// The force at the first sample.
     pub initial_force: InitialForce,
+    /// Factors on the wrench of the checkpoint, force x y z, torque x y z in the body's frame; what the
+    /// network carries from sample to sample stays unscaled.
+    pub wrench_scale: [f64; 6],
 }
 
 /// Why an attribute was refused. Every variant names the attribute, what was found and the repair.
@@ -116,6 +121,18 @@ pub enum AttributeError {
         /// What the system says.
         reason: String,
     },
+    /// An attribute of the checkpoint where there is none.
+    #[error(
+        "attribute `{attribute}` is `{found}`, but there is no `checkpoint` that it could act on; take it \
+         away, or add <config key=\"checkpoint\" value=\"models/b1-task2\"/>. The values of effects are \
+         changed in attribute `effects`"
+    )]
+    WithoutCheckpoint {
+        /// Its name.
+        attribute: &'static str,
+        /// The value found.
+        found: String,
+    },
     /// Neither a checkpoint nor effects.
     #[error(
         "attributes `checkpoint` and `effects` are missing; add <config key=\"checkpoint\" \
@@ -158,6 +175,16 @@ impl Settings {
         if checkpoint.is_none() && effects.is_none() {
             return Err(AttributeError::Neither);
         }
+        let wrench_scale = match value("wrench_scale") {
+            None => [1.0; 6],
+            Some(found) if checkpoint.is_none() => {
+                return Err(AttributeError::WithoutCheckpoint {
+                    attribute: "wrench_scale",
+                    found,
+                });
+            }
+            Some(found) => factors("wrench_scale", found)?,
+        };
         Ok(Self {
             checkpoint,
             effects,
@@ -206,6 +233,7 @@ impl Settings {
                     InitialForce::Given(numbers("initial_force", &found, expected)?)
                 }
             },
+            wrench_scale,
         })
     }
 }
@@ -237,6 +265,19 @@ fn numbers(
         .ok_or_else(|| AttributeError::Value {
             attribute,
             found: found.to_owned(),
+            expected,
+        })
+}
+
+/// Six factors, one an axis of a wrench.
+fn factors(attribute: &'static str, found: String) -> Result<[f64; 6], AttributeError> {
+    let expected = "six factors > 0, force x y z, then torque x y z";
+    let given: Option<[f64; 6]> = numbers(attribute, &found, expected)?.try_into().ok();
+    given
+        .filter(|factors| factors.iter().all(|factor| *factor > 0.0))
+        .ok_or(AttributeError::Value {
+            attribute,
+            found,
             expected,
         })
 }
@@ -299,6 +340,7 @@ mod tests {
         assert_eq!(settings.solver, None);
         assert_eq!(settings.engine, EngineKind::Fused);
         assert_eq!(settings.initial_force, InitialForce::Estimate);
+        assert_eq!(settings.wrench_scale, [1.0; 6]);
     }
 
     #[test]
@@ -312,6 +354,7 @@ mod tests {
             ("solver", "rk4"),
             ("engine", "candle"),
             ("initial_force", "1 2 3 4 5 6"),
+            ("wrench_scale", "1 1.1 0.9 1 1 1.2"),
         ])
         .unwrap();
         assert_eq!(settings.density, 1025.5);
@@ -327,6 +370,7 @@ mod tests {
             settings.initial_force,
             InitialForce::Given(vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
         );
+        assert_eq!(settings.wrench_scale, [1.0, 1.1, 0.9, 1.0, 1.0, 1.2]);
     }
 
     #[test]
@@ -342,6 +386,13 @@ mod tests {
             ("solver", "heun", "`rk4`"),
             ("engine", "gpu", "`candle`"),
             ("initial_force", "guess", "`estimate`"),
+            ("wrench_scale", "1 1 1", "six factors"),
+            ("wrench_scale", "1 1 1 1 1 1 1", "six factors"),
+            ("wrench_scale", "1 1 1 1 1 0", "> 0"),
+            ("wrench_scale", "1 1 1 1 1 -2", "> 0"),
+            ("wrench_scale", "1 1 1 1 1 inf", "six factors"),
+            ("wrench_scale", "1 1 nan 1 1 1", "six factors"),
+            ("wrench_scale", "twice", "six factors"),
         ] {
             let text = parse(&[("checkpoint", "b1"), (key, value)])
                 .unwrap_err()
@@ -371,6 +422,17 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(text.contains("cannot be read"), "{text}");
+    }
+
+    #[test]
+    fn factors_on_the_checkpoint_need_one() {
+        let text = parse(&[("effects", "{}"), ("wrench_scale", "1 1 1 1 1 1.1")])
+            .unwrap_err()
+            .to_string();
+        assert!(
+            text.contains("`wrench_scale` is `1 1 1 1 1 1.1`") && text.contains("no `checkpoint`"),
+            "{text}"
+        );
     }
 
     #[test]

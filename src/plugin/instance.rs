@@ -494,12 +494,14 @@ impl Instance {
         self.between(sample_time, now, next, time)
     }
 
-    /// The wrench at `time`, between the forces at two samples [f].
+    /// The wrench at `time`, between the forces at two samples [f]. Here alone `wrench_scale` counts: what
+    /// the network carries from sample to sample is its own.
     fn between(&self, sample_time: f64, now: &[f64], next: &[f64], time: f64) -> Wrench {
         let fraction = ((time - sample_time) / self.sample_period).clamp(0.0, 1.0);
         let mut wrench = [0.0; 6];
         for ((component, now), next) in self.components.iter().zip(now).zip(next) {
-            wrench[*component] = now + fraction * (next - now);
+            wrench[*component] =
+                self.settings.wrench_scale[*component] * (now + fraction * (next - now));
         }
         Wrench::from_array(wrench)
     }

@@ -30,6 +30,39 @@ pub enum KnobClass {
     Damping,
 }
 
+/// What a [`Knob`] turns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Mass of a body, relative. Its gravity compensation is a force, and stays.
+    Mass,
+    /// A principal moment of inertia of a body, by axis of its inertial frame; relative.
+    Inertia(usize),
+    /// A coordinate of a body's centre of mass [m], by axis of the body. Gravity compensation stays where
+    /// it was.
+    CentreOfMass(usize),
+    /// A number of `fluidcoef`, by its place in that list, of all geoms; relative.
+    FluidCoefficient(usize),
+    /// Density of MuJoCo's box fluid, relative.
+    Density,
+    /// Viscosity of MuJoCo's box fluid, relative.
+    Viscosity,
+    /// Gain and bias of an actuator, relative.
+    Gain,
+    /// Damping of a joint, every term of it; relative.
+    Damping,
+    /// A value of an effect that the nominal has in an instance of `hydro.wrench`; relative.
+    EffectValue {
+        /// Which of [`PlantDescription::carriers`].
+        instance: usize,
+        /// Which entry of its attribute `effects`.
+        entry: usize,
+        /// Which parameter, in the order of the catalogue.
+        value: usize,
+    },
+    /// An axis of the wrench of the nominal's checkpoints (force x y z, torque x y z, base frame); relative.
+    Wrench(usize),
+}
+
 /// One uncertain number of the nominal model. Zero is the nominal; 0.03 is three per cent more, or, for
 /// a centre of mass, 3 cm along its axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +73,23 @@ pub struct Knob {
     pub element: String,
     /// Which uncertainty.
     pub class: KnobClass,
+    /// What it turns.
+    pub quantity: Quantity,
+}
+
+/// Inertia of a body alone, as compiled.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Inertial {
+    /// Mass [kg].
+    pub mass: f64,
+    /// Centre of mass in the body's frame [m].
+    pub position: [f64; 3],
+    /// Attitude of the principal axes in the body's frame, w x y z.
+    pub attitude: [f64; 4],
+    /// Principal moments [kg m^2].
+    pub moments: [f64; 3],
+    /// Gravity compensation, in weights of the body.
+    pub compensation: f64,
 }
 
 /// A body of the model.
@@ -55,6 +105,8 @@ pub struct PlantBody {
     pub wet: bool,
     /// Its sizes; speeds are zero until the trials are known.
     pub scale: card::BodyScale,
+    /// Its own inertia.
+    pub inertial: Inertial,
 }
 
 /// A hinge or slide of the model.
@@ -68,6 +120,10 @@ pub struct PlantJoint {
     pub dof: usize,
     /// Its sizes; speeds are zero until the trials are known.
     pub scale: card::JointScale,
+    /// Its spring [N m/rad or N/m], the linear term.
+    pub stiffness: f64,
+    /// Its damping [N m s/rad or N s/m], the linear term.
+    pub damping: f64,
 }
 
 /// An actuator of the model.
@@ -79,6 +135,8 @@ pub struct PlantActuator {
     pub range: Option<[f64; 2]>,
     /// True where it pushes at a site (a thruster): inflow matters to it.
     pub thrusts: bool,
+    /// Third number of its bias: force a speed of its length, as compiled.
+    pub speed_bias: f64,
 }
 
 /// What a sensor measures, as far as `gap` must know.
@@ -172,6 +230,8 @@ pub struct PlantDescription {
     pub sensors: Vec<PlantSensor>,
     /// Uncertain numbers.
     pub knobs: Vec<Knob>,
+    /// Names of the bodies that carry instances of `hydro.wrench`, as [`Quantity::EffectValue`] counts them.
+    pub carriers: Vec<String>,
     /// True where a learned or native fluid acts already, so that a current has something to act through.
     pub has_water: bool,
 }

@@ -15,12 +15,12 @@ use hydro_plugin::{
     effects::{Id, effect},
     gap::{
         self, Bench, Naming, Settings, Study, Uncertainty, Watch,
-        stages::{Added, Verified},
+        stages::{Added, Refitted, Verified},
         verdict::Outcome,
     },
     mujoco::plant::MujocoPlant,
     patch,
-    sim::plant::{Plant, PlantDescription, SensorKind},
+    sim::plant::{Plant, PlantDescription, Quantity, SensorKind},
     trial::{self, Listed, SensorQuantity, SensorSignature, Signature, Trial},
 };
 
@@ -209,11 +209,39 @@ impl<'a> Laboratory<'a> {
         let patched = patch::patch(&patch::Request {
             nominal: &self.flags.model,
             entries: &addition.entries,
+            numbers: &addition.numbers,
             description: self.plant.description(),
             names: parameter_names,
             search: &[],
         })?;
-        written(&self.flags.model, addition.added, patched)
+        let mut added = addition.added;
+        added.numbers = patched
+            .numbers
+            .iter()
+            .map(|written| {
+                let relative = addition.deviations[written.number];
+                let in_metres = matches!(
+                    addition.numbers[written.number].0.quantity,
+                    Quantity::CentreOfMass(_)
+                );
+                let unit = if in_metres { 1.0 } else { written.from.abs() };
+                Refitted {
+                    what: written.name.clone(),
+                    from: written.from,
+                    to: written.to,
+                    unit: written.unit.to_owned(),
+                    deviation: relative * unit,
+                }
+            })
+            .collect();
+        if !added.numbers.is_empty() {
+            added.remarks.push(format!(
+                "{PATCHED} holds {} numbers of the nominal model as they were fitted together with the effects, \
+                 each within its declared uncertainty",
+                added.numbers.len()
+            ));
+        }
+        written(&self.flags.model, added, patched)
     }
 
     /// A candidate with a learned residual, or the remark why there is none.

@@ -55,6 +55,7 @@ pub(super) fn candidate(
     let plain = patch::patch(&patch::Request {
         nominal: task.nominal,
         entries: &[],
+        numbers: &[],
         description: task.model,
         names: parameter_names,
         search: &[],
@@ -195,6 +196,7 @@ fn record(remark: String) -> Added {
         effects: Vec::new(),
         sensors: [].into(),
         bootstrap: Vec::new(),
+        numbers: Vec::new(),
         model: None,
         diff: String::new(),
         remarks: vec![remark],

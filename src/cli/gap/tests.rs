@@ -82,6 +82,7 @@ fn candidate() -> Candidate {
             effects: vec![added_mass()],
             sensors: [].into(),
             bootstrap: vec![],
+            numbers: vec![],
             model: Some("patched.xml".into()),
             diff: String::new(),
             remarks: vec![],

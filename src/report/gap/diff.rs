@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::numbers::number;
+use super::numbers::{fine, number};
 use crate::{
     gap::{
-        stages::Added,
+        stages::{Added, Refitted},
         verdict::{Bias, Patch, SensorPatch},
     },
     report::html::escape,
@@ -42,7 +42,34 @@ pub(super) fn section(html: &mut String, added: Option<&Added>, patch: Option<&P
     {
         diff(html, &added.diff);
     }
+    numbers(html, added.map_or(&[], |added| &added.numbers));
     sensors(html, patch);
+}
+
+/// Numbers of the nominal that the file has anew.
+fn numbers(html: &mut String, numbers: &[Refitted]) {
+    if numbers.is_empty() {
+        return;
+    }
+    html.push_str(
+        "<h3>Numbers of the nominal that were refitted</h3><p class=\"note\">Fitted together with the effects, \
+         within the uncertainty that was declared for the nominal: no missing effect, but effects and numbers \
+         are right only together.</p><div class=\"wide\"><table><tr><th class=\"t\">number</th>\
+         <th>nominal</th><th>written</th><th>standard deviation</th><th class=\"t\">unit</th></tr>",
+    );
+    for refitted in numbers {
+        let _ = write!(
+            html,
+            "<tr><td class=\"t\"><code>{}</code></td><td class=\"n\">{}</td><td class=\"n\">{}</td>\
+             <td class=\"n\">{}</td><td class=\"t\">{}</td></tr>",
+            escape(&refitted.what),
+            fine(refitted.from),
+            fine(refitted.to),
+            number(refitted.deviation),
+            escape(&refitted.unit)
+        );
+    }
+    html.push_str("</table></div>");
 }
 
 /// How the model is loaded.

@@ -1,5 +1,14 @@
 //! Numbers as people read them.
 
+/// A number with five digits, for two that differ by little.
+pub(super) fn fine(value: f64) -> String {
+    if !(1e-3..1e5).contains(&value.abs()) {
+        return number(value);
+    }
+    let digits = (4 - value.abs().log10().floor() as i32).clamp(0, 8) as usize;
+    minus(trim(&format!("{value:.digits$}")))
+}
+
 /// Three significant digits without trailing zeros; a dash where there is no number.
 pub fn number(value: f64) -> String {
     if !value.is_finite() {

@@ -6,7 +6,8 @@ use crate::{
     effects::Id,
     gap::{
         stages::{
-            Added, Channel, Found, HeatMap, Horizon, Hypothesis, Named, Overlay, Record, Verified,
+            Added, Channel, Found, HeatMap, Horizon, Hypothesis, Named, Overlay, Record, Refitted,
+            Verified,
         },
         verdict::{
             Bias, FittedEffect, FittedParameter, Gap, Outcome, Patch, Place, Regime, SCHEMA,
@@ -255,6 +256,13 @@ fn record(sensors: usize, trials: usize) -> Record {
                 again[0].ci95 = [9.0, 16.0];
                 again
             })],
+            numbers: vec![Refitted {
+                what: "hull.mass".into(),
+                from: 25.0,
+                to: 24.6,
+                unit: "kg".into(),
+                deviation: 0.11,
+            }],
             model: Some("patched.xml".into()),
             diff: "--- vehicle.xml\n+++ patched.xml\n@@ -3,4 +3,9 @@\n <mujoco>\n-  <option timestep=\"0.002\"/>\n\
                    +  <option timestep=\"0.002\" integrator=\"implicitfast\"/>\n+  <extension><plugin \
@@ -493,6 +501,22 @@ fn every_outcome_is_a_well_formed_page_and_survives_its_files() {
             .unwrap();
         }
     }
+}
+
+#[test]
+fn numbers_of_the_nominal_stand_beside_the_diff() {
+    let html = page(&record(3, 5));
+    let table = html
+        .split("Numbers of the nominal that were refitted")
+        .nth(1)
+        .expect("there is a table");
+    for part in ["<code>hull.mass</code>", ">25<", ">24.6<", ">0.11<", ">kg<"] {
+        assert!(table.contains(part), "{part}");
+    }
+    let mut old = serde_json::to_value(&record(3, 5).added).expect("it is written");
+    old.as_object_mut().expect("a record").remove("numbers");
+    let old: Added = serde_json::from_value(old).expect("an old file is read");
+    assert!(old.numbers.is_empty());
 }
 
 #[test]
