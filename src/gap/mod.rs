@@ -43,7 +43,7 @@ pub use conclude::conclude;
 pub use error::GapError;
 pub use find::find;
 pub use name::{Naming, name};
-pub use residual::{MissingWrench, Residual, Series, residual};
+pub use residual::{MissingWrench, Residual, Series, refitted, residual};
 pub use study::{Settings, Study};
 pub use uncertainty::Uncertainty;
 pub use verify::verify;

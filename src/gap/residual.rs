@@ -1,7 +1,7 @@
 //! What is left when no effect explains the difference: the wrench on the base that would.
 //!
 //! Along every fit trial the windows of [`smoother`] give a wrench and its standard deviation, about the
-//! nominal model as it is. What is made of them, a learned force, is not this room's: see the command line.
+//! nominal model with the numbers that it will have. What is made of them, a learned force, is not this room's: see the command line.
 
 mod chain;
 mod smoother;
@@ -11,7 +11,13 @@ mod windows;
 
 use rayon::prelude::*;
 
-use super::{error::GapError, study::Study, watch::Watch};
+use super::{
+    bench::Bench,
+    error::GapError,
+    name::{Naming, nuisances},
+    study::Study,
+    watch::Watch,
+};
 use crate::{frames::STANDARD_GRAVITY, sim::plant::FreeBase};
 use smoother::{Path, Walk};
 use windows::Ground;
@@ -26,6 +32,8 @@ const SAMPLE_PERIOD: f64 = 0.02;
 const FIRST: f64 = 1.0;
 /// Changes from window to window that are tried, likewise.
 const CHANGES: [f64; 6] = [3e-5, 2e-4, 1e-3, 5e-3, 2e-2, 1e-1];
+/// A number of the nominal that the fit moved by less than this part of its prior deviation stays as it is.
+const MOVED: f64 = 0.01;
 /// Step of the difference quotient, likewise.
 const STEP: f64 = 1e-3;
 /// Gauss-Newton steps at most.
@@ -70,13 +78,28 @@ pub enum Residual {
     NotOffered(String),
 }
 
+/// The nominal's uncertain numbers as they were fitted where nothing is missing, by knob of the model: value
+/// and standard deviation, zero where the fit hardly moved one.
+pub fn refitted(bench: &Bench<'_>, naming: &Naming) -> Vec<(f64, f64)> {
+    let empty = &naming.search.scored[0].fit;
+    let mut all = vec![(0.0, 0.0); bench.model.knobs.len()];
+    let fitted = nuisances(bench, empty, naming.search.factor);
+    for ((knob, prior), (_, value, deviation)) in bench.knobs.iter().zip(fitted) {
+        if value.abs() >= MOVED * prior {
+            all[*knob] = (value, deviation);
+        }
+    }
+    all
+}
+
 /// Estimates the wrench on the base that the nominal model lacks along every trial.
 ///
-/// The nominal is taken as it is, since that is what a learned wrench is added to.
+/// `knobs` are the values of the nominal's uncertain numbers in the model to which a learned wrench will be
+/// added: what they explain is not to be learned, and what is learned is right only beside them.
 ///
 /// # Errors
 /// Where the plant refuses, or a stop was asked for.
-pub fn residual(study: &Study<'_>, watch: &Watch<'_>) -> Result<Residual, GapError> {
+pub fn residual(study: &Study<'_>, knobs: &[f64], watch: &Watch<'_>) -> Result<Residual, GapError> {
     let model = study.plant.description();
     let not = |reason: &str| Ok(Residual::NotOffered(reason.to_owned()));
     let Some(base) = &model.base else {
@@ -110,7 +133,7 @@ pub fn residual(study: &Study<'_>, watch: &Watch<'_>) -> Result<Residual, GapErr
         model,
         base,
         channels: &study.channels,
-        knobs: &vec![0.0; model.knobs.len()],
+        knobs,
         wrench_step: scale.map(|of| STEP * of),
     };
     let most = (MOST_WINDOWS / study.trials.len().max(1)).max(LEAST_WINDOWS);

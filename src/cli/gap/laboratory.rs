@@ -20,7 +20,7 @@ use hydro_plugin::{
     },
     mujoco::plant::MujocoPlant,
     patch,
-    sim::plant::{Plant, PlantDescription, Quantity, SensorKind},
+    sim::plant::{Knob, Plant, PlantDescription, Quantity, SensorKind},
     trial::{self, Listed, SensorQuantity, SensorSignature, Signature, Trial},
 };
 
@@ -92,7 +92,8 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
             match gap::add(study, bench, naming) {
                 Some(addition) => laboratory.candidate(addition).map(Some),
                 None if naming.named.outcome == Outcome::Unknown && !flags.no_residual => {
-                    laboratory.residual(study, watch).map(Some)
+                    let knobs = gap::refitted(bench, naming);
+                    laboratory.residual(study, knobs, watch).map(Some)
                 }
                 None => Ok(None),
             }
@@ -215,42 +216,29 @@ impl<'a> Laboratory<'a> {
             search: &[],
         })?;
         let mut added = addition.added;
-        added.numbers = patched
-            .numbers
-            .iter()
-            .map(|written| {
-                let relative = addition.deviations[written.number];
-                let in_metres = matches!(
-                    addition.numbers[written.number].0.quantity,
-                    Quantity::CentreOfMass(_)
-                );
-                let unit = if in_metres { 1.0 } else { written.from.abs() };
-                Refitted {
-                    what: written.name.clone(),
-                    from: written.from,
-                    to: written.to,
-                    unit: written.unit.to_owned(),
-                    deviation: relative * unit,
-                }
-            })
-            .collect();
-        if !added.numbers.is_empty() {
-            added.remarks.push(format!(
-                "{PATCHED} holds {} numbers of the nominal model as they were fitted together with the effects, \
-                 each within its declared uncertainty",
-                added.numbers.len()
-            ));
-        }
+        refit(
+            &mut added,
+            &patched,
+            &addition.numbers,
+            &addition.deviations,
+            "together with the effects",
+        );
         written(&self.flags.model, added, patched)
     }
 
     /// A candidate with a learned residual, or the remark why there is none.
-    fn residual(&self, study: &Study<'_>, watch: &Watch<'_>) -> anyhow::Result<Candidate> {
+    fn residual(
+        &self,
+        study: &Study<'_>,
+        knobs: Vec<(f64, f64)>,
+        watch: &Watch<'_>,
+    ) -> anyhow::Result<Candidate> {
         let task = residual::Task {
             nominal: &self.flags.model,
             model: self.plant.description(),
             out: &self.flags.out,
             seed: self.settings.seed,
+            knobs,
         };
         residual::candidate(&task, study, watch)
     }
@@ -277,6 +265,39 @@ impl<'a> Laboratory<'a> {
         )?;
         verified.remarks.extend(self.remarks.take());
         Ok(Some(verified))
+    }
+}
+
+/// Notes which numbers of the nominal were written, of those that were asked for; `beside` says what they
+/// were fitted with.
+pub(super) fn refit(
+    added: &mut Added,
+    patched: &patch::Patched,
+    numbers: &[(Knob, f64)],
+    deviations: &[f64],
+    beside: &str,
+) {
+    let refitted = patched.numbers.iter().map(|written| {
+        let of = &numbers[written.number].0.quantity;
+        let unit = match of {
+            Quantity::CentreOfMass(_) => 1.0,
+            _ => written.from.abs(),
+        };
+        Refitted {
+            what: written.name.clone(),
+            from: written.from,
+            to: written.to,
+            unit: written.unit.to_owned(),
+            deviation: deviations[written.number] * unit,
+        }
+    });
+    added.numbers = refitted.collect();
+    if !added.numbers.is_empty() {
+        added.remarks.push(format!(
+            "{PATCHED} holds {} numbers of the nominal model as they were fitted {beside}, each within \
+             its declared uncertainty",
+            added.numbers.len()
+        ));
     }
 }
 

@@ -10,13 +10,13 @@ use hydro_plugin::{
     gap::{self, MissingWrench, Residual, Study, Watch, stages::Added},
     patch::{self, PatchError},
     plugin::{Base, Body, FeatureMap, Joint, JointKind},
-    sim::plant::PlantDescription,
+    sim::plant::{Knob, PlantDescription},
     training::{Learned, Lesson, Recorded, learn_residual},
 };
 
 use super::{
     folder::{RESIDUAL, RESIDUAL_FILES},
-    laboratory::{parameter_names, written},
+    laboratory::{parameter_names, refit, written},
     sequence::Candidate,
 };
 use crate::cli::command_line;
@@ -35,6 +35,9 @@ pub(super) struct Task<'a> {
     /// The folder of results, in which the learned residual will stand.
     pub(super) out: &'a Path,
     pub(super) seed: u64,
+    /// Uncertain numbers of the nominal as fitted, in the order of `PlantDescription::knobs`: value, standard
+    /// deviation.
+    pub(super) knobs: Vec<(f64, f64)>,
 }
 
 /// A candidate with a learned residual, or the remark why there is none.
@@ -43,7 +46,23 @@ pub(super) fn candidate(
     study: &Study<'_>,
     watch: &Watch<'_>,
 ) -> anyhow::Result<Candidate> {
-    let missing = match gap::residual(study, watch)? {
+    let (values, deviations): (Vec<f64>, Vec<f64>) = task.knobs.iter().copied().unzip();
+    let known = task.model.knobs.iter().cloned();
+    let numbers: Vec<(Knob, f64)> = known.zip(values.iter().copied()).collect();
+    let plain = patch::patch(&patch::Request {
+        nominal: task.nominal,
+        entries: &[],
+        numbers: &numbers,
+        description: task.model,
+        names: parameter_names,
+        search: &[],
+    })?;
+    // A number that the text cannot say stays the nominal's.
+    let mut knobs = vec![0.0; values.len()];
+    for written in &plain.numbers {
+        knobs[written.number] = values[written.number];
+    }
+    let missing = match gap::residual(study, &knobs, watch)? {
         Residual::Found(missing) => missing,
         Residual::NotOffered(why) => return Ok(not_offered(why)),
     };
@@ -52,14 +71,6 @@ pub(super) fn candidate(
         Learned::Nothing(why) => return Ok(not_offered(why)),
         Learned::Cancelled => bail!("stopped while a residual was learned"),
     };
-    let plain = patch::patch(&patch::Request {
-        nominal: task.nominal,
-        entries: &[],
-        numbers: &[],
-        description: task.model,
-        names: parameter_names,
-        search: &[],
-    })?;
     // The model has to load from any folder.
     let folder = fs::canonicalize(task.out)
         .with_context(|| format!("--out {}", task.out.display()))?
@@ -79,7 +90,10 @@ pub(super) fn candidate(
         }
         Err(fault) => return Err(fault.into()),
     };
-    let mut candidate = written(task.nominal, addition(&missing, skill), patched)?;
+    let mut added = addition(&missing, skill);
+    let beside = "as if nothing were missing";
+    refit(&mut added, &patched, &numbers, &deviations, beside);
+    let mut candidate = written(task.nominal, added, patched)?;
     candidate.residual = files(&checkpoint)?;
     Ok(candidate)
 }

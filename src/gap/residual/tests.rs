@@ -42,7 +42,7 @@ fn estimated(push: &Push) -> MissingWrench {
         seed: 0,
     };
     let study = Study::prepare(&plant, trials, settings, &watch).unwrap();
-    let Residual::Found(found) = residual(&study, &watch).unwrap() else {
+    let Residual::Found(found) = residual(&study, &[0.0, 0.0], &watch).unwrap() else {
         panic!("not offered");
     };
     found

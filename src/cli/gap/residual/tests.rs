@@ -134,6 +134,7 @@ fn a_learned_residual_loads_and_predicts_held_out_trials_better() {
         model: plant.description(),
         out: place.path(),
         seed: 0,
+        knobs: vec![(0.0, 0.0); plant.description().knobs.len()],
     };
     let made = candidate(&task, &study, &watch).unwrap();
     assert!(made.added.is_written(), "{:?}", made.added.remarks);
@@ -195,6 +196,7 @@ fn a_base_without_a_free_joint_has_none() {
         model: plant.description(),
         out: place.path(),
         seed: 0,
+        knobs: vec![(0.0, 0.0); plant.description().knobs.len()],
     };
     let made = candidate(&task, &study, &watch).unwrap();
     let remark = &made.added.remarks[0];
