@@ -68,6 +68,9 @@ pub struct Card {
     pub joints: Vec<String>,
     /// Time between samples, in seconds.
     pub sample_period: f64,
+    /// True where the force is only what another model of the water lacks: it acts beside that one.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub residual: bool,
     /// How the ODE is stepped.
     pub solver: Solver,
     /// Means and deviations of inputs and forces.
@@ -633,6 +636,7 @@ mod tests {
             outputs,
             frames: BTreeMap::from([("wrench".to_owned(), "base".to_owned())]),
             sample_period: 0.01,
+            residual: false,
             solver: Solver::Euler,
             normaliser: Normaliser::identity(inputs, 2),
             dataset: None,

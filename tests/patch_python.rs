@@ -106,6 +106,7 @@ fn description() -> PlantDescription {
             },
             inertial: Inertial::default(),
         }],
+        base: None,
         joints: vec![joint("rail", 7, 2.0, true), joint("hinge", 8, 0.007, false)],
         actuators: Vec::new(),
         sensors: Vec::new(),

@@ -7,6 +7,7 @@ use std::{fs, path::PathBuf, sync::Arc};
 
 use hydro_plugin::{
     effects::{Entry, Id},
+    frames::Wrench,
     mujoco::{
         plant::MujocoPlant,
         simulator::{Data, Model},
@@ -68,6 +69,42 @@ fn hull(option: &str, inside: &str) -> String {
 }
 
 const INTEGRATORS: [&str; 4] = ["Euler", "implicit", "implicitfast", "RK4"];
+
+#[test]
+fn a_base_wrench_turns_with_the_base_and_outlives_a_new_state() {
+    for integrator in INTEGRATORS {
+        let plant = plant(&hull(
+            &format!("integrator=\"{integrator}\" gravity=\"0 0 0\""),
+            "",
+        ));
+        assert_eq!(plant.description().base.as_ref().unwrap().body, "hull");
+        let mut simulation = simulation(&plant, &[]);
+        simulation.set_base_wrench(Wrench {
+            force: [3.0, 0.0, 0.0],
+            torque: [0.0, 0.0, 0.01],
+        });
+        simulation.reset();
+        // Turned by a quarter about z, the base's x is the world's y.
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let qpos = [0.0, 0.0, 0.0, half, 0.0, 0.0, half];
+        simulation.set_motion(0.0, &qpos, &[0.0; 6]);
+        simulation.step();
+        let step = plant.description().timestep;
+        let inertia = 2.0 / 3.0 * (0.3 * 0.3 + 0.2 * 0.2);
+        let expected = [0.0, 1.5 * step, 0.0, 0.0, 0.0, 0.01 / inertia * step];
+        for (found, expected) in simulation.qvel().iter().zip(expected) {
+            assert!(
+                (found - expected).abs() < 1e-9,
+                "{integrator}: {:?}",
+                simulation.qvel()
+            );
+        }
+        simulation.set_base_wrench(Wrench::default());
+        simulation.set_motion(0.0, &qpos, &[0.0; 6]);
+        simulation.step();
+        assert!(simulation.qvel().iter().all(|value| value.abs() < 1e-12));
+    }
+}
 
 #[test]
 fn a_free_body_accelerates_with_its_effective_mass() {

@@ -5,10 +5,11 @@
 //! `hydrostatic` f32 [M,T,f] (the buoyancy part of the clean one; zeros where it is absent), `time` f32 [T] and
 //! `condition` i32 [M,T]. Splits are by trajectory.
 //!
-//! This room reads; it neither normalises nor trains.
+//! This room reads, and writes what this program recorded itself; it neither normalises nor trains.
 
 mod manifest;
 mod split;
+mod write;
 
 use std::{
     fs, io,
@@ -21,6 +22,7 @@ use thiserror::Error;
 pub use self::{
     manifest::{Manifest, SCHEMA, ShardEntry, SplitEntry},
     split::Split,
+    write::{Trajectory, write},
 };
 
 /// Why a data set was refused.

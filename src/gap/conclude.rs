@@ -12,14 +12,22 @@ pub fn conclude(
     added: Option<&Added>,
     verified: Option<&Verified>,
 ) -> Verdict {
-    let accepted = verified.is_some_and(|verified| verified.accepted) && added.is_some();
+    let written = added.filter(|added| added.is_written());
+    let accepted = verified.is_some_and(|verified| verified.accepted) && written.is_some();
     let refused_because = match (named.outcome, verified) {
         (Outcome::Named, None) if found.held_out_trials.is_empty() => Some(
             "there is a single trial, so none could be held out: name and intervals are given, a \
              reduction is not claimed and nothing was added"
                 .to_owned(),
         ),
-        (_, Some(verified)) if added.is_some() => verified.refused_because.clone(),
+        (Outcome::Unknown, None) if written.is_some() => Some(
+            "there is a single trial, so none could be held out: a learned residual that nothing confirms \
+             is not added"
+                .to_owned(),
+        ),
+        (_, Some(verified)) if written.is_some() => verified.refused_because.clone(),
+        // Nothing was even tried.
+        (Outcome::Unknown, _) => added.and_then(|added| added.remarks.first().cloned()),
         _ => None,
     };
     let mut ids = Vec::new();
@@ -51,7 +59,7 @@ pub fn conclude(
         gap: verified.map_or(nothing, |verified| verified.gap.clone()),
         verified: accepted,
         refused_because,
-        patch: added.filter(|_| accepted).and_then(|added| {
+        patch: written.filter(|_| accepted).and_then(|added| {
             Some(Patch {
                 model: added.model.clone()?,
                 sensors: added.sensors.clone(),

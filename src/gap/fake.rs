@@ -4,9 +4,10 @@ use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 
 use crate::{
     effects::{self, Entry, Motion, Part, card::BodyScale},
+    frames::Wrench,
     sim::plant::{
-        Inertial, Knob, KnobClass, Plant, PlantActuator, PlantBody, PlantDescription, PlantError,
-        PlantSensor, Quantity, SensorKind, Simulation,
+        FreeBase, Inertial, Knob, KnobClass, Plant, PlantActuator, PlantBody, PlantDescription,
+        PlantError, PlantSensor, Quantity, SensorKind, Simulation,
     },
 };
 
@@ -67,6 +68,16 @@ impl RigidBody {
                     scale,
                     inertial: Inertial::default(),
                 }],
+                base: Some(FreeBase {
+                    body: "hull".to_owned(),
+                    qpos: 0,
+                    dof: 0,
+                    joints: Vec::new(),
+                    density: 1000.0,
+                    water: [0.0; 3],
+                    water_moves: false,
+                    learned: false,
+                }),
                 joints: Vec::new(),
                 actuators: ["ahead", "aside", "up", "turn"]
                     .map(|name| PlantActuator {
@@ -141,6 +152,7 @@ impl Plant for RigidBody {
             qpos: vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
             qvel: vec![0.0; 6],
             control: vec![0.0; 4],
+            wrench: Wrench::default(),
             sensors: vec![0.0; 13],
         }))
     }
@@ -155,6 +167,7 @@ struct Swim {
     qpos: Vec<f64>,
     qvel: Vec<f64>,
     control: Vec<f64>,
+    wrench: Wrench,
     sensors: Vec<f64>,
 }
 
@@ -227,6 +240,10 @@ impl Simulation for Swim {
         self.control.copy_from_slice(control);
     }
 
+    fn set_base_wrench(&mut self, wrench: Wrench) {
+        self.wrench = wrench;
+    }
+
     fn step(&mut self) {
         let attitude = self.attitude();
         let linear = attitude.inverse() * Vector3::from_column_slice(&self.qvel[..3]);
@@ -255,7 +272,7 @@ impl Simulation for Swim {
         }
         motion.linear = (linear - attitude.inverse() * water).into();
         let mut command: Vec<f64> = self.control.clone();
-        let mut force = Vector6::zeros();
+        let mut force = Vector6::from(self.wrench.to_array());
         let mut inertia = Matrix6::zeros();
         for axis in 0..3 {
             inertia[(axis, axis)] = self.mass;

@@ -26,6 +26,7 @@ mod noise;
 #[cfg(test)]
 mod refusals;
 mod regime;
+mod residual;
 mod screen;
 mod search;
 mod shooting;
@@ -46,6 +47,7 @@ pub use conclude::conclude;
 pub use error::GapError;
 pub use find::find;
 pub use name::{Naming, name};
+pub use residual::{MissingWrench, Residual, Series, refitted, residual};
 pub use study::{Settings, Study};
 pub use uncertainty::Uncertainty;
 pub use verify::{Examined, verify};

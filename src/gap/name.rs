@@ -403,7 +403,7 @@ pub(super) fn parameters(
 }
 
 /// Name, value and standard deviation of every knob, in the knob's unit.
-fn nuisances(bench: &Bench<'_>, fit: &Fit, factor: f64) -> Vec<(String, f64, f64)> {
+pub(super) fn nuisances(bench: &Bench<'_>, fit: &Fit, factor: f64) -> Vec<(String, f64, f64)> {
     let Some((_, optimum)) = fit.evidence(factor) else {
         return Vec::new();
     };

@@ -131,6 +131,20 @@ pub(super) fn run(
         step,
         &mut control,
     );
+    roll(simulation, trial, segment, step, tangent, trace)
+}
+
+/// Runs a segment from its start with whatever memory the simulation has, and keeps the readings of every
+/// step; ends [`steps`] steps later. False where it blew up.
+pub(super) fn roll(
+    simulation: &mut dyn Simulation,
+    trial: &Measured,
+    segment: &Segment,
+    step: f64,
+    tangent: Option<&[f64]>,
+    trace: &mut Trace,
+) -> bool {
+    let mut control = vec![0.0; trial.control.width()];
     simulation.set_motion(segment.start, &segment.qpos, &segment.qvel);
     if let Some(tangent) = tangent {
         simulation.retract(tangent);
@@ -139,10 +153,7 @@ pub(super) fn run(
     trace.step = step;
     trace.width = trial.width;
     trace.values.clear();
-    let end = trial.times[segment.rows.end - 1] - step;
-    // Two readings at least, and one at or beyond the last row.
-    let steps = (((end - segment.start) / step - 1e-6).ceil().max(0.0) as usize).max(1) + 1;
-    for at in 0..steps {
+    for at in 0..steps(trial, segment.rows.end, segment.start, step) {
         let time = segment.start + at as f64 * step;
         trial.control.interpolate(time, &mut control);
         simulation.set_control(&control);
@@ -152,6 +163,13 @@ pub(super) fn run(
             .extend_from_slice(&simulation.sensors()[..trial.width]);
     }
     !simulation.diverged() && trace.values.iter().all(|value| value.is_finite())
+}
+
+/// Steps from a start [s] to what the rows before `end` need: two readings at least, and one at or beyond
+/// the last row.
+pub(super) fn steps(trial: &Measured, end: usize, start: f64, step: f64) -> usize {
+    let last = trial.times[end - 1] - step;
+    (((last - start) / step - 1e-6).ceil().max(0.0) as usize).max(1) + 1
 }
 
 /// Leads memories through the motion before a segment: states are set to the estimated ones at every row.

@@ -137,12 +137,19 @@ pub struct Added {
     /// What the fit without each of its trials gives, for a replay of that trial.
     #[serde(default)]
     pub cross_fit: Vec<WithoutTrial>,
-    /// The patched model, relative to the output folder.
+    /// The patched model, relative to the output folder; none where there was nothing to write.
     pub model: Option<String>,
     /// Unified diff of nominal against patched MJCF.
     pub diff: String,
     /// What a person should know.
     pub remarks: Vec<String>,
+}
+
+impl Added {
+    /// True where a candidate model was written; else the remarks say why there is none.
+    pub fn is_written(&self) -> bool {
+        self.model.is_some()
+    }
 }
 
 /// A fit that left one trial out. Which effects are missing was decided with it in.
@@ -232,4 +239,11 @@ pub struct Record {
     pub verdict: super::verdict::Verdict,
     /// Seconds by stage.
     pub seconds: BTreeMap<String, f64>,
+}
+
+impl Record {
+    /// True where a candidate model stands beside the nominal.
+    pub fn is_patched(&self) -> bool {
+        self.added.as_ref().is_some_and(Added::is_written)
+    }
 }

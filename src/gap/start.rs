@@ -16,7 +16,7 @@ const WINDOW: f64 = 0.4;
 /// Rows of a window at least.
 const LEAST_ROWS: usize = 8;
 /// Steps of the difference quotients: positions [m or rad], velocities.
-const STEP: [f64; 2] = [1e-5, 1e-4];
+pub(super) const STEP: [f64; 2] = [1e-5, 1e-4];
 /// Standard deviation of the start of a window about where the last one ended: positions, velocities.
 pub(super) const ARRIVAL: [f64; 2] = [0.1, 0.5];
 /// Of the very first, where the log gives no initial state.

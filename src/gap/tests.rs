@@ -12,11 +12,27 @@ use super::{
 };
 use crate::{
     effects::{Entry, Id},
+    frames::Wrench,
     sim::plant::Plant,
     trial::{Series, Trial},
 };
 
 pub(super) fn trial(name: &str, effects: &[Entry], knobs: &[f64], seed: u64, noise: f64) -> Trial {
+    pushed(name, effects, knobs, seed, noise, &|_, _| [0.0; 6])
+}
+
+/// A wrench on the base that depends on positions and velocities [N, N m].
+pub(super) type Push = dyn Fn(&[f64], &[f64]) -> [f64; 6];
+
+/// The same with such a wrench.
+pub(super) fn pushed(
+    name: &str,
+    effects: &[Entry],
+    knobs: &[f64],
+    seed: u64,
+    noise: f64,
+    push: &Push,
+) -> Trial {
     let plant = RigidBody::new();
     let mut simulation = plant.simulation(knobs, effects).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -60,6 +76,8 @@ pub(super) fn trial(name: &str, effects: &[Entry], knobs: &[f64], seed: u64, noi
             })
             .collect();
         simulation.set_control(&command);
+        let wrench = push(simulation.qpos(), simulation.qvel());
+        simulation.set_base_wrench(Wrench::from_array(wrench));
         control.times.push(time);
         control.data.extend(&command);
         simulation.step();

@@ -12,9 +12,10 @@ use std::{
 use super::{
     bind::{self, Surroundings},
     bindings::{
-        mjSENS_FORCE, mjSENS_TORQUE, mjSTATE_FULLPHYSICS, mjWARN_BADQACC, mjWARN_BADQPOS,
-        mjWARN_BADQVEL,
+        mjOBJ_BODY, mjSENS_FORCE, mjSENS_TORQUE, mjSTATE_FULLPHYSICS, mjWARN_BADQACC,
+        mjWARN_BADQPOS, mjWARN_BADQVEL,
     },
+    describe,
     knobs::{self, Nominal, Turn},
     readings, run,
     run::Run,
@@ -26,8 +27,8 @@ use super::{
 };
 use crate::{
     effects::{Entry, Id, Part, TargetKind, effect},
-    plugin::bound::Acting,
-    sim::plant::{Plant, PlantDescription, PlantError, Simulation},
+    plugin::{JointKind, bound::Acting},
+    sim::plant::{FreeBase, Plant, PlantDescription, PlantError, Simulation},
 };
 
 mod play;
@@ -128,6 +129,7 @@ impl MujocoPlant {
             nv: model.nv(),
             state_len: model.state_len(mjSTATE_FULLPHYSICS as i32),
             bodies: readings::bodies(&data.view(), density, around.waterline),
+            base: free_base(view, &nominal, density),
             joints: readings::joints(view),
             actuators: readings::actuators(view),
             sensors: readings::sensors(view),
@@ -310,8 +312,48 @@ impl MujocoPlant {
             moved_centres: copied.moved_centres,
         };
         let data = Data::new(&copied.model).map_err(fault)?;
-        Ok(MujocoSimulation::new(data, run, &self.loads))
+        let base = self.description.base.as_ref();
+        let base = base.map(|base| (base.qpos, base.dof));
+        Ok(MujocoSimulation::new(data, run, &self.loads, base))
     }
+}
+
+/// The first body with a free joint. What a plugin that is put on it would know of the water is what the
+/// instance that it carries knows, else what the first one does, else MuJoCo's own fluid.
+fn free_base(model: ModelView<'_>, nominal: &[Nominal], density: f64) -> Option<FreeBase> {
+    let joints = describe::joints(model);
+    let (id, joint) = joints
+        .iter()
+        .enumerate()
+        .find(|(_, joint)| joint.kind == JointKind::Free)?;
+    let body = model.jnt_bodyid()[id] as usize;
+    let own = nominal
+        .iter()
+        .find(|of| model.body_plugin()[body] == of.id as i32);
+    let known = own.or(nominal.first()).map(|of| &of.settings);
+    let wind = if model.has_fluid() {
+        model.raw().opt.wind
+    } else {
+        [0.0; 3]
+    };
+    Some(FreeBase {
+        body: model.name(mjOBJ_BODY as i32, body),
+        qpos: joint.qpos,
+        dof: joint.dof,
+        joints: joints
+            .iter()
+            .filter(|joint| matches!(joint.kind, JointKind::Hinge | JointKind::Slide))
+            .map(|joint| joint.name.clone())
+            .filter(|name| !name.is_empty())
+            .collect(),
+        density: own.map_or(density, |of| of.settings.density),
+        water: known.map_or(wind, |settings| settings.current),
+        water_moves: nominal
+            .iter()
+            .flat_map(|of| &of.effects)
+            .any(|entry| matches!(effect(entry.effect).part(), Part::Water(_))),
+        learned: own.is_some_and(|of| of.settings.checkpoint.is_some()),
+    })
 }
 
 /// Takes the effects of a name out of a list.

@@ -89,6 +89,23 @@ pub enum PatchError {
         /// What is wrong with it.
         detail: String,
     },
+    /// A body that the model's text does not name.
+    #[error(
+        "no body `{body}` in the model's text, so it cannot carry a learned wrench. What a model attaches or \
+         replicates has no name in its text"
+    )]
+    NoBody {
+        /// The name looked for.
+        body: String,
+    },
+    /// A body with a learned wrench.
+    #[error(
+        "`{body}` carries an instance of hydro.wrench with a checkpoint already; it has room for one"
+    )]
+    LearnedTwice {
+        /// Its name.
+        body: String,
+    },
     /// The file to be written exists.
     #[error(
         "{} exists and holds something else; nothing was written. Move it away or choose another folder",

@@ -57,6 +57,23 @@ pub(super) struct Cells {
     pub(super) kept: Vec<String>,
 }
 
+impl Cells {
+    /// What a person should know.
+    pub(super) fn remarks(&self) -> impl Iterator<Item = String> {
+        let changed = self
+            .changed
+            .iter()
+            .map(|name| format!("`{name}` became a load cell, so that it shows what was added"));
+        let kept = self.kept.iter().map(|name| {
+            format!(
+                "`{name}` has a delay or an interval of its own, which a load cell cannot have: it does not \
+                 show what was added"
+            )
+        });
+        changed.chain(kept)
+    }
+}
+
 /// Makes load cells of the sensors that should feel what the plugin applies to `bodies`.
 pub(super) fn convert(model: &Mjcf<'_>, bodies: &[String]) -> Cells {
     let mut edits = Edits::of(model.text);

@@ -24,6 +24,7 @@
 
 mod actuator;
 mod body;
+mod checkpoint;
 mod diff;
 mod document;
 mod edit;
@@ -41,6 +42,7 @@ mod wrench;
 
 use std::path::{Path, PathBuf};
 
+pub use checkpoint::{LearnedWrench, add_learned_wrench};
 pub use diff::{DiffKind, DiffLine, diff, unified};
 use document::Mjcf;
 pub use error::PatchError;
@@ -428,18 +430,8 @@ impl Writer<'_> {
             weighed.extend(self.current(index)?);
         }
         let cells = load_cell::convert(&self.model()?, &weighed);
+        self.remarks.extend(cells.remarks());
         self.text = cells.text;
-        self.remarks.extend(
-            cells.changed.iter().map(|name| {
-                format!("`{name}` became a load cell, so that it shows what was added")
-            }),
-        );
-        self.remarks.extend(cells.kept.iter().map(|name| {
-            format!(
-                "`{name}` has a delay or an interval of its own, which a load cell cannot have: it does not \
-                 show what was added"
-            )
-        }));
         Ok(())
     }
 

@@ -59,6 +59,7 @@ fn description() -> PlantDescription {
                 compensation: 0.0,
             },
         }],
+        base: None,
         joints: vec![PlantJoint {
             name: "hinge".to_owned(),
             qpos: 7,

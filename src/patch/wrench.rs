@@ -16,7 +16,7 @@ use super::{
 use crate::effects::Id;
 
 /// Name of the plugin.
-const PLUGIN: &str = "hydro.wrench";
+pub(super) const PLUGIN: &str = "hydro.wrench";
 
 /// Schema of the attribute `effects`.
 pub(super) const SCHEMA: &str = "hydro-effects/1";
@@ -46,7 +46,7 @@ pub(super) struct List {
 }
 
 /// The element on a body that calls the plugin.
-fn caller<'d, 'a>(model: &'d Mjcf<'a>, body: Node<'d, 'a>) -> Option<Node<'d, 'a>> {
+pub(super) fn caller<'d, 'a>(model: &'d Mjcf<'a>, body: Node<'d, 'a>) -> Option<Node<'d, 'a>> {
     callers(model).find(|node| Mjcf::body_of(*node) == Some(body))
 }
 
@@ -85,7 +85,7 @@ pub(super) fn config<'d, 'a>(holder: Node<'d, 'a>, key: &str) -> Option<Node<'d,
         .find(|node| node.has_tag_name("config") && node.attribute("key") == Some(key))
 }
 
-fn config_text(key: &str, value: &str) -> String {
+pub(super) fn config_text(key: &str, value: &str) -> String {
     format!("<config key=\"{key}\" {}/>", attribute("value", value))
 }
 
@@ -159,7 +159,7 @@ pub(super) fn add(
         set_config(&mut edits, holder, "effects", &value);
         return Ok(edits.apply());
     }
-    let name = fresh_instance(model);
+    let name = fresh_instance(model, "hydro_effects");
     let mut inside = vec![config_text("effects", &merged(None, effects)?)];
     // An instance that the model has already knows the water best.
     let other = callers(model).next().map(|caller| holder(model, caller));
@@ -231,12 +231,13 @@ pub(super) fn add_current(model: &Mjcf<'_>, velocity: [f64; 3]) -> String {
     edits.apply()
 }
 
-fn fresh_instance(model: &Mjcf<'_>) -> String {
+/// A name that no instance has yet, from the one that is wanted.
+pub(super) fn fresh_instance(model: &Mjcf<'_>, wanted: &str) -> String {
     let taken = |name: &str| instances(model).any(|node| node.attribute("name") == Some(name));
-    let mut name = "hydro_effects".to_owned();
+    let mut name = wanted.to_owned();
     let mut count = 2;
     while taken(&name) {
-        name = format!("hydro_effects_{count}");
+        name = format!("{wanted}_{count}");
         count += 1;
     }
     name

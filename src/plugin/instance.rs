@@ -166,6 +166,8 @@ pub struct Instance {
     /// Where each output goes in a wrench [f].
     components: Vec<usize>,
     sample_period: f64,
+    /// True where the wrench acts beside another model of the water.
+    residual: bool,
     density_notice: Option<Notice>,
 }
 
@@ -231,6 +233,7 @@ impl Instance {
             engine,
             components,
             sample_period: card.sample_period,
+            residual: card.residual,
             density_notice,
         })
     }
@@ -272,7 +275,7 @@ impl Instance {
 
     /// What a user should hear of when a model is loaded, where `native_fluid` is MuJoCo's own fluid.
     pub fn notices_at_load(&self, native_fluid: bool) -> impl Iterator<Item = Notice> {
-        native_fluid
+        (native_fluid && !self.residual)
             .then_some(Notice::FluidCountedTwice)
             .into_iter()
             .chain(self.density_notice)

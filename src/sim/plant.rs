@@ -3,7 +3,10 @@
 
 use thiserror::Error;
 
-use crate::effects::{Entry, card};
+use crate::{
+    effects::{Entry, card},
+    frames::Wrench,
+};
 
 /// Why a system could not be built or stepped.
 #[derive(Debug, Error)]
@@ -183,6 +186,27 @@ pub struct PlantSensor {
     pub joint: Option<String>,
 }
 
+/// A body that swims free, and the water it swims in: what a wrench on it depends on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FreeBase {
+    /// Name of the body; empty where the model gives none.
+    pub body: String,
+    /// Where its position x y z and attitude w x y z stand in `qpos`.
+    pub qpos: usize,
+    /// Where its velocities stand in `qvel`: linear in the world, angular in the body's frame.
+    pub dof: usize,
+    /// Hinges and slides of the model that have a name, in order: a plugin knows no others.
+    pub joints: Vec<String>,
+    /// Density of the water as a plugin on it sees it [kg/m^3].
+    pub density: f64,
+    /// Velocity of the water in the world, likewise [m/s].
+    pub water: [f64; 3],
+    /// True where an effect of the nominal moves the water beside that.
+    pub water_moves: bool,
+    /// True where a learned wrench acts on it already.
+    pub learned: bool,
+}
+
 /// All that `gap` knows of a system.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlantDescription {
@@ -196,6 +220,8 @@ pub struct PlantDescription {
     pub state_len: usize,
     /// Moving bodies first to last.
     pub bodies: Vec<PlantBody>,
+    /// The first body with a free joint, where there is one.
+    pub base: Option<FreeBase>,
     /// Hinges and slides.
     pub joints: Vec<PlantJoint>,
     /// Actuators, in the order of `ctrl`.
@@ -251,6 +277,9 @@ pub trait Simulation: Send {
     fn load(&mut self, saved: &[f64]);
     /// The command as logged, for the next step.
     fn set_control(&mut self, control: &[f64]);
+    /// A wrench on [`PlantDescription::base`] beyond the model's own, held until it is set again, whatever
+    /// the state is set to in between. Without a free joint nothing happens.
+    fn set_base_wrench(&mut self, wrench: Wrench);
     /// One step.
     fn step(&mut self);
     /// Readings at the beginning of the last step; force and torque sensors show what was added.

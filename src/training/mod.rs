@@ -9,6 +9,7 @@ mod adamw;
 mod config;
 mod log;
 mod metrics;
+mod residual;
 mod schedule;
 mod state;
 mod trainer;
@@ -22,6 +23,7 @@ pub use self::{
     config::{Labels, TrainConfig},
     log::LogRecord,
     metrics::{Errors, Evaluation, InitialForce, Sums, UnknownInitialForce, evaluate, predict},
+    residual::{Learned, Lesson, Recorded, learn_residual},
     trainer::{Observer, Outcome, Progress, Trainer},
 };
 use crate::{checkpoint::CheckpointError, dataset::DatasetError, model::ModelError};

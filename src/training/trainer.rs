@@ -380,6 +380,7 @@ impl Trainer {
             frames: manifest.frames.clone(),
             joints: manifest.features.joints(),
             sample_period: manifest.sample_period,
+            residual: false,
             solver: self.config.solver,
             normaliser: self.model.normaliser.clone(),
             dataset: Some(DatasetNote {

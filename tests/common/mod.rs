@@ -136,6 +136,7 @@ impl Recipe {
             outputs: self.outputs.iter().map(|name| (*name).to_owned()).collect(),
             frames: BTreeMap::from([("wrench".to_owned(), "base".to_owned())]),
             sample_period: 0.01,
+            residual: false,
             solver: Solver::Euler,
             normaliser,
             dataset: None,

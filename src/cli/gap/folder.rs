@@ -34,8 +34,19 @@ const STAGES: [&str; 4] = [
     <Option<Added> as Product>::FILE,
     <Option<Verified> as Product>::FILE,
 ];
+/// Folder of the learned residual, a checkpoint.
+pub(super) const RESIDUAL: &str = "residual";
+/// Its files.
+pub(super) const RESIDUAL_FILES: [&str; 2] = ["residual/weights.safetensors", "residual/card.json"];
 /// Files that are never overwritten unless they are as this program left them.
-const GUARDED: [&str; 4] = [CANDIDATE, PATCHED, REPORT, VERDICT];
+const GUARDED: [&str; 6] = [
+    CANDIDATE,
+    PATCHED,
+    REPORT,
+    VERDICT,
+    RESIDUAL_FILES[0],
+    RESIDUAL_FILES[1],
+];
 
 /// What a stage leaves.
 pub(super) trait Product: Serialize + DeserializeOwned {
@@ -174,6 +185,7 @@ impl<I: Serialize> Folder<I> {
         for name in GUARDED {
             self.remove(name)?;
         }
+        self.remove_residual()?;
         self.save_provenance()
     }
 
@@ -232,11 +244,30 @@ impl<I: Serialize> Folder<I> {
         known.push(sha256.clone());
         // Both are known while one takes the other's place: a kill in between leaves no stranger.
         self.save_provenance()?;
-        replace(&self.file(name), bytes)?;
+        let path = self.file(name);
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent).with_context(|| format!("making {}", parent.display()))?;
+        }
+        replace(&path, bytes)?;
         self.provenance
             .written
             .insert(name.to_owned(), vec![sha256]);
         self.save_provenance()
+    }
+
+    /// True where this program wrote a file that is not there any more.
+    pub(super) fn lost(&self, name: &str) -> bool {
+        self.provenance.written.contains_key(name) && !self.file(name).exists()
+    }
+
+    /// Removes the learned residual.
+    pub(super) fn remove_residual(&mut self) -> anyhow::Result<()> {
+        for name in RESIDUAL_FILES {
+            self.remove(name)?;
+        }
+        // What other people put there stays, and so does the folder.
+        let _ = fs::remove_dir(self.file(RESIDUAL));
+        Ok(())
     }
 
     /// Removes a file that this program wrote.

@@ -48,6 +48,8 @@ pub(super) struct Inputs {
     uncertainty_sha256: Option<String>,
     holdout: f64,
     seed: u64,
+    #[serde(default)]
+    no_residual: bool,
     fit: BTreeMap<String, Mark>,
     /// None until `verify` has read it.
     held_out: BTreeMap<String, Option<Mark>>,
@@ -87,6 +89,7 @@ impl Inputs {
                 .transpose()?,
             holdout: flags.holdout,
             seed: flags.seed,
+            no_residual: flags.no_residual,
             fit: marks,
             held_out: held_out.into_iter().map(|name| (name, None)).collect(),
         })
@@ -142,6 +145,14 @@ impl Inputs {
         }
         if self.seed != old.seed {
             found.push(format!("--seed is {}, it was {}", self.seed, old.seed));
+        }
+        if self.no_residual != old.no_residual {
+            let said = |given: bool| if given { "given" } else { "not given" };
+            found.push(format!(
+                "--no-residual is {}, it was {}",
+                said(self.no_residual),
+                said(old.no_residual)
+            ));
         }
         let names = |inputs: &Self| -> BTreeSet<String> {
             inputs

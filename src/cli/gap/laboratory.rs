@@ -7,6 +7,7 @@ use std::{
     cell::{OnceCell, RefCell},
     collections::BTreeMap,
     fs,
+    path::Path,
 };
 
 use anyhow::{Context as _, bail};
@@ -14,11 +15,12 @@ use hydro_plugin::{
     effects::{Id, effect},
     gap::{
         self, Bench, Naming, Settings, Study, Uncertainty, Watch,
-        stages::{Refitted, Verified},
+        stages::{Added, Refitted, Verified},
+        verdict::Outcome,
     },
     mujoco::plant::MujocoPlant,
     patch,
-    sim::plant::{Plant, PlantDescription, Quantity, SensorKind},
+    sim::plant::{Knob, Plant, PlantDescription, Quantity, SensorKind},
     trial::{self, Listed, SensorQuantity, SensorSignature, Signature, Trial},
 };
 
@@ -27,7 +29,7 @@ use super::{
     effects::example,
     folder::{CANDIDATE, Folder, PATCHED, provenance},
     inputs::Inputs,
-    lines,
+    lines, residual,
     sequence::{self, Candidate, Exam, Reached, Stage, Stages},
     settings::Flags,
 };
@@ -89,8 +91,13 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
         name: Box::new(|_, watch| Ok(named(watch)?.named.clone())),
         add: Box::new(|_, _, watch| {
             let (study, bench) = prepared(watch)?;
-            match gap::add(study, bench, named(watch)?) {
+            let naming = named(watch)?;
+            match gap::add(study, bench, naming) {
                 Some(addition) => laboratory.candidate(addition).map(Some),
+                None if naming.named.outcome == Outcome::Unknown && !flags.no_residual => {
+                    let knobs = gap::refitted(bench, naming);
+                    laboratory.residual(study, knobs, watch).map(Some)
+                }
                 None => Ok(None),
             }
         }),
@@ -211,44 +218,32 @@ impl<'a> Laboratory<'a> {
             names: parameter_names,
             search: &[],
         })?;
-        let nominal = fs::read_to_string(&self.flags.model)
-            .with_context(|| format!("--model {}", self.flags.model.display()))?;
         let mut added = addition.added;
-        let name = self.flags.model.file_name().unwrap_or_default();
-        let names = (&*name.to_string_lossy(), PATCHED);
-        added.diff = patch::unified(&nominal, &patched.xml, names);
-        added.model = Some(PATCHED.to_owned());
-        added.remarks.extend(patched.remarks);
-        added.numbers = patched
-            .numbers
-            .into_iter()
-            .map(|written| {
-                let relative = addition.deviations[written.number];
-                let in_metres = matches!(
-                    addition.numbers[written.number].0.quantity,
-                    Quantity::CentreOfMass(_)
-                );
-                let unit = if in_metres { 1.0 } else { written.from.abs() };
-                Refitted {
-                    what: written.name,
-                    from: written.from,
-                    to: written.to,
-                    unit: written.unit.to_owned(),
-                    deviation: relative * unit,
-                }
-            })
-            .collect();
-        if !added.numbers.is_empty() {
-            added.remarks.push(format!(
-                "{PATCHED} holds {} numbers of the nominal model as they were fitted together with the effects, \
-                 each within its declared uncertainty",
-                added.numbers.len()
-            ));
-        }
-        Ok(Candidate {
-            added,
-            xml: patched.xml,
-        })
+        refit(
+            &mut added,
+            &patched,
+            &addition.numbers,
+            &addition.deviations,
+            "together with the effects",
+        );
+        written(&self.flags.model, added, patched)
+    }
+
+    /// A candidate with a learned residual, or the remark why there is none.
+    fn residual(
+        &self,
+        study: &Study<'_>,
+        knobs: Vec<(f64, f64)>,
+        watch: &Watch<'_>,
+    ) -> anyhow::Result<Candidate> {
+        let task = residual::Task {
+            nominal: &self.flags.model,
+            model: self.plant.description(),
+            out: &self.flags.out,
+            seed: self.settings.seed,
+            knobs,
+        };
+        residual::candidate(&task, study, watch)
     }
 
     fn verify(&self, exam: &Exam<'_>, watch: &Watch<'_>) -> anyhow::Result<Option<Verified>> {
@@ -284,13 +279,66 @@ impl<'a> Laboratory<'a> {
     }
 }
 
+/// Notes which numbers of the nominal were written, of those that were asked for; `beside` says what they
+/// were fitted with.
+pub(super) fn refit(
+    added: &mut Added,
+    patched: &patch::Patched,
+    numbers: &[(Knob, f64)],
+    deviations: &[f64],
+    beside: &str,
+) {
+    let refitted = patched.numbers.iter().map(|written| {
+        let of = &numbers[written.number].0.quantity;
+        let unit = match of {
+            Quantity::CentreOfMass(_) => 1.0,
+            _ => written.from.abs(),
+        };
+        Refitted {
+            what: written.name.clone(),
+            from: written.from,
+            to: written.to,
+            unit: written.unit.to_owned(),
+            deviation: deviations[written.number] * unit,
+        }
+    });
+    added.numbers = refitted.collect();
+    if !added.numbers.is_empty() {
+        added.remarks.push(format!(
+            "{PATCHED} holds {} numbers of the nominal model as they were fitted {beside}, each within \
+             its declared uncertainty",
+            added.numbers.len()
+        ));
+    }
+}
+
+/// What `add` hands on of a patched model.
+pub(super) fn written(
+    nominal: &Path,
+    mut added: Added,
+    patched: patch::Patched,
+) -> anyhow::Result<Candidate> {
+    let text =
+        fs::read_to_string(nominal).with_context(|| format!("--model {}", nominal.display()))?;
+    let name = nominal.file_name().unwrap_or_default();
+    let names = (&*name.to_string_lossy(), PATCHED);
+    added.diff = patch::unified(&text, &patched.xml, names);
+    added.model = Some(PATCHED.to_owned());
+    added.remarks.extend(patched.remarks);
+    Ok(Candidate {
+        added,
+        xml: Some(patched.xml),
+        residual: Vec::new(),
+    })
+}
+
 fn names_of(listed: &[Listed]) -> String {
     let names: Vec<&str> = listed.iter().map(|one| one.name.as_str()).collect();
     names.join(", ")
 }
 
 /// Names of an effect's parameters; they do not depend on the target's size.
-fn parameter_names(id: Id) -> Vec<String> {
+pub(super) fn parameter_names(id: Id) -> Vec<String> {
     let effect = effect(id);
     effect
         .parameters(&example(effect.card().target))

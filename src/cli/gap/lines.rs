@@ -74,7 +74,7 @@ fn error(record: &Record) -> String {
     let gap = &record.verdict.gap;
     let metric = gap.metric.to_uppercase();
     match (gap.before, gap.after, gap.reduction) {
-        (Some(before), Some(after), Some(reduction)) if record.added.is_some() => format!(
+        (Some(before), Some(after), Some(reduction)) if record.is_patched() => format!(
             "{metric} {} before, {} after, reduction {} on {} held-out trials",
             number(before),
             number(after),
@@ -123,7 +123,10 @@ pub(super) fn named(named: &Named) -> String {
 /// A stage alone: what was written.
 pub(super) fn added(added: Option<&Added>, candidate: &Path) -> String {
     match added {
-        Some(_) => format!("{}, to be verified", candidate.display()),
+        Some(added) if added.is_written() => {
+            format!("{}, to be verified", candidate.display())
+        }
+        Some(added) => one_line(&format!("nothing to add: {}", added.remarks.join("; "))),
         None => "nothing to add".to_owned(),
     }
 }

@@ -14,6 +14,8 @@ mod lines;
 #[cfg(mujoco_plugins)]
 mod report;
 #[cfg(mujoco_plugins)]
+mod residual;
+#[cfg(mujoco_plugins)]
 mod sequence;
 #[cfg(mujoco_plugins)]
 mod settings;

@@ -13,7 +13,9 @@ use hydro_plugin::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::folder::{CANDIDATE, Folder, PATCHED, Product, REPORT, TIMING, VERDICT, read};
+use super::folder::{
+    CANDIDATE, Folder, PATCHED, Product, REPORT, RESIDUAL_FILES, TIMING, VERDICT, read,
+};
 
 /// How far to go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -28,10 +30,13 @@ pub(super) enum Stage {
     Verify,
 }
 
-/// What `add` hands on: its record, and the text of the candidate model.
+/// What `add` hands on: its record, and the text of the candidate model with the files of a learned
+/// residual that it names. Without a text the record says why there is none.
 pub(super) struct Candidate {
     pub(super) added: Added,
-    pub(super) xml: String,
+    pub(super) xml: Option<String>,
+    /// By name in the folder of results.
+    pub(super) residual: Vec<(&'static str, Vec<u8>)>,
 }
 
 /// What `verify` gets.
@@ -104,16 +109,28 @@ pub(super) fn run<I: Serialize>(
         return Ok(Reached::Named(Box::new(named)));
     }
     let candidate = folder.file(CANDIDATE);
-    if folder.product::<Option<Added>>()?.flatten().is_some() && !candidate.exists() {
+    let known = folder.product::<Option<Added>>()?.flatten();
+    let lost = RESIDUAL_FILES.iter().any(|name| folder.lost(name));
+    if known.is_some_and(|added| added.is_written()) && (lost || !candidate.exists()) {
         // The record is of no use without the model.
         folder.forget::<Option<Added>>()?;
     }
     let added: Option<Added> = runner.stage(folder, |folder| {
         let Some(made) = (stages.add)(&found, &named, watch)? else {
             folder.remove(CANDIDATE)?;
+            folder.remove_residual()?;
             return Ok(None);
         };
-        folder.write(CANDIDATE, made.xml.as_bytes())?;
+        if made.residual.is_empty() {
+            folder.remove_residual()?;
+        }
+        for (name, bytes) in &made.residual {
+            folder.write(name, bytes)?;
+        }
+        match &made.xml {
+            Some(xml) => folder.write(CANDIDATE, xml.as_bytes())?,
+            None => folder.remove(CANDIDATE)?,
+        }
         Ok(Some(made.added))
     })?;
     if until == Stage::Add {
@@ -125,7 +142,10 @@ pub(super) fn run<I: Serialize>(
         let exam = Exam {
             found: &found,
             added: added.as_ref(),
-            candidate: added.is_some().then_some(candidate.as_path()),
+            candidate: added
+                .as_ref()
+                .is_some_and(Added::is_written)
+                .then_some(candidate.as_path()),
         };
         (stages.verify)(&exam, watch)
     })?;

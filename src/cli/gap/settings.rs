@@ -26,6 +26,9 @@ pub(super) struct Flags {
     /// Threads; all cores if left out. Results do not depend on it.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(super) threads: Option<u16>,
+    /// Where no effect explains the difference, do not offer a learned residual.
+    #[arg(long)]
+    pub(super) no_residual: bool,
     /// Start anew though --out holds stages of other inputs.
     #[arg(long)]
     pub(super) overwrite: bool,

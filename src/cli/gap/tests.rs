@@ -88,7 +88,8 @@ fn candidate() -> Candidate {
             diff: String::new(),
             remarks: vec![],
         },
-        xml: "<mujoco/>".into(),
+        xml: Some("<mujoco/>".into()),
+        residual: vec![],
     }
 }
 
@@ -120,6 +121,8 @@ struct Fake {
     stop: AtomicBool,
     stops_in: Option<&'static str>,
     accepted: bool,
+    named: fn() -> Named,
+    candidate: fn() -> Candidate,
 }
 
 impl Fake {
@@ -136,6 +139,8 @@ impl Fake {
             stop: AtomicBool::new(false),
             stops_in: None,
             accepted: true,
+            named,
+            candidate,
         }
     }
 
@@ -177,11 +182,13 @@ impl Fake {
         };
         let stages = Stages {
             find: Box::new(|_| step("find").map(|()| found())),
-            name: Box::new(|_, _| step("name").map(|()| named())),
-            add: Box::new(|_, _, _| step("add").map(|()| Some(candidate()))),
+            name: Box::new(|_, _| step("name").map(|()| (self.named)())),
+            add: Box::new(|_, _, _| step("add").map(|()| Some((self.candidate)()))),
             verify: Box::new(|exam, _| {
-                let xml = fs::read_to_string(exam.candidate.unwrap()).unwrap();
-                assert_eq!(xml, "<mujoco/>");
+                if let Some(candidate) = exam.candidate {
+                    assert_eq!(fs::read_to_string(candidate).unwrap(), "<mujoco/>");
+                }
+                assert_eq!(exam.candidate.is_some(), (self.candidate)().xml.is_some());
                 step("verify").map(|()| Some(verified(self.accepted)))
             }),
         };
@@ -268,6 +275,87 @@ fn an_earlier_stage_that_runs_again_takes_the_later_ones_along() {
     fs::remove_file(fake.out().join("candidate.xml")).unwrap();
     fake.run(Stage::Verify, &[]).unwrap();
     assert_eq!(fake.ran(), ["add", "verify"]);
+}
+
+/// Nothing that the catalogue explains.
+fn unknown() -> Named {
+    let mut named = named();
+    named.outcome = Outcome::Unknown;
+    named.effects = named.chosen.split_off(0);
+    named.effects[0].surrogate = true;
+    named
+}
+
+fn with_residual() -> Candidate {
+    let mut made = candidate();
+    made.added.effects = vec![];
+    made.residual = vec![
+        ("residual/weights.safetensors", b"numbers".to_vec()),
+        ("residual/card.json", b"{}".to_vec()),
+    ];
+    made
+}
+
+fn not_offered() -> Candidate {
+    let mut made = candidate();
+    (made.added.effects, made.added.model, made.xml) = (vec![], None, None);
+    made.added.remarks = vec!["a learned residual needs a free joint; not offered".into()];
+    made
+}
+
+#[test]
+fn a_learned_residual_is_added_without_a_name_or_not_at_all() {
+    let mut fake = Fake::new();
+    (fake.named, fake.candidate) = (unknown, with_residual);
+    let Reached::Verdict(record) = fake.run(Stage::Verify, &[]).unwrap() else {
+        panic!("no verdict");
+    };
+    let verdict = &record.verdict;
+    assert_eq!(verdict.verdict, Outcome::Unknown);
+    assert!(verdict.named.is_empty() && verdict.verified && verdict.patch.is_some());
+    let text = lines::ten_lines(&record, &fake.out());
+    assert!(
+        text.contains("A learned residual was added") && text.contains("patched.xml"),
+        "{text}"
+    );
+    assert_eq!(
+        names(&fake.out().join("residual")),
+        ["card.json", "weights.safetensors"]
+    );
+    // Without its weights the candidate is of no use.
+    fs::remove_file(fake.out().join("residual/weights.safetensors")).unwrap();
+    fake.run(Stage::Verify, &[]).unwrap();
+    assert_eq!(fake.ran(), ["add", "verify"]);
+    // Held-out trials refuse it: the candidate stays, nothing is added.
+    fs::remove_file(fake.out().join("verify.json")).unwrap();
+    fake.accepted = false;
+    let Reached::Verdict(record) = fake.run(Stage::Verify, &[]).unwrap() else {
+        panic!("no verdict");
+    };
+    assert!(!fake.out().join("patched.xml").exists() && record.verdict.patch.is_none());
+    let text = lines::ten_lines(&record, &fake.out());
+    assert!(
+        text.contains("learned residual was tried") && text.contains("gets worse"),
+        "{text}"
+    );
+    // Asked to leave it out, or where it cannot be offered, nothing of it stays.
+    let text = fake.fault(&["--no-residual"]);
+    assert!(
+        text.contains("--no-residual is given, it was not given"),
+        "{text}"
+    );
+    fake.candidate = not_offered;
+    let Reached::Verdict(record) = fake
+        .run(Stage::Verify, &["--overwrite", "--no-residual"])
+        .unwrap()
+    else {
+        panic!("no verdict");
+    };
+    let left = names(&fake.out());
+    assert!(!left.contains(&"residual".to_owned()) && !left.contains(&"candidate.xml".to_owned()));
+    let text = lines::ten_lines(&record, &fake.out());
+    assert!(text.contains("needs a free joint; not offered"), "{text}");
+    assert!(!record.verdict.verified && record.verdict.named.is_empty());
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use super::simulation::MujocoSimulation;
 use crate::{
+    frames::Wrench,
     mujoco::{spec::Play, views::ModelView},
     sim::plant::Simulation,
 };
@@ -150,6 +151,10 @@ impl Simulation for PlayedSimulation {
 
     fn set_control(&mut self, control: &[f64]) {
         self.inner.set_control(control);
+    }
+
+    fn set_base_wrench(&mut self, wrench: Wrench) {
+        self.inner.set_base_wrench(wrench);
     }
 
     fn step(&mut self) {

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::{FATAL, is_dry};
 use crate::{
+    frames::{self, Wrench},
     mujoco::{
         actuation,
         apply::{rotation, vector},
@@ -63,11 +64,20 @@ pub(super) struct MujocoSimulation {
     began: f64,
     /// The force and torque sensors that effects change.
     loads: Vec<LoadSensor>,
+    /// Where the free base stands in `qpos` and `qvel`, if there is one.
+    base: Option<(usize, usize)>,
+    /// What was put on it, in its frame.
+    wrench: Option<Wrench>,
     diverged: bool,
 }
 
 impl MujocoSimulation {
-    pub(super) fn new(data: Data, run: Run, loads: &[LoadSensor]) -> Self {
+    pub(super) fn new(
+        data: Data,
+        run: Run,
+        loads: &[LoadSensor],
+        base: Option<(usize, usize)>,
+    ) -> Self {
         let acts = !(run.bound.bodies.is_empty() && run.bound.water.is_empty());
         Self {
             control: vec![0.0; data.ctrl().len()],
@@ -77,6 +87,8 @@ impl MujocoSimulation {
             loads: if acts { loads.to_vec() } else { Vec::new() },
             data,
             run,
+            base,
+            wrench: None,
             diverged: false,
         }
     }
@@ -136,6 +148,19 @@ impl MujocoSimulation {
             let arrived = actuation::arriving(changed, given, step, &mut self.run.memory);
             self.data.ctrl_mut()[changed.control] = arrived;
         }
+    }
+
+    /// Puts the wrench that was asked for on the base, turned with it. A free joint's velocities are linear
+    /// in the world and angular in the body's frame.
+    fn push(&mut self) {
+        let (Some((qpos, dof)), Some(wrench)) = (self.base, self.wrench) else {
+            return;
+        };
+        let attitude = &self.data.qpos()[qpos + 3..qpos + 7];
+        let attitude = [attitude[0], attitude[1], attitude[2], attitude[3]];
+        let applied = &mut self.data.qfrc_applied_mut()[dof..dof + 6];
+        applied[..3].copy_from_slice(&frames::to_world(attitude, wrench.force));
+        applied[3..].copy_from_slice(&wrench.torque);
     }
 
     fn advance_memory(&mut self) {
@@ -239,11 +264,16 @@ impl Simulation for MujocoSimulation {
         self.control.copy_from_slice(control);
     }
 
+    fn set_base_wrench(&mut self, wrench: Wrench) {
+        self.wrench = Some(wrench);
+    }
+
     fn step(&mut self) {
         if self.diverged {
             return;
         }
         self.command();
+        self.push();
         self.velocities.copy_from_slice(self.data.qvel());
         self.began = self.data.time();
         let (runge_kutta, data) = (self.data.model().view().runge_kutta(), &mut self.data);

@@ -14,7 +14,7 @@ pub(super) fn key_figures(html: &mut String, record: &Record) {
     let mut facts: Vec<(String, String)> = Vec::new();
     let metric = gap.metric.to_uppercase();
     match (gap.before, gap.after) {
-        (Some(before), Some(after)) if record.added.is_some() => {
+        (Some(before), Some(after)) if record.is_patched() => {
             facts.push((
                 format!("{} \u{2192} {}", number(before), number(after)),
                 format!("{metric} on held-out trials, before \u{2192} after"),

@@ -62,7 +62,7 @@ pub fn page(record: &Record) -> String {
     parameters::section(&mut html, record);
 
     if let Some(verified) = &record.verified {
-        held_out(&mut html, verified, record.added.is_some());
+        held_out(&mut html, verified, record.is_patched());
     }
 
     html.push_str("<h2>What it could not tell</h2>");

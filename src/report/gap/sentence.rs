@@ -304,10 +304,20 @@ fn unknown(verdict: &Verdict) -> String {
                 on(phrase(effect.effect), &effect.target)
             )
         });
-    format!(
-        "Something is missing that no effect of the catalogue explains{nearest}; {}.",
-        outcome(verdict, "a learned residual, which is no name,")
-    )
+    let what = format!("Something is missing that no effect of the catalogue explains{nearest}");
+    if verdict.patch.is_some() && verdict.verified {
+        return format!(
+            "{what}. A learned residual was added, which is no name: it {}.",
+            change(&verdict.gap)
+        );
+    }
+    match (&verdict.refused_because, verdict.gap.after) {
+        (Some(why), Some(_)) if verdict.gap.reduction.is_some_and(|of| of != 0.0) => format!(
+            "{what}. A learned residual was tried, but the held-out trials refuse it: {}; nothing was added.",
+            clause(why)
+        ),
+        _ => format!("{what}; nothing was added."),
+    }
 }
 
 /// Where, in words.

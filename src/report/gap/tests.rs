@@ -372,6 +372,12 @@ fn outcomes() -> Vec<(&'static str, Record)> {
     residual.verdict.verified = true;
     residual.verdict.gap = named.verdict.gap.clone();
     residual.verdict.patch = named.verdict.patch.clone();
+    let mut tried = residual.clone();
+    (tried.verdict.verified, tried.verdict.patch) = (false, None);
+    tried.verdict.refused_because = Some("`depth` gets worse by 4 %.".into());
+    let mut not_offered = unknown.clone();
+    not_offered.verdict.refused_because =
+        Some("a learned residual needs a free joint; not offered".into());
     vec![
         ("named", named),
         ("pair", pair),
@@ -381,6 +387,8 @@ fn outcomes() -> Vec<(&'static str, Record)> {
         ("no_gap", no_gap),
         ("unknown", unknown),
         ("residual", residual),
+        ("tried", tried),
+        ("not offered", not_offered),
     ]
 }
 
@@ -437,8 +445,13 @@ fn every_outcome_has_its_own_honest_sentence() {
         "unknown: Something is missing that no effect of the catalogue explains; the nearest, linear drag on \
          `hull`, would only stand in for it; nothing was added.",
         "residual: Something is missing that no effect of the catalogue explains; the nearest, linear drag on \
-         `hull`, would only stand in for it; a learned residual, which is no name, cuts the error on 4 held-out \
-         trials by 82 % (95 %: 74 to 88 %).",
+         `hull`, would only stand in for it. A learned residual was added, which is no name: it cuts the error on \
+         4 held-out trials by 82 % (95 %: 74 to 88 %).",
+        "tried: Something is missing that no effect of the catalogue explains; the nearest, linear drag on \
+         `hull`, would only stand in for it. A learned residual was tried, but the held-out trials refuse it: \
+         `depth` gets worse by 4 %; nothing was added.",
+        "not offered: Something is missing that no effect of the catalogue explains; the nearest, linear drag on \
+         `hull`, would only stand in for it; nothing was added.",
     ];
     assert_eq!(said, expected);
 }
