@@ -195,6 +195,10 @@ impl Simulation for Swim {
         self.set_motion(state[0], &state[1..8], &state[8..14]);
     }
 
+    fn rejoin(&mut self, state: &[f64]) {
+        self.set_motion(state[0], &state[1..8], &state[8..14]);
+    }
+
     fn set_motion(&mut self, time: f64, qpos: &[f64], qvel: &[f64]) {
         self.time = time;
         self.qpos.copy_from_slice(qpos);

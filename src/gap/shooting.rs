@@ -193,6 +193,9 @@ pub(super) fn lead_in(
     if warm_up.seconds <= 0.0 {
         return;
     }
+    if from_the_beginning {
+        hold(simulation, trial, segment, track, warm_up, step, control);
+    }
     for row in first_row..track.times.len() {
         let time = track.times[row];
         let next = track
@@ -212,6 +215,32 @@ pub(super) fn lead_in(
             simulation.set_control(control);
             simulation.step();
         }
+    }
+}
+
+/// Before a log begins nothing is known: memories are led through its first motion and command, held.
+fn hold(
+    simulation: &mut dyn Simulation,
+    trial: &Measured,
+    segment: &Segment,
+    track: &Track,
+    warm_up: WarmUp,
+    step: f64,
+    control: &mut [f64],
+) {
+    let (start, (qpos, qvel)) = match track.times.first() {
+        Some(start) => (*start, track.motion(0)),
+        None => (segment.start, (&segment.qpos[..], &segment.qvel[..])),
+    };
+    trial.control.interpolate(start, control);
+    let steps = (warm_up.seconds / step).round() as usize;
+    for at in 0..steps {
+        simulation.set_motion(start - (steps - at) as f64 * step, qpos, qvel);
+        simulation.set_control(control);
+        simulation.step();
+    }
+    if let Some(state) = &trial.initial_state {
+        simulation.rejoin(state);
     }
 }
 

@@ -263,6 +263,8 @@ pub trait Simulation: Send {
     /// Starts from a full-physics state of the nominal (time, qpos, qvel, act, plugin), with the memory of
     /// effects cold.
     fn restart(&mut self, state: &[f64]);
+    /// The same with the memory of effects as it is.
+    fn rejoin(&mut self, state: &[f64]);
     /// Sets time, positions and velocities; memories stay.
     fn set_motion(&mut self, time: f64, qpos: &[f64], qvel: &[f64]);
     /// Positions [nq].

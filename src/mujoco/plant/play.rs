@@ -86,18 +86,9 @@ impl PlayedSimulation {
     }
 }
 
-impl Simulation for PlayedSimulation {
-    fn reset(&mut self) {
-        self.inner.reset();
-        self.look();
-    }
-
-    fn time(&self) -> f64 {
-        self.inner.time()
-    }
-
-    /// Play is taken up to neither side.
-    fn restart(&mut self, state: &[f64]) {
+impl PlayedSimulation {
+    /// A full-physics state of the nominal as one of the model with plays, these in the middle.
+    fn whole(&self, state: &[f64]) -> Vec<f64> {
         let (nq, nv) = (self.layout.qpos.len(), self.layout.qvel.len());
         let mut all = Vec::with_capacity(state.len() + self.layout.nq + self.layout.nv);
         if state.len() > nq + nv {
@@ -110,7 +101,30 @@ impl Simulation for PlayedSimulation {
             all.extend(qvel);
             all.extend(&state[1 + nq + nv..]);
         }
+        all
+    }
+}
+
+impl Simulation for PlayedSimulation {
+    fn reset(&mut self) {
+        self.inner.reset();
+        self.look();
+    }
+
+    fn time(&self) -> f64 {
+        self.inner.time()
+    }
+
+    /// Play is taken up to neither side.
+    fn restart(&mut self, state: &[f64]) {
+        let all = self.whole(state);
         self.inner.restart(&all);
+        self.look();
+    }
+
+    fn rejoin(&mut self, state: &[f64]) {
+        let all = self.whole(state);
+        self.inner.rejoin(&all);
         self.look();
     }
 

@@ -206,8 +206,12 @@ impl Simulation for MujocoSimulation {
     }
 
     fn restart(&mut self, state: &[f64]) {
+        self.run.memory.fill(0.0);
+        self.rejoin(state);
+    }
+
+    fn rejoin(&mut self, state: &[f64]) {
         self.data.reset();
-        self.cold();
         let set = self.data.set_part(mjSTATE_FULLPHYSICS as i32, state);
         // A state of another model's length is no state: nothing that follows from it counts.
         self.diverged = set.is_err() || state.iter().any(|value| !value.is_finite());
