@@ -55,45 +55,64 @@ impl std::fmt::Debug for Bench<'_> {
             .finish_non_exhaustive()
     }
 }
+/// What a bench is made of.
+#[derive(Clone)]
+pub(super) struct Material<'a> {
+    pub(super) plant: &'a dyn Plant,
+    pub(super) trials: &'a [Measured],
+    pub(super) tracks: &'a [Track],
+    pub(super) channels: &'a Channels,
+    pub(super) candidates: &'a [Candidate],
+    /// As in [`Bench`].
+    pub(super) knobs: Vec<(usize, f64)>,
+}
+
 impl<'a> Bench<'a> {
     /// Finds how every segment depends on its start and on the knobs.
     ///
     /// The nominal may be so far off that its sensitivities hold only nearby. So its numbers are fitted to
     /// a part of the segments first, and every segment is looked at about what comes out.
-    #[expect(clippy::too_many_arguments)]
     pub(super) fn new(
-        plant: &'a dyn Plant,
-        trials: &'a [Measured],
-        tracks: &'a [Track],
-        channels: &'a Channels,
-        candidates: &'a [Candidate],
-        knobs: Vec<(usize, f64)>,
+        material: Material<'a>,
         segments: Vec<Segment>,
         watch: &Watch<'_>,
     ) -> Result<Self, GapError> {
-        let model = plant.description();
-        let all = segments.clone();
-        let mut bench = Self {
-            plant,
-            model,
-            trials,
-            tracks,
-            channels,
-            candidates,
-            base: DVector::zeros(knobs.len()),
-            knobs,
-            segments: coarse(segments),
-            shared: Vec::new(),
-            precision: start::arrival_precision(model.nv, start::ARRIVAL),
-            empty: None,
-        };
-        bench.linearise("first sensitivities", watch)?;
+        let nominal = DVector::zeros(material.knobs.len());
+        let first = coarse(&segments);
+        let mut bench = Self::about(material, nominal, first, "first sensitivities", watch)?;
         if let Some(fit) = bench.fit_far(bench.origin(), watch)? {
             bench.base = fit.point.knobs;
         }
-        bench.segments = all;
+        bench.segments = segments;
         bench.linearise("sensitivities", watch)?;
         bench.empty = bench.fit(bench.origin(), watch)?;
+        Ok(bench)
+    }
+
+    /// The same about knobs that are known, without a fit of the empty set.
+    pub(super) fn about(
+        material: Material<'a>,
+        base: DVector<f64>,
+        segments: Vec<Segment>,
+        what: &str,
+        watch: &Watch<'_>,
+    ) -> Result<Self, GapError> {
+        let model = material.plant.description();
+        let mut bench = Self {
+            plant: material.plant,
+            model,
+            trials: material.trials,
+            tracks: material.tracks,
+            channels: material.channels,
+            candidates: material.candidates,
+            knobs: material.knobs,
+            segments,
+            shared: Vec::new(),
+            base,
+            precision: start::arrival_precision(model.nv, start::ARRIVAL),
+            empty: None,
+        };
+        bench.linearise(what, watch)?;
         Ok(bench)
     }
 
@@ -327,9 +346,7 @@ impl<'a> Bench<'a> {
 }
 
 /// Evenly spread segments, enough to see the nominal's numbers.
-fn coarse(segments: Vec<Segment>) -> Vec<Segment> {
-    if segments.len() <= FEW {
-        return segments;
-    }
-    segments.into_iter().step_by(COARSE).collect()
+fn coarse(segments: &[Segment]) -> Vec<Segment> {
+    let step = if segments.len() <= FEW { 1 } else { COARSE };
+    segments.iter().step_by(step).cloned().collect()
 }

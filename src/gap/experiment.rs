@@ -7,7 +7,7 @@
 use std::f64::consts::TAU;
 
 use super::{
-    bench::Bench,
+    bench::{Bench, Material},
     error::GapError,
     fit::Point,
     measured::Measured,
@@ -153,16 +153,17 @@ fn distance(
         stop: watch.stop,
         tell: &|_, _, _| {},
     };
-    let simulated = Bench::new(
-        bench.plant,
-        &trials,
-        &tracks,
-        bench.channels,
-        bench.candidates,
-        bench.knobs.clone(),
-        segments,
-        &quiet,
-    );
+    let material = Material {
+        plant: bench.plant,
+        trials: &trials,
+        tracks: &tracks,
+        channels: bench.channels,
+        candidates: bench.candidates,
+        knobs: bench.knobs.clone(),
+    };
+    // The other explanation is fitted from the numbers of its own fit.
+    let base = other.knobs.clone();
+    let simulated = Bench::about(material, base, segments, "sensitivities", &quiet);
     let simulated = match simulated {
         Ok(simulated) => simulated,
         Err(GapError::NominalDiverges { .. }) => return Ok(None),

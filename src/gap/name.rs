@@ -23,6 +23,9 @@ const SCHEMA: &str = "hydro-gap-name/1";
 const ERROR: f64 = 0.05;
 /// Two explanations whose whitened outputs are nearer than this (squared) are one set.
 const CONFUSION: f64 = 9.0;
+/// A rival less probable than this part of the best is none, however near its outputs: it needs more luck
+/// in its values.
+const FAR_FETCHED: f64 = 2e-3;
 /// Effects less probable than this are not listed.
 const NEGLIGIBLE: f64 = 1e-3;
 /// Probability of as much structure left, were the best set right, at or below which it is not.
@@ -214,7 +217,7 @@ fn decide(bench: &Bench<'_>, search: &Search, weights: &Weights, adequacy: Adequ
         }
         kept += 1;
     }
-    let rivals = rivals(bench, search, best);
+    let rivals = rivals(bench, search, weights, best);
     let undecided: Vec<Id> = rivals
         .iter()
         .flat_map(|rival| {
@@ -303,7 +306,7 @@ fn decide(bench: &Bench<'_>, search: &Search, weights: &Weights, adequacy: Adequ
 }
 
 /// Refitted sets of no more effects than the best whose outputs are as near to the data.
-fn rivals(bench: &Bench<'_>, search: &Search, best: usize) -> Vec<usize> {
+fn rivals(bench: &Bench<'_>, search: &Search, weights: &Weights, best: usize) -> Vec<usize> {
     let of = &search.scored[best];
     let ids = |scored: &Scored| -> Vec<Id> {
         let mut ids: Vec<Id> = scored
@@ -315,14 +318,19 @@ fn rivals(bench: &Bench<'_>, search: &Search, best: usize) -> Vec<usize> {
         ids
     };
     // Uncertain numbers of the nominal may be bent to mimic an effect, at the price of their priors.
-    let charge = |scored: &Scored| scored.fit.misfit / search.factor + scored.fit.penalty;
+    let charge = |at: usize| {
+        let scored = &search.scored[at];
+        scored.fit.misfit / search.factor + scored.fit.penalty
+    };
+    let probable = |at: usize| weights.scored[at] > FAR_FETCHED * weights.scored[best];
     (1..search.scored.len())
         .filter(|at| {
             let other = &search.scored[*at];
             *at != best
                 && other.set.len() <= of.set.len()
                 && ids(other) != ids(of)
-                && charge(other) - charge(of) < CONFUSION
+                && charge(*at) - charge(best) < CONFUSION
+                && probable(*at)
         })
         .collect()
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicUsize;
 use rayon::prelude::*;
 
 use super::{
-    bench::Bench,
+    bench::{Bench, Material},
     candidates::{self, Candidate, Typical},
     error::GapError,
     measured::{Channels, Measured},
@@ -131,16 +131,15 @@ impl<'a> Study<'a> {
             .map(|(at, knob)| (at, self.settings.uncertainty.of(knob)))
             .filter(|(_, sd)| *sd > 0.0)
             .collect();
-        Bench::new(
-            self.plant,
-            &self.trials,
-            &self.tracks,
-            &self.channels,
-            &self.candidates,
+        let material = Material {
+            plant: self.plant,
+            trials: &self.trials,
+            tracks: &self.tracks,
+            channels: &self.channels,
+            candidates: &self.candidates,
             knobs,
-            self.segments(),
-            watch,
-        )
+        };
+        Bench::new(material, self.segments(), watch)
     }
 
     fn segments(&self) -> Vec<Segment> {
