@@ -12,8 +12,9 @@ use super::{
     fit::{Fit, Point},
     information::{Bounds, StartProjection},
     measured::{Channels, Measured},
+    resolution,
     shooting::{self, Segment, Trace, Track, WarmUp},
-    start::{self, whiten},
+    start,
     watch::Watch,
 };
 use crate::{
@@ -39,6 +40,8 @@ pub struct Bench<'a> {
     /// Uncertain numbers in use (row of `PlantDescription::knobs`) and the standard deviation of each.
     pub(super) knobs: Vec<(usize, f64)>,
     pub(super) segments: Vec<Segment>,
+    /// Per segment: factors on the whitened residuals [readings], about the base.
+    weights: Vec<Vec<f64>>,
     /// Per segment: projection off its start, and the sensitivity to the knobs.
     pub(super) shared: Vec<(StartProjection, DMatrix<f32>)>,
     /// Knobs about which those are taken, in standard deviations.
@@ -107,6 +110,7 @@ impl<'a> Bench<'a> {
             candidates: material.candidates,
             knobs: material.knobs,
             segments,
+            weights: Vec::new(),
             shared: Vec::new(),
             base,
             precision: start::arrival_precision(model.nv, start::ARRIVAL),
@@ -139,46 +143,87 @@ impl<'a> Bench<'a> {
     /// Sensitivities of every segment about the base. One whose start or knobs make the nominal blow up
     /// says nothing reliable and is left out.
     fn linearise(&mut self, what: &str, watch: &Watch<'_>) -> Result<(), GapError> {
+        self.weights = vec![Vec::new(); self.segments.len()];
+        let base = self.knob_values(&self.origin());
+        let weights: Vec<Option<Vec<f64>>> = (0..self.segments.len())
+            .into_par_iter()
+            .map(|at| self.resolution(at, &base))
+            .collect::<Result<_, GapError>>()?;
+        // One whose nominal blows up by itself says nothing reliable.
+        let (segments, weights) = self
+            .segments
+            .iter()
+            .cloned()
+            .zip(weights)
+            .filter_map(|(segment, weights)| Some((segment, weights?)))
+            .unzip();
+        (self.segments, self.weights) = (self.or_diverges(segments)?, weights);
         let done = AtomicUsize::new(0);
         let total = self.segments.len();
         let shared: Vec<_> = (0..total)
             .into_par_iter()
             .map(|at| {
                 watch.check()?;
-                let shared = self.sensitivities(at)?;
+                let shared = self.sensitivities(at, &base)?;
                 watch.count(what, &done, total);
                 Ok(shared)
             })
             .collect::<Result<_, GapError>>()?;
-        let (segments, shared): (Vec<_>, Vec<_>) = self
-            .segments
-            .iter()
-            .cloned()
-            .zip(shared)
-            .filter_map(|(segment, shared)| Some((segment, shared?)))
-            .unzip();
+        let kept: Vec<usize> = (0..total).filter(|at| shared[*at].is_some()).collect();
+        let segments = kept.iter().map(|at| self.segments[*at].clone()).collect();
+        self.weights = kept.iter().map(|at| self.weights[*at].clone()).collect();
+        self.segments = self.or_diverges(segments)?;
+        self.shared = shared.into_iter().flatten().collect();
+        Ok(())
+    }
+
+    fn or_diverges(&self, segments: Vec<Segment>) -> Result<Vec<Segment>, GapError> {
         if segments.is_empty() {
             return Err(self.diverges());
         }
-        self.segments = segments;
-        self.shared = shared;
-        Ok(())
+        Ok(segments)
+    }
+
+    /// What the rows of a segment resolve; none where the nominal blows up.
+    fn resolution(&self, at: usize, base: &[f64]) -> Result<Option<Vec<f64>>, GapError> {
+        let segment = &self.segments[at];
+        let trial = &self.trials[segment.trial];
+        let mut simulation = self.plant.simulation(base, &[])?;
+        let mut trace = Trace::default();
+        let whole = shooting::run(
+            simulation.as_mut(),
+            trial,
+            segment,
+            &self.tracks[segment.trial],
+            WarmUp::of(self.model, &[]),
+            self.model.timestep,
+            None,
+            &mut trace,
+        );
+        let weights =
+            || resolution::weights(&trace, trial, segment, self.channels, self.model.timestep);
+        Ok(whole.then(weights))
     }
 
     fn sensitivities(
         &self,
         at: usize,
+        base: &[f64],
     ) -> Result<Option<(StartProjection, DMatrix<f32>)>, GapError> {
         let segment = &self.segments[at];
         let trial = &self.trials[segment.trial];
         let none = vec![shooting::Correction::NONE; self.model.sensors.len()];
-        let base = self.knob_values(&self.origin());
-        let mut simulation = self.plant.simulation(&base, &[])?;
+        let mut simulation = self.plant.simulation(base, &[])?;
         let origin = DVector::zeros(2 * self.model.nv);
         let mut residual = Vec::new();
         if !self.shoot(simulation.as_mut(), at, &origin, &[], &mut residual) {
             return Ok(None);
         }
+        let plain: Vec<f64> = residual
+            .iter()
+            .zip(&self.weights[at])
+            .map(|(value, weight)| value / weight)
+            .collect();
         let sensitivity = start::start_sensitivity(
             simulation.as_mut(),
             trial,
@@ -188,11 +233,15 @@ impl<'a> Bench<'a> {
             self.channels,
             &none,
             self.model,
-            &residual,
+            &plain,
         );
-        let Some(projection) =
-            sensitivity.and_then(|matrix| StartProjection::new(&matrix, &self.precision))
-        else {
+        let Some(mut sensitivity) = sensitivity else {
+            return Ok(None);
+        };
+        for (mut row, weight) in sensitivity.row_iter_mut().zip(&self.weights[at]) {
+            row *= *weight;
+        }
+        let Some(projection) = StartProjection::new(&sensitivity, &self.precision) else {
             return Ok(None);
         };
         let nuisances = self.knob_columns(at, &self.origin(), &residual)?;
@@ -256,9 +305,17 @@ impl<'a> Bench<'a> {
                 self.model.timestep,
                 residual,
             );
-            whiten(self.channels, residual);
+            self.whiten(at, residual);
         }
         whole
+    }
+
+    /// In units of what a reading's noise, and the rows, leave uncertain.
+    pub(super) fn whiten(&self, at: usize, residual: &mut [f64]) {
+        start::whiten(self.channels, residual);
+        for (value, weight) in residual.iter_mut().zip(&self.weights[at]) {
+            *value *= weight;
+        }
     }
 
     /// The empty set at the base.

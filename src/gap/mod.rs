@@ -27,6 +27,7 @@ mod noise;
 mod refusals;
 mod regime;
 mod residual;
+mod resolution;
 mod screen;
 mod search;
 mod shooting;

@@ -29,7 +29,7 @@ const FAR_FETCHED: f64 = 2e-3;
 /// Effects less probable than this are not listed.
 const NEGLIGIBLE: f64 = 1e-3;
 /// Probability of as much structure left, were the best set right, at or below which it is not.
-const INADEQUATE: f64 = 0.02;
+const INADEQUATE: f64 = 0.01;
 /// Sets shown.
 const SHOWN: usize = 20;
 /// 97.5 % point of the normal distribution.

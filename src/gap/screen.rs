@@ -11,7 +11,6 @@ use super::{
     fit::{Fit, Point, STEP, inward, quotient},
     information::Quadratic,
     shooting::{self, Trace, WarmUp},
-    start::whiten,
     watch::Watch,
 };
 use crate::effects::{self, Entry, Part};
@@ -209,7 +208,7 @@ impl Bench<'_> {
             self.model.timestep,
             &mut other,
         );
-        whiten(self.channels, &mut other);
+        self.whiten(at, &mut other);
         Ok(quotient(residual, &other, step))
     }
 

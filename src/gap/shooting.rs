@@ -60,9 +60,20 @@ pub(super) struct Trace {
 }
 
 impl Trace {
+    /// One whose readings are known.
+    #[cfg(test)]
+    pub(super) fn of(start: f64, step: f64, width: usize, values: Vec<f64>) -> Self {
+        Self {
+            start,
+            step,
+            width,
+            values,
+        }
+    }
+
     /// Readings of the state at a time [s]: linear between steps, continued as a straight line before the
     /// first (a late sensor looks back there).
-    fn at(&self, time: f64, reading: &mut [f64]) {
+    pub(super) fn at(&self, time: f64, reading: &mut [f64]) {
         let rows = self.values.len() / self.width.max(1);
         let place = (time - self.start) / self.step;
         let first = (place.floor().max(0.0) as usize).min(rows.saturating_sub(2));

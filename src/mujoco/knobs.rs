@@ -13,7 +13,7 @@ use super::{
     bind,
     bindings::{
         mjBIAS_AFFINE, mjBIAS_NONE, mjGAIN_AFFINE, mjGAIN_FIXED, mjModel, mjOBJ_ACTUATOR,
-        mjOBJ_BODY, mjOBJ_JOINT,
+        mjOBJ_BODY, mjOBJ_GEOM, mjOBJ_JOINT,
     },
     readings, scale,
     simulator::{Model, SimulatorError},
@@ -37,7 +37,7 @@ pub(super) struct Nominal {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Turn {
     pub(super) quantity: Quantity,
-    /// Number of the body, joint or actuator, where it is of one.
+    /// Number of the body, geom, joint or actuator, where it is of one.
     pub(super) id: usize,
     /// How far: relative, or metres.
     pub(super) value: f64,
@@ -52,6 +52,9 @@ const COEFFICIENTS: [&str; 5] = [
     "magnus_lift",
 ];
 
+/// So few ellipsoids have coefficients of their own each; those of more are turned together.
+const APART: usize = 6;
+
 /// Column of `geom_fluid` where these start.
 const COEFFICIENT: usize = 1;
 
@@ -62,7 +65,7 @@ const WRENCH: [&str; 6] = [
 ];
 
 /// All knobs of a model, whose `hydro.wrench` instances have these settings, each with the number of the
-/// body, joint or actuator that it is of.
+/// body, geom, joint or actuator that it is of.
 pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, usize)> {
     let mut knobs = Vec::new();
     let mut add = |name: String, element: &str, class, quantity, id| {
@@ -74,31 +77,46 @@ pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, usiz
         };
         knobs.push((knob, id));
     };
-    for body in (1..model.bodies()).filter(|body| readings::weighs_in(model, *body)) {
+    for body in 1..model.bodies() {
+        let moves = readings::weighs_in(model, body);
+        if !(moves || readings::is_weighed(model, body)) {
+            continue;
+        }
         let of = model.label(mjOBJ_BODY as i32, "body", body);
         let name = format!("{of}.mass");
         add(name, &of, KnobClass::Mass, Quantity::Mass, body);
         for (axis, axis_name) in AXES.iter().enumerate() {
-            let name = format!("{of}.inertia.{axis_name}");
-            let quantity = Quantity::Inertia(axis);
-            add(name, &of, KnobClass::Inertia, quantity, body);
+            if moves {
+                let name = format!("{of}.inertia.{axis_name}");
+                let quantity = Quantity::Inertia(axis);
+                add(name, &of, KnobClass::Inertia, quantity, body);
+            }
             let name = format!("{of}.com.{axis_name}");
             let quantity = Quantity::CentreOfMass(axis);
             add(name, &of, KnobClass::CentreOfMass, quantity, body);
         }
     }
     if model.has_fluid() {
-        let geoms = 0..model.geom_type().len();
-        if geoms.clone().any(|geom| scale::is_ellipsoid(model, geom)) {
+        let wet: Vec<usize> = (0..model.geom_type().len())
+            .filter(|geom| scale::is_ellipsoid(model, *geom))
+            .collect();
+        if !wet.is_empty() {
+            let used = |geom: usize, place: usize| {
+                let row = EllipsoidCoefficients::LEN * geom;
+                model.geom_fluid()[row + COEFFICIENT + place] != 0.0
+            };
+            let name_of = |geom: usize| model.name(mjOBJ_GEOM as i32, geom);
+            let apart = wet.len() <= APART && wet.iter().all(|geom| !name_of(*geom).is_empty());
             for (place, name) in COEFFICIENTS.iter().enumerate() {
-                let column = COEFFICIENT + place;
-                let used = geoms
-                    .clone()
-                    .filter(|geom| scale::is_ellipsoid(model, *geom))
-                    .any(|geom| {
-                        model.geom_fluid()[EllipsoidCoefficients::LEN * geom + column] != 0.0
-                    });
-                if used {
+                let here = wet.iter().filter(|geom| used(**geom, place));
+                if apart {
+                    for geom in here {
+                        let of = name_of(*geom);
+                        let name = format!("{of}.{name}");
+                        let quantity = Quantity::GeomCoefficient(place);
+                        add(name, &of, KnobClass::Fluid, quantity, *geom);
+                    }
+                } else if here.count() > 0 {
                     let name = format!("fluid.{name}");
                     let quantity = Quantity::FluidCoefficient(place);
                     add(name, "fluid", KnobClass::Fluid, quantity, 0);
@@ -270,7 +288,8 @@ pub(super) fn turn(
                 beside.moved_centres[at].1[axis] += value;
                 inertial = true;
             }
-            Quantity::FluidCoefficient(place) => {
+            Quantity::FluidCoefficient(place) | Quantity::GeomCoefficient(place) => {
+                let one = matches!(quantity, Quantity::GeomCoefficient(_));
                 let raw = model.raw_mut();
                 // SAFETY: a row of twelve a geom, and the model is held alone.
                 let rows = unsafe {
@@ -279,7 +298,8 @@ pub(super) fn turn(
                         raw.ngeom * EllipsoidCoefficients::LEN as i64,
                     )
                 };
-                for row in rows.chunks_exact_mut(EllipsoidCoefficients::LEN) {
+                let rows = rows.chunks_exact_mut(EllipsoidCoefficients::LEN);
+                for (_, row) in rows.enumerate().filter(|(geom, _)| !one || *geom == id) {
                     row[COEFFICIENT + place] *= factor;
                 }
             }

@@ -24,13 +24,39 @@ pub(super) fn weighs_in(model: ModelView<'_>, body: usize) -> bool {
         && model.body_mass()[body] > WEIGHTY * model.body_subtreemass()[root]
 }
 
-/// Bodies that move and have mass, or degrees of freedom of their own.
+/// True where a body that stands still hangs on a force or torque sensor with more than [`WEIGHTY`] of what
+/// hangs there: its weight is in the readings.
+pub(super) fn is_weighed(model: ModelView<'_>, body: usize) -> bool {
+    if apply::last_dof(model, body) >= 0 {
+        return false;
+    }
+    let sensors = 0..model.sensor_type().len();
+    sensors
+        .filter(|sensor| {
+            let kind = model.sensor_type()[*sensor] as u32;
+            (kind == mjSENS_FORCE || kind == mjSENS_TORQUE)
+                && model.sensor_objtype()[*sensor] as u32 == mjOBJ_SITE
+        })
+        .map(|sensor| model.site_bodyid()[model.sensor_objid()[sensor] as usize] as usize)
+        .any(|cell| {
+            let mut above = body;
+            while above != cell && above != 0 {
+                above = model.body_parentid()[above] as usize;
+            }
+            above == cell
+                && above != 0
+                && model.body_mass()[body] > WEIGHTY * model.body_subtreemass()[cell]
+        })
+}
+
+/// Bodies that move and have mass, or degrees of freedom of their own; bodies that a sensor weighs.
 pub(super) fn bodies(data: &DataView<'_>, density: f64, waterline: Option<f64>) -> Vec<PlantBody> {
     let model = data.model();
     (1..model.bodies())
         .filter(|body| {
-            apply::last_dof(model, *body) >= 0
-                && (model.body_mass()[*body] > 0.0 || model.body_dofnum()[*body] > 0)
+            is_weighed(model, *body)
+                || apply::last_dof(model, *body) >= 0
+                    && (model.body_mass()[*body] > 0.0 || model.body_dofnum()[*body] > 0)
         })
         .map(|body| {
             let scale = scale::body(model, body, density);
@@ -40,7 +66,7 @@ pub(super) fn bodies(data: &DataView<'_>, density: f64, waterline: Option<f64>) 
             PlantBody {
                 name: model.label(mjOBJ_BODY as i32, "body", body),
                 root: scale::is_root(model, body),
-                moves: true,
+                moves: apply::last_dof(model, body) >= 0,
                 wet: weighs_in(model, body) && size && under,
                 scale,
                 inertial: Inertial {

@@ -37,6 +37,27 @@ pub(super) fn scale(model: &Mjcf<'_>, factors: [f64; COEFFICIENTS]) -> Result<St
     Ok(edits.apply())
 }
 
+/// Scales the coefficients of one geom of a body, by its name.
+pub(super) fn scale_one(
+    model: &Mjcf<'_>,
+    name: &str,
+    factors: [f64; COEFFICIENTS],
+) -> Result<String, String> {
+    let geoms = model.bodies().flat_map(|body| body.children());
+    let mut named =
+        geoms.filter(|node| node.has_tag_name("geom") && node.attribute("name") == Some(name));
+    let (Some(geom), None) = (named.next(), named.next()) else {
+        return Err(format!("no body has a single geom `{name}` in the text"));
+    };
+    let (above, _) = inherited(model, geom);
+    let own = geom.attribute("fluidcoef").map(numbers_of);
+    let now = filled(above, &own.unwrap_or_default());
+    let scaled: [f64; COEFFICIENTS] = std::array::from_fn(|at| now[at] * factors[at]);
+    let mut edits = Edits::of(model.text);
+    edits.set(geom, "fluidcoef", &numbers(&scaled));
+    Ok(edits.apply())
+}
+
 /// What the classes round a geom (of a body, or of a class) leave, and whether any says it.
 fn inherited<'d>(model: &'d Mjcf<'d>, geom: Node<'d, 'd>) -> ([f64; COEFFICIENTS], bool) {
     let mut given = false;

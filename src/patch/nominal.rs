@@ -106,6 +106,7 @@ impl<'r> Writer<'r> {
         }
         outcomes.extend(self.inertias(&turned)?);
         outcomes.extend(self.coefficients(&turned)?);
+        outcomes.extend(self.geom_coefficients(&turned)?);
         outcomes.extend(self.values(&turned)?);
         outcomes.extend(self.wrenches(&turned)?);
         for number in turned {
@@ -293,6 +294,30 @@ impl<'r> Writer<'r> {
         }
         let done = self.rewrite(|model| fluid::scale(model, factors))?;
         Ok(factored(numbers, done))
+    }
+
+    /// The same of single geoms.
+    fn geom_coefficients(&mut self, turned: &[Number<'r>]) -> Result<Outcomes<'r>, PatchError> {
+        let mut left = chosen(
+            turned,
+            |quantity| matches!(quantity, Quantity::GeomCoefficient(place) if place < COEFFICIENTS),
+        );
+        let mut outcomes = Vec::new();
+        while let Some(first) = left.first() {
+            let name = first.knob.element.clone();
+            let (mine, others): (Vec<_>, Vec<_>) =
+                left.into_iter().partition(|of| of.knob.element == name);
+            left = others;
+            let mut factors = [1.0; COEFFICIENTS];
+            for number in &mine {
+                if let Quantity::GeomCoefficient(place) = number.knob.quantity {
+                    factors[place] *= number.factor();
+                }
+            }
+            let done = self.rewrite(|model| fluid::scale_one(model, &name, factors))?;
+            outcomes.extend(factored(mine, done));
+        }
+        Ok(outcomes)
     }
 
     fn option(

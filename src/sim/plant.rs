@@ -42,6 +42,8 @@ pub enum Quantity {
     CentreOfMass(usize),
     /// A number of `fluidcoef`, by its place in that list, of all geoms; relative.
     FluidCoefficient(usize),
+    /// The same of one geom.
+    GeomCoefficient(usize),
     /// Density of MuJoCo's box fluid, relative.
     Density,
     /// Viscosity of MuJoCo's box fluid, relative.
@@ -218,7 +220,7 @@ pub struct PlantDescription {
     pub nv: usize,
     /// Length of the full-physics state, as a trial's `initial_state` has it.
     pub state_len: usize,
-    /// Moving bodies first to last.
+    /// Moving bodies first to last, and those that a force or torque sensor weighs.
     pub bodies: Vec<PlantBody>,
     /// The first body with a free joint, where there is one.
     pub base: Option<FreeBase>,

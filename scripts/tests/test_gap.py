@@ -1,0 +1,83 @@
+"""`hydro gap` on the fixed hidden-effect cases: named, added, and the patched file replayed in plain MuJoCo."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+from paths import ROOT, SCRIPTS
+
+import replay
+
+
+def program() -> Path | None:
+    """HYDRO_TEST_PROGRAM, else the newest `hydro` in target/."""
+    if "HYDRO_TEST_PROGRAM" in os.environ:
+        return Path(os.environ["HYDRO_TEST_PROGRAM"])
+    return max((ROOT / "target").glob("*/hydro"), key=lambda path: path.stat().st_mtime, default=None)
+
+
+@unittest.skipUnless(program(), "no `hydro` is built: cargo build")
+class Fixed(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.place = tempfile.TemporaryDirectory()
+        cls.folder = Path(cls.place.name)
+        made = [sys.executable, str(SCRIPTS / "gen_hidden.py"), "--fixed", "--system", "vehicle", "--system", "leg",
+                "--out", str(cls.folder)]
+        subprocess.run(made, check=True, capture_output=True)
+        cls.answers = {}
+        for answer in sorted(cls.folder.glob("sealed/*/answer.json")):
+            cls.answers[answer.parent.name] = json.loads(answer.read_text())
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.place.cleanup()
+
+    def verdict(self, case: str) -> tuple[Path, dict]:
+        """What `hydro gap run` says of a case whose answer it cannot see."""
+        nominal = self.folder / "cases" / case / "nominal.xml"
+        out = self.folder / "out" / case
+        command = [str(program()), "gap", "run", "--model", str(nominal), "--trials", str(nominal.parent / "trials"),
+                   "--out", str(out)]
+        ran = subprocess.run(command, capture_output=True, text=True)
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        return out, json.loads((out / "verdict.json").read_text())
+
+    def one(self, system: str, effect: str | None) -> str:
+        """The fixed case of a system with an effect, or its null."""
+        wanted = [effect] if effect else []
+        found = [case for case, answer in self.answers.items()
+                 if answer["system"] == system and [of["effect"] for of in answer["effects"]] == wanted]
+        self.assertEqual(len(found), 1, self.answers)
+        return found[0]
+
+    def assert_found(self, system: str, effect: str) -> None:
+        """Named, verified, and smaller in plain MuJoCo on trials that nothing saw."""
+        case = self.one(system, effect)
+        out, verdict = self.verdict(case)
+        self.assertEqual((verdict["verdict"], verdict["named"]), ("named", [effect]), verdict["refused_because"])
+        self.assertTrue(verdict["verified"])
+        unseen = self.folder / "sealed" / case / "never_shown"
+        found = replay.compare(self.folder / "cases" / case / "nominal.xml", out, unseen, 2.0)
+        self.assertLess(found["after"], 0.5 * found["before"], found)
+
+    def test_quadratic_drag_of_a_vehicle(self):
+        self.assert_found("vehicle", "quadratic_drag")
+
+    def test_friction_of_a_leg(self):
+        self.assert_found("leg", "joint_friction")
+
+    def test_nulls_show_nothing(self):
+        for system in ("vehicle", "leg"):
+            with self.subTest(system):
+                _, verdict = self.verdict(self.one(system, None))
+                self.assertEqual(verdict["verdict"], "no_gap")
+                self.assertIsNone(verdict["patch"])
+
+
+if __name__ == "__main__":
+    unittest.main()

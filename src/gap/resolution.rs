@@ -1,0 +1,111 @@
+//! What rows cannot resolve: readings that bend within a sample period count less.
+//!
+//! Between two rows a log knows nothing: commands are taken to be linear there, anti-alias filters (first
+//! order, time constant tau, their delay known) round corners off by `tau^2/2 y''`, clocks jitter. With a
+//! corner at a quarter of the rate, tau is 0.64 of a period, so the error is about a fifth of the second
+//! difference of neighbouring rows. It joins the sensor's noise.
+
+use super::{
+    measured::{Channels, Measured},
+    shooting::{Segment, Trace},
+};
+
+/// Error of a reading, as a part of the second difference that the model predicts.
+const UNRESOLVED: f64 = 0.25;
+
+/// Factor on each whitened residual of a segment, row by row, channel by channel; 1 where the reading is
+/// smooth.
+pub(super) fn weights(
+    trace: &Trace,
+    trial: &Measured,
+    segment: &Segment,
+    channels: &Channels,
+    step: f64,
+) -> Vec<f64> {
+    let period = trial.period();
+    let mut readings = [(); 3].map(|()| vec![0.0; trial.width]);
+    let (mut onward, mut back) = (vec![0.0; channels.len()], vec![0.0; channels.len()]);
+    let mut weights = Vec::with_capacity(segment.rows.len() * channels.len());
+    for row in segment.rows.clone() {
+        for (reading, shift) in readings.iter_mut().zip([-period, 0.0, period]) {
+            trace.at(trial.times[row] - step + shift, reading);
+        }
+        channels.residual(&readings[2], &readings[1], &mut onward);
+        channels.residual(&readings[0], &readings[1], &mut back);
+        for ((onward, back), channel) in onward.iter().zip(&back).zip(&channels.list) {
+            let error = UNRESOLVED * (onward + back) / channel.noise;
+            let weight = (1.0 + error * error).sqrt().recip();
+            weights.push(if weight.is_finite() { weight } else { 1.0 });
+        }
+    }
+    weights
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::{gap::stages::Channel, trial::Series};
+
+    /// One reading every 0.01 s of a trace with a step of 0.001 s.
+    fn of(signal: impl Fn(f64) -> f64) -> Vec<f64> {
+        let times: Vec<f64> = (1..=50).map(|row| 0.01 * f64::from(row)).collect();
+        let trial = Measured {
+            name: String::new(),
+            values: times.clone(),
+            times,
+            width: 1,
+            control: Series {
+                times: vec![],
+                columns: vec![],
+                data: vec![],
+            },
+            initial_state: None,
+        };
+        let segment = Segment {
+            trial: 0,
+            rows: 0..50,
+            start: 0.0,
+            qpos: vec![],
+            qvel: vec![],
+        };
+        let channels = Channels {
+            list: vec![Channel {
+                sensor: String::new(),
+                component: 0,
+                unit: String::new(),
+                noise: 0.1,
+                declared_noise: Some(0.1),
+            }],
+            sources: vec![super::super::measured::Source {
+                sensor: 0,
+                start: 0,
+                len: 1,
+                channel: 0,
+                channels: 1,
+                attitude: false,
+            }],
+        };
+        let values = (0..520).map(|at| signal(0.001 * f64::from(at))).collect();
+        weights(
+            &Trace::of(0.0, 0.001, 1, values),
+            &trial,
+            &segment,
+            &channels,
+            0.001,
+        )
+    }
+
+    #[test]
+    fn a_smooth_reading_counts_in_full_and_a_corner_less() {
+        let smooth = of(|time| (6.0 * time).sin());
+        assert!(smooth.iter().all(|weight| *weight > 0.999), "{smooth:?}");
+        let jump = of(|time| f64::from(u8::from(time > 0.2505)));
+        assert!(
+            jump.iter().fold(1.0_f64, |a, b| a.min(*b)) < 0.5,
+            "{jump:?}"
+        );
+        let full = jump.iter().filter(|weight| **weight > 0.999).count();
+        assert!(full >= 47, "{jump:?}");
+    }
+}
