@@ -94,6 +94,8 @@ fn turned(plant: &MujocoPlant, seed: u64, wanted: impl Fn(&Knob) -> bool) -> Vec
             .get(knob.element.as_str())
             .map_or(0.0, |of| of[axis]),
         Quantity::CentreOfMass(_) => rng.random_range(-WAY..WAY),
+        // No number of a model: the patch says so and writes none.
+        Quantity::CommandLead => 0.0,
         _ => rng.random_range(-LEVEL..LEVEL),
     };
     let mut value = value;

@@ -386,6 +386,31 @@ fn knobs_change_what_they_say() {
     assert!(known.iter().any(|knob| knob.class == KnobClass::Damping));
 }
 
+/// A ramp that acts a step early is the ramp a step further on.
+#[test]
+fn commands_may_act_early() {
+    let text = r#"<mujoco><worldbody><body><joint name="rail" type="slide"/><geom size="0.1" mass="1"/></body>
+        </worldbody><actuator><motor name="push" joint="rail"/></actuator></mujoco>"#;
+    let plant = plant(text);
+    let knobs = &plant.description().knobs;
+    let lead = knobs
+        .iter()
+        .position(|knob| knob.class == KnobClass::Timing);
+    let speed = |early: f64, ahead: usize| {
+        let mut values = vec![0.0; knobs.len()];
+        values[lead.unwrap()] = early;
+        let mut simulation = plant.simulation(&values, &[]).unwrap();
+        for step in 0..20 {
+            let place = if step == 0 { 0 } else { step + ahead };
+            simulation.set_control(&[0.1 * place as f64]);
+            simulation.step();
+        }
+        simulation.qvel()[0]
+    };
+    assert!((speed(1.0, 0) - speed(0.0, 1)).abs() < 1e-12);
+    assert!(speed(0.5, 0) > speed(0.0, 0));
+}
+
 #[test]
 fn the_description_says_what_is_there() {
     let plant = plant(&leg("", ""));

@@ -20,6 +20,9 @@ use serde::{Deserialize, Serialize};
 use super::error::GapError;
 use crate::sim::plant::{Knob, KnobClass};
 
+/// Standard deviation of when a command acts, in steps of the model: how the real one was held is not known.
+const HALF_A_STEP: f64 = 0.5;
+
 /// Standard deviations of the nominal model's numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -111,6 +114,7 @@ impl Uncertainty {
             KnobClass::Fluid => self.fluid,
             KnobClass::Gain => self.gain,
             KnobClass::Damping => self.damping,
+            KnobClass::Timing => HALF_A_STEP,
         })
     }
 }

@@ -8,6 +8,7 @@
 //! | fluid | coefficients of MuJoCo's ellipsoid model, each kind for all geoms; density and viscosity of its box model; values of the nominal's `effects`; the force of a checkpoint by axis | relative |
 //! | gain | actuators | relative, gain and bias alike |
 //! | damping | joints that have any | relative |
+//! | timing | all commands | earlier by so many steps |
 
 use super::{
     bind,
@@ -193,6 +194,16 @@ pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, usiz
             add(name, &of, KnobClass::Damping, Quantity::Damping, joint);
         }
     }
+    if model.raw().nu > 0 {
+        let quantity = Quantity::CommandLead;
+        add(
+            "commands.lead".to_owned(),
+            "commands",
+            KnobClass::Timing,
+            quantity,
+            0,
+        );
+    }
     knobs
 }
 
@@ -204,11 +215,16 @@ pub(super) struct Beside {
     pub(super) effects: Vec<(usize, Vec<Entry>)>,
     /// As in `run::Run`.
     pub(super) moved_centres: Vec<(usize, [f64; 3], f64)>,
+    /// Steps by which commands act early.
+    pub(super) command_lead: f64,
 }
 
 /// True where a knob is a number of the model itself.
 pub(super) fn is_of_model(quantity: Quantity) -> bool {
-    !matches!(quantity, Quantity::Wrench(_) | Quantity::EffectValue { .. })
+    !matches!(
+        quantity,
+        Quantity::Wrench(_) | Quantity::EffectValue { .. } | Quantity::CommandLead
+    )
 }
 
 /// Turns knobs that are no part of the model.
@@ -217,6 +233,7 @@ pub(super) fn turn_beside(turned: &[Turn], nominal: &[Nominal]) -> Beside {
     for turn in turned {
         let factor = 1.0 + turn.value;
         match turn.quantity {
+            Quantity::CommandLead => beside.command_lead += turn.value,
             Quantity::Wrench(axis) => {
                 beside.wrench_scale.get_or_insert([1.0; 6])[axis] *= factor;
             }
@@ -307,7 +324,7 @@ pub(super) fn turn(
             Quantity::Viscosity => model.raw_mut().opt.viscosity *= factor,
             Quantity::Gain => scale_gain(model, id, factor),
             Quantity::Damping => scale_damping(model.raw_mut(), id, factor),
-            Quantity::Wrench(_) | Quantity::EffectValue { .. } => {}
+            Quantity::Wrench(_) | Quantity::EffectValue { .. } | Quantity::CommandLead => {}
         }
     }
     if inertial {

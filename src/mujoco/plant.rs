@@ -308,6 +308,7 @@ impl MujocoPlant {
             memory: vec![0.0; bound.memory_len],
             bound,
             wrench_scale: beside.wrench_scale,
+            command_lead: beside.command_lead,
             nominal,
             moved_centres: copied.moved_centres,
         };

@@ -31,6 +31,8 @@ pub(super) struct Run {
     pub(super) memory: Vec<f64>,
     /// Factors on the wrench of a nominal's checkpoint: force x y z, torque x y z.
     pub(super) wrench_scale: Option<[f64; 6]>,
+    /// Steps by which commands act early.
+    pub(super) command_lead: f64,
     /// Effects that the nominal's instances have, with knobs turned.
     pub(super) nominal: Vec<(usize, Bound)>,
     /// Bodies whose centre of mass was moved: buoyancy stays where it was. Number, way of the centre of

@@ -94,7 +94,10 @@ impl<'r> Writer<'r> {
         for (at, (knob, value)) in request.numbers.iter().enumerate() {
             let value = *value;
             let number = Number { at, knob, value };
-            let is_way = matches!(knob.quantity, Quantity::CentreOfMass(_));
+            let is_way = matches!(
+                knob.quantity,
+                Quantity::CentreOfMass(_) | Quantity::CommandLead
+            );
             if value == 0.0 {
                 continue;
             } else if value.is_finite() && (is_way || number.factor() > 0.0) {
@@ -115,6 +118,9 @@ impl<'r> Writer<'r> {
                 Quantity::Viscosity => self.option("viscosity", "Pa s", number)?,
                 Quantity::Gain => self.gain(number)?,
                 Quantity::Damping => self.damping(number)?,
+                Quantity::CommandLead => {
+                    Err("when within a step commands act is no number of a model".to_owned())
+                }
                 _ => continue,
             };
             outcomes.push((number, outcome));
@@ -147,6 +153,7 @@ impl<'r> Writer<'r> {
             Err(reason) => {
                 let fitted = match number.knob.quantity {
                     Quantity::CentreOfMass(_) => format!("{:+.4} m", number.value),
+                    Quantity::CommandLead => format!("{:+.2} steps", number.value),
                     _ => format!("{:+.2} %", 100.0 * number.value),
                 };
                 self.remarks.push(format!(

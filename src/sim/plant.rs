@@ -28,6 +28,8 @@ pub enum KnobClass {
     Gain,
     /// Joint damping, relative.
     Damping,
+    /// When within a step commands act, in steps; its deviation is half of one.
+    Timing,
 }
 
 /// What a [`Knob`] turns.
@@ -52,6 +54,9 @@ pub enum Quantity {
     Gain,
     /// Damping of a joint, every term of it; relative.
     Damping,
+    /// By how much of a step commands act early: a held command is late by half a step, and how real ones
+    /// were held no log tells. No number of a model.
+    CommandLead,
     /// A value of an effect that the nominal has in an instance of `hydro.wrench`; relative.
     EffectValue {
         /// Which of [`PlantDescription::carriers`].

@@ -57,6 +57,8 @@ pub(super) struct MujocoSimulation {
     run: Run,
     /// As logged.
     control: Vec<f64>,
+    /// That of the step before; none before the first.
+    earlier: Option<Vec<f64>>,
     readings: Vec<f64>,
     /// Velocities at the start of the latest step, which the readings belong to.
     velocities: Vec<f64>,
@@ -81,6 +83,7 @@ impl MujocoSimulation {
         let acts = !(run.bound.bodies.is_empty() && run.bound.water.is_empty());
         Self {
             control: vec![0.0; data.ctrl().len()],
+            earlier: None,
             readings: data.sensordata().to_vec(),
             velocities: data.qvel().to_vec(),
             began: data.time(),
@@ -95,6 +98,7 @@ impl MujocoSimulation {
 
     fn cold(&mut self) {
         self.run.memory.fill(0.0);
+        self.earlier = None;
         self.diverged = false;
     }
 
@@ -141,10 +145,19 @@ impl MujocoSimulation {
 
     /// Commands that arrive, from those that were logged.
     fn command(&mut self) {
-        self.data.ctrl_mut().copy_from_slice(&self.control);
+        let lead = self.run.command_lead;
+        let ahead = self.earlier.as_ref().filter(|_| lead != 0.0);
+        for (at, command) in self.data.ctrl_mut().iter_mut().enumerate() {
+            let now = self.control[at];
+            // Commands are linear between rows.
+            *command = now + ahead.map_or(0.0, |earlier| lead * (now - earlier[at]));
+        }
+        self.earlier
+            .get_or_insert_default()
+            .clone_from(&self.control);
         let step = self.data.model().timestep();
         for changed in &self.run.bound.actuators {
-            let given = self.control[changed.control];
+            let given = self.data.ctrl()[changed.control];
             let arrived = actuation::arriving(changed, given, step, &mut self.run.memory);
             self.data.ctrl_mut()[changed.control] = arrived;
         }
@@ -206,7 +219,7 @@ impl Simulation for MujocoSimulation {
     }
 
     fn restart(&mut self, state: &[f64]) {
-        self.run.memory.fill(0.0);
+        self.cold();
         self.rejoin(state);
     }
 
@@ -256,6 +269,7 @@ impl Simulation for MujocoSimulation {
         };
         self.data.reset_warnings();
         let set = self.data.set_state(&saved[..state]);
+        self.earlier = None;
         self.control
             .copy_from_slice(&saved[state..state + controls]);
         self.run
