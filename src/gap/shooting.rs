@@ -11,6 +11,9 @@ use crate::{
     sim::plant::{PlantDescription, Simulation},
 };
 
+/// Rows nearer than this part of a step to its start or end read there.
+const ON_A_STEP: f64 = 0.01;
+
 /// Estimated motion of one trial at the state time of each row.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Track {
@@ -57,6 +60,9 @@ pub(super) struct Trace {
     step: f64,
     width: usize,
     values: Vec<f64>,
+    /// Readings at the end of some steps, under the command that was held: a force jumps when the command
+    /// does.
+    ends: Vec<(usize, Vec<f64>)>,
 }
 
 impl Trace {
@@ -68,20 +74,23 @@ impl Trace {
             step,
             width,
             values,
+            ends: Vec::new(),
         }
     }
 
-    /// Readings of the state at a time [s]: linear between steps, continued as a straight line before the
+    /// Readings of the state at a time [s]: linear over a step, continued as a straight line before the
     /// first (a late sensor looks back there).
     pub(super) fn at(&self, time: f64, reading: &mut [f64]) {
         let rows = self.values.len() / self.width.max(1);
         let place = (time - self.start) / self.step;
         let first = (place.floor().max(0.0) as usize).min(rows.saturating_sub(2));
         let part = place - first as f64;
-        let (a, b) = (
-            &self.values[first * self.width..(first + 1) * self.width],
-            &self.values[(first + 1) * self.width..(first + 2) * self.width],
-        );
+        let a = &self.values[first * self.width..(first + 1) * self.width];
+        let next = &self.values[(first + 1) * self.width..(first + 2) * self.width];
+        let b = match self.ends.binary_search_by_key(&first, |(step, _)| *step) {
+            Ok(found) => &self.ends[found].1,
+            Err(_) => next,
+        };
         for ((value, a), b) in reading.iter_mut().zip(a).zip(b) {
             *value = a + part * (b - a);
         }
@@ -164,7 +173,11 @@ pub(super) fn roll(
     trace.step = step;
     trace.width = trial.width;
     trace.values.clear();
-    for at in 0..steps(trial, segment.rows.end, segment.start, step) {
+    trace.ends.clear();
+    let steps = steps(trial, segment.rows.end, segment.start, step);
+    let inside = read_inside(trial, segment, step);
+    let mut inside = inside.into_iter().peekable();
+    for at in 0..steps {
         let time = segment.start + at as f64 * step;
         trial.control.interpolate(time, &mut control);
         simulation.set_control(&control);
@@ -172,8 +185,18 @@ pub(super) fn roll(
         trace
             .values
             .extend_from_slice(&simulation.sensors()[..trial.width]);
+        if inside.next_if_eq(&at).is_some() {
+            let here = simulation.save();
+            simulation.step();
+            let reading = simulation.sensors()[..trial.width].to_vec();
+            trace.ends.push((at, reading));
+            simulation.load(&here);
+        }
     }
-    !simulation.diverged() && trace.values.iter().all(|value| value.is_finite())
+    let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+    !simulation.diverged()
+        && finite(&trace.values)
+        && trace.ends.iter().all(|(_, values)| finite(values))
 }
 
 /// Steps from a start [s] to what the rows before `end` need: two readings at least, and one at or beyond
@@ -181,6 +204,21 @@ pub(super) fn roll(
 pub(super) fn steps(trial: &Measured, end: usize, start: f64, step: f64) -> usize {
     let last = trial.times[end - 1] - step;
     (((last - start) / step - 1e-6).ceil().max(0.0) as usize).max(1) + 1
+}
+
+/// Steps within which a row reads, ascending.
+fn read_inside(trial: &Measured, segment: &Segment, step: f64) -> Vec<usize> {
+    let places = segment.rows.clone().map(|row| {
+        let place = (trial.times[row] - step - segment.start) / step;
+        (place, place - place.floor())
+    });
+    let mut inside: Vec<usize> = places
+        .filter(|(place, part)| *place > 0.0 && (ON_A_STEP..1.0 - ON_A_STEP).contains(part))
+        .map(|(place, _)| place.floor() as usize)
+        .collect();
+    inside.sort_unstable();
+    inside.dedup();
+    inside
 }
 
 /// Leads memories through the motion before a segment: states are set to the estimated ones at every row.

@@ -269,7 +269,6 @@ impl Simulation for MujocoSimulation {
         };
         self.data.reset_warnings();
         let set = self.data.set_state(&saved[..state]);
-        self.earlier = None;
         self.control
             .copy_from_slice(&saved[state..state + controls]);
         self.run
