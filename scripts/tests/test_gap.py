@@ -55,21 +55,21 @@ class Fixed(unittest.TestCase):
         self.assertEqual(len(found), 1, self.answers)
         return found[0]
 
-    def assert_found(self, system: str, effect: str) -> None:
-        """Named, verified, and smaller in plain MuJoCo on trials that nothing saw."""
+    def assert_found(self, system: str, effect: str, part: float) -> None:
+        """Named, verified, and smaller in plain MuJoCo on trials that nothing saw: to that part, noise left in."""
         case = self.one(system, effect)
         out, verdict = self.verdict(case)
         self.assertEqual((verdict["verdict"], verdict["named"]), ("named", [effect]), verdict["refused_because"])
         self.assertTrue(verdict["verified"])
         unseen = self.folder / "sealed" / case / "never_shown"
         found = replay.compare(self.folder / "cases" / case / "nominal.xml", out, unseen, 2.0)
-        self.assertLess(found["after"], 0.5 * found["before"], found)
+        self.assertLess(found["after"], part * found["before"], found)
 
     def test_quadratic_drag_of_a_vehicle(self):
-        self.assert_found("vehicle", "quadratic_drag")
+        self.assert_found("vehicle", "quadratic_drag", 0.3)
 
     def test_friction_of_a_leg(self):
-        self.assert_found("leg", "joint_friction")
+        self.assert_found("leg", "joint_friction", 0.9)
 
     def test_nulls_show_nothing(self):
         for system in ("vehicle", "leg"):

@@ -11,6 +11,7 @@ use super::{
     fit::{Fit, Point},
     information::{Bounds, Quadratic},
     leftover,
+    measured::Measured,
     screen::{Direction, PHASE, Screen},
     watch::Watch,
 };
@@ -30,6 +31,8 @@ const FORM_ERROR: f64 = 0.08;
 const FORM_DIRECTIONS: f64 = 12.0;
 /// Larger sets are tried about one that leaves structure at this level.
 const INADEQUATE: f64 = 0.1;
+/// Part of a period between rows below which a delay of a sensor is none.
+const RESOLVED: f64 = 0.1;
 /// Leaders lie within so many nats of the best by linear evidence.
 const WITHIN: f64 = 25.0;
 
@@ -408,10 +411,21 @@ fn add(
 ) -> Result<(), GapError> {
     let mut set = point.candidates.clone();
     set.sort_unstable();
-    if let Some(fit) = bench.fit(point, watch)? {
+    if let Some(fit) = bench.fit(point, watch)?
+        && !is_unresolved(bench, &fit.point)
+    {
         scored.push(Scored::new(set, fit));
     }
     Ok(())
+}
+
+/// True where a sensor is late by less than its rows can tell: clocks and filters are no better known.
+fn is_unresolved(bench: &Bench<'_>, point: &Point) -> bool {
+    let period = bench.trials.first().map_or(0.0, Measured::period);
+    let delays = point.candidates.iter().zip(&point.values);
+    delays
+        .filter(|(candidate, _)| bench.candidates[**candidate].effect == Id::SensorDelay)
+        .any(|(_, values)| values[0].abs() < RESOLVED * period)
 }
 
 /// The refitted set with the highest posterior.
