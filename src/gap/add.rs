@@ -67,6 +67,7 @@ pub fn add(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Option<Addi
             bootstrap: draws,
             numbers: Vec::new(),
             cross_fit: cross_fit(study, bench, naming),
+            recalibrated: bench.knob_values(&search.scored[0].fit.point),
             model: None,
             diff: String::new(),
             remarks: Vec::new(),

@@ -137,6 +137,10 @@ pub struct Added {
     /// What the fit without each of its trials gives, for a replay of that trial.
     #[serde(default)]
     pub cross_fit: Vec<WithoutTrial>,
+    /// Numbers of the nominal as they are fitted where nothing is added, in the model's order: relative, or
+    /// metres for a centre of mass.
+    #[serde(default)]
+    pub recalibrated: Vec<f64>,
     /// The patched model, relative to the output folder; none where there was nothing to write.
     pub model: Option<String>,
     /// Unified diff of nominal against patched MJCF.
@@ -214,6 +218,10 @@ pub struct Verified {
     pub accepted: bool,
     /// Why not.
     pub refused_because: Option<String>,
+    /// Pooled error of the nominal with its numbers refitted and nothing added: what of the reduction is not
+    /// the effects'.
+    #[serde(default)]
+    pub recalibrated: Option<f64>,
     /// True where every trial was left out once of the fit that it judges (ten trials or fewer).
     pub cross_fitted: bool,
     /// What a person should know.

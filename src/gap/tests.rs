@@ -152,6 +152,7 @@ fn run(effects: &[Entry]) -> super::stages::Named {
         after: &plant,
         sensors: &none,
         cross_fit: &[],
+        recalibrated: &[],
     };
     // Nothing was patched: the same plant twice is no better, so nothing is claimed.
     let channels = &found.channels;
@@ -162,12 +163,16 @@ fn run(effects: &[Entry]) -> super::stages::Named {
         // Fits that left a trial out explain it.
         let examined = Examined {
             cross_fit: &added.cross_fit,
+            recalibrated: &added.recalibrated,
             ..examined
         };
         let fitted = added.cross_fit.len();
         let crossed = verify(&examined, unseen(), trials(), channels, &settings, &watch).unwrap();
         assert!(crossed.cross_fitted && crossed.gap.n_holdout_trials == fitted + 3);
         assert!(crossed.gap.reduction > Some(0.2), "{:?}", crossed.gap);
+        // Numbers alone do less than with the effect, though they bend towards it.
+        let alone = crossed.recalibrated.unwrap();
+        assert!(alone < crossed.gap.before.unwrap(), "{alone}");
         // The file is no better, so nothing is accepted.
         assert!(!crossed.accepted, "{:?}", crossed.refused_because);
     }

@@ -42,8 +42,12 @@ const HARM: f64 = 0.02;
 /// Trials and sensors drawn in the report.
 const SHOWN: usize = 3;
 
-/// Sums of squares of one trial: by horizon, channel: (before, after, measured about its mean, readings).
-type Sums = Vec<Vec<[f64; 4]>>;
+/// Sums of squares of one channel: before, after, measured about its mean, readings, and the nominal with its
+/// numbers refitted and nothing added.
+type Terms = [f64; 5];
+
+/// Of one trial: by horizon, channel.
+type Sums = Vec<Vec<Terms>>;
 
 /// Residuals of the rows of one rollout.
 type Rollout = (Range<usize>, Vec<f64>);
@@ -52,7 +56,7 @@ type Rollout = (Range<usize>, Vec<f64>);
 struct Outcome {
     sums: Sums,
     /// The same at the longest horizon, by regime: slow, fast.
-    regimes: [Vec<[f64; 4]>; 2],
+    regimes: [Vec<Terms>; 2],
     overlays: Vec<Overlay>,
 }
 
@@ -67,6 +71,8 @@ pub struct Examined<'a> {
     pub sensors: &'a BTreeMap<String, SensorPatch>,
     /// Fits that left one trial out, for the trials of `fitted`.
     pub cross_fit: &'a [WithoutTrial],
+    /// Numbers of the nominal as they are fitted where nothing is added; empty: not known.
+    pub recalibrated: &'a [f64],
 }
 
 impl std::fmt::Debug for Examined<'_> {
@@ -128,13 +134,29 @@ pub fn verify(
             let Some(after) = after else {
                 return Ok(None);
             };
-            let outcome = roll(&before, &after, trial, &channels, at < SHOWN)?;
+            let alone = (!examined.recalibrated.is_empty()).then(|| Side {
+                system: System {
+                    knobs: examined.recalibrated.to_vec(),
+                    ..System::plain(examined.before)
+                },
+                corrections: before.corrections.clone(),
+            });
+            let mut sides = vec![&before, &after];
+            sides.extend(&alone);
+            let outcome = roll(&sides, trial, &channels, at < SHOWN)?;
             watch.count("verifying", &done, trials.len());
             Ok(Some(outcome))
         })
         .collect::<Result<Vec<Option<Outcome>>, GapError>>()?;
     let outcomes: Vec<Outcome> = outcomes.into_iter().flatten().collect();
-    Ok(summary(&channels, outcomes, files, settings.seed))
+    let has_alone = !examined.recalibrated.is_empty();
+    Ok(summary(
+        &channels,
+        outcomes,
+        files,
+        has_alone,
+        settings.seed,
+    ))
 }
 
 /// A model and the corrections of its sensors.
@@ -185,41 +207,48 @@ fn corrections(
     corrections
 }
 
+/// Before, after, and where it is known the nominal refitted.
 fn roll(
-    before: &Side<'_>,
-    after: &Side<'_>,
+    sides: &[&Side<'_>],
     trial: &Measured,
     channels: &Channels,
     shown: bool,
 ) -> Result<Outcome, GapError> {
     let width = channels.len();
     let mut residuals: Vec<Vec<Rollout>> = Vec::new();
-    for side in [before, after] {
-        let mapped = adapted(trial, before.system.plant, side.system.plant);
+    for side in sides {
+        let mapped = adapted(trial, sides[0].system.plant, side.system.plant);
         let trial = mapped.as_ref().unwrap_or(trial);
         residuals.push(rollouts(side, trial, channels)?);
     }
-    let mut sums: Sums = vec![vec![[0.0; 4]; width]; HORIZONS.len()];
-    let mut regimes = [vec![[0.0; 4]; width], vec![[0.0; 4]; width]];
+    let mut sums: Sums = vec![vec![[0.0; 5]; width]; HORIZONS.len()];
+    let mut regimes = [vec![[0.0; 5]; width], vec![[0.0; 5]; width]];
     let means = means(trial, channels);
     let middle = middle_command(trial);
-    for ((rows, a), (_, b)) in residuals[0].iter().zip(&residuals[1]) {
+    // A rollout that blew up where the nominal did not is as wrong as can be.
+    let at_most = |value: f64, a: f64| {
+        if value.is_finite() {
+            value
+        } else {
+            1e3 * a.abs().max(1.0)
+        }
+    };
+    for (number, (rows, a)) in residuals[0].iter().enumerate() {
+        let b = &residuals[1][number].1;
+        let alone = residuals.get(2).map(|of| &of[number].1);
         let start = trial.times[rows.start];
         for (at, row) in rows.clone().enumerate() {
             let since = trial.times[row] - start;
             for channel in 0..width {
-                let (a, b) = (a[at * width + channel], b[at * width + channel]);
+                let place = at * width + channel;
+                let a = a[place];
                 if !a.is_finite() {
                     continue;
                 }
-                // A rollout of the patched model that blew up is as wrong as can be.
-                let b = if b.is_finite() {
-                    b
-                } else {
-                    1e3 * a.abs().max(1.0)
-                };
+                let b = at_most(b[place], a);
+                let alone = alone.map_or(0.0, |of| at_most(of[place], a));
                 let about_mean = deviation(trial, channels, row, channel, &means);
-                let terms = [a * a, b * b, about_mean * about_mean, 1.0];
+                let terms = [a * a, b * b, about_mean * about_mean, 1.0, alone * alone];
                 for (horizon, sums) in HORIZONS.iter().zip(&mut sums) {
                     if since <= horizon + 1e-9 {
                         add(&mut sums[channel], terms);
@@ -242,7 +271,7 @@ fn roll(
     })
 }
 
-fn add(sum: &mut [f64; 4], terms: [f64; 4]) {
+fn add(sum: &mut Terms, terms: Terms) {
     sum.iter_mut()
         .zip(terms)
         .for_each(|(sum, term)| *sum += term);
@@ -318,8 +347,8 @@ fn middle_command(trial: &Measured) -> f64 {
 }
 
 /// Squared error of a channel, noise taken out, over the spread of the measurement.
-fn normalised(sums: [f64; 4], side: usize, noise: f64) -> Option<f64> {
-    let [.., spread, count] = sums;
+fn normalised(sums: Terms, side: usize, noise: f64) -> Option<f64> {
+    let [_, _, spread, count, _] = sums;
     if count < 2.0 || spread <= 0.0 {
         return None;
     }
@@ -330,7 +359,7 @@ fn normalised(sums: [f64; 4], side: usize, noise: f64) -> Option<f64> {
 }
 
 /// Root of the mean of the normalised squared errors of some channels.
-fn nrmse(sums: &[[f64; 4]], channels: &Channels, side: usize, of: &dyn Fn(usize) -> bool) -> f64 {
+fn nrmse(sums: &[Terms], channels: &Channels, side: usize, of: &dyn Fn(usize) -> bool) -> f64 {
     let (mut sum, mut count) = (0.0, 0_usize);
     for (channel, sums) in sums.iter().enumerate().filter(|(channel, _)| of(*channel)) {
         if let Some(value) = normalised(*sums, side, channels.list[channel].noise) {
@@ -342,8 +371,8 @@ fn nrmse(sums: &[[f64; 4]], channels: &Channels, side: usize, of: &dyn Fn(usize)
 }
 
 /// Sum over drawn trials.
-fn total<'a>(drawn: impl Iterator<Item = &'a Vec<[f64; 4]>>, width: usize) -> Vec<[f64; 4]> {
-    let mut sums = vec![[0.0; 4]; width];
+fn total<'a>(drawn: impl Iterator<Item = &'a Vec<Terms>>, width: usize) -> Vec<Terms> {
+    let mut sums = vec![[0.0; 5]; width];
     for of in drawn {
         for (sum, terms) in sums.iter_mut().zip(of) {
             add(sum, *terms);
@@ -379,7 +408,13 @@ fn interval(draws: &[Vec<usize>], figure: &dyn Fn(&[usize]) -> f64) -> [f64; 2] 
 }
 
 /// `files`: so many of the outcomes, the first, are replays of the patched file.
-fn summary(channels: &Channels, outcomes: Vec<Outcome>, files: usize, seed: u64) -> Verified {
+fn summary(
+    channels: &Channels,
+    outcomes: Vec<Outcome>,
+    files: usize,
+    has_alone: bool,
+    seed: u64,
+) -> Verified {
     let width = channels.len();
     let draws = draws(outcomes.len(), seed);
     let everyone: Vec<usize> = (0..outcomes.len()).collect();
@@ -444,6 +479,7 @@ fn summary(channels: &Channels, outcomes: Vec<Outcome>, files: usize, seed: u64)
         })
         .collect();
     let (before, after) = (pooled(&everyone, 0, &all), pooled(&everyone, 1, &all));
+    let recalibrated = has_alone.then(|| pooled(&everyone, 4, &all));
     let ci95 = interval(&draws, &|draw| change(draw, &all));
     let of_file: Vec<usize> = (0..files.min(outcomes.len())).collect();
     let by_file = change(&of_file, &all);
@@ -488,6 +524,7 @@ fn summary(channels: &Channels, outcomes: Vec<Outcome>, files: usize, seed: u64)
         horizons,
         accepted: refused_because.is_none(),
         refused_because,
+        recalibrated,
         cross_fitted: outcomes.len() > files,
         remarks: cross_fit_remark(outcomes.len(), files),
         overlays: outcomes.into_iter().flat_map(|of| of.overlays).collect(),
@@ -508,9 +545,9 @@ fn cross_fit_remark(trials: usize, files: usize) -> Vec<String> {
 }
 
 /// Relative growth of the root mean square error of some channels, noise left in.
-fn growth(sums: &[[f64; 4]], of: &dyn Fn(usize) -> bool) -> f64 {
+fn growth(sums: &[Terms], of: &dyn Fn(usize) -> bool) -> f64 {
     let (mut before, mut after) = (0.0, 0.0);
-    for (_, [a, b, spread, _]) in sums.iter().enumerate().filter(|(at, _)| of(*at)) {
+    for (_, [a, b, spread, ..]) in sums.iter().enumerate().filter(|(at, _)| of(*at)) {
         if *spread > 0.0 {
             before += a / spread;
             after += b / spread;

@@ -261,6 +261,7 @@ impl<'a> Laboratory<'a> {
             after: &after,
             sensors: exam.added.map_or(&none, |added| &added.sensors),
             cross_fit: exam.added.map_or(&[], |added| &added.cross_fit),
+            recalibrated: exam.added.map_or(&[], |added| &added.recalibrated),
         };
         let trials = self.read(&held_out)?;
         let noticed = self.remarks.take();

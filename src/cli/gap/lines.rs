@@ -75,11 +75,12 @@ fn error(record: &Record) -> String {
     let metric = gap.metric.to_uppercase();
     match (gap.before, gap.after, gap.reduction) {
         (Some(before), Some(after), Some(reduction)) if record.is_patched() => format!(
-            "{metric} {} before, {} after, reduction {} on {} held-out trials",
+            "{metric} {} before, {} after, reduction {} on {} held-out trials{}",
             number(before),
             number(after),
             percent(reduction),
-            gap.n_holdout_trials
+            gap.n_holdout_trials,
+            alone(record)
         ),
         (Some(before), ..) => format!(
             "{metric} {} on {} held-out trials",
@@ -88,6 +89,15 @@ fn error(record: &Record) -> String {
         ),
         _ => String::new(),
     }
+}
+
+/// The error where the nominal's numbers are refitted and nothing is added.
+fn alone(record: &Record) -> String {
+    let verified = record.verified.as_ref();
+    let alone = verified.and_then(|of| of.recalibrated);
+    alone.map_or(String::new(), |alone| {
+        format!(" ({} with numbers refitted alone)", number(alone))
+    })
 }
 
 /// A stage alone: where.

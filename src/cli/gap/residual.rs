@@ -211,6 +211,7 @@ fn record(remark: String) -> Added {
         sensors: [].into(),
         bootstrap: Vec::new(),
         cross_fit: Vec::new(),
+        recalibrated: Vec::new(),
         numbers: Vec::new(),
         model: None,
         diff: String::new(),

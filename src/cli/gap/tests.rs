@@ -83,6 +83,7 @@ fn candidate() -> Candidate {
             sensors: [].into(),
             bootstrap: vec![],
             cross_fit: vec![],
+            recalibrated: vec![],
             numbers: vec![],
             model: Some("patched.xml".into()),
             diff: String::new(),
@@ -109,6 +110,7 @@ fn verified(accepted: bool) -> Verified {
         overlays: vec![],
         accepted,
         refused_because: (!accepted).then(|| "`depth` gets worse".into()),
+        recalibrated: None,
         cross_fitted: false,
         remarks: vec![],
     }

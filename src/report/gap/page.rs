@@ -44,6 +44,10 @@ pub fn page(record: &Record) -> String {
             facts::marked(experiment)
         );
     }
+    let alone = sentence::recalibration(record);
+    if !alone.is_empty() {
+        let _ = write!(html, "<p>{alone}</p>");
+    }
     html.push_str("</header>");
     facts::key_figures(&mut html, record);
 

@@ -5,7 +5,10 @@
 use super::numbers::{bare_percent, number, percent, probability};
 use crate::{
     effects::Id,
-    gap::verdict::{FittedEffect, Gap, Outcome, Place, Regime, Verdict},
+    gap::{
+        stages::Record,
+        verdict::{FittedEffect, Gap, Outcome, Place, Regime, Verdict},
+    },
 };
 
 /// How firmly the verdict stands.
@@ -48,6 +51,23 @@ impl Standing {
             Self::NoGap => "No gap",
             Self::Unknown => "Outside the catalogue",
         }
+    }
+}
+
+/// What refitting the nominal's numbers does alone, after the sentence; empty where it is not known.
+pub(super) fn recalibration(record: &Record) -> String {
+    let before = record.verdict.gap.before;
+    let alone = record.verified.as_ref().and_then(|of| of.recalibrated);
+    match (before, alone) {
+        (Some(before), Some(alone)) if record.is_patched() && before > 0.0 && alone.is_finite() => {
+            let cut = f64::max(1.0 - alone / before, 0.0);
+            format!(
+                "The patched model holds the nominal's numbers refitted too; refitted alone, without an addition, \
+                 they cut the error by {}.",
+                percent(cut)
+            )
+        }
+        _ => String::new(),
     }
 }
 

@@ -252,6 +252,7 @@ fn record(sensors: usize, trials: usize) -> Record {
             effects: chosen.clone(),
             sensors: sensor_patch.clone(),
             cross_fit: vec![],
+            recalibrated: vec![],
             bootstrap: vec![(Id::AddedMass, "hull".into(), {
                 let mut again = chosen[0].parameters.clone();
                 again[0].ci95 = [9.0, 16.0];
@@ -282,6 +283,7 @@ fn record(sensors: usize, trials: usize) -> Record {
             overlays,
             accepted: true,
             refused_because: None,
+            recalibrated: None,
             cross_fitted: false,
             remarks: vec![],
         }),
@@ -599,4 +601,17 @@ fn numbers_that_are_none_leave_a_page() {
             html[at.saturating_sub(80)..].get(..120)
         );
     }
+}
+
+#[test]
+fn what_refitting_alone_does_is_said_where_it_is_known() {
+    let outcomes = outcomes();
+    let (_, record) = outcomes.iter().find(|(name, _)| *name == "named").unwrap();
+    let mut record = record.clone();
+    assert!(!page(&record).contains("refitted alone"));
+    let before = record.verdict.gap.before.unwrap();
+    record.verified.as_mut().unwrap().recalibrated = Some(0.4 * before);
+    assert!(
+        page(&record).contains("refitted alone, without an addition, they cut the error by 60 %")
+    );
 }

@@ -158,6 +158,7 @@ fn a_learned_residual_loads_and_predicts_held_out_trials_better() {
         after: &after,
         sensors: &sensors,
         cross_fit: &[],
+        recalibrated: &[],
     };
     let verified = verify(&examined, held_out, Vec::new(), &[], &settings, &watch).unwrap();
     assert!(
