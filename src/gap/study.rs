@@ -99,6 +99,9 @@ impl<'a> Study<'a> {
                 watch.count("following the trials", &done, trials.len());
                 track
             })
+            // Of several faults that of the first trial is told, whichever thread was faster.
+            .collect::<Vec<Result<Track, GapError>>>()
+            .into_iter()
             .collect::<Result<Vec<Track>, GapError>>()?;
         let typical = typical(model, &trials, &tracks);
         if !model.actuators.is_empty() && !trials.iter().any(is_excited) {

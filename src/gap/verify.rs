@@ -442,7 +442,7 @@ fn summary(
         let name = channels.list[source.channel].sensor.clone();
         // Harm is judged with the noise left in: below it nobody sees a difference.
         let longest = HORIZONS.len() - 1;
-        let raw = |draw: &[usize]| growth(&sums(draw, longest), &mine);
+        let raw = |draw: &[usize]| growth(&sums(draw, longest), &mine, 0, 1);
         if outcomes.len() > 1 && interval(&draws, &raw)[0] > HARM {
             worse.push(format!("sensor `{name}`"));
         }
@@ -459,7 +459,7 @@ fn summary(
     for (regime, name) in ["weak commands", "strong commands"].into_iter().enumerate() {
         let raw = |draw: &[usize]| {
             let drawn = draw.iter().map(|at| &outcomes[*at].regimes[regime]);
-            growth(&total(drawn, width), &all)
+            growth(&total(drawn, width), &all, 0, 1)
         };
         if outcomes.len() > 1 && interval(&draws, &raw)[0] > HARM {
             worse.push(format!("the regime of {name}"));
@@ -481,6 +481,11 @@ fn summary(
     let (before, after) = (pooled(&everyone, 0, &all), pooled(&everyone, 1, &all));
     let recalibrated = has_alone.then(|| pooled(&everyone, 4, &all));
     let ci95 = interval(&draws, &|draw| change(draw, &all));
+    // What is added has to do more than the nominal's own numbers could.
+    let beyond = |draw: &[usize]| {
+        let longest = HORIZONS.len() - 1;
+        growth(&sums(draw, longest), &all, 4, 1)
+    };
     let of_file: Vec<usize> = (0..files.min(outcomes.len())).collect();
     let by_file = change(&of_file, &all);
     let refused_because = if outcomes.len() < 2 {
@@ -496,6 +501,12 @@ fn summary(
             100.0 * ci95[0],
             100.0 * ci95[1]
         ))
+    } else if has_alone && interval(&draws, &beyond)[1] >= 0.0 {
+        Some(
+            "refitting the nominal's numbers alone does as well on held-out trials, so the addition itself is \
+             not confirmed"
+                .to_owned(),
+        )
     } else if by_file <= 0.0 {
         Some(format!(
             "the patched file itself reduces the error on the {files} trials that nothing saw before by {:.0} %",
@@ -544,13 +555,13 @@ fn cross_fit_remark(trials: usize, files: usize) -> Vec<String> {
     )]
 }
 
-/// Relative growth of the root mean square error of some channels, noise left in.
-fn growth(sums: &[Terms], of: &dyn Fn(usize) -> bool) -> f64 {
+/// Relative growth of the root mean square error of some channels from one side to another, noise left in.
+fn growth(sums: &[Terms], of: &dyn Fn(usize) -> bool, from: usize, to: usize) -> f64 {
     let (mut before, mut after) = (0.0, 0.0);
-    for (_, [a, b, spread, ..]) in sums.iter().enumerate().filter(|(at, _)| of(*at)) {
-        if *spread > 0.0 {
-            before += a / spread;
-            after += b / spread;
+    for (_, terms) in sums.iter().enumerate().filter(|(at, _)| of(*at)) {
+        if terms[2] > 0.0 {
+            before += terms[from] / terms[2];
+            after += terms[to] / terms[2];
         }
     }
     if before <= 0.0 {

@@ -186,7 +186,7 @@ fn missing(verdict: &Verdict, chosen: &[FittedEffect]) -> (String, &'static str)
 fn verified(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
     let (missing, it) = missing(verdict, chosen);
     format!(
-        "The nominal model lacks {missing}; adding {it} {}.{}",
+        "The nominal model lacks {missing}; adding {it}, with the numbers of the nominal refitted, {}.{}",
         change(&verdict.gap),
         beside(verdict)
     )

@@ -431,10 +431,10 @@ fn every_outcome_has_its_own_honest_sentence() {
         })
         .collect();
     let expected = [
-        "named: The nominal model lacks added mass on `hull` (probability 0.99); adding it cuts the error on 4 \
-         held-out trials by 82 % (95 %: 74 to 88 %).",
+        "named: The nominal model lacks added mass on `hull` (probability 0.99); adding it, with the numbers of the \
+         nominal refitted, cuts the error on 4 held-out trials by 82 % (95 %: 74 to 88 %).",
         "pair: The nominal model lacks added mass on `hull` (probability 0.99) and quadratic drag on `hull` \
-         (0.97); adding them cuts the error on 4 held-out trials by 82 % (95 %: 74 to 88 %). A further part is a \
+         (0.97); adding them, with the numbers of the nominal refitted, cuts the error on 4 held-out trials by 82 % (95 %: 74 to 88 %). A further part is a \
          water current or a constant force: the data cannot tell.",
         "single: The nominal model lacks added mass on `hull` (probability 0.99); no trial could be held out, so \
          no reduction of the error is claimed and nothing was added.",
