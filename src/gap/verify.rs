@@ -481,10 +481,14 @@ fn summary(
     let (before, after) = (pooled(&everyone, 0, &all), pooled(&everyone, 1, &all));
     let recalibrated = has_alone.then(|| pooled(&everyone, 4, &all));
     let ci95 = interval(&draws, &|draw| change(draw, &all));
-    // What is added has to do more than the nominal's own numbers could.
-    let beyond = |draw: &[usize]| {
-        let longest = HORIZONS.len() - 1;
-        growth(&sums(draw, longest), &all, 4, 1)
+    // What is added has to do more than the nominal's own numbers could: twice the gain in log likelihood.
+    let beyond = |draw: &[usize]| -> f64 {
+        let gained = sums(draw, HORIZONS.len() - 1)
+            .into_iter()
+            .zip(&channels.list);
+        gained
+            .map(|(terms, of)| (terms[4] - terms[1]) / (of.noise * of.noise))
+            .sum()
     };
     let of_file: Vec<usize> = (0..files.min(outcomes.len())).collect();
     let by_file = change(&of_file, &all);
@@ -501,7 +505,7 @@ fn summary(
             100.0 * ci95[0],
             100.0 * ci95[1]
         ))
-    } else if has_alone && interval(&draws, &beyond)[1] >= 0.0 {
+    } else if has_alone && interval(&draws, &beyond)[0] <= 0.0 {
         Some(
             "refitting the nominal's numbers alone does as well on held-out trials, so the addition itself is \
              not confirmed"
