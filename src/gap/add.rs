@@ -105,15 +105,14 @@ fn cross_fit(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Vec<Witho
             let best = sum(others).best(&fit.bounds)?;
             let mut point = fit.point.clone();
             bench.set(&mut point, &best.z);
-            let (entries, sensors) = split(bench, bench.entries(&point));
             Some(WithoutTrial {
                 trial: study.trials[trials[out]].name.clone(),
                 knobs: bench.knob_values(&point),
-                effects: entries
+                effects: bench
+                    .entries(&point)
                     .into_iter()
                     .map(|entry| (entry.effect, entry.target, entry.parameters))
                     .collect(),
-                sensors,
             })
         })
         .collect()

@@ -58,6 +58,10 @@ impl std::fmt::Debug for Bench<'_> {
             .finish_non_exhaustive()
     }
 }
+
+/// Weights and residuals of a segment [readings].
+type Looked = (Vec<f64>, Vec<f64>);
+
 /// What a bench is made of.
 #[derive(Clone)]
 pub(super) struct Material<'a> {
@@ -143,28 +147,28 @@ impl<'a> Bench<'a> {
     /// Sensitivities of every segment about the base. One whose start or knobs make the nominal blow up
     /// says nothing reliable and is left out.
     fn linearise(&mut self, what: &str, watch: &Watch<'_>) -> Result<(), GapError> {
-        self.weights = vec![Vec::new(); self.segments.len()];
         let base = self.knob_values(&self.origin());
-        let weights: Vec<Option<Vec<f64>>> = (0..self.segments.len())
+        let looked: Vec<Option<Looked>> = (0..self.segments.len())
             .into_par_iter()
-            .map(|at| self.resolution(at, &base))
+            .map(|at| self.look_alone(at, &base))
             .collect::<Result<_, GapError>>()?;
-        // One whose nominal blows up by itself says nothing reliable.
-        let (segments, weights) = self
+        let (segments, looked): (Vec<_>, Vec<_>) = self
             .segments
             .iter()
             .cloned()
-            .zip(weights)
-            .filter_map(|(segment, weights)| Some((segment, weights?)))
+            .zip(looked)
+            .filter_map(|(segment, looked)| Some((segment, looked?)))
             .unzip();
-        (self.segments, self.weights) = (self.or_diverges(segments)?, weights);
+        self.segments = self.or_diverges(segments)?;
+        let residuals: Vec<Vec<f64>>;
+        (self.weights, residuals) = looked.into_iter().unzip();
         let done = AtomicUsize::new(0);
         let total = self.segments.len();
         let shared: Vec<_> = (0..total)
             .into_par_iter()
             .map(|at| {
                 watch.check()?;
-                let shared = self.sensitivities(at, &base)?;
+                let shared = self.sensitivities(at, &base, &residuals[at])?;
                 watch.count(what, &done, total);
                 Ok(shared)
             })
@@ -184,10 +188,12 @@ impl<'a> Bench<'a> {
         Ok(segments)
     }
 
-    /// What the rows of a segment resolve; none where the nominal blows up.
-    fn resolution(&self, at: usize, base: &[f64]) -> Result<Option<Vec<f64>>, GapError> {
+    /// What the rows of a segment resolve, and its residuals in units of the sensors' noise alone; none where
+    /// the nominal blows up.
+    fn look_alone(&self, at: usize, base: &[f64]) -> Result<Option<Looked>, GapError> {
         let segment = &self.segments[at];
         let trial = &self.trials[segment.trial];
+        let step = self.model.timestep;
         let mut simulation = self.plant.simulation(base, &[])?;
         let mut trace = Trace::default();
         let whole = shooting::run(
@@ -196,44 +202,49 @@ impl<'a> Bench<'a> {
             segment,
             &self.tracks[segment.trial],
             WarmUp::of(self.model, &[]),
-            self.model.timestep,
-            None,
+            step,
+            Some(&vec![0.0; 2 * self.model.nv]),
             &mut trace,
         );
-        let weights =
-            || resolution::weights(&trace, trial, segment, self.channels, self.model.timestep);
-        Ok(whole.then(weights))
+        if !whole {
+            return Ok(None);
+        }
+        let none = vec![shooting::Correction::NONE; self.model.sensors.len()];
+        let mut residual = Vec::new();
+        shooting::residuals(
+            &trace,
+            trial,
+            segment,
+            self.channels,
+            &none,
+            step,
+            &mut residual,
+        );
+        start::whiten(self.channels, &mut residual);
+        let weights = resolution::weights(&trace, trial, segment, self.channels, step);
+        Ok(Some((weights, residual)))
     }
 
+    /// `plain`: residuals in units of the sensors' noise alone.
     fn sensitivities(
         &self,
         at: usize,
         base: &[f64],
+        plain: &[f64],
     ) -> Result<Option<(StartProjection, DMatrix<f32>)>, GapError> {
         let segment = &self.segments[at];
-        let trial = &self.trials[segment.trial];
         let none = vec![shooting::Correction::NONE; self.model.sensors.len()];
         let mut simulation = self.plant.simulation(base, &[])?;
-        let origin = DVector::zeros(2 * self.model.nv);
-        let mut residual = Vec::new();
-        if !self.shoot(simulation.as_mut(), at, &origin, &[], &mut residual) {
-            return Ok(None);
-        }
-        let plain: Vec<f64> = residual
-            .iter()
-            .zip(&self.weights[at])
-            .map(|(value, weight)| value / weight)
-            .collect();
         let sensitivity = start::start_sensitivity(
             simulation.as_mut(),
-            trial,
+            &self.trials[segment.trial],
             segment,
             &self.tracks[segment.trial],
             WarmUp::of(self.model, &[]),
             self.channels,
             &none,
             self.model,
-            &plain,
+            plain,
         );
         let Some(mut sensitivity) = sensitivity else {
             return Ok(None);
@@ -244,6 +255,8 @@ impl<'a> Bench<'a> {
         let Some(projection) = StartProjection::new(&sensitivity, &self.precision) else {
             return Ok(None);
         };
+        let weighted = plain.iter().zip(&self.weights[at]);
+        let residual: Vec<f64> = weighted.map(|(value, weight)| value * weight).collect();
         let nuisances = self.knob_columns(at, &self.origin(), &residual)?;
         Ok(Some((projection, nuisances)))
     }

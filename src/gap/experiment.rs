@@ -149,10 +149,7 @@ fn distance(
     let trials = [trial];
     let tracks = [track];
     let segments = shooting::cut(0, &trials[0], &tracks[0], SEGMENT, LEAST_ROWS);
-    let quiet = Watch {
-        stop: watch.stop,
-        tell: &|_, _, _| {},
-    };
+    let quiet = Watch::silent(watch.stop);
     let material = Material {
         plant: bench.plant,
         trials: &trials,

@@ -25,10 +25,7 @@ fn trials(count: u64, noise: f64) -> Vec<Trial> {
 /// Prepares, sees the nominal through the first stage, and returns what was remarked.
 fn remarks(plant: &RigidBody, trials: Vec<Trial>) -> Result<Vec<String>, GapError> {
     let stop = AtomicBool::new(false);
-    let watch = Watch {
-        stop: &stop,
-        tell: &|_, _, _| {},
-    };
+    let watch = Watch::silent(&stop);
     let study = Study::prepare(plant, trials, settings(), &watch)?;
     let bench = study.bench(&watch)?;
     Ok(find(&study, &bench, &[], &watch)?.remarks)
@@ -93,10 +90,7 @@ fn noise_that_nobody_declared_is_estimated_and_it_is_said() {
     let said = remarks(&silent, trials(2, 1.0)).unwrap().join("; ");
     assert!(said.contains("no noise for dvl"), "{said}");
     let stop = AtomicBool::new(false);
-    let watch = Watch {
-        stop: &stop,
-        tell: &|_, _, _| {},
-    };
+    let watch = Watch::silent(&stop);
     let study = Study::prepare(&silent, trials(2, 1.0), settings(), &watch).unwrap();
     let estimated = study.channels.list.iter().filter(|c| c.sensor == "dvl");
     for channel in estimated {

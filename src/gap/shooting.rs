@@ -141,16 +141,7 @@ pub(super) fn run(
     tangent: Option<&[f64]>,
     trace: &mut Trace,
 ) -> bool {
-    let mut control = vec![0.0; trial.control.width()];
-    lead_in(
-        simulation,
-        trial,
-        segment,
-        track,
-        warm_up,
-        step,
-        &mut control,
-    );
+    lead_in(simulation, trial, segment, track, warm_up, step);
     roll(simulation, trial, segment, step, tangent, trace)
 }
 
@@ -199,6 +190,17 @@ pub(super) fn roll(
         && trace.ends.iter().all(|(_, values)| finite(values))
 }
 
+/// Row behind the last of a window that begins at a row and lasts about `length` seconds; a rest too short
+/// for a window of its own joins it.
+pub(super) fn window_end(trial: &Measured, first: usize, length: f64, least_rows: usize) -> usize {
+    let rows = trial.times.len();
+    let end = trial
+        .times
+        .partition_point(|time| *time < trial.times[first] + length - 1e-9)
+        .max(first + least_rows);
+    if end + least_rows > rows { rows } else { end }
+}
+
 /// Steps from a start [s] to what the rows before `end` need: two readings at least, and one at or beyond
 /// the last row.
 pub(super) fn steps(trial: &Measured, end: usize, start: f64, step: f64) -> usize {
@@ -229,7 +231,6 @@ pub(super) fn lead_in(
     track: &Track,
     warm_up: WarmUp,
     step: f64,
-    control: &mut [f64],
 ) {
     let first_row = track
         .times
@@ -243,8 +244,9 @@ pub(super) fn lead_in(
         return;
     }
     if from_the_beginning {
-        hold(simulation, trial, segment, track, warm_up, step, control);
+        hold(simulation, trial, segment, track, warm_up, step);
     }
+    let mut control = vec![0.0; trial.control.width()];
     for row in first_row..track.times.len() {
         let time = track.times[row];
         let next = track
@@ -260,8 +262,10 @@ pub(super) fn lead_in(
         simulation.set_motion(time, qpos, qvel);
         let steps = ((next - time) / step).round() as usize;
         for at in 0..steps {
-            trial.control.interpolate(time + at as f64 * step, control);
-            simulation.set_control(control);
+            trial
+                .control
+                .interpolate(time + at as f64 * step, &mut control);
+            simulation.set_control(&control);
             simulation.step();
         }
     }
@@ -275,17 +279,17 @@ fn hold(
     track: &Track,
     warm_up: WarmUp,
     step: f64,
-    control: &mut [f64],
 ) {
     let (start, (qpos, qvel)) = match track.times.first() {
         Some(start) => (*start, track.motion(0)),
         None => (segment.start, (&segment.qpos[..], &segment.qvel[..])),
     };
-    trial.control.interpolate(start, control);
+    let mut control = vec![0.0; trial.control.width()];
+    trial.control.interpolate(start, &mut control);
+    simulation.set_control(&control);
     let steps = (warm_up.seconds / step).round() as usize;
     for at in 0..steps {
         simulation.set_motion(start - (steps - at) as f64 * step, qpos, qvel);
-        simulation.set_control(control);
         simulation.step();
     }
     if let Some(state) = &trial.initial_state {

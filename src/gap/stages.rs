@@ -163,10 +163,8 @@ pub struct WithoutTrial {
     pub trial: String,
     /// Uncertain numbers of the nominal, in the model's order: relative, or metres for a centre of mass.
     pub knobs: Vec<f64>,
-    /// Effects (which, on what, values in the order of the catalogue), those of sensors left out.
+    /// Effects, those of sensors too: which, on what, values in the order of the catalogue.
     pub effects: Vec<(Id, String, Vec<f64>)>,
-    /// Corrections of sensors.
-    pub sensors: BTreeMap<String, SensorPatch>,
 }
 
 /// One channel of one held-out rollout, for the eye.

@@ -127,13 +127,7 @@ pub(super) fn track(
     let warm_up = system.warm_up();
     let mut first = 0;
     while first < rows {
-        let mut end = trial
-            .times
-            .partition_point(|time| *time < trial.times[first] + WINDOW - 1e-9)
-            .max(first + LEAST_ROWS);
-        if end + LEAST_ROWS > rows {
-            end = rows;
-        }
+        let end = shooting::window_end(trial, first, WINDOW, LEAST_ROWS);
         guess.rows = first..end;
         let sd = if first == 0 && trial.initial_state.is_none() {
             FIRST_ARRIVAL
@@ -267,7 +261,7 @@ fn follow(
 ) {
     let step = model.timestep;
     let mut control = vec![0.0; trial.control.width()];
-    shooting::lead_in(simulation, trial, guess, track, warm_up, step, &mut control);
+    shooting::lead_in(simulation, trial, guess, track, warm_up, step);
     simulation.set_motion(guess.start, &guess.qpos, &guess.qvel);
     let mut at = 0_usize;
     let mut go_to = |simulation: &mut dyn Simulation, time: f64| {

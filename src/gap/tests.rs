@@ -100,10 +100,7 @@ pub(super) fn pushed(
 fn run(effects: &[Entry]) -> super::stages::Named {
     let plant = RigidBody::new();
     let stop = AtomicBool::new(false);
-    let watch = Watch {
-        stop: &stop,
-        tell: &|_, _, _| {},
-    };
+    let watch = Watch::silent(&stop);
     let trials = || -> Vec<Trial> {
         (0..4)
             .map(|at| trial(&format!("trial {at}"), effects, &[0.02, -0.02], at, 1.0))

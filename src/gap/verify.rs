@@ -166,24 +166,26 @@ struct Side<'a> {
 }
 
 fn left_out<'a>(plant: &'a dyn Plant, fit: &WithoutTrial) -> Side<'a> {
+    let entries: Vec<Entry> = fit
+        .effects
+        .iter()
+        .map(|(effect, target, values)| Entry {
+            effect: *effect,
+            target: target.clone(),
+            parameters: values.clone(),
+        })
+        .collect();
     Side {
+        corrections: shooting::corrections(plant.description(), &entries),
         system: System {
             plant,
             knobs: fit.knobs.clone(),
-            entries: fit
-                .effects
-                .iter()
-                .map(|(effect, target, values)| Entry {
-                    effect: *effect,
-                    target: target.clone(),
-                    parameters: values.clone(),
-                })
-                .collect(),
+            entries,
         },
-        corrections: corrections(plant.description(), &fit.sensors),
     }
 }
 
+/// Those that a verdict names.
 fn corrections(
     model: &PlantDescription,
     sensors: &BTreeMap<String, SensorPatch>,

@@ -18,7 +18,15 @@ impl std::fmt::Debug for Watch<'_> {
     }
 }
 
-impl Watch<'_> {
+impl<'a> Watch<'a> {
+    /// One that is told nothing.
+    pub fn silent(stop: &'a AtomicBool) -> Self {
+        Self {
+            stop,
+            tell: &|_, _, _| {},
+        }
+    }
+
     /// An error where a stop was asked for.
     pub(super) fn check(&self) -> Result<(), GapError> {
         if self.stop.load(Ordering::Relaxed) {

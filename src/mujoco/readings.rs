@@ -39,12 +39,8 @@ pub(super) fn is_weighed(model: ModelView<'_>, body: usize) -> bool {
         })
         .map(|sensor| model.site_bodyid()[model.sensor_objid()[sensor] as usize] as usize)
         .any(|cell| {
-            let mut above = body;
-            while above != cell && above != 0 {
-                above = model.body_parentid()[above] as usize;
-            }
-            above == cell
-                && above != 0
+            cell != 0
+                && model.hangs_below(body, cell)
                 && model.body_mass()[body] > WEIGHTY * model.body_subtreemass()[cell]
         })
 }

@@ -23,15 +23,9 @@ pub(super) fn scale(model: &Mjcf<'_>, factors: [f64; COEFFICIENTS]) -> Result<St
     let mut edits = Edits::of(model.text);
     for geom in model.elements("geom") {
         let (above, given) = inherited(model, geom);
-        let own = geom.attribute("fluidcoef").map(numbers_of);
         let switched_on = geom.attribute("fluidshape") == Some("ellipsoid");
-        if own.is_none() && (given || !switched_on) {
-            continue;
-        }
-        let now = filled(above, &own.unwrap_or_default());
-        let scaled: [f64; COEFFICIENTS] = std::array::from_fn(|at| now[at] * factors[at]);
-        if scaled != now {
-            edits.set(geom, "fluidcoef", &numbers(&scaled));
+        if geom.has_attribute("fluidcoef") || (switched_on && !given) {
+            set_scaled(&mut edits, geom, above, factors);
         }
     }
     Ok(edits.apply())
@@ -50,12 +44,24 @@ pub(super) fn scale_one(
         return Err(format!("no body has a single geom `{name}` in the text"));
     };
     let (above, _) = inherited(model, geom);
+    let mut edits = Edits::of(model.text);
+    set_scaled(&mut edits, geom, above, factors);
+    Ok(edits.apply())
+}
+
+/// Says the scaled coefficients of a geom, whose classes leave `above`; nothing where none changes.
+fn set_scaled(
+    edits: &mut Edits<'_>,
+    geom: Node<'_, '_>,
+    above: [f64; COEFFICIENTS],
+    factors: [f64; COEFFICIENTS],
+) {
     let own = geom.attribute("fluidcoef").map(numbers_of);
     let now = filled(above, &own.unwrap_or_default());
     let scaled: [f64; COEFFICIENTS] = std::array::from_fn(|at| now[at] * factors[at]);
-    let mut edits = Edits::of(model.text);
-    edits.set(geom, "fluidcoef", &numbers(&scaled));
-    Ok(edits.apply())
+    if scaled != now {
+        edits.set(geom, "fluidcoef", &numbers(&scaled));
+    }
 }
 
 /// What the classes round a geom (of a body, or of a class) leave, and whether any says it.

@@ -109,7 +109,6 @@ impl<'r> Writer<'r> {
         }
         outcomes.extend(self.inertias(&turned)?);
         outcomes.extend(self.coefficients(&turned)?);
-        outcomes.extend(self.geom_coefficients(&turned)?);
         outcomes.extend(self.values(&turned)?);
         outcomes.extend(self.wrenches(&turned)?);
         for number in turned {
@@ -286,42 +285,23 @@ impl<'r> Writer<'r> {
     }
 
     fn coefficients(&mut self, turned: &[Number<'r>]) -> Result<Outcomes<'r>, PatchError> {
-        let numbers = chosen(
-            turned,
-            |quantity| matches!(quantity, Quantity::FluidCoefficient(place) if place < COEFFICIENTS),
-        );
-        let mut factors = [1.0; COEFFICIENTS];
-        for number in &numbers {
-            if let Quantity::FluidCoefficient(place) = number.knob.quantity {
-                factors[place] *= number.factor();
-            }
-        }
-        if numbers.is_empty() {
-            return Ok(Vec::new());
-        }
-        let done = self.rewrite(|model| fluid::scale(model, factors))?;
-        Ok(factored(numbers, done))
-    }
-
-    /// The same of single geoms.
-    fn geom_coefficients(&mut self, turned: &[Number<'r>]) -> Result<Outcomes<'r>, PatchError> {
-        let mut left = chosen(
-            turned,
-            |quantity| matches!(quantity, Quantity::GeomCoefficient(place) if place < COEFFICIENTS),
-        );
+        let mut left = chosen(turned, |quantity| coefficient(quantity).is_some());
         let mut outcomes = Vec::new();
         while let Some(first) = left.first() {
-            let name = first.knob.element.clone();
+            let geom = geom_of(first);
             let (mine, others): (Vec<_>, Vec<_>) =
-                left.into_iter().partition(|of| of.knob.element == name);
+                left.into_iter().partition(|number| geom_of(number) == geom);
             left = others;
             let mut factors = [1.0; COEFFICIENTS];
             for number in &mine {
-                if let Quantity::GeomCoefficient(place) = number.knob.quantity {
+                if let Some(place) = coefficient(number.knob.quantity) {
                     factors[place] *= number.factor();
                 }
             }
-            let done = self.rewrite(|model| fluid::scale_one(model, &name, factors))?;
+            let done = self.rewrite(|model| match geom {
+                Some(name) => fluid::scale_one(model, name, factors),
+                None => fluid::scale(model, factors),
+            })?;
             outcomes.extend(factored(mine, done));
         }
         Ok(outcomes)
@@ -438,6 +418,21 @@ impl<'r> Writer<'r> {
 }
 
 /// The numbers of a kind.
+/// Place in `fluidcoef` of a number that is one of it.
+fn coefficient(quantity: Quantity) -> Option<usize> {
+    match quantity {
+        Quantity::FluidCoefficient(place) | Quantity::GeomCoefficient(place) => Some(place),
+        _ => None,
+    }
+    .filter(|place| *place < COEFFICIENTS)
+}
+
+/// The geom that a coefficient is of; none: all.
+fn geom_of<'r>(number: &Number<'r>) -> Option<&'r str> {
+    let of_one = matches!(number.knob.quantity, Quantity::GeomCoefficient(_));
+    of_one.then_some(number.knob.element.as_str())
+}
+
 fn chosen<'r>(turned: &[Number<'r>], kind: impl Fn(Quantity) -> bool) -> Vec<Number<'r>> {
     let of_kind = |number: &&Number<'r>| kind(number.knob.quantity);
     turned.iter().filter(of_kind).copied().collect()

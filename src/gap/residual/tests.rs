@@ -30,10 +30,7 @@ fn hidden(qpos: &[f64], qvel: &[f64]) -> [f64; 6] {
 fn estimated(push: &Push) -> MissingWrench {
     let plant = RigidBody::new();
     let stop = AtomicBool::new(false);
-    let watch = Watch {
-        stop: &stop,
-        tell: &|_, _, _| {},
-    };
+    let watch = Watch::silent(&stop);
     let trials = (0..2)
         .map(|at| pushed(&format!("trial {at}"), &[], &[0.0, 0.0], at, 1.0, push))
         .collect();

@@ -80,13 +80,7 @@ impl Ground<'_> {
         let mut windows = Vec::new();
         let mut first = 0;
         while first < rows && windows.len() < most {
-            let mut end = trial
-                .times
-                .partition_point(|time| *time < trial.times[first] + WINDOW - 1e-9)
-                .max(first + LEAST_ROWS);
-            if end + LEAST_ROWS > rows {
-                end = rows;
-            }
+            let end = shooting::window_end(trial, first, WINDOW, LEAST_ROWS);
             let (start, qpos, qvel) = next;
             windows.push(Segment {
                 trial: 0,
@@ -118,18 +112,9 @@ impl Ground<'_> {
         window: &Segment,
     ) -> Result<Prepared, GapError> {
         let mut simulation = self.plant.simulation(self.knobs, &[])?;
-        let mut control = vec![0.0; trial.control.width()];
         let warm_up = WarmUp::of(self.model, &[]);
         let step = self.model.timestep;
-        shooting::lead_in(
-            simulation.as_mut(),
-            trial,
-            window,
-            track,
-            warm_up,
-            step,
-            &mut control,
-        );
+        shooting::lead_in(simulation.as_mut(), trial, window, track, warm_up, step);
         Ok(Prepared {
             memory: simulation.save(),
             simulation,

@@ -123,10 +123,7 @@ fn a_learned_residual_loads_and_predicts_held_out_trials_better() {
         seed: 0,
     };
     let stop = AtomicBool::new(false);
-    let watch = Watch {
-        stop: &stop,
-        tell: &|_, _, _| {},
-    };
+    let watch = Watch::silent(&stop);
     let trials = (0..4).map(|at| trial(&plant, at)).collect();
     let study = Study::prepare(&plant, trials, settings.clone(), &watch).unwrap();
     let task = Task {
@@ -191,10 +188,7 @@ fn a_base_without_a_free_joint_has_none() {
         seed: 0,
     };
     let stop = AtomicBool::new(false);
-    let watch = Watch {
-        stop: &stop,
-        tell: &|_, _, _| {},
-    };
+    let watch = Watch::silent(&stop);
     let mut log = trial_of_a_rail(&plant);
     log.name = "rail".to_owned();
     let study = Study::prepare(&plant, vec![log], settings, &watch).unwrap();
