@@ -95,7 +95,7 @@ fn turned(plant: &MujocoPlant, seed: u64, wanted: impl Fn(&Knob) -> bool) -> Vec
             .map_or(0.0, |of| of[axis]),
         Quantity::CentreOfMass(_) => rng.random_range(-WAY..WAY),
         // No number of a model: the patch says so and writes none.
-        Quantity::CommandLead => 0.0,
+        Quantity::CommandLead | Quantity::ReadingLead => 0.0,
         _ => rng.random_range(-LEVEL..LEVEL),
     };
     let mut value = value;

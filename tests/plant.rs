@@ -12,7 +12,7 @@ use hydro_plugin::{
         plant::MujocoPlant,
         simulator::{Data, Model},
     },
-    sim::plant::{KnobClass, Plant, SensorKind, Simulation},
+    sim::plant::{KnobClass, Plant, Quantity, SensorKind, Simulation},
 };
 use rayon::prelude::*;
 
@@ -395,7 +395,7 @@ fn commands_may_act_early() {
     let knobs = &plant.description().knobs;
     let lead = knobs
         .iter()
-        .position(|knob| knob.class == KnobClass::Timing);
+        .position(|knob| knob.quantity == Quantity::CommandLead);
     let speed = |early: f64, ahead: usize| {
         let mut values = vec![0.0; knobs.len()];
         values[lead.unwrap()] = early;
@@ -409,6 +409,32 @@ fn commands_may_act_early() {
     };
     assert!((speed(1.0, 0) - speed(0.0, 1)).abs() < 1e-12);
     assert!(speed(0.5, 0) > speed(0.0, 0));
+}
+
+/// Between two commands a force is that of the command held: what a further step under it would show first.
+#[test]
+fn a_look_shows_forces_under_the_command_that_is_held() {
+    let text = r#"<mujoco><worldbody><body><site name="cell"/><geom size="0.1" mass="1"/><body>
+        <joint name="rail" type="slide"/><geom size="0.1" mass="1"/></body></body></worldbody>
+        <actuator><position name="servo" joint="rail" kp="50"/></actuator>
+        <sensor><force name="force" site="cell"/><jointpos name="place" joint="rail"/></sensor></mujoco>"#;
+    let plant = plant(text);
+    let knobs = vec![0.0; plant.description().knobs.len()];
+    let mut simulation = plant.simulation(&knobs, &[]).unwrap();
+    let stepped = |simulation: &mut dyn Simulation, command: f64| {
+        simulation.set_control(&[command]);
+        simulation.step();
+        simulation.sensors().to_vec()
+    };
+    stepped(simulation.as_mut(), 0.1);
+    simulation.look();
+    let held = simulation.sensors().to_vec();
+    let here = simulation.save();
+    assert_eq!(held, stepped(simulation.as_mut(), 0.1));
+    simulation.load(&here);
+    let jumped = stepped(simulation.as_mut(), 0.2);
+    assert_eq!(held[3], jumped[3]);
+    assert!((held[2] - jumped[2]).abs() > 1.0, "{held:?} {jumped:?}");
 }
 
 #[test]

@@ -252,9 +252,7 @@ impl Simulation for Swim {
         let attitude = self.attitude();
         let linear = attitude.inverse() * Vector3::from_column_slice(&self.qvel[..3]);
         let angular = Vector3::from_column_slice(&self.qvel[3..6]);
-        self.sensors[..7].copy_from_slice(&self.qpos);
-        self.sensors[7..10].copy_from_slice(linear.as_slice());
-        self.sensors[10..13].copy_from_slice(angular.as_slice());
+        self.look();
         let mut motion = Motion {
             time: self.time,
             position: [self.qpos[0], self.qpos[1], self.qpos[2]],
@@ -327,6 +325,17 @@ impl Simulation for Swim {
         }
         self.retract(&tangent);
         self.time += STEP;
+    }
+
+    fn look(&mut self) {
+        let linear = self.attitude().inverse() * Vector3::from_column_slice(&self.qvel[..3]);
+        self.sensors[..7].copy_from_slice(&self.qpos);
+        self.sensors[7..10].copy_from_slice(linear.as_slice());
+        self.sensors[10..13].copy_from_slice(&self.qvel[3..6]);
+    }
+
+    fn reading_lead(&self) -> f64 {
+        0.0
     }
 
     fn sensors(&self) -> &[f64] {

@@ -4,6 +4,9 @@
 //! order, time constant tau, their delay known) round corners off by `tau^2/2 y''`, clocks jitter. With a
 //! corner at a quarter of the rate, tau is 0.64 of a period, so the error is about a fifth of the second
 //! difference of neighbouring rows. It joins the sensor's noise.
+//!
+//! A force jumps with a held command, and when within a step the real one changed is not known: a row that
+//! reads inside a step may be off by the jump, evenly spread.
 
 use super::{
     measured::{Channels, Measured},
@@ -12,6 +15,9 @@ use super::{
 
 /// Error of a reading, as a part of the second difference that the model predicts.
 const UNRESOLVED: f64 = 0.25;
+
+/// Standard deviation of an even spread over one.
+const EVEN: f64 = 0.288_675;
 
 /// Factor on each whitened residual of a segment, row by row, channel by channel; 1 where the reading is
 /// smooth.
@@ -25,6 +31,7 @@ pub(super) fn weights(
     let period = trial.period();
     let mut readings = [(); 3].map(|()| vec![0.0; trial.width]);
     let (mut onward, mut back) = (vec![0.0; channels.len()], vec![0.0; channels.len()]);
+    let mut jump = vec![0.0; channels.len()];
     let mut weights = Vec::with_capacity(segment.rows.len() * channels.len());
     for row in segment.rows.clone() {
         for (reading, shift) in readings.iter_mut().zip([-period, 0.0, period]) {
@@ -32,9 +39,15 @@ pub(super) fn weights(
         }
         channels.residual(&readings[2], &readings[1], &mut onward);
         channels.residual(&readings[0], &readings[1], &mut back);
-        for ((onward, back), channel) in onward.iter().zip(&back).zip(&channels.list) {
-            let error = UNRESOLVED * (onward + back) / channel.noise;
-            let weight = (1.0 + error * error).sqrt().recip();
+        match trace.jump(trial.times[row] - step) {
+            Some((before, after)) => channels.residual(after, before, &mut jump),
+            None => jump.fill(0.0),
+        }
+        let errors = onward.iter().zip(&back).zip(&jump).zip(&channels.list);
+        for (((onward, back), jump), channel) in errors {
+            let bend = UNRESOLVED * (onward + back) / channel.noise;
+            let jump = EVEN * jump / channel.noise;
+            let weight = (1.0 + bend * bend + jump * jump).sqrt().recip();
             weights.push(if weight.is_finite() { weight } else { 1.0 });
         }
     }
@@ -48,7 +61,7 @@ mod tests {
     use crate::{gap::stages::Channel, trial::Series};
 
     /// One reading every 0.01 s of a trace with a step of 0.001 s.
-    fn of(signal: impl Fn(f64) -> f64) -> Vec<f64> {
+    fn case(signal: impl Fn(f64) -> f64) -> (Trace, Measured, Segment, Channels) {
         let times: Vec<f64> = (1..=50).map(|row| 0.01 * f64::from(row)).collect();
         let trial = Measured {
             name: String::new(),
@@ -87,13 +100,12 @@ mod tests {
             }],
         };
         let values = (0..520).map(|at| signal(0.001 * f64::from(at))).collect();
-        weights(
-            &Trace::of(0.0, 0.001, 1, values),
-            &trial,
-            &segment,
-            &channels,
-            0.001,
-        )
+        (Trace::of(0.0, 0.001, 1, values), trial, segment, channels)
+    }
+
+    fn of(signal: impl Fn(f64) -> f64) -> Vec<f64> {
+        let (trace, trial, segment, channels) = case(signal);
+        weights(&trace, &trial, &segment, &channels, 0.001)
     }
 
     #[test]
@@ -107,5 +119,17 @@ mod tests {
         );
         let full = jump.iter().filter(|weight| **weight > 0.999).count();
         assert!(full >= 47, "{jump:?}");
+    }
+
+    /// A jump of one at the end of the step in which the tenth row reads: 0.289 / 0.1 noises beside the one.
+    #[test]
+    fn a_row_inside_a_step_that_ends_in_a_jump_counts_less() {
+        let (mut trace, trial, segment, channels) = case(|_| 0.0);
+        let step = ((trial.times[9] - 0.001) / 0.001).floor() as usize;
+        trace.end(step, vec![-1.0]);
+        let found = weights(&trace, &trial, &segment, &channels, 0.001);
+        let expected = (1.0 + (EVEN / 0.1).powi(2)).sqrt().recip();
+        assert!((found[9] - expected).abs() < 0.01, "{found:?}");
+        assert!(found[8] > 0.999 && found[10] > 0.999, "{found:?}");
     }
 }

@@ -61,8 +61,9 @@ pub(super) struct Trace {
     width: usize,
     values: Vec<f64>,
     /// Readings at the end of some steps, under the command that was held: a force jumps when the command
-    /// does.
+    /// does. How much of the jump a reading inside the step shows is `lead`.
     ends: Vec<(usize, Vec<f64>)>,
+    lead: f64,
 }
 
 impl Trace {
@@ -75,7 +76,14 @@ impl Trace {
             width,
             values,
             ends: Vec::new(),
+            lead: 0.0,
         }
+    }
+
+    /// Readings just before the command that ends a step.
+    #[cfg(test)]
+    pub(super) fn end(&mut self, step: usize, readings: Vec<f64>) {
+        self.ends.push((step, readings));
     }
 
     /// Readings of the state at a time [s]: linear over a step, continued as a straight line before the
@@ -87,13 +95,24 @@ impl Trace {
         let part = place - first as f64;
         let a = &self.values[first * self.width..(first + 1) * self.width];
         let next = &self.values[(first + 1) * self.width..(first + 2) * self.width];
-        let b = match self.ends.binary_search_by_key(&first, |(step, _)| *step) {
+        let held = match self.ends.binary_search_by_key(&first, |(step, _)| *step) {
             Ok(found) => &self.ends[found].1,
             Err(_) => next,
         };
-        for ((value, a), b) in reading.iter_mut().zip(a).zip(b) {
-            *value = a + part * (b - a);
+        for (((value, a), held), next) in reading.iter_mut().zip(a).zip(held).zip(next) {
+            *value = a + part * (held - a) + self.lead * (next - held);
         }
+    }
+
+    /// Readings just before and just after the command that ends the step in which a time [s] lies; none
+    /// where no row reads inside that step.
+    pub(super) fn jump(&self, time: f64) -> Option<(&[f64], &[f64])> {
+        let step = ((time - self.start) / self.step).floor().max(0.0) as usize;
+        let found = self.ends.binary_search_by_key(&step, |(step, _)| *step);
+        let next = self
+            .values
+            .get((step + 1) * self.width..(step + 2) * self.width)?;
+        Some((&self.ends[found.ok()?].1, next))
     }
 }
 
@@ -165,6 +184,7 @@ pub(super) fn roll(
     trace.width = trial.width;
     trace.values.clear();
     trace.ends.clear();
+    trace.lead = simulation.reading_lead();
     let steps = steps(trial, segment.rows.end, segment.start, step);
     let inside = read_inside(trial, segment, step);
     let mut inside = inside.into_iter().peekable();
@@ -177,11 +197,9 @@ pub(super) fn roll(
             .values
             .extend_from_slice(&simulation.sensors()[..trial.width]);
         if inside.next_if_eq(&at).is_some() {
-            let here = simulation.save();
-            simulation.step();
+            simulation.look();
             let reading = simulation.sensors()[..trial.width].to_vec();
             trace.ends.push((at, reading));
-            simulation.load(&here);
         }
     }
     let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());

@@ -120,7 +120,7 @@ pub(super) fn track(
     let mut guess = Segment {
         trial: 0,
         rows: 0..rows,
-        start: trial.times[0] - model.timestep,
+        start: on_the_grid(trial, trial.times[0] - model.timestep, model.timestep),
         qpos,
         qvel,
     };
@@ -156,6 +156,15 @@ pub(super) fn track(
         first = end;
     }
     Ok(track)
+}
+
+/// The instant nearest to a time at which a whole number of steps has passed since the first command: a
+/// command is held over a step, so steps that begin elsewhere would see it late or early.
+fn on_the_grid(trial: &Measured, time: f64, step: f64) -> f64 {
+    let Some(origin) = trial.control.times.first() else {
+        return time;
+    };
+    origin + ((time - origin) / step).round() * step
 }
 
 /// Fits the start of a window to its rows, by damped Gauss-Newton.

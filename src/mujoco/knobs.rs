@@ -9,12 +9,13 @@
 //! | gain | actuators | relative, gain and bias alike |
 //! | damping | joints that have any | relative |
 //! | timing | all commands | earlier by so many steps |
+//! | timing | forces read inside a step | with so much of the jump that its last command makes |
 
 use super::{
     bind,
     bindings::{
         mjBIAS_AFFINE, mjBIAS_NONE, mjGAIN_AFFINE, mjGAIN_FIXED, mjModel, mjOBJ_ACTUATOR,
-        mjOBJ_BODY, mjOBJ_GEOM, mjOBJ_JOINT,
+        mjOBJ_BODY, mjOBJ_GEOM, mjOBJ_JOINT, mjSTAGE_ACC,
     },
     readings, scale,
     simulator::{Model, SimulatorError},
@@ -195,14 +196,13 @@ pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, usiz
         }
     }
     if model.raw().nu > 0 {
-        let quantity = Quantity::CommandLead;
-        add(
-            "commands.lead".to_owned(),
-            "commands",
-            KnobClass::Timing,
-            quantity,
-            0,
-        );
+        let mut lead = |of: &str, quantity| {
+            add(format!("{of}.lead"), of, KnobClass::Timing, quantity, 0);
+        };
+        lead("commands", Quantity::CommandLead);
+        if (model.sensor_needstage().iter()).any(|stage| *stage == mjSTAGE_ACC as i32) {
+            lead("forces", Quantity::ReadingLead);
+        }
     }
     knobs
 }
@@ -217,13 +217,18 @@ pub(super) struct Beside {
     pub(super) moved_centres: Vec<(usize, [f64; 3], f64)>,
     /// Steps by which commands act early.
     pub(super) command_lead: f64,
+    /// Part of a step's last jump that forces show inside it.
+    pub(super) reading_lead: f64,
 }
 
 /// True where a knob is a number of the model itself.
 pub(super) fn is_of_model(quantity: Quantity) -> bool {
     !matches!(
         quantity,
-        Quantity::Wrench(_) | Quantity::EffectValue { .. } | Quantity::CommandLead
+        Quantity::Wrench(_)
+            | Quantity::EffectValue { .. }
+            | Quantity::CommandLead
+            | Quantity::ReadingLead
     )
 }
 
@@ -234,6 +239,7 @@ pub(super) fn turn_beside(turned: &[Turn], nominal: &[Nominal]) -> Beside {
         let factor = 1.0 + turn.value;
         match turn.quantity {
             Quantity::CommandLead => beside.command_lead += turn.value,
+            Quantity::ReadingLead => beside.reading_lead += turn.value,
             Quantity::Wrench(axis) => {
                 beside.wrench_scale.get_or_insert([1.0; 6])[axis] *= factor;
             }
@@ -324,7 +330,10 @@ pub(super) fn turn(
             Quantity::Viscosity => model.raw_mut().opt.viscosity *= factor,
             Quantity::Gain => scale_gain(model, id, factor),
             Quantity::Damping => scale_damping(model.raw_mut(), id, factor),
-            Quantity::Wrench(_) | Quantity::EffectValue { .. } | Quantity::CommandLead => {}
+            Quantity::Wrench(_)
+            | Quantity::EffectValue { .. }
+            | Quantity::CommandLead
+            | Quantity::ReadingLead => {}
         }
     }
     if inertial {

@@ -309,6 +309,7 @@ impl MujocoPlant {
             bound,
             wrench_scale: beside.wrench_scale,
             command_lead: beside.command_lead,
+            reading_lead: beside.reading_lead,
             nominal,
             moved_centres: copied.moved_centres,
         };

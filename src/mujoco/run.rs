@@ -33,6 +33,8 @@ pub(super) struct Run {
     pub(super) wrench_scale: Option<[f64; 6]>,
     /// Steps by which commands act early.
     pub(super) command_lead: f64,
+    /// Part of a step's last jump that forces show inside it.
+    pub(super) reading_lead: f64,
     /// Effects that the nominal's instances have, with knobs turned.
     pub(super) nominal: Vec<(usize, Bound)>,
     /// Bodies whose centre of mass was moved: buoyancy stays where it was. Number, way of the centre of

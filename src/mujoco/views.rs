@@ -194,6 +194,7 @@ impl<'a> ModelView<'a> {
         geom_aabb: f64 = |m| m.ngeom as i64 * 6;
         geom_rgba: f32 = |m| m.ngeom as i64 * 4;
         sensor_type: i32 = |m| m.nsensor as i64;
+        sensor_needstage: i32 = |m| m.nsensor as i64;
         sensor_objtype: i32 = |m| m.nsensor as i64;
         sensor_objid: i32 = |m| m.nsensor as i64;
         sensor_refid: i32 = |m| m.nsensor as i64;

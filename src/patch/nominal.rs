@@ -96,7 +96,7 @@ impl<'r> Writer<'r> {
             let number = Number { at, knob, value };
             let is_way = matches!(
                 knob.quantity,
-                Quantity::CentreOfMass(_) | Quantity::CommandLead
+                Quantity::CentreOfMass(_) | Quantity::CommandLead | Quantity::ReadingLead
             );
             if value == 0.0 {
                 continue;
@@ -117,9 +117,10 @@ impl<'r> Writer<'r> {
                 Quantity::Viscosity => self.option("viscosity", "Pa s", number)?,
                 Quantity::Gain => self.gain(number)?,
                 Quantity::Damping => self.damping(number)?,
-                Quantity::CommandLead => {
-                    Err("when within a step commands act is no number of a model".to_owned())
-                }
+                Quantity::CommandLead | Quantity::ReadingLead => Err(
+                    "when within a step commands act and forces are read is no number of a model"
+                        .to_owned(),
+                ),
                 _ => continue,
             };
             outcomes.push((number, outcome));
@@ -152,7 +153,9 @@ impl<'r> Writer<'r> {
             Err(reason) => {
                 let fitted = match number.knob.quantity {
                     Quantity::CentreOfMass(_) => format!("{:+.4} m", number.value),
-                    Quantity::CommandLead => format!("{:+.2} steps", number.value),
+                    Quantity::CommandLead | Quantity::ReadingLead => {
+                        format!("{:+.2} steps", number.value)
+                    }
                     _ => format!("{:+.2} %", 100.0 * number.value),
                 };
                 self.remarks.push(format!(

@@ -28,7 +28,7 @@ pub enum KnobClass {
     Gain,
     /// Joint damping, relative.
     Damping,
-    /// When within a step commands act, in steps; its deviation is half of one.
+    /// When within a step commands act and forces are read, in steps; its deviation is half of one.
     Timing,
 }
 
@@ -57,6 +57,9 @@ pub enum Quantity {
     /// By how much of a step commands act early: a held command is late by half a step, and how real ones
     /// were held no log tells. No number of a model.
     CommandLead,
+    /// How much of the jump at the end of a step a force that is read inside that step shows already: when
+    /// within a step the real command changed no log tells. No number of a model.
+    ReadingLead,
     /// A value of an effect that the nominal has in an instance of `hydro.wrench`; relative.
     EffectValue {
         /// Which of [`PlantDescription::carriers`].
@@ -291,6 +294,10 @@ pub trait Simulation: Send {
     fn set_base_wrench(&mut self, wrench: Wrench);
     /// One step.
     fn step(&mut self);
+    /// Makes [`Simulation::sensors`] show the present state under the command of the last step.
+    fn look(&mut self);
+    /// [`Quantity::ReadingLead`] of this simulation.
+    fn reading_lead(&self) -> f64;
     /// Readings at the beginning of the last step; force and torque sensors show what was added.
     fn sensors(&self) -> &[f64];
     /// True where the simulation has blown up since it was last started.

@@ -71,12 +71,12 @@ impl PlayedSimulation {
             inner,
             layout,
         };
-        simulation.look();
+        simulation.fold();
         simulation
     }
 
     /// Copies the nominal's coordinates out.
-    fn look(&mut self) {
+    fn fold(&mut self) {
         for (value, at) in self.qpos.iter_mut().zip(&self.layout.qpos) {
             *value = self.inner.qpos()[*at];
         }
@@ -108,7 +108,7 @@ impl PlayedSimulation {
 impl Simulation for PlayedSimulation {
     fn reset(&mut self) {
         self.inner.reset();
-        self.look();
+        self.fold();
     }
 
     fn time(&self) -> f64 {
@@ -119,13 +119,13 @@ impl Simulation for PlayedSimulation {
     fn restart(&mut self, state: &[f64]) {
         let all = self.whole(state);
         self.inner.restart(&all);
-        self.look();
+        self.fold();
     }
 
     fn rejoin(&mut self, state: &[f64]) {
         let all = self.whole(state);
         self.inner.rejoin(&all);
-        self.look();
+        self.fold();
     }
 
     fn set_motion(&mut self, time: f64, qpos: &[f64], qvel: &[f64]) {
@@ -133,7 +133,7 @@ impl Simulation for PlayedSimulation {
         Layout::spread(&self.layout.qpos, qpos, &mut all_q);
         Layout::spread(&self.layout.qvel, qvel, &mut all_v);
         self.inner.set_motion(time, &all_q, &all_v);
-        self.look();
+        self.fold();
     }
 
     fn qpos(&self) -> &[f64] {
@@ -151,7 +151,7 @@ impl Simulation for PlayedSimulation {
         Layout::spread(&self.layout.qvel, &tangent[..nominal], way);
         Layout::spread(&self.layout.qvel, &tangent[nominal..], speed);
         self.inner.retract(&spread);
-        self.look();
+        self.fold();
     }
 
     fn save(&self) -> Vec<f64> {
@@ -160,7 +160,7 @@ impl Simulation for PlayedSimulation {
 
     fn load(&mut self, saved: &[f64]) {
         self.inner.load(saved);
-        self.look();
+        self.fold();
     }
 
     fn set_control(&mut self, control: &[f64]) {
@@ -173,7 +173,15 @@ impl Simulation for PlayedSimulation {
 
     fn step(&mut self) {
         self.inner.step();
-        self.look();
+        self.fold();
+    }
+
+    fn look(&mut self) {
+        self.inner.look();
+    }
+
+    fn reading_lead(&self) -> f64 {
+        self.inner.reading_lead()
     }
 
     fn sensors(&self) -> &[f64] {

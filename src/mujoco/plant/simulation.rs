@@ -309,6 +309,21 @@ impl Simulation for MujocoSimulation {
         self.diverged = self.has_blown_up();
     }
 
+    fn look(&mut self) {
+        if self.diverged {
+            return;
+        }
+        self.velocities.copy_from_slice(self.data.qvel());
+        self.began = self.data.time();
+        let data = &mut self.data;
+        run::with_run(&self.run, || data.forward());
+        self.read();
+    }
+
+    fn reading_lead(&self) -> f64 {
+        self.run.reading_lead
+    }
+
     fn sensors(&self) -> &[f64] {
         &self.readings
     }
