@@ -414,8 +414,8 @@ fn commands_may_act_early() {
 /// Between two commands a force is that of the command held: what a further step under it would show first.
 #[test]
 fn a_look_shows_forces_under_the_command_that_is_held() {
-    let text = r#"<mujoco><worldbody><body><site name="cell"/><geom size="0.1" mass="1"/><body>
-        <joint name="rail" type="slide"/><geom size="0.1" mass="1"/></body></body></worldbody>
+    let text = r#"<mujoco><worldbody><body><site name="cell"/><geom size="0.1" mass="1" contype="0"/><body>
+        <joint name="rail" type="slide"/><geom size="0.1" mass="1" contype="0"/></body></body></worldbody>
         <actuator><position name="servo" joint="rail" kp="50"/></actuator>
         <sensor><force name="force" site="cell"/><jointpos name="place" joint="rail"/></sensor></mujoco>"#;
     let plant = plant(text);

@@ -28,6 +28,9 @@ const KNOB_STEP: f64 = 0.1;
 const COARSE: usize = 3;
 /// Of few segments all serve.
 const FEW: usize = 12;
+/// What changes all whitened predictions together by less than this, a prior's standard deviation moved, is
+/// not seen in the data.
+pub(super) const UNSEEN: f64 = 0.1;
 
 /// Trials, their segments and what is common to every hypothesis.
 pub struct Bench<'a> {
@@ -90,6 +93,7 @@ impl<'a> Bench<'a> {
         if let Some(fit) = bench.fit_far(bench.origin(), watch)? {
             bench.base = fit.point.knobs;
         }
+        bench.forget_unseen(segments.len());
         bench.segments = segments;
         bench.linearise("sensitivities", watch)?;
         bench.empty = bench.fit(bench.origin(), watch)?;
@@ -122,6 +126,17 @@ impl<'a> Bench<'a> {
         };
         bench.linearise(what, watch)?;
         Ok(bench)
+    }
+
+    /// Leaves out the knobs that no segment sees: `all` is how many there will be.
+    fn forget_unseen(&mut self, all: usize) {
+        let seen = (self.shared.iter())
+            .map(|(projection, knobs)| projection.gram(&knobs.map(f64::from)).diagonal())
+            .fold(DVector::zeros(self.knobs.len()), |sum, more| sum + more);
+        let least = UNSEEN * UNSEEN * self.segments.len() as f64 / all as f64;
+        let kept: Vec<usize> = (0..seen.len()).filter(|at| seen[*at] >= least).collect();
+        self.knobs = kept.iter().map(|at| self.knobs[*at]).collect();
+        self.base = DVector::from_iterator(kept.len(), kept.iter().map(|at| self.base[*at]));
     }
 
     /// The fit of the empty set.

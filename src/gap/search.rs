@@ -346,8 +346,14 @@ fn first_factor(bench: &Bench<'_>, screen: &Screen) -> f64 {
 /// Singles and pairs of the best singles, by linear evidence; larger sets grow from refitted ones.
 fn sets(bench: &Bench<'_>, linear: &Linear<'_>) -> Vec<(Vec<usize>, f64)> {
     let judged = |set: &[usize]| -> Option<(Vec<usize>, f64)> {
-        let (gain, ..) = linear.evidence(set)?;
-        Some((set.to_vec(), gain))
+        let (gain, columns, z) = linear.evidence(set)?;
+        let values = columns.iter().zip(z.iter());
+        let resolved = values.into_iter().all(|(column, z)| {
+            let of = &linear.screen.directions[*column];
+            let p = &bench.candidates[of.candidate].parameters[of.parameter];
+            is_resolved(bench, of.candidate, of.base[of.parameter] + z * p.prior_sd)
+        });
+        resolved.then(|| (set.to_vec(), gain))
     };
     let worth = |entry: &(Vec<usize>, f64)| entry.1 + log_prior(bench, &entry.0);
     let mut singles: Vec<_> = linear
@@ -412,20 +418,18 @@ fn add(
     let mut set = point.candidates.clone();
     set.sort_unstable();
     if let Some(fit) = bench.fit(point, watch)?
-        && !is_unresolved(bench, &fit.point)
+        && (fit.point.candidates.iter().zip(&fit.point.values))
+            .all(|(candidate, values)| is_resolved(bench, *candidate, values[0]))
     {
         scored.push(Scored::new(set, fit));
     }
     Ok(())
 }
 
-/// True where a sensor is late by less than its rows can tell: clocks and filters are no better known.
-fn is_unresolved(bench: &Bench<'_>, point: &Point) -> bool {
+/// False where a sensor is late by less than its rows can tell: clocks and filters are no better known.
+fn is_resolved(bench: &Bench<'_>, candidate: usize, delay: f64) -> bool {
     let period = bench.trials.first().map_or(0.0, Measured::period);
-    let delays = point.candidates.iter().zip(&point.values);
-    delays
-        .filter(|(candidate, _)| bench.candidates[**candidate].effect == Id::SensorDelay)
-        .any(|(_, values)| values[0].abs() < RESOLVED * period)
+    bench.candidates[candidate].effect != Id::SensorDelay || delay.abs() >= RESOLVED * period
 }
 
 /// The refitted set with the highest posterior.
