@@ -437,6 +437,38 @@ fn a_look_shows_forces_under_the_command_that_is_held() {
     assert!((held[2] - jumped[2]).abs() > 1.0, "{held:?} {jumped:?}");
 }
 
+/// Derivatives by a knob over half a second agree between Runge-Kutta and the cheaper integrator to a per cent.
+#[test]
+fn the_cheaper_plant_has_the_same_derivatives() {
+    let text = |integrator: &str| {
+        format!(
+            r#"<mujoco><option timestep="0.002" integrator="{integrator}"/><worldbody><body>
+            <joint name="hinge" damping="0.1" axis="0 1 0"/><geom name="rod" type="capsule" size="0.02"
+            fromto="0 0 0 0.4 0 0" mass="1"/></body></worldbody><actuator><position name="servo" joint="hinge"
+            kp="20" kv="2"/></actuator></mujoco>"#
+        )
+    };
+    let exact = plant(&text("RK4"));
+    let cheaper = exact.cheaper().unwrap();
+    assert_eq!(cheaper.description(), exact.description());
+    let after = |plant: &dyn Plant, mass: f64| {
+        let known = &plant.description().knobs;
+        let of = known
+            .iter()
+            .position(|knob| knob.quantity == Quantity::Mass);
+        let mut knobs = vec![0.0; known.len()];
+        knobs[of.unwrap()] = mass;
+        let mut simulation = plant.simulation(&knobs, &[]).unwrap();
+        simulation.set_control(&[0.5]);
+        (0..250).for_each(|_| simulation.step());
+        simulation.qpos()[0]
+    };
+    let slope = |plant: &dyn Plant| (after(plant, 0.003) - after(plant, 0.0)) / 0.003;
+    assert!((slope(cheaper) / slope(&exact) - 1.0).abs() < 0.01);
+    assert!(after(cheaper, 0.0) != after(&exact, 0.0));
+    assert!(plant(&text("Euler")).cheaper().is_none());
+}
+
 #[test]
 fn the_description_says_what_is_there() {
     let plant = plant(&leg("", ""));

@@ -86,7 +86,7 @@ pub(super) fn of(
     let slopes: Vec<DMatrix<f64>> = segments
         .clone()
         .into_par_iter()
-        .map(|at| columns(at).tr_mul(&draw(at)))
+        .map(|at| columns(at).transpose() * draw(at))
         .collect();
     let slope = slopes
         .into_iter()

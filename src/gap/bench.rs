@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::{
     candidates::Candidate,
     error::GapError,
-    fit::{Fit, Point},
+    fit::{Fit, Point, quotient},
     information::{Bounds, StartProjection},
     measured::{Channels, Measured},
     resolution,
@@ -26,6 +26,9 @@ use crate::{
 const KNOB_STEP: f64 = 0.1;
 /// One in so many segments serves to find where the nominal's numbers lie.
 const COARSE: usize = 3;
+/// Root mean square of the whitened differences of its readings up to which a cheaper integrator follows the
+/// model's own.
+const FOLLOWS: f64 = 10.0;
 /// Of few segments all serve.
 const FEW: usize = 12;
 /// What changes all whitened predictions together by less than this, a prior's standard deviation moved, is
@@ -183,7 +186,7 @@ impl<'a> Bench<'a> {
             .into_par_iter()
             .map(|at| {
                 watch.check()?;
-                let shared = self.sensitivities(at, &base, &residuals[at])?;
+                let shared = self.sensitivities(at, &residuals[at])?;
                 watch.count(what, &done, total);
                 Ok(shared)
             })
@@ -203,8 +206,7 @@ impl<'a> Bench<'a> {
         Ok(segments)
     }
 
-    /// What the rows of a segment resolve, and its residuals in units of the sensors' noise alone; none where
-    /// the nominal blows up.
+    /// What the rows of a segment resolve, and its whitened residuals; none where the nominal blows up.
     fn look_alone(&self, at: usize, base: &[f64]) -> Result<Option<Looked>, GapError> {
         let segment = &self.segments[at];
         let trial = &self.trials[segment.trial];
@@ -237,63 +239,85 @@ impl<'a> Bench<'a> {
         );
         start::whiten(self.channels, &mut residual);
         let weights = resolution::weights(&trace, trial, segment, self.channels, step);
+        for (value, weight) in residual.iter_mut().zip(&weights) {
+            *value *= weight;
+        }
         Ok(Some((weights, residual)))
     }
 
-    /// `plain`: residuals in units of the sensors' noise alone.
+    /// The plant that differences of rollouts about a point are taken on, and the whitened residuals there: the
+    /// cheaper one where there is one and it follows the other.
+    pub(super) fn differencing(
+        &self,
+        at: usize,
+        point: &Point,
+        residual: &[f64],
+    ) -> Result<(&dyn Plant, Vec<f64>), GapError> {
+        if let Some(cheaper) = self.plant.cheaper() {
+            let entries = self.entries(point);
+            let mut simulation = cheaper.simulation(&self.knob_values(point), &entries)?;
+            let mut before = Vec::new();
+            let start = &point.starts[at];
+            if self.shoot(simulation.as_mut(), at, start, &entries, &mut before) {
+                let apart = before.iter().zip(residual).map(|(a, b)| (a - b).powi(2));
+                if apart.sum::<f64>() < FOLLOWS * FOLLOWS * residual.len() as f64 {
+                    return Ok((cheaper, before));
+                }
+            }
+        }
+        Ok((self.plant, residual.to_vec()))
+    }
+
+    /// About the base, where the whitened residuals are `residual`; none where a rollout blew up.
     fn sensitivities(
         &self,
         at: usize,
-        base: &[f64],
-        plain: &[f64],
+        residual: &[f64],
     ) -> Result<Option<(StartProjection, DMatrix<f32>)>, GapError> {
-        let segment = &self.segments[at];
-        let none = vec![shooting::Correction::NONE; self.model.sensors.len()];
-        let mut simulation = self.plant.simulation(base, &[])?;
-        let sensitivity = start::start_sensitivity(
-            simulation.as_mut(),
-            &self.trials[segment.trial],
-            segment,
-            &self.tracks[segment.trial],
-            WarmUp::of(self.model, &[]),
-            self.channels,
-            &none,
-            self.model,
-            plain,
-        );
-        let Some(mut sensitivity) = sensitivity else {
-            return Ok(None);
-        };
-        for (mut row, weight) in sensitivity.row_iter_mut().zip(&self.weights[at]) {
-            row *= *weight;
+        let origin = self.origin();
+        let (plant, before) = self.differencing(at, &origin, residual)?;
+        let nv = self.model.nv;
+        let mut simulation = plant.simulation(&self.knob_values(&origin), &[])?;
+        let mut sensitivity = DMatrix::zeros(residual.len(), 2 * nv);
+        let mut moved = Vec::new();
+        for axis in 0..2 * nv {
+            let step = start::STEP[axis / nv];
+            let mut tangent = DVector::zeros(2 * nv);
+            tangent[axis] = step;
+            if !self.shoot(simulation.as_mut(), at, &tangent, &[], &mut moved) {
+                return Ok(None);
+            }
+            sensitivity.set_column(axis, &quotient(&before, &moved, step));
         }
         let Some(projection) = StartProjection::new(&sensitivity, &self.precision) else {
             return Ok(None);
         };
-        let weighted = plain.iter().zip(&self.weights[at]);
-        let residual: Vec<f64> = weighted.map(|(value, weight)| value * weight).collect();
-        let nuisances = self.knob_columns(at, &self.origin(), &residual)?;
+        let every: Vec<usize> = (0..self.knobs.len()).collect();
+        let nuisances = self.knob_columns(at, &origin, residual, &every)?;
         Ok(Some((projection, nuisances)))
     }
 
-    /// Change of the whitened predictions of a segment with every knob, a standard deviation each.
+    /// Change of the whitened predictions of a segment with some knobs, a standard deviation each.
     pub(super) fn knob_columns(
         &self,
         at: usize,
         point: &Point,
         residual: &[f64],
+        which: &[usize],
     ) -> Result<DMatrix<f32>, GapError> {
-        let mut columns = DMatrix::zeros(residual.len(), self.knobs.len());
+        let (plant, before) = self.differencing(at, point, residual)?;
+        let mut columns = DMatrix::zeros(residual.len(), which.len());
         let base = self.knob_values(point);
         let entries = self.entries(point);
         let mut turned = Vec::new();
-        for (column, (knob, sd)) in self.knobs.iter().enumerate() {
+        for (column, knob) in which.iter().enumerate() {
+            let (knob, sd) = &self.knobs[*knob];
             let mut knobs = base.clone();
             knobs[*knob] += KNOB_STEP * sd;
-            let mut simulation = self.plant.simulation(&knobs, &entries)?;
+            let mut simulation = plant.simulation(&knobs, &entries)?;
             let start = &point.starts[at];
             if self.shoot(simulation.as_mut(), at, start, &entries, &mut turned) {
-                for (row, (before, turned)) in residual.iter().zip(&turned).enumerate() {
+                for (row, (before, turned)) in before.iter().zip(&turned).enumerate() {
                     columns[(row, column)] = ((before - turned) / KNOB_STEP) as f32;
                 }
             }

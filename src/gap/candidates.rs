@@ -6,11 +6,15 @@ use crate::{
         self, Entry, Id, Parameter,
         card::{ActuatorScale, SensorScale, Target, TargetKind},
     },
-    sim::plant::{PlantDescription, SensorKind},
+    sim::plant::{PlantBody, PlantDescription, SensorKind},
 };
 
 /// Models with at most so many moving bodies have every body tried, larger ones their bases alone.
 const ALL_BODIES: usize = 6;
+
+/// The first body of a tree is its base, unless another displaces so many times as much: a hull that a light
+/// carriage tows.
+const BULKIER: f64 = 2.0;
 
 /// Travel, in sizes of the largest body, below which effects of place are not tried.
 const PLACES: f64 = 0.1;
@@ -65,6 +69,7 @@ pub(super) fn enumerate(
 ) -> Vec<Candidate> {
     let mut candidates = Vec::new();
     let moving = model.bodies.iter().filter(|body| body.moves).count();
+    let bases = bases(model);
     let base_speed = |from: usize| {
         let at = |axis: usize| typical.speed.get(axis).copied().unwrap_or(0.0).powi(2);
         (from..from + 3).map(at).sum::<f64>().sqrt()
@@ -86,7 +91,8 @@ pub(super) fn enumerate(
                     continue;
                 }
                 for body in model.bodies.iter().filter(|body| body.moves) {
-                    if !(body.root || (moving <= ALL_BODIES && body.wet)) {
+                    let is_base = bases.contains(&body.name.as_str());
+                    if !(is_base || (moving <= ALL_BODIES && body.wet)) {
                         continue;
                     }
                     let mut scale = body.scale.clone();
@@ -153,6 +159,23 @@ pub(super) fn enumerate(
     candidates
 }
 
+/// The base of every tree.
+fn bases(model: &PlantDescription) -> Vec<&str> {
+    let mut bases: Vec<(&PlantBody, f64)> = Vec::new();
+    for body in model.bodies.iter().filter(|body| body.moves) {
+        let volume = body.scale.volume;
+        match bases.last_mut() {
+            Some((base, least)) if !body.root => {
+                if volume > *least {
+                    (*base, *least) = (body, volume);
+                }
+            }
+            _ => bases.push((body, BULKIER * volume)),
+        }
+    }
+    bases.iter().map(|(body, _)| body.name.as_str()).collect()
+}
+
 /// True where something that moves goes far enough to feel depths and distances change.
 fn travels(model: &PlantDescription, typical: &Typical) -> bool {
     let size = model
@@ -185,4 +208,31 @@ fn rms(trials: &[Measured], start: usize, len: usize) -> f64 {
         }
     }
     (sum / count.max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::{gap::fake::RigidBody, sim::plant::Plant};
+
+    #[test]
+    fn the_base_is_the_root_or_a_much_bulkier_body_of_its_tree() {
+        let mut model = RigidBody::new().description().clone();
+        let hull = model.bodies[0].clone();
+        let named = |name: &str, root: bool, part: f64| {
+            let mut body = hull.clone();
+            (body.name, body.root) = (name.to_owned(), root);
+            body.scale.volume = part * hull.scale.volume;
+            body
+        };
+        model.bodies = vec![
+            named("carriage", true, 0.01),
+            named("hull", false, 1.0),
+            named("fin", false, 0.1),
+            named("vehicle", true, 1.0),
+            named("arm", false, 1.5),
+        ];
+        assert_eq!(bases(&model), ["hull", "vehicle"]);
+    }
 }

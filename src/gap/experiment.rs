@@ -140,9 +140,10 @@ fn distance(
     commands: &[f64],
     watch: &Watch<'_>,
 ) -> Result<Option<f64>, GapError> {
-    let mut simulation = bench
-        .plant
-        .simulation(&vec![0.0; bench.model.knobs.len()], &bench.entries(one))?;
+    // What is compared are two simulations, so any integrator serves, if it is the same.
+    let plant = bench.plant.cheaper().unwrap_or(bench.plant);
+    let mut simulation =
+        plant.simulation(&vec![0.0; bench.model.knobs.len()], &bench.entries(one))?;
     let Some((trial, track)) = perform(bench, simulation.as_mut(), one, manoeuvre, commands) else {
         return Ok(None);
     };
@@ -151,7 +152,7 @@ fn distance(
     let segments = shooting::cut(0, &trials[0], &tracks[0], SEGMENT, LEAST_ROWS);
     let quiet = Watch::silent(watch.stop);
     let material = Material {
-        plant: bench.plant,
+        plant,
         trials: &trials,
         tracks: &tracks,
         channels: bench.channels,

@@ -16,11 +16,11 @@ use super::{
     information::{Bounds, Optimum, Quadratic},
     watch::Watch,
 };
-use crate::effects::Entry;
+use crate::{effects::Entry, sim::plant::Plant};
 
 /// Step of a difference quotient, in standard deviations of the prior.
 pub(super) const STEP: f64 = 0.01;
-/// Knobs farther than this from where their columns were made (standard deviations, together) need new ones.
+/// A knob farther than this from where its column was made [standard deviations] needs a new one.
 const FAR: f64 = 3.0;
 /// Rollouts of all segments at most, columns not counted.
 const LOOKS: usize = 14;
@@ -99,7 +99,7 @@ impl Fit {
     }
 
     fn is_far(&self) -> bool {
-        (&self.point.knobs - &self.about).norm() > FAR
+        !far(&self.point.knobs, &self.about).is_empty()
     }
 }
 
@@ -144,9 +144,10 @@ impl Bench<'_> {
         let Some(residuals) = self.look(&first)? else {
             return Ok(None);
         };
-        let far = (&first.knobs - &self.base).norm() > FAR;
-        let columns = self.columns(&first, &residuals, far)?;
-        let about = if far { &first.knobs } else { &self.base }.clone();
+        let fresh = far(&first.knobs, &self.base);
+        let known = vec![None; self.segments.len()];
+        let columns = self.columns(&first, &residuals, known, &fresh)?;
+        let about = moved(&self.base, &first.knobs, &fresh);
         let mut fit = self.assemble(first, residuals, columns, about);
         // What the steps since the columns were made have brought; none: none was made.
         let mut since: Option<f64> = None;
@@ -212,18 +213,17 @@ impl Bench<'_> {
         Ok((None, left.min(HALVINGS + 1)))
     }
 
-    /// The same fit with columns about its point: those of the knobs too where they are far from where
-    /// theirs were made, or if asked for.
-    fn renewed(&self, fit: Fit, knobs: bool) -> Result<Fit, GapError> {
-        let knobs = knobs || fit.is_far();
-        let mut columns = self.columns(&fit.point, &fit.residuals, knobs)?;
-        let mut about = fit.point.knobs.clone();
-        if !knobs {
-            about = fit.about;
-            for (new, old) in columns.iter_mut().zip(fit.columns) {
-                new.knobs = old.knobs;
-            }
-        }
+    /// The same fit with columns about its point: those of the knobs too that are far from where theirs were
+    /// made, or of all if asked for.
+    fn renewed(&self, fit: Fit, all: bool) -> Result<Fit, GapError> {
+        let fresh = if all {
+            (0..self.knobs.len()).collect()
+        } else {
+            far(&fit.point.knobs, &fit.about)
+        };
+        let known = fit.columns.into_iter().map(|of| of.knobs).collect();
+        let columns = self.columns(&fit.point, &fit.residuals, known, &fresh)?;
+        let about = moved(&fit.about, &fit.point.knobs, &fresh);
         Ok(self.assemble(fit.point, fit.residuals, columns, about))
     }
 
@@ -285,21 +285,28 @@ impl Bench<'_> {
         point.starts.iter().map(charge).sum()
     }
 
-    /// Change of the whitened predictions of every segment about a point, with the knobs if asked for.
+    /// Change of the whitened predictions of every segment about a point. `known`: columns of the knobs, none
+    /// for the shared ones; those of `fresh` are made anew.
     fn columns(
         &self,
         point: &Point,
         residuals: &[Vec<f64>],
-        knobs: bool,
+        known: Vec<Option<DMatrix<f32>>>,
+        fresh: &[usize],
     ) -> Result<Vec<Columns>, GapError> {
         let entries = self.entries(point);
-        (0..self.segments.len())
+        known
             .into_par_iter()
-            .map(|at| {
+            .enumerate()
+            .map(|(at, mut knobs)| {
                 let own = self.own_columns(at, point, &entries, &residuals[at])?;
-                let knobs = knobs
-                    .then(|| self.knob_columns(at, point, &residuals[at]))
-                    .transpose()?;
+                if !fresh.is_empty() {
+                    let found = self.knob_columns(at, point, &residuals[at], fresh)?;
+                    let all = knobs.get_or_insert_with(|| self.shared[at].1.clone());
+                    for (column, knob) in found.column_iter().zip(fresh) {
+                        all.set_column(*knob, &column);
+                    }
+                }
                 Ok(Columns {
                     own: own.map(|value| value as f32),
                     knobs,
@@ -403,6 +410,7 @@ impl Bench<'_> {
         if entries.is_empty() {
             return Ok(columns);
         }
+        let from = self.differencing(at, point, residual)?;
         let mut column = 0;
         for (row, candidate) in point.candidates.iter().enumerate() {
             for (parameter, p) in self.candidates[*candidate].parameters.iter().enumerate() {
@@ -410,7 +418,7 @@ impl Bench<'_> {
                 let value = &mut moved.values[row][parameter];
                 let step = inward(*value, STEP * p.prior_sd, p.upper);
                 *value += step;
-                let found = self.column(at, &moved, step / p.prior_sd, residual)?;
+                let found = self.column(at, &moved, step / p.prior_sd, &from)?;
                 columns.set_column(column, &found);
                 column += 1;
             }
@@ -418,23 +426,42 @@ impl Bench<'_> {
         Ok(columns)
     }
 
-    /// Change of the whitened prediction between a residual and a moved point, over a step.
+    /// Change of the whitened prediction to a moved point, over a step; `from` is what
+    /// [`Bench::differencing`] gave.
     pub(super) fn column(
         &self,
         at: usize,
         moved: &Point,
         step: f64,
-        residual: &[f64],
+        from: &(&dyn Plant, Vec<f64>),
     ) -> Result<DVector<f64>, GapError> {
+        let (plant, before) = from;
         let entries = self.entries(moved);
-        let mut simulation = self.plant.simulation(&self.knob_values(moved), &entries)?;
+        let mut simulation = plant.simulation(&self.knob_values(moved), &entries)?;
         let mut other = Vec::new();
         let start = &moved.starts[at];
         if !self.shoot(simulation.as_mut(), at, start, &entries, &mut other) {
-            return Ok(DVector::zeros(residual.len()));
+            return Ok(DVector::zeros(before.len()));
         }
-        Ok(quotient(residual, &other, step))
+        Ok(quotient(before, &other, step))
     }
+}
+
+/// Knobs that are far from where their columns were made.
+fn far(knobs: &DVector<f64>, about: &DVector<f64>) -> Vec<usize> {
+    let apart = knobs - about;
+    (0..apart.len())
+        .filter(|at| apart[*at].abs() > FAR)
+        .collect()
+}
+
+/// The point `about`, at `knobs` along some of its axes.
+fn moved(about: &DVector<f64>, knobs: &DVector<f64>, axes: &[usize]) -> DVector<f64> {
+    let mut about = about.clone();
+    for axis in axes {
+        about[*axis] = knobs[*axis];
+    }
+    about
 }
 
 /// Change of a prediction a step: minus that of the residual.

@@ -13,7 +13,10 @@ use super::{
     shooting::{self, Trace, WarmUp},
     watch::Watch,
 };
-use crate::effects::{self, Entry, Part};
+use crate::{
+    effects::{self, Entry, Part},
+    sim::plant::Plant,
+};
 
 /// Segments that a screen looks at: it only chooses what is fitted to all of them.
 const SCREENED: usize = 20;
@@ -130,11 +133,12 @@ impl Bench<'_> {
                 let residual = &fit.residuals[at];
                 let own = fit.columns[at].own.map(f64::from);
                 let trace = self.trace(at, &fit.point, &entries)?;
+                let from = self.differencing(at, &fit.point, residual)?;
                 let mut columns = DMatrix::zeros(residual.len(), own.ncols() + directions.len());
                 columns.view_mut((0, 0), own.shape()).copy_from(&own);
                 for (column, direction) in directions.iter().enumerate() {
                     watch.check()?;
-                    let found = self.along(at, fit, direction, &trace)?;
+                    let found = self.along(at, fit, direction, &trace, &from)?;
                     columns.set_column(own.ncols() + column, &found);
                 }
                 let mut padded = DVector::zeros(z.len() + directions.len());
@@ -183,6 +187,7 @@ impl Bench<'_> {
         fit: &Fit,
         direction: &Direction,
         trace: &Trace,
+        from: &(&dyn Plant, Vec<f64>),
     ) -> Result<DVector<f64>, GapError> {
         let candidate = &self.candidates[direction.candidate];
         let sd = candidate.parameters[direction.parameter].prior_sd;
@@ -194,7 +199,7 @@ impl Bench<'_> {
         let step = direction.step / sd;
         let residual = &fit.residuals[at];
         if !self.is_measurement(direction.candidate) {
-            return self.column(at, &point, step, residual);
+            return self.column(at, &point, step, from);
         }
         // The motion is the same; only what the sensors say of it changes.
         let segment = &self.segments[at];

@@ -426,10 +426,12 @@ fn add(
     Ok(())
 }
 
-/// False where a sensor is late by less than its rows can tell: clocks and filters are no better known.
+/// False where a sensor is late by less than its rows or the model's steps can tell: clocks, filters and
+/// when within a step things happen are no better known.
 fn is_resolved(bench: &Bench<'_>, candidate: usize, delay: f64) -> bool {
     let period = bench.trials.first().map_or(0.0, Measured::period);
-    bench.candidates[candidate].effect != Id::SensorDelay || delay.abs() >= RESOLVED * period
+    let least = (RESOLVED * period).max(bench.model.timestep);
+    bench.candidates[candidate].effect != Id::SensorDelay || delay.abs() >= least
 }
 
 /// The refitted set with the highest posterior.

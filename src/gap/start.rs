@@ -39,7 +39,7 @@ pub(super) fn whiten(channels: &Channels, residuals: &mut [f64]) {
 /// How the residuals of a segment change with its start: minus the derivative of the whitened residuals
 /// by the tangent [rows * channels, 2 nv]; none where a rollout blew up.
 #[expect(clippy::too_many_arguments)]
-pub(super) fn start_sensitivity(
+fn start_sensitivity(
     simulation: &mut dyn Simulation,
     trial: &Measured,
     segment: &Segment,
@@ -48,25 +48,20 @@ pub(super) fn start_sensitivity(
     channels: &Channels,
     corrections: &[Correction],
     model: &PlantDescription,
-    residual: &[f64],
 ) -> Option<DMatrix<f64>> {
     let nv = model.nv;
-    let mut matrix = DMatrix::zeros(residual.len(), 2 * nv);
     let mut trace = Trace::default();
-    let mut moved = Vec::new();
-    let mut tangent = vec![0.0; 2 * nv];
-    for axis in 0..2 * nv {
-        let step = STEP[axis / nv];
-        tangent.fill(0.0);
-        tangent[axis] = step;
+    let mut from = |tangent: &[f64]| -> Option<DVector<f64>> {
+        let step = model.timestep;
+        let mut residual = Vec::new();
         let whole = shooting::run(
             simulation,
             trial,
             segment,
             track,
             warm_up,
-            model.timestep,
-            Some(&tangent),
+            step,
+            Some(tangent),
             &mut trace,
         );
         if !whole {
@@ -78,14 +73,20 @@ pub(super) fn start_sensitivity(
             segment,
             channels,
             corrections,
-            model.timestep,
-            &mut moved,
+            step,
+            &mut residual,
         );
-        whiten(channels, &mut moved);
-        for ((value, moved), before) in matrix.column_mut(axis).iter_mut().zip(&moved).zip(residual)
-        {
-            *value = (before - moved) / step;
-        }
+        whiten(channels, &mut residual);
+        Some(DVector::from_vec(residual))
+    };
+    let mut tangent = vec![0.0; 2 * nv];
+    let before = from(&tangent)?;
+    let mut matrix = DMatrix::zeros(before.len(), 2 * nv);
+    for axis in 0..2 * nv {
+        let step = STEP[axis / nv];
+        tangent.fill(0.0);
+        tangent[axis] = step;
+        matrix.set_column(axis, &((&before - from(&tangent)?) / step));
     }
     Some(matrix)
 }
@@ -115,6 +116,7 @@ pub(super) fn track(
         });
     }
     let mut simulation = system.simulation()?;
+    let mut cheaper = system.cheaper()?;
     let (qpos, qvel) = first_guess(simulation.as_mut(), trial, model);
     let mut track = Track::default();
     let mut guess = Segment {
@@ -136,6 +138,7 @@ pub(super) fn track(
         };
         settle(
             simulation.as_mut(),
+            cheaper.as_mut(),
             trial,
             &mut guess,
             &track,
@@ -171,6 +174,7 @@ fn on_the_grid(trial: &Measured, time: f64, step: f64) -> f64 {
 #[expect(clippy::too_many_arguments)]
 fn settle(
     simulation: &mut dyn Simulation,
+    cheaper: &mut dyn Simulation,
     trial: &Measured,
     guess: &mut Segment,
     track: &Track,
@@ -232,9 +236,8 @@ fn settle(
             _ => best = Some((cost, guess.clone())),
         }
         if sensitivity.is_none() {
-            sensitivity = start_sensitivity(
-                simulation, trial, guess, track, warm_up, channels, none, model, &residual,
-            );
+            sensitivity =
+                start_sensitivity(cheaper, trial, guess, track, warm_up, channels, none, model);
         }
         let Some(matrix) = &sensitivity else {
             return Ok(());

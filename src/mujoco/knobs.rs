@@ -2,7 +2,7 @@
 //!
 //! | class | what | change |
 //! |---|---|---|
-//! | mass | bodies with more than 2 % of their tree | relative; buoyancy given as gravity compensation, a force, stays |
+//! | mass | bodies with more than a thousandth of their tree | relative; buoyancy given as gravity compensation, a force, stays |
 //! | inertia | principal moments of those bodies | relative |
 //! | centre of mass | of those bodies, along the body's axes | metres; buoyancy stays at the nominal's place |
 //! | fluid | coefficients of MuJoCo's ellipsoid model, each kind for all geoms; density and viscosity of its box model; values of the nominal's `effects`; the force of a checkpoint by axis | relative |
@@ -80,7 +80,7 @@ pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, usiz
         knobs.push((knob, id));
     };
     for body in 1..model.bodies() {
-        let moves = readings::weighs_in(model, body);
+        let moves = readings::has_inertia(model, body);
         if !(moves || readings::is_weighed(model, body)) {
             continue;
         }

@@ -20,7 +20,7 @@ use super::{
     readings, run,
     run::Run,
     scale,
-    simulator::{Data, Model, SimulatorError},
+    simulator::{Data, Integrator, Model, SimulatorError},
     spec::{self, Play},
     views::ModelView,
     wrench,
@@ -60,6 +60,10 @@ pub struct MujocoPlant {
     /// The latest copy with these knobs, gains and winds, for the many simulations that differ in effects
     /// alone.
     latest: Mutex<Option<(CopyKey, Copied)>>,
+    /// What replaces the integrator of the MJCF.
+    integrator: Option<Integrator>,
+    /// With Euler's integrator, where the model's is Runge-Kutta.
+    cheaper: Option<Box<MujocoPlant>>,
 }
 
 /// A model with play in joints.
@@ -91,11 +95,24 @@ impl MujocoPlant {
     /// # Errors
     /// A model that MuJoCo or a plugin refuses.
     pub fn load(path: &Path) -> Result<Self, PlantError> {
-        Self::with_play(path, &[])
+        let mut plant = Self::with_play(path, &[], None)?;
+        if plant.model.view().runge_kutta() {
+            let cheaper = Self::with_play(path, &[], Some(Integrator::Euler))?;
+            plant.cheaper = Some(Box::new(cheaper));
+        }
+        Ok(plant)
     }
 
-    fn with_play(path: &Path, plays: &[Play]) -> Result<Self, PlantError> {
-        let model = spec::load(path, plays).map_err(fault)?;
+    /// `integrator`: in the place of the model's own.
+    fn with_play(
+        path: &Path,
+        plays: &[Play],
+        integrator: Option<Integrator>,
+    ) -> Result<Self, PlantError> {
+        let mut model = spec::load(path, plays).map_err(fault)?;
+        if let Some(integrator) = integrator {
+            model.set_integrator(integrator);
+        }
         run::install(model.api());
         let view = model.view();
         let nominal = wrench::instances(view)
@@ -147,6 +164,8 @@ impl MujocoPlant {
             path: path.to_owned(),
             played: Mutex::default(),
             latest: Mutex::default(),
+            integrator,
+            cheaper: None,
         })
     }
 
@@ -232,7 +251,7 @@ impl MujocoPlant {
         if let Some((_, known)) = played.iter().find(|(known, _)| known == plays) {
             return Ok(Arc::clone(known));
         }
-        let plant = Arc::new(Self::with_play(&self.path, plays)?);
+        let plant = Arc::new(Self::with_play(&self.path, plays, self.integrator)?);
         played.push((plays.to_vec(), Arc::clone(&plant)));
         Ok(plant)
     }
@@ -370,6 +389,10 @@ fn take(list: &mut Vec<Acting>, id: Id) -> Vec<Acting> {
 impl Plant for MujocoPlant {
     fn description(&self) -> &PlantDescription {
         &self.description
+    }
+
+    fn cheaper(&self) -> Option<&dyn Plant> {
+        self.cheaper.as_deref().map(|plant| plant as &dyn Plant)
     }
 
     fn simulation(

@@ -251,6 +251,12 @@ pub trait Plant: Send + Sync {
     /// What it consists of.
     fn description(&self) -> &PlantDescription;
 
+    /// The same system with a cheaper integrator of the same step, where there is one: good for differences
+    /// of two of its own rollouts, not for comparison with a measurement.
+    fn cheaper(&self) -> Option<&dyn Plant> {
+        None
+    }
+
     /// A simulation with knobs turned (`PlantDescription::knobs` long) and effects added. Effects on
     /// sensors are not applied here: they belong to the measurement.
     ///

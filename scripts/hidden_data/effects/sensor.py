@@ -47,8 +47,10 @@ class SensorScale(Effect):
     def sense(self, readings: Readings):
         columns = readings.columns[self.target]
         x = readings.values[:, columns]
+        swing = x - x.mean(0, keepdims=True)
         spread = 3 * x.std(0, keepdims=True) + 1e-9
-        readings.values[:, columns] = (1 + self.scale.item() * self.change) * x * (1 - 0.002 * (x / spread) ** 2)
+        bent = x - 0.002 * swing * (swing / spread) ** 2
+        readings.values[:, columns] = (1 + self.scale.item() * self.change) * bent
 
 
 class SensorDelay(Effect):
