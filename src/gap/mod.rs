@@ -18,6 +18,7 @@ mod experiment;
 mod fake;
 mod find;
 mod fit;
+mod held_out;
 mod information;
 mod leftover;
 mod measured;

@@ -200,7 +200,7 @@ pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, usiz
             add(format!("{of}.lead"), of, KnobClass::Timing, quantity, 0);
         };
         lead("commands", Quantity::CommandLead);
-        if (model.sensor_needstage().iter()).any(|stage| *stage == mjSTAGE_ACC as i32) {
+        if model.sensor_needstage().contains(&(mjSTAGE_ACC as i32)) {
             lead("forces", Quantity::ReadingLead);
         }
     }

@@ -1,0 +1,272 @@
+//! What held-out rollouts say: errors before and after by sensor and horizon, with a bootstrap over trials, and
+//! whether the addition is accepted.
+
+use std::collections::BTreeMap;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::{
+    add::quantile,
+    measured::Channels,
+    stages::{Horizon, Overlay, Verified},
+    verdict::{Gap, SensorGap},
+    verify::HORIZONS,
+};
+
+/// Schema of [`Verified`].
+const SCHEMA: &str = "hydro-gap-verify/1";
+/// Draws of the bootstrap over trials.
+const DRAWS: usize = 1000;
+/// Nothing may get worse by more than this, with 95 % confidence.
+const HARM: f64 = 0.02;
+
+/// Sums of squares of one channel: before, after, measured about its mean, readings, and the nominal with its
+/// numbers refitted and nothing added.
+pub(super) type Terms = [f64; 5];
+
+/// Of one trial: by horizon, channel.
+pub(super) type Sums = Vec<Vec<Terms>>;
+
+/// Rollouts of one trial.
+pub(super) struct Outcome {
+    pub(super) sums: Sums,
+    /// The same at the longest horizon, by regime: slow, fast.
+    pub(super) regimes: [Vec<Terms>; 2],
+    pub(super) overlays: Vec<Overlay>,
+}
+
+/// Squared error of a channel, noise taken out, over the spread of the measurement.
+fn normalised(sums: Terms, side: usize, noise: f64) -> Option<f64> {
+    let [_, _, spread, count, _] = sums;
+    if count < 2.0 || spread <= 0.0 {
+        return None;
+    }
+    let variance = spread / count;
+    // A channel that hardly moves is measured against its noise.
+    let scale = variance.max(noise * noise);
+    Some(((sums[side] / count - noise * noise) / scale).max(0.0))
+}
+
+/// Root of the mean of the normalised squared errors of some channels.
+fn nrmse(sums: &[Terms], channels: &Channels, side: usize, of: &dyn Fn(usize) -> bool) -> f64 {
+    let (mut sum, mut count) = (0.0, 0_usize);
+    for (channel, sums) in sums.iter().enumerate().filter(|(channel, _)| of(*channel)) {
+        if let Some(value) = normalised(*sums, side, channels.list[channel].noise) {
+            sum += value;
+            count += 1;
+        }
+    }
+    (sum / count.max(1) as f64).sqrt()
+}
+
+pub(super) fn add(sum: &mut Terms, terms: Terms) {
+    sum.iter_mut()
+        .zip(terms)
+        .for_each(|(sum, term)| *sum += term);
+}
+
+/// Sum over drawn trials.
+fn total<'a>(drawn: impl Iterator<Item = &'a Vec<Terms>>, width: usize) -> Vec<Terms> {
+    let mut sums = vec![[0.0; 5]; width];
+    for of in drawn {
+        for (sum, terms) in sums.iter_mut().zip(of) {
+            add(sum, *terms);
+        }
+    }
+    sums
+}
+
+fn reduction(before: f64, after: f64) -> f64 {
+    if before <= 0.0 {
+        0.0
+    } else {
+        1.0 - after / before
+    }
+}
+
+/// Draws of trials with replacement, the same for every figure.
+fn draws(trials: usize, seed: u64) -> Vec<Vec<usize>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    (0..DRAWS)
+        .map(|_| (0..trials).map(|_| rng.random_range(0..trials)).collect())
+        .collect()
+}
+
+/// 95 % interval of a figure over the draws.
+fn interval(draws: &[Vec<usize>], figure: &dyn Fn(&[usize]) -> f64) -> [f64; 2] {
+    let mut values: Vec<f64> = draws.iter().map(|draw| figure(draw)).collect();
+    values.sort_by(f64::total_cmp);
+    [
+        quantile(&values, 0.025).unwrap_or(f64::NAN),
+        quantile(&values, 0.975).unwrap_or(f64::NAN),
+    ]
+}
+
+/// `files`: so many of the outcomes, the first, are replays of the patched file.
+pub(super) fn summary(
+    channels: &Channels,
+    outcomes: Vec<Outcome>,
+    files: usize,
+    has_alone: bool,
+    seed: u64,
+) -> Verified {
+    let width = channels.len();
+    let draws = draws(outcomes.len(), seed);
+    let everyone: Vec<usize> = (0..outcomes.len()).collect();
+    let sums = |draw: &[usize], horizon: usize| {
+        total(draw.iter().map(|at| &outcomes[*at].sums[horizon]), width)
+    };
+    let all = |_: usize| true;
+    // Pooled over the horizons, as each says something of its own.
+    let pooled = |draw: &[usize], side: usize, of: &dyn Fn(usize) -> bool| -> f64 {
+        let squares: f64 = (0..HORIZONS.len())
+            .map(|horizon| nrmse(&sums(draw, horizon), channels, side, of).powi(2))
+            .sum();
+        (squares / HORIZONS.len() as f64).sqrt()
+    };
+    let change = |draw: &[usize], of: &dyn Fn(usize) -> bool| {
+        reduction(pooled(draw, 0, of), pooled(draw, 1, of))
+    };
+    let mut per_sensor = BTreeMap::new();
+    let mut worse = Vec::new();
+    for source in &channels.sources {
+        let mine =
+            |channel: usize| (source.channel..source.channel + source.channels).contains(&channel);
+        let (before, after) = (pooled(&everyone, 0, &mine), pooled(&everyone, 1, &mine));
+        let ci95 = interval(&draws, &|draw| change(draw, &mine));
+        let name = channels.list[source.channel].sensor.clone();
+        // Harm is judged with the noise left in: below it nobody sees a difference.
+        let longest = HORIZONS.len() - 1;
+        let raw = |draw: &[usize]| growth(&sums(draw, longest), &mine, 0, 1);
+        if outcomes.len() > 1 && interval(&draws, &raw)[0] > HARM {
+            worse.push(format!("sensor `{name}`"));
+        }
+        per_sensor.insert(
+            name,
+            SensorGap {
+                before,
+                after,
+                reduction: reduction(before, after),
+                ci95,
+            },
+        );
+    }
+    for (regime, name) in ["weak commands", "strong commands"].into_iter().enumerate() {
+        let raw = |draw: &[usize]| {
+            let drawn = draw.iter().map(|at| &outcomes[*at].regimes[regime]);
+            growth(&total(drawn, width), &all, 0, 1)
+        };
+        if outcomes.len() > 1 && interval(&draws, &raw)[0] > HARM {
+            worse.push(format!("the regime of {name}"));
+        }
+    }
+    let horizons = HORIZONS
+        .iter()
+        .enumerate()
+        .map(|(at, seconds)| {
+            let side = |draw: &[usize], side: usize| nrmse(&sums(draw, at), channels, side, &all);
+            Horizon {
+                seconds: *seconds,
+                before: side(&everyone, 0),
+                after: side(&everyone, 1),
+                ci95: interval(&draws, &|draw| reduction(side(draw, 0), side(draw, 1))),
+            }
+        })
+        .collect();
+    let (before, after) = (pooled(&everyone, 0, &all), pooled(&everyone, 1, &all));
+    let recalibrated = has_alone.then(|| pooled(&everyone, 4, &all));
+    let ci95 = interval(&draws, &|draw| change(draw, &all));
+    // What is added has to do more than the nominal's own numbers could: twice the gain in log likelihood. That
+    // the evidence on the fit trials is for it was asked before; here it must only not be against it.
+    let beyond = |draw: &[usize]| -> f64 {
+        let gained = sums(draw, HORIZONS.len() - 1)
+            .into_iter()
+            .zip(&channels.list);
+        gained
+            .map(|(terms, of)| (terms[4] - terms[1]) / (of.noise * of.noise))
+            .sum()
+    };
+    let of_file: Vec<usize> = (0..files.min(outcomes.len())).collect();
+    let by_file = change(&of_file, &all);
+    let refused_because = if outcomes.len() < 2 {
+        Some(format!(
+            "{} held-out trial: no interval over trials can be given, so no reduction is claimed",
+            outcomes.len()
+        ))
+    } else if ci95[0] <= 0.0 {
+        Some(format!(
+            "the reduction on held-out trials is {:.0} % with a 95 % interval from {:.0} % to {:.0} %, \
+             which does not exclude none",
+            100.0 * reduction(before, after),
+            100.0 * ci95[0],
+            100.0 * ci95[1]
+        ))
+    } else if has_alone && beyond(&everyone) <= 0.0 {
+        Some(
+            "refitting the nominal's numbers alone does as well on held-out trials, so the addition itself is \
+             not confirmed"
+                .to_owned(),
+        )
+    } else if by_file <= 0.0 {
+        Some(format!(
+            "the patched file itself reduces the error on the {files} trials that nothing saw before by {:.0} %",
+            100.0 * by_file
+        ))
+    } else if !worse.is_empty() {
+        Some(format!(
+            "{} gets worse by more than {:.0} % on held-out trials",
+            worse.join(", "),
+            100.0 * HARM
+        ))
+    } else {
+        None
+    };
+    Verified {
+        schema: SCHEMA.to_owned(),
+        gap: Gap {
+            metric: "nrmse".to_owned(),
+            before: Some(before),
+            after: Some(after),
+            reduction: Some(reduction(before, after)),
+            ci95: (outcomes.len() > 1).then_some(ci95),
+            n_holdout_trials: outcomes.len(),
+            per_sensor,
+        },
+        horizons,
+        accepted: refused_because.is_none(),
+        refused_because,
+        recalibrated,
+        cross_fitted: outcomes.len() > files,
+        remarks: cross_fit_remark(outcomes.len(), files),
+        overlays: outcomes.into_iter().flat_map(|of| of.overlays).collect(),
+    }
+}
+
+/// How the figures came about, where not every trial was unseen.
+fn cross_fit_remark(trials: usize, files: usize) -> Vec<String> {
+    if trials <= files {
+        return Vec::new();
+    }
+    vec![format!(
+        "with {trials} trials every one is judged by a fit that left it out: {files} by the patched file, which \
+         nothing saw before, and {} by the same effects fitted without that trial (the effects were chosen with \
+         these)",
+        trials - files
+    )]
+}
+
+/// Relative growth of the root mean square error of some channels from one side to another, noise left in.
+fn growth(sums: &[Terms], of: &dyn Fn(usize) -> bool, from: usize, to: usize) -> f64 {
+    let (mut before, mut after) = (0.0, 0.0);
+    for (_, terms) in sums.iter().enumerate().filter(|(at, _)| of(*at)) {
+        if terms[2] > 0.0 {
+            before += terms[from] / terms[2];
+            after += terms[to] / terms[2];
+        }
+    }
+    if before <= 0.0 {
+        return 0.0;
+    }
+    (after / before).sqrt() - 1.0
+}
