@@ -10,23 +10,16 @@ square difference over the spread of the measurement (NRMSE), pooled over trials
 
 import argparse
 import json
-import os
 import sys
 from pathlib import Path
 
 import mujoco
 import numpy as np
+from hydro_data import DataError
+from hydro_data.replay import built_library, load_plugin
 
 #: Before a log begins nothing is known: memories are led through its first motion and command, held so long [s].
 HELD = 1.0
-
-
-def library() -> Path | None:
-    """The plugin library: HYDRO_PLUGIN, else the newest in target/."""
-    if "HYDRO_PLUGIN" in os.environ:
-        return Path(os.environ["HYDRO_PLUGIN"])
-    built = (Path(__file__).resolve().parent.parent / "target").glob("*/libhydro_plugin.so")
-    return max(built, key=lambda path: path.stat().st_mtime, default=None)
 
 
 class Trial:
@@ -122,7 +115,7 @@ def compare(nominal_path: Path, out: Path, folder: Path, seconds: float) -> dict
         raise SystemExit(f"{out}/verdict.json: nothing was added ({verdict['verdict']}), so there is nothing to replay")
     path = out / verdict["patch"]["model"]
     if "hydro." in path.read_text() or "hydro." in nominal_path.read_text():
-        mujoco.mj_loadPluginLibrary(str(library()))
+        load_plugin(built_library("HYDRO_PLUGIN"))
     nominal, patched = (mujoco.MjModel.from_xml_path(str(model)) for model in (nominal_path, path))
     trials = [Trial(file) for file in sorted(folder.glob("*.npz"))]
     if not trials:
@@ -144,7 +137,10 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=2.0, help="length of a replay (default 2)")
     parser.add_argument("--json", action="store_true", help="print one JSON value")
     args = parser.parse_args()
-    found = compare(args.nominal, args.out, args.trials, args.seconds)
+    try:
+        found = compare(args.nominal, args.out, args.trials, args.seconds)
+    except DataError as error:
+        raise SystemExit(str(error)) from error
     if args.json:
         print(json.dumps(found))
         return 0

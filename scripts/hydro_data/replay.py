@@ -1,6 +1,7 @@
 """Drive a scene, whatever its water, with the start, controls and pushes of a recorded rollout."""
 
 import ctypes
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,6 +20,15 @@ WRENCH_SENSOR = "water_wrench"
 def library_name() -> str:
     """File name of the plugin library on this system."""
     return {"darwin": "libhydro_plugin.dylib", "win32": "hydro_plugin.dll"}.get(sys.platform, "libhydro_plugin.so")
+
+
+def built_library(variable: str) -> Path:
+    """The plugin library that an environment variable names, else the newest in target/."""
+    if variable in os.environ:
+        return Path(os.environ[variable])
+    target = Path(__file__).resolve().parents[2] / "target"
+    built = target.glob(f"*/{library_name()}")
+    return max(built, key=lambda path: path.stat().st_mtime, default=target / "release" / library_name())
 
 
 def load_plugin(path: Path) -> None:

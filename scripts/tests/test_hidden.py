@@ -14,7 +14,7 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
 
 import mujoco
 import numpy as np
-from paths import ROOT, SCRIPTS
+from paths import SCRIPTS
 
 from hidden_data import plan
 from hidden_data.case import Case, Spec, is_complete
@@ -25,14 +25,7 @@ from hidden_data.plant import Plant
 from hidden_data.strength import left_over
 from hidden_data.systems import SYSTEMS, Schedule
 from hidden_score import intervals
-
-
-def library() -> Path | None:
-    """The plugin library, where one was built: HYDRO_TEST_LIBRARY, else the newest in target/."""
-    if "HYDRO_TEST_LIBRARY" in os.environ:
-        return Path(os.environ["HYDRO_TEST_LIBRARY"])
-    built = sorted((ROOT / "target").glob("*/libhydro_plugin.so"), key=lambda path: path.stat().st_mtime)
-    return built[-1] if built else None
+from hydro_data.replay import built_library
 
 
 def digest(folder: Path) -> str:
@@ -102,8 +95,8 @@ class Truth(unittest.TestCase):
         self.assertAlmostEqual(record.qvel[0, -1, 0], force / 125.0 * 0.2, delta=0.02 * force / 125.0 * 0.2)
 
     def test_the_learned_water_is_that_of_the_plugin(self):
-        path = library()
-        if path is None:
+        path = built_library("HYDRO_TEST_LIBRARY")
+        if not path.exists():
             self.skipTest("no libhydro_plugin.so was built")
         code = f"""
 import sys; sys.path[:0] = [{str(SCRIPTS)!r}, {str(SCRIPTS / 'tests')!r}]

@@ -1,12 +1,13 @@
 //! Trials cut into segments, and what every hypothesis shares: how each segment's readings change with its
 //! start and with the uncertain numbers of the nominal ("knobs").
 
-use std::sync::atomic::AtomicUsize;
+use std::sync::{OnceLock, atomic::AtomicUsize};
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::{
+    adequacy::{self, Adequacy},
     candidates::Candidate,
     error::GapError,
     fit::{Fit, Point, quotient},
@@ -55,6 +56,8 @@ pub struct Bench<'a> {
     pub(super) precision: DVector<f64>,
     /// The fit of the empty set; none where the nominal blows up.
     empty: Option<Fit>,
+    /// Whether it leaves only noise, once it was asked for.
+    adequacy: OnceLock<Adequacy>,
 }
 
 impl std::fmt::Debug for Bench<'_> {
@@ -126,6 +129,7 @@ impl<'a> Bench<'a> {
             base,
             precision: start::arrival_precision(model.nv, start::ARRIVAL),
             empty: None,
+            adequacy: OnceLock::new(),
         };
         bench.linearise(what, watch)?;
         Ok(bench)
@@ -148,6 +152,22 @@ impl<'a> Bench<'a> {
     /// Where the nominal blows up.
     pub(super) fn empty(&self) -> Result<&Fit, GapError> {
         self.empty.as_ref().ok_or_else(|| self.diverges())
+    }
+
+    /// Whether the empty set leaves only noise.
+    ///
+    /// # Errors
+    /// Where the nominal blows up, or a stop was asked for.
+    pub(super) fn empty_adequacy(
+        &self,
+        seed: u64,
+        watch: &Watch<'_>,
+    ) -> Result<Adequacy, GapError> {
+        if let Some(known) = self.adequacy.get() {
+            return Ok(*known);
+        }
+        let found = adequacy::of(self, self.empty()?, seed, watch)?;
+        Ok(*self.adequacy.get_or_init(|| found))
     }
 
     fn diverges(&self) -> GapError {

@@ -12,7 +12,6 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    adequacy,
     bench::Bench,
     error::GapError,
     fit::Fit,
@@ -70,7 +69,7 @@ pub fn find(
     watch: &Watch<'_>,
 ) -> Result<Found, GapError> {
     let fit = bench.empty()?;
-    let structure = adequacy::of(bench, fit, study.settings.seed, watch)?;
+    let structure = bench.empty_adequacy(study.settings.seed, watch)?;
     let cells = cells(bench, fit);
     let nulls = null_maxima(bench, fit, study.settings.seed, watch)?;
     let p_value = |deviation: f64| {

@@ -468,7 +468,11 @@ pub(super) fn adequate(
     if let Some(known) = scored.adequacy {
         return Ok(known);
     }
-    let found = adequacy::of(bench, &scored.fit, seed, watch)?;
+    let found = if scored.set.is_empty() {
+        bench.empty_adequacy(seed, watch)?
+    } else {
+        adequacy::of(bench, &scored.fit, seed, watch)?
+    };
     scored.adequacy = Some(found);
     Ok(found)
 }
