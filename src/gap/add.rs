@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{
     bench::Bench,
-    fit::sum,
+    fit::{Fit, sum},
     name::{Naming, parameters},
     stages::{Added, WithoutTrial},
     study::Study,
@@ -98,13 +98,18 @@ fn cross_fit(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Vec<Witho
     if trials.len() < 2 {
         return Vec::new();
     }
+    let without = |fit: &Fit, out: usize| {
+        let others = fit.quadratics.iter().enumerate();
+        let others = others.filter(|(at, _)| *at != out).map(|(_, of)| of);
+        let best = sum(others).best(&fit.bounds)?;
+        let mut point = fit.point.clone();
+        bench.set(&mut point, &best.z);
+        Some(point)
+    };
+    let empty = &naming.search.scored[0].fit;
     (0..trials.len())
         .filter_map(|out| {
-            let others = fit.quadratics.iter().enumerate();
-            let others = others.filter(|(at, _)| *at != out).map(|(_, of)| of);
-            let best = sum(others).best(&fit.bounds)?;
-            let mut point = fit.point.clone();
-            bench.set(&mut point, &best.z);
+            let point = without(fit, out)?;
             Some(WithoutTrial {
                 trial: study.trials[trials[out]].name.clone(),
                 knobs: bench.knob_values(&point),
@@ -113,6 +118,7 @@ fn cross_fit(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Vec<Witho
                     .into_iter()
                     .map(|entry| (entry.effect, entry.target, entry.parameters))
                     .collect(),
+                recalibrated: bench.knob_values(&without(empty, out)?),
             })
         })
         .collect()

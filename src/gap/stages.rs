@@ -165,6 +165,8 @@ pub struct WithoutTrial {
     pub knobs: Vec<f64>,
     /// Effects, those of sensors too: which, on what, values in the order of the catalogue.
     pub effects: Vec<(Id, String, Vec<f64>)>,
+    /// The same numbers of the nominal fitted where nothing is added.
+    pub recalibrated: Vec<f64>,
 }
 
 /// One channel of one held-out rollout, for the eye.

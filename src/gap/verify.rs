@@ -89,6 +89,7 @@ pub fn verify(
             channel.noise = known.noise;
         }
     }
+    let has_alone = !examined.recalibrated.is_empty();
     let done = AtomicUsize::new(0);
     let outcomes = trials
         .par_iter()
@@ -99,22 +100,22 @@ pub fn verify(
                 system: System::plain(examined.before),
                 corrections: vec![Correction::NONE; model.sensors.len()],
             };
-            let after = if at < files {
-                Some(Side {
+            let (after, recalibrated) = if at < files {
+                let after = Side {
                     system: System::plain(examined.after),
                     corrections: corrections(model, examined.sensors),
-                })
+                };
+                (after, examined.recalibrated)
             } else {
                 let mut fits = examined.cross_fit.iter();
-                fits.find(|fit| fit.trial == trial.name)
-                    .map(|fit| left_out(examined.before, fit))
+                let Some(fit) = fits.find(|fit| fit.trial == trial.name) else {
+                    return Ok(None);
+                };
+                (left_out(examined.before, fit), &fit.recalibrated[..])
             };
-            let Some(after) = after else {
-                return Ok(None);
-            };
-            let alone = (!examined.recalibrated.is_empty()).then(|| Side {
+            let alone = has_alone.then(|| Side {
                 system: System {
-                    knobs: examined.recalibrated.to_vec(),
+                    knobs: recalibrated.to_vec(),
                     ..System::plain(examined.before)
                 },
                 corrections: before.corrections.clone(),
@@ -127,7 +128,6 @@ pub fn verify(
         })
         .collect::<Result<Vec<Option<Outcome>>, GapError>>()?;
     let outcomes: Vec<Outcome> = outcomes.into_iter().flatten().collect();
-    let has_alone = !examined.recalibrated.is_empty();
     Ok(held_out::summary(
         &channels,
         outcomes,
