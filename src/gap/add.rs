@@ -104,12 +104,13 @@ fn cross_fit(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Vec<Witho
         let best = sum(others).best(&fit.bounds)?;
         let mut point = fit.point.clone();
         bench.set(&mut point, &best.z);
-        Some(point)
+        Some((point, fit.quadratics[out].at(&best.z)))
     };
     let empty = &naming.search.scored[0].fit;
     (0..trials.len())
         .filter_map(|out| {
-            let point = without(fit, out)?;
+            let (point, misfit) = without(fit, out)?;
+            let (nominal, misfit_alone) = without(empty, out)?;
             Some(WithoutTrial {
                 trial: study.trials[trials[out]].name.clone(),
                 knobs: bench.knob_values(&point),
@@ -118,7 +119,8 @@ fn cross_fit(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Vec<Witho
                     .into_iter()
                     .map(|entry| (entry.effect, entry.target, entry.parameters))
                     .collect(),
-                recalibrated: bench.knob_values(&without(empty, out)?),
+                recalibrated: bench.knob_values(&nominal),
+                gain: 0.5 * (misfit_alone - misfit),
             })
         })
         .collect()

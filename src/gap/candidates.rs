@@ -12,8 +12,8 @@ use crate::{
 /// Models with at most so many moving bodies have every body tried, larger ones their bases alone.
 const ALL_BODIES: usize = 6;
 
-/// The first body of a tree is its base, unless another displaces so many times as much: a hull that a light
-/// carriage tows.
+/// The first body of a tree is its base, unless another is so many times as bulky: a hull that a light carriage
+/// tows.
 const BULKIER: f64 = 2.0;
 
 /// Travel, in sizes of the largest body, below which effects of place are not tried.
@@ -163,7 +163,8 @@ pub(super) fn enumerate(
 fn bases(model: &PlantDescription) -> Vec<&str> {
     let mut bases: Vec<(&PlantBody, f64)> = Vec::new();
     for body in model.bodies.iter().filter(|body| body.moves) {
-        let volume = body.scale.volume;
+        // Of its own: a root's mass and volume are those of all that hangs on it.
+        let volume = body.scale.extent.iter().product::<f64>();
         match bases.last_mut() {
             Some((base, least)) if !body.root => {
                 if volume > *least {
@@ -223,7 +224,7 @@ mod tests {
         let named = |name: &str, root: bool, part: f64| {
             let mut body = hull.clone();
             (body.name, body.root) = (name.to_owned(), root);
-            body.scale.volume = part * hull.scale.volume;
+            body.scale.extent[0] *= part;
             body
         };
         model.bodies = vec![

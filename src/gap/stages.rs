@@ -167,6 +167,8 @@ pub struct WithoutTrial {
     pub effects: Vec<(Id, String, Vec<f64>)>,
     /// The same numbers of the nominal fitted where nothing is added.
     pub recalibrated: Vec<f64>,
+    /// By how much the log likelihood of the trial is higher than with these [nat].
+    pub gain: f64,
 }
 
 /// One channel of one held-out rollout, for the eye.

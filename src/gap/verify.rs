@@ -133,6 +133,9 @@ pub fn verify(
         outcomes,
         files,
         has_alone,
+        (examined.cross_fit.iter())
+            .map(|fit| fit.gain)
+            .reduce(|a, b| a + b),
         settings.seed,
     ))
 }
