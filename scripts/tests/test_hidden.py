@@ -280,5 +280,41 @@ class Intervals(unittest.TestCase):
         self.assertTrue(low <= value <= high)
 
 
+class RunTest(unittest.TestCase):
+    """`run_hidden.py`, with a program that only counts."""
+
+    def setUp(self):
+        self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
+        for name in ("a", "b"):
+            (self.folder / "cases" / name).mkdir(parents=True)
+            (self.folder / "cases" / name / "case.json").write_text('{"system": "leg"}')
+
+    def run_with(self, last: str, *more: str):
+        program = self.folder / "program"
+        program.write_text(f"#!/bin/sh\nout=$8; mkdir -p $out; echo x >> $out/runs; {last}\n")
+        program.chmod(0o755)
+        return subprocess.run([sys.executable, SCRIPTS / "run_hidden.py", "--cases", self.folder / "cases", "--out",
+                               self.folder / "out", "--hydro", program, *more], capture_output=True, text=True)
+
+    def runs(self, name: str) -> int:
+        return len((self.folder / "out" / name / "runs").read_text().split())
+
+    def test_a_case_with_a_verdict_is_not_run_again(self):
+        self.assertEqual(self.run_with("[ $(basename $out) = b ] || echo {} > $out/verdict.json; exit 0").returncode, 0)
+        self.assertEqual(self.run_with("exit 0").returncode, 0)
+        self.assertEqual((self.runs("a"), self.runs("b")), (1, 2))
+
+    def test_what_fails_is_named_and_the_rest_is_run(self):
+        found = self.run_with("[ $(basename $out) = b ]")
+        self.assertEqual(found.returncode, 1)
+        self.assertIn("a: exit status 1, see", found.stderr)
+        self.assertEqual(self.runs("b"), 1)
+
+    def test_nothing_to_run_is_refused(self):
+        found = self.run_with("exit 0", "--system", "tow")
+        self.assertEqual(found.returncode, 2)
+        self.assertIn("no case of these systems", found.stderr)
+
+
 if __name__ == "__main__":
     unittest.main()

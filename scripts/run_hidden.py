@@ -1,0 +1,62 @@
+#!/usr/bin/env python3
+"""Runs `hydro gap` on hidden-effect cases, one after the other, and keeps its verdicts.
+
+    python scripts/run_hidden.py --cases out/hidden/cases --out out/verdicts
+    python scripts/score_hidden.py --cases out/hidden/cases --sealed out/hidden/sealed --verdicts out/verdicts
+
+OUT/<case id>/ is what `hydro gap run` writes, OUT/<case id>.log what it said. A case that has a verdict is not run
+again; the sealed answers are not looked for.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+from hydro_data.progress import Progress
+from hydro_data.scene import ROOT
+
+
+def run(program: Path, case: Path, out: Path, limit: float) -> str | None:
+    """One case; returns what went wrong."""
+    log = out.with_suffix(".log")
+    command = [program, "gap", "run", "--model", case / "nominal.xml", "--trials", case / "trials", "--out", out]
+    with open(log, "w") as file:
+        try:
+            code = subprocess.run(command, stdout=file, stderr=subprocess.STDOUT, timeout=limit, check=False).returncode
+        except subprocess.TimeoutExpired:
+            return f"{case.name}: no verdict within {limit:g} s, see {log}"
+    return None if code == 0 else f"{case.name}: exit status {code}, see {log}"
+
+
+def main() -> int:
+    """Parse, run what has no verdict yet."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cases", type=Path, required=True, help="OUT/cases of gen_hidden.py")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the verdicts")
+    parser.add_argument("--hydro", type=Path, default=ROOT / "target/release/hydro", help="the program")
+    parser.add_argument("--system", action="append", help="only cases of these systems")
+    parser.add_argument("--limit", type=float, default=900.0, help="seconds a case may take (default 900)")
+    args = parser.parse_args()
+    if not args.hydro.exists():
+        parser.error(f"{args.hydro}: no such program; build it with `cargo build --release`")
+    cases = [file.parent for file in sorted(args.cases.glob("*/case.json"))
+             if not args.system or json.loads(file.read_text())["system"] in args.system]
+    if not cases:
+        parser.error(f"{args.cases}: no case of these systems; make some with scripts/gen_hidden.py")
+    args.out.mkdir(parents=True, exist_ok=True)
+    todo = [case for case in cases if not (args.out / case.name / "verdict.json").exists()]
+    progress = Progress(len(cases), "cases", done=len(cases) - len(todo))
+    faults = []
+    for case in todo:
+        fault = run(args.hydro, case, args.out / case.name, args.limit)
+        faults += [fault] if fault else []
+        progress.advance()
+    for fault in faults:
+        print(fault, file=sys.stderr)
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
