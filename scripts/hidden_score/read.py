@@ -105,8 +105,9 @@ def _verdict(path: Path) -> dict | None:
 
 
 def _seconds(path: Path) -> float | None:
-    """`timing.json`: {"seconds": x}, or {"wall_s": x}."""
+    """`timing.json`: {"seconds": x}, or by stage as `hydro gap` has it, or {"wall_s": x}."""
     if not path.is_file():
         return None
     timing = json.loads(path.read_text())
-    return timing.get("seconds", timing.get("wall_s"))
+    seconds = timing.get("seconds", timing.get("wall_s"))
+    return sum(seconds.values()) if isinstance(seconds, dict) else seconds
