@@ -34,7 +34,7 @@ const FOLLOWS: f64 = 10.0;
 const FEW: usize = 12;
 /// What changes all whitened predictions together by less than this, a prior's standard deviation moved, is
 /// not seen in the data.
-pub(super) const UNSEEN: f64 = 0.1;
+const UNSEEN: f64 = 0.1;
 
 /// Trials, their segments and what is common to every hypothesis.
 pub struct Bench<'a> {
@@ -67,6 +67,9 @@ impl std::fmt::Debug for Bench<'_> {
             .finish_non_exhaustive()
     }
 }
+
+/// A plant, and the whitened residuals of a segment on it.
+pub(super) type Differencing<'p> = (&'p dyn Plant, Vec<f64>);
 
 /// Weights and residuals of a segment [readings].
 type Looked = (Vec<f64>, Vec<f64>);
@@ -272,7 +275,7 @@ impl<'a> Bench<'a> {
         at: usize,
         point: &Point,
         residual: &[f64],
-    ) -> Result<(&dyn Plant, Vec<f64>), GapError> {
+    ) -> Result<Differencing<'_>, GapError> {
         if let Some(cheaper) = self.plant.cheaper() {
             let entries = self.entries(point);
             let mut simulation = cheaper.simulation(&self.knob_values(point), &entries)?;
@@ -295,7 +298,8 @@ impl<'a> Bench<'a> {
         residual: &[f64],
     ) -> Result<Option<(StartProjection, DMatrix<f32>)>, GapError> {
         let origin = self.origin();
-        let (plant, before) = self.differencing(at, &origin, residual)?;
+        let from = self.differencing(at, &origin, residual)?;
+        let (plant, before) = &from;
         let nv = self.model.nv;
         let mut simulation = plant.simulation(&self.knob_values(&origin), &[])?;
         let mut sensitivity = DMatrix::zeros(residual.len(), 2 * nv);
@@ -307,13 +311,13 @@ impl<'a> Bench<'a> {
             if !self.shoot(simulation.as_mut(), at, &tangent, &[], &mut moved) {
                 return Ok(None);
             }
-            sensitivity.set_column(axis, &quotient(&before, &moved, step));
+            sensitivity.set_column(axis, &quotient(before, &moved, step));
         }
         let Some(projection) = StartProjection::new(&sensitivity, &self.precision) else {
             return Ok(None);
         };
         let every: Vec<usize> = (0..self.knobs.len()).collect();
-        let nuisances = self.knob_columns(at, &origin, residual, &every)?;
+        let nuisances = self.knob_columns(at, &origin, &every, &from)?;
         Ok(Some((projection, nuisances)))
     }
 
@@ -322,25 +326,15 @@ impl<'a> Bench<'a> {
         &self,
         at: usize,
         point: &Point,
-        residual: &[f64],
         which: &[usize],
+        from: &Differencing<'_>,
     ) -> Result<DMatrix<f32>, GapError> {
-        let (plant, before) = self.differencing(at, point, residual)?;
-        let mut columns = DMatrix::zeros(residual.len(), which.len());
-        let base = self.knob_values(point);
-        let entries = self.entries(point);
-        let mut turned = Vec::new();
+        let mut columns = DMatrix::zeros(from.1.len(), which.len());
         for (column, knob) in which.iter().enumerate() {
-            let (knob, sd) = &self.knobs[*knob];
-            let mut knobs = base.clone();
-            knobs[*knob] += KNOB_STEP * sd;
-            let mut simulation = plant.simulation(&knobs, &entries)?;
-            let start = &point.starts[at];
-            if self.shoot(simulation.as_mut(), at, start, &entries, &mut turned) {
-                for (row, (before, turned)) in before.iter().zip(&turned).enumerate() {
-                    columns[(row, column)] = ((before - turned) / KNOB_STEP) as f32;
-                }
-            }
+            let mut moved = point.clone();
+            moved.knobs[*knob] += KNOB_STEP;
+            let found = self.column(at, &moved, KNOB_STEP, from)?;
+            columns.set_column(column, &found.map(|value| value as f32));
         }
         Ok(columns)
     }

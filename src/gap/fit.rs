@@ -11,12 +11,11 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::{
-    bench::Bench,
+    bench::{Bench, Differencing},
     error::GapError,
     information::{Bounds, Optimum, Quadratic},
     watch::Watch,
 };
-use crate::{effects::Entry, sim::plant::Plant};
 
 /// Step of a difference quotient, in standard deviations of the prior.
 pub(super) const STEP: f64 = 0.01;
@@ -294,14 +293,18 @@ impl Bench<'_> {
         known: Vec<Option<DMatrix<f32>>>,
         fresh: &[usize],
     ) -> Result<Vec<Columns>, GapError> {
-        let entries = self.entries(point);
         known
             .into_par_iter()
             .enumerate()
             .map(|(at, mut knobs)| {
-                let own = self.own_columns(at, point, &entries, &residuals[at])?;
+                if point.candidates.is_empty() && fresh.is_empty() {
+                    let own = DMatrix::zeros(residuals[at].len(), 0);
+                    return Ok(Columns { own, knobs });
+                }
+                let from = self.differencing(at, point, &residuals[at])?;
+                let own = self.own_columns(at, point, &from)?;
                 if !fresh.is_empty() {
-                    let found = self.knob_columns(at, point, &residuals[at], fresh)?;
+                    let found = self.knob_columns(at, point, fresh, &from)?;
                     let all = knobs.get_or_insert_with(|| self.shared[at].1.clone());
                     for (column, knob) in found.column_iter().zip(fresh) {
                         all.set_column(*knob, &column);
@@ -402,15 +405,10 @@ impl Bench<'_> {
         &self,
         at: usize,
         point: &Point,
-        entries: &[Entry],
-        residual: &[f64],
+        from: &Differencing<'_>,
     ) -> Result<DMatrix<f64>, GapError> {
         let count = point.values.iter().map(Vec::len).sum();
-        let mut columns = DMatrix::zeros(residual.len(), count);
-        if entries.is_empty() {
-            return Ok(columns);
-        }
-        let from = self.differencing(at, point, residual)?;
+        let mut columns = DMatrix::zeros(from.1.len(), count);
         let mut column = 0;
         for (row, candidate) in point.candidates.iter().enumerate() {
             for (parameter, p) in self.candidates[*candidate].parameters.iter().enumerate() {
@@ -418,7 +416,7 @@ impl Bench<'_> {
                 let value = &mut moved.values[row][parameter];
                 let step = inward(*value, STEP * p.prior_sd, p.upper);
                 *value += step;
-                let found = self.column(at, &moved, step / p.prior_sd, &from)?;
+                let found = self.column(at, &moved, step / p.prior_sd, from)?;
                 columns.set_column(column, &found);
                 column += 1;
             }
@@ -433,7 +431,7 @@ impl Bench<'_> {
         at: usize,
         moved: &Point,
         step: f64,
-        from: &(&dyn Plant, Vec<f64>),
+        from: &Differencing<'_>,
     ) -> Result<DVector<f64>, GapError> {
         let (plant, before) = from;
         let entries = self.entries(moved);

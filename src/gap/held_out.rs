@@ -141,7 +141,7 @@ pub(super) fn summary(
         let name = channels.list[source.channel].sensor.clone();
         // Harm is judged with the noise left in: below it nobody sees a difference.
         let longest = HORIZONS.len() - 1;
-        let raw = |draw: &[usize]| growth(&sums(draw, longest), &mine, 0, 1);
+        let raw = |draw: &[usize]| growth(&sums(draw, longest), &mine);
         if outcomes.len() > 1 && interval(&draws, &raw)[0] > HARM {
             worse.push(format!("sensor `{name}`"));
         }
@@ -158,7 +158,7 @@ pub(super) fn summary(
     for (regime, name) in ["weak commands", "strong commands"].into_iter().enumerate() {
         let raw = |draw: &[usize]| {
             let drawn = draw.iter().map(|at| &outcomes[*at].regimes[regime]);
-            growth(&total(drawn, width), &all, 0, 1)
+            growth(&total(drawn, width), &all)
         };
         if outcomes.len() > 1 && interval(&draws, &raw)[0] > HARM {
             worse.push(format!("the regime of {name}"));
@@ -249,13 +249,13 @@ fn cross_fit_remark(trials: usize, files: usize) -> Vec<String> {
     )]
 }
 
-/// Relative growth of the root mean square error of some channels from one side to another, noise left in.
-fn growth(sums: &[Terms], of: &dyn Fn(usize) -> bool, from: usize, to: usize) -> f64 {
+/// Relative growth of the root mean square error of some channels, noise left in.
+fn growth(sums: &[Terms], of: &dyn Fn(usize) -> bool) -> f64 {
     let (mut before, mut after) = (0.0, 0.0);
-    for (_, terms) in sums.iter().enumerate().filter(|(at, _)| of(*at)) {
-        if terms[2] > 0.0 {
-            before += terms[from] / terms[2];
-            after += terms[to] / terms[2];
+    for (_, [a, b, spread, ..]) in sums.iter().enumerate().filter(|(at, _)| of(*at)) {
+        if *spread > 0.0 {
+            before += a / spread;
+            after += b / spread;
         }
     }
     if before <= 0.0 {

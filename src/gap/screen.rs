@@ -6,17 +6,14 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::{
-    bench::Bench,
+    bench::{Bench, Differencing},
     error::GapError,
     fit::{Fit, Point, STEP, inward, quotient},
     information::Quadratic,
     shooting::{self, Trace, WarmUp},
     watch::Watch,
 };
-use crate::{
-    effects::{self, Entry, Part},
-    sim::plant::Plant,
-};
+use crate::effects::{self, Entry, Part};
 
 /// Segments that a screen looks at: it only chooses what is fitted to all of them.
 const SCREENED: usize = 20;
@@ -187,7 +184,7 @@ impl Bench<'_> {
         fit: &Fit,
         direction: &Direction,
         trace: &Trace,
-        from: &(&dyn Plant, Vec<f64>),
+        from: &Differencing<'_>,
     ) -> Result<DVector<f64>, GapError> {
         let candidate = &self.candidates[direction.candidate];
         let sd = candidate.parameters[direction.parameter].prior_sd;

@@ -347,8 +347,7 @@ fn first_factor(bench: &Bench<'_>, screen: &Screen) -> f64 {
 fn sets(bench: &Bench<'_>, linear: &Linear<'_>) -> Vec<(Vec<usize>, f64)> {
     let judged = |set: &[usize]| -> Option<(Vec<usize>, f64)> {
         let (gain, columns, z) = linear.evidence(set)?;
-        let values = columns.iter().zip(z.iter());
-        let resolved = values.into_iter().all(|(column, z)| {
+        let resolved = columns.iter().zip(z.iter()).all(|(column, z)| {
             let of = &linear.screen.directions[*column];
             let p = &bench.candidates[of.candidate].parameters[of.parameter];
             is_resolved(bench, of.candidate, of.base[of.parameter] + z * p.prior_sd)

@@ -95,10 +95,7 @@ impl Trace {
         let part = place - first as f64;
         let a = &self.values[first * self.width..(first + 1) * self.width];
         let next = &self.values[(first + 1) * self.width..(first + 2) * self.width];
-        let held = match self.ends.binary_search_by_key(&first, |(step, _)| *step) {
-            Ok(found) => &self.ends[found].1,
-            Err(_) => next,
-        };
+        let held = self.held(first).unwrap_or(next);
         for (((value, a), held), next) in reading.iter_mut().zip(a).zip(held).zip(next) {
             *value = a + part * (held - a) + self.lead * (next - held);
         }
@@ -108,11 +105,16 @@ impl Trace {
     /// where no row reads inside that step.
     pub(super) fn jump(&self, time: f64) -> Option<(&[f64], &[f64])> {
         let step = ((time - self.start) / self.step).floor().max(0.0) as usize;
-        let found = self.ends.binary_search_by_key(&step, |(step, _)| *step);
         let next = self
             .values
             .get((step + 1) * self.width..(step + 2) * self.width)?;
-        Some((&self.ends[found.ok()?].1, next))
+        Some((self.held(step)?, next))
+    }
+
+    /// Readings at the end of a step under its command, where they are known.
+    fn held(&self, step: usize) -> Option<&[f64]> {
+        let found = self.ends.binary_search_by_key(&step, |(step, _)| *step);
+        Some(&self.ends[found.ok()?].1)
     }
 }
 

@@ -420,7 +420,6 @@ impl<'r> Writer<'r> {
     }
 }
 
-/// The numbers of a kind.
 /// Place in `fluidcoef` of a number that is one of it.
 fn coefficient(quantity: Quantity) -> Option<usize> {
     match quantity {
@@ -436,6 +435,7 @@ fn geom_of<'r>(number: &Number<'r>) -> Option<&'r str> {
     of_one.then_some(number.knob.element.as_str())
 }
 
+/// The numbers of a kind.
 fn chosen<'r>(turned: &[Number<'r>], kind: impl Fn(Quantity) -> bool) -> Vec<Number<'r>> {
     let of_kind = |number: &&Number<'r>| kind(number.knob.quantity);
     turned.iter().filter(of_kind).copied().collect()
