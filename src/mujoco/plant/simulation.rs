@@ -102,6 +102,12 @@ impl MujocoSimulation {
         self.diverged = false;
     }
 
+    /// Readings from here on belong to the present state.
+    fn begin(&mut self) {
+        self.velocities.copy_from_slice(self.data.qvel());
+        self.began = self.data.time();
+    }
+
     /// Takes the readings of the step that was made, with what was added.
     fn read(&mut self) {
         self.readings.copy_from_slice(self.data.sensordata());
@@ -291,14 +297,12 @@ impl Simulation for MujocoSimulation {
         }
         self.command();
         self.push();
-        self.velocities.copy_from_slice(self.data.qvel());
-        self.began = self.data.time();
-        let (runge_kutta, data) = (self.data.model().view().runge_kutta(), &mut self.data);
         // Runge-Kutta leaves its last stage behind; readings belong to the first.
-        let before = runge_kutta && !self.loads.is_empty();
+        let before = self.data.model().view().runge_kutta() && !self.loads.is_empty();
         if before {
-            run::with_run(&self.run, || data.forward());
-            self.read();
+            self.look();
+        } else {
+            self.begin();
         }
         let data = &mut self.data;
         run::with_run(&self.run, || data.step());
@@ -313,8 +317,7 @@ impl Simulation for MujocoSimulation {
         if self.diverged {
             return;
         }
-        self.velocities.copy_from_slice(self.data.qvel());
-        self.began = self.data.time();
+        self.begin();
         let data = &mut self.data;
         run::with_run(&self.run, || data.forward());
         self.read();
