@@ -15,7 +15,7 @@ import numpy as np
 from . import HiddenError, measurement, perturbation, trialfile
 from .effects import Effect, Readings
 from .plant import Plant, Recording
-from .strength import Layout, Windows, effect_columns, left_over, nuisance_columns
+from .strength import Layout, Nuisances, Windows, effect_columns, left_over
 from .systems import SYSTEMS
 from .systems.base import Schedule, System
 
@@ -72,14 +72,14 @@ class Problem:
     windows: Windows
     coarse: mujoco.MjModel
     water: Callable | None
-    change: np.ndarray         # [windows, rows, ns'] whitened
+    change: np.ndarray         # [windows, rows, ns'] whitened; what knobs explain in it is linear in them
+    raw: float                 # norm of the change itself
     nuisances: np.ndarray      # [windows, rows, ns', p]
     share: float               # weight of a window
 
 
 def _part(problem: Problem) -> float:
-    raw = np.linalg.norm(problem.change)
-    return left_over(problem.change, problem.nuisances) / float(raw) if raw > 1e-9 else 0.0
+    return left_over(problem.change, problem.nuisances) / problem.raw if problem.raw > 1e-9 else 0.0
 
 
 class Case:
@@ -185,15 +185,16 @@ class Case:
     def _problem(self, record: Recording, sensed: np.ndarray) -> "Problem":
         windows = Windows(record, self.schedule.period, self.lead, most=PROJECTED_WINDOWS if self.truth.nv <= 6 else PROJECTED_WINDOWS // 2)
         water = self._water_of(record)
-        change = self.layout.whitened(windows.truth(sensed), windows.outputs(self.truth, [], water))
+        truth, shadow = windows.truth(sensed), windows.outputs(self.truth, [], water)
         # Sensitivities need no finer step than the nominal's own.
         coarse = copy.copy(self.truth)
         coarse.opt.timestep, coarse.opt.integrator = self.nominal.opt.timestep, self.nominal.opt.integrator
-        columns = nuisance_columns(windows, self.layout, coarse, water_of=water,
-                                   most=40 if self.truth.nv <= 6 else 24)
+        nuisances = Nuisances(windows, self.layout, coarse, water_of=water, most=40 if self.truth.nv <= 6 else 24)
         # A few windows stand for all, against a prior that is there once.
         share = np.sqrt(self.schedule.trials * self.schedule.rows / (len(windows.trial) * windows.rows))
-        return Problem(windows, coarse, water, change * share, columns * share, float(share))
+        return Problem(windows, coarse, water, change=share * nuisances.unexplained(truth, shadow, share),
+                       raw=share * float(np.linalg.norm(self.layout.whitened(truth, shadow))),
+                       nuisances=share * nuisances.columns, share=float(share))
 
     def aim(self, effect: Effect, target: float) -> float:
         """The scale at which `effect` alone has about the projected strength `target`."""

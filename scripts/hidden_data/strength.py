@@ -4,7 +4,7 @@ The shadow is the same truth (perturbations included) without the effect, under 
 itself it would drift away and count the drift; so it is restarted from the truth's own state every second,
 and the difference is taken over those windows. `raw` is the norm over every row and sensor of a case.
 `projected` is what remains once the nominal's uncertainties (3 %, 2 mm, weighted by their prior) have
-explained what they can: the distance from nothing, in the sense of a confusion distance. The bands of the
+explained what they can, found by Gauss-Newton from their slopes: the distance from nothing, in the sense of a confusion distance. The bands of the
 score use `projected`.
 """
 
@@ -93,18 +93,66 @@ class Windows:
         return rows[self.trial[:, None], index]
 
 
-def nuisance_columns(windows: Windows, layout: Layout, model: mujoco.MjModel, *, water_of=None,
-                     most: int = 40) -> np.ndarray:
-    """Whitened change of the outputs by one standard deviation of each nuisance [windows, rows, ns', p]."""
-    columns = []
-    shadow = windows.outputs(model, [], water_of)
-    for tied in list(perturbation.groups(model).values())[:most]:
-        other = copy.copy(model)
-        for knob in tied:
-            knob.turn(other, 1.0)
+#: Of a standard deviation: a knob's column is its slope. A whole one turns a hull by half a radian in a window
+#: (2 mm between weight and buoyancy), where what is bent would count as what no knob explains.
+SLOPE = 0.02
+
+
+class Nuisances:
+    """The nominal's uncertainties as columns: slopes of the whitened outputs, per standard deviation."""
+
+    def __init__(self, windows: Windows, layout: Layout, model: mujoco.MjModel, *, water_of=None, most: int = 40):
+        self.windows, self.layout, self.model, self.water_of = windows, layout, model, water_of
+        self.groups = list(perturbation.groups(model).values())[:most]
+        slopes = []
+        for i in range(len(self.groups)):
+            step = np.zeros(len(self.groups))
+            step[i] = SLOPE
+            slopes.append(layout.whitened(self.outputs(step), self.outputs(-step)) / (2 * SLOPE))
+        #: [windows, rows, ns', p]
+        self.columns = np.stack(slopes, -1)
+
+    def outputs(self, amounts: np.ndarray) -> np.ndarray:
+        """Readings of the model with its knobs turned [windows, rows, ns]."""
+        other = copy.copy(self.model)
+        for amount, tied in zip(amounts, self.groups):
+            for knob in tied:
+                knob.turn(other, float(amount))
         perturbation.settle(other)
-        columns.append(layout.whitened(windows.outputs(other, [], water_of), shadow))
-    return np.stack(columns, -1)
+        return self.windows.outputs(other, [], self.water_of)
+
+    def unexplained(self, truth: np.ndarray, shadow: np.ndarray, share: float) -> np.ndarray:
+        """Whitened truth - shadow [windows, rows, ns'], as a change that is linear in the knobs about the best.
+
+        A change as large as a knob's own bends with it: three Gauss-Newton steps, damped where they do not help.
+        `share` weighs the windows against the prior.
+        """
+        flat = self.columns.reshape(-1, self.columns.shape[-1])
+        # What the coarser step alone changes is not the knobs' to explain.
+        stepping = self.layout.whitened(shadow, self.outputs(np.zeros(flat.shape[1])))
+
+        def change_at(amounts):
+            if not amounts.any():
+                return self.layout.whitened(truth, shadow)
+            return self.layout.whitened(truth, self.outputs(amounts)) - stepping
+
+        def cost(change, amounts):
+            return share**2 * float((change**2).sum()) + float(amounts @ amounts)
+
+        amounts = np.zeros(flat.shape[1])
+        change = change_at(amounts)
+        for _ in range(3):
+            target = change + self.columns @ amounts
+            goal = ridge(share * flat, share * target.ravel())
+            for damping in (1.0, 0.3, 0.1):
+                tried = amounts + damping * (goal - amounts)
+                then = change_at(tried)
+                if cost(then, tried) < cost(change, amounts):
+                    amounts, change = tried, then
+                    break
+            else:
+                break
+        return change + self.columns @ amounts
 
 
 def effect_columns(windows: Windows, layout: Layout, model: mujoco.MjModel, effects: Sequence[Effect], *,
@@ -123,12 +171,14 @@ def effect_columns(windows: Windows, layout: Layout, model: mujoco.MjModel, effe
 
 
 def left_over(change: np.ndarray, columns: np.ndarray) -> float:
-    """Norm of `change` [...] after a ridge fit of `columns` [..., p] with unit prior."""
-    g = columns.reshape(-1, columns.shape[-1])
-    d = change.ravel()
+    """Norm of `change` [...] after a ridge fit of `columns` [..., p] with unit prior, the prior's share in it."""
+    g, d = columns.reshape(-1, columns.shape[-1]), change.ravel()
+    return float(np.sqrt(max(d @ d - d @ (g @ ridge(g, d)), 0.0)))
+
+
+def ridge(g: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """The x that makes |d - g x|^2 + |x|^2 least. `g` [n, p], `d` [n]."""
     gram = g.T @ g + np.eye(g.shape[1])
-    b = g.T @ d
     # Columns of very different size, some of them the same but for their size: scaled, and solved by rank.
     size = np.sqrt(np.diag(gram))
-    solution = np.linalg.lstsq(gram / np.outer(size, size), b / size, rcond=1e-12)[0] / size
-    return float(np.sqrt(max(d @ d - b @ solution, 0.0)))
+    return np.linalg.lstsq(gram / np.outer(size, size), (g.T @ d) / size, rcond=1e-12)[0] / size

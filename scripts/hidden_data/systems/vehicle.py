@@ -186,9 +186,11 @@ class Vehicle(System):
         body = model.body("hull").id
         every = list(range(8))
         return {
-            # A load at the centre is its weight; its inertia hides in the 3 % of the hull's.
-            "net_buoyancy": Twin(lambda rng: weight.NetBuoyancy("hull", body, -2.0, np.array([0, 0, 0.0])), "gentle", "payload"),
-            "payload": Twin(lambda rng: weight.Payload("hull", body, 0.2, np.array([0, 0, 0.02])), "gentle", "net_buoyancy"),
+            # Speeds of one size: a slope and a square differ by a third harmonic.
+            "linear_drag": Twin(lambda rng: drag.LinearDrag("hull", body, np.array([5, 8, 10, 0, 0, 0])), "gentle",
+                                "quadratic_drag"),
+            "quadratic_drag": Twin(lambda rng: drag.QuadraticDrag("hull", body, np.array([18, 30, 40, 0, 0, 0])), "gentle",
+                                   "linear_drag"),
             # Slow commands see of a lag only its delay.
             "actuator_lag": Twin(lambda rng: actuator.ActuatorLag("all", every, 0.08), "slow", "actuator_delay"),
             "actuator_delay": Twin(lambda rng: actuator.ActuatorDelay("all", every, 0.05), "slow", "actuator_lag"),
