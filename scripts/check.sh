@@ -15,9 +15,10 @@ RUSTDOCFLAGS='-D warnings' cargo doc --no-deps --document-private-items --quiet
 step 'robot and scenes are what make_b1.py writes'
 .venv/bin/python scripts/make_b1.py --check
 .venv/bin/python scripts/make_gap_scenes.py --check
-step 'tests without MuJoCo'
-# Its own folder: a build without the feature leaves a library without entry points.
-cargo test --quiet --no-default-features --features cli --lib --bins --target-dir target/pure
 step 'tests with MuJoCo'
 cargo build --quiet
 cargo test --quiet
+step 'tests without MuJoCo'
+# Its own folder: a build without the feature leaves a library without entry points.
+scripts/lend_build.sh target/pure
+cargo test --quiet --no-default-features --features cli --lib --bins --target-dir target/pure

@@ -19,4 +19,5 @@ printf '\n== Python: data, scenes, plugin\n'
 .venv/bin/python -m unittest discover -s scripts/tests
 
 printf '\n== Debian MuJoCo 2.2.2: the same library as a passive callback\n'
+scripts/lend_build.sh target/debian
 MUJOCO_DIR=/usr cargo test --quiet --target-dir target/debian --lib --bins --test fish

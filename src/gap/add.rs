@@ -98,19 +98,23 @@ fn cross_fit(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Vec<Witho
     if trials.len() < 2 {
         return Vec::new();
     }
+    let factor = naming.search.factor;
+    // The fit without a trial, and the log density that it gives to that trial: what all trials say together
+    // less what the others say. How uncertain the fit is without the trial is paid for.
     let without = |fit: &Fit, out: usize| {
         let others = fit.quadratics.iter().enumerate();
-        let others = others.filter(|(at, _)| *at != out).map(|(_, of)| of);
-        let best = sum(others).best(&fit.bounds)?;
+        let others = sum(others.filter(|(at, _)| *at != out).map(|(_, of)| of)).tempered(factor);
+        let best = others.best(&fit.bounds)?;
         let mut point = fit.point.clone();
         bench.set(&mut point, &best.z);
-        Some((point, fit.quadratics[out].at(&best.z)))
+        let (all, _) = fit.evidence(factor)?;
+        Some((point, all - (best.log_evidence - 0.5 * others.q)))
     };
     let empty = &naming.search.scored[0].fit;
     (0..trials.len())
         .filter_map(|out| {
-            let (point, misfit) = without(fit, out)?;
-            let (nominal, misfit_alone) = without(empty, out)?;
+            let (point, density) = without(fit, out)?;
+            let (nominal, alone) = without(empty, out)?;
             Some(WithoutTrial {
                 trial: study.trials[trials[out]].name.clone(),
                 knobs: bench.knob_values(&point),
@@ -120,7 +124,7 @@ fn cross_fit(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Vec<Witho
                     .map(|entry| (entry.effect, entry.target, entry.parameters))
                     .collect(),
                 recalibrated: bench.knob_values(&nominal),
-                gain: 0.5 * (misfit_alone - misfit),
+                gain: density - alone,
             })
         })
         .collect()

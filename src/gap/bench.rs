@@ -24,17 +24,17 @@ use crate::{
 };
 
 /// Step of the difference quotient of a knob, in standard deviations of its prior.
-const KNOB_STEP: f64 = 0.1;
-/// One in so many segments serves to find where the nominal's numbers lie.
-const COARSE: usize = 3;
+const KNOB_STEP: f64 = 0.01;
 /// Root mean square of the whitened differences of its readings up to which a cheaper integrator follows the
 /// model's own.
 const FOLLOWS: f64 = 10.0;
-/// Of few segments all serve.
-const FEW: usize = 12;
+/// Numbers that the fit of all segments moves by no more than this [standard deviations] need no new columns.
+const NEAR: f64 = 0.5;
+/// Gauss-Newton steps of a start.
+const SETTLING: usize = 3;
 /// What changes all whitened predictions together by less than this, a prior's standard deviation moved, is
-/// not seen in the data.
-const UNSEEN: f64 = 0.1;
+/// not seen in the data. Judged on short segments: long ones see several times more.
+const UNSEEN: f64 = 0.05;
 
 /// Trials, their segments and what is common to every hypothesis.
 pub struct Bench<'a> {
@@ -90,23 +90,89 @@ impl<'a> Bench<'a> {
     /// Finds how every segment depends on its start and on the knobs.
     ///
     /// The nominal may be so far off that its sensitivities hold only nearby. So its numbers are fitted to
-    /// a part of the segments first, and every segment is looked at about what comes out.
+    /// a few short segments, `first`, and every segment is looked at about what comes out, from a start that
+    /// suits it; again where its fit moves the numbers far. An effect that a knob imitates is told from it by
+    /// their priors alone, so the columns of both must be of one point.
     pub(super) fn new(
         material: Material<'a>,
+        first: Vec<Segment>,
         segments: Vec<Segment>,
         watch: &Watch<'_>,
     ) -> Result<Self, GapError> {
         let nominal = DVector::zeros(material.knobs.len());
-        let first = coarse(&segments);
         let mut bench = Self::about(material, nominal, first, "first sensitivities", watch)?;
         if let Some(fit) = bench.fit_far(bench.origin(), watch)? {
             bench.base = fit.point.knobs;
         }
-        bench.forget_unseen(segments.len());
+        bench.forget_unseen(&segments);
         bench.segments = segments;
-        bench.linearise("sensitivities", watch)?;
+        bench.settle_starts(watch)?;
+        bench.linearise("sensitivities", true, watch)?;
         bench.empty = bench.fit(bench.origin(), watch)?;
+        if let Some(fit) = &bench.empty
+            && (&fit.point.knobs - &bench.base).amax() > NEAR
+        {
+            let point = fit.point.clone();
+            bench.base = point.knobs;
+            bench.move_starts(&point.starts)?;
+            bench.linearise("sensitivities about the refitted nominal", true, watch)?;
+            bench.empty = bench.fit(bench.origin(), watch)?;
+        }
         Ok(bench)
+    }
+
+    /// Moves every segment's start to where it fits its readings best, the knobs at their base.
+    fn settle_starts(&mut self, watch: &Watch<'_>) -> Result<(), GapError> {
+        self.linearise("starts", false, watch)?;
+        let settled: Vec<DVector<f64>> = (0..self.segments.len())
+            .into_par_iter()
+            .map(|at| self.settled_start(at))
+            .collect::<Result<_, GapError>>()?;
+        self.move_starts(&settled)
+    }
+
+    /// A few Gauss-Newton steps, as a tangent.
+    fn settled_start(&self, at: usize) -> Result<DVector<f64>, GapError> {
+        let projection = self.projection(at);
+        let mut simulation = self
+            .plant
+            .simulation(&self.knob_values(&self.origin()), &[])?;
+        let mut look = |start: &DVector<f64>| {
+            let mut residual = Vec::new();
+            let whole = self.shoot(simulation.as_mut(), at, start, &[], &mut residual);
+            let charge = start.component_mul(start).dot(&self.precision);
+            let cost = residual.iter().map(|value| value * value).sum::<f64>() + charge;
+            whole.then_some((DVector::from_vec(residual), cost))
+        };
+        let mut start = DVector::zeros(2 * self.model.nv);
+        let Some((mut residual, mut cost)) = look(&start) else {
+            return Ok(start);
+        };
+        for _ in 0..SETTLING {
+            // The prior of a start is about its track, not about where it is now.
+            let carried = &residual + projection.sensitivity.map(f64::from) * &start;
+            let carried = DMatrix::from_column_slice(carried.len(), 1, carried.as_slice());
+            let next = projection.start(&carried);
+            match look(&next) {
+                Some((then, less)) if less < cost => (start, residual, cost) = (next, then, less),
+                _ => break,
+            }
+        }
+        Ok(start)
+    }
+
+    /// Moves the start of every segment along a tangent.
+    fn move_starts(&mut self, tangents: &[DVector<f64>]) -> Result<(), GapError> {
+        let mut simulation = self
+            .plant
+            .simulation(&self.knob_values(&self.origin()), &[])?;
+        for (segment, tangent) in self.segments.iter_mut().zip(tangents) {
+            simulation.set_motion(segment.start, &segment.qpos, &segment.qvel);
+            simulation.retract(tangent.as_slice());
+            segment.qpos = simulation.qpos().to_vec();
+            segment.qvel = simulation.qvel().to_vec();
+        }
+        Ok(())
     }
 
     /// The same about knobs that are known, without a fit of the empty set.
@@ -134,16 +200,17 @@ impl<'a> Bench<'a> {
             empty: None,
             adequacy: OnceLock::new(),
         };
-        bench.linearise(what, watch)?;
+        bench.linearise(what, true, watch)?;
         Ok(bench)
     }
 
-    /// Leaves out the knobs that no segment sees: `all` is how many there will be.
-    fn forget_unseen(&mut self, all: usize) {
+    /// Leaves out the knobs that no segment sees, where `all` will be looked at.
+    fn forget_unseen(&mut self, all: &[Segment]) {
         let seen = (self.shared.iter())
             .map(|(projection, knobs)| projection.gram(&knobs.map(f64::from)).diagonal())
             .fold(DVector::zeros(self.knobs.len()), |sum, more| sum + more);
-        let least = UNSEEN * UNSEEN * self.segments.len() as f64 / all as f64;
+        let rows = |of: &[Segment]| of.iter().map(|s| s.rows.len()).sum::<usize>() as f64;
+        let least = UNSEEN * UNSEEN * rows(&self.segments) / rows(all);
         let kept: Vec<usize> = (0..seen.len()).filter(|at| seen[*at] >= least).collect();
         self.knobs = kept.iter().map(|at| self.knobs[*at]).collect();
         self.base = DVector::from_iterator(kept.len(), kept.iter().map(|at| self.base[*at]));
@@ -186,8 +253,8 @@ impl<'a> Bench<'a> {
     }
 
     /// Sensitivities of every segment about the base. One whose start or knobs make the nominal blow up
-    /// says nothing reliable and is left out.
-    fn linearise(&mut self, what: &str, watch: &Watch<'_>) -> Result<(), GapError> {
+    /// says nothing reliable and is left out. Without `knobs` to the starts alone.
+    fn linearise(&mut self, what: &str, knobs: bool, watch: &Watch<'_>) -> Result<(), GapError> {
         let base = self.knob_values(&self.origin());
         let looked: Vec<Option<Looked>> = (0..self.segments.len())
             .into_par_iter()
@@ -209,7 +276,7 @@ impl<'a> Bench<'a> {
             .into_par_iter()
             .map(|at| {
                 watch.check()?;
-                let shared = self.sensitivities(at, &residuals[at])?;
+                let shared = self.sensitivities(at, knobs, &residuals[at])?;
                 watch.count(what, &done, total);
                 Ok(shared)
             })
@@ -295,6 +362,7 @@ impl<'a> Bench<'a> {
     fn sensitivities(
         &self,
         at: usize,
+        knobs: bool,
         residual: &[f64],
     ) -> Result<Option<(StartProjection, DMatrix<f32>)>, GapError> {
         let origin = self.origin();
@@ -317,7 +385,11 @@ impl<'a> Bench<'a> {
             return Ok(None);
         };
         let every: Vec<usize> = (0..self.knobs.len()).collect();
-        let nuisances = self.knob_columns(at, &origin, &every, &from)?;
+        let nuisances = if knobs {
+            self.knob_columns(at, &origin, &every, &from)?
+        } else {
+            DMatrix::zeros(residual.len(), every.len())
+        };
         Ok(Some((projection, nuisances)))
     }
 
@@ -466,10 +538,4 @@ impl<'a> Bench<'a> {
     pub(super) fn projection(&self, at: usize) -> &StartProjection {
         &self.shared[at].0
     }
-}
-
-/// Evenly spread segments, enough to see the nominal's numbers.
-fn coarse(segments: &[Segment]) -> Vec<Segment> {
-    let step = if segments.len() <= FEW { 1 } else { COARSE };
-    segments.iter().step_by(step).cloned().collect()
 }

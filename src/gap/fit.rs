@@ -21,6 +21,9 @@ use super::{
 pub(super) const STEP: f64 = 0.01;
 /// A knob farther than this from where its column was made [standard deviations] needs a new one.
 const FAR: f64 = 3.0;
+/// A knob whose predictions correlate with an effect's by more than this is told from it by what little differs
+/// in their columns, so both must be of one point.
+const AKIN: f64 = 0.5;
 /// Rollouts of all segments at most, columns not counted.
 const LOOKS: usize = 14;
 /// The same from far away.
@@ -97,6 +100,18 @@ impl Fit {
         self.misfit + self.penalty + self.arrival
     }
 
+    /// Knobs that predict much the same as one of the effects' parameters.
+    fn akin(&self) -> Vec<usize> {
+        let (knobs, all) = (self.point.knobs.len(), self.bounds.len());
+        let a = self.quadratic().a;
+        let alike = |knob: usize, own: usize| {
+            a[(knob, own)].powi(2) > AKIN * AKIN * a[(knob, knob)] * a[(own, own)]
+        };
+        (0..knobs)
+            .filter(|knob| (knobs..all).any(|own| alike(*knob, own)))
+            .collect()
+    }
+
     fn is_far(&self) -> bool {
         !far(&self.point.knobs, &self.about).is_empty()
     }
@@ -148,6 +163,9 @@ impl Bench<'_> {
         let columns = self.columns(&first, &residuals, known, &fresh)?;
         let about = moved(&self.base, &first.knobs, &fresh);
         let mut fit = self.assemble(first, residuals, columns, about);
+        if exact && !fit.akin().is_empty() {
+            fit = self.renewed(fit, false)?;
+        }
         // What the steps since the columns were made have brought; none: none was made.
         let mut since: Option<f64> = None;
         let mut disappointed = fit.point.candidates.is_empty();
@@ -213,12 +231,14 @@ impl Bench<'_> {
     }
 
     /// The same fit with columns about its point: those of the knobs too that are far from where theirs were
-    /// made, or of all if asked for.
+    /// made or akin to an effect, or of all if asked for.
     fn renewed(&self, fit: Fit, all: bool) -> Result<Fit, GapError> {
-        let fresh = if all {
+        let fresh: Vec<usize> = if all {
             (0..self.knobs.len()).collect()
         } else {
-            far(&fit.point.knobs, &fit.about)
+            let (far, akin) = (far(&fit.point.knobs, &fit.about), fit.akin());
+            let either = |knob: &usize| far.contains(knob) || akin.contains(knob);
+            (0..self.knobs.len()).filter(either).collect()
         };
         let known = fit.columns.into_iter().map(|of| of.knobs).collect();
         let columns = self.columns(&fit.point, &fit.residuals, known, &fresh)?;

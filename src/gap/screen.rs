@@ -16,7 +16,7 @@ use super::{
 use crate::effects::{self, Entry, Part};
 
 /// Segments that a screen looks at: it only chooses what is fitted to all of them.
-const SCREENED: usize = 20;
+const SCREENED: usize = 12;
 /// Parameters that shape what amplitudes do.
 const SHAPE_NAMES: [&str; 6] = [
     "frequency",
@@ -123,6 +123,8 @@ impl Bench<'_> {
         let total = count.min(SCREENED);
         let z = self.normalised(&fit.point);
         let entries = self.entries(&fit.point);
+        // An effect that a knob imitates stands out by what little differs in their columns, so both are of this point.
+        let every: Vec<usize> = (0..self.knobs.len()).collect();
         let grams: Vec<DMatrix<f64>> = (0..total)
             .into_par_iter()
             .map(|among| {
@@ -140,8 +142,15 @@ impl Bench<'_> {
                 }
                 let mut padded = DVector::zeros(z.len() + directions.len());
                 padded.rows_mut(0, z.len()).copy_from(&z);
-                let nuisances = fit.columns[at].knobs.as_ref();
-                let gram = self.gram(at, &fit.point, &padded, residual, nuisances, &columns);
+                let nuisances = self.knob_columns(at, &fit.point, &every, &from)?;
+                let gram = self.gram(
+                    at,
+                    &fit.point,
+                    &padded,
+                    residual,
+                    Some(&nuisances),
+                    &columns,
+                );
                 watch.count("screening effects", &done, total);
                 Ok(gram)
             })

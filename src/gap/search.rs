@@ -262,15 +262,10 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
     factor = tempering(bench, &scored, nothing);
     // Larger sets about the best found, as long as they win.
     for size in 2..=LARGEST {
-        let Some(best) = best_of(bench, &scored, factor) else {
+        let Some(about) = to_enlarge(bench, &mut scored, size, factor, seed, watch)? else {
             break;
         };
-        if scored[best].set.len() + 1 != size
-            || adequate(bench, &mut scored[best], seed, watch)?.p_value > INADEQUATE
-        {
-            break;
-        }
-        let base = &scored[best];
+        let base = &scored[about];
         let base_set = base.set.clone();
         let directions = (0..bench.candidates.len())
             .filter(|candidate| base_set.iter().all(|of| !clash(bench, *candidate, *of)))
@@ -327,6 +322,41 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
         linear: linear_sets,
         factor,
     })
+}
+
+/// The set about which sets of a size are looked for: the best, where it is smaller by one and leaves structure;
+/// where it is of that size already, its better part, about which the other part may turn out to be another.
+fn to_enlarge(
+    bench: &Bench<'_>,
+    scored: &mut [Scored],
+    size: usize,
+    factor: f64,
+    seed: u64,
+    watch: &Watch<'_>,
+) -> Result<Option<usize>, GapError> {
+    let Some(best) = best_of(bench, scored, factor) else {
+        return Ok(None);
+    };
+    let held = scored[best].set.len();
+    if held + 1 == size {
+        let adequacy = adequate(bench, &mut scored[best], seed, watch)?;
+        return Ok((adequacy.p_value <= INADEQUATE).then_some(best));
+    }
+    let whole = &scored[best].set;
+    let worth = |at: &usize| {
+        scored[*at]
+            .fit
+            .evidence(factor)
+            .map(|(evidence, _)| evidence)
+    };
+    let parts = (1..scored.len()).filter(|at| {
+        let part = &scored[*at].set;
+        held == size && part.len() + 1 == size && part.iter().all(|of| whole.contains(of))
+    });
+    Ok(parts
+        .filter_map(|at| Some((at, worth(&at)?)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(at, _)| at))
 }
 
 /// The factor before anything was refitted: from what the best single explains to first order.

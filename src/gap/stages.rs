@@ -167,7 +167,7 @@ pub struct WithoutTrial {
     pub effects: Vec<(Id, String, Vec<f64>)>,
     /// The same numbers of the nominal fitted where nothing is added.
     pub recalibrated: Vec<f64>,
-    /// By how much the log likelihood of the trial is higher than with these [nat].
+    /// By how much the log predictive density of the trial is higher than with these [nat].
     pub gain: f64,
 }
 

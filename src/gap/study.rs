@@ -21,12 +21,17 @@ use crate::{
     trial::Trial,
 };
 
-/// Length of a segment [s].
-pub(super) const SEGMENT: f64 = 2.0;
+/// Length of a segment [s]: what a small force does to a motion grows with the square of it, what the shape of a
+/// law is wrong by and what a start is uncertain by do not.
+pub(super) const SEGMENT: f64 = 6.0;
+/// Length of the segments on which a nominal that is far off is brought near first [s].
+const FIRST_SEGMENT: f64 = 2.0;
+/// Of those, so many are enough to see the nominal's numbers.
+const FIRST_SEGMENTS: usize = 16;
 /// Rows of a segment at least.
 pub(super) const LEAST_ROWS: usize = 10;
 /// Segments at most; of more, evenly spread ones are used, so that time and memory stay bounded.
-const MOST_SEGMENTS: usize = 48;
+const MOST_SEGMENTS: usize = 36;
 
 /// How the workflow is run.
 #[derive(Clone, Debug, PartialEq)]
@@ -142,24 +147,29 @@ impl<'a> Study<'a> {
             candidates: &self.candidates,
             knobs,
         };
-        Bench::new(material, self.segments(), watch)
+        let first = self.segments(FIRST_SEGMENT, FIRST_SEGMENTS);
+        Bench::new(
+            material,
+            first,
+            self.segments(SEGMENT, MOST_SEGMENTS),
+            watch,
+        )
     }
 
-    fn segments(&self) -> Vec<Segment> {
+    /// Every trial cut into segments of about `length` seconds; of more than `most`, evenly spread ones.
+    fn segments(&self, length: f64, most: usize) -> Vec<Segment> {
         let all: Vec<Segment> = self
             .trials
             .iter()
             .zip(&self.tracks)
             .enumerate()
-            .flat_map(|(at, (trial, track))| shooting::cut(at, trial, track, SEGMENT, LEAST_ROWS))
+            .flat_map(|(at, (trial, track))| shooting::cut(at, trial, track, length, LEAST_ROWS))
             .collect();
         let count = all.len();
-        if count <= MOST_SEGMENTS {
+        if count <= most {
             return all;
         }
-        (0..MOST_SEGMENTS)
-            .map(|at| all[at * count / MOST_SEGMENTS].clone())
-            .collect()
+        (0..most).map(|at| all[at * count / most].clone()).collect()
     }
 }
 

@@ -134,7 +134,7 @@ pub fn verify(
         files,
         has_alone,
         (examined.cross_fit.iter())
-            .map(|fit| fit.gain)
+            .map(|fit| fit.gain / examined.cross_fit.len() as f64)
             .reduce(|a, b| a + b),
         settings.seed,
     ))
