@@ -20,8 +20,12 @@ from hydro_data.scene import ROOT
 
 def run(program: Path, case: Path, out: Path, limit: float) -> str | None:
     """One case; returns what went wrong."""
-    log = out.with_suffix(".log")
-    command = [program, "gap", "run", "--model", case / "nominal.xml", "--trials", case / "trials", "--out", out]
+    log, known = out.with_suffix(".log"), out.with_suffix(".toml")
+    # How well the nominal is known stands in the open half of a case.
+    uncertainty = json.loads((case / "case.json").read_text()).get("uncertainty", {})
+    known.write_text("".join(f"{name} = {deviation}\n" for name, deviation in uncertainty.items()))
+    command = [program, "gap", "run", "--model", case / "nominal.xml", "--trials", case / "trials", "--out", out,
+               "--uncertainty", known]
     with open(log, "w") as file:
         try:
             code = subprocess.run(command, stdout=file, stderr=subprocess.STDOUT, timeout=limit, check=False).returncode

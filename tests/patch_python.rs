@@ -94,6 +94,7 @@ fn description() -> PlantDescription {
             root: false,
             moves: true,
             wet: true,
+            bulk: 0.01,
             scale: BodyScale {
                 mass: FIN,
                 inertia: [0.01; 3],

@@ -813,3 +813,16 @@ fn play_is_a_joint_that_nobody_sees() {
     one.retract(&[0.1, 0.5]);
     assert!((one.qpos()[0] - 0.3).abs() < 1e-12 && (one.qvel()[0] - 0.5).abs() < 1e-12);
 }
+
+/// A carriage of a few kilograms tows the robot; what hangs on it all does not make it bulky.
+#[test]
+fn a_towed_hull_is_bulkier_than_its_carriage() {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("mjcf/gap/b1_tow.xml");
+    let plant = MujocoPlant::load(&path).unwrap();
+    let bulk = |name: &str| {
+        let mut bodies = plant.description().bodies.iter();
+        bodies.find(|body| body.name == name).unwrap().bulk
+    };
+    assert!(bulk("trunk") > 10.0 * bulk("gantry"));
+    assert!(bulk("trunk") > 2.0 * bulk("FR_thigh"));
+}

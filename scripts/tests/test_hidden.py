@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import tomllib
 import unittest
 from pathlib import Path
 
@@ -309,6 +310,13 @@ class RunTest(unittest.TestCase):
         self.assertEqual(found.returncode, 1)
         self.assertIn("a: exit status 1, see", found.stderr)
         self.assertEqual(self.runs("b"), 1)
+
+    def test_how_well_the_nominal_is_known_is_told(self):
+        case = self.folder / "cases" / "a" / "case.json"
+        case.write_text('{"system": "leg", "uncertainty": {"mass": 0.03, "com_m": 0.002}}')
+        self.assertEqual(self.run_with("[ $9 = --uncertainty ] && cp ${10} $out/known").returncode, 0)
+        known = (self.folder / "out" / "a" / "known").read_text()
+        self.assertEqual(tomllib.loads(known), {"mass": 0.03, "com_m": 0.002})
 
     def test_nothing_to_run_is_refused(self):
         found = self.run_with("exit 0", "--system", "tow")

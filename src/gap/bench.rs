@@ -29,9 +29,11 @@ const KNOB_STEP: f64 = 0.01;
 /// model's own.
 const FOLLOWS: f64 = 10.0;
 /// Numbers that the fit of all segments moves by no more than this [standard deviations] need no new columns.
-const NEAR: f64 = 0.5;
+const NEAR: f64 = 1.0;
 /// Gauss-Newton steps of a start.
 const SETTLING: usize = 3;
+/// What changes all whitened predictions together by more than this is seen so well that a per cent of it matters.
+const WELL_SEEN: f64 = 30.0;
 /// What changes all whitened predictions together by less than this, a prior's standard deviation moved, is
 /// not seen in the data. Judged on short segments: long ones see several times more.
 const UNSEEN: f64 = 0.05;
@@ -409,6 +411,19 @@ impl<'a> Bench<'a> {
             columns.set_column(column, &found.map(|value| value as f32));
         }
         Ok(columns)
+    }
+
+    /// Knobs whose columns are so long that what is wrong in them matters.
+    pub(super) fn well_seen(&self) -> Vec<usize> {
+        let squares = (self.shared.iter())
+            .map(|(_, knobs)| {
+                let square = |column| f64::from(knobs.column(column).norm_squared());
+                DVector::from_fn(knobs.ncols(), |row, _| square(row))
+            })
+            .fold(DVector::zeros(self.knobs.len()), |sum, more| sum + more);
+        (0..squares.len())
+            .filter(|knob| squares[*knob] > WELL_SEEN * WELL_SEEN)
+            .collect()
     }
 
     /// Whitened residuals of a segment; false where it blew up.

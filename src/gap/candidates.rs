@@ -163,8 +163,8 @@ pub(super) fn enumerate(
 fn bases(model: &PlantDescription) -> Vec<&str> {
     let mut bases: Vec<(&PlantBody, f64)> = Vec::new();
     for body in model.bodies.iter().filter(|body| body.moves) {
-        // Of its own: a root's mass and volume are those of all that hangs on it.
-        let volume = body.scale.extent.iter().product::<f64>();
+        // Of its own: a root's sizes are those of all that hangs on it.
+        let volume = body.bulk;
         match bases.last_mut() {
             Some((base, least)) if !body.root => {
                 if volume > *least {
@@ -223,8 +223,7 @@ mod tests {
         let hull = model.bodies[0].clone();
         let named = |name: &str, root: bool, part: f64| {
             let mut body = hull.clone();
-            (body.name, body.root) = (name.to_owned(), root);
-            body.scale.extent[0] *= part;
+            (body.name, body.root, body.bulk) = (name.to_owned(), root, part);
             body
         };
         model.bodies = vec![

@@ -65,6 +65,7 @@ impl RigidBody {
                     root: true,
                     moves: true,
                     wet: true,
+                    bulk: 0.01,
                     scale,
                     inertial: Inertial::default(),
                 }],

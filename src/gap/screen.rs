@@ -10,13 +10,15 @@ use super::{
     error::GapError,
     fit::{Fit, Point, STEP, inward, quotient},
     information::Quadratic,
-    shooting::{self, Trace, WarmUp},
+    shooting::{self, Segment, Trace, WarmUp},
     watch::Watch,
 };
 use crate::effects::{self, Entry, Part};
 
-/// Segments that a screen looks at: it only chooses what is fitted to all of them.
-const SCREENED: usize = 12;
+/// A screen only chooses what is fitted to all segments: it looks at so many seconds of them at most ...
+const SCREENED: f64 = 72.0;
+/// ... and at fewer where a step is dear: seconds times degrees of freedom.
+const SCREENED_FREEDOMS: f64 = 500.0;
 /// Parameters that shape what amplitudes do.
 const SHAPE_NAMES: [&str; 6] = [
     "frequency",
@@ -120,11 +122,12 @@ impl Bench<'_> {
     ) -> Result<Screen, GapError> {
         let done = AtomicUsize::new(0);
         let count = self.segments.len();
-        let total = count.min(SCREENED);
+        let total = self.screened();
         let z = self.normalised(&fit.point);
         let entries = self.entries(&fit.point);
-        // An effect that a knob imitates stands out by what little differs in their columns, so both are of this point.
-        let every: Vec<usize> = (0..self.knobs.len()).collect();
+        // An effect that a knob imitates stands out by what little differs in their columns, so those of knobs that
+        // are seen well are of this point.
+        let seen = self.well_seen();
         let grams: Vec<DMatrix<f64>> = (0..total)
             .into_par_iter()
             .map(|among| {
@@ -142,7 +145,12 @@ impl Bench<'_> {
                 }
                 let mut padded = DVector::zeros(z.len() + directions.len());
                 padded.rows_mut(0, z.len()).copy_from(&z);
-                let nuisances = self.knob_columns(at, &fit.point, &every, &from)?;
+                let known = fit.columns[at].knobs.as_ref();
+                let mut nuisances = known.unwrap_or(&self.shared[at].1).clone();
+                let found = self.knob_columns(at, &fit.point, &seen, &from)?;
+                for (column, knob) in found.column_iter().zip(&seen) {
+                    nuisances.set_column(*knob, &column);
+                }
                 let gram = self.gram(
                     at,
                     &fit.point,
@@ -166,6 +174,18 @@ impl Bench<'_> {
             directions,
             before: z.len(),
         })
+    }
+
+    /// How many segments a screen looks at.
+    fn screened(&self) -> usize {
+        let seconds = |segment: &Segment| {
+            let times = &self.trials[segment.trial].times;
+            times[segment.rows.end - 1] - times[segment.rows.start]
+        };
+        let all: f64 = self.segments.iter().map(seconds).sum();
+        let most = SCREENED.min(SCREENED_FREEDOMS / self.model.nv.max(1) as f64);
+        let part = (most / all.max(f64::MIN_POSITIVE)).min(1.0);
+        ((part * self.segments.len() as f64).ceil() as usize).max(1)
     }
 
     /// Readings of a segment at every step.

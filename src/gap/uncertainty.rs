@@ -18,10 +18,13 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::error::GapError;
-use crate::sim::plant::{Knob, KnobClass};
+use crate::sim::plant::{Knob, KnobClass, Quantity};
 
-/// Standard deviation of when a command acts, in steps of the model: how the real one was held is not known.
-const HALF_A_STEP: f64 = 0.5;
+/// Standard deviation of when within a step a force is read, in steps of the model: the real thing has no steps.
+const READING: f64 = 0.5;
+/// The same of when a command acts, which the time convention of trials says: what is left is how a step of the
+/// model shares it out.
+const COMMAND: f64 = 0.15;
 
 /// Standard deviations of the nominal model's numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -114,7 +117,8 @@ impl Uncertainty {
             KnobClass::Fluid => self.fluid,
             KnobClass::Gain => self.gain,
             KnobClass::Damping => self.damping,
-            KnobClass::Timing => HALF_A_STEP,
+            KnobClass::Timing if knob.quantity == Quantity::CommandLead => COMMAND,
+            KnobClass::Timing => READING,
         })
     }
 }

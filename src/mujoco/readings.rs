@@ -71,12 +71,17 @@ pub(super) fn bodies(data: &DataView<'_>, density: f64, waterline: Option<f64>) 
             let scale = scale::body(model, body, density);
             let low = data.xpos()[3 * body + 2] - 0.5 * scale.extent[2];
             let under = waterline.is_none_or(|surface| low < surface);
+            let bulk = match scale::own_volume(model, body, density) {
+                volume if volume > 0.0 => volume,
+                _ => model.body_mass()[body] / density,
+            };
             let size = scale.extent.iter().any(|extent| *extent > 0.0);
             PlantBody {
                 name: model.label(mjOBJ_BODY as i32, "body", body),
                 root: scale::is_root(model, body),
                 moves: apply::last_dof(model, body) >= 0,
                 wet: weighs_in(model, body) && size && under,
+                bulk,
                 scale,
                 inertial: Inertial {
                     mass: model.body_mass()[body],

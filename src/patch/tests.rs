@@ -41,6 +41,7 @@ fn description() -> PlantDescription {
             root: false,
             moves: true,
             wet: true,
+            bulk: 0.01,
             scale: BodyScale {
                 mass: 0.5,
                 inertia: [0.01; 3],

@@ -28,7 +28,7 @@ pub enum KnobClass {
     Gain,
     /// Joint damping, relative.
     Damping,
-    /// When within a step commands act and forces are read, in steps; its deviation is half of one.
+    /// When within a step commands act and forces are read, in steps.
     Timing,
 }
 
@@ -113,6 +113,8 @@ pub struct PlantBody {
     pub moves: bool,
     /// True where it has size and weight of its own and stands in the water.
     pub wet: bool,
+    /// Volume of its own hull, without what hangs on it; where it has none, that of its mass in water [m^3].
+    pub bulk: f64,
     /// Its sizes; speeds are zero until the trials are known.
     pub scale: card::BodyScale,
     /// Its own inertia.
