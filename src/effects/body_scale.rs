@@ -116,6 +116,27 @@ impl BodyScale {
         self.quadratic_drag(axis) * speed
     }
 
+    /// Quadratic drag that may be expected: that of the sizes, or, where it is less, that of the weight at the speed of
+    /// the trials. A body that falls through air went fast enough to show that it is not in water.
+    pub(super) fn expected_quadratic_drag(&self, axis: usize) -> f64 {
+        let of_sizes = self.quadratic_drag(axis);
+        if axis < 3 {
+            of_sizes.min(self.weight() / self.typical_speed().powi(2))
+        } else {
+            of_sizes
+        }
+    }
+
+    /// The same for linear drag, which equals it at the typical speed.
+    pub(super) fn expected_linear_drag(&self, axis: usize) -> f64 {
+        let of_sizes = self.linear_drag(axis);
+        if axis < 3 {
+            of_sizes.min(self.weight() / self.typical_speed())
+        } else {
+            of_sizes
+        }
+    }
+
     /// Greatest linear drag with a meaning [N s/m, N m s/rad]: a hundred times the quadratic at a brisk
     /// speed, or what stops the body in a hundredth of a second.
     pub(super) fn greatest_linear_drag(&self, axis: usize) -> f64 {
@@ -142,6 +163,32 @@ impl BodyScale {
             self.typical_mass()
         } else {
             positive(self.inertia[axis - 3], self.displaced_inertia(axis - 3))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::effects::fixture;
+
+    /// 57 g at 20 m/s: at most its weight, not what water would do; a hull that drifts: what water does.
+    #[test]
+    fn a_fast_light_body_is_not_expected_to_be_dragged_as_by_water() {
+        let mut scale = fixture::scale_of(&fixture::still());
+        scale.mass = 0.057;
+        scale.speed = 20.0;
+        let weight = 0.057 * scale.typical_gravity();
+        let found = scale.expected_quadratic_drag(2) * 400.0;
+        assert!((found - weight).abs() < 1e-9 * weight, "{found}");
+        assert!((scale.expected_linear_drag(2) * 20.0 - weight).abs() < 1e-9 * weight);
+        scale.mass = 25.0;
+        scale.speed = 0.2;
+        for axis in 0..6 {
+            assert_eq!(
+                scale.expected_quadratic_drag(axis),
+                scale.quadratic_drag(axis)
+            );
+            assert_eq!(scale.expected_linear_drag(axis), scale.linear_drag(axis));
         }
     }
 }

@@ -32,7 +32,10 @@ impl Effect for LinearDrag {
     fn parameters(&self, target: &Target) -> Vec<Parameter> {
         body(target).map_or_else(Vec::new, |scale| {
             axes::never_negative(["N s/m", "N m s/rad"], |axis| {
-                (scale.linear_drag(axis), scale.greatest_linear_drag(axis))
+                (
+                    scale.expected_linear_drag(axis),
+                    scale.greatest_linear_drag(axis),
+                )
             })
         })
     }

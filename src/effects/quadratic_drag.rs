@@ -35,7 +35,7 @@ impl Effect for QuadraticDrag {
         body(target).map_or_else(Vec::new, |scale| {
             axes::never_negative(["N s^2/m^2", "N m s^2/rad^2"], |axis| {
                 (
-                    scale.quadratic_drag(axis),
+                    scale.expected_quadratic_drag(axis),
                     scale.greatest_quadratic_drag(axis),
                 )
             })

@@ -24,10 +24,9 @@ const FAR: f64 = 3.0;
 /// A knob whose predictions correlate with an effect's by more than this is told from it by what little differs
 /// in their columns, so both must be of one point.
 const AKIN: f64 = 0.5;
-/// Rollouts of all segments at most, columns not counted.
-const LOOKS: usize = 14;
-/// The same from far away.
-const LOOKS_FAR: usize = 30;
+/// Rollouts of all segments at most, columns not counted: most fits need ten, one from a point where a law bends
+/// much (a ball's drag over its whole fall) three times as many.
+const LOOKS: usize = 40;
 /// A change of the cost, reached or promised, that ends a fit: absolute, relative.
 const CONVERGED: f64 = 0.05;
 const CONVERGED_RELATIVE: f64 = 1e-5;
@@ -140,21 +139,21 @@ impl Bench<'_> {
     /// # Errors
     /// Where the plant refuses it, or a stop was asked for. None where it blows up from the start.
     pub(super) fn fit(&self, first: Point, watch: &Watch<'_>) -> Result<Option<Fit>, GapError> {
-        self.descend(first, LOOKS, true, watch)
+        self.descend(first, true, watch)
     }
 
     /// The same from a point that may be far away, without columns about the end.
     pub(super) fn fit_far(&self, first: Point, watch: &Watch<'_>) -> Result<Option<Fit>, GapError> {
-        self.descend(first, LOOKS_FAR, false, watch)
+        self.descend(first, false, watch)
     }
 
     fn descend(
         &self,
         first: Point,
-        mut looks: usize,
         exact: bool,
         watch: &Watch<'_>,
     ) -> Result<Option<Fit>, GapError> {
+        let mut looks = LOOKS;
         let Some(residuals) = self.look(&first)? else {
             return Ok(None);
         };

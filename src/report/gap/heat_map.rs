@@ -25,6 +25,8 @@ const ROW: f64 = 16.0;
 const LETTER: f64 = 6.2;
 /// Most letters of a sensor's name.
 const NAME: usize = 18;
+/// So many sensors are drawn whatever they show; of more, those in which there is something to see.
+const ALL_SENSORS: usize = 8;
 /// Trials that are shown at once; the others unfold.
 const OPEN_TRIALS: usize = 12;
 
@@ -68,7 +70,7 @@ pub(super) fn section(html: &mut String, found: &Found, places: &[Place]) {
          noise alone. Framed: windows that chance does not explain. Empty: no samples.</p>",
     );
     legend(html, &colours);
-    let order = rows(found);
+    let (order, quiet) = rows(found, &colours, places);
     let (first, others) = found
         .heat_maps
         .split_at(found.heat_maps.len().min(OPEN_TRIALS));
@@ -82,10 +84,18 @@ pub(super) fn section(html: &mut String, found: &Found, places: &[Place]) {
         maps(html, others, &order, &colours, places);
         html.push_str("</details>");
     }
+    if !quiet.is_empty() {
+        let _ = write!(
+            html,
+            "<p class=\"note\">Nothing beyond noise in any window, not drawn: {}.</p>",
+            escape(&quiet.join(", "))
+        );
+    }
 }
 
-/// Sensors, those with the largest share of the excess first.
-fn rows(found: &Found) -> Vec<&str> {
+/// Sensors that are drawn, those with the largest share of the excess first, and those in which there is nothing
+/// to see, where they are many.
+fn rows<'f>(found: &'f Found, colours: &Colours, places: &[Place]) -> (Vec<&'f str>, Vec<&'f str>) {
     let mut names: Vec<&str> = found
         .heat_maps
         .iter()
@@ -95,7 +105,23 @@ fn rows(found: &Found) -> Vec<&str> {
     names.dedup();
     let share = |name: &str| found.by_sensor.get(name).copied().unwrap_or(0.0);
     names.sort_by(|a, b| share(b).total_cmp(&share(a)).then_with(|| a.cmp(b)));
-    names
+    if names.len() <= ALL_SENSORS {
+        return (names, Vec::new());
+    }
+    let loud = |name: &str| {
+        let mut maps = found.heat_maps.iter();
+        let coloured = maps.any(|map| {
+            let mut values = map.sensors.get(name).into_iter().flatten().flatten();
+            values.any(|value| colours.level(*value) > 0)
+        });
+        coloured || places.iter().any(|place| place.sensor == name)
+    };
+    let (mut drawn, mut quiet): (Vec<&str>, Vec<&str>) =
+        names.into_iter().partition(|name| loud(name));
+    if drawn.is_empty() {
+        drawn = quiet.drain(..ALL_SENSORS).collect();
+    }
+    (drawn, quiet)
 }
 
 fn legend(html: &mut String, colours: &Colours) {
@@ -255,6 +281,34 @@ pub(super) fn shares(html: &mut String, found: &Found) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_many_sensors_those_with_something_to_see_are_drawn() {
+        let found = |sensors: usize, loud: &[usize]| {
+            let row = |at: usize| {
+                let value = if loud.contains(&at) { 9.0 } else { 1.0 };
+                (format!("s{at:02}"), vec![Some(value)])
+            };
+            let map = HeatMap {
+                trial: "t".into(),
+                edges: vec![0.0, 1.0],
+                sensors: (0..sensors).map(row).collect(),
+            };
+            Found {
+                heat_maps: vec![map],
+                ..super::super::tests::record(2, 5).found
+            }
+        };
+        let split = |found: &Found| {
+            let colours = Colours::of(&found.heat_maps);
+            let (drawn, quiet) = rows(found, &colours, &[]);
+            (drawn.join(" "), quiet.len())
+        };
+        assert_eq!(split(&found(20, &[3, 17])), ("s03 s17".to_owned(), 18));
+        assert_eq!(split(&found(ALL_SENSORS, &[3])).1, 0);
+        // Nothing anywhere: some are drawn all the same, to show that it was looked at.
+        assert_eq!(split(&found(20, &[])).1, 20 - ALL_SENSORS);
+    }
 
     #[test]
     fn colours_rise_with_the_value_whatever_the_values() {

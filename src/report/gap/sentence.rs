@@ -71,6 +71,9 @@ pub(super) fn recalibration(record: &Record) -> String {
     }
 }
 
+/// Another target of the same effect is told where it is likelier than this.
+const ELSEWHERE: f64 = 0.05;
+
 /// The effect as it stands in a sentence, after "the model lacks".
 fn phrase(id: Id) -> &'static str {
     match id {
@@ -168,10 +171,19 @@ fn missing(verdict: &Verdict, chosen: &[FittedEffect]) -> (String, &'static str)
             } else {
                 ""
             };
+            // Where it sits may be open where that it is missing is not: a current past a thigh is one past a calf.
+            let elsewhere: Vec<&FittedEffect> = (verdict.effects.iter())
+                .filter(|other| other.effect == effect.effect && other.probability > ELSEWHERE)
+                .filter(|other| chosen.iter().all(|of| of.target != other.target))
+                .collect();
+            let sum = effect.probability + elsewhere.iter().map(|of| of.probability).sum::<f64>();
+            let or: String = (elsewhere.iter())
+                .map(|other| format!(" or {}", quoted(&other.target)))
+                .collect();
             format!(
-                "{} ({label}{}{stand_in})",
+                "{}{or} ({label}{}{stand_in})",
                 on(phrase(effect.effect), &effect.target),
-                probability(effect.probability)
+                probability(sum.min(1.0))
             )
         };
         chosen.iter().enumerate().map(word).collect()

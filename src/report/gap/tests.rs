@@ -40,7 +40,7 @@ fn effect(
 }
 
 /// A vehicle of `sensors` sensors in `trials` trials that lacks added mass.
-fn record(sensors: usize, trials: usize) -> Record {
+pub(super) fn record(sensors: usize, trials: usize) -> Record {
     let name = |index: usize| match index {
         0 => "imu_gyro".to_owned(),
         1 => "dvl_velocity_in_the_frame_of_the_hull".to_owned(),
@@ -478,6 +478,25 @@ fn a_target_is_said_once_only_where_it_is_that_of_all() {
         "{}",
         said(&record)
     );
+}
+
+#[test]
+fn where_it_sits_may_be_open_where_that_it_is_missing_is_not() {
+    let mut record = record(3, 5);
+    let chosen = record.named.chosen[..1].to_vec();
+    let mut here = chosen[0].clone();
+    here.probability = 0.6;
+    let mut there = here.clone();
+    (there.target, there.probability) = ("calf".into(), 0.398);
+    let mut nowhere = here.clone();
+    (nowhere.target, nowhere.probability) = ("thigh".into(), 0.002);
+    record.verdict.effects = vec![here.clone(), there, nowhere];
+    let said = headline(&record.verdict, &[here]);
+    assert!(
+        said.contains("or `calf` (probability above 0.99)"),
+        "{said}"
+    );
+    assert!(!said.contains("thigh"), "{said}");
 }
 
 #[test]
