@@ -814,7 +814,7 @@ fn play_is_a_joint_that_nobody_sees() {
     assert!((one.qpos()[0] - 0.3).abs() < 1e-12 && (one.qvel()[0] - 0.5).abs() < 1e-12);
 }
 
-/// A carriage of a few kilograms tows the robot; what hangs on it all does not make it bulky.
+/// A carriage without a hull tows the robot; what hangs on it does not make it bulky.
 #[test]
 fn a_towed_hull_is_bulkier_than_its_carriage() {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("mjcf/gap/b1_tow.xml");

@@ -4,8 +4,8 @@ The shadow is the same truth (perturbations included) without the effect, under 
 itself it would drift away and count the drift; so it is restarted from the truth's own state every second,
 and the difference is taken over those windows. `raw` is the norm over every row and sensor of a case.
 `projected` is what remains once the nominal's uncertainties (3 %, 2 mm, weighted by their prior) have
-explained what they can, found by Gauss-Newton from their slopes: the distance from nothing, in the sense of a confusion distance. The bands of the
-score use `projected`.
+explained what they can, found by Gauss-Newton from their slopes: the distance from nothing, in the sense of a
+confusion distance. The bands of the score use `projected`.
 """
 
 import copy
@@ -132,15 +132,12 @@ class Nuisances:
         stepping = self.layout.whitened(shadow, self.outputs(np.zeros(flat.shape[1])))
 
         def change_at(amounts):
-            if not amounts.any():
-                return self.layout.whitened(truth, shadow)
             return self.layout.whitened(truth, self.outputs(amounts)) - stepping
 
         def cost(change, amounts):
             return share**2 * float((change**2).sum()) + float(amounts @ amounts)
 
-        amounts = np.zeros(flat.shape[1])
-        change = change_at(amounts)
+        amounts, change = np.zeros(flat.shape[1]), self.layout.whitened(truth, shadow)
         for _ in range(3):
             target = change + self.columns @ amounts
             goal = ridge(share * flat, share * target.ravel())

@@ -155,6 +155,13 @@ class Measurement(unittest.TestCase):
         outside = rng.normal(size=200)
         self.assertGreater(left_over(outside, g), 0.9 * np.linalg.norm(outside))
 
+    def test_two_millimetres_of_buoyancy_are_a_centre_of_mass_a_little_off(self):
+        # They turn the hull by far more than the attitude's noise, and the doubt of 2 mm explains nearly all of it.
+        case = Case(Spec(0, 5, "single", "vehicle", ("buoyancy_offset",), (30.0,), 1.0, small=True))
+        whole = case._whole([2e-3 / np.linalg.norm(case.effects[0].offset)])
+        self.assertGreater(whole.raw, 200.0)
+        self.assertLess(whole.projected, 0.05 * whole.raw)
+
 
 class Cases(unittest.TestCase):
     SPECS = (Spec(0, 3, "single", "vehicle", ("linear_drag",), (30.0,), 1.0, small=True),

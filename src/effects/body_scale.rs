@@ -108,12 +108,7 @@ impl BodyScale {
 
     /// Linear drag that equals the quadratic at the typical speed or rate [N s/m, N m s/rad].
     pub(super) fn linear_drag(&self, axis: usize) -> f64 {
-        let speed = if axis < 3 {
-            self.typical_speed()
-        } else {
-            self.typical_rate()
-        };
-        self.quadratic_drag(axis) * speed
+        self.quadratic_drag(axis) * self.typical(axis)
     }
 
     /// Quadratic drag that may be expected: that of the sizes, or, where it is less, that of the weight at the speed of
@@ -127,13 +122,17 @@ impl BodyScale {
         }
     }
 
-    /// The same for linear drag, which equals it at the typical speed.
+    /// Linear drag that equals it at the typical speed or rate [N s/m, N m s/rad].
     pub(super) fn expected_linear_drag(&self, axis: usize) -> f64 {
-        let of_sizes = self.linear_drag(axis);
+        self.expected_quadratic_drag(axis) * self.typical(axis)
+    }
+
+    /// Typical speed along an axis [m/s], or rate about one (3 to 5) [rad/s].
+    fn typical(&self, axis: usize) -> f64 {
         if axis < 3 {
-            of_sizes.min(self.weight() / self.typical_speed())
+            self.typical_speed()
         } else {
-            of_sizes
+            self.typical_rate()
         }
     }
 

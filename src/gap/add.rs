@@ -101,20 +101,23 @@ fn cross_fit(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Vec<Witho
     let factor = naming.search.factor;
     // The fit without a trial, and the log density that it gives to that trial: what all trials say together
     // less what the others say. How uncertain the fit is without the trial is paid for.
-    let without = |fit: &Fit, out: usize| {
+    let without = |fit: &Fit, all: f64, out: usize| {
         let others = fit.quadratics.iter().enumerate();
         let others = sum(others.filter(|(at, _)| *at != out).map(|(_, of)| of)).tempered(factor);
-        let best = others.best(&fit.bounds)?;
+        let (of_others, best) = others.evidence(&fit.bounds)?;
         let mut point = fit.point.clone();
         bench.set(&mut point, &best.z);
-        let (all, _) = fit.evidence(factor)?;
-        Some((point, all - (best.log_evidence - 0.5 * others.q)))
+        Some((point, all - of_others))
     };
     let empty = &naming.search.scored[0].fit;
+    let (Some((all, _)), Some((all_alone, _))) = (fit.evidence(factor), empty.evidence(factor))
+    else {
+        return Vec::new();
+    };
     (0..trials.len())
         .filter_map(|out| {
-            let (point, density) = without(fit, out)?;
-            let (nominal, alone) = without(empty, out)?;
+            let (point, density) = without(fit, all, out)?;
+            let (nominal, alone) = without(empty, all_alone, out)?;
             Some(WithoutTrial {
                 trial: study.trials[trials[out]].name.clone(),
                 knobs: bench.knob_values(&point),

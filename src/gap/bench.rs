@@ -10,7 +10,7 @@ use super::{
     adequacy::{self, Adequacy},
     candidates::Candidate,
     error::GapError,
-    fit::{Fit, Point, quotient},
+    fit::{Fit, Point, STEP, quotient},
     information::{Bounds, StartProjection},
     measured::{Channels, Measured},
     resolution,
@@ -23,8 +23,6 @@ use crate::{
     sim::plant::{Plant, PlantDescription, Simulation},
 };
 
-/// Step of the difference quotient of a knob, in standard deviations of its prior.
-const KNOB_STEP: f64 = 0.01;
 /// Root mean square of the whitened differences of its readings up to which a cheaper integrator follows the
 /// model's own.
 const FOLLOWS: f64 = 10.0;
@@ -142,25 +140,26 @@ impl<'a> Bench<'a> {
         let mut look = |start: &DVector<f64>| {
             let mut residual = Vec::new();
             let whole = self.shoot(simulation.as_mut(), at, start, &[], &mut residual);
-            let charge = start.component_mul(start).dot(&self.precision);
-            let cost = residual.iter().map(|value| value * value).sum::<f64>() + charge;
-            whole.then_some((DVector::from_vec(residual), cost))
+            let cost = residual.iter().map(|value| value * value).sum::<f64>() + self.charge(start);
+            whole.then(|| (DMatrix::from_vec(residual.len(), 1, residual), cost))
         };
         let mut start = DVector::zeros(2 * self.model.nv);
         let Some((mut residual, mut cost)) = look(&start) else {
             return Ok(start);
         };
         for _ in 0..SETTLING {
-            // The prior of a start is about its track, not about where it is now.
-            let carried = &residual + projection.sensitivity.map(f64::from) * &start;
-            let carried = DMatrix::from_column_slice(carried.len(), 1, carried.as_slice());
-            let next = projection.start(&carried);
+            let next = projection.start(residual, &start);
             match look(&next) {
                 Some((then, less)) if less < cost => (start, residual, cost) = (next, then, less),
                 _ => break,
             }
         }
         Ok(start)
+    }
+
+    /// What the prior of a start charges for a tangent.
+    pub(super) fn charge(&self, start: &DVector<f64>) -> f64 {
+        start.component_mul(start).dot(&self.precision)
     }
 
     /// Moves the start of every segment along a tangent.
@@ -406,11 +405,28 @@ impl<'a> Bench<'a> {
         let mut columns = DMatrix::zeros(from.1.len(), which.len());
         for (column, knob) in which.iter().enumerate() {
             let mut moved = point.clone();
-            moved.knobs[*knob] += KNOB_STEP;
-            let found = self.column(at, &moved, KNOB_STEP, from)?;
+            moved.knobs[*knob] += STEP;
+            let found = self.column(at, &moved, STEP, from)?;
             columns.set_column(column, &found.map(|value| value as f32));
         }
         Ok(columns)
+    }
+
+    /// Columns of all knobs: those of `known`, or the shared ones, with those of `fresh` made anew.
+    pub(super) fn renewed_knobs(
+        &self,
+        at: usize,
+        known: Option<&DMatrix<f32>>,
+        fresh: &[usize],
+        point: &Point,
+        from: &Differencing<'_>,
+    ) -> Result<DMatrix<f32>, GapError> {
+        let mut all = known.unwrap_or(&self.shared[at].1).clone();
+        let found = self.knob_columns(at, point, fresh, from)?;
+        for (column, knob) in found.column_iter().zip(fresh) {
+            all.set_column(*knob, &column);
+        }
+        Ok(all)
     }
 
     /// Knobs whose columns are so long that what is wrong in them matters.

@@ -90,9 +90,7 @@ impl Fit {
     /// Absolute log evidence (up to the constant of the noise) and the optimum, where every squared
     /// residual counts `1 / factor`.
     pub(super) fn evidence(&self, factor: f64) -> Option<(f64, Optimum)> {
-        let quadratic = self.quadratic().tempered(factor);
-        let best = quadratic.best(&self.bounds)?;
-        Some((best.log_evidence - 0.5 * quadratic.q, best))
+        self.quadratic().tempered(factor).evidence(&self.bounds)
     }
 
     fn cost(&self) -> f64 {
@@ -261,9 +259,7 @@ impl Bench<'_> {
                 let mut residual = DMatrix::from_column_slice(readings.len(), 1, readings);
                 residual -= nuisances.map(f64::from) * change.rows(0, knobs);
                 residual -= columns.own.map(f64::from) * change.rows(knobs, change.len() - knobs);
-                // The prior of a start is about its track, not about where it is now.
-                residual += projection.sensitivity.map(f64::from) * &fit.point.starts[at];
-                projection.start(&residual)
+                projection.start(residual, &fit.point.starts[at])
             })
             .collect();
         next
@@ -299,7 +295,7 @@ impl Bench<'_> {
     }
 
     fn arrival(&self, point: &Point) -> f64 {
-        let charge = |start: &DVector<f64>| start.component_mul(start).dot(&self.precision);
+        let charge = |start| self.charge(start);
         point.starts.iter().map(charge).sum()
     }
 
@@ -323,11 +319,7 @@ impl Bench<'_> {
                 let from = self.differencing(at, point, &residuals[at])?;
                 let own = self.own_columns(at, point, &from)?;
                 if !fresh.is_empty() {
-                    let found = self.knob_columns(at, point, fresh, &from)?;
-                    let all = knobs.get_or_insert_with(|| self.shared[at].1.clone());
-                    for (column, knob) in found.column_iter().zip(fresh) {
-                        all.set_column(*knob, &column);
-                    }
+                    knobs = Some(self.renewed_knobs(at, knobs.as_ref(), fresh, point, &from)?);
                 }
                 Ok(Columns {
                     own: own.map(|value| value as f32),

@@ -41,9 +41,11 @@ impl StartProjection {
         columns.transpose() * columns - onto.transpose() * solved
     }
 
-    /// The start that fits a residual best, as a tangent.
-    pub(super) fn start(&self, residual: &DMatrix<f64>) -> DVector<f64> {
-        let onto = self.onto(residual);
+    /// The start that fits a residual best, as a tangent; the residual was taken at the start `now`. The prior of a
+    /// start is about its track, not about where it is now.
+    pub(super) fn start(&self, mut residual: DMatrix<f64>, now: &DVector<f64>) -> DVector<f64> {
+        residual += self.sensitivity.map(f64::from) * now;
+        let onto = self.onto(&residual);
         self.factor.solve(&onto).column(0).into_owned()
     }
 
@@ -204,6 +206,12 @@ impl Quadratic {
         });
         let factor = precision.cholesky()?;
         Some((factor.solve(&right), factor.inverse()))
+    }
+
+    /// Absolute log evidence (up to the constant of the noise), and the best values.
+    pub(super) fn evidence(&self, bounds: &[Bounds]) -> Option<(f64, Optimum)> {
+        let best = self.best(bounds)?;
+        Some((best.log_evidence - 0.5 * self.q, best))
     }
 
     fn optimum(

@@ -146,11 +146,7 @@ impl Bench<'_> {
                 let mut padded = DVector::zeros(z.len() + directions.len());
                 padded.rows_mut(0, z.len()).copy_from(&z);
                 let known = fit.columns[at].knobs.as_ref();
-                let mut nuisances = known.unwrap_or(&self.shared[at].1).clone();
-                let found = self.knob_columns(at, &fit.point, &seen, &from)?;
-                for (column, knob) in found.column_iter().zip(&seen) {
-                    nuisances.set_column(*knob, &column);
-                }
+                let nuisances = self.renewed_knobs(at, known, &seen, &fit.point, &from)?;
                 let gram = self.gram(
                     at,
                     &fit.point,

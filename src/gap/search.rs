@@ -342,6 +342,9 @@ fn to_enlarge(
         let adequacy = adequate(bench, &mut scored[best], seed, watch)?;
         return Ok((adequacy.p_value <= INADEQUATE).then_some(best));
     }
+    if held != size {
+        return Ok(None);
+    }
     let whole = &scored[best].set;
     let worth = |at: &usize| {
         scored[*at]
@@ -351,7 +354,7 @@ fn to_enlarge(
     };
     let parts = (1..scored.len()).filter(|at| {
         let part = &scored[*at].set;
-        held == size && part.len() + 1 == size && part.iter().all(|of| whole.contains(of))
+        part.len() + 1 == size && part.iter().all(|of| whole.contains(of))
     });
     Ok(parts
         .filter_map(|at| Some((at, worth(&at)?)))

@@ -4,7 +4,7 @@
 
 use super::numbers::{bare_percent, number, percent, probability};
 use crate::{
-    effects::Id,
+    effects::{Id, TargetKind, catalogue},
     gap::{
         stages::Record,
         verdict::{FittedEffect, Gap, Outcome, Place, Regime, Verdict},
@@ -158,6 +158,13 @@ pub fn headline(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
     }
 }
 
+/// True for an effect that one hypothesis may put on several targets, each of which then is an entry with the
+/// probability of all.
+fn may_act_on_several(id: Id) -> bool {
+    let target = catalogue::effect(id).card().target;
+    matches!(target, TargetKind::Joint | TargetKind::Actuator)
+}
+
 /// What is missing, each with its probability; and the pronoun for it.
 fn missing(verdict: &Verdict, chosen: &[FittedEffect]) -> (String, &'static str) {
     let words: Vec<String> = if chosen.is_empty() {
@@ -174,6 +181,7 @@ fn missing(verdict: &Verdict, chosen: &[FittedEffect]) -> (String, &'static str)
             // Where it sits may be open where that it is missing is not: a current past a thigh is one past a calf.
             let elsewhere: Vec<&FittedEffect> = (verdict.effects.iter())
                 .filter(|other| other.effect == effect.effect && other.probability > ELSEWHERE)
+                .filter(|other| !may_act_on_several(other.effect))
                 .filter(|other| chosen.iter().all(|of| of.target != other.target))
                 .collect();
             let sum = effect.probability + elsewhere.iter().map(|of| of.probability).sum::<f64>();

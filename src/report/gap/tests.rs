@@ -497,6 +497,15 @@ fn where_it_sits_may_be_open_where_that_it_is_missing_is_not() {
         "{said}"
     );
     assert!(!said.contains("thigh"), "{said}");
+    // One hypothesis on two thrusters has an entry each: its probability must not count twice.
+    let lag = |target: &str, p: f64| effect(Id::ActuatorLag, target, p, &[]);
+    let one = lag("thruster_1", 0.6);
+    record.verdict.effects = vec![one.clone(), lag("thruster_2", 0.3), lag("thruster_3", 0.3)];
+    let said = headline(&record.verdict, &[one]);
+    assert!(
+        said.contains("on `thruster_1` (probability 0.60)"),
+        "{said}"
+    );
 }
 
 #[test]
