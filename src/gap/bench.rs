@@ -402,12 +402,18 @@ impl<'a> Bench<'a> {
         which: &[usize],
         from: &Differencing<'_>,
     ) -> Result<DMatrix<f32>, GapError> {
+        let found: Vec<DVector<f32>> = which
+            .par_iter()
+            .map(|knob| {
+                let mut moved = point.clone();
+                moved.knobs[*knob] += STEP;
+                let found = self.column(at, &moved, STEP, from)?;
+                Ok(found.map(|value| value as f32))
+            })
+            .collect::<Result<_, GapError>>()?;
         let mut columns = DMatrix::zeros(from.1.len(), which.len());
-        for (column, knob) in which.iter().enumerate() {
-            let mut moved = point.clone();
-            moved.knobs[*knob] += STEP;
-            let found = self.column(at, &moved, STEP, from)?;
-            columns.set_column(column, &found.map(|value| value as f32));
+        for (column, found) in found.iter().enumerate() {
+            columns.set_column(column, found);
         }
         Ok(columns)
     }

@@ -163,15 +163,15 @@ pub(super) fn enumerate(
 fn bases(model: &PlantDescription) -> Vec<&str> {
     let mut bases: Vec<(&PlantBody, f64)> = Vec::new();
     for body in model.bodies.iter().filter(|body| body.moves) {
-        // Of its own: a root's sizes are those of all that hangs on it.
-        let volume = body.bulk;
+        // Of its own: a root's sizes are those of all that hangs on it. A body without weight or size is no hull,
+        // however much water it stands for: buoyancy is often written as one.
         match bases.last_mut() {
             Some((base, least)) if !body.root => {
-                if volume > *least {
-                    (*base, *least) = (body, volume);
+                if body.wet && body.bulk > *least {
+                    (*base, *least) = (body, body.bulk);
                 }
             }
-            _ => bases.push((body, BULKIER * volume)),
+            _ => bases.push((body, BULKIER * body.bulk)),
         }
     }
     bases.iter().map(|(body, _)| body.name.as_str()).collect()
@@ -226,9 +226,12 @@ mod tests {
             (body.name, body.root, body.bulk) = (name.to_owned(), root, part);
             body
         };
+        let mut buoyancy = named("hull_buoyancy", false, 3.0);
+        buoyancy.wet = false;
         model.bodies = vec![
             named("carriage", true, 0.01),
             named("hull", false, 1.0),
+            buoyancy,
             named("fin", false, 0.1),
             named("vehicle", true, 1.0),
             named("arm", false, 1.5),

@@ -34,6 +34,8 @@ const CONVERGED_RELATIVE: f64 = 1e-5;
 const TRUSTED: f64 = 0.7;
 /// ... and are made anew at the end where the steps since have changed the cost by more than this.
 const MOVED: f64 = 2.0;
+/// Disappointments before the one at which the columns of all knobs are made anew.
+const ALL_ANEW: usize = 1;
 /// Halvings of a step that leads uphill.
 const HALVINGS: usize = 3;
 
@@ -165,7 +167,9 @@ impl Bench<'_> {
         }
         // What the steps since the columns were made have brought; none: none was made.
         let mut since: Option<f64> = None;
-        let mut disappointed = fit.point.candidates.is_empty();
+        // Columns that did not hold what they promised were made anew so many times: the effects' and what is akin
+        // to them, then all, once; in a large model those of all knobs cost more than everything else.
+        let mut disappointments = usize::from(fit.point.candidates.is_empty());
         loop {
             watch.check()?;
             let Some(best) = fit.quadratic().best(&fit.bounds) else {
@@ -184,11 +188,12 @@ impl Bench<'_> {
             let (found, used) = self.downhill(&fit, &best.z, looks)?;
             looks -= used;
             let Some((point, residuals)) = found else {
-                if since.is_none() && disappointed {
+                if since.is_none() && disappointments > 0 {
                     return Ok(Some(fit));
                 }
-                fit = self.renewed(fit, disappointed)?;
-                (since, disappointed) = (None, true);
+                fit = self.renewed(fit, disappointments == ALL_ANEW)?;
+                since = None;
+                disappointments += 1;
                 continue;
             };
             let columns = std::mem::take(&mut fit.columns);
@@ -200,8 +205,9 @@ impl Bench<'_> {
             }
             since = Some(since.unwrap_or(0.0) + gained);
             if gained < little.max(TRUSTED * promised) {
-                fit = self.renewed(fit, disappointed)?;
-                (since, disappointed) = (None, true);
+                fit = self.renewed(fit, disappointments == ALL_ANEW)?;
+                since = None;
+                disappointments += 1;
             }
         }
     }

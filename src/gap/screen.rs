@@ -18,7 +18,7 @@ use crate::effects::{self, Entry, Part};
 /// A screen only chooses what is fitted to all segments: it looks at so many seconds of them at most ...
 const SCREENED: f64 = 72.0;
 /// ... and at fewer where a step is dear: seconds times degrees of freedom.
-const SCREENED_FREEDOMS: f64 = 500.0;
+const SCREENED_FREEDOMS: f64 = 400.0;
 /// Parameters that shape what amplitudes do.
 const SHAPE_NAMES: [&str; 6] = [
     "frequency",
@@ -138,10 +138,15 @@ impl Bench<'_> {
                 let from = self.differencing(at, &fit.point, residual)?;
                 let mut columns = DMatrix::zeros(residual.len(), own.ncols() + directions.len());
                 columns.view_mut((0, 0), own.shape()).copy_from(&own);
-                for (column, direction) in directions.iter().enumerate() {
-                    watch.check()?;
-                    let found = self.along(at, fit, direction, &trace, &from)?;
-                    columns.set_column(own.ncols() + column, &found);
+                let looked: Vec<DVector<f64>> = directions
+                    .par_iter()
+                    .map(|direction| {
+                        watch.check()?;
+                        self.along(at, fit, direction, &trace, &from)
+                    })
+                    .collect::<Result<_, GapError>>()?;
+                for (column, found) in looked.iter().enumerate() {
+                    columns.set_column(own.ncols() + column, found);
                 }
                 let mut padded = DVector::zeros(z.len() + directions.len());
                 padded.rows_mut(0, z.len()).copy_from(&z);

@@ -27,11 +27,14 @@ pub(super) const SEGMENT: f64 = 6.0;
 /// Length of the segments on which a nominal that is far off is brought near first [s].
 const FIRST_SEGMENT: f64 = 2.0;
 /// Of those, so many are enough to see the nominal's numbers.
-const FIRST_SEGMENTS: usize = 16;
+const FIRST_SEGMENTS: usize = 12;
 /// Rows of a segment at least.
 pub(super) const LEAST_ROWS: usize = 10;
-/// Segments at most; of more, evenly spread ones are used, so that time and memory stay bounded.
+/// Segments at most; of more, evenly spread ones are used, so that time and memory stay bounded ...
 const MOST_SEGMENTS: usize = 36;
+/// ... and fewer where a model has many degrees of freedom, each of which costs time and columns [s]: 36 for a
+/// free body.
+const SECONDS_BY_FREEDOMS: f64 = 1300.0;
 
 /// How the workflow is run.
 #[derive(Clone, Debug, PartialEq)]
@@ -148,12 +151,9 @@ impl<'a> Study<'a> {
             knobs,
         };
         let first = self.segments(FIRST_SEGMENT, FIRST_SEGMENTS);
-        Bench::new(
-            material,
-            first,
-            self.segments(SEGMENT, MOST_SEGMENTS),
-            watch,
-        )
+        let seconds = SECONDS_BY_FREEDOMS / self.plant.description().nv.max(1) as f64;
+        let most = MOST_SEGMENTS.min((seconds / SEGMENT).ceil() as usize);
+        Bench::new(material, first, self.segments(SEGMENT, most), watch)
     }
 
     /// Every trial cut into segments of about `length` seconds; of more than `most`, evenly spread ones.
