@@ -103,7 +103,8 @@ pub fn find(
     let fitted = 2 * bench.model.nv * bench.segments.len();
     // Two looks: at single windows, and at what adds up over all of them.
     let overall = (2.0 * p_value(largest).min(structure.p_value)).min(1.0);
-    let regime = if overall <= LEVEL {
+    // Shares of an excess that shows in no window are shares of noise.
+    let regime = if overall <= LEVEL && !places.is_empty() {
         regime::rules(study, bench, fit)
     } else {
         Vec::new()

@@ -257,7 +257,9 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
     let mut factor = first_factor(bench, &screen);
     if let Some(linear) = Linear::new(bench, &screen, factor) {
         linear_sets = sets(bench, &linear);
-        refit_leaders(bench, &linear, &linear_sets, &mut scored, watch)?;
+        let refused = refit_leaders(bench, &linear, &linear_sets, &mut scored, watch)?;
+        // Their evidence to first order was of what does not stand when refitted.
+        linear_sets.retain(|(set, _)| !refused.contains(set));
     }
     factor = tempering(bench, &scored, nothing);
     // Larger sets about the best found, as long as they win.
@@ -411,13 +413,14 @@ fn sets(bench: &Bench<'_>, linear: &Linear<'_>) -> Vec<(Vec<usize>, f64)> {
     all
 }
 
+/// Returns the leaders that could not be refitted.
 fn refit_leaders(
     bench: &Bench<'_>,
     linear: &Linear<'_>,
     sets: &[(Vec<usize>, f64)],
     scored: &mut Vec<Scored>,
     watch: &Watch<'_>,
-) -> Result<(), GapError> {
+) -> Result<Vec<Vec<usize>>, GapError> {
     let worth = |entry: &(Vec<usize>, f64)| entry.1 + log_prior(bench, &entry.0);
     let leading = |size: usize, above: f64| -> Vec<&Vec<usize>> {
         let of_size = sets.iter().filter(|(set, _)| set.len() == size);
@@ -431,14 +434,19 @@ fn refit_leaders(
     // A pair that is no better than a single is found from that, by a screen about its refit.
     leaders.extend(leading(2, best_single));
     let total = leaders.len();
-    for (at, set) in leaders.into_iter().enumerate() {
+    for (at, set) in leaders.iter().enumerate() {
         (watch.tell)("refitting", at, total);
         if let Some(point) = linear.point(bench, &scored[0].fit.point, set) {
             add(bench, point, scored, watch)?;
         }
     }
     (watch.tell)("refitting", total, total);
-    Ok(())
+    let stands = |set: &Vec<usize>| scored.iter().any(|scored| scored.set == *set);
+    Ok(leaders
+        .into_iter()
+        .filter(|set| !stands(set))
+        .cloned()
+        .collect())
 }
 
 fn add(

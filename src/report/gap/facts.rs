@@ -99,7 +99,17 @@ pub(super) fn regimes(html: &mut String, record: &Record) {
 pub(super) fn places(html: &mut String, record: &Record) {
     const MOST: usize = 6;
     if record.verdict.places.is_empty() {
-        html.push_str("<p>No window stands out from what chance gives.</p>");
+        let p = record.found.p_value;
+        if p <= 0.05 {
+            let _ = write!(
+                html,
+                "<p>No single window stands out from what chance gives; what is small everywhere adds up to more \
+                 than chance (p {}).</p>",
+                escape(&p_value(p))
+            );
+        } else {
+            html.push_str("<p>No window stands out from what chance gives.</p>");
+        }
         return;
     }
     html.push_str("<ul>");

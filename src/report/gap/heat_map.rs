@@ -65,6 +65,15 @@ pub(super) fn section(html: &mut String, found: &Found, places: &[Place]) {
         return;
     }
     let colours = Colours::of(&found.heat_maps);
+    if places.is_empty() && !is_coloured(found, &colours) {
+        let count = found.heat_maps.len();
+        let _ = write!(
+            html,
+            "<p class=\"note\">Looked at: every sensor in every window of {count} trials. All look like noise, so \
+             there is no map.</p>"
+        );
+        return;
+    }
     html.push_str(
         "<p class=\"note\">Squared difference over the variance of the noise, averaged over a window: 1 is \
          noise alone. Framed: windows that chance does not explain. Empty: no samples.</p>",
@@ -91,6 +100,13 @@ pub(super) fn section(html: &mut String, found: &Found, places: &[Place]) {
             escape(&quiet.join(", "))
         );
     }
+}
+
+/// True where some window has more than noise alone may well give.
+fn is_coloured(found: &Found, colours: &Colours) -> bool {
+    let mut values =
+        (found.heat_maps.iter()).flat_map(|map| map.sensors.values().flatten().flatten());
+    values.any(|value| colours.level(*value) > 0)
 }
 
 /// Sensors that are drawn, those with the largest share of the excess first, and those in which there is nothing
@@ -255,16 +271,28 @@ fn one(
     html.push_str("</svg>");
 }
 
-/// Share of the excess by sensor, as bars.
-pub(super) fn shares(html: &mut String, found: &Found) {
-    let mut shares: Vec<(&String, f64)> = found.by_sensor.iter().map(|(n, s)| (n, *s)).collect();
+/// Share of the excess by sensor, as bars; where no window stands out they are shares of noise, and not shown.
+pub(super) fn shares(html: &mut String, found: &Found, places: &[Place]) {
+    let mut shares: Vec<(&str, f64)> = (found.by_sensor.iter())
+        .map(|(name, share)| (name.as_str(), *share))
+        .collect();
     shares.sort_by(|a, b| b.1.total_cmp(&a.1).then_with(|| a.0.cmp(b.0)));
-    if shares.is_empty() {
+    if shares.is_empty() || places.is_empty() {
         return;
     }
+    html.push_str("<h3>By sensor</h3>");
+    let (first, others) = shares.split_at(shares.len().min(ALL_SENSORS));
+    bars(html, first);
+    if !others.is_empty() {
+        let _ = write!(html, "<details><summary>{} more</summary>", others.len());
+        bars(html, others);
+        html.push_str("</details>");
+    }
+}
+
+fn bars(html: &mut String, shares: &[(&str, f64)]) {
     html.push_str(
-        "<h3>By sensor</h3><div class=\"wide\"><table><tr><th class=\"t\">sensor</th><th></th>\
-         <th>of the excess</th></tr>",
+        "<div class=\"wide\"><table><tr><th class=\"t\">sensor</th><th></th><th>of the excess</th></tr>",
     );
     for (name, share) in shares {
         let _ = write!(
@@ -272,8 +300,8 @@ pub(super) fn shares(html: &mut String, found: &Found) {
             "<tr><td class=\"t\">{}</td><td class=\"bar\">",
             escape(name)
         );
-        svg::share_bar(html, "fb", share);
-        let _ = write!(html, "</td><td class=\"n\">{}</td></tr>", percent(share));
+        svg::share_bar(html, "fb", *share);
+        let _ = write!(html, "</td><td class=\"n\">{}</td></tr>", percent(*share));
     }
     html.push_str("</table></div>");
 }

@@ -55,7 +55,7 @@ pub fn page(record: &Record) -> String {
     facts::places(&mut html, record);
     heat_map::section(&mut html, &record.found, &record.verdict.places);
     facts::regimes(&mut html, record);
-    heat_map::shares(&mut html, &record.found);
+    heat_map::shares(&mut html, &record.found, &record.verdict.places);
     facts::channels(&mut html, record);
 
     html.push_str("<h2>Which effect is missing</h2>");

@@ -106,10 +106,20 @@ fn table(html: &mut String, sets: &[crate::gap::stages::Hypothesis]) {
         } else {
             words.join(" + ")
         };
-        let note = if set.refitted || set.effects.is_empty() {
-            ""
+        // Only what was refitted has a probability; a screen's evidence is about the nominal, not about the best.
+        let (note, probability, left) = if set.refitted || set.effects.is_empty() {
+            (
+                "",
+                short_probability(set.probability),
+                percent(set.unexplained),
+            )
         } else {
-            " <span class=\"note\">approximate</span>"
+            let dash = "\u{2013}".to_owned();
+            (
+                " <span class=\"note\">approximate</span>",
+                dash.clone(),
+                dash,
+            )
         };
         let _ = write!(
             html,
@@ -119,9 +129,9 @@ fn table(html: &mut String, sets: &[crate::gap::stages::Hypothesis]) {
         let _ = write!(
             html,
             "</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>",
-            escape(&short_probability(set.probability)),
+            escape(&probability),
             number(set.log_evidence),
-            percent(set.unexplained)
+            left
         );
     }
     html.push_str("</table></div>");

@@ -643,3 +643,40 @@ fn what_refitting_alone_does_is_said_where_it_is_known() {
         page(&record).contains("refitted alone, without an addition, they cut the error by 60 %")
     );
 }
+
+#[test]
+fn shares_of_noise_are_not_shown() {
+    let loud = page(&record(12, 5));
+    assert!(loud.contains("of the excess</th>") && loud.contains("class=\"place\""));
+    assert!(
+        loud.contains("<summary>4 more</summary>"),
+        "eight sensors of twelve are open"
+    );
+    let mut quiet = record(12, 5);
+    for map in &mut quiet.found.heat_maps {
+        for value in map.sensors.values_mut().flatten().flatten() {
+            *value = 1.0;
+        }
+    }
+    (quiet.verdict.places, quiet.verdict.regime) = (Vec::new(), Vec::new());
+    quiet.found.p_value = 0.01;
+    let html = page(&quiet);
+    well_formed(&html);
+    for absent in ["of the excess</th>", "class=\"place\"", "class=\"h1\""] {
+        assert!(!html.contains(absent), "{absent}");
+    }
+    assert!(html.contains("adds up to more than chance"));
+    quiet.found.p_value = 0.6;
+    assert!(!page(&quiet).contains("adds up to more than chance"));
+}
+
+#[test]
+fn what_was_only_screened_has_no_probability() {
+    let mut tried = record(3, 2);
+    tried.named.ranking.truncate(6);
+    let html = page(&tried);
+    let sets = html.split("Sets that were tried").nth(1).unwrap();
+    let sets = sets.split("<h2>").next().unwrap();
+    // Two of the six were not refitted: probability and part left of each.
+    assert_eq!(sets.matches("<td class=\"n\">\u{2013}</td>").count(), 4);
+}
