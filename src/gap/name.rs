@@ -25,7 +25,7 @@ const ERROR: f64 = 0.05;
 const CONFUSION: f64 = 9.0;
 /// A rival less probable than this part of the best is none, however near its outputs: it needs more luck
 /// in its values.
-const FAR_FETCHED: f64 = 2e-3;
+const FAR_FETCHED: f64 = 0.02;
 /// Effects less probable than this are not listed.
 const NEGLIGIBLE: f64 = 1e-3;
 /// Probability of as much structure left, were the best set right, at or below which it is not.
