@@ -24,7 +24,9 @@ pub(super) fn parameters(scale: &BodyScale) -> Vec<Parameter> {
         Parameter::about("linear_drag", "m/s", 0.0, speed).within(0.0, 20.0),
         Parameter::about("quadratic_drag", "1", 0.0, 1.0).within(0.0, 50.0),
         Parameter::about("added_mass", "1", 0.0, 0.5).within(0.0, 20.0),
-        Parameter::about("length", "m", length, length).within(0.02 * length, 20.0 * length),
+        // Of the order of half the body: an image's flow and a body's waves die away over its own size.
+        Parameter::about("length", "m", 0.5 * length, 0.25 * length)
+            .within(0.02 * length, 20.0 * length),
     ]
 }
 

@@ -16,6 +16,10 @@ const ALL_BODIES: usize = 6;
 /// tows.
 const BULKIER: f64 = 2.0;
 
+/// Depth, in its greatest extents, from which a body does not feel the surface: what waves and the image of a body do
+/// has died away over its own size (J. N. Newman, Marine Hydrodynamics, MIT Press 1977, sections 6.17 and 6.20).
+const DEEP: f64 = 2.0;
+
 /// Travel, in sizes of the largest body, below which effects of place are not tried.
 const PLACES: f64 = 0.1;
 
@@ -56,6 +60,8 @@ pub(super) struct Typical {
     pub(super) speed: Vec<f64>,
     /// Largest excursion of every position from its mean.
     pub(super) travel: Vec<f64>,
+    /// Largest value of every position.
+    pub(super) highest: Vec<f64>,
     /// Largest command of every actuator.
     pub(super) command: Vec<f64>,
 }
@@ -91,6 +97,9 @@ pub(super) fn enumerate(
                     continue;
                 }
                 for body in model.bodies.iter().filter(|body| body.moves) {
+                    if *id == Id::FreeSurface && is_deep(model, typical, body) {
+                        continue;
+                    }
                     let is_base = bases.contains(&body.name.as_str());
                     if !(is_base || (moving <= ALL_BODIES && body.wet)) {
                         continue;
@@ -177,6 +186,15 @@ fn bases(model: &PlantDescription) -> Vec<&str> {
     bases.iter().map(|(body, _)| body.name.as_str()).collect()
 }
 
+/// True where a body stays so deep in all trials that the surface does not feel it: its drag and added mass there
+/// would be drag and added mass by another name.
+fn is_deep(model: &PlantDescription, typical: &Typical, body: &PlantBody) -> bool {
+    let size = body.scale.extent.into_iter().fold(0.0, f64::max);
+    (model.base.as_ref())
+        .filter(|base| base.body == body.name)
+        .is_some_and(|base| model.waterline - typical.highest[base.qpos + 2] > DEEP * size)
+}
+
 /// True where something that moves goes far enough to feel depths and distances change.
 fn travels(model: &PlantDescription, typical: &Typical) -> bool {
     let size = model
@@ -237,5 +255,30 @@ mod tests {
             named("arm", false, 1.5),
         ];
         assert_eq!(bases(&model), ["hull", "vehicle"]);
+    }
+
+    /// The hull is 0.6 m long.
+    #[test]
+    fn a_body_that_stays_deep_does_not_feel_the_surface() {
+        let mut model = RigidBody::new().description().clone();
+        let felt = |model: &PlantDescription, highest: f64| {
+            let mut typical = Typical {
+                speed: vec![0.1; model.nv],
+                travel: vec![1.0; model.nq],
+                highest: vec![0.0; model.nq],
+                command: vec![1.0; model.actuators.len()],
+            };
+            typical.highest[2] = highest;
+            let channels = Channels {
+                list: Vec::new(),
+                sources: Vec::new(),
+            };
+            enumerate(model, &channels, &[], &typical)
+                .iter()
+                .any(|candidate| candidate.effect == Id::FreeSurface)
+        };
+        assert!(felt(&model, -1.1) && !felt(&model, -1.3));
+        model.waterline = -0.5;
+        assert!(felt(&model, -1.3) && !felt(&model, -1.8));
     }
 }

@@ -99,6 +99,7 @@ impl RigidBody {
                     knob("drag", KnobClass::Fluid, Quantity::FluidCoefficient(0)),
                 ],
                 carriers: Vec::new(),
+                waterline: 0.0,
                 has_water: true,
             },
             drag: DRAG,

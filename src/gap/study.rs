@@ -221,6 +221,7 @@ fn typical(model: &PlantDescription, trials: &[Measured], tracks: &[Track]) -> T
             .zip(&highest)
             .map(|(low, high)| 0.5 * (high - low).max(0.0))
             .collect(),
+        highest,
         command,
     }
 }

@@ -152,6 +152,7 @@ impl MujocoPlant {
             sensors: readings::sensors(view),
             knobs,
             carriers: wrench::carrying_bodies(view),
+            waterline: around.waterline.unwrap_or(0.0),
             has_water: view.has_fluid() || !nominal.is_empty(),
         };
         Ok(Self {

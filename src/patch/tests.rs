@@ -79,6 +79,7 @@ fn description() -> PlantDescription {
         sensors: Vec::new(),
         knobs: Vec::new(),
         carriers: Vec::new(),
+        waterline: 0.0,
         has_water: true,
     }
 }

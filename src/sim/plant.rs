@@ -244,6 +244,8 @@ pub struct PlantDescription {
     pub knobs: Vec<Knob>,
     /// Names of the bodies that carry instances of `hydro.wrench`, as [`Quantity::EffectValue`] counts them.
     pub carriers: Vec<String>,
+    /// Height of the water's surface [m].
+    pub waterline: f64,
     /// True where a learned or native fluid acts already, so that a current has something to act through.
     pub has_water: bool,
 }
