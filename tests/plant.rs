@@ -826,3 +826,32 @@ fn a_towed_hull_is_bulkier_than_its_carriage() {
     assert!(bulk("trunk") > 10.0 * bulk("gantry"));
     assert!(bulk("trunk") > 2.0 * bulk("FR_thigh"));
 }
+
+/// However heavy: what has no hull is not the bulky one where others have.
+#[test]
+fn a_heavy_carriage_without_a_hull_is_not_bulky() {
+    let scene = |hull: &str| {
+        format!(
+            r#"<mujoco><option density="1000"/><worldbody>
+              <body name="carriage"><joint type="slide" axis="1 0 0"/><inertial pos="0 0 0" mass="500" diaginertia="1 1 1"/>
+                <body name="towed" pos="0 0 -1"><inertial pos="0 0 0" mass="30" diaginertia="1 1 1"/>{hull}</body>
+              </body></worldbody></mujoco>"#
+        )
+    };
+    let bulks = |hull: &str| {
+        let plant = plant(&scene(hull));
+        let bodies = &plant.description().bodies;
+        let bulk = |name: &str| bodies.iter().find(|body| body.name == name).unwrap().bulk;
+        (bulk("carriage"), bulk("towed"))
+    };
+    let (carriage, towed) =
+        bulks(r#"<geom type="ellipsoid" size=".4 .2 .2" fluidshape="ellipsoid"/>"#);
+    assert_eq!(carriage, 0.0);
+    assert!(
+        (towed - 4.0 / 3.0 * std::f64::consts::PI * 0.016).abs() < 1e-9,
+        "{towed}"
+    );
+    // Without any hull masses tell.
+    let (carriage, towed) = bulks("");
+    assert!(carriage > 10.0 * towed && towed > 0.0);
+}

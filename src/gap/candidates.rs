@@ -4,7 +4,7 @@ use super::measured::{Channels, Measured};
 use crate::{
     effects::{
         self, Entry, Id, Parameter,
-        card::{ActuatorScale, SensorScale, Target, TargetKind},
+        card::{ActuatorScale, BodyScale, SensorScale, Target, TargetKind},
     },
     sim::plant::{PlantBody, PlantDescription, SensorKind},
 };
@@ -19,6 +19,9 @@ const BULKIER: f64 = 2.0;
 /// Depth, in its greatest extents, from which a body does not feel the surface: what waves and the image of a body do
 /// has died away over its own size (J. N. Newman, Marine Hydrodynamics, MIT Press 1977, sections 6.17 and 6.20).
 const DEEP: f64 = 2.0;
+
+/// Least speed [m/s] and rate [rad/s] that scales a prior.
+const SLOW: f64 = 0.05;
 
 /// Travel, in sizes of the largest body, below which effects of place are not tried.
 const PLACES: f64 = 0.1;
@@ -76,10 +79,7 @@ pub(super) fn enumerate(
     let mut candidates = Vec::new();
     let moving = model.bodies.iter().filter(|body| body.moves).count();
     let bases = bases(model);
-    let base_speed = |from: usize| {
-        let at = |axis: usize| typical.speed.get(axis).copied().unwrap_or(0.0).powi(2);
-        (from..from + 3).map(at).sum::<f64>().sqrt()
-    };
+    let pace = Pace::of(model, typical);
     for id in Id::ALL {
         let effect = effects::catalogue::effect(*id);
         let mut add = |targets: Vec<String>, target: Target| {
@@ -105,8 +105,7 @@ pub(super) fn enumerate(
                         continue;
                     }
                     let mut scale = body.scale.clone();
-                    scale.speed = base_speed(0).max(0.05);
-                    scale.rate = base_speed(3).max(0.05);
+                    (scale.speed, scale.rate) = pace.of_body(&body.scale);
                     add(vec![body.name.clone()], Target::Body(scale));
                 }
             }
@@ -129,7 +128,7 @@ pub(super) fn enumerate(
             TargetKind::Actuator => {
                 let scale = |at: usize| ActuatorScale {
                     command: typical.command[at].max(1e-9),
-                    inflow: base_speed(0).max(0.05),
+                    inflow: pace.speed.max(SLOW),
                     step: model.timestep,
                 };
                 let fitting: Vec<usize> = (0..model.actuators.len())
@@ -166,6 +165,57 @@ pub(super) fn enumerate(
         }
     }
     candidates
+}
+
+/// How fast the base goes.
+struct Pace {
+    /// Along its translations [m/s].
+    speed: f64,
+    /// About its rotations [rad/s].
+    rate: f64,
+    /// True where hinges alone move what there is, so that speeds come from rates.
+    swings: bool,
+}
+
+impl Pace {
+    fn of(model: &PlantDescription, typical: &Typical) -> Self {
+        let norm = |dofs: &mut dyn Iterator<Item = usize>| {
+            dofs.map(|dof| typical.speed[dof].powi(2))
+                .sum::<f64>()
+                .sqrt()
+        };
+        if let Some(base) = &model.base {
+            return Self {
+                speed: norm(&mut (base.dof..base.dof + 3)),
+                rate: norm(&mut (base.dof + 3..base.dof + 6)),
+                swings: false,
+            };
+        }
+        let of = |slides: bool| {
+            let joints = model.joints.iter();
+            joints
+                .filter(move |joint| joint.scale.slides == slides)
+                .map(|joint| joint.dof)
+        };
+        // What slides carries the hull; the hinges below are its limbs'.
+        let swings = of(true).next().is_none();
+        Self {
+            speed: norm(&mut of(true)),
+            rate: if swings { norm(&mut of(false)) } else { 0.0 },
+            swings,
+        }
+    }
+
+    /// Speed [m/s] and rate [rad/s] of a body: one that swings goes as fast as its far end.
+    fn of_body(&self, scale: &BodyScale) -> (f64, f64) {
+        let length = scale.extent.into_iter().fold(0.0, f64::max);
+        let speed = if self.swings {
+            self.rate * length
+        } else {
+            self.speed
+        };
+        (speed.max(SLOW), self.rate.max(SLOW))
+    }
 }
 
 /// The base of every tree.
@@ -233,7 +283,11 @@ fn rms(trials: &[Measured], start: usize, len: usize) -> f64 {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::{gap::fake::RigidBody, sim::plant::Plant};
+    use crate::{
+        effects::card::JointScale,
+        gap::fake::RigidBody,
+        sim::plant::{Plant, PlantJoint},
+    };
 
     #[test]
     fn the_base_is_the_root_or_a_much_bulkier_body_of_its_tree() {
@@ -280,5 +334,43 @@ mod tests {
         assert!(felt(&model, -1.1) && !felt(&model, -1.3));
         model.waterline = -0.5;
         assert!(felt(&model, -1.3) && !felt(&model, -1.8));
+    }
+
+    /// A rate is no speed: what swings goes as fast as its far end, what a carriage tows as fast as the carriage.
+    #[test]
+    fn speeds_come_from_what_translates() {
+        let mut model = RigidBody::new().description().clone();
+        let scale = model.bodies[0].scale.clone();
+        let typical = Typical {
+            speed: vec![3.0, 4.0, 0.0, 0.6, 0.8, 0.0],
+            travel: vec![1.0; model.nq],
+            highest: vec![0.0; model.nq],
+            command: vec![1.0; model.actuators.len()],
+        };
+        let found = |model: &PlantDescription| Pace::of(model, &typical).of_body(&scale);
+        let close = |(speed, rate): (f64, f64), expected: (f64, f64)| {
+            (speed - expected.0).abs() < 1e-9 && (rate - expected.1).abs() < 1e-9
+        };
+        assert!(close(found(&model), (5.0, 1.0)), "{:?}", found(&model));
+        model.base = None;
+        let joint = |dof: usize, slides: bool| PlantJoint {
+            name: format!("joint_{dof}"),
+            qpos: dof,
+            dof,
+            scale: JointScale {
+                inertia: 1.0,
+                torque: 1.0,
+                speed: 0.0,
+                travel: 0.0,
+                slides,
+            },
+            stiffness: 0.0,
+            damping: 0.0,
+        };
+        // The hull is 0.6 m long.
+        model.joints = vec![joint(0, false), joint(1, false)];
+        assert!(close(found(&model), (3.0, 5.0)), "{:?}", found(&model));
+        model.joints = vec![joint(0, false), joint(4, true)];
+        assert!(close(found(&model), (0.8, SLOW)), "{:?}", found(&model));
     }
 }

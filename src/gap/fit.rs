@@ -48,7 +48,7 @@ pub(super) struct Point {
     pub(super) values: Vec<Vec<f64>>,
     /// Knobs in standard deviations.
     pub(super) knobs: DVector<f64>,
-    /// Start of each segment, as a tangent from its track.
+    /// Start of each segment, as a tangent from where the bench has it.
     pub(super) starts: Vec<DVector<f64>>,
 }
 
@@ -169,7 +169,9 @@ impl Bench<'_> {
         let mut since: Option<f64> = None;
         // Columns that did not hold what they promised were made anew so many times: the effects' and what is akin
         // to them, then all, once; in a large model those of all knobs cost more than everything else.
-        let mut disappointments = usize::from(fit.point.candidates.is_empty());
+        // A fit of nothing but knobs has no others.
+        let alone = fit.point.candidates.is_empty();
+        let mut disappointments = usize::from(alone);
         loop {
             watch.check()?;
             let Some(best) = fit.quadratic().best(&fit.bounds) else {
@@ -191,7 +193,7 @@ impl Bench<'_> {
                 if since.is_none() && disappointments > 0 {
                     return Ok(Some(fit));
                 }
-                fit = self.renewed(fit, disappointments == ALL_ANEW)?;
+                fit = self.renewed(fit, alone || disappointments == ALL_ANEW)?;
                 since = None;
                 disappointments += 1;
                 continue;
@@ -205,7 +207,7 @@ impl Bench<'_> {
             }
             since = Some(since.unwrap_or(0.0) + gained);
             if gained < little.max(TRUSTED * promised) {
-                fit = self.renewed(fit, disappointments == ALL_ANEW)?;
+                fit = self.renewed(fit, alone || disappointments == ALL_ANEW)?;
                 since = None;
                 disappointments += 1;
             }

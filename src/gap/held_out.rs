@@ -199,9 +199,9 @@ pub(super) fn summary(
             100.0 * ci95[0],
             100.0 * ci95[1]
         ))
-    } else if beyond.is_some_and(|gain| gain < WORSE_THAN_NUMBERS) {
+    } else if beyond.is_some_and(|gain| gain.is_nan() || gain < WORSE_THAN_NUMBERS) {
         Some(
-            "trials left out are predicted better by the nominal with its numbers refitted alone, so the addition \
+            "trials left out are predicted clearly better by the nominal with its numbers refitted alone, so the addition \
              itself is not confirmed"
                 .to_owned(),
         )
@@ -266,4 +266,61 @@ fn growth(sums: &[Terms], of: &dyn Fn(usize) -> bool) -> f64 {
         return 0.0;
     }
     (after / before).sqrt() - 1.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gap::{measured::Source, stages::Channel};
+
+    /// Two files and two trials that were left out, error halved on all; numbers alone do as well.
+    fn judged(beyond: Option<f64>) -> Verified {
+        let channels = Channels {
+            list: vec![Channel {
+                sensor: "depth".into(),
+                component: 0,
+                unit: "m".into(),
+                noise: 0.01,
+                declared_noise: Some(0.01),
+            }],
+            sources: vec![Source {
+                sensor: 0,
+                start: 0,
+                len: 1,
+                channel: 0,
+                channels: 1,
+                attitude: false,
+            }],
+        };
+        let terms: Terms = [40.0, 10.0, 100.0, 100.0, 10.0];
+        let outcome = || Outcome {
+            sums: vec![vec![terms]; HORIZONS.len()],
+            regimes: [vec![terms], vec![terms]],
+            overlays: Vec::new(),
+        };
+        summary(
+            &channels,
+            (0..4).map(|_| outcome()).collect(),
+            2,
+            true,
+            beyond,
+            0,
+        )
+    }
+
+    #[test]
+    fn an_addition_falls_where_numbers_alone_predict_clearly_better() {
+        for (beyond, accepted) in [
+            (None, true),
+            (Some(4.0), true),
+            (Some(-1.0), true),
+            (Some(-4.0), false),
+            (Some(f64::NAN), false),
+        ] {
+            let found = judged(beyond);
+            assert_eq!(found.accepted, accepted, "{beyond:?}");
+            let why = found.refused_because.unwrap_or_default();
+            assert_eq!(why.contains("numbers refitted alone"), !accepted, "{why}");
+        }
+    }
 }

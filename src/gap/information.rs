@@ -42,7 +42,7 @@ impl StartProjection {
     }
 
     /// The start that fits a residual best, as a tangent; the residual was taken at the start `now`. The prior of a
-    /// start is about its track, not about where it is now.
+    /// start is about where the bench has it (settled under the nominal), not about where it is now.
     pub(super) fn start(&self, mut residual: DMatrix<f64>, now: &DVector<f64>) -> DVector<f64> {
         residual += self.sensitivity.map(f64::from) * now;
         let onto = self.onto(&residual);

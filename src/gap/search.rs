@@ -262,10 +262,10 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
         linear_sets.retain(|(set, _)| !refused.contains(set));
     }
     factor = tempering(bench, &scored, nothing);
-    // Larger sets about the best found, as long as they win.
+    // Larger sets about the best found.
     for size in 2..=LARGEST {
         let Some(about) = to_enlarge(bench, &mut scored, size, factor, seed, watch)? else {
-            break;
+            continue;
         };
         let base = &scored[about];
         let base_set = base.set.clone();

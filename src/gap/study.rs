@@ -32,9 +32,12 @@ const FIRST_SEGMENTS: usize = 12;
 pub(super) const LEAST_ROWS: usize = 10;
 /// Segments at most; of more, evenly spread ones are used, so that time and memory stay bounded ...
 const MOST_SEGMENTS: usize = 36;
-/// ... and fewer where a model has many degrees of freedom, each of which costs time and columns [s]: 36 for a
-/// free body.
+/// ... and fewer where a model has many degrees of freedom, each of which costs time and columns: so many
+/// seconds of segments of the usual length, times degrees of freedom; 36 segments for a free body.
 const SECONDS_BY_FREEDOMS: f64 = 1300.0;
+
+/// Multiples of it, less their whole parts, are spread evenly and repeat nothing.
+const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// How the workflow is run.
 #[derive(Clone, Debug, PartialEq)]
@@ -169,7 +172,11 @@ impl<'a> Study<'a> {
         if count <= most {
             return all;
         }
-        (0..most).map(|at| all[at * count / most].clone()).collect()
+        // Not in step with the trials: always the same part of each would see the same motion.
+        let place = |at: usize| (at as f64 + (at as f64 * GOLDEN).fract()) / most as f64;
+        (0..most)
+            .map(|at| all[((place(at) * count as f64) as usize).min(count - 1)].clone())
+            .collect()
     }
 }
 

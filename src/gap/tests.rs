@@ -170,6 +170,9 @@ fn run(effects: &[Entry]) -> super::stages::Named {
         // Numbers alone do less than with the effect, though they bend towards it.
         let alone = crossed.recalibrated.unwrap();
         assert!(alone < crossed.gap.before.unwrap(), "{alone}");
+        // What is there predicts trials that were left out better than numbers do.
+        let gain: f64 = added.cross_fit.iter().map(|without| without.gain).sum();
+        assert!(gain > 3.0, "{gain}");
         // The file is no better, so nothing is accepted.
         assert!(!crossed.accepted, "{:?}", crossed.refused_because);
     }

@@ -61,6 +61,8 @@ pub(super) fn is_weighed(model: ModelView<'_>, body: usize) -> bool {
 /// Bodies that move and have mass, or degrees of freedom of their own; bodies that a sensor weighs.
 pub(super) fn bodies(data: &DataView<'_>, density: f64, waterline: Option<f64>) -> Vec<PlantBody> {
     let model = data.model();
+    // Without hulls at all, masses tell which body is the bulky one.
+    let has_hulls = (1..model.bodies()).any(|body| scale::own_volume(model, body, density) > 0.0);
     (1..model.bodies())
         .filter(|body| {
             is_weighed(model, *body)
@@ -73,6 +75,7 @@ pub(super) fn bodies(data: &DataView<'_>, density: f64, waterline: Option<f64>) 
             let under = waterline.is_none_or(|surface| low < surface);
             let bulk = match scale::own_volume(model, body, density) {
                 volume if volume > 0.0 => volume,
+                _ if has_hulls => 0.0,
                 _ => model.body_mass()[body] / density,
             };
             let size = scale.extent.iter().any(|extent| *extent > 0.0);

@@ -113,7 +113,7 @@ pub struct PlantBody {
     pub moves: bool,
     /// True where it has size and weight of its own and stands in the water.
     pub wet: bool,
-    /// Volume of its own hull, without what hangs on it; where it has none, that of its mass in water [m^3].
+    /// Volume of its own hull, without what hangs on it; where no body has one, that of its mass in water [m^3].
     pub bulk: f64,
     /// Its sizes; speeds are zero until the trials are known.
     pub scale: card::BodyScale,

@@ -69,8 +69,8 @@ pub(super) fn section(html: &mut String, found: &Found, places: &[Place]) {
         let count = found.heat_maps.len();
         let _ = write!(
             html,
-            "<p class=\"note\">Looked at: every sensor in every window of {count} trials. All look like noise, so \
-             there is no map.</p>"
+            "<p class=\"note\">Looked at: every sensor in the windows of {count} trials. No window has more than noise \
+             may give, so there is no map.</p>"
         );
         return;
     }

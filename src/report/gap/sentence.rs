@@ -73,6 +73,8 @@ pub(super) fn recalibration(record: &Record) -> String {
 
 /// Another target of the same effect is told where it is likelier than this.
 const ELSEWHERE: f64 = 0.05;
+/// Sums of probabilities may exceed one by this.
+const ROUNDING: f64 = 1e-6;
 
 /// The effect as it stands in a sentence, after "the model lacks".
 fn phrase(id: Id) -> &'static str {
@@ -182,9 +184,17 @@ fn missing(verdict: &Verdict, chosen: &[FittedEffect]) -> (String, &'static str)
             let elsewhere: Vec<&FittedEffect> = (verdict.effects.iter())
                 .filter(|other| other.effect == effect.effect && other.probability > ELSEWHERE)
                 .filter(|other| !may_act_on_several(other.effect))
-                .filter(|other| chosen.iter().all(|of| of.target != other.target))
+                .filter(|other| {
+                    (chosen.iter()).all(|of| of.effect != other.effect || of.target != other.target)
+                })
                 .collect();
             let sum = effect.probability + elsewhere.iter().map(|of| of.probability).sum::<f64>();
+            // More than certain: some sets hold it on both, so the other is no alternative.
+            let (elsewhere, sum) = if sum > 1.0 + ROUNDING {
+                (Vec::new(), effect.probability)
+            } else {
+                (elsewhere, sum)
+            };
             let or: String = (elsewhere.iter())
                 .map(|other| format!(" or {}", quoted(&other.target)))
                 .collect();

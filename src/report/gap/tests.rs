@@ -491,12 +491,27 @@ fn where_it_sits_may_be_open_where_that_it_is_missing_is_not() {
     let mut nowhere = here.clone();
     (nowhere.target, nowhere.probability) = ("thigh".into(), 0.002);
     record.verdict.effects = vec![here.clone(), there, nowhere];
-    let said = headline(&record.verdict, &[here]);
+    let said = headline(&record.verdict, &[here.clone()]);
     assert!(
         said.contains("or `calf` (probability above 0.99)"),
         "{said}"
     );
     assert!(!said.contains("thigh"), "{said}");
+    // Sets with it on both bodies: not here or there, but here, and perhaps there too.
+    let mut sure = here.clone();
+    sure.probability = 0.99;
+    let mut too = sure.clone();
+    (too.target, too.probability) = ("calf".into(), 0.3);
+    record.verdict.effects = vec![sure.clone(), too];
+    let said = headline(&record.verdict, &[sure]);
+    assert!(!said.contains("or `calf`"), "{said}");
+    // Another effect there does not hide that this one may be there.
+    let mut there = here.clone();
+    (there.target, there.probability) = ("calf".into(), 0.398);
+    let other = effect(Id::Payload, "calf", 1.0, &[]);
+    record.verdict.effects = vec![other.clone(), here.clone(), there];
+    let said = headline(&record.verdict, &[here, other]);
+    assert!(said.contains("or `calf`"), "{said}");
     // One hypothesis on two thrusters has an entry each: its probability must not count twice.
     let lag = |target: &str, p: f64| effect(Id::ActuatorLag, target, p, &[]);
     let one = lag("thruster_1", 0.6);
