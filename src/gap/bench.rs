@@ -225,6 +225,20 @@ impl<'a> Bench<'a> {
         self.empty.as_ref().ok_or_else(|| self.diverges())
     }
 
+    /// Length of all segments together [s].
+    pub(super) fn seconds(&self) -> f64 {
+        let seconds = |segment: &Segment| {
+            let times = &self.trials[segment.trial].times;
+            times[segment.rows.end - 1] - times[segment.rows.start]
+        };
+        self.segments.iter().map(seconds).sum()
+    }
+
+    /// The same times the degrees of freedom: what a rollout of all costs.
+    pub(super) fn freedom_seconds(&self) -> f64 {
+        self.seconds() * self.model.nv as f64
+    }
+
     /// Whether the empty set leaves only noise.
     ///
     /// # Errors

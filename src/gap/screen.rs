@@ -10,7 +10,7 @@ use super::{
     error::GapError,
     fit::{Fit, Point, STEP, inward, quotient},
     information::Quadratic,
-    shooting::{self, Segment, Trace, WarmUp},
+    shooting::{self, Trace, WarmUp},
     watch::Watch,
 };
 use crate::effects::{self, Entry, Part};
@@ -179,11 +179,7 @@ impl Bench<'_> {
 
     /// How many segments a screen looks at.
     fn screened(&self) -> usize {
-        let seconds = |segment: &Segment| {
-            let times = &self.trials[segment.trial].times;
-            times[segment.rows.end - 1] - times[segment.rows.start]
-        };
-        let all: f64 = self.segments.iter().map(seconds).sum();
+        let all = self.seconds();
         let most = SCREENED.min(SCREENED_FREEDOMS / self.model.nv.max(1) as f64);
         let part = (most / all.max(f64::MIN_POSITIVE)).min(1.0);
         ((part * self.segments.len() as f64).ceil() as usize).max(1)
