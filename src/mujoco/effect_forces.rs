@@ -14,7 +14,7 @@
 //! the passive stage, made anew each time, so that constraints, integrators and accelerometers know it.
 //! Inverse dynamics, which MuJoCo does without that matrix, does not.
 
-use nalgebra::{Matrix3, Matrix6, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 
 use super::{
     actuation,
@@ -166,8 +166,12 @@ fn bias(data: &DataView<'_>, wet: &WetBody, frame: &Frame) -> Vector6<f64> {
     bias
 }
 
+/// Relative to the largest, an eigenvalue above minus this is zero.
+const ROUNDING: f64 = 1e-9;
+
 /// The part of a damping matrix that resists: symmetric, without negative eigenvalues. The implicit step
-/// is of first order with any, and stable with this.
+/// is of first order with any, and stable with this. Where a force across the motion (lift) makes it indefinite,
+/// what every axis resists by itself: the positive eigenvalues alone would slow an axis that feels no force.
 fn resisting(damping: &Matrix6<f64>) -> Matrix6<f64> {
     let symmetric = (damping + damping.transpose()) * 0.5;
     if symmetric.cholesky().is_some() {
@@ -176,12 +180,11 @@ fn resisting(damping: &Matrix6<f64>) -> Matrix6<f64> {
     if !symmetric.iter().all(|value| value.is_finite()) {
         return Matrix6::zeros();
     }
-    let mut eigen = SymmetricEigen::new(symmetric);
-    eigen
-        .eigenvalues
-        .iter_mut()
-        .for_each(|value| *value = value.max(0.0));
-    eigen.recompose()
+    let eigenvalues = symmetric.symmetric_eigenvalues();
+    if eigenvalues.min() >= -ROUNDING * eigenvalues.amax() {
+        return symmetric;
+    }
+    Matrix6::from_diagonal(&symmetric.diagonal().map(|value| value.max(0.0)))
 }
 
 fn motion(
@@ -554,5 +557,30 @@ pub(super) fn advanced(
         for changed in &source.bound.actuators {
             actuation::arriving(changed, data.ctrl()[changed.control], step, memory);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lift in a straight fall: the force is zero, its derivative is all off the diagonal.
+    #[test]
+    fn what_acts_across_the_motion_does_not_resist() {
+        let mut lift = Matrix6::zeros();
+        lift[(2, 0)] = -320.0;
+        assert_eq!(resisting(&lift), Matrix6::zeros());
+        lift[(2, 2)] = 5.0;
+        lift[(4, 4)] = -1.0;
+        assert_eq!(resisting(&lift)[(2, 2)], 5.0);
+        assert_eq!(resisting(&lift)[(4, 4)], 0.0);
+    }
+
+    /// Drag off the origin: singular, but whole.
+    #[test]
+    fn what_resists_at_a_lever_is_kept_whole() {
+        let mut arm = Matrix6::zeros();
+        (arm[(2, 2)], arm[(2, 4)], arm[(4, 2)], arm[(4, 4)]) = (8.0, -4.0, -4.0, 2.0);
+        assert_eq!(resisting(&arm), arm);
     }
 }
