@@ -208,9 +208,8 @@ impl Pace {
 
     /// Speed [m/s] and rate [rad/s] of a body: one that swings goes as fast as its far end.
     fn of_body(&self, scale: &BodyScale) -> (f64, f64) {
-        let length = scale.extent.into_iter().fold(0.0, f64::max);
         let speed = if self.swings {
-            self.rate * length
+            self.rate * greatest_extent(scale)
         } else {
             self.speed
         };
@@ -236,13 +235,18 @@ fn bases(model: &PlantDescription) -> Vec<&str> {
     bases.iter().map(|(body, _)| body.name.as_str()).collect()
 }
 
+/// The greatest extent of a body [m], zero where it has none.
+fn greatest_extent(scale: &BodyScale) -> f64 {
+    scale.extent.into_iter().fold(0.0, f64::max)
+}
+
 /// True where a body stays so deep in all trials that the surface does not feel it: its drag and added mass there
 /// would be drag and added mass by another name.
 fn is_deep(model: &PlantDescription, typical: &Typical, body: &PlantBody) -> bool {
-    let size = body.scale.extent.into_iter().fold(0.0, f64::max);
+    let deep = DEEP * greatest_extent(&body.scale);
     (model.base.as_ref())
         .filter(|base| base.body == body.name)
-        .is_some_and(|base| model.waterline - typical.highest[base.qpos + 2] > DEEP * size)
+        .is_some_and(|base| model.waterline - typical.highest[base.qpos + 2] > deep)
 }
 
 /// True where something that moves goes far enough to feel depths and distances change.
@@ -250,7 +254,7 @@ fn travels(model: &PlantDescription, typical: &Typical) -> bool {
     let size = model
         .bodies
         .iter()
-        .flat_map(|body| body.scale.extent)
+        .map(|body| greatest_extent(&body.scale))
         .fold(0.0, f64::max);
     let hinges: Vec<usize> = model
         .joints

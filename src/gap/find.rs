@@ -29,7 +29,7 @@ const WINDOWS: usize = 4;
 /// Simulated nulls; the least p-value is one over one more.
 const NULLS: usize = 199;
 /// Level of significance.
-const LEVEL: f64 = 0.05;
+pub(crate) const LEVEL: f64 = 0.05;
 /// Places told at most.
 const PLACES: usize = 20;
 

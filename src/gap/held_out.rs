@@ -271,27 +271,10 @@ fn growth(sums: &[Terms], of: &dyn Fn(usize) -> bool) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gap::{measured::Source, stages::Channel};
 
     /// Two files and two trials that were left out, error halved on all; numbers alone do as well.
     fn judged(beyond: Option<f64>) -> Verified {
-        let channels = Channels {
-            list: vec![Channel {
-                sensor: "depth".into(),
-                component: 0,
-                unit: "m".into(),
-                noise: 0.01,
-                declared_noise: Some(0.01),
-            }],
-            sources: vec![Source {
-                sensor: 0,
-                start: 0,
-                len: 1,
-                channel: 0,
-                channels: 1,
-                attitude: false,
-            }],
-        };
+        let channels = Channels::of_one(0.01);
         let terms: Terms = [40.0, 10.0, 100.0, 100.0, 10.0];
         let outcome = || Outcome {
             sums: vec![vec![terms]; HORIZONS.len()],

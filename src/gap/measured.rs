@@ -102,6 +102,28 @@ pub(super) struct Channels {
 }
 
 impl Channels {
+    /// One number with declared noise, in metres.
+    #[cfg(test)]
+    pub(super) fn of_one(noise: f64) -> Self {
+        Self {
+            list: vec![Channel {
+                sensor: "depth".to_owned(),
+                component: 0,
+                unit: "m".to_owned(),
+                noise,
+                declared_noise: Some(noise),
+            }],
+            sources: vec![Source {
+                sensor: 0,
+                start: 0,
+                len: 1,
+                channel: 0,
+                channels: 1,
+                attitude: false,
+            }],
+        }
+    }
+
     /// Those with at least one reading in the trials.
     pub(super) fn of(model: &PlantDescription, trials: &[Measured]) -> Self {
         let mut list = Vec::new();

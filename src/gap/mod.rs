@@ -47,6 +47,7 @@ pub use add::{Addition, add};
 pub use bench::Bench;
 pub use conclude::conclude;
 pub use error::GapError;
+pub(crate) use find::LEVEL;
 pub use find::find;
 pub use name::{Naming, name};
 pub use residual::{MissingWrench, Residual, Series, refitted, residual};

@@ -56,7 +56,7 @@ pub(super) fn weights(
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::{gap::stages::Channel, trial::Series};
+    use crate::trial::Series;
 
     /// One reading every 0.01 s of a trace with a step of 0.001 s.
     fn case(signal: impl Fn(f64) -> f64) -> (Trace, Measured, Segment, Channels) {
@@ -80,23 +80,7 @@ mod tests {
             qpos: vec![],
             qvel: vec![],
         };
-        let channels = Channels {
-            list: vec![Channel {
-                sensor: String::new(),
-                component: 0,
-                unit: String::new(),
-                noise: 0.1,
-                declared_noise: Some(0.1),
-            }],
-            sources: vec![super::super::measured::Source {
-                sensor: 0,
-                start: 0,
-                len: 1,
-                channel: 0,
-                channels: 1,
-                attitude: false,
-            }],
-        };
+        let channels = Channels::of_one(0.1);
         let values = (0..520).map(|at| signal(0.001 * f64::from(at))).collect();
         (Trace::of(0.0, 0.001, 1, values), trial, segment, channels)
     }

@@ -6,7 +6,10 @@ use super::{
     numbers::{bare_percent, number, p_value, percent},
     sentence,
 };
-use crate::{gap::stages::Record, report::html::escape};
+use crate::{
+    gap::{LEVEL, stages::Record},
+    report::html::escape,
+};
 
 /// The figures below the verdict.
 pub(super) fn key_figures(html: &mut String, record: &Record) {
@@ -100,7 +103,7 @@ pub(super) fn places(html: &mut String, record: &Record) {
     const MOST: usize = 6;
     if record.verdict.places.is_empty() {
         let p = record.found.p_value;
-        if p <= 0.05 {
+        if p <= LEVEL {
             let _ = write!(
                 html,
                 "<p>No single window stands out from what chance gives; what is small everywhere adds up to more \
