@@ -149,6 +149,8 @@ pub struct Parameter {
     /// A value at which a first fit may start where the null is a point without derivatives (a delay, a
     /// frequency); elsewhere the null.
     pub start: f64,
+    /// True where the effect also stands without it, at its null: a file may leave it out.
+    pub optional: bool,
 }
 
 /// What a prior may depend on: the sizes of the thing acted on.

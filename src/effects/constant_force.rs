@@ -1,4 +1,4 @@
-//! A force that never changes.
+//! A force and a torque that never change.
 
 use super::{
     Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind, axes,
@@ -7,12 +7,13 @@ use super::{
     law::{Law, Parameters, Scalar, about_origin, constant, scaled, sum},
 };
 
-/// Prior, in weights.
+/// Prior, in weights; of the torque, at half the greatest extent.
 const TYPICAL: f64 = 0.05;
-/// Bound, in weights.
+/// Bound, in weights; of the torque, at the greatest extent.
 const GREATEST: f64 = 10.0;
 
-/// The effect. Parameters `x`, `y`, `z` [N], in the world, at the centre of mass.
+/// The effect. Parameters `x`, `y`, `z` [N], in the world, at the centre of mass, and `torque_x`, `torque_y`,
+/// `torque_z` [N m], in the world, which may be left out.
 #[derive(Debug)]
 pub struct ConstantForce;
 
@@ -22,8 +23,8 @@ pub static EFFECT: ConstantForce = ConstantForce;
 static CARD: Card = Card {
     id: Id::ConstantForce,
     target: TargetKind::Body,
-    summary: "a force that never changes: a tether, a tilt of gravity",
-    equation: "F = R^T f at the centre of mass, f constant in the world",
+    summary: "a force that never changes, and a torque where it does not pull at the centre of mass",
+    equation: "F = R^T f at the centre of mass, torque = R^T m; f and m constant in the world",
     source: "I. Newton, Principia, 1687, second law; the bias of T. I. Fossen, Handbook of Marine Craft \
              Hydrodynamics and Motion Control, 2nd ed., Wiley 2021, section 13.2, held constant",
     placement: Placement::Plugin,
@@ -37,7 +38,15 @@ impl Effect for ConstantForce {
     fn parameters(&self, target: &Target) -> Vec<Parameter> {
         body(target).map_or_else(Vec::new, |scale| {
             let weight = scale.weight();
-            axes::vector("N", [TYPICAL * weight; 3], [GREATEST * weight; 3]).collect()
+            let lever = scale.length();
+            let torque = axes::vector(
+                "N m",
+                [TYPICAL * weight * lever / 2.0; 3],
+                [GREATEST * weight * lever; 3],
+            );
+            axes::vector("N", [TYPICAL * weight; 3], [GREATEST * weight; 3])
+                .chain(torque.map(|p| p.called(|axis| format!("torque_{axis}")).or_none()))
+                .collect()
         })
     }
 
@@ -52,20 +61,22 @@ impl Law for ConstantForce {
     fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         // The world's axes in the body's frame, each weighed by its component.
         let axis = |unit: [f64; 3]| constant(flow.in_body(unit));
-        let force = sum(
-            scaled(p[0], axis([1.0, 0.0, 0.0])),
+        let in_body = |first: usize| {
             sum(
-                scaled(p[1], axis([0.0, 1.0, 0.0])),
-                scaled(p[2], axis([0.0, 0.0, 1.0])),
-            ),
-        );
-        about_origin(force, [D::from(0.0); 3], constant(flow.centre()))
+                scaled(p[first], axis([1.0, 0.0, 0.0])),
+                sum(
+                    scaled(p[first + 1], axis([0.0, 1.0, 0.0])),
+                    scaled(p[first + 2], axis([0.0, 0.0, 1.0])),
+                ),
+            )
+        };
+        about_origin(in_body(0), in_body(3), constant(flow.centre()))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::UnitQuaternion;
+    use nalgebra::{UnitQuaternion, Vector3};
 
     use super::*;
     use crate::effects::{BodyPart, fixture};
@@ -73,10 +84,17 @@ mod tests {
     #[test]
     fn it_keeps_its_direction_in_the_world() {
         let mut motion = fixture::still();
+        motion.centre = [0.02, -0.01, 0.03];
         motion.world_from_base = UnitQuaternion::from_euler_angles(0.3, -0.7, 2.0);
-        let wrench = EFFECT.wrench(&[1.0, -2.0, 0.5], &motion, &[]);
-        let force = nalgebra::Vector3::new(wrench[0], wrench[1], wrench[2]);
-        let found = motion.world_from_base * force;
-        assert!((found - nalgebra::Vector3::new(1.0, -2.0, 0.5)).norm() < 1e-12);
+        let wrench = EFFECT.wrench(&[1.0, -2.0, 0.5, 0.3, 0.2, -0.7], &motion, &[]);
+        let in_world = |first: usize| {
+            motion.world_from_base
+                * Vector3::new(wrench[first], wrench[first + 1], wrench[first + 2])
+        };
+        assert!((in_world(0) - Vector3::new(1.0, -2.0, 0.5)).norm() < 1e-12);
+        // Beside its own torque, that of the force at the centre of mass about the body's origin.
+        let centre = motion.world_from_base * Vector3::from(motion.centre);
+        let lever = centre.cross(&Vector3::new(1.0, -2.0, 0.5));
+        assert!((in_world(3) - lever - Vector3::new(0.3, 0.2, -0.7)).norm() < 1e-12);
     }
 }

@@ -18,6 +18,7 @@ impl Parameter {
             lower: f64::NEG_INFINITY,
             upper: f64::INFINITY,
             start: null,
+            optional: false,
         }
     }
 
@@ -26,6 +27,22 @@ impl Parameter {
         Self {
             lower,
             upper,
+            ..self
+        }
+    }
+
+    /// Under another name, made of this one.
+    pub(crate) fn called(self, name: impl Fn(&str) -> String) -> Self {
+        Self {
+            name: name(&self.name),
+            ..self
+        }
+    }
+
+    /// That may be left out.
+    pub(crate) fn or_none(self) -> Self {
+        Self {
+            optional: true,
             ..self
         }
     }

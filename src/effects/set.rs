@@ -5,7 +5,8 @@
 //!  "effects": [{"effect": "net_buoyancy", "target": "hull", "parameters": {"force": 1.5}}]}
 //! ```
 //!
-//! Names and units of the parameters are those of [`super::Effect::parameters`]; every one must be there.
+//! Names and units of the parameters are those of [`super::Effect::parameters`]; every one must be there
+//! that is not marked optional.
 
 use std::collections::BTreeSet;
 
@@ -193,6 +194,7 @@ impl EffectSet {
             let values: Map<String, Value> = parameters
                 .into_iter()
                 .zip(&entry.parameters)
+                .filter(|(parameter, value)| !parameter.optional || **value != parameter.null)
                 .map(|(parameter, &value)| (parameter.name, json!(value)))
                 .collect();
             lines.push(
@@ -278,9 +280,10 @@ fn entry(index: usize, value: &Value, targets: &dyn Targets) -> Result<Entry, Se
             known: known(),
         });
     }
-    let missing: Vec<String> = names()
-        .filter(|&name| !values.contains_key(name))
-        .map(str::to_owned)
+    let missing: Vec<String> = parameters
+        .iter()
+        .filter(|parameter| !parameter.optional && !values.contains_key(&parameter.name))
+        .map(|parameter| parameter.name.clone())
         .collect();
     if !missing.is_empty() {
         return Err(SetError::MissingParameters {
@@ -294,7 +297,9 @@ fn entry(index: usize, value: &Value, targets: &dyn Targets) -> Result<Entry, Se
     let parameters = parameters
         .iter()
         .map(|parameter| {
-            let value = &values[&parameter.name];
+            let Some(value) = values.get(&parameter.name) else {
+                return Ok(parameter.null);
+            };
             value.as_f64().ok_or_else(|| {
                 shape(
                     format!("{place}.parameters.{}", parameter.name),
@@ -431,6 +436,23 @@ mod tests {
         assert!(buoyancy(r#"{"force": 1e9}"#).contains("force is 1000000000 [N], expected -"));
         assert!(buoyancy(r#"{"force": 1e999}"#).contains("not JSON"));
         assert!(buoyancy("3").contains("found the number 3, expected an object of numbers"));
+    }
+
+    #[test]
+    fn what_is_optional_may_be_left_out_and_is_written_where_it_says_something() {
+        let force = r#"{"effect": "constant_force", "target": "hull", "parameters": {"x": 1, "y": 2, "z": 3}}"#;
+        let set = with(force).expect("a force alone");
+        assert_eq!(set.entries[0].parameters, [1.0, 2.0, 3.0, 0.0, 0.0, 0.0]);
+        assert!(!set.to_json(&Model).expect("text").contains("torque"));
+        let wrench = force.replace("\"z\": 3", "\"z\": 3, \"torque_y\": -0.5");
+        let set = with(&wrench).expect("with a torque");
+        assert_eq!(set.entries[0].parameters, [1.0, 2.0, 3.0, 0.0, -0.5, 0.0]);
+        assert!(
+            set.to_json(&Model)
+                .expect("text")
+                .contains("\"torque_y\":-0.5")
+        );
+        assert!(fault(&force.replace("\"y\": 2, ", "")).contains("missing y"));
     }
 
     #[test]

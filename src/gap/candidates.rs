@@ -33,11 +33,31 @@ pub(super) struct Candidate {
     pub(super) effect: Id,
     /// Its targets: one, or all of a kind.
     pub(super) targets: Vec<String>,
-    /// Parameters of the first target; all share the values.
+    /// Parameters of the first target that are fitted; all targets share the values.
     pub(super) parameters: Vec<Parameter>,
+    /// Values of those after them, which this form of the effect leaves at their nulls.
+    pub(super) left_out: Vec<f64>,
 }
 
 impl Candidate {
+    /// The forms of an effect on its targets: with what is optional, and without. The smaller comes first.
+    fn forms(effect: Id, targets: &[String], target: &Target) -> Vec<Self> {
+        let all = effects::catalogue::effect(effect).parameters(target);
+        let needed = all.iter().take_while(|p| !p.optional).count();
+        let mut forms = Vec::new();
+        for count in [needed, all.len()] {
+            if forms.is_empty() || count > needed {
+                forms.push(Self {
+                    effect,
+                    targets: targets.to_vec(),
+                    parameters: all[..count].to_vec(),
+                    left_out: all[count..].iter().map(|p| p.null).collect(),
+                });
+            }
+        }
+        forms
+    }
+
     /// Entries with values in the order of the parameters.
     pub(super) fn entries(&self, values: &[f64]) -> Vec<Entry> {
         self.targets
@@ -45,7 +65,7 @@ impl Candidate {
             .map(|target| Entry {
                 effect: self.effect,
                 target: target.clone(),
-                parameters: values.to_vec(),
+                parameters: [values, &self.left_out].concat(),
             })
             .collect()
     }
@@ -83,11 +103,7 @@ pub(super) fn enumerate(
     for id in Id::ALL {
         let effect = effects::catalogue::effect(*id);
         let mut add = |targets: Vec<String>, target: Target| {
-            candidates.push(Candidate {
-                effect: *id,
-                targets,
-                parameters: effect.parameters(&target),
-            });
+            candidates.extend(Candidate::forms(*id, &targets, &target));
         };
         match effect.card().target {
             TargetKind::Body => {
@@ -313,6 +329,26 @@ mod tests {
             named("arm", false, 1.5),
         ];
         assert_eq!(bases(&model), ["hull", "vehicle"]);
+    }
+
+    /// A constant force is tried with a torque and without; entries are whole either way.
+    #[test]
+    fn what_is_optional_makes_a_form_of_its_own() {
+        let model = RigidBody::new().description().clone();
+        let target = Target::Body(model.bodies[0].scale.clone());
+        let forms = Candidate::forms(Id::ConstantForce, &["hull".to_owned()], &target);
+        let sizes: Vec<usize> = forms.iter().map(|form| form.parameters.len()).collect();
+        assert_eq!(sizes, [3, 6]);
+        assert_eq!(
+            forms[0].entries(&[1.0, 2.0, 3.0])[0].parameters,
+            [1.0, 2.0, 3.0, 0.0, 0.0, 0.0]
+        );
+        let all = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+        assert_eq!(forms[1].entries(&all)[0].parameters, all);
+        assert_eq!(
+            Candidate::forms(Id::Lift, &["hull".to_owned()], &target).len(),
+            1
+        );
     }
 
     /// The hull is 0.6 m long.

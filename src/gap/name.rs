@@ -352,9 +352,29 @@ fn listed(
 ) -> Vec<FittedEffect> {
     let probabilities = weights.candidates(search);
     let chosen = &search.scored[decision.chosen].set;
+    // One effect may have several forms: said once, in the chosen or else the likeliest.
+    let forms_of = |candidate: usize| {
+        let of = &bench.candidates[candidate];
+        probabilities
+            .iter()
+            .map(|(other, p)| (*other, *p))
+            .filter(move |(other, _)| {
+                let other_of = &bench.candidates[*other];
+                *other != candidate
+                    && other_of.effect == of.effect
+                    && other_of.targets == of.targets
+            })
+    };
+    let stands_for_all = |candidate: usize, p: f64| {
+        chosen.contains(&candidate)
+            || forms_of(candidate).all(|(other, of_other)| {
+                !chosen.contains(&other) && (of_other, other) < (p, candidate)
+            })
+    };
     let mut effects: Vec<FittedEffect> = probabilities
         .iter()
         .filter(|(candidate, p)| **p > NEGLIGIBLE || chosen.contains(candidate))
+        .filter(|(candidate, p)| stands_for_all(**candidate, **p))
         .flat_map(|(candidate, p)| {
             let holder = if chosen.contains(candidate) {
                 decision.chosen
@@ -367,6 +387,7 @@ fn listed(
             let parameters =
                 parameters(bench, &search.scored[holder].fit, *candidate, search.factor);
             let of = &bench.candidates[*candidate];
+            let p = *p + forms_of(*candidate).map(|(_, p)| p).sum::<f64>();
             of.targets.iter().map(move |target| FittedEffect {
                 effect: of.effect,
                 target: target.clone(),

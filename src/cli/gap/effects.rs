@@ -50,6 +50,8 @@ struct ParameterEntry {
     lower: Option<f64>,
     /// Greatest value; none where there is no bound.
     upper: Option<f64>,
+    /// True where it may be left out, which means its null.
+    optional: bool,
 }
 
 impl From<Parameter> for ParameterEntry {
@@ -62,6 +64,7 @@ impl From<Parameter> for ParameterEntry {
             prior_sd: parameter.prior_sd,
             lower: bound(parameter.lower),
             upper: bound(parameter.upper),
+            optional: parameter.optional,
         }
     }
 }
@@ -159,9 +162,17 @@ pub(super) fn run(flags: &Flags) -> anyhow::Result<()> {
         let parameters: Vec<String> = entry
             .parameters
             .iter()
-            .map(|parameter| match parameter.unit {
-                "1" => parameter.name.clone(),
-                unit => format!("{} [{unit}]", parameter.name),
+            .map(|parameter| {
+                let unit = match parameter.unit {
+                    "1" => String::new(),
+                    unit => format!(" [{unit}]"),
+                };
+                let optional = if parameter.optional {
+                    " (optional)"
+                } else {
+                    ""
+                };
+                format!("{}{unit}{optional}", parameter.name)
             })
             .collect();
         say!("    parameters: {}\n", parameters.join(", "));
