@@ -7,6 +7,7 @@ use nalgebra::DVector;
 use super::{
     adequacy::{self, Adequacy},
     bench::Bench,
+    colour,
     error::GapError,
     fit::{Fit, Point},
     information::{Bounds, Quadratic},
@@ -263,7 +264,7 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
         // Their evidence to first order was of what does not stand when refitted.
         linear_sets.retain(|(set, _)| !refused.contains(set));
     }
-    factor = tempering(bench, &scored, nothing);
+    factor = tempering(bench, &scored, nothing, seed);
     // Larger sets about the best found.
     for size in 2..=LARGEST {
         let Some(about) = to_enlarge(bench, &mut scored, size, factor, seed, watch)? else {
@@ -298,7 +299,7 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
                 }
             }
         }
-        factor = tempering(bench, &scored, nothing);
+        factor = tempering(bench, &scored, nothing, seed);
     }
     // Every part of a set that was refitted is refitted too: a pair may win only against its halves.
     let halves: BTreeSet<Vec<usize>> = scored
@@ -320,7 +321,7 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
             add(bench, point, &mut scored, watch)?;
         }
     }
-    factor = tempering(bench, &scored, nothing);
+    factor = tempering(bench, &scored, nothing, seed);
     Ok(Search {
         scored,
         linear: linear_sets,
@@ -494,15 +495,16 @@ pub(super) fn best_of(bench: &Bench<'_>, scored: &[Scored], factor: f64) -> Opti
 
 /// By what squared residuals are divided: what is left under the best fit beyond declared white noise,
 /// and the error of forms.
-fn tempering(bench: &Bench<'_>, scored: &[Scored], nothing: f64) -> f64 {
+fn tempering(bench: &Bench<'_>, scored: &[Scored], nothing: f64, seed: u64) -> f64 {
     let Some(best) = scored
         .iter()
         .min_by(|a, b| a.fit.misfit.total_cmp(&b.fit.misfit))
     else {
         return 1.0;
     };
-    let leftovers = leftover::by_channel(bench, &best.fit.residuals);
-    leftover::overstatement(&leftovers) * form_factor(nothing - best.fit.misfit)
+    let leftovers = colour::corrected(bench, &best.fit, seed);
+    // Variances add up: an error of form is one beside the noise, however much the noise overstates.
+    leftover::overstatement(&leftovers) + form_factor(nothing - best.fit.misfit) - 1.0
 }
 
 /// Whether a set leaves only noise; computed once.

@@ -1,0 +1,200 @@
+//! Noise of sensors that declare none: its spread and its colour, from what a fit leaves.
+//!
+//! A first-order autoregression. What a fit leaves is less than the noise and less slow, for starts and parameters
+//! absorb of it, in short trials most. So what is left is taken for the noise once, what the fit would leave of that is
+//! simulated, and spread and time are raised by the ratio (the bootstrap's correction of a bias: B. Efron and
+//! R. J. Tibshirani, An Introduction to the Bootstrap, 1993, section 10.6). Once, not until both agree: noise that is
+//! slower than a trial looks like its start, so nothing keeps it from growing.
+
+use super::{
+    bench::Bench,
+    fit::Fit,
+    leftover::{self, Leftover},
+    simulated::Simulated,
+};
+
+/// Simulated residuals.
+const DRAWS: usize = 64;
+/// Spread and colour of the noise of one channel, in units of what it is taken to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Noise {
+    pub(super) sd: f64,
+    /// Correlation of neighbouring rows.
+    pub(super) correlation: f64,
+}
+
+impl Noise {
+    /// As declared.
+    const WHITE: Self = Self {
+        sd: 1.0,
+        correlation: 0.0,
+    };
+
+    /// From a variance and an integrated autocorrelation time [rows].
+    fn new(variance: f64, time: f64) -> Self {
+        Self {
+            sd: variance.sqrt(),
+            correlation: (time - 1.0) / (time + 1.0),
+        }
+    }
+}
+
+/// Of every channel: as declared where it is, else of what is left.
+pub(super) fn of(bench: &Bench<'_>, fit: &Fit, seed: u64) -> Vec<Noise> {
+    corrected(bench, fit, seed)
+        .iter()
+        .zip(&bench.channels.list)
+        .map(|(left, channel)| match channel.declared_noise {
+            Some(_) => Noise::WHITE,
+            None => Noise::new(left.variance, left.time),
+        })
+        .collect()
+}
+
+/// What is left by channel; of those that declare no noise, corrected for what the fit absorbs.
+pub(super) fn corrected(bench: &Bench<'_>, fit: &Fit, seed: u64) -> Vec<Leftover> {
+    let observed = leftover::by_channel(bench, &fit.residuals);
+    let declared: Vec<bool> = bench
+        .channels
+        .list
+        .iter()
+        .map(|channel| channel.declared_noise.is_some())
+        .collect();
+    if declared.iter().all(|declared| *declared) {
+        return observed;
+    }
+    let Some(simulated) = Simulated::new(bench, fit, DRAWS, 0.0, seed) else {
+        return observed;
+    };
+    let noise: Vec<Noise> = observed
+        .iter()
+        .zip(&declared)
+        .map(|(of, declared)| match declared {
+            true => Noise::WHITE,
+            false => Noise::new(of.variance, of.time),
+        })
+        .collect();
+    let left = left_of(&simulated, bench, &noise);
+    observed
+        .into_iter()
+        .zip(left)
+        .zip(declared)
+        .map(|((seen, left), declared)| {
+            if declared {
+                return seen;
+            }
+            let raised =
+                |seen: f64, left: f64| seen * (seen / left.max(f64::MIN_POSITIVE)).max(1.0);
+            Leftover {
+                variance: raised(seen.variance, left.variance),
+                time: raised(seen.time, left.time),
+                ..seen
+            }
+        })
+        .collect()
+}
+
+/// What a fit leaves of simulated noise, the mean of all draws.
+fn left_of(simulated: &Simulated<'_>, bench: &Bench<'_>, noise: &[Noise]) -> Vec<Leftover> {
+    let absorbed = simulated.absorbed(noise);
+    let left: Vec<_> = (0..bench.segments.len())
+        .map(|at| simulated.left(at, noise, &absorbed))
+        .collect();
+    let mut mean: Vec<Leftover> = Vec::new();
+    for draw in 0..DRAWS {
+        let residuals: Vec<Vec<f64>> = left
+            .iter()
+            .map(|of| of.column(draw).iter().copied().collect())
+            .collect();
+        let of_draw = leftover::by_channel(bench, &residuals);
+        if mean.is_empty() {
+            mean = of_draw;
+            continue;
+        }
+        for (mean, of) in mean.iter_mut().zip(of_draw) {
+            let part = 1.0 / (draw + 1) as f64;
+            mean.variance += part * (of.variance - mean.variance);
+            mean.time += part * (of.time - mean.time);
+        }
+    }
+    mean
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::gap::{
+        Settings, Study, Uncertainty, Watch, fake::RigidBody, find::normal, tests::trial,
+    };
+
+    /// Rows of a trial: 1 s.
+    const ROWS: usize = 50;
+    const SD: f64 = 0.05;
+    const CORRELATION: f64 = 0.95;
+
+    /// Slow noise of a log that declares none: starts absorb a good part of it in a second.
+    #[test]
+    fn a_part_of_what_starts_absorb_of_slow_noise_is_put_back() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let trials = (0..16).map(|at| {
+            let mut trial = trial(&format!("trial {at}"), &[], &[0.0, 0.0], at, 0.5);
+            let columns = trial.sensors.columns.len();
+            let all = trial.sensors.columns.iter().enumerate();
+            let columns_of: Vec<usize> = all
+                .filter(|(_, name)| name.starts_with("position"))
+                .map(|(column, _)| column)
+                .collect();
+            trial.sensors.times.truncate(ROWS);
+            trial.sensors.data.truncate(ROWS * columns);
+            for column in columns_of {
+                let mut noise = SD * normal(&mut rng);
+                for row in 0..ROWS {
+                    trial.sensors.data[row * columns + column] += noise;
+                    let fresh = SD * (1.0 - CORRELATION * CORRELATION).sqrt();
+                    noise = CORRELATION * noise + fresh * normal(&mut rng);
+                }
+            }
+            trial
+        });
+        let plant = RigidBody::without_noise("position");
+        let stop = AtomicBool::new(false);
+        let watch = Watch::silent(&stop);
+        let settings = Settings {
+            uncertainty: Uncertainty::default(),
+            seed: 0,
+        };
+        let study = Study::prepare(&plant, trials.collect(), settings, &watch).unwrap();
+        let bench = study.bench(&watch).unwrap();
+        let fit = bench.empty().unwrap();
+        let observed = leftover::by_channel(&bench, &fit.residuals);
+        let mean_sd = |of: &[Leftover]| {
+            let sds: Vec<f64> = of
+                .iter()
+                .zip(&bench.channels.list)
+                .filter(|(_, channel)| channel.sensor == "position")
+                .map(|(of, channel)| of.variance.sqrt() * channel.noise)
+                .collect();
+            sds.iter().sum::<f64>() / sds.len() as f64
+        };
+        let corrected = corrected(&bench, fit, 0);
+        let (seen, said) = (mean_sd(&observed), mean_sd(&corrected));
+        assert!(seen < 0.75 * SD, "{seen} of {SD}");
+        // One correction goes a part of the way.
+        assert!(
+            said > 1.1 * seen && said < 1.1 * SD,
+            "{seen}, {said} of {SD}"
+        );
+        for ((corrected, observed), channel) in
+            corrected.iter().zip(&observed).zip(&bench.channels.list)
+        {
+            let same = corrected.variance == observed.variance && corrected.time == observed.time;
+            assert_eq!(same, channel.declared_noise.is_some(), "{channel:?}");
+        }
+    }
+}
