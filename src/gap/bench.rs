@@ -419,9 +419,12 @@ impl<'a> Bench<'a> {
         let found: Vec<DVector<f32>> = which
             .par_iter()
             .map(|knob| {
-                let mut moved = point.clone();
-                moved.knobs[*knob] += STEP;
-                let found = self.column(at, &moved, STEP, from)?;
+                let moved = |step: f64| {
+                    let mut moved = point.clone();
+                    moved.knobs[*knob] += step;
+                    moved
+                };
+                let found = self.slope(at, &moved, STEP, from)?;
                 Ok(found.map(|value| value as f32))
             })
             .collect::<Result<_, GapError>>()?;

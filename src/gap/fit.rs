@@ -19,6 +19,10 @@ use super::{
 
 /// Step of a difference quotient, in standard deviations of the prior.
 pub(super) const STEP: f64 = 0.01;
+/// A step that changes the whitened readings of a segment by more than this is taken again ...
+const MUCH: f64 = 0.3;
+/// ... to change them by this.
+const LITTLE: f64 = 0.02;
 /// A knob farther than this from where its column was made [standard deviations] needs a new one.
 const FAR: f64 = 3.0;
 /// A knob whose predictions correlate with an effect's by more than this is told from it by what little differs
@@ -431,16 +435,37 @@ impl Bench<'_> {
         let mut column = 0;
         for (row, candidate) in point.candidates.iter().enumerate() {
             for (parameter, p) in self.candidates[*candidate].parameters.iter().enumerate() {
-                let mut moved = point.clone();
-                let value = &mut moved.values[row][parameter];
-                let step = inward(*value, STEP * p.prior_sd, p.upper);
-                *value += step;
-                let found = self.column(at, &moved, step / p.prior_sd, from)?;
+                let value = point.values[row][parameter];
+                let step = inward(value, STEP * p.prior_sd, p.upper) / p.prior_sd;
+                let moved = |step: f64| {
+                    let mut moved = point.clone();
+                    moved.values[row][parameter] += step * p.prior_sd;
+                    moved
+                };
+                let found = self.slope(at, &moved, step, from)?;
                 columns.set_column(column, &found);
                 column += 1;
             }
         }
         Ok(columns)
+    }
+
+    /// The same by a finer step where the first changes much: what bends with the step would be taken for a
+    /// difference between two columns that nearly cancel (a kilogram, and as much buoyancy).
+    pub(super) fn slope(
+        &self,
+        at: usize,
+        moved: &dyn Fn(f64) -> Point,
+        step: f64,
+        from: &Differencing<'_>,
+    ) -> Result<DVector<f64>, GapError> {
+        let found = self.column(at, &moved(step), step, from)?;
+        let change = found.norm() * step.abs();
+        if change <= MUCH {
+            return Ok(found);
+        }
+        let finer = step * LITTLE / change;
+        self.column(at, &moved(finer), finer, from)
     }
 
     /// Change of the whitened prediction to a moved point, over a step; `from` is what
@@ -509,5 +534,56 @@ fn midway(a: &Point, b: &Point) -> Point {
             .zip(&b.starts)
             .map(|(a, b)| 0.5 * (a + b))
             .collect(),
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+
+    use super::*;
+    use crate::{
+        effects::Id,
+        gap::{Settings, Study, Uncertainty, fake::RigidBody, tests::trial},
+    };
+
+    /// A column is a tangent, also where a step of a hundredth of a prior bends: two of a thousand noises that
+    /// nearly cancel leave what tells two effects apart.
+    #[test]
+    fn a_column_that_is_long_is_a_tangent() {
+        let plant = RigidBody::new();
+        let stop = AtomicBool::new(false);
+        let watch = Watch::silent(&stop);
+        let settings = Settings {
+            uncertainty: Uncertainty::default(),
+            seed: 0,
+        };
+        let trials = vec![trial("trial", &[], &[0.0, 0.0], 1, 0.0)];
+        let study = Study::prepare(&plant, trials, settings, &watch).unwrap();
+        let bench = study.bench(&watch).unwrap();
+        let fit = bench.empty().unwrap();
+        let offset = (0..bench.candidates.len())
+            .find(|at| bench.candidates[*at].effect == Id::BuoyancyOffset)
+            .unwrap();
+        let sd = bench.candidates[offset].parameters[0].prior_sd;
+        let moved = |step: f64| {
+            let mut point = fit.point.clone();
+            point.candidates.push(offset);
+            point.values.push(vec![step * sd, 0.0, 0.0]);
+            point
+        };
+        let from = bench
+            .differencing(0, &fit.point, &fit.residuals[0])
+            .unwrap();
+        let secant = |step: f64| bench.column(0, &moved(step), step, &from).unwrap();
+        // Of fourth order.
+        let central = |step: f64| 0.5 * (secant(step) + secant(-step));
+        let tangent = (4.0 * central(0.001) - central(0.002)) / 3.0;
+        let off = |of: &DVector<f64>| (of - &tangent).norm();
+        let slope = bench.slope(0, &moved, STEP, &from).unwrap();
+        assert!(tangent.norm() * STEP > 10.0 * MUCH, "{}", tangent.norm());
+        assert!(off(&secant(STEP)) > 1.0, "{}", off(&secant(STEP)));
+        assert!(off(&slope) < 0.1 * off(&secant(STEP)), "{}", off(&slope));
     }
 }

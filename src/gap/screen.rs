@@ -43,6 +43,8 @@ pub(super) struct Direction {
     pub(super) base: Vec<f64>,
     /// Step in the parameter's unit.
     pub(super) step: f64,
+    /// True where the step goes off a null that has no derivatives.
+    pub(super) secant: bool,
 }
 
 /// Columns of every candidate about a fit: (knobs, the fit's own parameters, directions).
@@ -108,6 +110,7 @@ impl Bench<'_> {
                     parameter: *parameter,
                     base: base.clone(),
                     step: *step,
+                    secant: of.parameters[*parameter].start != of.parameters[*parameter].null,
                 })
             })
             .collect()
@@ -214,16 +217,24 @@ impl Bench<'_> {
     ) -> Result<DVector<f64>, GapError> {
         let candidate = &self.candidates[direction.candidate];
         let sd = candidate.parameters[direction.parameter].prior_sd;
-        let mut point = fit.point.clone();
-        let mut values = direction.base.clone();
-        values[direction.parameter] += direction.step;
-        point.candidates.push(direction.candidate);
-        point.values.push(values);
+        let moved = |step: f64| {
+            let mut point = fit.point.clone();
+            let mut values = direction.base.clone();
+            values[direction.parameter] += step * sd;
+            point.candidates.push(direction.candidate);
+            point.values.push(values);
+            point
+        };
         let step = direction.step / sd;
         let residual = &fit.residuals[at];
         if !self.is_measurement(direction.candidate) {
-            return self.column(at, &point, step, from);
+            // Off the null, a secant stands for what has no slope.
+            return match direction.secant {
+                true => self.column(at, &moved(step), step, from),
+                false => self.slope(at, &moved, step, from),
+            };
         }
+        let point = moved(step);
         // The motion is the same; only what the sensors say of it changes.
         let segment = &self.segments[at];
         let mut other = Vec::new();

@@ -165,6 +165,22 @@ impl<'s> Linear<'s> {
     fn point(&self, bench: &Bench<'_>, from: &Point, set: &[usize]) -> Option<Point> {
         let (_, columns, z) = self.evidence(set)?;
         let mut point = from.clone();
+        // What goes with these values of the knobs and of what was fitted before, to first order: an effect that a
+        // knob nearly cancels would start far from anything without.
+        let before = self.screen.before;
+        let whole = self.screen.quadratic.tempered(self.factor);
+        let mut precision = whole.a.view((0, 0), (before, before)).into_owned();
+        let mut slope = whole.b.rows(0, before).into_owned();
+        for axis in 0..before {
+            precision[(axis, axis)] += 1.0;
+        }
+        for (column, z) in columns.iter().zip(z.iter()) {
+            let across = whole.a.view((0, before + column), (before, 1));
+            slope -= across.column(0) * *z;
+        }
+        if let Some(factor) = precision.cholesky() {
+            bench.set(&mut point, &factor.solve(&slope));
+        }
         for candidate in set {
             let found: Vec<(&Direction, f64)> = columns
                 .iter()
@@ -175,26 +191,6 @@ impl<'s> Linear<'s> {
             let values = values(bench, *candidate, &found);
             point.candidates.push(*candidate);
             point.values.push(values);
-        }
-        // The knobs that go with these values, to first order.
-        let knobs = bench.knobs.len();
-        let whole = self.screen.quadratic.tempered(self.factor);
-        let mut precision = whole.a.view((0, 0), (knobs, knobs)).into_owned();
-        let mut slope = whole.b.rows(0, knobs).into_owned();
-        for axis in 0..knobs {
-            precision[(axis, axis)] += 1.0;
-        }
-        for (column, z) in columns.iter().zip(z.iter()) {
-            slope -= whole
-                .a
-                .view((0, self.screen.before + column), (knobs, 1))
-                .column(0)
-                * *z;
-        }
-        if self.screen.before == knobs
-            && let Some(factor) = precision.cholesky()
-        {
-            point.knobs = factor.solve(&slope);
         }
         Some(point)
     }
