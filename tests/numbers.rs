@@ -235,13 +235,13 @@ fn numbers_and_effects_on_the_same_element() {
     // A payload would move the centre at which net buoyancy acts.
     let added = [
         entry(Id::AddedMass, "hull", &[10.0, 14.0, 17.0, 0.2, 0.4, 0.4]),
-        entry(Id::NetBuoyancy, "hull", &[3.0]),
+        entry(Id::NetBuoyancy, "hull", &[3.0, 0.0, 0.0, 0.0]),
     ];
     check(&nominal("vehicle.xml"), &added, 5, |_| true);
     let leg = [
         entry(Id::JointDamping, "thigh_joint", &[0.7]),
         entry(Id::ActuatorGain, "calf_servo", &[1.2]),
-        entry(Id::NetBuoyancy, "calf", &[1.0]),
+        entry(Id::NetBuoyancy, "calf", &[1.0, 0.0, 0.0, 0.0]),
     ];
     check(&nominal("leg.xml"), &leg, 6, |_| true);
 }
@@ -304,7 +304,7 @@ fn inertia_of_geoms_and_of_every_notation() {
         let text = robot(&top, &hull, ARM, "damping=\"0.5\"", SERVO);
         check_text(&text, &[]);
         let effects = [
-            entry(Id::NetBuoyancy, "hand", &[1.0]),
+            entry(Id::NetBuoyancy, "hand", &[1.0, 0.0, 0.0, 0.0]),
             entry(Id::JointDamping, "elbow", &[0.3]),
             entry(Id::ActuatorGain, "wrist", &[0.7]),
             entry(Id::Payload, "arm", &[0.4, 0.1, 0.0, 0.02]),

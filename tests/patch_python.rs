@@ -61,7 +61,7 @@ fn names(effect: Id) -> Vec<String> {
         Id::JointDamping => &["damping"],
         Id::JointStiffness => &["stiffness", "reference"],
         Id::JointBacklash => &["play"],
-        Id::NetBuoyancy => &["force"],
+        Id::NetBuoyancy => &["force", "moment_x", "moment_y", "moment_z"],
         Id::Payload => &["mass", "x", "y", "z"],
         _ => &["x", "y", "z"],
     };
@@ -239,7 +239,7 @@ fn bodies(cases: &mut Cases<'_>) {
         let model = fish(top, "", ACTUATORS[3]);
         cases.add(&model, Id::Payload, "hull", &[1.5, 0.1, -0.05, 0.2]);
         cases.add(&model, Id::Payload, "fin", &[0.3, -0.1, 0.0, 0.02]);
-        cases.add(&model, Id::NetBuoyancy, "fin", &[2.0]);
+        cases.add(&model, Id::NetBuoyancy, "fin", &[2.0, 0.0, 0.0, 0.0]);
         cases.add(&model, Id::Current, "hull", &[0.3, -0.1, 0.0]);
         cases.add(&model, Id::LinearDrag, "fin", &[1.0, 2.0, 3.0]);
     }

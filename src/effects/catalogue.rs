@@ -1,11 +1,11 @@
 //! Every effect by its name.
 
 use super::{
-    Effect, Id, actuator_deadband, actuator_delay, actuator_gain, actuator_lag, added_mass,
-    basset_history, buoyancy_offset, constant_force, cross_flow_drag, current, free_surface,
-    inflow_thrust_loss, joint_backlash, joint_damping, joint_friction, joint_stiffness, lift,
-    linear_drag, munk_moment, net_buoyancy, payload, quadratic_drag, sensor_bias, sensor_delay,
-    sensor_scale, wake_memory, wall_proximity, waves,
+    Effect, Id, Target, actuator_deadband, actuator_delay, actuator_gain, actuator_lag, added_mass,
+    basset_history, buoyancy_offset, card::BodyScale, constant_force, cross_flow_drag, current,
+    free_surface, inflow_thrust_loss, joint_backlash, joint_damping, joint_friction,
+    joint_stiffness, lift, linear_drag, munk_moment, net_buoyancy, payload, quadratic_drag,
+    sensor_bias, sensor_delay, sensor_scale, wake_memory, wall_proximity, waves,
 };
 
 /// The effect of a name.
@@ -40,6 +40,25 @@ pub fn effect(id: Id) -> &'static dyn Effect {
         Id::SensorScale => &sensor_scale::EFFECT,
         Id::ConstantForce => &constant_force::EFFECT,
     }
+}
+
+/// True where a file may leave a parameter of an effect out: names do not depend on the target's sizes.
+pub fn is_optional(id: Id, parameter: &str) -> bool {
+    // Only effects on bodies have such parameters.
+    let body = Target::Body(BodyScale {
+        mass: 1.0,
+        inertia: [1.0; 3],
+        extent: [1.0; 3],
+        volume: 1.0,
+        density: 1.0,
+        gravity: 1.0,
+        speed: 1.0,
+        rate: 1.0,
+    });
+    let parameters = effect(id).parameters(&body);
+    parameters
+        .iter()
+        .any(|of| of.optional && of.name == parameter)
 }
 
 /// All of them, in the order of [`Id::ALL`].

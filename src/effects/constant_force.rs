@@ -8,7 +8,7 @@ use super::{
 };
 
 /// Prior, in weights; of the torque, at half the greatest extent.
-const TYPICAL: f64 = 0.05;
+const TYPICAL: f64 = 0.15;
 /// Bound, in weights; of the torque, at the greatest extent.
 const GREATEST: f64 = 10.0;
 

@@ -431,7 +431,7 @@ mod tests {
         assert!(
             buoyancy(r#"{"forse": 1}"#).contains("no parameter `forse`; did you mean `force`?")
         );
-        assert!(buoyancy("{}").contains("missing force; it has: force [N]"));
+        assert!(buoyancy("{}").contains("missing force; it has: force [N], moment_x [N m]"));
         assert!(buoyancy(r#"{"force": "1"}"#).contains("the string `1`, expected a number [N]"));
         assert!(buoyancy(r#"{"force": 1e9}"#).contains("force is 1000000000 [N], expected -"));
         assert!(buoyancy(r#"{"force": 1e999}"#).contains("not JSON"));
@@ -468,8 +468,17 @@ mod tests {
                 .expect_err("it should be refused")
                 .to_string()
         };
-        assert!(fault(vec![entry(vec![f64::NAN])]).contains("force is NaN, expected a finite"));
-        assert!(fault(vec![entry(vec![1.0, 2.0])]).contains("2 values for 1 parameters"));
-        assert!(fault(vec![entry(vec![1.0]), entry(vec![2.0])]).contains("twice"));
+        assert!(
+            fault(vec![entry(vec![f64::NAN, 0.0, 0.0, 0.0])])
+                .contains("force is NaN, expected a finite")
+        );
+        assert!(fault(vec![entry(vec![1.0, 2.0])]).contains("2 values for 4 parameters"));
+        assert!(
+            fault(vec![
+                entry(vec![1.0, 0.0, 0.0, 0.0]),
+                entry(vec![2.0, 0.0, 0.0, 0.0])
+            ])
+            .contains("twice")
+        );
     }
 }

@@ -24,7 +24,7 @@ use crate::sim::plant::{Knob, KnobClass, Quantity};
 const READING: f64 = 0.5;
 /// The same of when a command acts, which the time convention of trials says: what is left is how a step of the
 /// model shares it out.
-const COMMAND: f64 = 0.15;
+const COMMAND: f64 = 0.06;
 
 /// Standard deviations of the nominal model's numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -394,7 +394,11 @@ impl Writer<'_> {
             (Id::Payload, [mass, x, y, z]) => {
                 (body::payload(model, node, *mass, [*x, *y, *z])?, "a body")
             }
-            (Id::NetBuoyancy, [force]) if !load_cell::is_weighed(model, &entry.target) => {
+            // Gravity compensation acts at the centre of mass.
+            (Id::NetBuoyancy, [force, moment @ ..])
+                if moment.iter().all(|of| *of == 0.0)
+                    && !load_cell::is_weighed(model, &entry.target) =>
+            {
                 let bodies = &self.request.description.bodies;
                 let scale = &bodies.iter().find(|body| body.name == entry.target)?.scale;
                 let mass = scale.mass * self.mass_factor(&entry.target);

@@ -23,7 +23,7 @@ pub(super) fn names(effect: Id) -> Vec<String> {
         Id::JointDamping => &["damping"],
         Id::JointStiffness => &["stiffness", "reference"],
         Id::JointBacklash => &["play"],
-        Id::NetBuoyancy => &["force"],
+        Id::NetBuoyancy => &["force", "moment_x", "moment_y", "moment_z"],
         Id::Payload => &["mass", "x", "y", "z"],
         _ => &["x", "y", "z"],
     };
@@ -206,7 +206,7 @@ fn what_mjcf_cannot_say_is_the_plugins_and_weighed() {
     let entries = [
         entry(Id::LinearDrag, "fin", &[1.0, 2.0, 3.0]),
         entry(Id::ActuatorDeadband, "servo", &[0.1]),
-        entry(Id::NetBuoyancy, "fin", &[2.0]),
+        entry(Id::NetBuoyancy, "fin", &[2.0, 0.0, 0.0, 0.0]),
         entry(Id::Current, "hull", &[0.2, 0.0, 0.0]),
     ];
     let patched = patched(MODEL, &entries).unwrap();
@@ -275,7 +275,10 @@ fn what_comes_before_the_plugin_is_the_plugins() {
 #[test]
 fn buoyancy_that_nothing_weighs_is_gravity_compensation() {
     let free = MODEL.replace("<force name=\"scale\" site=\"cell\" noise=\"0.1\"/>", "");
-    let (_, added) = difference(&free, &[entry(Id::NetBuoyancy, "fin", &[0.981])]);
+    let (_, added) = difference(
+        &free,
+        &[entry(Id::NetBuoyancy, "fin", &[0.981, 0.0, 0.0, 0.0])],
+    );
     assert_eq!(added, ["<body name=\"fin\" gravcomp=\"0.2\">"]);
 }
 
@@ -510,7 +513,7 @@ fn an_effect_is_added_to_the_number() {
     let entries = [
         entry(Id::JointDamping, "hinge", &[0.3]),
         entry(Id::ActuatorGain, "servo", &[0.8]),
-        entry(Id::NetBuoyancy, "fin", &[0.981]),
+        entry(Id::NetBuoyancy, "fin", &[0.981, 0.0, 0.0, 0.0]),
     ];
     let mut numbers = numbers();
     numbers.retain(|(knob, _)| !matches!(knob.quantity, Quantity::CentreOfMass(_)));

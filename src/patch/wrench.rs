@@ -13,7 +13,7 @@ use super::{
     edit::{Edits, attribute, numbers},
     error::PatchError,
 };
-use crate::effects::Id;
+use crate::effects::{Id, catalogue::is_optional};
 
 /// Name of the plugin.
 pub(super) const PLUGIN: &str = "hydro.wrench";
@@ -355,7 +355,10 @@ fn add_to(own: &mut serde_json::Value, effect: &Listed) -> bool {
     let sums: Option<Vec<f64>> = effect
         .parameters
         .iter()
-        .map(|(name, value)| Some(own["parameters"][name].as_f64()? + value))
+        .map(|(name, value)| match own["parameters"].get(name) {
+            Some(own) => Some(own.as_f64()? + value),
+            None => is_optional(effect.effect, name).then_some(*value),
+        })
         .collect();
     let Some(sums) = sums else {
         return false;
@@ -421,6 +424,28 @@ mod tests {
                  <geom/>\n    </body>\n  </worldbody>\n</mujoco>"
             )
         );
+    }
+
+    #[test]
+    fn what_was_left_out_is_nothing_when_effects_add_up() {
+        let force = |parameters: &[(&str, f64)]| Listed {
+            effect: Id::ConstantForce,
+            target: "hull".to_owned(),
+            parameters: parameters
+                .iter()
+                .map(|(n, v)| ((*n).to_owned(), *v))
+                .collect(),
+        };
+        let mut own = serde_json::to_value(force(&[("x", 1.0), ("y", 2.0)])).unwrap();
+        assert!(add_to(
+            &mut own,
+            &force(&[("x", 0.5), ("y", 0.0), ("torque_z", 3.0)])
+        ));
+        assert_eq!(
+            own["parameters"],
+            serde_json::json!({"x": 1.5, "y": 2.0, "torque_z": 3.0})
+        );
+        assert!(!add_to(&mut own, &force(&[("z", 0.5)])));
     }
 
     #[test]
