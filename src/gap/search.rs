@@ -498,9 +498,11 @@ fn tempering(bench: &Bench<'_>, scored: &[Scored], nothing: f64, seed: u64) -> f
     else {
         return 1.0;
     };
-    let leftovers = colour::corrected(bench, &best.fit, seed);
-    // Variances add up: an error of form is one beside the noise, however much the noise overstates.
-    leftover::overstatement(&leftovers) + form_factor(nothing - best.fit.misfit) - 1.0
+    // What a fit leaves is slow noise that nobody declared, or an error of form: whichever may overstate more.
+    let seen = leftover::by_channel(bench, &best.fit.residuals);
+    let of_form = leftover::overstatement(&seen) * form_factor(nothing - best.fit.misfit);
+    let of_noise = leftover::overstatement(&colour::corrected(bench, &best.fit, seed));
+    of_form.max(of_noise)
 }
 
 /// Whether a set leaves only noise; computed once.
