@@ -37,3 +37,17 @@ pub(super) fn vector(
             Parameter::about(name, unit, 0.0, prior_sd).within(-bound, bound)
         })
 }
+
+/// The same under a prefix, each of which may be left out.
+pub(super) fn optional_vector(
+    prefix: &'static str,
+    unit: &'static str,
+    prior_sd: [f64; 3],
+    bound: [f64; 3],
+) -> impl Iterator<Item = Parameter> {
+    vector(unit, prior_sd, bound).map(move |parameter| Parameter {
+        name: format!("{prefix}_{}", parameter.name),
+        optional: true,
+        ..parameter
+    })
+}

@@ -39,13 +39,14 @@ impl Effect for ConstantForce {
         body(target).map_or_else(Vec::new, |scale| {
             let weight = scale.weight();
             let lever = scale.length();
-            let torque = axes::vector(
+            let torque = axes::optional_vector(
+                "torque",
                 "N m",
                 [TYPICAL * weight * lever / 2.0; 3],
                 [GREATEST * weight * lever; 3],
             );
             axes::vector("N", [TYPICAL * weight; 3], [GREATEST * weight; 3])
-                .chain(torque.map(|p| p.called(|axis| format!("torque_{axis}")).or_none()))
+                .chain(torque)
                 .collect()
         })
     }

@@ -41,7 +41,8 @@ impl Effect for NetBuoyancy {
         body(target).map_or_else(Vec::new, |scale| {
             let (weight, bound) = (scale.weight(), GREATEST * scale.weight());
             let length = scale.length();
-            let moment = axes::vector(
+            let moment = axes::optional_vector(
+                "moment",
                 "N m",
                 [TYPICAL * weight * LEVER * length; 3],
                 [bound * length; 3],
@@ -49,7 +50,7 @@ impl Effect for NetBuoyancy {
             std::iter::once(
                 Parameter::about("force", "N", 0.0, TYPICAL * weight).within(-bound, bound),
             )
-            .chain(moment.map(|p| p.called(|axis| format!("moment_{axis}")).or_none()))
+            .chain(moment)
             .collect()
         })
     }

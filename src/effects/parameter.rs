@@ -31,22 +31,6 @@ impl Parameter {
         }
     }
 
-    /// Under another name, made of this one.
-    pub(crate) fn called(self, name: impl Fn(&str) -> String) -> Self {
-        Self {
-            name: name(&self.name),
-            ..self
-        }
-    }
-
-    /// That may be left out.
-    pub(crate) fn or_none(self) -> Self {
-        Self {
-            optional: true,
-            ..self
-        }
-    }
-
     /// With a first fit that starts away from the null.
     pub(crate) fn starting(self, start: f64) -> Self {
         Self { start, ..self }

@@ -44,18 +44,17 @@ impl Candidate {
     fn forms(effect: Id, targets: &[String], target: &Target) -> Vec<Self> {
         let all = effects::catalogue::effect(effect).parameters(target);
         let needed = all.iter().take_while(|p| !p.optional).count();
-        let mut forms = Vec::new();
-        for count in [needed, all.len()] {
-            if forms.is_empty() || count > needed {
-                forms.push(Self {
-                    effect,
-                    targets: targets.to_vec(),
-                    parameters: all[..count].to_vec(),
-                    left_out: all[count..].iter().map(|p| p.null).collect(),
-                });
-            }
-        }
-        forms
+        let mut counts = vec![needed, all.len()];
+        counts.dedup();
+        counts
+            .into_iter()
+            .map(|count| Self {
+                effect,
+                targets: targets.to_vec(),
+                parameters: all[..count].to_vec(),
+                left_out: all[count..].iter().map(|p| p.null).collect(),
+            })
+            .collect()
     }
 
     /// Entries with values in the order of the parameters.

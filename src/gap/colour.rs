@@ -15,6 +15,7 @@ use super::{
 
 /// Simulated residuals.
 const DRAWS: usize = 64;
+
 /// Spread and colour of the noise of one channel, in units of what it is taken to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Noise {
@@ -39,10 +40,15 @@ impl Noise {
     }
 }
 
-/// Of every channel: as declared where it is, else of what is left.
+/// Of every channel: as declared where it is, else of what a fit leaves, corrected.
 pub(super) fn of(bench: &Bench<'_>, fit: &Fit, seed: u64) -> Vec<Noise> {
-    corrected(bench, fit, seed)
-        .iter()
+    let seen = leftover::by_channel(bench, &fit.residuals);
+    taken(bench, &corrected(bench, fit, &seen, seed))
+}
+
+/// What is left, taken for the noise where none is declared.
+fn taken(bench: &Bench<'_>, left: &[Leftover]) -> Vec<Noise> {
+    left.iter()
         .zip(&bench.channels.list)
         .map(|(left, channel)| match channel.declared_noise {
             Some(_) => Noise::WHITE,
@@ -51,45 +57,35 @@ pub(super) fn of(bench: &Bench<'_>, fit: &Fit, seed: u64) -> Vec<Noise> {
         .collect()
 }
 
-/// What is left by channel; of those that declare no noise, corrected for what the fit absorbs.
-pub(super) fn corrected(bench: &Bench<'_>, fit: &Fit, seed: u64) -> Vec<Leftover> {
-    let observed = leftover::by_channel(bench, &fit.residuals);
-    let declared: Vec<bool> = bench
-        .channels
-        .list
+/// What is left by channel, as `seen`; of those that declare no noise, corrected for what the fit absorbs.
+pub(super) fn corrected(
+    bench: &Bench<'_>,
+    fit: &Fit,
+    seen: &[Leftover],
+    seed: u64,
+) -> Vec<Leftover> {
+    let channels = &bench.channels.list;
+    if channels
         .iter()
-        .map(|channel| channel.declared_noise.is_some())
-        .collect();
-    if declared.iter().all(|declared| *declared) {
-        return observed;
+        .all(|channel| channel.declared_noise.is_some())
+    {
+        return seen.to_vec();
     }
     let Some(simulated) = Simulated::new(bench, fit, DRAWS, 0.0, seed) else {
-        return observed;
+        return seen.to_vec();
     };
-    let noise: Vec<Noise> = observed
-        .iter()
-        .zip(&declared)
-        .map(|(of, declared)| match declared {
-            true => Noise::WHITE,
-            false => Noise::new(of.variance, of.time),
-        })
-        .collect();
-    let left = left_of(&simulated, bench, &noise);
-    observed
-        .into_iter()
+    let left = left_of(&simulated, bench, &taken(bench, seen));
+    let raised = |seen: f64, left: f64| seen * (seen / left.max(f64::MIN_POSITIVE)).max(1.0);
+    seen.iter()
         .zip(left)
-        .zip(declared)
-        .map(|((seen, left), declared)| {
-            if declared {
-                return seen;
-            }
-            let raised =
-                |seen: f64, left: f64| seen * (seen / left.max(f64::MIN_POSITIVE)).max(1.0);
-            Leftover {
+        .zip(channels)
+        .map(|((seen, left), channel)| match channel.declared_noise {
+            Some(_) => *seen,
+            None => Leftover {
                 variance: raised(seen.variance, left.variance),
                 time: raised(seen.time, left.time),
-                ..seen
-            }
+                ..*seen
+            },
         })
         .collect()
 }
@@ -182,7 +178,7 @@ mod tests {
                 .collect();
             sds.iter().sum::<f64>() / sds.len() as f64
         };
-        let corrected = corrected(&bench, fit, 0);
+        let corrected = corrected(&bench, fit, &observed, 0);
         let (seen, said) = (mean_sd(&observed), mean_sd(&corrected));
         assert!(seen < 0.75 * SD, "{seen} of {SD}");
         // One correction goes a part of the way.

@@ -450,7 +450,7 @@ impl Bench<'_> {
         Ok(columns)
     }
 
-    /// The same by a finer step where the first changes much: what bends with the step would be taken for a
+    /// As [`Bench::column`], by a finer step where the first changes much: what bends with the step would be taken for a
     /// difference between two columns that nearly cancel (a kilogram, and as much buoyancy).
     pub(super) fn slope(
         &self,

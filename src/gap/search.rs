@@ -501,7 +501,7 @@ fn tempering(bench: &Bench<'_>, scored: &[Scored], nothing: f64, seed: u64) -> f
     // What a fit leaves is slow noise that nobody declared, or an error of form: whichever may overstate more.
     let seen = leftover::by_channel(bench, &best.fit.residuals);
     let of_form = leftover::overstatement(&seen) * form_factor(nothing - best.fit.misfit);
-    let of_noise = leftover::overstatement(&colour::corrected(bench, &best.fit, seed));
+    let of_noise = leftover::overstatement(&colour::corrected(bench, &best.fit, &seen, seed));
     of_form.max(of_noise)
 }
 

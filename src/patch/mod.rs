@@ -11,7 +11,7 @@
 //! | `joint_friction` | `frictionloss`, where there is hardly an excess at low speed |
 //! | `joint_backlash` | an extra limited joint |
 //! | `payload` | a body |
-//! | `net_buoyancy` | `gravcomp`, for a body on which none hangs and which no force sensor weighs |
+//! | `net_buoyancy` | `gravcomp`, where it acts at the centre of mass of a body on which none hangs and which no force sensor weighs |
 //! | `current` | `option wind` where MuJoCo's own fluid acts, else `current` of every `hydro.wrench` |
 //! | all else | `effects` of `hydro.wrench` on the target's body; force sensors above become load cells |
 //!
@@ -60,7 +60,7 @@ pub struct Request<'a> {
     /// The nominal MJCF.
     pub nominal: &'a Path,
     /// Effects with values, in the order of the catalogue's parameters. `payload`: mass, x, y, z;
-    /// `net_buoyancy`: force; `current`: x, y, z.
+    /// `net_buoyancy`: force, its moment; `current`: x, y, z.
     pub entries: &'a [Entry],
     /// Numbers of the nominal and how far they are turned, as `Plant::simulation` understands it: relative,
     /// or metres for a centre of mass. One at zero leaves the text as it is.
