@@ -4,7 +4,7 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 use proptest::prelude::*;
 
 use super::{
-    BodyPart, Effect, Id, Motion, Part, Target, all, effect,
+    BodyPart, Effect, Id, Motion, Part, Target, TargetKind, all, effect,
     fixture::{any_motion, scale_of, still, target, vector},
 };
 
@@ -99,6 +99,14 @@ fn every_card_and_parameter_is_filled_in() {
                 .filter(|other| other.name == parameter.name);
             assert_eq!(same.count(), 1, "{place}");
         }
+        // What may be left out comes last, and only bodies have any.
+        let optional: Vec<bool> = parameters.iter().map(|of| of.optional).collect();
+        assert!(optional.is_sorted() && !optional[0], "{}", card.id);
+        assert!(
+            card.target == TargetKind::Body || !optional.contains(&true),
+            "{}",
+            card.id
+        );
     }
 }
 

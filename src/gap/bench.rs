@@ -401,19 +401,21 @@ impl<'a> Bench<'a> {
         };
         let every: Vec<usize> = (0..self.knobs.len()).collect();
         let nuisances = if knobs {
-            self.knob_columns(at, &origin, &every, &from)?
+            self.knob_columns(at, &origin, &every, None, &from)?
         } else {
             DMatrix::zeros(residual.len(), every.len())
         };
         Ok(Some((projection, nuisances)))
     }
 
-    /// Change of the whitened predictions of a segment with some knobs, a standard deviation each.
-    pub(super) fn knob_columns(
+    /// Change of the whitened predictions of a segment with some knobs, a standard deviation each; `known`: what was
+    /// found elsewhere.
+    fn knob_columns(
         &self,
         at: usize,
         point: &Point,
         which: &[usize],
+        known: Option<&DMatrix<f32>>,
         from: &Differencing<'_>,
     ) -> Result<DMatrix<f32>, GapError> {
         let found: Vec<DVector<f32>> = which
@@ -424,7 +426,8 @@ impl<'a> Bench<'a> {
                     moved.knobs[*knob] += step;
                     moved
                 };
-                let found = self.slope(at, &moved, STEP, from)?;
+                let length = known.map(|known| f64::from(known.column(*knob).norm()));
+                let found = self.slope(at, &moved, STEP, length, from)?;
                 Ok(found.map(|value| value as f32))
             })
             .collect::<Result<_, GapError>>()?;
@@ -445,7 +448,7 @@ impl<'a> Bench<'a> {
         from: &Differencing<'_>,
     ) -> Result<DMatrix<f32>, GapError> {
         let mut all = known.unwrap_or(&self.shared[at].1).clone();
-        let found = self.knob_columns(at, point, fresh, from)?;
+        let found = self.knob_columns(at, point, fresh, Some(&all), from)?;
         for (column, knob) in found.column_iter().zip(fresh) {
             all.set_column(*knob, &column);
         }

@@ -57,6 +57,27 @@ impl Candidate {
             .collect()
     }
 
+    /// What it stands for, in whatever form.
+    pub(super) fn mechanism(&self) -> (Id, &[String]) {
+        (self.effect, &self.targets)
+    }
+
+    /// True where some values of it are the other: weight that acts away from the centre of mass may be nothing but
+    /// an offset of buoyancy.
+    pub(super) fn contains(&self, other: &Self) -> bool {
+        self.effect == Id::NetBuoyancy
+            && self.left_out.is_empty()
+            && other.effect == Id::BuoyancyOffset
+            && self.overlaps(other)
+    }
+
+    /// True where both have a target.
+    pub(super) fn overlaps(&self, other: &Self) -> bool {
+        self.targets
+            .iter()
+            .any(|target| other.targets.contains(target))
+    }
+
     /// Entries with values in the order of the parameters.
     pub(super) fn entries(&self, values: &[f64]) -> Vec<Entry> {
         self.targets
@@ -348,6 +369,21 @@ mod tests {
             Candidate::forms(Id::Lift, &["hull".to_owned()], &target).len(),
             1
         );
+    }
+
+    #[test]
+    fn weight_away_from_the_centre_of_mass_holds_an_offset_of_buoyancy() {
+        let model = RigidBody::new().description().clone();
+        let target = Target::Body(model.bodies[0].scale.clone());
+        let forms = |id: Id, name: &str| Candidate::forms(id, &[name.to_owned()], &target);
+        let weight = forms(Id::NetBuoyancy, "hull");
+        let offset = &forms(Id::BuoyancyOffset, "hull")[0];
+        assert_eq!(weight.len(), 2);
+        assert!(!weight[0].contains(offset) && weight[1].contains(offset));
+        assert!(!offset.contains(&weight[1]));
+        assert!(!weight[1].contains(&forms(Id::BuoyancyOffset, "fin")[0]));
+        assert!(!weight[1].contains(&weight[0]));
+        assert_eq!(weight[0].mechanism(), weight[1].mechanism());
     }
 
     /// The hull is 0.6 m long.

@@ -6,6 +6,8 @@
 //! R. J. Tibshirani, An Introduction to the Bootstrap, 1993, section 10.6). Once, not until both agree: noise that is
 //! slower than a trial looks like its start, so nothing keeps it from growing.
 
+use rayon::prelude::*;
+
 use super::{
     bench::Bench,
     fit::Fit,
@@ -94,21 +96,24 @@ pub(super) fn corrected(
 fn left_of(simulated: &Simulated<'_>, bench: &Bench<'_>, noise: &[Noise]) -> Vec<Leftover> {
     let absorbed = simulated.absorbed(noise);
     let left: Vec<_> = (0..bench.segments.len())
+        .into_par_iter()
         .map(|at| simulated.left(at, noise, &absorbed))
         .collect();
-    let mut mean: Vec<Leftover> = Vec::new();
-    for draw in 0..DRAWS {
-        let residuals: Vec<Vec<f64>> = left
-            .iter()
-            .map(|of| of.column(draw).iter().copied().collect())
-            .collect();
-        let of_draw = leftover::by_channel(bench, &residuals);
-        if mean.is_empty() {
-            mean = of_draw;
-            continue;
-        }
+    let draws: Vec<Vec<Leftover>> = (0..DRAWS)
+        .into_par_iter()
+        .map(|draw| {
+            let residuals: Vec<Vec<f64>> = left
+                .iter()
+                .map(|of| of.column(draw).iter().copied().collect())
+                .collect();
+            leftover::by_channel(bench, &residuals)
+        })
+        .collect();
+    let mut draws = draws.into_iter();
+    let mut mean = draws.next().unwrap_or_default();
+    for (draw, of_draw) in (1..).zip(draws) {
         for (mean, of) in mean.iter_mut().zip(of_draw) {
-            let part = 1.0 / (draw + 1) as f64;
+            let part = 1.0 / f64::from(draw + 1);
             mean.variance += part * (of.variance - mean.variance);
             mean.time += part * (of.time - mean.time);
         }

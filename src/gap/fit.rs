@@ -21,8 +21,9 @@ use super::{
 pub(super) const STEP: f64 = 0.01;
 /// A step that changes the whitened readings of a segment by more than this is taken again ...
 const MUCH: f64 = 0.3;
-/// ... to change them by this.
+/// ... to change them by this, or else to be this part of it: below, what rounding leaves shows.
 const LITTLE: f64 = 0.02;
+const FINEST: f64 = 1e-5;
 /// A knob farther than this from where its column was made [standard deviations] needs a new one.
 const FAR: f64 = 3.0;
 /// A knob whose predictions correlate with an effect's by more than this is told from it by what little differs
@@ -54,6 +55,16 @@ pub(super) struct Point {
     pub(super) knobs: DVector<f64>,
     /// Start of each segment, as a tangent from where the bench has it.
     pub(super) starts: Vec<DVector<f64>>,
+}
+
+impl Point {
+    /// Less one of its candidates.
+    pub(super) fn without(&self, candidate: usize) -> Self {
+        let mut rest = self.clone();
+        rest.candidates.remove(candidate);
+        rest.values.remove(candidate);
+        rest
+    }
 }
 
 /// A fitted hypothesis.
@@ -99,7 +110,8 @@ impl Fit {
         self.quadratic().tempered(factor).evidence(&self.bounds)
     }
 
-    fn cost(&self) -> f64 {
+    /// What a fit makes least: squared whitened residuals, and what the priors charge.
+    pub(super) fn cost(&self) -> f64 {
         self.misfit + self.penalty + self.arrival
     }
 
@@ -301,6 +313,12 @@ impl Bench<'_> {
         Ok(residuals.into_iter().collect())
     }
 
+    /// [`Fit::cost`] of a point; none where it blows up.
+    pub(super) fn cost_at(&self, point: &Point) -> Result<Option<f64>, GapError> {
+        let residuals = self.look(point)?;
+        Ok(residuals.map(|residuals| self.cost(point, &residuals)))
+    }
+
     fn cost(&self, point: &Point, residuals: &[Vec<f64>]) -> f64 {
         let misfit: f64 = residuals.iter().flatten().map(|value| value * value).sum();
         misfit + self.normalised(point).norm_squared() + self.arrival(point)
@@ -442,7 +460,7 @@ impl Bench<'_> {
                     moved.values[row][parameter] += step * p.prior_sd;
                     moved
                 };
-                let found = self.slope(at, &moved, step, from)?;
+                let found = self.slope(at, &moved, step, None, from)?;
                 columns.set_column(column, &found);
                 column += 1;
             }
@@ -452,19 +470,25 @@ impl Bench<'_> {
 
     /// As [`Bench::column`], by a finer step where the first changes much: what bends with the step would be taken for a
     /// difference between two columns that nearly cancel (a kilogram, and as much buoyancy).
+    /// `length`: of a column made before, about elsewhere.
     pub(super) fn slope(
         &self,
         at: usize,
         moved: &dyn Fn(f64) -> Point,
         step: f64,
+        length: Option<f64>,
         from: &Differencing<'_>,
     ) -> Result<DVector<f64>, GapError> {
-        let found = self.column(at, &moved(step), step, from)?;
-        let change = found.norm() * step.abs();
-        if change <= MUCH {
+        let finer = |length: f64| step * (LITTLE / (length * step.abs())).max(FINEST);
+        let first = match length {
+            Some(length) if length * step.abs() > MUCH => finer(length),
+            _ => step,
+        };
+        let found = self.column(at, &moved(first), first, from)?;
+        if found.norm() * first.abs() <= MUCH {
             return Ok(found);
         }
-        let finer = step * LITTLE / change;
+        let finer = finer(found.norm());
         self.column(at, &moved(finer), finer, from)
     }
 
@@ -581,9 +605,15 @@ mod tests {
         let central = |step: f64| 0.5 * (secant(step) + secant(-step));
         let tangent = (4.0 * central(0.001) - central(0.002)) / 3.0;
         let off = |of: &DVector<f64>| (of - &tangent).norm();
-        let slope = bench.slope(0, &moved, STEP, &from).unwrap();
+        let slope = bench.slope(0, &moved, STEP, None, &from).unwrap();
         assert!(tangent.norm() * STEP > 10.0 * MUCH, "{}", tangent.norm());
         assert!(off(&secant(STEP)) > 1.0, "{}", off(&secant(STEP)));
         assert!(off(&slope) < 0.1 * off(&secant(STEP)), "{}", off(&slope));
+        // The same where its length is known, or thought to be another.
+        for part in [1.0, 0.1, 1e-6] {
+            let length = Some(part * tangent.norm());
+            let known = bench.slope(0, &moved, STEP, length, &from).unwrap();
+            assert!(off(&known) < 0.1 * off(&secant(STEP)), "{}", off(&known));
+        }
     }
 }

@@ -252,6 +252,8 @@ fn decide(bench: &Bench<'_>, search: &Search, weights: &Weights, adequacy: Adequ
             .copied()
             .chain(undecided)
             .collect();
+        confusion.sort_unstable();
+        confusion.dedup();
         if confusion.len() < 2 {
             // No rival is near by output: the posterior alone is split.
             confusion = ids
@@ -264,7 +266,6 @@ fn decide(bench: &Bench<'_>, search: &Search, weights: &Weights, adequacy: Adequ
             let p = |id: &Id| ids.get(id).copied().unwrap_or(0.0);
             p(b).total_cmp(&p(a))
         });
-        confusion.dedup();
         decision.confusion = confusion;
         decision.apart = rivals.first().map(|rival| (best, *rival));
     }
@@ -293,14 +294,16 @@ fn decide(bench: &Bench<'_>, search: &Search, weights: &Weights, adequacy: Adequ
         .collect();
     // Only a set that was refitted can be added: find the one that holds exactly what is decided.
     if decided.len() < set_ids.len() {
-        let exact = (0..search.scored.len()).find(|at| {
+        let exact = (0..search.scored.len()).filter(|at| {
             let set = &search.scored[*at].set;
             set.len() == decided.len()
                 && set
                     .iter()
                     .all(|candidate| decided.contains(&bench.candidates[*candidate].effect))
         });
-        decision.chosen = exact.unwrap_or(best);
+        decision.chosen = exact
+            .max_by(|a, b| weights.scored[*a].total_cmp(&weights.scored[*b]))
+            .unwrap_or(best);
     }
     decision
 }
@@ -323,12 +326,20 @@ fn rivals(bench: &Bench<'_>, search: &Search, weights: &Weights, best: usize) ->
         scored.fit.misfit / search.factor + scored.fit.penalty
     };
     let probable = |at: usize| weights.scored[at] > FAR_FETCHED * weights.scored[best];
+    // What contains the best explains as much by itself; whether more is missing, evidence tells.
+    let contains = |other: &Scored| {
+        other.set.iter().any(|a| {
+            let a = &bench.candidates[*a];
+            of.set.iter().any(|b| a.contains(&bench.candidates[*b]))
+        })
+    };
     (1..search.scored.len())
         .filter(|at| {
             let other = &search.scored[*at];
             *at != best
                 && other.set.len() <= of.set.len()
                 && ids(other) != ids(of)
+                && !contains(other)
                 && charge(*at) - charge(best) < CONFUSION
                 && probable(*at)
         })
@@ -373,8 +384,12 @@ fn listed(
     };
     let mut effects: Vec<FittedEffect> = probabilities
         .iter()
-        .filter(|(candidate, p)| **p > NEGLIGIBLE || chosen.contains(candidate))
         .filter(|(candidate, p)| stands_for_all(**candidate, **p))
+        .map(|(candidate, p)| {
+            let of_all = *p + forms_of(*candidate).map(|(_, p)| p).sum::<f64>();
+            (candidate, of_all)
+        })
+        .filter(|(candidate, p)| *p > NEGLIGIBLE || chosen.contains(candidate))
         .flat_map(|(candidate, p)| {
             let holder = if chosen.contains(candidate) {
                 decision.chosen
@@ -387,7 +402,6 @@ fn listed(
             let parameters =
                 parameters(bench, &search.scored[holder].fit, *candidate, search.factor);
             let of = &bench.candidates[*candidate];
-            let p = *p + forms_of(*candidate).map(|(_, p)| p).sum::<f64>();
             of.targets.iter().map(move |target| FittedEffect {
                 effect: of.effect,
                 target: target.clone(),
@@ -471,13 +485,26 @@ fn ranking(bench: &Bench<'_>, search: &Search, weights: &Weights) -> Vec<Hypothe
         })
         .collect();
     ranking.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    let refitted = |set: &Vec<usize>| search.scored.iter().any(|scored| scored.set == *set);
+    // Forms of one effect are one hypothesis, with the evidence of the likeliest.
+    let mut merged: Vec<Hypothesis> = Vec::new();
+    for form in ranking {
+        match merged.iter_mut().find(|of| of.effects == form.effects) {
+            Some(of) => of.probability += form.probability,
+            None => merged.push(form),
+        }
+    }
+    let mut ranking = merged;
+    ranking.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    let refitted = |set: &[usize]| {
+        let of = search::mechanisms(bench, set);
+        let mut scored = search.scored.iter();
+        scored.any(|scored| search::mechanisms(bench, &scored.set) == of)
+    };
     ranking.extend(
-        search
-            .linear
-            .iter()
+        search::firsts(bench, search.linear.iter())
+            .into_iter()
             .filter(|(set, _)| !refitted(set))
-            .take(SHOWN.saturating_sub(search.scored.len()))
+            .take(SHOWN)
             .map(|(set, gain)| Hypothesis {
                 effects: pairs(set),
                 log_evidence: *gain,

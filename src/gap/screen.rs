@@ -231,7 +231,7 @@ impl Bench<'_> {
             // Off the null, a secant stands for what has no slope.
             return match direction.secant {
                 true => self.column(at, &moved(step), step, from),
-                false => self.slope(at, &moved, step, from),
+                false => self.slope(at, &moved, step, None, from),
             };
         }
         let point = moved(step);

@@ -26,6 +26,8 @@ const LARGEST: usize = 3;
 const BEAM: usize = 40;
 /// Singles and pairs that are refitted about one screen, at most.
 const LEADERS: [usize; 2] = [5, 3];
+/// Additions to the best set that are refitted, at most.
+const ADDITIONS: usize = 3;
 /// All singles are refitted to data of fewer seconds times degrees of freedom than this.
 const SMALL: f64 = 10.0;
 /// An effect's form differs from nature's by about this part of what the effect does ...
@@ -59,13 +61,16 @@ impl Scored {
     }
 }
 
+/// A set and its evidence to first order, relative to the empty set [nat].
+pub(super) type Judged = (Vec<usize>, f64);
+
 /// All that was tried.
 #[derive(Debug)]
 pub(super) struct Search {
     /// Refitted sets; the first is the empty one.
     pub(super) scored: Vec<Scored>,
-    /// Sets judged by linear evidence alone, relative to the empty set [nat].
-    pub(super) linear: Vec<(Vec<usize>, f64)>,
+    /// Sets judged by linear evidence alone.
+    pub(super) linear: Vec<Judged>,
     /// Squared whitened residuals are divided by this.
     pub(super) factor: f64,
 }
@@ -82,10 +87,30 @@ pub(super) fn log_prior(bench: &Bench<'_>, set: &[usize]) -> f64 {
     log
 }
 
-/// Two candidates that cannot stand in one set: the same effect on targets that overlap.
+/// Two candidates that cannot stand in one set: the same effect on targets that overlap, or one within the other.
 fn clash(bench: &Bench<'_>, a: usize, b: usize) -> bool {
     let (a, b) = (&bench.candidates[a], &bench.candidates[b]);
-    a.effect == b.effect && a.targets.iter().any(|target| b.targets.contains(target))
+    (a.effect == b.effect && a.overlaps(b)) || a.contains(b) || b.contains(a)
+}
+
+/// What the candidates of a set stand for, in whatever forms.
+pub(super) fn mechanisms<'b>(bench: &'b Bench<'_>, set: &[usize]) -> Vec<(Id, &'b [String])> {
+    let mut mechanisms: Vec<_> = set
+        .iter()
+        .map(|at| bench.candidates[*at].mechanism())
+        .collect();
+    mechanisms.sort_unstable();
+    mechanisms
+}
+
+/// The first of the sets of the same mechanisms.
+pub(super) fn firsts<'s>(
+    bench: &Bench<'_>,
+    sets: impl Iterator<Item = &'s Judged>,
+) -> Vec<&'s Judged> {
+    let mut seen = BTreeSet::new();
+    sets.filter(|(set, _)| seen.insert(mechanisms(bench, set)))
+        .collect()
 }
 
 /// A quadratic in the directions of one screen, knobs and fitted parameters out of the way.
@@ -170,7 +195,7 @@ impl<'s> Linear<'s> {
         let before = self.screen.before;
         let whole = self.screen.quadratic.tempered(self.factor);
         let mut precision = whole.a.view((0, 0), (before, before)).into_owned();
-        let mut slope = whole.b.rows(0, before).into_owned();
+        let mut slope = DVector::zeros(before);
         for axis in 0..before {
             precision[(axis, axis)] += 1.0;
         }
@@ -179,7 +204,8 @@ impl<'s> Linear<'s> {
             slope -= across.column(0) * *z;
         }
         if let Some(factor) = precision.cholesky() {
-            bench.set(&mut point, &factor.solve(&slope));
+            let moved = bench.normalised(&point) + factor.solve(&slope);
+            bench.set(&mut point, &moved);
         }
         for candidate in set {
             let found: Vec<(&Direction, f64)> = columns
@@ -275,7 +301,7 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
         let about = bench.screen(&base.fit, directions, watch)?;
         let from = base.fit.point.clone();
         if let Some(linear) = Linear::new(bench, &about, factor) {
-            let mut gains: Vec<(Vec<usize>, f64)> = linear
+            let mut gains: Vec<Judged> = linear
                 .choices
                 .keys()
                 .filter_map(|candidate| {
@@ -284,7 +310,7 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
                 })
                 .collect();
             gains.sort_by(|a, b| b.1.total_cmp(&a.1));
-            for (addition, gain) in gains.iter().take(3) {
+            for (addition, gain) in firsts(bench, gains.iter()).into_iter().take(ADDITIONS) {
                 let mut set: Vec<usize> = base_set.iter().chain(addition).copied().collect();
                 set.sort_unstable();
                 if *gain < 0.0 || scored.iter().any(|scored| scored.set == set) {
@@ -318,11 +344,45 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
         }
     }
     factor = tempering(bench, &scored, nothing, seed);
+    refit_parts(bench, &mut scored, factor, watch)?;
+    factor = tempering(bench, &scored, nothing, seed);
     Ok(Search {
         scored,
         linear: linear_sets,
         factor,
     })
+}
+
+/// Parts of the best set, each from where the whole stands: a fit from afar may have ended elsewhere, and the whole
+/// would win for the way it took.
+fn refit_parts(
+    bench: &Bench<'_>,
+    scored: &mut Vec<Scored>,
+    factor: f64,
+    watch: &Watch<'_>,
+) -> Result<(), GapError> {
+    let Some(best) = best_of(bench, scored, factor) else {
+        return Ok(());
+    };
+    let whole = scored[best].fit.point.clone();
+    for out in 0..whole.candidates.len() {
+        let part = whole.without(out);
+        let mut set = part.candidates.clone();
+        set.sort_unstable();
+        let known = scored.iter().position(|scored| scored.set == set);
+        let before = known.map_or(f64::INFINITY, |at| scored[at].fit.cost());
+        if set.is_empty() || bench.cost_at(&part)?.is_none_or(|cost| cost >= before) {
+            continue;
+        }
+        let count = scored.len();
+        add(bench, part, scored, watch)?;
+        if let Some(at) = known
+            && scored.len() > count
+        {
+            scored.swap_remove(at);
+        }
+    }
+    Ok(())
 }
 
 /// The set about which sets of a size are looked for: the best, where it is smaller by one and leaves structure;
@@ -378,8 +438,8 @@ fn first_factor(bench: &Bench<'_>, screen: &Screen) -> f64 {
 }
 
 /// Singles and pairs of the best singles, by linear evidence; larger sets grow from refitted ones.
-fn sets(bench: &Bench<'_>, linear: &Linear<'_>) -> Vec<(Vec<usize>, f64)> {
-    let judged = |set: &[usize]| -> Option<(Vec<usize>, f64)> {
+fn sets(bench: &Bench<'_>, linear: &Linear<'_>) -> Vec<Judged> {
+    let judged = |set: &[usize]| -> Option<Judged> {
         let (gain, columns, z) = linear.evidence(set)?;
         let resolved = columns.iter().zip(z.iter()).all(|(column, z)| {
             let of = &linear.screen.directions[*column];
@@ -388,7 +448,7 @@ fn sets(bench: &Bench<'_>, linear: &Linear<'_>) -> Vec<(Vec<usize>, f64)> {
         });
         resolved.then(|| (set.to_vec(), gain))
     };
-    let worth = |entry: &(Vec<usize>, f64)| entry.1 + log_prior(bench, &entry.0);
+    let worth = |entry: &Judged| entry.1 + log_prior(bench, &entry.0);
     let mut singles: Vec<_> = linear
         .choices
         .keys()
@@ -416,15 +476,17 @@ fn sets(bench: &Bench<'_>, linear: &Linear<'_>) -> Vec<(Vec<usize>, f64)> {
 fn refit_leaders(
     bench: &Bench<'_>,
     linear: &Linear<'_>,
-    sets: &[(Vec<usize>, f64)],
+    sets: &[Judged],
     scored: &mut Vec<Scored>,
     watch: &Watch<'_>,
 ) -> Result<Vec<Vec<usize>>, GapError> {
-    let worth = |entry: &(Vec<usize>, f64)| entry.1 + log_prior(bench, &entry.0);
+    let worth = |entry: &Judged| entry.1 + log_prior(bench, &entry.0);
+    // Of several forms of an effect the likeliest: which one it is, evidence to first order tells.
     let leading = |size: usize, above: f64, most: usize| -> Vec<&Vec<usize>> {
         let of_size = sets.iter().filter(|(set, _)| set.len() == size);
         let above = of_size.filter(|entry| worth(entry) > above);
-        above.take(most).map(|(set, _)| set).collect()
+        let firsts = firsts(bench, above).into_iter();
+        firsts.take(most).map(|(set, _)| set).collect()
     };
     let singles = sets.iter().filter(|(set, _)| set.len() == 1);
     let best_single = singles.map(worth).fold(f64::NEG_INFINITY, f64::max);

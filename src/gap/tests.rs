@@ -208,3 +208,48 @@ fn added_mass_is_named() {
     let named = run(&[entry]);
     assert_eq!(named.chosen[0].effect, Id::AddedMass);
 }
+
+/// What weight away from the centre of mass could be, where it weighs nothing, is no rival.
+#[test]
+fn an_offset_of_buoyancy_is_named_alone() {
+    let entry = Entry {
+        effect: Id::BuoyancyOffset,
+        target: "hull".to_owned(),
+        parameters: vec![0.02, 0.01, 0.0],
+    };
+    let named = run(&[entry]);
+    assert_eq!(named.outcome, Outcome::Named, "{:?}", named.confusion_set);
+    assert_eq!(named.chosen[0].effect, Id::BuoyancyOffset);
+    assert_forms_are_one(&named);
+}
+
+#[test]
+fn buoyancy_away_from_the_centre_of_mass_is_one_effect() {
+    let entry = Entry {
+        effect: Id::NetBuoyancy,
+        target: "hull".to_owned(),
+        parameters: vec![20.0, 0.0, 1.0, 0.0],
+    };
+    let named = run(&[entry]);
+    let ids: Vec<Id> = named.chosen.iter().map(|effect| effect.effect).collect();
+    assert_eq!(ids, [Id::NetBuoyancy]);
+    assert_eq!(named.chosen[0].parameters.len(), 4);
+    assert_forms_are_one(&named);
+}
+
+/// A hypothesis, or an effect, stands once, whatever its forms.
+fn assert_forms_are_one(named: &super::stages::Named) {
+    for (at, of) in named.ranking.iter().enumerate() {
+        let before = &named.ranking[..at];
+        assert!(
+            !before.iter().any(|other| other.effects == of.effects),
+            "{of:?}"
+        );
+    }
+    let sum: f64 = named.ranking.iter().map(|of| of.probability).sum();
+    assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+    for (at, of) in named.effects.iter().enumerate() {
+        let mut before = named.effects[..at].iter();
+        assert!(!before.any(|other| (other.effect, &other.target) == (of.effect, &of.target)));
+    }
+}
