@@ -7,6 +7,8 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use super::normal;
+
 /// Projection off the start of one segment.
 #[derive(Clone, Debug)]
 pub(super) struct StartProjection {
@@ -214,6 +216,28 @@ impl Quadratic {
         Some((best.log_evidence - 0.5 * self.q, best))
     }
 
+    /// The 95 % interval of a parameter about its fitted value, cut by its bounds; one that lies at a bound is
+    /// uncertain too.
+    pub(super) fn interval(
+        &self,
+        best: &Optimum,
+        bounds: &[Bounds],
+        at: usize,
+        value: f64,
+    ) -> [f64; 2] {
+        let variance = best.covariance[(at, at)];
+        if variance > 0.0 {
+            return normal::credible(value, variance.sqrt(), bounds[at]);
+        }
+        // Held: where it would be without its bound, the others that are held where they are.
+        let across = self.a.column(at);
+        let taken = (&best.covariance * across).dot(&across);
+        let precision = 1.0 + self.a[(at, at)] - taken;
+        let slope = self.b[at] - across.dot(&best.z) - best.z[at];
+        let mean = best.z[at] + slope / precision;
+        normal::credible(mean, precision.recip().sqrt(), bounds[at])
+    }
+
     fn optimum(
         &self,
         z: DVector<f64>,
@@ -242,8 +266,8 @@ impl Quadratic {
         for (row, at) in free.iter().enumerate() {
             let sd = covariance[(row, row)].sqrt();
             let Bounds { lower, upper } = bounds[*at];
-            let posterior = normal_cdf((upper - z[*at]) / sd) - normal_cdf((lower - z[*at]) / sd);
-            let prior = normal_cdf(upper) - normal_cdf(lower);
+            let posterior = normal::cdf((upper - z[*at]) / sd) - normal::cdf((lower - z[*at]) / sd);
+            let prior = normal::cdf(upper) - normal::cdf(lower);
             log_evidence += (posterior.max(1e-3) / prior.max(1e-12)).ln();
         }
         Optimum {
@@ -253,20 +277,6 @@ impl Quadratic {
             covariance: whole,
         }
     }
-}
-
-/// Cumulative standard normal (Abramowitz and Stegun 26.2.17, error below 1e-7).
-pub(super) fn normal_cdf(x: f64) -> f64 {
-    if x.is_infinite() {
-        return if x > 0.0 { 1.0 } else { 0.0 };
-    }
-    let t = 1.0 / (1.0 + 0.231_641_9 * x.abs());
-    let series = t
-        * (0.319_381_530
-            + t * (-0.356_563_782
-                + t * (1.781_477_937 + t * (-1.821_255_978 + t * 1.330_274_429))));
-    let tail = (-0.5 * x * x).exp() / (2.0 * std::f64::consts::PI).sqrt() * series;
-    if x >= 0.0 { 1.0 - tail } else { tail }
 }
 
 #[cfg(test)]
@@ -316,6 +326,42 @@ mod tests {
         assert!((found.z[1] - 1.0).abs() < 1e-12, "{}", found.z[1]);
     }
 
+    /// Against quadrature of the posterior of two parameters, one of which its bound holds.
+    #[test]
+    fn what_a_bound_holds_is_uncertain_on_its_other_side() {
+        let quadratic = Quadratic {
+            q: 10.0,
+            b: DVector::from_vec(vec![-5.0, 3.0]),
+            a: DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 2.0]),
+        };
+        let positive = Bounds {
+            lower: 0.0,
+            upper: f64::INFINITY,
+        };
+        let bounds = [positive, FREE];
+        let best = quadratic.best(&bounds).unwrap();
+        let [low, high] = quadratic.interval(&best, &bounds, 0, best.z[0]);
+        let density = |x: f64| -> f64 {
+            let along = (-1000..1000).map(|y| {
+                let z = DVector::from_vec(vec![x, f64::from(y) * 0.005]);
+                (-0.5 * (quadratic.at(&z) + z.norm_squared())).exp()
+            });
+            along.sum()
+        };
+        let integral = |to: f64| -> f64 {
+            (0..1000)
+                .map(|at| density((f64::from(at) + 0.5) * to / 1e3) * to)
+                .sum()
+        };
+        let held = integral(high) / integral(5.0);
+        assert_eq!((best.z[0], low), (0.0, 0.0));
+        assert!((held - 0.95).abs() < 1e-4, "{held}");
+        // One that is free has the usual interval.
+        let [low, high] = quadratic.interval(&best, &bounds, 1, best.z[1]);
+        let half = 1.959_964 * best.covariance[(1, 1)].sqrt();
+        assert!((high - best.z[1] - half).abs() < 1e-5 && (best.z[1] - low - half).abs() < 1e-5);
+    }
+
     /// Fitting nuisances away first or with the rest gives the same values.
     #[test]
     fn a_marginal_quadratic_has_the_same_optimum() {
@@ -324,11 +370,5 @@ mod tests {
         let all = whole.best(&[FREE; 4]).unwrap();
         let rest = whole.marginal(2).unwrap().best(&[FREE; 2]).unwrap();
         assert!((all.z.rows(2, 2) - &rest.z).norm() < 1e-9);
-    }
-
-    #[test]
-    fn the_normal_distribution_is_tabulated() {
-        assert!((normal_cdf(1.959_964) - 0.975).abs() < 1e-6);
-        assert!((normal_cdf(-1.0) - 0.158_655).abs() < 1e-6);
     }
 }

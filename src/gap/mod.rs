@@ -25,6 +25,7 @@ mod leftover;
 mod measured;
 mod name;
 mod noise;
+mod normal;
 #[cfg(test)]
 mod refusals;
 mod regime;

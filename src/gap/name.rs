@@ -32,9 +32,6 @@ const NEGLIGIBLE: f64 = 1e-3;
 const INADEQUATE: f64 = 0.01;
 /// Sets shown.
 const SHOWN: usize = 20;
-/// 97.5 % point of the normal distribution.
-const Z95: f64 = 1.959_964;
-
 /// What the name stage found, with the fit that `add` writes down.
 #[derive(Debug)]
 pub struct Naming {
@@ -425,21 +422,25 @@ pub(super) fn parameters(
     let Some(row) = fit.point.candidates.iter().position(|of| *of == candidate) else {
         return Vec::new();
     };
-    let covariance = fit.evidence(factor).map(|(_, optimum)| optimum.covariance);
+    let quadratic = fit.quadratic().tempered(factor);
+    let best = quadratic.best(&fit.bounds);
     let mut at = bench.knobs.len() + fit.point.values[..row].iter().map(Vec::len).sum::<usize>();
     bench.candidates[candidate]
         .parameters
         .iter()
         .zip(&fit.point.values[row])
         .map(|(p, value)| {
-            let variance = covariance.as_ref().map_or(1.0, |matrix| matrix[(at, at)]);
+            let known = best.as_ref().map(|best| {
+                let z = (value - p.null) / p.prior_sd;
+                let interval = quadratic.interval(best, &fit.bounds, at, z);
+                interval.map(|z| p.null + p.prior_sd * z)
+            });
             at += 1;
-            let half = Z95 * variance.max(0.0).sqrt() * p.prior_sd;
             FittedParameter {
                 name: p.name.clone(),
                 value: *value,
                 unit: p.unit.to_owned(),
-                ci95: [(value - half).max(p.lower), (value + half).min(p.upper)],
+                ci95: known.unwrap_or([p.lower, p.upper]),
             }
         })
         .collect()
