@@ -232,26 +232,48 @@ class Cases(unittest.TestCase):
                            "effects": effects, "gap": {"reduction": 0.9}}
                 (right / spec.case_id / "verdict.json").write_text(json.dumps(verdict))
                 (silent / spec.case_id / "verdict.json").write_text(json.dumps({"verdict": "no_gap", "named": [], "effects": []}))
-            run = subprocess.run([sys.executable, SCRIPTS / "score_hidden.py", "--cases", self.out / "cases", "--sealed",
-                                  self.out / "sealed", "--method", f"right={right}", "--method", f"silent={silent}", "--json"],
-                                 capture_output=True, text=True)
+            record = Path(folder) / "record.jsonl"
+            run = _score("--cases", self.out / "cases", "--sealed", self.out / "sealed", "--method", f"right={right}",
+                         "--method", f"silent={silent}", "--save", record, "--json")
             self.assertEqual(run.returncode, 0, run.stderr)
             result = json.loads(run.stdout)
             for name, share in (("right", 1.0), ("silent", 0.0)):
                 lines = {line["name"]: line for line in result[name]["table"]}
                 self.assertEqual(lines["top-1 name, strength >= 10"]["value"], share)
                 self.assertEqual(lines["false alarm, nothing missing"]["value"], 0.0)
+            # The same table from what was kept of it.
+            again = json.loads(_score("--record", record, "--json").stdout)
+            for name in result:
+                self.assertEqual(again[name]["confusion"], result[name]["confusion"])
+                for line, kept in zip(result[name]["table"], again[name]["table"], strict=True):
+                    self.assertEqual((kept["name"], kept["n"], kept["met"]), (line["name"], line["n"], line["met"]))
+                    for key in ("value", "low", "high"):
+                        if line[key] is not None:
+                            self.assertAlmostEqual(kept[key], line[key], delta=1e-4 * max(1.0, abs(line[key])))
+            for files, reason in (((record, record), "already"), ((right,), "right"),):
+                run = _score(*(part for file in files for part in ("--record", file)))
+                self.assertEqual(run.returncode, 1)
+                self.assertIn(reason, run.stderr)
+            for text, reason in (('{"schema": "hydro-trial/1"}', "hydro-hidden-record/1"), ("{", "line 1"),
+                                 ('{"schema": "hydro-hidden-record/1"}\n{"case": "a"}', "`answer`")):
+                record.write_text(text)
+                run = _score("--record", record)
+                self.assertEqual(run.returncode, 1)
+                self.assertIn(reason, run.stderr)
 
     def test_a_wrong_verdict_file_is_refused_by_name(self):
         with tempfile.TemporaryDirectory() as folder:
             case = Path(folder) / self.SPECS[0].case_id
             case.mkdir()
             (case / "verdict.json").write_text('{"verdict": "perhaps"}')
-            run = subprocess.run([sys.executable, SCRIPTS / "score_hidden.py", "--cases", self.out / "cases", "--sealed",
-                                  self.out / "sealed", "--verdicts", folder], capture_output=True, text=True)
+            run = _score("--cases", self.out / "cases", "--sealed", self.out / "sealed", "--verdicts", folder)
             self.assertEqual(run.returncode, 1)
             self.assertIn("'perhaps'", run.stderr)
             self.assertIn(self.SPECS[0].case_id, run.stderr)
+
+
+def _score(*arguments) -> subprocess.CompletedProcess:
+    return subprocess.run([sys.executable, SCRIPTS / "score_hidden.py", *map(str, arguments)], capture_output=True, text=True)
 
 
 class Plan(unittest.TestCase):
