@@ -4,7 +4,7 @@
     python scripts/score_hidden.py --cases out/hidden/cases --sealed out/hidden/sealed --verdicts out/verdicts
     python scripts/score_hidden.py ... --method gap=out/verdicts --method stlsq=out/rivals/stlsq [--json]
     python scripts/score_hidden.py ... --save out/record.jsonl         what was hidden and said, in one file
-    python scripts/score_hidden.py --record benches/hidden/vehicle_leg.jsonl      the table of such a file
+    python scripts/score_hidden.py --record out/record.jsonl           the table of such a file
 
 Reads DIR/<case id>/verdict.json (and timing.json, {"seconds": x}, where there is one). Shares carry exact
 binomial 95 % intervals, medians bootstrap ones. Strength is whitened, the nominal's uncertainties projected out.
@@ -108,6 +108,8 @@ def main() -> int:
     parser.add_argument("--save", type=Path, metavar="FILE", help="writes what was hidden and said to a file")
     parser.add_argument("--json", action="store_true", help="one machine-readable result")
     args = parser.parse_args()
+    if args.record and (args.cases or args.sealed or args.verdicts or args.method):
+        parser.error("--record stands instead of --cases, --sealed, --verdicts and --method")
     try:
         said = record.load(args.record) if args.record else from_folders(parser, args)
         if args.save:

@@ -1,7 +1,8 @@
-"""What was hidden and what was said, in one file: a table can be made again without the cases.
+"""What was hidden and what was said, in one file: the table can be made again without the cases.
 
-JSON lines. The first is `{"schema": ...}`, every other a case: its id, what the answer says of it, and by method the
-verdict's figures (effects less probable than 5 % that were not named are left out, numbers have five digits).
+JSON lines. The first is `{"schema": ..., "methods": [...]}`, every other a case: its id, what the answer says of it, and
+by method what the table needs of the verdict: of its effects the likeliest, those that were named or marked as a
+surrogate, and any above 5 %. Numbers have five digits.
 """
 
 import json
@@ -16,7 +17,7 @@ DIGITS = 5
 NEGLIGIBLE = 0.05
 #: What the table needs of an answer and of a verdict.
 ANSWER = ("kind", "system", "effects", "identifiable", "lookalikes", "twin", "strength")
-VERDICT = ("verdict", "named", "effects", "confusion_set", "gap")
+VERDICT = ("verdict", "named", "confusion_set")
 
 
 def save(path: Path, methods: dict[str, list[Scored]]) -> None:
@@ -27,10 +28,13 @@ def save(path: Path, methods: dict[str, list[Scored]]) -> None:
             line = lines.setdefault(case.id, {"case": case.id, "methods": {}})
             line["answer"] = {key: case.answer[key] for key in ANSWER if key in case.answer}
             line["methods"][name] = {"verdict": _figures(case.verdict), "seconds": case.seconds}
-    text = [json.dumps({"schema": SCHEMA})] + [json.dumps(_short(line), sort_keys=True) for _, line in sorted(lines.items())]
+    text = [json.dumps({"schema": SCHEMA, "methods": list(methods)})] + [json.dumps(_short(line), sort_keys=True) for _, line in sorted(lines.items())]
     beside = path.with_name(path.name + ".part")
-    beside.write_text("\n".join(text) + "\n")
-    beside.replace(path)
+    try:
+        beside.write_text("\n".join(text) + "\n")
+        beside.replace(path)
+    except OSError as error:
+        raise ScoreError(f"{path}: {error.strerror}") from error
 
 
 def load(paths: list[Path]) -> dict[str, list[Scored]]:
@@ -38,44 +42,58 @@ def load(paths: list[Path]) -> dict[str, list[Scored]]:
     methods: dict[str, list[Scored]] = {}
     seen: dict[str, Path] = {}
     for path in paths:
-        for number, line in _lines(path):
-            case = line["case"]
+        names, lines = _read(path)
+        methods |= {name: methods.get(name, []) for name in names}
+        for number, line in lines:
+            place = f"{path}, line {number}"
+            case, answer, said = (_part(line, key, place) for key in ("case", "answer", "methods"))
             if case in seen:
-                raise ScoreError(f"{path}, line {number}: case {case} stands in {seen[case]} already")
+                raise ScoreError(f"{place}: case {case} stands in {seen[case]} already")
             seen[case] = path
-            for name, said in line["methods"].items():
-                methods.setdefault(name, []).append(Scored(case, line["answer"], said["verdict"], said["seconds"]))
+            for name in names:
+                of = _part(said, name, place)
+                methods[name].append(Scored(case, answer, _part(of, "verdict", place), _part(of, "seconds", place)))
+    if not seen:
+        raise ScoreError(f"{', '.join(map(str, paths))}: no case in it")
     return {name: sorted(cases, key=lambda case: case.id) for name, cases in methods.items()}
 
 
-def _lines(path: Path):
-    """Number and content of every line but the first."""
+def _read(path: Path) -> tuple[list[str], list[tuple[int, dict]]]:
+    """Names of the methods, and number and content of every line of a case."""
     try:
         text = path.read_text().splitlines()
     except OSError as error:
         raise ScoreError(f"{path}: {error.strerror}") from error
+    lines = []
     for number, line in enumerate(text, 1):
         try:
             content = json.loads(line)
         except json.JSONDecodeError as error:
             raise ScoreError(f"{path}, line {number}: not JSON: {error}") from error
-        if number == 1:
-            if content.get("schema") != SCHEMA:
-                raise ScoreError(f"{path}: schema is {content.get('schema')!r}, expected {SCHEMA!r}")
-            continue
-        missing = [key for key in ("case", "answer", "methods") if key not in content]
-        if missing:
-            raise ScoreError(f"{path}, line {number}: without `{'`, `'.join(missing)}`")
-        yield number, content
+        if not isinstance(content, dict):
+            raise ScoreError(f"{path}, line {number}: expected an object, found {line[:40]!r}")
+        lines.append((number, content))
+    head = lines[0][1] if lines else {}
+    if head.get("schema") != SCHEMA:
+        raise ScoreError(f"{path}: schema is {head.get('schema')!r}, expected {SCHEMA!r}")
+    return _part(head, "methods", f"{path}, line 1"), lines[1:]
+
+
+def _part(of: dict, key: str, place: str):
+    if key not in of:
+        raise ScoreError(f"{place}: without `{key}` (there is {', '.join(map(repr, of)) or 'nothing'})")
+    return of[key]
 
 
 def _figures(verdict: dict | None) -> dict | None:
     if verdict is None:
         return None
-    kept = {key: verdict[key] for key in VERDICT if key in verdict}
-    kept["effects"] = [effect for effect in verdict["effects"]
-                       if effect["probability"] >= NEGLIGIBLE or effect["effect"] in verdict["named"]]
-    return kept
+    likeliest = max((effect["probability"] for effect in verdict["effects"]), default=0.0)
+    effects = [effect for effect in verdict["effects"]
+               if effect["probability"] >= min(NEGLIGIBLE, likeliest)
+               or effect["effect"] in verdict["named"] or effect.get("surrogate")]
+    gap = {"reduction": (verdict.get("gap") or {}).get("reduction")}
+    return {key: verdict[key] for key in VERDICT if key in verdict} | {"effects": effects, "gap": gap}
 
 
 def _short(value):

@@ -228,8 +228,9 @@ class Cases(unittest.TestCase):
                 effects = [{"effect": e["effect"], "target": e["target"], "probability": 0.99, "surrogate": False,
                             "parameters": [{**p, "ci95": sorted((0.9 * p["value"], 1.1 * p["value"]))} for p in e["parameters"]]}
                            for e in answer["effects"]]
+                unlikely = {"effect": "waves", "target": "hull", "probability": 0.03, "surrogate": False, "parameters": []}
                 verdict = {"verdict": "named" if effects else "no_gap", "named": [e["effect"] for e in effects],
-                           "effects": effects, "gap": {"reduction": 0.9}}
+                           "effects": [*effects, unlikely], "gap": {"reduction": 0.9}}
                 (right / spec.case_id / "verdict.json").write_text(json.dumps(verdict))
                 (silent / spec.case_id / "verdict.json").write_text(json.dumps({"verdict": "no_gap", "named": [], "effects": []}))
             record = Path(folder) / "record.jsonl"
@@ -250,16 +251,31 @@ class Cases(unittest.TestCase):
                     for key in ("value", "low", "high"):
                         if line[key] is not None:
                             self.assertAlmostEqual(kept[key], line[key], delta=1e-4 * max(1.0, abs(line[key])))
-            for files, reason in (((record, record), "already"), ((right,), "right"),):
-                run = _score(*(part for file in files for part in ("--record", file)))
-                self.assertEqual(run.returncode, 1)
-                self.assertIn(reason, run.stderr)
-            for text, reason in (('{"schema": "hydro-trial/1"}', "hydro-hidden-record/1"), ("{", "line 1"),
-                                 ('{"schema": "hydro-hidden-record/1"}\n{"case": "a"}', "`answer`")):
+            self.assertEqual(list(again), list(result))
+            # What is unlikely is kept only where nothing else is.
+            kept = [json.loads(line) for line in record.read_text().splitlines()[1:]]
+            for line in kept:
+                names = [effect["effect"] for effect in line["methods"]["right"]["verdict"]["effects"]]
+                self.assertEqual("waves" in names, not line["answer"]["effects"])
+            self.assertRefused("already", "--record", record, "--record", record)
+            self.assertRefused("right", "--record", right)
+            self.assertRefused("no_folder", "--cases", self.out / "cases", "--sealed", self.out / "sealed", "--method",
+                               f"right={right}", "--save", Path(folder) / "no_folder" / "record.jsonl")
+            head = '{"schema": "hydro-hidden-record/1", "methods": ["gap"]}\n'
+            for text, reason in (("", "schema"), ('{"schema": "hydro-trial/1"}', "hydro-hidden-record/1"), ("{", "line 1"),
+                                 (head, "no case"), (head + "[]", "line 2"), (head + '{"case": "a"}', "`answer`"),
+                                 (head + '{"case": "a", "answer": {}, "methods": {}}', "`gap`")):
                 record.write_text(text)
-                run = _score("--record", record)
-                self.assertEqual(run.returncode, 1)
-                self.assertIn(reason, run.stderr)
+                self.assertRefused(reason, "--record", record)
+            both = _score("--record", record, "--verdicts", right)
+            self.assertEqual(both.returncode, 2)
+            self.assertIn("instead of", both.stderr)
+
+    def assertRefused(self, reason, *arguments):
+        run = _score(*arguments)
+        self.assertEqual(run.returncode, 1, run.stderr)
+        self.assertIn(reason, run.stderr)
+        self.assertNotIn("Traceback", run.stderr)
 
     def test_a_wrong_verdict_file_is_refused_by_name(self):
         with tempfile.TemporaryDirectory() as folder:

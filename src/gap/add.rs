@@ -167,7 +167,8 @@ fn sensor_patches<'e>(
     patches
 }
 
-/// Intervals from trials drawn again with replacement; the linearisation at the optimum is kept.
+/// Intervals from trials drawn again with replacement; the linearisation at the optimum is kept. A value that its bound
+/// holds in every draw has no spread here.
 fn bootstrap(
     study: &Study<'_>,
     bench: &Bench<'_>,

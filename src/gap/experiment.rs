@@ -4,7 +4,9 @@
 //! numbers of the nominal free; what the fit leaves, whitened and squared, is the distance that the
 //! experiment would show.
 
-use std::f64::consts::TAU;
+use std::{f64::consts::TAU, sync::atomic::AtomicUsize};
+
+use rayon::prelude::*;
 
 use super::{
     bench::{Bench, Material},
@@ -103,10 +105,17 @@ pub(super) fn next(
     commands: &[f64],
     watch: &Watch<'_>,
 ) -> Result<Option<String>, GapError> {
+    let done = AtomicUsize::new(0);
+    let distances: Vec<Option<f64>> = MENU
+        .par_iter()
+        .map(|manoeuvre| {
+            let distance = distance(bench, one, other, manoeuvre, commands, watch)?;
+            watch.count("trying experiments", &done, MENU.len());
+            Ok(distance)
+        })
+        .collect::<Result<_, GapError>>()?;
     let mut best: Option<(f64, &Manoeuvre)> = None;
-    for (at, manoeuvre) in MENU.iter().enumerate() {
-        (watch.tell)("trying experiments", at, MENU.len());
-        let distance = distance(bench, one, other, manoeuvre, commands, watch)?;
+    for (manoeuvre, distance) in MENU.iter().zip(distances) {
         if let Some(distance) = distance
             && best.is_none_or(|(before, _)| distance > before)
         {

@@ -21,9 +21,11 @@ use super::{
 pub(super) const STEP: f64 = 0.01;
 /// A step that changes the whitened readings of a segment by more than this is taken again ...
 const MUCH: f64 = 0.3;
-/// ... to change them by this, or else to be this part of it: below, what rounding leaves shows.
+/// ... to change them by this, or else by this part of the first step: below, what rounding leaves shows.
 const LITTLE: f64 = 0.02;
 const FINEST: f64 = 1e-5;
+/// One made finer for the sake of an old column that changes less than this is taken again.
+const TOO_LITTLE: f64 = 0.1 * LITTLE;
 /// A knob farther than this from where its column was made [standard deviations] needs a new one.
 const FAR: f64 = 3.0;
 /// A knob whose predictions correlate with an effect's by more than this is told from it by what little differs
@@ -58,11 +60,11 @@ pub(super) struct Point {
 }
 
 impl Point {
-    /// Less one of its candidates.
-    pub(super) fn without(&self, candidate: usize) -> Self {
+    /// Less its candidate of a row.
+    pub(super) fn without(&self, row: usize) -> Self {
         let mut rest = self.clone();
-        rest.candidates.remove(candidate);
-        rest.values.remove(candidate);
+        rest.candidates.remove(row);
+        rest.values.remove(row);
         rest
     }
 }
@@ -479,13 +481,17 @@ impl Bench<'_> {
         length: Option<f64>,
         from: &Differencing<'_>,
     ) -> Result<DVector<f64>, GapError> {
-        let finer = |length: f64| step * (LITTLE / (length * step.abs())).max(FINEST);
+        let finer = |length: f64| {
+            let part = LITTLE / (length * step.abs());
+            step * part.clamp(FINEST, 1.0)
+        };
         let first = match length {
             Some(length) if length * step.abs() > MUCH => finer(length),
             _ => step,
         };
         let found = self.column(at, &moved(first), first, from)?;
-        if found.norm() * first.abs() <= MUCH {
+        let change = found.norm() * first.abs();
+        if change <= MUCH && (first == step || change > TOO_LITTLE) {
             return Ok(found);
         }
         let finer = finer(found.norm());
@@ -610,7 +616,7 @@ mod tests {
         assert!(off(&secant(STEP)) > 1.0, "{}", off(&secant(STEP)));
         assert!(off(&slope) < 0.1 * off(&secant(STEP)), "{}", off(&slope));
         // The same where its length is known, or thought to be another.
-        for part in [1.0, 0.1, 1e-6] {
+        for part in [1.0, 0.1, 1e-6, 1e3] {
             let length = Some(part * tangent.norm());
             let known = bench.slope(0, &moved, STEP, length, &from).unwrap();
             assert!(off(&known) < 0.1 * off(&secant(STEP)), "{}", off(&known));

@@ -217,7 +217,7 @@ impl Quadratic {
     }
 
     /// The 95 % interval of a parameter about its fitted value, cut by its bounds; one that lies at a bound is
-    /// uncertain too.
+    /// uncertain too. That of a free one takes those that bounds hold as known.
     pub(super) fn interval(
         &self,
         best: &Optimum,
@@ -232,10 +232,12 @@ impl Quadratic {
         // Held: where it would be without its bound, the others that are held where they are.
         let across = self.a.column(at);
         let taken = (&best.covariance * across).dot(&across);
-        let precision = 1.0 + self.a[(at, at)] - taken;
+        // No less than the prior's, whatever cancels.
+        let precision = (1.0 + self.a[(at, at)] - taken).max(1.0);
         let slope = self.b[at] - across.dot(&best.z) - best.z[at];
         let mean = best.z[at] + slope / precision;
-        normal::credible(mean, precision.recip().sqrt(), bounds[at])
+        let [low, high] = normal::credible(mean, precision.recip().sqrt(), bounds[at]);
+        [low.min(value), high.max(value)]
     }
 
     fn optimum(
@@ -356,9 +358,10 @@ mod tests {
         let held = integral(high) / integral(5.0);
         assert_eq!((best.z[0], low), (0.0, 0.0));
         assert!((held - 0.95).abs() < 1e-4, "{held}");
-        // One that is free has the usual interval.
+        // One that is free has the interval that it has beside a known one.
         let [low, high] = quadratic.interval(&best, &bounds, 1, best.z[1]);
-        let half = 1.959_964 * best.covariance[(1, 1)].sqrt();
+        let alone = quadratic.select(&[1]).best(&[FREE]).unwrap();
+        let half = 1.959_964 * alone.covariance[(0, 0)].sqrt();
         assert!((high - best.z[1] - half).abs() < 1e-5 && (best.z[1] - low - half).abs() < 1e-5);
     }
 

@@ -1,6 +1,6 @@
 //! Name: which effect is missing, how surely, and what else it could be.
 
-use std::collections::BTreeMap;
+use std::{cmp::Ordering, collections::BTreeMap};
 
 use super::{
     adequacy::Adequacy,
@@ -19,13 +19,11 @@ use crate::effects::Id;
 /// Schema of [`Named`].
 const SCHEMA: &str = "hydro-gap-name/1";
 
-/// Mean probability of error above which nothing more is named.
+/// Mean probability of error above which nothing more is named; a rival less probable than this part of the best is
+/// none, however near its outputs: it needs more luck in its values.
 const ERROR: f64 = 0.05;
 /// Two explanations whose whitened outputs are nearer than this (squared) are one set.
 const CONFUSION: f64 = 9.0;
-/// A rival less probable than this part of the best is none, however near its outputs: it needs more luck
-/// in its values.
-const FAR_FETCHED: f64 = 0.02;
 /// Effects less probable than this are not listed.
 const NEGLIGIBLE: f64 = 1e-3;
 /// Probability of as much structure left, were the best set right, at or below which it is not.
@@ -98,6 +96,8 @@ pub fn name(study: &Study<'_>, bench: &Bench<'_>, watch: &Watch<'_>) -> Result<N
 struct Weights {
     /// Of every refitted set.
     scored: Vec<f64>,
+    /// Of what it stands for: all forms of its effects together.
+    whole: Vec<f64>,
     /// Log evidence of every refitted set, absolute.
     evidence: Vec<f64>,
 }
@@ -124,14 +124,35 @@ impl Weights {
         let mut scored: Vec<f64> = logs.iter().map(|log| (log - top).exp()).collect();
         let sum: f64 = scored.iter().sum();
         scored.iter_mut().for_each(|weight| *weight /= sum);
-        Self { scored, evidence }
+        let mechanisms: Vec<_> = (search.scored.iter())
+            .map(|scored| search::mechanisms(bench, &scored.set))
+            .collect();
+        let whole = (mechanisms.iter())
+            .map(|of| {
+                let forms = mechanisms.iter().zip(&scored);
+                forms
+                    .filter(|(other, _)| *other == of)
+                    .map(|(_, p)| p)
+                    .sum()
+            })
+            .collect();
+        Self {
+            scored,
+            whole,
+            evidence,
+        }
     }
 
-    /// The likeliest set.
+    /// The likeliest form of the likeliest set.
     fn best(&self) -> usize {
         (0..self.scored.len())
-            .max_by(|a, b| self.scored[*a].total_cmp(&self.scored[*b]))
+            .max_by(|a, b| self.order(*a, *b))
             .unwrap_or(0)
+    }
+
+    fn order(&self, a: usize, b: usize) -> Ordering {
+        let (whole, scored) = (&self.whole, &self.scored);
+        (whole[a].total_cmp(&whole[b])).then(scored[a].total_cmp(&scored[b]))
     }
 
     /// Probability that a candidate is in the true set.
@@ -289,17 +310,13 @@ fn decide(bench: &Bench<'_>, search: &Search, weights: &Weights, adequacy: Adequ
                 .map(move |target| (of.effect, target.clone()))
         })
         .collect();
-    // Only a set that was refitted can be added: find the one that holds exactly what is decided.
+    // Only a set that was refitted can be added: find the likeliest that holds exactly what is decided.
     if decided.len() < set_ids.len() {
-        let exact = (0..search.scored.len()).filter(|at| {
-            let set = &search.scored[*at].set;
-            set.len() == decided.len()
-                && set
-                    .iter()
-                    .all(|candidate| decided.contains(&bench.candidates[*candidate].effect))
-        });
-        decision.chosen = exact
-            .max_by(|a, b| weights.scored[*a].total_cmp(&weights.scored[*b]))
+        let mut wanted = search::mechanisms(bench, &least.set);
+        wanted.retain(|(effect, _)| decided.contains(effect));
+        decision.chosen = (0..search.scored.len())
+            .filter(|at| search::mechanisms(bench, &search.scored[*at].set) == wanted)
+            .max_by(|a, b| weights.order(*a, *b))
             .unwrap_or(best);
     }
     decision
@@ -322,21 +339,13 @@ fn rivals(bench: &Bench<'_>, search: &Search, weights: &Weights, best: usize) ->
         let scored = &search.scored[at];
         scored.fit.misfit / search.factor + scored.fit.penalty
     };
-    let probable = |at: usize| weights.scored[at] > FAR_FETCHED * weights.scored[best];
-    // What contains the best explains as much by itself; whether more is missing, evidence tells.
-    let contains = |other: &Scored| {
-        other.set.iter().any(|a| {
-            let a = &bench.candidates[*a];
-            of.set.iter().any(|b| a.contains(&bench.candidates[*b]))
-        })
-    };
+    let probable = |at: usize| weights.whole[at] > ERROR * weights.whole[best];
     (1..search.scored.len())
         .filter(|at| {
             let other = &search.scored[*at];
             *at != best
                 && other.set.len() <= of.set.len()
                 && ids(other) != ids(of)
-                && !contains(other)
                 && charge(*at) - charge(best) < CONFUSION
                 && probable(*at)
         })
@@ -367,10 +376,7 @@ fn listed(
             .iter()
             .map(|(other, p)| (*other, *p))
             .filter(move |(other, _)| {
-                let other_of = &bench.candidates[*other];
-                *other != candidate
-                    && other_of.effect == of.effect
-                    && other_of.targets == of.targets
+                *other != candidate && bench.candidates[*other].mechanism() == of.mechanism()
             })
     };
     let stands_for_all = |candidate: usize, p: f64| {
@@ -440,7 +446,9 @@ pub(super) fn parameters(
                 name: p.name.clone(),
                 value: *value,
                 unit: p.unit.to_owned(),
-                ci95: known.unwrap_or([p.lower, p.upper]),
+                ci95: known
+                    .unwrap_or([p.lower, p.upper])
+                    .map(|end| end.clamp(p.lower, p.upper)),
             }
         })
         .collect()
@@ -485,16 +493,9 @@ fn ranking(bench: &Bench<'_>, search: &Search, weights: &Weights) -> Vec<Hypothe
             refitted: true,
         })
         .collect();
-    ranking.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     // Forms of one effect are one hypothesis, with the evidence of the likeliest.
-    let mut merged: Vec<Hypothesis> = Vec::new();
-    for form in ranking {
-        match merged.iter_mut().find(|of| of.effects == form.effects) {
-            Some(of) => of.probability += form.probability,
-            None => merged.push(form),
-        }
-    }
-    let mut ranking = merged;
+    ranking.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    let mut ranking = merged(ranking);
     ranking.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     let refitted = |set: &[usize]| {
         let of = search::mechanisms(bench, set);
@@ -516,4 +517,44 @@ fn ranking(bench: &Bench<'_>, search: &Search, weights: &Weights) -> Vec<Hypothe
     );
     ranking.truncate(SHOWN);
     ranking
+}
+
+/// One row for all rows of the same effects: the first, with the probabilities of all.
+fn merged(rows: Vec<Hypothesis>) -> Vec<Hypothesis> {
+    let mut merged: Vec<Hypothesis> = Vec::new();
+    for row in rows {
+        match merged.iter_mut().find(|of| of.effects == row.effects) {
+            Some(of) => of.probability += row.probability,
+            None => merged.push(row),
+        }
+    }
+    merged
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_of_the_same_effects_are_one() {
+        let row = |effect: Id, log_evidence: f64, probability: f64| Hypothesis {
+            effects: vec![(effect, "hull".to_owned())],
+            log_evidence,
+            probability,
+            unexplained: 0.0,
+            refitted: true,
+        };
+        let rows = merged(vec![
+            row(Id::NetBuoyancy, 7.0, 0.4),
+            row(Id::Payload, 6.0, 0.35),
+            row(Id::NetBuoyancy, 5.0, 0.25),
+        ]);
+        let found: Vec<_> = (rows.iter())
+            .map(|row| (row.effects[0].0, row.log_evidence, row.probability))
+            .collect();
+        assert_eq!(
+            found,
+            [(Id::NetBuoyancy, 7.0, 0.65), (Id::Payload, 6.0, 0.35)]
+        );
+    }
 }

@@ -25,8 +25,8 @@ fn mass(from: f64, to: f64) -> f64 {
     }
 }
 
-/// The shortest interval that holds 95 % of a normal distribution cut at its bounds, those within `width` standard
-/// deviations of its mean: about a mean that lies beyond a bound it begins at that bound.
+/// The shortest interval that holds 95 % of a normal distribution cut at its bounds, the values nearest to its mean:
+/// about a mean that lies beyond a bound it begins at that bound.
 pub(super) fn credible(mean: f64, sd: f64, bounds: Bounds) -> [f64; 2] {
     let (lower, upper) = ((bounds.lower - mean) / sd, (bounds.upper - mean) / sd);
     let nearest = lower.max(-upper).max(0.0);
@@ -49,7 +49,19 @@ pub(super) fn credible(mean: f64, sd: f64, bounds: Bounds) -> [f64; 2] {
         // So far out that it falls off like an exponential.
         wide = nearest - (1.0 - CREDIBLE).ln() / nearest;
     }
-    at(wide).map(|value| (mean + sd * value).clamp(bounds.lower, bounds.upper))
+    let [from, to] = at(wide);
+    [
+        if from == lower {
+            bounds.lower
+        } else {
+            mean + sd * from
+        },
+        if to == upper {
+            bounds.upper
+        } else {
+            mean + sd * to
+        },
+    ]
 }
 
 #[cfg(test)]

@@ -310,12 +310,14 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
                 })
                 .collect();
             gains.sort_by(|a, b| b.1.total_cmp(&a.1));
-            for (addition, gain) in firsts(bench, gains.iter()).into_iter().take(ADDITIONS) {
-                let mut set: Vec<usize> = base_set.iter().chain(addition).copied().collect();
+            let is_new = |addition: &[usize]| {
+                let mut set = [&base_set[..], addition].concat();
                 set.sort_unstable();
-                if *gain < 0.0 || scored.iter().any(|scored| scored.set == set) {
-                    continue;
-                }
+                !scored.iter().any(|scored| scored.set == set)
+            };
+            let promising =
+                (gains.iter()).filter(|(addition, gain)| *gain >= 0.0 && is_new(addition));
+            for (addition, _) in firsts(bench, promising).into_iter().take(ADDITIONS) {
                 if let Some(point) = linear.point(bench, &from, addition) {
                     add(bench, point, &mut scored, watch)?;
                 }
@@ -344,8 +346,9 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
         }
     }
     factor = tempering(bench, &scored, nothing, seed);
-    refit_parts(bench, &mut scored, factor, watch)?;
-    factor = tempering(bench, &scored, nothing, seed);
+    if refit_parts(bench, &mut scored, factor, watch)? {
+        factor = tempering(bench, &scored, nothing, seed);
+    }
     Ok(Search {
         scored,
         linear: linear_sets,
@@ -353,17 +356,19 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
     })
 }
 
-/// Parts of the best set, each from where the whole stands: a fit from afar may have ended elsewhere, and the whole
-/// would win for the way it took.
+/// Parts of the best set that explain more with the whole's values than with those of their own fits: a fit from afar
+/// may have ended elsewhere, and the whole would win for the way it took. Nothing at all was fitted from the nominal,
+/// and again about what came out. Returns whether anything changed.
 fn refit_parts(
     bench: &Bench<'_>,
     scored: &mut Vec<Scored>,
     factor: f64,
     watch: &Watch<'_>,
-) -> Result<(), GapError> {
+) -> Result<bool, GapError> {
     let Some(best) = best_of(bench, scored, factor) else {
-        return Ok(());
+        return Ok(false);
     };
+    let mut changed = false;
     let whole = scored[best].fit.point.clone();
     for out in 0..whole.candidates.len() {
         let part = whole.without(out);
@@ -374,15 +379,14 @@ fn refit_parts(
         if set.is_empty() || bench.cost_at(&part)?.is_none_or(|cost| cost >= before) {
             continue;
         }
-        let count = scored.len();
-        add(bench, part, scored, watch)?;
-        if let Some(at) = known
-            && scored.len() > count
-        {
-            scored.swap_remove(at);
+        if add(bench, part, scored, watch)? {
+            changed = true;
+            if let Some(at) = known {
+                scored.swap_remove(at);
+            }
         }
     }
-    Ok(())
+    Ok(changed)
 }
 
 /// The set about which sets of a size are looked for: the best, where it is smaller by one and leaves structure;
@@ -481,7 +485,6 @@ fn refit_leaders(
     watch: &Watch<'_>,
 ) -> Result<Vec<Vec<usize>>, GapError> {
     let worth = |entry: &Judged| entry.1 + log_prior(bench, &entry.0);
-    // Of several forms of an effect the likeliest: which one it is, evidence to first order tells.
     let leading = |size: usize, above: f64, most: usize| -> Vec<&Vec<usize>> {
         let of_size = sets.iter().filter(|(set, _)| set.len() == size);
         let above = of_size.filter(|entry| worth(entry) > above);
@@ -492,7 +495,8 @@ fn refit_leaders(
     let best_single = singles.map(worth).fold(f64::NEG_INFINITY, f64::max);
     // A screen about nothing misjudges a law that bends much over so large a difference (drag of a ball that falls
     // freely); where fits cost next to nothing it chooses none.
-    let mut leaders = if bench.freedom_seconds() < SMALL {
+    let all = bench.freedom_seconds() < SMALL;
+    let mut leaders = if all {
         leading(1, f64::NEG_INFINITY, usize::MAX)
     } else {
         leading(1, best_single - WITHIN, LEADERS[0])
@@ -500,27 +504,34 @@ fn refit_leaders(
     // A pair that is no better than a single is found from that, by a screen about its refit.
     leaders.extend(leading(2, best_single, LEADERS[1]));
     let total = leaders.len();
-    for (at, set) in leaders.iter().enumerate() {
+    let mut refused = Vec::new();
+    for (at, leader) in leaders.into_iter().enumerate() {
         (watch.tell)("refitting", at, total);
-        if let Some(point) = linear.point(bench, &scored[0].fit.point, set) {
-            add(bench, point, scored, watch)?;
+        // Of several forms of an effect the likeliest; the next where it does not stand.
+        let of = mechanisms(bench, leader);
+        for (form, _) in sets.iter().filter(|(set, _)| mechanisms(bench, set) == of) {
+            let stands = match linear.point(bench, &scored[0].fit.point, form) {
+                Some(point) => add(bench, point, scored, watch)?,
+                None => false,
+            };
+            if !stands {
+                refused.push(form.clone());
+            } else if !all {
+                break;
+            }
         }
     }
     (watch.tell)("refitting", total, total);
-    let stands = |set: &Vec<usize>| scored.iter().any(|scored| scored.set == *set);
-    Ok(leaders
-        .into_iter()
-        .filter(|set| !stands(set))
-        .cloned()
-        .collect())
+    Ok(refused)
 }
 
+/// Refits a set; false where it does not stand.
 fn add(
     bench: &Bench<'_>,
     point: Point,
     scored: &mut Vec<Scored>,
     watch: &Watch<'_>,
-) -> Result<(), GapError> {
+) -> Result<bool, GapError> {
     let mut set = point.candidates.clone();
     set.sort_unstable();
     if let Some(fit) = bench.fit(point, watch)?
@@ -528,8 +539,9 @@ fn add(
             .all(|(candidate, values)| is_resolved(bench, *candidate, values[0]))
     {
         scored.push(Scored::new(set, fit));
+        return Ok(true);
     }
-    Ok(())
+    Ok(false)
 }
 
 /// False where a sensor is late by less than its rows or the model's steps can tell: clocks, filters and
