@@ -62,20 +62,20 @@ impl Candidate {
         (self.effect, &self.targets)
     }
 
-    /// True where some values of it are the other: weight that acts away from the centre of mass may be nothing but
-    /// an offset of buoyancy.
-    pub(super) fn contains(&self, other: &Self) -> bool {
-        self.effect == Id::NetBuoyancy
-            && self.left_out.is_empty()
-            && other.effect == Id::BuoyancyOffset
-            && self.overlaps(other)
-    }
-
-    /// True where both have a target.
-    pub(super) fn overlaps(&self, other: &Self) -> bool {
-        self.targets
+    /// True where both cannot stand in one set: the same effect on targets that overlap, or on one body what the
+    /// other holds already. A constant force has a vertical part; weight that acts away from the centre of mass has an
+    /// offset of buoyancy.
+    pub(super) fn clashes(&self, other: &Self) -> bool {
+        let holds = |a: &Self, b: &Self| match (a.effect, b.effect) {
+            (Id::ConstantForce, Id::NetBuoyancy) => true,
+            (Id::NetBuoyancy, Id::BuoyancyOffset) => a.left_out.is_empty(),
+            (a, b) => a == b,
+        };
+        let overlap = self
+            .targets
             .iter()
-            .any(|target| other.targets.contains(target))
+            .any(|target| other.targets.contains(target));
+        overlap && (holds(self, other) || holds(other, self))
     }
 
     /// Entries with values in the order of the parameters.
@@ -372,18 +372,22 @@ mod tests {
     }
 
     #[test]
-    fn weight_away_from_the_centre_of_mass_holds_an_offset_of_buoyancy() {
+    fn what_another_holds_already_clashes() {
         let model = RigidBody::new().description().clone();
         let target = Target::Body(model.bodies[0].scale.clone());
-        let forms = |id: Id, name: &str| Candidate::forms(id, &[name.to_owned()], &target);
-        let weight = forms(Id::NetBuoyancy, "hull");
-        let offset = &forms(Id::BuoyancyOffset, "hull")[0];
-        assert_eq!(weight.len(), 2);
-        assert!(!weight[0].contains(offset) && weight[1].contains(offset));
-        assert!(!offset.contains(&weight[1]));
-        assert!(!weight[1].contains(&forms(Id::BuoyancyOffset, "fin")[0]));
-        assert!(!weight[1].contains(&weight[0]));
-        assert_eq!(weight[0].mechanism(), weight[1].mechanism());
+        let form = |id: Id, name: &str, at: usize| {
+            Candidate::forms(id, &[name.to_owned()], &target).swap_remove(at)
+        };
+        let weight = form(Id::NetBuoyancy, "hull", 0);
+        let away = form(Id::NetBuoyancy, "hull", 1);
+        let offset = form(Id::BuoyancyOffset, "hull", 0);
+        let force = form(Id::ConstantForce, "hull", 0);
+        assert!(away.clashes(&offset) && offset.clashes(&away));
+        assert!(!weight.clashes(&offset));
+        assert!(weight.clashes(&away) && weight.clashes(&force) && force.clashes(&away));
+        assert!(!force.clashes(&offset));
+        assert!(!away.clashes(&form(Id::BuoyancyOffset, "fin", 0)));
+        assert_eq!(weight.mechanism(), away.mechanism());
     }
 
     /// The hull is 0.6 m long.

@@ -33,6 +33,7 @@ mod residual;
 mod resolution;
 mod screen;
 mod search;
+mod second_look;
 mod shooting;
 mod simulated;
 pub mod stages;

@@ -14,6 +14,7 @@ use super::{
     leftover,
     measured::Measured,
     screen::{Direction, PHASE, Screen},
+    second_look,
     watch::Watch,
 };
 use crate::effects::Id;
@@ -27,7 +28,7 @@ const BEAM: usize = 40;
 /// Singles and pairs that are refitted about one screen, at most.
 const LEADERS: [usize; 2] = [5, 3];
 /// Additions to the best set that are refitted, at most.
-const ADDITIONS: usize = 3;
+pub(super) const ADDITIONS: usize = 3;
 /// All singles are refitted to data of fewer seconds times degrees of freedom than this.
 const SMALL: f64 = 10.0;
 /// An effect's form differs from nature's by about this part of what the effect does ...
@@ -52,7 +53,7 @@ pub(super) struct Scored {
 }
 
 impl Scored {
-    fn new(set: Vec<usize>, fit: Fit) -> Self {
+    pub(super) fn new(set: Vec<usize>, fit: Fit) -> Self {
         Self {
             set,
             fit,
@@ -87,10 +88,9 @@ pub(super) fn log_prior(bench: &Bench<'_>, set: &[usize]) -> f64 {
     log
 }
 
-/// Two candidates that cannot stand in one set: the same effect on targets that overlap, or one within the other.
-fn clash(bench: &Bench<'_>, a: usize, b: usize) -> bool {
-    let (a, b) = (&bench.candidates[a], &bench.candidates[b]);
-    (a.effect == b.effect && a.overlaps(b)) || a.contains(b) || b.contains(a)
+/// Two candidates that cannot stand in one set.
+pub(super) fn clash(bench: &Bench<'_>, a: usize, b: usize) -> bool {
+    bench.candidates[a].clashes(&bench.candidates[b])
 }
 
 /// What the candidates of a set stand for, in whatever forms.
@@ -346,7 +346,9 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
         }
     }
     factor = tempering(bench, &scored, nothing, seed);
-    if refit_parts(bench, &mut scored, factor, watch)? {
+    second_look::exchange(bench, &mut scored, factor, watch)?;
+    factor = tempering(bench, &scored, nothing, seed);
+    if second_look::refit_parts(bench, &mut scored, factor, watch)? {
         factor = tempering(bench, &scored, nothing, seed);
     }
     Ok(Search {
@@ -354,39 +356,6 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
         linear: linear_sets,
         factor,
     })
-}
-
-/// Parts of the best set that explain more with the whole's values than with those of their own fits: a fit from afar
-/// may have ended elsewhere, and the whole would win for the way it took. Nothing at all was fitted from the nominal,
-/// and again about what came out. Returns whether anything changed.
-fn refit_parts(
-    bench: &Bench<'_>,
-    scored: &mut Vec<Scored>,
-    factor: f64,
-    watch: &Watch<'_>,
-) -> Result<bool, GapError> {
-    let Some(best) = best_of(bench, scored, factor) else {
-        return Ok(false);
-    };
-    let mut changed = false;
-    let whole = scored[best].fit.point.clone();
-    for out in 0..whole.candidates.len() {
-        let part = whole.without(out);
-        let mut set = part.candidates.clone();
-        set.sort_unstable();
-        let known = scored.iter().position(|scored| scored.set == set);
-        let before = known.map_or(f64::INFINITY, |at| scored[at].fit.cost());
-        if set.is_empty() || bench.cost_at(&part)?.is_none_or(|cost| cost >= before) {
-            continue;
-        }
-        if add(bench, part, scored, watch)? {
-            changed = true;
-            if let Some(at) = known {
-                scored.swap_remove(at);
-            }
-        }
-    }
-    Ok(changed)
 }
 
 /// The set about which sets of a size are looked for: the best, where it is smaller by one and leaves structure;
@@ -495,29 +464,34 @@ fn refit_leaders(
     let best_single = singles.map(worth).fold(f64::NEG_INFINITY, f64::max);
     // A screen about nothing misjudges a law that bends much over so large a difference (drag of a ball that falls
     // freely); where fits cost next to nothing it chooses none.
-    let all = bench.freedom_seconds() < SMALL;
-    let mut leaders = if all {
-        leading(1, f64::NEG_INFINITY, usize::MAX)
+    let (reach, most) = if bench.freedom_seconds() < SMALL {
+        (f64::NEG_INFINITY, usize::MAX)
     } else {
-        leading(1, best_single - WITHIN, LEADERS[0])
+        (best_single - WITHIN, LEADERS[0])
     };
+    let mut leaders = leading(1, reach, most);
     // A pair that is no better than a single is found from that, by a screen about its refit.
     leaders.extend(leading(2, best_single, LEADERS[1]));
     let total = leaders.len();
     let mut refused = Vec::new();
     for (at, leader) in leaders.into_iter().enumerate() {
         (watch.tell)("refitting", at, total);
-        // Of several forms of an effect the likeliest; the next where it does not stand.
+        // Every form of an effect in reach; of a pair the likeliest. Farther ones where none has stood.
         let of = mechanisms(bench, leader);
-        for (form, _) in sets.iter().filter(|(set, _)| mechanisms(bench, set) == of) {
+        let mut least = f64::NEG_INFINITY;
+        for entry in sets.iter().filter(|(set, _)| mechanisms(bench, set) == of) {
+            if worth(entry) <= least {
+                break;
+            }
+            let form = &entry.0;
             let stands = match linear.point(bench, &scored[0].fit.point, form) {
                 Some(point) => add(bench, point, scored, watch)?,
                 None => false,
             };
-            if !stands {
-                refused.push(form.clone());
-            } else if !all {
-                break;
+            match form.len() {
+                _ if !stands => refused.push(form.clone()),
+                1 => least = reach,
+                _ => break,
             }
         }
     }
@@ -526,7 +500,7 @@ fn refit_leaders(
 }
 
 /// Refits a set; false where it does not stand.
-fn add(
+pub(super) fn add(
     bench: &Bench<'_>,
     point: Point,
     scored: &mut Vec<Scored>,
