@@ -6,8 +6,8 @@
 //! difference of neighbouring rows. It joins the sensor's noise.
 //!
 //! A force jumps with a held command, and when within a step the real one changed is not known: a row that
-//! reads inside a step may be off by the jump. All such rows of a trial may be off alike, so the whole jump
-//! counts as the error.
+//! reads inside a step may be off by the jump, with the deviation of an even spread over the step. That all such rows
+//! may be off alike is an uncertain number of its own, the forces' lead.
 
 use super::{
     measured::{Channels, Measured},
@@ -16,6 +16,8 @@ use super::{
 
 /// Error of a reading, as a part of the second difference that the model predicts.
 const UNRESOLVED: f64 = 0.25;
+/// Standard deviation of an even spread over one: the part of a jump by which a row inside a step is off.
+const EVEN: f64 = 0.288_675;
 
 /// Factor on each whitened residual of a segment, row by row, channel by channel; 1 where the reading is
 /// smooth.
@@ -44,7 +46,7 @@ pub(super) fn weights(
         let errors = onward.iter().zip(&back).zip(&jump).zip(&channels.list);
         for (((onward, back), jump), channel) in errors {
             let bend = UNRESOLVED * (onward + back) / channel.noise;
-            let jump = jump / channel.noise;
+            let jump = EVEN * jump / channel.noise;
             let weight = (1.0 + bend * bend + jump * jump).sqrt().recip();
             weights.push(if weight.is_finite() { weight } else { 1.0 });
         }
@@ -103,14 +105,14 @@ mod tests {
         assert!(full >= 47, "{jump:?}");
     }
 
-    /// A jump of one at the end of the step in which the tenth row reads: ten noises beside the one.
+    /// A jump of one at the end of the step in which the tenth row reads: 0.289 of ten noises beside the one.
     #[test]
     fn a_row_inside_a_step_that_ends_in_a_jump_counts_less() {
         let (mut trace, trial, segment, channels) = case(|_| 0.0);
         let step = ((trial.times[9] - 0.001) / 0.001).floor() as usize;
         trace.end(step, vec![-1.0]);
         let found = weights(&trace, &trial, &segment, &channels, 0.001);
-        let expected = (1.0 + 0.1_f64.powi(-2)).sqrt().recip();
+        let expected = (1.0 + (0.289 / 0.1_f64).powi(2)).sqrt().recip();
         assert!((found[9] - expected).abs() < 0.01, "{found:?}");
         assert!(found[8] > 0.999 && found[10] > 0.999, "{found:?}");
     }

@@ -13,7 +13,7 @@ use super::{
     shooting::{self, Trace, WarmUp},
     watch::Watch,
 };
-use crate::effects::{self, Entry, Part};
+use crate::effects::{self, Entry, Id, Part};
 
 /// A screen only chooses what is fitted to all segments: it looks at so many seconds of them at most ...
 const SCREENED: f64 = 72.0;
@@ -32,6 +32,9 @@ const SHAPE_NAMES: [&str; 6] = [
 pub(super) const PHASE: &str = "phase";
 /// Factors on a shape's usual value that are tried.
 const SHAPES: [f64; 3] = [1.0 / 3.0, 1.0, 3.0];
+/// Places of a payload that are tried along each axis, in standard deviations of their prior: where a mass sits shows
+/// only once there is one.
+const PLACES: [f64; 2] = [-1.5, 1.5];
 /// Factors on a frequency's usual value that are tried.
 const FREQUENCIES: [f64; 4] = [0.4, 0.8, 1.6, 3.0];
 /// What a screen looks along: one parameter of one candidate, with the others at `base`.
@@ -79,6 +82,14 @@ impl Bench<'_> {
                 })
                 .collect();
         }
+        let is_place = |at: usize| of.effect == Id::Payload && at > 0;
+        for at in (0..of.parameters.len()).filter(|at| is_place(*at)) {
+            for place in PLACES {
+                let mut base = of.null();
+                base[at] += place * of.parameters[at].prior_sd;
+                bases.push(base);
+            }
+        }
         if let Some(at) = of.parameters.iter().position(|p| p.name == PHASE) {
             bases = bases
                 .into_iter()
@@ -91,7 +102,7 @@ impl Bench<'_> {
         }
         let amplitudes = of.parameters.iter().enumerate();
         let amplitudes: Vec<(usize, f64)> = amplitudes
-            .filter(|(_, p)| !SHAPE_NAMES.contains(&p.name.as_str()))
+            .filter(|(at, p)| !SHAPE_NAMES.contains(&p.name.as_str()) && !is_place(*at))
             .map(|(parameter, p)| {
                 // A start off the null: there the effect has no derivative, and a secant stands for it.
                 let step = if p.start == p.null {

@@ -209,6 +209,21 @@ fn added_mass_is_named() {
     assert_eq!(named.chosen[0].effect, Id::AddedMass);
 }
 
+/// Away from the origin of the body, about which a first screen knows nothing while there is no mass.
+#[test]
+fn a_payload_is_named_with_its_place() {
+    let entry = Entry {
+        effect: Id::Payload,
+        target: "hull".to_owned(),
+        parameters: vec![1.0, 0.25, 0.0, 0.05],
+    };
+    let named = run(&[entry]);
+    let ids: Vec<Id> = named.chosen.iter().map(|effect| effect.effect).collect();
+    assert_eq!(ids, [Id::Payload]);
+    let x = &named.chosen[0].parameters[1];
+    assert!((x.value - 0.25).abs() < 0.03, "{x:?}");
+}
+
 /// What weight away from the centre of mass could be, where it weighs nothing, is no rival.
 #[test]
 fn an_offset_of_buoyancy_is_named_alone() {
