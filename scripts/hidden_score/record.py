@@ -28,7 +28,8 @@ def save(path: Path, methods: dict[str, list[Scored]]) -> None:
             line = lines.setdefault(case.id, {"case": case.id, "methods": {}})
             line["answer"] = {key: case.answer[key] for key in ANSWER if key in case.answer}
             line["methods"][name] = {"verdict": _figures(case.verdict), "seconds": case.seconds}
-    text = [json.dumps({"schema": SCHEMA, "methods": list(methods)})] + [json.dumps(_short(line), sort_keys=True) for _, line in sorted(lines.items())]
+    head = {"schema": SCHEMA, "methods": list(methods)}
+    text = [json.dumps(head)] + [json.dumps(_short(line), sort_keys=True) for _, line in sorted(lines.items())]
     beside = path.with_name(path.name + ".part")
     try:
         beside.write_text("\n".join(text) + "\n")
@@ -43,6 +44,8 @@ def load(paths: list[Path]) -> dict[str, list[Scored]]:
     seen: dict[str, Path] = {}
     for path in paths:
         names, lines = _read(path)
+        if seen and names != list(methods):
+            raise ScoreError(f"{path}: methods {', '.join(names)}, expected {', '.join(methods)} as in the files before")
         methods |= {name: methods.get(name, []) for name in names}
         for number, line in lines:
             place = f"{path}, line {number}"
@@ -50,6 +53,8 @@ def load(paths: list[Path]) -> dict[str, list[Scored]]:
             if case in seen:
                 raise ScoreError(f"{place}: case {case} stands in {seen[case]} already")
             seen[case] = path
+            for key in ("kind", "system", "effects", "strength"):
+                _part(answer, key, place)
             for name in names:
                 of = _part(said, name, place)
                 methods[name].append(Scored(case, answer, _part(of, "verdict", place), _part(of, "seconds", place)))
@@ -80,6 +85,8 @@ def _read(path: Path) -> tuple[list[str], list[tuple[int, dict]]]:
 
 
 def _part(of: dict, key: str, place: str):
+    if not isinstance(of, dict):
+        raise ScoreError(f"{place}: expected an object with `{key}`, found {of!r:.40}")
     if key not in of:
         raise ScoreError(f"{place}: without `{key}` (there is {', '.join(map(repr, of)) or 'nothing'})")
     return of[key]

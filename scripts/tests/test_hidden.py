@@ -264,7 +264,10 @@ class Cases(unittest.TestCase):
             head = '{"schema": "hydro-hidden-record/1", "methods": ["gap"]}\n'
             for text, reason in (("", "schema"), ('{"schema": "hydro-trial/1"}', "hydro-hidden-record/1"), ("{", "line 1"),
                                  (head, "no case"), (head + "[]", "line 2"), (head + '{"case": "a"}', "`answer`"),
-                                 (head + '{"case": "a", "answer": {}, "methods": {}}', "`gap`")):
+                                 (head + '{"case": "a", "answer": {}, "methods": {}}', "`kind`"),
+                                 (head + '{"case": "a", "answer": 5, "methods": {}}', "`kind`"),
+                                 (head + '{"case": "a", "answer": {"kind": "null", "system": "leg", "effects": [], '
+                                  '"strength": {}}, "methods": {}}', "`gap`")):
                 record.write_text(text)
                 self.assertRefused(reason, "--record", record)
             both = _score("--record", record, "--verdicts", right)

@@ -285,7 +285,8 @@ fn decide(bench: &Bench<'_>, search: &Search, weights: &Weights, adequacy: Adequ
             p(b).total_cmp(&p(a))
         });
         decision.confusion = confusion;
-        decision.apart = rivals.first().map(|rival| (best, *rival));
+        let nearest = rivals.iter().max_by(|a, b| weights.order(**a, **b));
+        decision.apart = nearest.map(|rival| (best, *rival));
     }
     decision.chosen = best;
     if decided.is_empty() {
@@ -340,6 +341,14 @@ fn rivals(bench: &Bench<'_>, search: &Search, weights: &Weights, best: usize) ->
         scored.fit.misfit / search.factor + scored.fit.penalty
     };
     let probable = |at: usize| weights.whole[at] > ERROR * weights.whole[best];
+    // The likeliest of its forms speaks for an explanation.
+    let speaks = |at: usize| {
+        let of = search::mechanisms(bench, &search.scored[at].set);
+        (0..search.scored.len()).all(|other| {
+            weights.scored[other] <= weights.scored[at]
+                || search::mechanisms(bench, &search.scored[other].set) != of
+        })
+    };
     (1..search.scored.len())
         .filter(|at| {
             let other = &search.scored[*at];
@@ -348,6 +357,7 @@ fn rivals(bench: &Bench<'_>, search: &Search, weights: &Weights, best: usize) ->
                 && ids(other) != ids(of)
                 && charge(*at) - charge(best) < CONFUSION
                 && probable(*at)
+                && speaks(*at)
         })
         .collect()
 }

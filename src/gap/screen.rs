@@ -28,7 +28,7 @@ const SHAPE_NAMES: [&str; 6] = [
     PHASE,
     "vertical_lag",
 ];
-/// The phase of an oscillation: amplitudes at two phases a quarter of a turn apart make any.
+/// The phase of an oscillation: amplitudes at two phases a quarter of a turn apart make any, and are one choice.
 pub(super) const PHASE: &str = "phase";
 /// Factors on a shape's usual value that are tried.
 const SHAPES: [f64; 3] = [1.0 / 3.0, 1.0, 3.0];
@@ -121,7 +121,9 @@ impl Bench<'_> {
                     parameter: *parameter,
                     base: base.clone(),
                     step: *step,
-                    secant: of.parameters[*parameter].start != of.parameters[*parameter].null,
+                    // Where it sits is given, so a mass has a slope.
+                    secant: of.effect != Id::Payload
+                        && of.parameters[*parameter].start != of.parameters[*parameter].null,
                 })
             })
             .collect()

@@ -119,7 +119,8 @@ struct Linear<'s> {
     screen: &'s Screen,
     /// Squared residuals were divided by this.
     factor: f64,
-    /// Choices of directions by candidate; several where shapes were tried.
+    /// Choices of directions by candidate; several where shapes were tried. Phases are no shapes: amplitudes at two of
+    /// them are one choice.
     choices: BTreeMap<usize, Vec<Vec<usize>>>,
     bounds: Vec<Bounds>,
 }
@@ -131,9 +132,15 @@ impl<'s> Linear<'s> {
         for (at, direction) in screen.directions.iter().enumerate() {
             let of = choices.entry(direction.candidate).or_default();
             // A shape of its own is a choice of its own.
+            let parameters = &bench.candidates[direction.candidate].parameters;
+            let same = |other: &Direction| {
+                let both = other.base.iter().zip(&direction.base).zip(parameters);
+                both.into_iter()
+                    .all(|((a, b), p)| a == b || p.name == PHASE)
+            };
             match of
                 .iter_mut()
-                .find(|choice| screen.directions[choice[0]].base == direction.base)
+                .find(|choice| same(&screen.directions[choice[0]]))
             {
                 Some(choice) => choice.push(at),
                 None => of.push(vec![at]),
@@ -269,7 +276,7 @@ pub(super) fn form_factor(explained: f64) -> f64 {
 }
 
 /// Searches from nothing: screen, refit the leaders, and where something is left over, screen again about
-/// the best set and refit larger ones.
+/// the best set and refit larger ones; then look at the best a second time.
 pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<Search, GapError> {
     let empty = bench.empty()?.clone();
     let directions: Vec<Direction> = (0..bench.candidates.len())
@@ -325,32 +332,13 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
         }
         factor = tempering(bench, &scored, nothing, seed);
     }
-    // Every part of a set that was refitted is refitted too: a pair may win only against its halves.
-    let halves: BTreeSet<Vec<usize>> = scored
-        .iter()
-        .filter(|scored| scored.set.len() > 1)
-        .flat_map(|scored| {
-            (0..scored.set.len()).map(|out| {
-                let mut set = scored.set.clone();
-                set.remove(out);
-                set
-            })
-        })
-        .filter(|set| !scored.iter().any(|scored| scored.set == *set))
-        .collect();
-    for half in halves.into_iter().filter(|half| half.len() == 1).take(4) {
-        if let Some(linear) = Linear::new(bench, &screen, factor)
-            && let Some(point) = linear.point(bench, &scored[0].fit.point, &half)
-        {
-            add(bench, point, &mut scored, watch)?;
-        }
-    }
+    second_look::at_the_best(
+        bench,
+        &mut scored,
+        |scored| tempering(bench, scored, nothing, seed),
+        watch,
+    )?;
     factor = tempering(bench, &scored, nothing, seed);
-    second_look::exchange(bench, &mut scored, factor, watch)?;
-    factor = tempering(bench, &scored, nothing, seed);
-    if second_look::refit_parts(bench, &mut scored, factor, watch)? {
-        factor = tempering(bench, &scored, nothing, seed);
-    }
     Ok(Search {
         scored,
         linear: linear_sets,
