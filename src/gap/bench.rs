@@ -9,8 +9,9 @@ use rayon::prelude::*;
 use super::{
     adequacy::{self, Adequacy},
     candidates::Candidate,
+    column::{STEP, quotient},
     error::GapError,
-    fit::{Fit, Point, STEP, quotient},
+    fit::{Fit, Point},
     information::{Bounds, StartProjection},
     measured::{Channels, Measured},
     resolution,
@@ -572,11 +573,7 @@ impl<'a> Bench<'a> {
     }
 
     pub(super) fn bounds(&self, candidates: &[usize]) -> Vec<Bounds> {
-        let free = Bounds {
-            lower: f64::NEG_INFINITY,
-            upper: f64::INFINITY,
-        };
-        let mut bounds = vec![free; self.knobs.len()];
+        let mut bounds = vec![Bounds::FREE; self.knobs.len()];
         for candidate in candidates {
             bounds.extend(
                 self.candidates[*candidate]

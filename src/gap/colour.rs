@@ -131,7 +131,10 @@ mod tests {
 
     use super::*;
     use crate::gap::{
-        Settings, Study, Uncertainty, Watch, fake::RigidBody, find::normal, tests::trial,
+        Study, Watch,
+        fake::RigidBody,
+        find::normal,
+        tests::{settings, trial},
     };
 
     /// Rows of a trial: 1 s.
@@ -166,11 +169,7 @@ mod tests {
         let plant = RigidBody::without_noise("position");
         let stop = AtomicBool::new(false);
         let watch = Watch::silent(&stop);
-        let settings = Settings {
-            uncertainty: Uncertainty::default(),
-            seed: 0,
-        };
-        let study = Study::prepare(&plant, trials.collect(), settings, &watch).unwrap();
+        let study = Study::prepare(&plant, trials.collect(), settings(), &watch).unwrap();
         let bench = study.bench(&watch).unwrap();
         let fit = bench.empty().unwrap();
         let observed = leftover::by_channel(&bench, &fit.residuals);

@@ -76,6 +76,20 @@ pub(super) struct Bounds {
     pub(super) upper: f64,
 }
 
+impl Bounds {
+    /// None.
+    pub(super) const FREE: Self = Self {
+        lower: f64::NEG_INFINITY,
+        upper: f64::INFINITY,
+    };
+    /// No negative values.
+    #[cfg(test)]
+    pub(super) const POSITIVE: Self = Self {
+        lower: 0.0,
+        ..Self::FREE
+    };
+}
+
 /// The best values of a quadratic under its prior.
 #[derive(Clone, Debug)]
 pub(super) struct Optimum {
@@ -286,10 +300,16 @@ impl Quadratic {
 mod tests {
     use super::*;
 
-    const FREE: Bounds = Bounds {
-        lower: f64::NEG_INFINITY,
-        upper: f64::INFINITY,
-    };
+    const FREE: Bounds = Bounds::FREE;
+
+    /// One whose first parameter would be negative.
+    fn leaning() -> Quadratic {
+        Quadratic {
+            q: 10.0,
+            b: DVector::from_vec(vec![-5.0, 3.0]),
+            a: DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 2.0]),
+        }
+    }
 
     /// The evidence of a linear Gaussian model is known in closed form: log N(r; 0, I + J J^T) less log N(r; 0, I).
     #[test]
@@ -314,16 +334,8 @@ mod tests {
 
     #[test]
     fn bounds_hold_and_are_let_go_of() {
-        let quadratic = Quadratic {
-            q: 10.0,
-            b: DVector::from_vec(vec![-5.0, 3.0]),
-            a: DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 2.0]),
-        };
-        let positive = Bounds {
-            lower: 0.0,
-            upper: f64::INFINITY,
-        };
-        let found = quadratic.best(&[positive, positive]).unwrap();
+        let quadratic = leaning();
+        let found = quadratic.best(&[Bounds::POSITIVE; 2]).unwrap();
         assert_eq!(found.z[0], 0.0);
         assert!((found.z[1] - 1.0).abs() < 1e-12, "{}", found.z[1]);
     }
@@ -331,16 +343,8 @@ mod tests {
     /// Against quadrature of the posterior of two parameters, one of which its bound holds.
     #[test]
     fn what_a_bound_holds_is_uncertain_on_its_other_side() {
-        let quadratic = Quadratic {
-            q: 10.0,
-            b: DVector::from_vec(vec![-5.0, 3.0]),
-            a: DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 2.0]),
-        };
-        let positive = Bounds {
-            lower: 0.0,
-            upper: f64::INFINITY,
-        };
-        let bounds = [positive, FREE];
+        let quadratic = leaning();
+        let bounds = [Bounds::POSITIVE, FREE];
         let best = quadratic.best(&bounds).unwrap();
         let [low, high] = quadratic.interval(&best, &bounds, 0, best.z[0]);
         let density = |x: f64| -> f64 {

@@ -12,6 +12,7 @@ mod adequacy;
 mod bench;
 mod candidates;
 mod colour;
+mod column;
 mod conclude;
 mod error;
 mod experiment;

@@ -1,6 +1,6 @@
 //! Name: which effect is missing, how surely, and what else it could be.
 
-use std::{cmp::Ordering, collections::BTreeMap};
+use std::collections::BTreeMap;
 
 use super::{
     adequacy::Adequacy,
@@ -143,16 +143,17 @@ impl Weights {
         }
     }
 
-    /// The likeliest form of the likeliest set.
-    fn best(&self) -> usize {
-        (0..self.scored.len())
-            .max_by(|a, b| self.order(*a, *b))
-            .unwrap_or(0)
+    /// The likeliest form of the likeliest of some sets.
+    fn likeliest(&self, among: impl Iterator<Item = usize>) -> Option<usize> {
+        let (whole, scored) = (&self.whole, &self.scored);
+        among.max_by(|a, b| {
+            (whole[*a].total_cmp(&whole[*b])).then(scored[*a].total_cmp(&scored[*b]))
+        })
     }
 
-    fn order(&self, a: usize, b: usize) -> Ordering {
-        let (whole, scored) = (&self.whole, &self.scored);
-        (whole[a].total_cmp(&whole[b])).then(scored[a].total_cmp(&scored[b]))
+    /// Of all sets.
+    fn best(&self) -> usize {
+        self.likeliest(0..self.scored.len()).unwrap_or(0)
     }
 
     /// Probability that a candidate is in the true set.
@@ -285,8 +286,8 @@ fn decide(bench: &Bench<'_>, search: &Search, weights: &Weights, adequacy: Adequ
             p(b).total_cmp(&p(a))
         });
         decision.confusion = confusion;
-        let nearest = rivals.iter().max_by(|a, b| weights.order(**a, **b));
-        decision.apart = nearest.map(|rival| (best, *rival));
+        let nearest = weights.likeliest(rivals.iter().copied());
+        decision.apart = nearest.map(|rival| (best, rival));
     }
     decision.chosen = best;
     if decided.is_empty() {
@@ -315,10 +316,9 @@ fn decide(bench: &Bench<'_>, search: &Search, weights: &Weights, adequacy: Adequ
     if decided.len() < set_ids.len() {
         let mut wanted = search::mechanisms(bench, &least.set);
         wanted.retain(|(effect, _)| decided.contains(effect));
-        decision.chosen = (0..search.scored.len())
-            .filter(|at| search::mechanisms(bench, &search.scored[*at].set) == wanted)
-            .max_by(|a, b| weights.order(*a, *b))
-            .unwrap_or(best);
+        let exact = (0..search.scored.len())
+            .filter(|at| search::mechanisms(bench, &search.scored[*at].set) == wanted);
+        decision.chosen = weights.likeliest(exact).unwrap_or(best);
     }
     decision
 }
@@ -513,7 +513,7 @@ fn ranking(bench: &Bench<'_>, search: &Search, weights: &Weights) -> Vec<Hypothe
         scored.any(|scored| search::mechanisms(bench, &scored.set) == of)
     };
     ranking.extend(
-        search::firsts(bench, search.linear.iter())
+        search::firsts(bench, search.linear.iter(), |of| &of.0)
             .into_iter()
             .filter(|(set, _)| !refitted(set))
             .take(SHOWN)

@@ -68,11 +68,8 @@ pub(super) fn credible(mean: f64, sd: f64, bounds: Bounds) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    const FREE: Bounds = Bounds {
-        lower: f64::NEG_INFINITY,
-        upper: f64::INFINITY,
-    };
-    const POSITIVE: Bounds = Bounds { lower: 0.0, ..FREE };
+    const FREE: Bounds = Bounds::FREE;
+    const POSITIVE: Bounds = Bounds::POSITIVE;
 
     fn close(found: [f64; 2], expected: [f64; 2]) {
         for (found, expected) in found.iter().zip(expected) {

@@ -4,17 +4,13 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::{
-    GapError, Settings, Study, Uncertainty, Watch, fake::RigidBody, find, name, tests::trial,
+    GapError, Study, Uncertainty, Watch,
+    fake::RigidBody,
+    find, name,
+    tests::{settings, trial},
     verdict::Outcome,
 };
 use crate::{sim::plant::Plant, trial::Trial};
-
-fn settings() -> Settings {
-    Settings {
-        uncertainty: Uncertainty::default(),
-        seed: 0,
-    }
-}
 
 fn trials(count: u64, noise: f64) -> Vec<Trial> {
     (0..count)

@@ -7,8 +7,9 @@ use rayon::prelude::*;
 
 use super::{
     bench::{Bench, Differencing},
+    column::{STEP, inward, quotient},
     error::GapError,
-    fit::{Fit, Point, STEP, inward, quotient},
+    fit::{Fit, Point},
     information::Quadratic,
     shooting::{self, Trace, WarmUp},
     watch::Watch,

@@ -60,6 +60,12 @@ impl Scored {
             adequacy: None,
         }
     }
+
+    /// Evidence and prior, up to a constant [nat].
+    pub(super) fn log_posterior(&self, bench: &Bench<'_>, factor: f64) -> Option<f64> {
+        let (evidence, _) = self.fit.evidence(factor)?;
+        Some(evidence + log_prior(bench, &self.set))
+    }
 }
 
 /// A set and its evidence to first order, relative to the empty set [nat].
@@ -103,13 +109,14 @@ pub(super) fn mechanisms<'b>(bench: &'b Bench<'_>, set: &[usize]) -> Vec<(Id, &'
     mechanisms
 }
 
-/// The first of the sets of the same mechanisms.
-pub(super) fn firsts<'s>(
+/// Of what has sets of the same mechanisms, the first.
+pub(super) fn firsts<T>(
     bench: &Bench<'_>,
-    sets: impl Iterator<Item = &'s Judged>,
-) -> Vec<&'s Judged> {
+    all: impl Iterator<Item = T>,
+    set: impl Fn(&T) -> &[usize],
+) -> Vec<T> {
     let mut seen = BTreeSet::new();
-    sets.filter(|(set, _)| seen.insert(mechanisms(bench, set)))
+    all.filter(|of| seen.insert(mechanisms(bench, set(of))))
         .collect()
 }
 
@@ -324,7 +331,10 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
             };
             let promising =
                 (gains.iter()).filter(|(addition, gain)| *gain >= 0.0 && is_new(addition));
-            for (addition, _) in firsts(bench, promising).into_iter().take(ADDITIONS) {
+            for (addition, _) in firsts(bench, promising, |of| &of.0)
+                .into_iter()
+                .take(ADDITIONS)
+            {
                 if let Some(point) = linear.point(bench, &from, addition) {
                     add(bench, point, &mut scored, watch)?;
                 }
@@ -332,13 +342,8 @@ pub(super) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
         }
         factor = tempering(bench, &scored, nothing, seed);
     }
-    second_look::at_the_best(
-        bench,
-        &mut scored,
-        |scored| tempering(bench, scored, nothing, seed),
-        watch,
-    )?;
-    factor = tempering(bench, &scored, nothing, seed);
+    let temper = |scored: &[Scored]| tempering(bench, scored, nothing, seed);
+    factor = second_look::at_the_best(bench, &mut scored, factor, temper, watch)?;
     Ok(Search {
         scored,
         linear: linear_sets,
@@ -445,7 +450,7 @@ fn refit_leaders(
     let leading = |size: usize, above: f64, most: usize| -> Vec<&Vec<usize>> {
         let of_size = sets.iter().filter(|(set, _)| set.len() == size);
         let above = of_size.filter(|entry| worth(entry) > above);
-        let firsts = firsts(bench, above).into_iter();
+        let firsts = firsts(bench, above, |of| &of.0).into_iter();
         firsts.take(most).map(|(set, _)| set).collect()
     };
     let singles = sets.iter().filter(|(set, _)| set.len() == 1);
@@ -494,8 +499,7 @@ pub(super) fn add(
     scored: &mut Vec<Scored>,
     watch: &Watch<'_>,
 ) -> Result<bool, GapError> {
-    let mut set = point.candidates.clone();
-    set.sort_unstable();
+    let set = point.set();
     if let Some(fit) = bench.fit(point, watch)?
         && (fit.point.candidates.iter().zip(&fit.point.values))
             .all(|(candidate, values)| is_resolved(bench, *candidate, values[0]))
@@ -517,10 +521,7 @@ fn is_resolved(bench: &Bench<'_>, candidate: usize, delay: f64) -> bool {
 /// The refitted set with the highest posterior.
 pub(super) fn best_of(bench: &Bench<'_>, scored: &[Scored], factor: f64) -> Option<usize> {
     (0..scored.len())
-        .filter_map(|at| {
-            let (evidence, _) = scored[at].fit.evidence(factor)?;
-            Some((at, evidence + log_prior(bench, &scored[at].set)))
-        })
+        .filter_map(|at| Some((at, scored[at].log_posterior(bench, factor)?)))
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .map(|(at, _)| at)
 }

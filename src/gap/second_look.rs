@@ -1,10 +1,9 @@
 //! Second looks at the best set, which was found step by step: what was added was looked for about what was there.
 
-use std::collections::BTreeSet;
-
 use super::{
     bench::Bench,
     error::GapError,
+    fit::Point,
     search::{self, ADDITIONS, Scored},
     watch::Watch,
 };
@@ -12,20 +11,32 @@ use super::{
 /// An effect that explains so much less than another by itself [nat] may explain as much beside a third.
 const NEARLY: f64 = 10.0;
 
-/// Parts of the best set, members exchanged, and parts again where that found a better one. `factor` is by what squared
-/// residuals are divided, given what was fitted.
+/// Parts of the best set, members exchanged, and parts again where that fitted more. `factor`: by what squared residuals
+/// are divided, which `temper` says of what was fitted; returns the last.
 pub(super) fn at_the_best(
     bench: &Bench<'_>,
     scored: &mut Vec<Scored>,
-    factor: impl Fn(&[Scored]) -> f64,
+    mut factor: f64,
+    temper: impl Fn(&[Scored]) -> f64,
     watch: &Watch<'_>,
-) -> Result<(), GapError> {
+) -> Result<f64, GapError> {
     // A set may win only against its parts.
-    refit_parts(bench, scored, factor(scored), watch)?;
-    if exchange(bench, scored, factor(scored), watch)? {
-        refit_parts(bench, scored, factor(scored), watch)?;
+    if refit_parts(bench, scored, factor, watch)? {
+        factor = temper(scored);
     }
-    Ok(())
+    if exchange(bench, scored, factor, watch)? {
+        factor = temper(scored);
+        if refit_parts(bench, scored, factor, watch)? {
+            factor = temper(scored);
+        }
+    }
+    Ok(factor)
+}
+
+/// Where the best set stands; none where it has no parts.
+fn whole(bench: &Bench<'_>, scored: &[Scored], factor: f64) -> Option<Point> {
+    let best = &scored[search::best_of(bench, scored, factor)?];
+    (best.set.len() > 1).then(|| best.fit.point.clone())
 }
 
 /// The best set with one of its effects exchanged for another that by itself explains nearly as much. Returns whether
@@ -36,20 +47,15 @@ fn exchange(
     factor: f64,
     watch: &Watch<'_>,
 ) -> Result<bool, GapError> {
-    let Some(best) = search::best_of(bench, scored, factor) else {
+    let Some(whole) = whole(bench, scored, factor) else {
         return Ok(false);
     };
-    let whole = scored[best].fit.point.clone();
-    if whole.candidates.len() < 2 {
-        return Ok(false);
-    }
     let alone: Vec<(usize, f64, Vec<f64>)> = (scored.iter())
         .filter_map(|scored| {
             let [candidate] = scored.set[..] else {
                 return None;
             };
-            let (evidence, _) = scored.fit.evidence(factor)?;
-            let worth = evidence + search::log_prior(bench, &scored.set);
+            let worth = scored.log_posterior(bench, factor)?;
             Some((candidate, worth, scored.fit.point.values[0].clone()))
         })
         .collect();
@@ -77,12 +83,9 @@ fn exchange(
         }
     }
     exchanges.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut seen = BTreeSet::new();
     let mut changed = false;
-    let firsts = exchanges
-        .into_iter()
-        .filter(|(_, point)| seen.insert(search::mechanisms(bench, &point.candidates)));
-    for (_, point) in firsts.take(ADDITIONS) {
+    let firsts = search::firsts(bench, exchanges.into_iter(), |(_, point)| &point.candidates);
+    for (_, point) in firsts.into_iter().take(ADDITIONS) {
         changed |= search::add(bench, point, scored, watch)?;
     }
     Ok(changed)
@@ -97,18 +100,16 @@ fn refit_parts(
     factor: f64,
     watch: &Watch<'_>,
 ) -> Result<bool, GapError> {
-    let Some(best) = search::best_of(bench, scored, factor) else {
+    let Some(whole) = whole(bench, scored, factor) else {
         return Ok(false);
     };
     let mut changed = false;
-    let whole = scored[best].fit.point.clone();
     for out in 0..whole.candidates.len() {
         let part = whole.without(out);
-        let mut set = part.candidates.clone();
-        set.sort_unstable();
+        let set = part.set();
         let known = scored.iter().position(|scored| scored.set == set);
         let before = known.map_or(f64::INFINITY, |at| scored[at].fit.cost());
-        if set.is_empty() || bench.cost_at(&part)?.is_none_or(|cost| cost >= before) {
+        if bench.cost_at(&part)?.is_none_or(|cost| cost >= before) {
             continue;
         }
         if search::add(bench, part, scored, watch)? {
@@ -124,51 +125,35 @@ fn refit_parts(
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use std::sync::atomic::AtomicBool;
-
     use super::*;
     use crate::{
         effects::{Entry, Id},
-        gap::{Settings, Study, Uncertainty, fake::RigidBody, tests::trial},
+        gap::{
+            fake::RigidBody,
+            tests::{on_bench, on_hull, trial},
+        },
     };
-
-    fn on_hull(effect: Id, parameters: Vec<f64>) -> Entry {
-        Entry {
-            effect,
-            target: "hull".to_owned(),
-            parameters,
-        }
-    }
 
     /// Hands a bench of trials with these effects and the fits of sets of effects on it.
     fn with_fits(
         effects: &[Entry],
         test: impl FnOnce(&Bench<'_>, &dyn Fn(&[Id]) -> Scored, &Watch<'_>),
     ) {
-        let plant = RigidBody::new();
-        let stop = AtomicBool::new(false);
-        let watch = Watch::silent(&stop);
-        let settings = Settings {
-            uncertainty: Uncertainty::default(),
-            seed: 0,
-        };
         let trials = (0..2).map(|at| trial(&format!("trial {at}"), effects, &[0.0, 0.0], at, 1.0));
-        let study = Study::prepare(&plant, trials.collect(), settings, &watch).unwrap();
-        let bench = study.bench(&watch).unwrap();
-        let fit = |ids: &[Id]| -> Scored {
-            let mut point = bench.empty().unwrap().point.clone();
-            for id in ids {
-                let mut all = bench.candidates.iter();
-                let candidate = all.position(|of| of.effect == *id).unwrap();
-                point.candidates.push(candidate);
-                let parameters = bench.candidates[candidate].parameters.iter();
-                point.values.push(parameters.map(|p| p.start).collect());
-            }
-            let mut set = point.candidates.clone();
-            set.sort_unstable();
-            Scored::new(set, bench.fit(point, &watch).unwrap().unwrap())
-        };
-        test(&bench, &fit, &watch);
+        on_bench(&RigidBody::new(), trials.collect(), |bench, watch| {
+            let fit = |ids: &[Id]| -> Scored {
+                let mut point = bench.empty().unwrap().point.clone();
+                for id in ids {
+                    let mut all = bench.candidates.iter();
+                    let candidate = all.position(|of| of.effect == *id).unwrap();
+                    point.candidates.push(candidate);
+                    let parameters = bench.candidates[candidate].parameters.iter();
+                    point.values.push(parameters.map(|p| p.start).collect());
+                }
+                Scored::new(point.set(), bench.fit(point, watch).unwrap().unwrap())
+            };
+            test(bench, &fit, watch);
+        });
     }
 
     fn ids(bench: &Bench<'_>, scored: &Scored) -> Vec<Id> {

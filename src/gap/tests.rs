@@ -7,8 +7,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    Examined, Settings, Study, Uncertainty, Watch, add, conclude, fake::RigidBody, find,
-    find::normal, name, verdict::Outcome, verify,
+    Examined, Settings, Study, Uncertainty, Watch, add, bench::Bench, conclude, fake::RigidBody,
+    find, find::normal, name, verdict::Outcome, verify,
 };
 use crate::{
     effects::{Entry, Id},
@@ -16,6 +16,35 @@ use crate::{
     sim::plant::Plant,
     trial::{Series, Trial},
 };
+
+/// As the workflow is run unless it is told otherwise.
+pub(super) fn settings() -> Settings {
+    Settings {
+        uncertainty: Uncertainty::default(),
+        seed: 0,
+    }
+}
+
+/// Hands over what the trials make on a plant.
+pub(super) fn on_bench(
+    plant: &dyn Plant,
+    trials: Vec<Trial>,
+    test: impl FnOnce(&Bench<'_>, &Watch<'_>),
+) {
+    let stop = AtomicBool::new(false);
+    let watch = Watch::silent(&stop);
+    let study = Study::prepare(plant, trials, settings(), &watch).unwrap();
+    test(&study.bench(&watch).unwrap(), &watch);
+}
+
+/// An effect on the body of [`RigidBody`].
+pub(super) fn on_hull(effect: Id, parameters: Vec<f64>) -> Entry {
+    Entry {
+        effect,
+        target: "hull".to_owned(),
+        parameters,
+    }
+}
 
 pub(super) fn trial(name: &str, effects: &[Entry], knobs: &[f64], seed: u64, noise: f64) -> Trial {
     pushed(name, effects, knobs, seed, noise, &|_, _| [0.0; 6])
@@ -106,10 +135,7 @@ fn run(effects: &[Entry]) -> super::stages::Named {
             .map(|at| trial(&format!("trial {at}"), effects, &[0.02, -0.02], at, 1.0))
             .collect()
     };
-    let settings = Settings {
-        uncertainty: Uncertainty::default(),
-        seed: 0,
-    };
+    let settings = settings();
     let study = Study::prepare(&plant, trials(), settings.clone(), &watch).unwrap();
     let bench = study.bench(&watch).unwrap();
     let found = find(&study, &bench, &[], &watch).unwrap();
@@ -188,11 +214,7 @@ fn nothing_missing_is_no_gap() {
 
 #[test]
 fn quadratic_drag_is_named() {
-    let entry = Entry {
-        effect: Id::QuadraticDrag,
-        target: "hull".to_owned(),
-        parameters: vec![25.0, 40.0, 40.0, 0.0, 0.0, 1.0],
-    };
+    let entry = on_hull(Id::QuadraticDrag, vec![25.0, 40.0, 40.0, 0.0, 0.0, 1.0]);
     let named = run(&[entry]);
     assert_eq!(named.outcome, Outcome::Named);
     assert_eq!(named.chosen[0].effect, Id::QuadraticDrag);
@@ -200,11 +222,7 @@ fn quadratic_drag_is_named() {
 
 #[test]
 fn added_mass_is_named() {
-    let entry = Entry {
-        effect: Id::AddedMass,
-        target: "hull".to_owned(),
-        parameters: vec![8.0, 15.0, 18.0, 0.1, 0.2, 0.2],
-    };
+    let entry = on_hull(Id::AddedMass, vec![8.0, 15.0, 18.0, 0.1, 0.2, 0.2]);
     let named = run(&[entry]);
     assert_eq!(named.chosen[0].effect, Id::AddedMass);
 }
@@ -212,11 +230,7 @@ fn added_mass_is_named() {
 /// Away from the origin of the body, about which a first screen knows nothing while there is no mass.
 #[test]
 fn a_payload_is_named_with_its_place() {
-    let entry = Entry {
-        effect: Id::Payload,
-        target: "hull".to_owned(),
-        parameters: vec![1.0, 0.25, 0.0, 0.05],
-    };
+    let entry = on_hull(Id::Payload, vec![1.0, 0.25, 0.0, 0.05]);
     let named = run(&[entry]);
     let ids: Vec<Id> = named.chosen.iter().map(|effect| effect.effect).collect();
     assert_eq!(ids, [Id::Payload]);
@@ -227,11 +241,7 @@ fn a_payload_is_named_with_its_place() {
 /// What weight away from the centre of mass could be, where it weighs nothing, is no rival.
 #[test]
 fn an_offset_of_buoyancy_is_named_alone() {
-    let entry = Entry {
-        effect: Id::BuoyancyOffset,
-        target: "hull".to_owned(),
-        parameters: vec![0.02, 0.01, 0.0],
-    };
+    let entry = on_hull(Id::BuoyancyOffset, vec![0.02, 0.01, 0.0]);
     let named = run(&[entry]);
     assert_eq!(named.outcome, Outcome::Named, "{:?}", named.confusion_set);
     assert_eq!(named.chosen[0].effect, Id::BuoyancyOffset);
@@ -240,11 +250,7 @@ fn an_offset_of_buoyancy_is_named_alone() {
 
 #[test]
 fn buoyancy_away_from_the_centre_of_mass_is_one_effect() {
-    let entry = Entry {
-        effect: Id::NetBuoyancy,
-        target: "hull".to_owned(),
-        parameters: vec![20.0, 0.0, 1.0, 0.0],
-    };
+    let entry = on_hull(Id::NetBuoyancy, vec![20.0, 0.0, 1.0, 0.0]);
     let named = run(&[entry]);
     let ids: Vec<Id> = named.chosen.iter().map(|effect| effect.effect).collect();
     assert_eq!(ids, [Id::NetBuoyancy]);
