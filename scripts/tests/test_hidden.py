@@ -366,6 +366,18 @@ class RunTest(unittest.TestCase):
         known = (self.folder / "out" / "a" / "known").read_text()
         self.assertEqual(tomllib.loads(known), {"mass": 0.03, "com_m": 0.002})
 
+    def test_cases_side_by_side_share_the_cores(self):
+        together = "sleep 0.1; until [ -e $out/../a/runs -a -e $out/../b/runs ]; do sleep 0.1; done; "
+        found = self.run_with(together + "echo $RAYON_NUM_THREADS > $out/threads", "--jobs", "2", "--limit", "20")
+        self.assertEqual(found.returncode, 0, found.stderr)
+        threads = (self.folder / "out" / "a" / "threads").read_text()
+        self.assertEqual(int(threads), max(1, os.cpu_count() // 2))
+
+    def test_no_jobs_at_all_is_refused(self):
+        found = self.run_with("exit 0", "--jobs", "0")
+        self.assertEqual(found.returncode, 2)
+        self.assertIn("--jobs 0: at least 1 is needed", found.stderr)
+
     def test_nothing_to_run_is_refused(self):
         found = self.run_with("exit 0", "--system", "tow")
         self.assertEqual(found.returncode, 2)
