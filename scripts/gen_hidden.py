@@ -5,8 +5,9 @@
     python scripts/gen_hidden.py --out out/hidden --count 12 --system vehicle
     python scripts/gen_hidden.py --out out/hidden --fixed         the small part of scripts/test.sh
 
-OUT/cases/<id>/{nominal.xml, case.json, trials/} and OUT/sealed/<id>/{answer.json, never_shown/}. Names tell
-nothing. Interrupted, it goes on where it was; the same seed gives the same bytes whatever the workers.
+OUT/cases/<id>/{nominal.xml, case.json, trials/} and OUT/sealed/<id>/{answer.json, never_shown/, faster/}, trials
+kept back: driven alike, and half as fast again. Names tell nothing. Interrupted, it goes on where it was; the same
+seed gives the same bytes whatever the workers.
 """
 
 import argparse

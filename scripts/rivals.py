@@ -3,16 +3,17 @@
 
     scripts/rivals/setup.sh                                                     # an environment of its own
     .venv-rivals/bin/python scripts/rivals.py run --cases out/hidden/cases --out out/rivals --jobs 2
-    .venv-rivals/bin/python scripts/rivals.py tune --cases out/own/cases --answers out/own/sealed
+    .venv-rivals/bin/python scripts/rivals.py tune --cases out/own/cases --sealed out/own/sealed
+    .venv-rivals/bin/python scripts/rivals.py patched --cases out/hidden/cases --sealed out/hidden/sealed \\
+        --verdicts out/verdicts
 
 `run` writes OUT/<method>/<case id>/verdict.json and goes on where it was; a case that a method cannot take has a
-verdict that says why. `tune` prints how often each setting of the sparse methods names the exact set, on cases of
-its own: never on those that are scored.
+verdict that says why. With `--sealed` it also scores the trials that no method is shown (`elsewhere` in the verdict),
+and `patched` scores on the same trials what `hydro gap` wrote (elsewhere.json beside its verdict). `tune` prints
+how well each setting does on cases of its own: never on those that are scored.
 """
 
 import argparse
-import itertools
-import json
 import os
 import sys
 import time
@@ -24,19 +25,13 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 from hydro_data.progress import Progress  # noqa: E402
 from rivals import RivalError  # noqa: E402
-from rivals.settings import METHODS, SPARSE  # noqa: E402
+from rivals.settings import METHODS  # noqa: E402
 
-GRIDS = {
-    "stlsq": {"threshold": [0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 0.6], "alpha": [1e-4, 1e-2, 1e-1, 1.0],
-              "least_share": [0.3, 0.5, 0.8, 0.95]},
-    "ensemble": {"threshold": [0.1, 0.2, 0.3, 0.45], "alpha": [1e-2, 1e-1], "inclusion": [0.6, 0.9],
-                 "least_share": [0.3, 0.5, 0.8]},
-    "bindy": {"prior": [0.3, 1.0, 3.0], "correlation": [1.0, 3.0, 10.0, 30.0], "least_share": [0.3, 0.5, 0.8]},
-}
-TEST_S = (0.5, 1.0, 2.0)
+#: Trials of sealed/<id>/ that are scored and never fitted.
+REGIMES = ("never_shown", "faster")
 
 
-def one_case(folder: Path, out: Path, methods: list[str], shifted: Path | None) -> list[str]:
+def one_case(folder: Path, out: Path, methods: list[str], sealed: Path | None) -> list[str]:
     """Run the methods that have no verdict yet on a case; returns a line each."""
     from rivals import case
 
@@ -52,7 +47,7 @@ def one_case(folder: Path, out: Path, methods: list[str], shifted: Path | None) 
                 raise RivalError(fault)
             if bench is None:
                 bench = case.Bench(folder, settings.smooth_s)
-            verdict = case.run(bench, method, settings, others(shifted, folder.name))
+            verdict = case.run(bench, method, settings, elsewhere(sealed, folder.name))
         except RivalError as error:
             fault = str(error) if bench is None else None
             verdict = case.impossible(method, str(error))
@@ -64,15 +59,43 @@ def one_case(folder: Path, out: Path, methods: list[str], shifted: Path | None) 
     return lines
 
 
-def others(folder: Path | None, case_id: str) -> list[Path]:
-    """Trials of another regime for a case, if any."""
-    if folder is None:
-        return []
-    for place in (folder / case_id / "never_shown", folder / case_id / "trials", folder / case_id):
-        found = sorted(p for p in place.glob("*") if p.suffix in (".npz", ".csv"))
-        if found:
-            return found
-    return []
+def elsewhere(sealed: Path | None, case_id: str) -> dict[str, list[Path]]:
+    """Trials by regime that the tool was never shown, where there are any. The answer itself is not opened."""
+    found = {regime: sorted((sealed / case_id / regime).glob("*.npz")) for regime in REGIMES} if sealed else {}
+    return {regime: paths for regime, paths in found.items() if paths}
+
+
+def one_patched(folder: Path, verdicts: Path, sealed: Path) -> str | None:
+    """Score what `hydro gap` wrote for a case on the same trials: elsewhere.json beside its verdict."""
+    from rivals import case, motion, patched
+    from rivals.settings import Settings
+
+    smooth_s, place = Settings().smooth_s, verdicts / folder.name
+    shown = motion.trials(folder)
+    try:
+        found = {}
+        for regime, paths in elsewhere(sealed, folder.name).items():
+            model, before, after, variance = patched.gap(folder / "nominal.xml", place / "verdict.json", smooth_s, shown,
+                                                         paths)
+            found[regime] = case.compared(model, variance, before, after)
+    except RivalError as error:
+        return f"{folder.name}: {error}"
+    case.write(found, place, "elsewhere.json")
+    return None
+
+
+def score_patched(args: argparse.Namespace) -> int:
+    """Every case with a verdict of `hydro gap`."""
+    cases = [c for c in folders(args) if (args.verdicts / c.name / "verdict.json").is_file()]
+    todo = [c for c in cases if not (args.verdicts / c.name / "elsewhere.json").is_file()]
+    progress, faults = Progress(len(cases), "cases", done=len(cases) - len(todo)), []
+    with ProcessPoolExecutor(args.jobs) as pool:
+        for done in as_completed([pool.submit(one_patched, c, args.verdicts, args.sealed) for c in todo]):
+            faults += [done.result()] if done.result() else []
+            progress.advance()
+    for fault in faults:
+        print(fault, file=sys.stderr)
+    return 1 if faults else 0
 
 
 def run(args: argparse.Namespace) -> int:
@@ -81,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
     todo = [c for c in cases if any(not (args.out / m / c.name / "verdict.json").is_file() for m in args.method)]
     progress = Progress(len(cases), "cases", done=len(cases) - len(todo))
     with ProcessPoolExecutor(args.jobs) as pool:
-        jobs = {pool.submit(one_case, c, args.out, args.method, args.shifted): c for c in todo}
+        jobs = {pool.submit(one_case, c, args.out, args.method, args.sealed): c for c in todo}
         for done in as_completed(jobs):
             for line in done.result():
                 print(line, flush=True)
@@ -99,71 +122,39 @@ def folders(args: argparse.Namespace) -> list[Path]:
     return found[:args.count] if args.count else found
 
 
-def tuned_case(folder: Path, answers: Path, methods: list[str]) -> list[tuple[str, float, tuple, bool, bool]]:
-    """(method, test_s, setting, is a null, right) of every setting on a case."""
-    from rivals import case, sparse
-
-    answer = json.loads((answers / folder.name / "answer.json").read_text())
-    if answer["kind"] == "outside":
-        return []
-    truths = [sorted(names) for names in answer["acceptable"]] or [[]]
-    try:
-        bench = case.Bench(folder, METHODS["stlsq"].smooth_s)
-    except RivalError:
-        return []
-    out = []
-    for test_s, method in itertools.product(TEST_S, methods):
-        problem = bench.problem(test_s)
-        # `least_share`, the last, only cuts what a fit has found.
-        names, cuts = list(GRIDS[method])[:-1], GRIDS[method]["least_share"]
-        for values in itertools.product(*(GRIDS[method][name] for name in names)):
-            found = getattr(sparse, method)(problem, **dict(zip(names, values)))
-            strength = sparse.contributions(problem, found)
-            for cut in cuts:
-                right = sorted(sparse.named(strength, cut)) in truths
-                out.append((method, test_s, (*values, cut), answer["kind"] == "null", right))
-    return out
-
-
 def tune(args: argparse.Namespace) -> int:
-    """Print the best settings of each sparse method."""
-    cases, rows = folders(args), []
-    methods = [m for m in args.method if m in SPARSE]
+    """Print the best settings of each method."""
+    from rivals import tuning
+
+    cases, names, errors = folders(args), [], []
     progress = Progress(len(cases), "cases")
     with ProcessPoolExecutor(args.jobs) as pool:
-        for done in as_completed([pool.submit(tuned_case, c, args.answers, methods) for c in cases]):
-            rows += done.result()
+        for done in as_completed([pool.submit(tuning.one_case, c, args.sealed, args.method) for c in cases]):
+            named, left = done.result()
+            names, errors = names + named, errors + left
             progress.advance()
-    for method in methods:
-        table: dict[tuple, list[list[bool]]] = {}
-        for name, test_s, values, null, right in rows:
-            if name == method:
-                table.setdefault((test_s, values), [[], []])[int(null)].append(right)
-        # A false alarm costs as much as a missed name, each as a share of its kind.
-        ranked = sorted(table.items(), key=lambda item: -sum(sum(x) / max(len(x), 1) for x in item[1]))
-        print(f"\n{method}: test_s, {', '.join(GRIDS[method])}: exact set of cases with an effect, nulls kept silent")
-        for (test_s, values), (cases_right, nulls_right) in ranked[:6]:
-            print(f"  {test_s:g}, {', '.join(f'{v:g}' for v in values)}: {sum(cases_right)}/{len(cases_right)}, "
-                  f"{sum(nulls_right)}/{len(nulls_right)}")
+    print("\n".join(tuning.ranking(args.method, names, errors)))
     return 0
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("run", "tune"))
+    parser.add_argument("what", choices=("run", "tune", "patched"))
     parser.add_argument("--cases", type=Path, required=True, help="folder of case folders")
     parser.add_argument("--out", type=Path, default=Path("out/rivals"), help="where verdicts go (default: out/rivals)")
     parser.add_argument("--method", action="append", choices=sorted(METHODS), help="only these (default: all)")
-    parser.add_argument("--answers", type=Path, help="sealed answers of the cases that `tune` tunes on")
-    parser.add_argument("--shifted", type=Path, help="folder with <case id>/ of trials from another regime, scored only")
+    parser.add_argument("--sealed", type=Path, help="OUT/sealed of gen_hidden.py: trials that are scored and never "
+                        "fitted; `tune` also reads the answers")
+    parser.add_argument("--verdicts", type=Path, help="what run_hidden.py wrote, for `patched`")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="worker processes")
     parser.add_argument("--count", type=int, help="at most so many cases")
     args = parser.parse_args()
     args.method = args.method or list(METHODS)
-    if args.what == "tune" and args.answers is None:
-        parser.error("tune needs --answers")
+    for need in {"run": (), "tune": ("sealed",), "patched": ("sealed", "verdicts")}[args.what]:
+        if getattr(args, need) is None:
+            parser.error(f"{args.what} needs --{need}")
     try:
-        return run(args) if args.what == "run" else tune(args)
+        return {"run": run, "tune": tune, "patched": score_patched}[args.what](args)
     except (RivalError, OSError) as error:
         print(f"rivals.py: {error}", file=sys.stderr)
         return 1

@@ -20,8 +20,10 @@ from .systems import SYSTEMS
 from .systems.base import Schedule, System
 
 SCHEMA = "hydro-hidden-case/1"
-#: Trials beside those that the tool is shown, kept for a replay.
+#: Trials beside those that the tool is shown, kept for a replay: as many again are driven faster. Of a small case half.
 NEVER_SHOWN = 4
+#: How much faster.
+FASTER = 1.5
 #: Factors on an effect's base parameters that the pilot tries.
 LADDER = np.geomspace(0.03, 5.0, 4)
 #: Windows of one second from which the nuisances' share is estimated.
@@ -255,7 +257,7 @@ class Case:
         for effect, scale in zip(self.effects, scales):
             effect.scale = np.array([[scale]])
         shown = self.schedule.trials
-        everything = replace(self.schedule, trials=shown + (2 if self.spec.small else NEVER_SHOWN))
+        everything = replace(self.schedule, trials=shown + self.kept_back)
         for effect in self.effects:
             effect.forget()
         record = self.run(everything, 3, self.effects, fine=True)
@@ -273,6 +275,19 @@ class Case:
         problem = self._problem(sub, rows)
         return Whole(record, fine, raw, raw * _part(problem), problem)
 
+    @property
+    def kept_back(self) -> int:
+        """Trials of each regime that the tool is never shown."""
+        return NEVER_SHOWN // 2 if self.spec.small else NEVER_SHOWN
+
+    def _faster(self) -> tuple[Recording, list[np.ndarray]]:
+        """Trials beyond what the others reach, for a look at how models extrapolate."""
+        for effect in self.effects:
+            effect.forget()
+        schedule = replace(self.schedule, trials=self.kept_back, speed=FASTER)
+        record = self.run(schedule, 6, self.effects, fine=True)
+        return record, [self.sensed(record, self.effects, trial) for trial in range(schedule.trials)]
+
     def _write(self, out: Path, whole: "Whole", scales: list[float]) -> dict:
         spec, record, fine, shown = self.spec, whole.record, whole.fine, self.schedule.trials
         cases, sealed = out / "cases", out / "sealed"
@@ -280,24 +295,16 @@ class Case:
         for folder in (open_part, secret_part):
             shutil.rmtree(folder, ignore_errors=True)
         (open_part / "trials").mkdir(parents=True)
-        (secret_part / "never_shown").mkdir(parents=True)
+        for regime in ("never_shown", "faster"):
+            (secret_part / regime).mkdir(parents=True)
         (open_part / "nominal.xml").write_text(self.xml)
         rng = spec.generator(5)
         as_csv = spec.index % 12 == 5
-        control_times = np.arange(self.schedule.rows + 1) * self.schedule.period
         for trial, values in enumerate(fine):
-            labels, readings = measurement.log(rng, self.recorder, self.layout, record.times, values,
-                                               rows=self.schedule.rows, period=self.schedule.period, lead=self.lead)
-            state = self._initial_state(rng, record.qpos[trial, 0], record.qvel[trial, 0])
             hidden = trial >= shown
             folder = secret_part / "never_shown" if hidden else open_part / "trials"
-            name = f"trial_{trial - shown if hidden else trial:02d}"
-            if as_csv and not hidden:
-                trialfile.write_csv(folder / f"{name}.csv", self.nominal, control_times, record.commands[trial],
-                                    labels, readings)
-            else:
-                trialfile.write_npz(folder / f"{name}.npz", self.nominal, control_times, record.commands[trial],
-                                    labels, readings, state)
+            self._log(rng, folder / f"trial_{trial - shown if hidden else trial:02d}", record, trial, values,
+                      as_csv=as_csv and not hidden)
         public = {"schema": SCHEMA, "id": spec.case_id, "system": spec.system, "nominal": "nominal.xml",
                   "trials": shown, "row_period": self.schedule.period, "format": "csv" if as_csv else "npz",
                   "uncertainty": {"mass": 0.03, "inertia": 0.03, "com_m": 0.002, "fluid": 0.03, "gain": 0.03,
@@ -317,6 +324,11 @@ class Case:
                   "noise": spec.noise, "recorder": asdict(self.recorder), "style": self.style,
                   "modes": self.modes[:shown], "perturbations": self.amounts,
                   "truth_step": self.truth.opt.timestep, "truth_integrator": int(self.truth.opt.integrator)}
+        # After the answer, whose coefficients are those of the motion that the tool sees.
+        rng = spec.generator(7)
+        faster, fast = self._faster()
+        for trial, values in enumerate(fast):
+            self._log(rng, secret_part / "faster" / f"trial_{trial:02d}", faster, trial, values, as_csv=False)
         (open_part / "case.json").write_text(json.dumps(public, indent=1) + "\n")
         (secret_part / "answer.json").write_text(json.dumps(answer, indent=1) + "\n")
         # The sealed half goes first: a case that the tool can see always has its answer.
@@ -324,6 +336,19 @@ class Case:
             shutil.rmtree(folder, ignore_errors=True)
             os.replace(part, folder)
         return {"id": spec.case_id, "system": spec.system}
+
+    def _log(self, rng: np.random.Generator, stem: Path, record: Recording, trial: int, values: np.ndarray, *,
+             as_csv: bool) -> None:
+        """One trial as the recorder takes it."""
+        times = np.arange(self.schedule.rows + 1) * self.schedule.period
+        labels, readings = measurement.log(rng, self.recorder, self.layout, record.times, values,
+                                           rows=self.schedule.rows, period=self.schedule.period, lead=self.lead)
+        state = self._initial_state(rng, record.qpos[trial, 0], record.qvel[trial, 0])
+        if as_csv:
+            trialfile.write_csv(stem.with_suffix(".csv"), self.nominal, times, record.commands[trial], labels, readings)
+        else:
+            trialfile.write_npz(stem.with_suffix(".npz"), self.nominal, times, record.commands[trial], labels, readings,
+                                state)
 
     def _initial_state(self, rng: np.random.Generator, qpos: np.ndarray, qvel: np.ndarray) -> np.ndarray:
         """Full-physics state of the nominal, as a rig that stood still could know it: a third of the noise off."""

@@ -29,6 +29,14 @@ def _strong(case: Scored) -> bool:
 def figures(cases: list[Scored]) -> list[Figure]:
     """Every line of the table, from the cases that have a verdict."""
     cases = [case for case in cases if case.verdict is not None]
+    # Trials that no method was shown, by what was done there: error left as a part of the nominal's.
+    left = {regime: [left_of(case, regime) for case in cases if case.kind == "single" and case.answer["identifiable"]
+                     and _strong(case) and left_of(case, regime) is not None] for regime in ("never_shown", "faster")}
+    seconds = [case.seconds for case in cases if case.seconds is not None]
+    reductions = [_reduction(case) for case in cases if case.kind == "single" and case.answer["identifiable"]
+                  and _strong(case) and _reduction(case) is not None]
+    # A method that cannot name has no names to be right or wrong.
+    cases = [case for case in cases if case.names]
     every_single = [case for case in cases if case.kind == "single"]
     single = [case for case in every_single if case.answer["identifiable"]]
     # Singles whose data, as they fell out, leave another effect of the catalogue within a distance of 3.
@@ -46,7 +54,6 @@ def figures(cases: list[Scored]) -> list[Figure]:
         for error, hits in coefficients(case):
             errors.append(error)
             covered += hits
-    reductions = [case.verdict["gap"]["reduction"] for case in strong if _reduction(case) is not None]
     at_least = lambda bound: lambda value: value >= bound  # noqa: E731
     at_most = lambda bound: lambda value: value <= bound  # noqa: E731
     return [
@@ -71,12 +78,20 @@ def figures(cases: list[Scored]) -> list[Figure]:
         Figure("held-out reduction, strength >= 10", ">= 0.8", values=reductions, meets=at_least(.8)),
         Figure("target too, where the name is right",
                "", [_target_right(case) for case in strong if case.top in case.truth]),
-        Figure("seconds a case", "", values=[case.seconds for case in cases if case.seconds is not None]),
+        Figure("error left, trials never shown", "", values=left["never_shown"]),
+        Figure("error left, driven half as fast again", "", values=left["faster"]),
+        Figure("seconds a case", "", values=seconds),
     ]
 
 
 def _reduction(case: Scored) -> float | None:
     return (case.verdict.get("gap") or {}).get("reduction")
+
+
+def left_of(case: Scored, regime: str) -> float | None:
+    """Error on trials kept back, as a part of the nominal's."""
+    gap = (case.verdict.get("elsewhere") or {}).get(regime)
+    return gap["after"] / gap["before"] if gap and gap["before"] else None
 
 
 def _target_right(case: Scored) -> bool:

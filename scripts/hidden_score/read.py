@@ -42,6 +42,11 @@ class Scored:
         return self.answer["strength"]["projected"]
 
     @property
+    def names(self) -> bool:
+        """Whether the method can name at all."""
+        return bool(self.verdict) and self.verdict.get("names", True)
+
+    @property
     def said(self) -> str:
         """The verdict's word; `none` where there is no verdict."""
         return self.verdict["verdict"] if self.verdict else "none"
@@ -85,7 +90,7 @@ def load(cases: Path, sealed: Path, verdicts: Path) -> list[Scored]:
         if not answer.is_file():
             raise ScoreError(f"{answer}: no sealed answer for this case")
         out.append(Scored(case, json.loads(answer.read_text()), _verdict(verdicts / case / "verdict.json"),
-                          _seconds(verdicts / case / "timing.json")))
+                          _seconds(verdicts / case)))
     return out
 
 
@@ -101,13 +106,18 @@ def _verdict(path: Path) -> dict | None:
     for key in ("named", "effects"):
         if not isinstance(verdict.get(key), list):
             raise ScoreError(f"{path}: `{key}` is missing or no list")
+    elsewhere = path.with_name("elsewhere.json")
+    if elsewhere.is_file():
+        verdict["elsewhere"] = json.loads(elsewhere.read_text())
     return verdict
 
 
-def _seconds(path: Path) -> float | None:
-    """`timing.json`: {"seconds": x}, or by stage as `hydro gap` has it, or {"wall_s": x}."""
+def _seconds(folder: Path) -> float | None:
+    """`timing.json`: {"seconds": x}, or by stage as `hydro gap` has it, or {"wall_s": x}; else the verdict's own."""
+    path = folder / "timing.json"
     if not path.is_file():
-        return None
+        verdict = folder / "verdict.json"
+        return json.loads(verdict.read_text()).get("seconds") if verdict.is_file() else None
     timing = json.loads(path.read_text())
     seconds = timing.get("seconds", timing.get("wall_s"))
     return sum(seconds.values()) if isinstance(seconds, dict) else seconds

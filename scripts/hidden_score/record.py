@@ -2,7 +2,7 @@
 
 JSON lines. The first is `{"schema": ..., "methods": [...]}`, every other a case: its id, what the answer says of it, and
 by method what the table needs of the verdict: of its effects the likeliest, those that were named or marked as a
-surrogate, and any above 5 %. Numbers have five digits.
+surrogate, and any above 5 %; errors before and after on the trials kept back. Numbers have five digits.
 """
 
 import json
@@ -17,7 +17,7 @@ DIGITS = 5
 NEGLIGIBLE = 0.05
 #: What the table needs of an answer and of a verdict.
 ANSWER = ("kind", "system", "effects", "identifiable", "lookalikes", "twin", "strength")
-VERDICT = ("verdict", "named", "confusion_set")
+VERDICT = ("verdict", "named", "confusion_set", "names")
 
 
 def save(path: Path, methods: dict[str, list[Scored]]) -> None:
@@ -100,7 +100,10 @@ def _figures(verdict: dict | None) -> dict | None:
                if effect["probability"] >= min(NEGLIGIBLE, likeliest)
                or effect["effect"] in verdict["named"] or effect.get("surrogate")]
     gap = {"reduction": (verdict.get("gap") or {}).get("reduction")}
-    return {key: verdict[key] for key in VERDICT if key in verdict} | {"effects": effects, "gap": gap}
+    elsewhere = {regime: {side: gap[side] for side in ("before", "after")}
+                 for regime, gap in (verdict.get("elsewhere") or {}).items()}
+    return {key: verdict[key] for key in VERDICT if key in verdict} | {
+        "effects": effects, "gap": gap, **({"elsewhere": elsewhere} if elsewhere else {})}
 
 
 def _short(value):

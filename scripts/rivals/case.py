@@ -35,7 +35,7 @@ class Bench:
         if self.model.nplugin:
             raise RivalError(f"{self.xml} has a water of the plugin, whose memory inverse dynamics cannot ask: "
                              "no method on forces applies")
-        files = trials or sorted(p for p in (folder / "trials").iterdir() if p.suffix in (".npz", ".csv"))
+        files = trials or motion.trials(folder)
         self.motions = [motion.load(path, self.model, smooth_s) for path in files]
         public = folder / "case.json"
         self.spread = json.loads(public.read_text()).get("uncertainty", {}) if public.is_file() else {}
@@ -97,28 +97,28 @@ def fitted(bench: Bench, method: str, settings: Settings, train: list[int]):
     return identification.fit(str(bench.xml), bench.model, motions, **settings.options), None, [], None
 
 
-def run(bench: Bench, method: str, settings: Settings, shifted: list[Path]) -> dict:
-    """The verdict of a method on a case; `shifted`: trials of another regime, scored and never fitted."""
+def run(bench: Bench, method: str, settings: Settings, elsewhere: dict[str, list[Path]]) -> dict:
+    """The verdict of a method on a case. `elsewhere`: trials by regime that are scored and never fitted."""
     began = time.monotonic()
     everything = list(range(len(bench.motions)))
-    model, forcing, effects, extra = fitted(bench, method, settings, everything) if method in SPARSE or shifted else \
+    model, forcing, effects, extra = fitted(bench, method, settings, everything) if method in SPARSE or elsewhere else \
         (None, None, [], None)
-    if len(everything) > 1:
+    gap = dict(NO_GAP)
+    if settings.folds > 1 and len(everything) > 1:
         before, after = bench.before(), rollout.Errors(np.zeros_like(bench.before().squared), bench.before().count)
         for held in bench.folds(settings.folds):
             fold_model, fold_forcing, _, _ = fitted(bench, method, settings, [i for i in everything if i not in held])
             after.squared[held] = rollout.errors(fold_model, [bench.motions[i] for i in held], fold_forcing).squared
-        gap = _gap(bench, before, after)
-    else:
-        gap = dict(NO_GAP)
+        gap = compared(bench.model, bench.variance, before, after)
     verified = bool(gap["ci95"] and gap["ci95"][0] > 0)
     verdict = _verdict(method, ("named" if effects else "no_gap") if method in SPARSE else "unknown", gap, verified,
                        None if verified else "the held-out error does not fall with 95 % confidence")
     verdict["named"], verdict["effects"] = effects, _effects(effects, *extra) if extra else []
-    if shifted:
-        others = [motion.load(path, bench.model, settings.smooth_s) for path in shifted]
-        verdict["gap_shifted"] = _gap(bench, rollout.errors(bench.model, others, None),
-                                      rollout.errors(model, others, forcing))
+    verdict["elsewhere"] = {}
+    for regime, paths in elsewhere.items():
+        logs = [motion.load(path, bench.model, settings.smooth_s) for path in paths]
+        verdict["elsewhere"][regime] = compared(bench.model, bench.variance, rollout.errors(bench.model, logs, None),
+                                                rollout.errors(model, logs, forcing))
     verdict["seconds"] = time.monotonic() - began
     return verdict
 
@@ -135,10 +135,10 @@ def impossible(method: str, why: str) -> dict:
     return _verdict(method, "unknown", dict(NO_GAP), False, why)
 
 
-def _gap(bench: Bench, before: rollout.Errors, after: rollout.Errors) -> dict:
+def compared(model: mujoco.MjModel, variance: np.ndarray, before: rollout.Errors, after: rollout.Errors) -> dict:
     """The contract's `gap`, with a bootstrap over trials."""
     def both(chosen=None):
-        return (rollout.nrmse(bench.model, errors, bench.variance, chosen) for errors in (before, after))
+        return (rollout.nrmse(model, errors, variance, chosen) for errors in (before, after))
 
     def reduction(a: float, b: float) -> float:
         return 1 - b / a if a > 0 else 0.0
@@ -175,9 +175,9 @@ def _effects(named: list[str], problem: weak.Problem, refit: sparse.Sparse) -> l
     return out
 
 
-def write(verdict: dict, folder: Path) -> None:
-    """Write verdict.json whole or not at all."""
+def write(found: dict, folder: Path, name: str = "verdict.json") -> None:
+    """Write a file whole or not at all."""
     folder.mkdir(parents=True, exist_ok=True)
-    part = folder / ".verdict.json.tmp"
-    part.write_text(json.dumps(verdict, indent=1))
-    os.replace(part, folder / "verdict.json")
+    part = folder / f".{name}.tmp"
+    part.write_text(json.dumps(found, indent=1))
+    os.replace(part, folder / name)

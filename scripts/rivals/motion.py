@@ -70,6 +70,11 @@ def read(path: Path, model: mujoco.MjModel) -> tuple[np.ndarray, np.ndarray, np.
     return labels, controls, labels, readings
 
 
+def trials(folder: Path) -> list[Path]:
+    """The logs of a case, in order."""
+    return sorted(p for p in (folder / "trials").iterdir() if p.suffix in (".npz", ".csv"))
+
+
 def _local(values: np.ndarray, half: int) -> np.ndarray:
     """Local parabolas over 2 half + 1 rows (Savitzky-Golay), the ends by the same parabola."""
     if half < 2:

@@ -1,8 +1,8 @@
-"""A residual network: generalised force that the nominal lacks, from the state and the controls.
+"""A residual network: generalised force and load-cell readings that the nominal lacks, from state and controls.
 
 scikit-learn's multilayer perceptron on rows: inputs velocities of every joint (a free joint's in the base frame), the
-direction of up in the base, depth, hinge angles, controls; output the residual of inverse dynamics, smoothed
-over `smooth_s`, a channel divided by its spread. No name comes out of it.
+direction of up in the base, depth, hinge angles, controls; output the residual of inverse dynamics and of the load
+cells, smoothed over `smooth_s`, a channel divided by its spread. No name comes out of it.
 """
 
 import warnings
@@ -37,14 +37,12 @@ class Network:
         return np.concatenate(parts, 1)
 
     def fit(self, motions: list, residuals: list[np.ndarray]) -> "Network":
-        """Train on motions and their row-wise residuals [n, nv + cells]; cells are left out: a force has no reading."""
-        nv = self.equations.model.nv
+        """Train on motions and their row-wise residuals [n, nv + cells]."""
         x = np.concatenate([self.features(m.qpos, m.qvel, m.control) for m in motions])
-        y = np.concatenate([gaussian_filter1d(r[:, :nv], self.smooth_s / m.period, axis=0)
+        y = np.concatenate([gaussian_filter1d(r, self.smooth_s / m.period, axis=0)
                             for m, r in zip(motions, residuals)])
         self.mean, self.spread = x.mean(0), np.maximum(x.std(0), 1e-6)
         self.size = np.maximum(y.std(0), 1e-9)
-        self.low, self.high = x.min(0), x.max(0)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             self.regressor.fit((x - self.mean) / self.spread, y / self.size)
@@ -54,13 +52,22 @@ class Network:
         """Nothing is remembered."""
 
     def apply(self, model, data, period):
-        x = (self.features(data.qpos[None], data.qvel[None], data.ctrl[None]) - self.mean) / self.spread
-        force = np.atleast_1d(_forward(self.regressor, x[0])) * self.size
+        force = self._residual(data)[:model.nv]
         free = self.equations.free
         if free is not None:
             turn = data.xmat[self.equations.model.jnt_bodyid[self.equations.model.dof_jntid[free]]].reshape(3, 3)
             force[free:free + 3] = turn @ force[free:free + 3]
         data.qfrc_applied[:] = force
+
+    def sensed(self, model, data):
+        out, found = np.zeros(model.nsensordata), self._residual(data)[model.nv:]
+        for i, cell in enumerate(self.equations.cells):
+            out[model.sensor_adr[cell]:model.sensor_adr[cell] + 3] = found[3 * i:3 * i + 3]
+        return out
+
+    def _residual(self, data) -> np.ndarray:
+        x = (self.features(data.qpos[None], data.qvel[None], data.ctrl[None]) - self.mean) / self.spread
+        return np.atleast_1d(_forward(self.regressor, x[0])) * self.size
 
 
 def _forward(regressor: MLPRegressor, x: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ squared error less the noise variance, over its measured variance, both summed o
 horizons; the pooled one is the mean over sensors. Before and after share starts and rows.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -29,6 +30,9 @@ class Forcing(Protocol):
     def apply(self, model: mujoco.MjModel, data: mujoco.MjData, period: float) -> None:
         """Set applied forces for the next row from a forwarded state."""
 
+    def sensed(self, model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray | float:
+        """What is added to the readings [ns] of a forwarded state."""
+
 
 def simulate(model: mujoco.MjModel, motion, row: int, rows: int, forcing: Forcing | None) -> np.ndarray:
     """Readings [rows, ns] at rows row + 1 ... row + rows of an open-loop rollout from row's state."""
@@ -52,7 +56,7 @@ def simulate(model: mujoco.MjModel, motion, row: int, rows: int, forcing: Forcin
             return out
         data.ctrl[:] = motion.control[row + k + 1]
         mujoco.mj_forward(model, data)
-        out[k] = data.sensordata
+        out[k] = data.sensordata + (forcing.sensed(model, data) if forcing is not None else 0.0)
     return out
 
 
@@ -90,7 +94,13 @@ def channels(model: mujoco.MjModel) -> list[tuple[str, list[int]]]:
 
 
 def errors(model: mujoco.MjModel, motions: list, forcing: Forcing | None) -> Errors:
-    """Squared errors of rollouts over motions; a rollout that diverges counts a hundred times its readings' spread."""
+    """Squared errors of a model with what is added to it."""
+    return scored(model, motions, lambda motion, row, rows: simulate(model, motion, row, rows, forcing))
+
+
+def scored(model: mujoco.MjModel, motions: list, predict: Callable[..., np.ndarray]) -> Errors:
+    """Squared errors over motions of `predict(motion, row, rows)` -> [rows, ns]; a rollout that diverges counts a
+    hundred times its readings' spread."""
     ns = model.nsensordata
     squared = np.zeros((len(motions), len(HORIZONS_S), ns))
     count = np.zeros_like(squared)
@@ -98,7 +108,7 @@ def errors(model: mujoco.MjModel, motions: list, forcing: Forcing | None) -> Err
         longest = round(HORIZONS_S[-1] / motion.period)
         spread = np.nanvar(motion.readings, axis=0)
         for row in range(0, len(motion.time) - longest - 1, max(1, round(STRIDE_S / motion.period))):
-            predicted = simulate(model, motion, row, longest, forcing)
+            predicted = predict(motion, row, longest)
             measured = motion.readings[row + 1:row + 1 + longest]
             gap = difference(model, predicted, measured)
             good = np.isfinite(measured)
@@ -213,6 +223,10 @@ class SparseForcing:
             self.memory[i] = keep * self.memory[i] + (1 - keep) / RATES[:, None] * body.nu
         keep = np.exp(-period / LAG_S)
         self.lagged = keep * self.lagged + (1 - keep) * thrust
+
+    def sensed(self, model, data):
+        """A force on a body is in the engine's own readings."""
+        return 0.0
 
     @staticmethod
     def _push(data, bodies, wrenches):

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Settings:
-    """smooth_s: width of the local parabolas [s]; test_s: length of a test function [s]; folds: of the cross-fit;
-    options: of the method itself."""
+    """smooth_s: width of the local parabolas [s]; test_s: length of a test function [s]; folds: of the
+    cross-fit (0: none); options: of the method itself."""
 
     smooth_s: float = 0.2
     test_s: float = 1.0
@@ -18,7 +18,7 @@ METHODS = {
     "stlsq": Settings(test_s=0.5, options={"threshold": 0.2, "alpha": 0.1, "least_share": 0.5}),
     "ensemble": Settings(test_s=0.5, options={"threshold": 0.2, "alpha": 0.1, "inclusion": 0.8, "least_share": 0.5}),
     "bindy": Settings(test_s=1.0, options={"prior": 1.0, "correlation": 10.0, "least_share": 0.8}),
-    "sysid": Settings(folds=2, options={"segments": 24, "iterations": 6}),
-    "network": Settings(folds=4, options={"hidden": (32, 32), "alpha": 1e-2, "smooth_s": 0.1}),
+    "sysid": Settings(folds=0, options={"segments": 24, "iterations": 6}),
+    "network": Settings(folds=0, options={"hidden": (32, 32), "alpha": 1e-2, "smooth_s": 0.1}),
 }
 SPARSE = ("stlsq", "ensemble", "bindy")

@@ -4,7 +4,6 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-import pysindy
 
 from .weak import Problem
 
@@ -33,6 +32,8 @@ def _errors(problem: Problem, kept: np.ndarray) -> np.ndarray:
 
 def stlsq(problem: Problem, threshold: float, alpha: float) -> Sparse:
     """Sequentially thresholded ridge: `threshold` in RMS of a contribution, units of noise; `alpha` times rows."""
+    import pysindy
+
     optimiser = pysindy.STLSQ(threshold=threshold, alpha=alpha * len(problem.response), max_iter=40)
     with warnings.catch_warnings():
         # "Sparsity parameter is too big" is an answer here: nothing is missing.
@@ -44,6 +45,8 @@ def stlsq(problem: Problem, threshold: float, alpha: float) -> Sparse:
 
 def ensemble(problem: Problem, threshold: float, alpha: float, inclusion: float, models: int = 30) -> Sparse:
     """Bagging of STLSQ over rows: the median of the models in which a column is in, where it is in often enough."""
+    import pysindy
+
     # Seeded: a verdict must not depend on when it was asked for.
     np.random.seed(0)
     base = pysindy.STLSQ(threshold=threshold, alpha=alpha * len(problem.response), max_iter=40)

@@ -213,6 +213,18 @@ class Cases(unittest.TestCase):
             public = json.loads((self.out / "cases" / spec.case_id / "case.json").read_text())
             self.assertNotIn("kind", public)
 
+    def test_trials_kept_back_are_of_two_regimes(self):
+        folder = self.out / "sealed" / self.SPECS[0].case_id
+        push = {}
+        for regime in ("never_shown", "faster"):
+            files = sorted((folder / regime).glob("*.npz"))
+            self.assertEqual(len(files), 2)
+            with np.load(files[0]) as trial:
+                push[regime] = np.sqrt(np.mean(trial["control_data"] ** 2))
+        with np.load(sorted((self.out / "cases" / self.SPECS[0].case_id / "trials").glob("*.npz"))[0]) as trial:
+            shown = np.sqrt(np.mean(trial["control_data"] ** 2))
+        self.assertGreater(push["faster"], 1.2 * max(shown, push["never_shown"]))
+
     def test_strength_is_about_what_was_asked(self):
         answer = json.loads((self.out / "sealed" / self.SPECS[0].case_id / "answer.json").read_text())
         self.assertTrue(10 < answer["strength"]["projected"] < 90, answer["strength"])
@@ -233,15 +245,27 @@ class Cases(unittest.TestCase):
                            "effects": [*effects, unlikely], "gap": {"reduction": 0.9}}
                 (right / spec.case_id / "verdict.json").write_text(json.dumps(verdict))
                 (silent / spec.case_id / "verdict.json").write_text(json.dumps({"verdict": "no_gap", "named": [], "effects": []}))
+            # A method that cannot name, and what it leaves on trials kept back.
+            (mute := Path(folder) / "mute" / self.SPECS[0].case_id).mkdir(parents=True)
+            gap = {"before": 0.5, "after": 0.1}
+            (mute / "verdict.json").write_text(json.dumps({"verdict": "unknown", "named": [], "effects": [], "names": False,
+                                                           "seconds": 3.0, "elsewhere": {"faster": gap}}))
+            (right / self.SPECS[0].case_id / "elsewhere.json").write_text(json.dumps({"never_shown": gap}))
             record = Path(folder) / "record.jsonl"
             run = _score("--cases", self.out / "cases", "--sealed", self.out / "sealed", "--method", f"right={right}",
-                         "--method", f"silent={silent}", "--save", record, "--json")
+                         "--method", f"silent={silent}", "--method", f"mute={mute.parent}", "--save", record, "--json")
             self.assertEqual(run.returncode, 0, run.stderr)
             result = json.loads(run.stdout)
             for name, share in (("right", 1.0), ("silent", 0.0)):
                 lines = {line["name"]: line for line in result[name]["table"]}
                 self.assertEqual(lines["top-1 name, strength >= 10"]["value"], share)
                 self.assertEqual(lines["false alarm, nothing missing"]["value"], 0.0)
+            lines = {name: {line["name"]: line for line in result[name]["table"]} for name in result}
+            never, faster = "error left, trials never shown", "error left, driven half as fast again"
+            self.assertEqual([lines["right"][never]["value"], lines["right"][faster]["n"]], [0.2, 0])
+            self.assertEqual([lines["mute"][faster]["value"], lines["mute"]["seconds a case"]["value"]], [0.2, 3.0])
+            self.assertEqual({line["n"] for line in lines["mute"].values()}, {0, 1})
+            self.assertEqual(sum(line["n"] for line in lines["mute"].values()), 2)
             # The same table from what was kept of it.
             again = json.loads(_score("--record", record, "--json").stdout)
             for name in result:

@@ -1,4 +1,4 @@
-"""Rivals on a slide in water that pulls it back by a known law. Skipped where PySINDy is not installed."""
+"""Rivals on a slide in water that pulls it back by a known law. What needs PySINDy is skipped where there is none."""
 
 import json
 import tempfile
@@ -9,12 +9,17 @@ import mujoco
 import numpy as np
 import paths  # noqa: F401
 
+from rivals import RivalError, case, library, patched, rollout, sparse, tuning
+from rivals.motion import Motion
+from rivals.settings import METHODS
+
 try:
-    import pysindy  # noqa: F401
-    from rivals import case, library, rollout, sparse
-    from rivals.settings import METHODS
+    import pysindy
+    import sklearn
 except ImportError:
-    pysindy = None
+    pysindy = sklearn = None
+needs_library = unittest.skipIf(pysindy is None or sklearn is None,
+                                "PySINDy or scikit-learn is missing: scripts/rivals/setup.sh installs them")
 
 NOMINAL = """<mujoco><option timestep="0.005" gravity="0 0 0"/><worldbody><body name="sled">
 <joint name="x" type="slide" axis="1 0 0"/><geom type="sphere" size="0.1" mass="10"/></body></worldbody>
@@ -51,7 +56,6 @@ def record(folder: Path, drag: float, seed: int) -> None:
              sensordata_signal_mapping=np.asarray(json.dumps({"place": [0, [0]], "speed": [0, [1]]})))
 
 
-@unittest.skipIf(pysindy is None, "PySINDy is not installed: scripts/rivals/setup.sh makes an environment that has it")
 class Sled(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -97,20 +101,108 @@ class Sled(unittest.TestCase):
         start = motion.qvel[50, 0]
         np.testing.assert_allclose(heavy[:, 1] - start, (light[:, 1] - start) / 4, atol=0.02)
 
-    def test_verdicts_have_the_contract_s_keys(self):
+    def keys_of(self, method: str) -> dict:
         keys = {"schema", "verdict", "named", "effects", "confusion_set", "next_experiment", "where", "regime", "gap",
                 "verified", "refused_because", "patch"}
-        for method in ("stlsq", "ensemble", "bindy", "network"):
-            verdict = case.run(self.bench, method, METHODS[method], [])
-            self.assertLessEqual(keys, set(verdict), method)
-            self.assertEqual(verdict["gap"]["n_holdout_trials"], 4)
-            json.dumps(verdict)
+        shown = sorted((Path(self.folder.name) / "trials").glob("*.npz"))
+        verdict = case.run(self.bench, method, METHODS[method], {"never_shown": shown[:1]})
+        self.assertLessEqual(keys, set(verdict), method)
+        self.assertEqual(verdict["elsewhere"]["never_shown"]["n_holdout_trials"], 1)
+        json.dumps(verdict)
+        return verdict
+
+    def test_evidence_needs_no_library(self):
+        self.assertEqual(self.keys_of("bindy")["gap"]["n_holdout_trials"], 4)
+
+    @needs_library
+    def test_verdicts_have_the_contract_s_keys(self):
+        for method in ("stlsq", "ensemble"):
+            self.assertEqual(self.keys_of(method)["gap"]["n_holdout_trials"], 4)
+        network = self.keys_of("network")
+        self.assertFalse(network["names"])
+        self.assertLess(network["elsewhere"]["never_shown"]["after"], 0.5 * network["elsewhere"]["never_shown"]["before"])
+
+    def test_settings_are_ranked_by_names_and_by_errors(self):
+        names = [("bindy", (1.0, 2.0), False, True), ("bindy", (1.0, 2.0), True, True), ("bindy", (1.0, 3.0), False, True),
+                 ("bindy", (1.0, 3.0), True, False), ("stlsq", (9.0,), True, True)]
+        errors = [("network", ((16,), 0.5), 0.4), ("network", ((32, 32), 0.5), 0.2)]
+        lines = tuning.ranking(["bindy", "network"], names, errors)
+        self.assertEqual([line for line in lines if line.startswith("  ")],
+                         ["  1, 2: 1/1, 1/1", "  1, 3: 1/1, 0/1", "  32-32, 0.5: 0.200, 0.200 of 1",
+                          "  16, 0.5: 0.400, 0.400 of 1"])
 
     def test_every_sensor_effect_is_beyond_force_columns(self):
         effects = {label.effect for label in self.bench.problem(0.5).labels}
         self.assertFalse({e for e in effects if e.startswith("sensor_")})
         self.assertIn("joint_damping", effects)
         self.assertEqual(len(library.AXES), 6)
+
+
+LAGGED = NOMINAL.replace('<motor name="push" joint="x" gear="20"/>',
+                         '<general name="push" joint="x" gear="20" dyntype="filterexact" dynprm="0.3"/>')
+
+
+def driven(xml: str, rows: int) -> Motion:
+    """A sled with an actuator, pushed by a sine, without noise."""
+    model = mujoco.MjModel.from_xml_string(xml)
+    data = mujoco.MjData(model)
+    time = 0.02 * np.arange(rows)
+    control = np.sin(2.3 * time)[:, None]
+    qpos, qvel, readings = np.zeros((rows, 1)), np.zeros((rows, 1)), np.zeros((rows, 2))
+    for k in range(rows):
+        data.ctrl[:] = control[k]
+        mujoco.mj_forward(model, data)
+        qpos[k], qvel[k], readings[k] = data.qpos, data.qvel, data.sensordata
+        for step in range(4):
+            data.ctrl[:] = control[k] + (control[min(k + 1, rows - 1)] - control[k]) * step / 4
+            mujoco.mj_step(model, data)
+    return Motion("driven", time, 0.02, qpos, qvel, 0 * qvel, control, readings)
+
+
+class Patched(unittest.TestCase):
+    nominal = mujoco.MjModel.from_xml_string(NOMINAL)
+
+    def rollouts(self, xml: str, corrections: dict | None = None) -> patched.Rollouts:
+        return patched.Rollouts(mujoco.MjModel.from_xml_string(xml), self.nominal, corrections or {})
+
+    def test_without_memory_it_is_the_rivals_own_rollout(self):
+        log = driven(NOMINAL, 200)
+        own = rollout.simulate(self.nominal, log, 60, 50, None)
+        np.testing.assert_allclose(self.rollouts(NOMINAL)(log, 60, 50), own, atol=1e-12)
+        np.testing.assert_allclose(own, log.readings[61:111], atol=1e-12)
+
+    def test_memories_are_led_through_the_past(self):
+        log = driven(LAGGED, 300)
+        np.testing.assert_allclose(self.rollouts(LAGGED)(log, 200, 50), log.readings[201:251], atol=1e-4)
+        lost = np.abs(self.rollouts(NOMINAL)(log, 200, 50) - log.readings[201:251]).max()
+        self.assertGreater(lost, 0.05)
+
+    def test_another_joint_moves_nothing(self):
+        # The patched model's own joint stands before the nominal's.
+        other = NOMINAL.replace('<body name="sled">', '<body name="free"><joint name="new" type="hinge"/><geom size=".1"/>'
+                                '</body><body name="sled">')
+        log = driven(NOMINAL, 200)
+        np.testing.assert_allclose(self.rollouts(other)(log, 60, 50), log.readings[61:111], atol=1e-12)
+
+    def test_sensors_are_corrected(self):
+        log = driven(NOMINAL, 200)
+        plain = self.rollouts(NOMINAL)(log, 60, 50)
+        found = self.rollouts(NOMINAL, {"speed": {"scale": 2.0, "bias": [0.5]}, "place": {"delay": 0.04}})(log, 60, 50)
+        np.testing.assert_allclose(found[:, 1], 2 * plain[:, 1] + 0.5, atol=1e-12)
+        np.testing.assert_allclose(found[2:, 0], plain[:-2, 0], atol=1e-12)
+        np.testing.assert_allclose(found[0, 0], log.readings[60, 0], atol=1e-12)
+
+    def test_a_missing_patch_is_refused_by_name(self):
+        with tempfile.TemporaryDirectory() as folder:
+            place = Path(folder)
+            (place / "nominal.xml").write_text(NOMINAL)
+            (place / "verdict.json").write_text(json.dumps({"patch": {"model": "patched.xml", "sensors": {}}}))
+            with self.assertRaisesRegex(RivalError, "patched.xml"):
+                patched.models(place / "nominal.xml", place / "verdict.json")
+            (place / "verdict.json").write_text(json.dumps({"patch": None}))
+            before, after, _ = patched.models(place / "nominal.xml", place / "verdict.json")
+            log = driven(LAGGED, 100)
+            np.testing.assert_array_equal(before(log, 10, 20), after(log, 10, 20))
 
 
 if __name__ == "__main__":

@@ -79,7 +79,7 @@ class Tow(System):
         return Schedule(4, 300, 0.01) if small else Schedule(10, int(rng.integers(8, 11)) * 100, 0.01)
 
     def drive(self, rng, model, schedule, style):
-        m, rows, period = schedule.trials, schedule.rows, schedule.period
+        m, rows, period = schedule.trials, schedule.rows, schedule.period * schedule.speed
         table = np.zeros((m, rows + 1, 14))
         modes = []
         t = np.arange(rows + 1) * period
@@ -87,7 +87,7 @@ class Tow(System):
             run = ("ladder", "multisine", "ladder", "sine", "multisine")[i % 5]
             legs = ("still", "trot", "random", "still", "paddle")[i % 5]
             modes.append(f"{run} {legs}")
-            size = rng.uniform(0.3, 0.9)
+            size = schedule.size(rng, 0.3, 0.9) * schedule.speed
             if run == "ladder":
                 levels = np.zeros((rows + 1, 2))
                 at = int(0.5 / period)
@@ -184,7 +184,7 @@ class Swim(System):
         return 4 + 12 + net.features * (1 + net.window)
 
     def drive(self, rng, model, schedule, style):
-        m, rows, period = schedule.trials, schedule.rows, schedule.period
+        m, rows, period = schedule.trials, schedule.rows, schedule.period * schedule.speed
         table = np.zeros((m, rows + 1, 12))
         modes = []
         for i in range(m):

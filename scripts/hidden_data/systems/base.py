@@ -24,11 +24,17 @@ class Twin:
 
 @dataclass(frozen=True)
 class Schedule:
-    """Trials of a case: count, rows each, row period [s]."""
+    """Trials of a case: count, rows each, row period [s]; how fast they are driven, 1 where a tool is to learn."""
 
     trials: int
     rows: int
     period: float
+    speed: float = 1.0
+
+    def size(self, rng: np.random.Generator, least: float, most: float) -> float:
+        """Of an excitation, its largest being 1: any between where a tool is to learn, the most where it is faster."""
+        drawn = float(rng.uniform(least, most))
+        return drawn if self.speed == 1.0 else most
 
 
 @dataclass

@@ -31,7 +31,9 @@ class Leg(System):
         return Schedule(4, 300, 0.01) if small else Schedule(10, int(rng.integers(9, 12)) * 100, 0.01)
 
     def drive(self, rng, model, schedule, style):
-        m, rows, period = schedule.trials, schedule.rows, schedule.period
+        m, rows = schedule.trials, schedule.rows
+        # The joints' reach is what it is: faster is the same table in less time.
+        period = schedule.period * schedule.speed
         table = np.zeros((m, rows + 1, 2))
         outer = np.zeros(m)
         modes = []
@@ -39,7 +41,7 @@ class Leg(System):
         for i in range(m):
             mode = cycle[i % len(cycle)]
             modes.append(mode)
-            size = rng.uniform(0.35, 1.0)
+            size = schedule.size(rng, 0.35, 1.0)
             reach = REACH * size
             if mode == "multisine" or mode == "outer":
                 table[i] = excitation.multisine(rng, rows + 1, period, 2, lowest=0.15, highest=2.5) * reach

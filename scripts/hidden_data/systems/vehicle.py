@@ -50,7 +50,7 @@ class Vehicle(System):
         for i in range(m):
             mode = cycle[i % len(cycle)]
             modes.append(mode)
-            size = rng.uniform(0.35, 1.0)
+            size = schedule.size(rng, 0.35, 1.0) * schedule.speed
             goals[i, :, 2] = depth[i] + (_depth_walk(rng, rows + 1, period, style))
             if mode == "multisine":
                 wrench[i] = excitation.multisine(rng, rows + 1, period, 6) * REACH * size
@@ -62,13 +62,13 @@ class Vehicle(System):
                 other = int(rng.choice([a for a in (0, 1, 5) if a != axis]))
                 wrench[i, :, other] += excitation.multisine(rng, rows + 1, period, 1)[:, 0] * REACH[other] * 0.4
             elif mode == "pulses":
-                direct[i] = 0.35 * excitation.pulses(rng, rows + 1, period, model.nu)
+                direct[i] = 0.35 * schedule.speed * excitation.pulses(rng, rows + 1, period, model.nu)
             elif mode == "free":
                 wrench[i] = excitation.multisine(rng, rows + 1, period, 6) * REACH * size * 0.8
                 depth_gain[i] = 0.0
             elif mode in ("waypoint", "keep"):
                 position_gain[i] = 1.0
-                goals[i, :, [0, 1, 3]] = _way(rng, rows + 1, period, still=mode == "keep")
+                goals[i, :, [0, 1, 3]] = _way(rng, rows + 1, period, still=mode == "keep") * schedule.speed
                 if mode == "keep":
                     goals[i, :, 2] = depth[i]
             elif mode in ("gentle", "slow"):
