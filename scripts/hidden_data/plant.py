@@ -72,6 +72,7 @@ class Plant:
         self.elapsed = 0.0
         self.current = np.zeros((self.members, 3))
         self._cache: dict[int, BodyMotion] = {}
+        self._middles: dict[int, np.ndarray] = {}
         self._inertial: list[tuple[int, np.ndarray, np.ndarray]] = []
         self._memory_nu: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self.wind = None
@@ -103,6 +104,29 @@ class Plant:
             self._cache[body] = BodyMotion(position, rotation, nu, ground, turned_back(rotation, spin))
         return self._cache[body]
 
+    def hull(self, body: int) -> BodyMotion:
+        """The same at the middle of the body's hull, where water acts (a link's frame stands in its joint)."""
+        motion, middle = self.body(body), self.middle(body)
+        if not middle.any():
+            return motion
+        turn = cross(motion.omega, middle)
+        return BodyMotion(motion.position + turned(motion.rotation, np.tile(middle, (self.members, 1))), motion.rotation,
+                          motion.nu + turn, motion.nu_ground + turn, motion.omega)
+
+    def middle(self, body: int) -> np.ndarray:
+        """Centre [3] m of the largest hull of a body in its frame; its origin where it has none."""
+        if body not in self._middles:
+            model = self.model
+            hulls = [g for g in range(model.ngeom) if model.geom_bodyid[g] == body and model.geom_fluid[g, 0]]
+            largest = max(hulls, key=lambda g: np.prod(model.geom_size[g]), default=None)
+            self._middles[body] = np.zeros(3) if largest is None else model.geom_pos[largest].copy()
+        return self._middles[body]
+
+    def add_hull_wrench(self, body: int, force: np.ndarray, torque: np.ndarray | None = None) -> None:
+        """A wrench about the middle of a body's hull, in the body's frame."""
+        about = cross(self.middle(body), force)
+        self.add_wrench(body, force, about if torque is None else about + torque)
+
     def add_wrench(self, body: int, force: np.ndarray, torque: np.ndarray | None = None) -> None:
         """A wrench [M, 3] N, [M, 3] N m about the body's origin, in the body's frame."""
         motion = self.body(body)
@@ -118,6 +142,13 @@ class Plant:
     def add_inertia(self, body: int, inertia: np.ndarray, bias: np.ndarray) -> None:
         """-(inertia nu_dot + bias): inertia [M, 6, 6] about the origin in the body's frame, bias [M, 6]."""
         self._inertial.append((body, inertia, bias))
+
+    def add_hull_inertia(self, body: int, inertia: np.ndarray, bias: np.ndarray) -> None:
+        """The same about the middle of its hull."""
+        x, y, z = self.middle(body)
+        shift = np.eye(6)
+        shift[:3, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
+        self.add_inertia(body, shift.T @ inertia @ shift, bias @ shift)
 
     def run(self, rows: int, period: float, policy, *, record_every: int = 1, lead: float = 0.0,
             keep_water_at: Sequence[int] = ()) -> Recording:

@@ -20,6 +20,7 @@ from paths import SCRIPTS
 from hidden_data import plan
 from hidden_data.case import Case, Spec, is_complete
 from hidden_data.effects import IDS
+from hidden_data.effects.drag import LinearDrag
 from hidden_data.effects.inertial import AddedMass
 from hidden_data.measurement import Recorder, filtered, log
 from hidden_data.plant import Plant
@@ -94,6 +95,36 @@ class Truth(unittest.TestCase):
         force = 4 * 0.3 * 25 * np.sqrt(0.5)
         # The weight of the buoyancy's carrier is 1e-6 kg; thrust lies 2 cm above the centre of mass.
         self.assertAlmostEqual(record.qvel[0, -1, 0], force / 125.0 * 0.2, delta=0.02 * force / 125.0 * 0.2)
+
+    def test_water_acts_on_a_link_at_its_hull(self):
+        system = SYSTEMS["leg"]()
+        model = system.plain_model(system.nominal_xml(1.0))
+        calf, rate = model.body("calf").id, 2.0
+        for effect in (LinearDrag("calf", calf, np.array([4.0, 3, 1, 0.05, 0.1, 0.02])),
+                       AddedMass("calf", calf, np.array([1.0, 0.6, 0.05, 0.08, 0.12, 0.001]))):
+            effect.matrix = np.diag(np.diag(effect.matrix))
+            # The calf alone turns, about its frame's own origin.
+            plant = Plant(model, [effect], qpos=np.zeros((1, 2)), qvel=np.array([[0.0, rate]]), start=np.zeros(1))
+            plant.run(1, 0.01, lambda row, _: np.zeros((1, 2)))
+            plant.qvel[:] = [0.0, rate]
+            plant.batch.forward(stage=mujoco.mjtStage.mjSTAGE_VEL.value)
+            plant._cache.clear()
+            plant.xfrc[:] = 0
+            plant._inertial.clear()
+            effect.force(plant)
+            arm = -model.geom_pos[model.geom("calf_hull").id][2]
+            ahead = model.geom_pos[model.geom("calf_hull").id][0]
+            moment = effect.matrix[0, 0] * arm**2 + effect.matrix[2, 2] * ahead**2 + effect.matrix[4, 4]
+            if effect.implicit:
+                self.assertAlmostEqual(plant._inertial[0][1][0, 4, 4], moment, places=9)
+                continue
+            data = mujoco.MjData(model)
+            data.qpos[:] = plant.qpos[0]
+            mujoco.mj_forward(model, data)
+            generalised = np.zeros(2)
+            wrench = plant.xfrc[0, calf]
+            mujoco.mj_applyFT(model, data, wrench[:3], wrench[3:], data.xipos[calf], calf, generalised)
+            self.assertAlmostEqual(generalised[1], -moment * rate, places=6)
 
     def test_the_learned_water_is_that_of_the_plugin(self):
         path = built_library("HYDRO_TEST_LIBRARY")

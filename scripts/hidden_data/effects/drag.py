@@ -29,11 +29,11 @@ class LinearDrag(Effect):
         return [LinearDrag(self.target, self.body, part) for part in one_by_one(np.diag(self.matrix))]
 
     def force(self, plant):
-        motion = plant.body(self.body)
+        motion = plant.hull(self.body)
         nu = np.concatenate([motion.nu, motion.omega], 1)
         wrench = -self.scale * (nu @ self.matrix)
         self.note(AXES, -nu, wrench)
-        plant.add_wrench(self.body, wrench[:, :3], wrench[:, 3:])
+        plant.add_hull_wrench(self.body, wrench[:, :3], wrench[:, 3:])
 
 
 class QuadraticDrag(Effect):
@@ -50,14 +50,14 @@ class QuadraticDrag(Effect):
         return [QuadraticDrag(self.target, self.body, part) for part in one_by_one(self.coefficients / REFERENCE**0.1)]
 
     def force(self, plant):
-        motion = plant.body(self.body)
+        motion = plant.hull(self.body)
         nu = np.concatenate([motion.nu, motion.omega], 1)
         own = np.abs(nu)
         norm = np.repeat(np.stack([np.linalg.norm(motion.nu, axis=1), np.linalg.norm(motion.omega, axis=1)], 1), 3, 1)
         grown = (0.85 * own + 0.15 * norm) ** 0.9
         wrench = -self.scale * self.coefficients * grown * nu
         self.note(AXES, -own * nu, wrench)
-        plant.add_wrench(self.body, wrench[:, :3], wrench[:, 3:])
+        plant.add_hull_wrench(self.body, wrench[:, :3], wrench[:, 3:])
 
 
 class CrossFlowDrag(Effect):

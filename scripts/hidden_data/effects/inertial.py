@@ -28,13 +28,13 @@ class AddedMass(Effect):
         return [AddedMass(self.target, self.body, part) for part in one_by_one(np.diag(self.matrix))]
 
     def force(self, plant):
-        motion = plant.body(self.body)
+        motion = plant.hull(self.body)
         inertia = np.broadcast_to(self.scale[:, :, None] * self.matrix, (plant.members, 6, 6))
         nu, omega = motion.nu, motion.omega
         momentum = np.matmul(inertia, np.concatenate([nu, omega], 1)[..., None])[..., 0]
         bias = np.concatenate([cross(omega, momentum[:, :3]),
                                cross(nu, momentum[:, :3]) + cross(omega, momentum[:, 3:])], 1)
-        plant.add_inertia(self.body, inertia, self.coriolis * bias)
+        plant.add_hull_inertia(self.body, inertia, self.coriolis * bias)
 
 
 class MunkMoment(Effect):
@@ -51,7 +51,7 @@ class MunkMoment(Effect):
         return [MunkMoment(self.target, self.body, part) for part in one_by_one(self.masses)]
 
     def force(self, plant):
-        motion = plant.body(self.body)
+        motion = plant.hull(self.body)
         nu = motion.nu
         speed2 = (nu * nu).sum(1, keepdims=True) + 1e-9
         soft = 1 - 0.08 * (nu[:, 1:2] ** 2 + nu[:, 2:3] ** 2) / speed2

@@ -19,7 +19,7 @@ class Lift(Effect):
         self.body, self.area, self.slope, self.planes, self.along = body, area, slope, planes, along
 
     def force(self, plant):
-        motion = plant.body(self.body)
+        motion = plant.hull(self.body)
         force = np.zeros((plant.members, 3))
         u = motion.nu[:, self.along]
         for axis in self.planes:
@@ -29,4 +29,4 @@ class Lift(Effect):
             force[:, axis] = -0.5 * 1000.0 * self.area * self.slope * u * w * np.sign(u) * stall
             # The part of lift along the body pulls it forward.
             force[:, self.along] += 0.5 * 1000.0 * self.area * self.slope * w * w * 0.5 * stall * np.sign(u)
-        plant.add_wrench(self.body, self.scale * force)
+        plant.add_hull_wrench(self.body, self.scale * force)

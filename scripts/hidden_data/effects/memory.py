@@ -30,14 +30,14 @@ class WakeMemory(Effect):
         self.z = np.zeros((len(self.PARTS), plant.members, 6))
 
     def force(self, plant):
-        motion = plant.body(self.body)
+        motion = plant.hull(self.body)
         nu = np.concatenate([motion.nu, motion.omega], 1)
         wrench = np.zeros_like(nu)
         for i, (speed, weight) in enumerate(self.PARTS):
             wrench -= weight * self.z[i]
             self.z[i] += (1 - np.exp(-plant.step_length * self.rate * speed)) * (nu - self.z[i])
         wrench *= self.scale * self.amplitudes
-        plant.add_wrench(self.body, wrench[:, :3], wrench[:, 3:])
+        plant.add_hull_wrench(self.body, wrench[:, :3], wrench[:, 3:])
 
 
 class BassetHistory(Effect):
@@ -61,10 +61,10 @@ class BassetHistory(Effect):
         self.before = None
 
     def force(self, plant):
-        nu = plant.body(self.body).nu
+        nu = plant.hull(self.body).nu
         change = np.zeros_like(nu) if self.before is None else nu - self.before
         self.before = nu.copy()
         decay = np.exp(-self.RATES * plant.step_length)[:, None, None]
         self.z = self.z * decay + change * np.sqrt(decay)
         force = -self.scale * self.axes * np.tensordot(self.weights, self.z, 1)
-        plant.add_wrench(self.body, force)
+        plant.add_hull_wrench(self.body, force)

@@ -40,10 +40,10 @@ class SpinSway(_Outside):
         self.body, self.coefficient = body, coefficient
 
     def force(self, plant):
-        motion = plant.body(self.body)
+        motion = plant.hull(self.body)
         force = np.zeros((plant.members, 3))
         force[:, 1] = self.coefficient * motion.omega[:, 2] * motion.nu[:, 0] * np.abs(motion.omega[:, 2]) / 0.4
-        plant.add_wrench(self.body, self.scale * force)
+        plant.add_hull_wrench(self.body, self.scale * force)
 
 
 class VortexShedding(_Outside):
@@ -62,13 +62,13 @@ class VortexShedding(_Outside):
         self.phase = np.zeros(plant.members)
 
     def force(self, plant):
-        motion = plant.body(self.body)
+        motion = plant.hull(self.body)
         speed = np.linalg.norm(motion.nu[:, :2], axis=1)
         self.phase += 2 * np.pi * 0.2 * speed / self.diameter * plant.step_length
         size = self.scale[:, 0] * self.coefficient * speed * np.sin(self.phase)
         force = np.zeros((plant.members, 3))
         force[:, 0], force[:, 1] = -size * motion.nu[:, 1], size * motion.nu[:, 0]
-        plant.add_wrench(self.body, force)
+        plant.add_hull_wrench(self.body, force)
 
 
 class LopsidedDrag(_Outside):
@@ -81,10 +81,10 @@ class LopsidedDrag(_Outside):
         self.body, self.coefficient, self.axis = body, coefficient, axis
 
     def force(self, plant):
-        u = plant.body(self.body).nu[:, self.axis]
+        u = plant.hull(self.body).nu[:, self.axis]
         force = np.zeros((plant.members, 3))
         force[:, self.axis] = self.coefficient * (u * u * (u < 0) - 0.7 * u * u * (u > 0))
-        plant.add_wrench(self.body, self.scale * force)
+        plant.add_hull_wrench(self.body, self.scale * force)
 
 
 class DriftingGain(_Outside):
@@ -192,5 +192,5 @@ class GravityTilt(_Outside):
     def force(self, plant):
         angle = 2 * np.pi * plant.time / self.period
         world = np.stack([np.cos(angle), np.sin(2.3 * angle + 0.7), np.zeros_like(angle)], 1) * self.size
-        motion = plant.body(self.body)
-        plant.add_wrench(self.body, self.scale * turned_back(motion.rotation, world))
+        motion = plant.hull(self.body)
+        plant.add_hull_wrench(self.body, self.scale * turned_back(motion.rotation, world))

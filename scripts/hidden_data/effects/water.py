@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..frames import turned_back
 from .base import Effect
 
 GRAVITY = 9.81
@@ -51,7 +52,7 @@ class Waves(Effect):
         return {"frequency", "phase", "direction"}
 
     def _phase(self, plant):
-        place = plant.xpos[:, self.body]
+        place = plant.hull(self.body).position
         decay = np.exp(-self.number * np.clip(-place[:, 2] - 1.0, -1.0, 30.0))
         return self.omega * plant.time - self.number * (place @ self.heading) + self.phase, decay
 
@@ -68,4 +69,4 @@ class Waves(Effect):
         size = self.scale[:, 0] * self.amplitude * decay * self.omega * self.displaced
         force = (size * np.cos(angle))[:, None] * self.heading
         force[:, 2] = -size * np.sin(angle)
-        plant.add_world_force(self.body, force)
+        plant.add_hull_wrench(self.body, turned_back(plant.body(self.body).rotation, force))
