@@ -489,6 +489,23 @@ fn the_description_says_what_is_there() {
     assert_eq!(description.joints[0].qpos, 7);
 }
 
+/// Only what stands still and is no drawing; distances are to what is nearest of it.
+#[test]
+fn the_description_says_which_walls_stand() {
+    let around = r#"<geom type="plane" size="9 9 .1" pos="0 0 -6"/>
+        <geom type="box" size="1 2 3" pos="5 0 0" euler="0 0 90"/>
+        <geom type="plane" size="9 9 .1" rgba="0 0 1 .3" contype="0" conaffinity="0"/>"#;
+    let text = leg("", "").replace("<worldbody>", &format!("<worldbody>{around}"));
+    let plant = plant(&text);
+    let walls = &plant.description().walls;
+    let distances: Vec<f64> = walls.iter().map(|w| w.distance([0.0, 3.0, 1.0])).collect();
+    // The box has been turned: 2 m along x.
+    let beyond = (3.0_f64.powi(2) + 2.0_f64.powi(2)).sqrt();
+    assert_close(&distances, &[7.0, beyond], 1e-9, "distances");
+    assert_eq!(walls[0].distance([0.0, 0.0, -7.0]), 0.0);
+    assert_eq!(walls[1].distance([6.9, 0.9, 2.9]), 0.0);
+}
+
 #[test]
 fn threads_change_nothing_and_a_saved_simulation_goes_on_as_it_would_have() {
     let plant = plant(&leg("", ""));

@@ -8,7 +8,7 @@ use super::{
 };
 
 /// Prior, in extents.
-const TYPICAL: f64 = 0.05;
+pub(super) const TYPICAL: f64 = 0.03;
 
 /// The effect. Parameters `x`, `y`, `z` [m]: where the buoyancy acts, from where the model has it, in the
 /// body's frame.

@@ -4,7 +4,7 @@ use super::{
     Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind,
     body_scale::body,
     flow::Flow,
-    law::{Law, Parameters, Scalar, about_origin, constant},
+    law::{Law, Parameters, Scalar, about_origin, constant, real},
 };
 
 /// Lift slope of a wing of aspect ratio one, pi/2, is typical [1].
@@ -23,9 +23,9 @@ pub static EFFECT: Lift = Lift;
 static CARD: Card = Card {
     id: Id::Lift,
     target: TargetKind::Body,
-    summary: "force across the body in proportion to forward speed times sideslip",
-    equation: "F = (0, -1/2 rho A_y C_sway u v, -1/2 rho A_z C_heave u w), A_y and A_z the products of the \
-               extents in the plane; at the middle of the body",
+    summary: "force across the body in proportion to speed along it times sideslip",
+    equation: "F = (0, -1/2 rho A_y C_sway |u| v, -1/2 rho A_z C_heave |u| w), A_y and A_z the products of the \
+               extents in the plane; at the middle of the body; against the sideslip astern too",
     source: "T. Prestero, Verification of a Six-Degree of Freedom Simulation Model for the REMUS AUV, MIT \
              2001, section 4.4 (body lift); S. F. Hoerner, Fluid-Dynamic Lift, 1975, chapter 19",
     placement: Placement::Plugin,
@@ -56,10 +56,11 @@ impl Law for Lift {
         let [x, y, z] = flow.extent();
         let pressure = -0.5 * flow.density();
         let zero = D::from(0.0);
+        let speed = if real(u) < 0.0 { -u } else { u };
         let force = [
             zero,
-            p[0] * u * v * (pressure * x * z),
-            p[1] * u * w * (pressure * x * y),
+            p[0] * speed * v * (pressure * x * z),
+            p[1] * speed * w * (pressure * x * y),
         ];
         about_origin(force, [zero; 3], constant(flow.middle()))
     }
@@ -83,5 +84,7 @@ mod tests {
         let wrench = EFFECT.wrench(&[2.0, 1.5], &motion, &[]);
         assert!((wrench[1] + 0.5 * 1000.0 * 0.16 * 2.0 * speed * 0.2).abs() < 1e-9);
         assert_eq!(wrench[2], 0.0);
+        motion.linear[0] = -speed;
+        assert_eq!(EFFECT.wrench(&[2.0, 1.5], &motion, &[]), wrench);
     }
 }

@@ -22,8 +22,8 @@ static CARD: Card = Card {
     id: Id::MunkMoment,
     target: TargetKind::Body,
     summary: "turning moment of a body at an angle of attack",
-    equation: "torque = (0, k_pitch u w, -k_yaw u v), k_pitch = m_z - m_x and k_yaw = m_y - m_x beyond what \
-               an added mass in the model brings; u, v, w at the middle of the body",
+    equation: "torque = (M_A nu_r) x nu_r = ((k_yaw - k_pitch) v w, k_pitch u w, -k_yaw u v), k_pitch = m_z - m_x \
+               and k_yaw = m_y - m_x beyond what an added mass in the model brings; u, v, w at the middle of the body",
     source: "M. M. Munk, The Aerodynamic Forces on Airship Hulls, NACA Report 184, 1924; J. N. Newman, Marine \
              Hydrodynamics, MIT Press 1977, section 4.14",
     placement: Placement::Plugin,
@@ -54,8 +54,8 @@ impl Effect for MunkMoment {
 impl Law for MunkMoment {
     fn law<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
         let [u, v, w] = flow.linear_at_middle();
-        let zero = D::from(0.0);
-        wrench_of([zero; 3], [zero, p[0] * u * w, -p[1] * u * v])
+        let torque = [(p[1] - p[0]) * v * w, p[0] * u * w, -p[1] * u * v];
+        wrench_of([D::from(0.0); 3], torque)
     }
 }
 
@@ -79,12 +79,12 @@ mod tests {
     #[test]
     fn in_straight_motion_it_is_what_an_added_mass_brings() {
         let mut motion = fixture::still();
-        motion.linear = [0.7, -0.3, 0.0];
-        let across = added_mass::EFFECT.wrench(&[2.0, 11.0, 9.0, 0.0, 0.0, 0.0], &motion, &[]);
-        assert!((EFFECT.wrench(&[7.0, 9.0], &motion, &[])[5] - across[5]).abs() < 1e-12);
-        motion.linear = [0.7, 0.0, 0.4];
-        let across = added_mass::EFFECT.wrench(&[2.0, 11.0, 9.0, 0.0, 0.0, 0.0], &motion, &[]);
+        motion.linear = [0.7, -0.3, 0.4];
+        let brought = added_mass::EFFECT.wrench(&[2.0, 11.0, 9.0, 0.0, 0.0, 0.0], &motion, &[]);
         let alone = EFFECT.wrench(&[7.0, 9.0], &motion, &[]);
-        assert!((alone[4] - across[4]).abs() < 1e-12);
+        for axis in 3..6 {
+            assert!(brought[axis].abs() > 0.1);
+            assert!((alone[axis] - brought[axis]).abs() < 1e-12, "{axis}");
+        }
     }
 }

@@ -3,6 +3,7 @@
 use super::{
     Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind, axes,
     body_scale::body,
+    buoyancy_offset,
     flow::Flow,
     law::{Law, Parameters, Scalar, about_origin, constant, cross, scaled},
 };
@@ -11,8 +12,6 @@ use super::{
 const TYPICAL: f64 = 0.15;
 /// Bound, in weights.
 const GREATEST: f64 = 2.0;
-/// How far from the centre of mass it acts, in extents: what is wrong with a volume acts at the volume's centre.
-const LEVER: f64 = 0.1;
 
 /// The effect. Parameter `force` [N]: upwards where positive; and `moment_x`, `moment_y`, `moment_z` [N m], which may
 /// be left out: the force times where it acts from the centre of mass, in the body's frame.
@@ -44,7 +43,7 @@ impl Effect for NetBuoyancy {
             let moment = axes::optional_vector(
                 "moment",
                 "N m",
-                [TYPICAL * weight * LEVER * length; 3],
+                [buoyancy_offset::TYPICAL * weight * length; 3],
                 [bound * length; 3],
             );
             std::iter::once(

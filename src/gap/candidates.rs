@@ -16,7 +16,7 @@ const ALL_BODIES: usize = 6;
 /// tows.
 const BULKIER: f64 = 2.0;
 
-/// Depth, in its greatest extents, from which a body does not feel the surface: what waves and the image of a body do
+/// Depth or distance, in its greatest extents, from which a body does not feel the surface or a wall: what waves and the image of a body do
 /// has died away over its own size (J. N. Newman, Marine Hydrodynamics, MIT Press 1977, sections 6.17 and 6.20).
 const DEEP: f64 = 2.0;
 
@@ -105,6 +105,8 @@ pub(super) struct Typical {
     pub(super) travel: Vec<f64>,
     /// Largest value of every position.
     pub(super) highest: Vec<f64>,
+    /// Least distance of a base that swims free from a wall.
+    pub(super) clearance: f64,
     /// Largest command of every actuator.
     pub(super) command: Vec<f64>,
 }
@@ -133,7 +135,12 @@ pub(super) fn enumerate(
                     continue;
                 }
                 for body in model.bodies.iter().filter(|body| body.moves) {
-                    if *id == Id::FreeSurface && is_deep(model, typical, body) {
+                    let out_of_reach = match id {
+                        Id::FreeSurface => is_deep(model, typical, body),
+                        Id::WallProximity => is_clear(model, typical, body),
+                        _ => false,
+                    };
+                    if out_of_reach {
                         continue;
                     }
                     let is_base = bases.contains(&body.name.as_str());
@@ -285,6 +292,12 @@ fn is_deep(model: &PlantDescription, typical: &Typical, body: &PlantBody) -> boo
         .is_some_and(|base| model.waterline - typical.highest[base.qpos + 2] > deep)
 }
 
+/// The same of walls.
+fn is_clear(model: &PlantDescription, typical: &Typical, body: &PlantBody) -> bool {
+    let base = model.base.as_ref().filter(|base| base.body == body.name);
+    base.is_some() && typical.clearance > DEEP * greatest_extent(&body.scale)
+}
+
 /// True where something that moves goes far enough to feel depths and distances change.
 fn travels(model: &PlantDescription, typical: &Typical) -> bool {
     let size = model
@@ -392,13 +405,14 @@ mod tests {
 
     /// The hull is 0.6 m long.
     #[test]
-    fn a_body_that_stays_deep_does_not_feel_the_surface() {
+    fn a_body_that_stays_away_does_not_feel_the_surface_nor_a_wall() {
         let mut model = RigidBody::new().description().clone();
         let felt = |model: &PlantDescription, highest: f64| {
             let mut typical = Typical {
                 speed: vec![0.1; model.nv],
                 travel: vec![1.0; model.nq],
                 highest: vec![0.0; model.nq],
+                clearance: -highest,
                 command: vec![1.0; model.actuators.len()],
             };
             typical.highest[2] = highest;
@@ -406,13 +420,16 @@ mod tests {
                 list: Vec::new(),
                 sources: Vec::new(),
             };
-            enumerate(model, &channels, &[], &typical)
-                .iter()
-                .any(|candidate| candidate.effect == Id::FreeSurface)
+            let candidates = enumerate(model, &channels, &[], &typical);
+            let tried = |id: Id| candidates.iter().any(|candidate| candidate.effect == id);
+            (tried(Id::FreeSurface), tried(Id::WallProximity))
         };
-        assert!(felt(&model, -1.1) && !felt(&model, -1.3));
+        // As far from a wall as it is deep.
+        assert_eq!(felt(&model, -1.1), (true, true));
+        assert_eq!(felt(&model, -1.3), (false, false));
         model.waterline = -0.5;
-        assert!(felt(&model, -1.3) && !felt(&model, -1.8));
+        assert_eq!(felt(&model, -1.3), (true, false));
+        assert_eq!(felt(&model, -1.8), (false, false));
     }
 
     /// A rate is no speed: what swings goes as fast as its far end, what a carriage tows as fast as the carriage.
@@ -424,6 +441,7 @@ mod tests {
             speed: vec![3.0, 4.0, 0.0, 0.6, 0.8, 0.0],
             travel: vec![1.0; model.nq],
             highest: vec![0.0; model.nq],
+            clearance: 0.0,
             command: vec![1.0; model.actuators.len()],
         };
         let found = |model: &PlantDescription| Pace::of(model, &typical).of_body(&scale);

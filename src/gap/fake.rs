@@ -100,6 +100,7 @@ impl RigidBody {
                 ],
                 carriers: Vec::new(),
                 waterline: 0.0,
+                walls: Vec::new(),
                 has_water: true,
             },
             drag: DRAG,

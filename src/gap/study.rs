@@ -194,6 +194,7 @@ fn typical(model: &PlantDescription, trials: &[Measured], tracks: &[Track]) -> T
     let mut lowest = vec![f64::INFINITY; model.nq];
     let mut highest = vec![f64::NEG_INFINITY; model.nq];
     let mut rows = 0_usize;
+    let mut clearance = f64::INFINITY;
     for track in tracks {
         for row in 0..track.times.len() {
             let (qpos, qvel) = track.motion(row);
@@ -203,6 +204,11 @@ fn typical(model: &PlantDescription, trials: &[Measured], tracks: &[Track]) -> T
             for ((low, high), value) in lowest.iter_mut().zip(&mut highest).zip(qpos) {
                 *low = value.min(*low);
                 *high = value.max(*high);
+            }
+            if let Some(base) = &model.base {
+                let at: [f64; 3] = std::array::from_fn(|axis| qpos[base.qpos + axis]);
+                let walls = model.walls.iter().map(|wall| wall.distance(at));
+                clearance = walls.fold(clearance, f64::min);
             }
             rows += 1;
         }
@@ -229,6 +235,7 @@ fn typical(model: &PlantDescription, trials: &[Measured], tracks: &[Track]) -> T
             .map(|(low, high)| 0.5 * (high - low).max(0.0))
             .collect(),
         highest,
+        clearance,
         command,
     }
 }

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{
     Examined, Settings, Study, Uncertainty, Watch, add, bench::Bench, conclude, fake::RigidBody,
-    find, find::normal, name, verdict::Outcome, verify,
+    find, find::normal, name, search::log_prior, verdict::Outcome, verify,
 };
 use crate::{
     effects::{Entry, Id},
@@ -256,6 +256,24 @@ fn buoyancy_away_from_the_centre_of_mass_is_one_effect() {
     assert_eq!(ids, [Id::NetBuoyancy]);
     assert_eq!(named.chosen[0].parameters.len(), 4);
     assert_forms_are_one(&named);
+}
+
+/// Forms share what an effect on a body may have: what is optional is rarely there.
+#[test]
+fn forms_share_the_prior_of_their_effect() {
+    let trials = vec![trial("one", &[], &[0.0, 0.0], 1, 1.0)];
+    on_bench(&RigidBody::new(), trials, |bench, _| {
+        let of = |id: Id| -> Vec<f64> {
+            (0..bench.candidates.len())
+                .filter(|at| bench.candidates[*at].effect == id)
+                .map(|at| log_prior(bench, &[at]).exp())
+                .collect()
+        };
+        let (lift, weight) = (of(Id::Lift), of(Id::NetBuoyancy));
+        assert_eq!((lift.len(), weight.len()), (1, 2));
+        assert!((weight[0] + weight[1] - lift[0]).abs() < 1e-12);
+        assert!(weight[1] < 0.5 * weight[0], "{weight:?}");
+    });
 }
 
 /// A hypothesis, or an effect, stands once, whatever its forms.

@@ -23,7 +23,7 @@ use super::{
     simulator::{Data, Integrator, Model, SimulatorError},
     spec::{self, Play},
     views::ModelView,
-    wrench,
+    walls, wrench,
 };
 use crate::{
     effects::{Entry, Id, Part, TargetKind, effect},
@@ -153,6 +153,7 @@ impl MujocoPlant {
             knobs,
             carriers: wrench::carrying_bodies(view),
             waterline: around.waterline.unwrap_or(0.0),
+            walls: walls::standing(&data.view()),
             has_water: view.has_fluid() || !nominal.is_empty(),
         };
         Ok(Self {

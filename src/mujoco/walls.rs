@@ -1,13 +1,16 @@
 //! Walls that stand still: planes and boxes of the world.
 
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Rotation3, Vector3};
 
 use super::{
     apply::{rotation, vector},
     bindings::{mjGEOM_BOX, mjGEOM_PLANE},
     views::{DataView, ModelView},
 };
-use crate::plugin::bound::{Wall, WallShape};
+use crate::{
+    plugin::bound::{Wall, WallShape},
+    sim::plant::PlantWall,
+};
 
 /// Opacity below which a geom that touches nothing is taken for a drawing of the water's surface.
 const OPAQUE: f32 = 1.0;
@@ -29,6 +32,24 @@ pub(super) fn find(model: ModelView<'_>) -> Vec<Wall> {
             kind if kind == mjGEOM_PLANE => Some((geom, WallShape::Plane)),
             kind if kind == mjGEOM_BOX => Some((geom, WallShape::Box)),
             _ => None,
+        })
+        .collect()
+}
+
+/// The same for a description, where they stand now.
+pub(super) fn standing(data: &DataView<'_>) -> Vec<PlantWall> {
+    let walls = find(data.model()).into_iter();
+    walls
+        .map(|(geom, shape)| {
+            let turn = Rotation3::from_matrix_unchecked(rotation(data.geom_xmat(), geom));
+            let half = match shape {
+                WallShape::Plane => None,
+                WallShape::Box => Some(vector(data.model().geom_size(), geom)),
+            };
+            PlantWall {
+                place: Isometry3::from_parts(vector(data.geom_xpos(), geom).into(), turn.into()),
+                half,
+            }
         })
         .collect()
 }

@@ -80,6 +80,7 @@ fn description() -> PlantDescription {
         knobs: Vec::new(),
         carriers: Vec::new(),
         waterline: 0.0,
+        walls: Vec::new(),
         has_water: true,
     }
 }

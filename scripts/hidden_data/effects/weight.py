@@ -26,7 +26,7 @@ class NetBuoyancy(Effect):
 
 
 class ConstantForce(Effect):
-    """A constant force in the world, at the origin."""
+    """A constant force in the world, at the middle of the hull."""
 
     kind = "constant_force"
 
@@ -38,7 +38,8 @@ class ConstantForce(Effect):
         return [ConstantForce(self.target, self.body, 2.0 * axis) for axis in np.eye(3)]
 
     def force(self, plant):
-        plant.add_world_force(self.body, self.scale * self.vector_n)
+        force = turned_back(plant.body(self.body).rotation, np.broadcast_to(self.vector_n, (plant.members, 3)))
+        plant.add_hull_wrench(self.body, self.scale * force)
 
 
 class BuoyancyOffset(Effect):
