@@ -13,7 +13,7 @@ use hydro_plugin::{
     effects::{Entry, Id, Target, effect},
     mujoco::plant::MujocoPlant,
     patch::{self, Patched, Request},
-    sim::plant::{Knob, Plant, Quantity, Simulation},
+    sim::plant::{Knob, Plant, PlantDescription, Quantity, Simulation},
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -46,7 +46,7 @@ fn names(id: Id) -> Vec<String> {
     })
 }
 
-fn names_of(id: Id) -> Vec<String> {
+fn names_of(_: &PlantDescription, id: Id, _: &str) -> Vec<String> {
     match id {
         Id::ActuatorGain => vec!["gain".to_owned()],
         _ => names(id),

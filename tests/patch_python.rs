@@ -50,7 +50,7 @@ fn fish(top: &str, hinge: &str, actuators: &str) -> String {
     )
 }
 
-fn names(effect: Id) -> Vec<String> {
+fn names(_: &PlantDescription, effect: Id, _: &str) -> Vec<String> {
     let names: &[&str] = match effect {
         Id::ActuatorGain => &["gain"],
         Id::ActuatorDeadband => &["width"],

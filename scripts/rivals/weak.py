@@ -241,6 +241,10 @@ def problem(equations: Equations, motions: list, spread: dict[str, float], test_
         spoils.append(np.stack([integrated(residual - equations.residual(motion, other), motion.period, test_s)
                                 for other in others], -1))
         trials.append(np.full(weak.size, index))
+    if all(len(weak) < 3 for weak in responses):
+        longest = max(motion.time[-1] - motion.time[0] for motion in motions)
+        raise RivalError(f"test functions of {test_s:g} s are too long for trials of {longest:.3g} s: their noise cannot "
+                         "be told from neighbours")
     noise = _noise(responses)
     y = np.concatenate([(r / noise).ravel() for r in responses])
     x = np.concatenate([(d / noise[:, None]).reshape(-1, d.shape[-1]) for d in designs])

@@ -111,6 +111,10 @@ class Sled(unittest.TestCase):
         json.dumps(verdict)
         return verdict
 
+    def test_a_test_function_longer_than_a_trial_is_refused(self):
+        with self.assertRaisesRegex(RivalError, "test functions of 8 s are too long for trials of 9.9"):
+            self.bench.problem(8.0)
+
     def test_evidence_needs_no_library(self):
         self.assertEqual(self.keys_of("bindy")["gap"]["n_holdout_trials"], 4)
 

@@ -2,6 +2,9 @@
 
 use super::{ActuatorPart, Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind};
 
+/// Steepest loss: a thruster that stops at a tenth of a millimetre a second is off [s/m].
+const STEEPEST: f64 = 1e4;
+
 /// The effect.
 #[derive(Debug)]
 pub struct InflowThrustLoss;
@@ -37,7 +40,7 @@ impl Effect for InflowThrustLoss {
         } else {
             0.5
         };
-        vec![Parameter::about("slope", "s/m", 0.0, 0.3 / inflow).within(0.0, 10.0 / inflow)]
+        vec![Parameter::about("slope", "s/m", 0.0, 0.3 / inflow).within(0.0, STEEPEST)]
     }
 
     fn part(&self) -> Part<'_> {

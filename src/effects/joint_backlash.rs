@@ -9,6 +9,9 @@
 
 use super::{Card, Effect, Id, JointPart, Parameter, Part, Placement, Target, TargetKind};
 
+/// Widest play [rad or m].
+const WIDEST: f64 = 3.0;
+
 /// The effect.
 #[derive(Debug)]
 pub struct JointBacklash;
@@ -38,7 +41,7 @@ impl Effect for JointBacklash {
         let travel = joint.typical_travel();
         vec![
             Parameter::about("play", joint.position_unit(), 0.0, 0.1 * travel)
-                .within(0.0, 2.0 * travel)
+                .within(0.0, WIDEST)
                 // At zero the limits of the extra joint meet: no derivative.
                 .starting(0.05 * travel),
         ]

@@ -2,6 +2,9 @@
 
 use super::{Card, Effect, Id, JointPart, Parameter, Part, Placement, Target, TargetKind};
 
+/// Least speed at which the greatest force may act [rad/s or m/s].
+const LEAST_SPEED: f64 = 0.1;
+
 /// The effect.
 #[derive(Debug)]
 pub struct JointDamping;
@@ -30,7 +33,7 @@ impl Effect for JointDamping {
         let scale = joint.typical_force() / joint.typical_speed();
         vec![
             Parameter::about("damping", joint.damping_unit(), 0.0, 0.2 * scale)
-                .within(0.0, 100.0 * scale),
+                .within(0.0, joint.greatest_force() / LEAST_SPEED),
         ]
     }
 

@@ -9,6 +9,10 @@ const WIDTH: f64 = 0.1;
 /// Narrowest smooth sign [rad/s or m/s], so that the force stays differentiable.
 const NARROWEST: f64 = 1e-6;
 
+/// Slowest and fastest decay of the excess [rad/s or m/s].
+const SLOWEST: f64 = 1e-3;
+const FASTEST: f64 = 100.0;
+
 /// The effect.
 #[derive(Debug)]
 pub struct JointFriction;
@@ -40,17 +44,17 @@ impl Effect for JointFriction {
         let (force, speed) = (joint.typical_force(), joint.typical_speed());
         vec![
             Parameter::about("coulomb", joint.force_unit(), 0.0, 0.2 * force)
-                .within(0.0, 10.0 * force),
+                .within(0.0, joint.greatest_force()),
             Parameter::about("stribeck", joint.force_unit(), 0.0, 0.1 * force)
-                .within(0.0, 10.0 * force),
+                .within(0.0, joint.greatest_force()),
             // Means nothing without the excess: its null is where a prior puts it.
             Parameter::about(
                 "stribeck_speed",
                 joint.speed_unit(),
-                0.1 * speed,
+                (0.1 * speed).clamp(SLOWEST, FASTEST),
                 0.1 * speed,
             )
-            .within(0.01 * speed, speed),
+            .within(SLOWEST, FASTEST),
         ]
     }
 

@@ -8,6 +8,12 @@ const SLOW: f64 = 0.1;
 /// Excursion of a joint that the trials say nothing of [rad or m].
 const SMALL: f64 = 0.1;
 
+/// Bounds are no expectations: so many times what is great.
+const GENEROUS: f64 = 100.0;
+
+/// Deceleration of a sudden stop [rad/s^2 or m/s^2].
+const SUDDEN: f64 = 100.0;
+
 impl JointScale {
     /// Typical speed [rad/s or m/s].
     pub(crate) fn typical_speed(&self) -> f64 {
@@ -24,6 +30,12 @@ impl JointScale {
     pub(crate) fn typical_force(&self) -> f64 {
         let swing = self.inertia * self.typical_speed().powi(2) / self.typical_travel();
         positive(self.torque.max(swing), 1.0)
+    }
+
+    /// Greatest force with a meaning, whatever the trials do: of gravity or the actuator and of a sudden stop, many
+    /// times [N m or N].
+    pub(crate) fn greatest_force(&self) -> f64 {
+        GENEROUS * positive(self.torque + self.inertia * SUDDEN, 1.0)
     }
 
     /// Unit of a force on the joint.

@@ -2,6 +2,10 @@
 
 use super::{Card, Effect, Id, JointPart, Parameter, Part, Placement, Target, TargetKind};
 
+/// Least excursion at which the greatest force may act, and the farthest reference [rad or m].
+const LEAST_TRAVEL: f64 = 0.01;
+const FARTHEST: f64 = 100.0;
+
 /// The effect.
 #[derive(Debug)]
 pub struct JointStiffness;
@@ -31,10 +35,10 @@ impl Effect for JointStiffness {
         let scale = joint.typical_force() / travel;
         vec![
             Parameter::about("stiffness", joint.stiffness_unit(), 0.0, 0.2 * scale)
-                .within(0.0, 100.0 * scale),
+                .within(0.0, joint.greatest_force() / LEAST_TRAVEL),
             // Means nothing without the spring.
             Parameter::about("reference", joint.position_unit(), 0.0, travel)
-                .within(-100.0 * travel, 100.0 * travel),
+                .within(-FARTHEST, FARTHEST),
         ]
     }
 

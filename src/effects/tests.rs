@@ -60,6 +60,37 @@ fn the_catalogue_is_complete_and_each_stands_under_its_own_name() {
     }
 }
 
+/// A file is read without a trial: what it may say cannot depend on how fast one was driven.
+#[test]
+fn bounds_do_not_depend_on_the_motion() {
+    let scales = |kind: TargetKind, motion: f64| match target(kind) {
+        Target::Body(mut scale) => {
+            (scale.speed, scale.rate) = (motion, 2.0 * motion);
+            Target::Body(scale)
+        }
+        Target::Joint(mut scale) => {
+            (scale.speed, scale.travel) = (motion, 0.3 * motion);
+            Target::Joint(scale)
+        }
+        Target::Actuator(mut scale) => {
+            scale.inflow = motion;
+            Target::Actuator(scale)
+        }
+        other => other,
+    };
+    for effect in all() {
+        let card = effect.card();
+        let bounds = |motion: f64| -> Vec<(String, f64, f64)> {
+            let parameters = effect.parameters(&scales(card.target, motion)).into_iter();
+            parameters.map(|p| (p.name, p.lower, p.upper)).collect()
+        };
+        let still = bounds(0.0);
+        for motion in [0.01, 1.0, 30.0] {
+            assert_eq!(bounds(motion), still, "{:?} at {motion}", card.id);
+        }
+    }
+}
+
 #[test]
 fn every_card_and_parameter_is_filled_in() {
     for effect in all() {

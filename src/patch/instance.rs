@@ -26,7 +26,7 @@ pub(super) fn scale_values(
     model: &Mjcf<'_>,
     carrier: &str,
     values: &[Value],
-    names: fn(Id) -> Vec<String>,
+    names: impl Fn(Id, &str) -> Vec<String>,
 ) -> Result<String, String> {
     let holder = callers(model)
         .find(|caller| {
@@ -47,7 +47,8 @@ pub(super) fn scale_values(
         let listed = listed.ok_or_else(|| format!("attribute `effects` has no entry {entry}"))?;
         let name = serde_json::from_value(listed["effect"].clone())
             .ok()
-            .and_then(|id| names(id).into_iter().nth(*value));
+            .zip(listed["target"].as_str())
+            .and_then(|(id, target)| names(id, target).into_iter().nth(*value));
         let number = name.and_then(|name| listed.get_mut("parameters")?.get_mut(name));
         let number = number.ok_or_else(|| {
             format!("entry {entry} of attribute `effects` does not say its parameter {value}")
@@ -113,7 +114,7 @@ mod tests {
 
     fn scaled(text: &str, values: &[Value]) -> Result<String, String> {
         let model = Mjcf::parse(text, Path::new("m.xml")).unwrap();
-        scale_values(&model, "hull", values, |_| {
+        scale_values(&model, "hull", values, |_, _| {
             vec!["surge".to_owned(), "sway".to_owned()]
         })
     }

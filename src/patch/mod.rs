@@ -54,6 +54,9 @@ use crate::{
     sim::plant::{Knob, PlantDescription},
 };
 
+/// Names of the parameters of an effect on a target of a model: a body's shape may choose them.
+pub type Names = fn(&PlantDescription, Id, &str) -> Vec<String>;
+
 /// What is to be written, and what must be known for it.
 #[derive(Clone, Copy, Debug)]
 pub struct Request<'a> {
@@ -67,8 +70,8 @@ pub struct Request<'a> {
     pub numbers: &'a [(Knob, f64)],
     /// The nominal model as compiled: masses, inertias, addresses, step.
     pub description: &'a PlantDescription,
-    /// Names of an effect's parameters, in their order.
-    pub names: fn(Id) -> Vec<String>,
+    /// Names of an effect's parameters on a target, in their order.
+    pub names: Names,
     /// Folders where the plugin looks for relative paths, before that of the model.
     pub search: &'a [PathBuf],
 }
@@ -253,7 +256,8 @@ impl Writer<'_> {
                     target: entry.target.clone(),
                 });
             }
-            let expected = (self.request.names)(entry.effect);
+            let expected =
+                (self.request.names)(self.request.description, entry.effect, &entry.target);
             if entry.parameters.len() != expected.len() {
                 return Err(PatchError::Values {
                     effect: entry.effect,
@@ -442,7 +446,7 @@ impl Writer<'_> {
     /// Lists an entry in the instance on a body.
     fn list(&mut self, index: usize, carrier: &str) -> Result<(), PatchError> {
         let entry = &self.request.entries[index];
-        let names = (self.request.names)(entry.effect);
+        let names = (self.request.names)(self.request.description, entry.effect, &entry.target);
         let listed = wrench::Listed {
             effect: entry.effect,
             target: entry.target.clone(),

@@ -384,9 +384,9 @@ impl<'r> Writer<'r> {
                 })
                 .collect();
             if !values.is_empty() {
-                let done = self.rewrite(|model| {
-                    instance::scale_values(model, carrier, &values, request.names)
-                })?;
+                let names = |id, target: &str| (request.names)(request.description, id, target);
+                let done =
+                    self.rewrite(|model| instance::scale_values(model, carrier, &values, names))?;
                 outcomes.extend(factored(own, done));
             }
         }

@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// Names of the parameters, as far as the tests go.
-pub(super) fn names(effect: Id) -> Vec<String> {
+pub(super) fn names(_: &PlantDescription, effect: Id, _: &str) -> Vec<String> {
     let names: &[&str] = match effect {
         Id::ActuatorGain => &["gain"],
         Id::ActuatorDeadband => &["width"],
@@ -290,7 +290,7 @@ fn a_target_that_is_not_there_lists_what_is() {
         (Id::JointDamping, "knee", "joint", "hinge"),
         (Id::ActuatorLag, "motor", "actuator", "servo"),
     ] {
-        let values = vec![0.1; names(effect).len()];
+        let values = vec![0.1; names(&description(), effect, "").len()];
         let text = patched(MODEL, &[entry(effect, target, &values)])
             .unwrap_err()
             .to_string();
@@ -543,7 +543,7 @@ proptest! {
             .into_iter()
             .map(|(effect, target)| {
                 let effect = Id::ALL[effect];
-                let values = vec![value; names(effect).len()];
+                let values = vec![value; names(&description(), effect, "").len()];
                 entry(effect, ["hull", "hinge", "servo"][target], &values)
             })
             .collect();
@@ -566,7 +566,7 @@ proptest! {
             Place::Joint => "hinge",
             Place::Actuator => "servo",
         };
-        let values = vec![value; names(effect).len()];
+        let values = vec![value; names(&description(), effect, "").len()];
         if let Ok(patched) = renumbered(&text, &[entry(effect, target, &values)], &numbers()) {
             prop_assert!(Mjcf::parse(&patched.xml, Path::new("p.xml")).is_ok());
         }

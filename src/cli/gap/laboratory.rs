@@ -12,7 +12,11 @@ use std::{
 
 use anyhow::{Context as _, bail};
 use hydro_plugin::{
-    effects::{Id, effect},
+    effects::{
+        Id,
+        card::{Target, TargetKind},
+        effect,
+    },
     gap::{
         self, Bench, Naming, Settings, Study, Uncertainty, Watch,
         stages::{Added, Refitted, Verified},
@@ -338,11 +342,18 @@ fn names_of(listed: &[Listed]) -> String {
     names.join(", ")
 }
 
-/// Names of an effect's parameters; they do not depend on the target's size.
-pub(super) fn parameter_names(id: Id) -> Vec<String> {
+/// Names of the parameters of an effect on a target of a model. A body's shape chooses them (across which axes flow
+/// is felt), sizes of what else there is do not.
+pub(super) fn parameter_names(model: &PlantDescription, id: Id, target: &str) -> Vec<String> {
     let effect = effect(id);
+    let kind = effect.card().target;
+    let body = model.bodies.iter().find(|body| body.name == target);
+    let sizes = match body {
+        Some(body) if kind == TargetKind::Body => Target::Body(body.scale.clone()),
+        _ => example(kind),
+    };
     effect
-        .parameters(&example(effect.card().target))
+        .parameters(&sizes)
         .into_iter()
         .map(|parameter| parameter.name)
         .collect()
@@ -381,5 +392,30 @@ fn tell_of(reached: &Reached, flags: &Flags) -> anyhow::Result<()> {
             write_line(&lines::added((**added).as_ref(), &candidate))
         }
         (Reached::Verdict(record), false) => write_line(&lines::ten_lines(record, &flags.out)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// What is written must be what the plugin reads: a link is long along z, a hull along x.
+    #[test]
+    fn names_are_those_of_the_body() {
+        let text = r#"<mujoco><option density="1000"/><worldbody>
+            <body name="hull"><freejoint/><geom type="ellipsoid" size="0.4 0.2 0.1" mass="30"/>
+            <body name="link"><joint name="hinge"/>
+            <geom type="ellipsoid" size="0.03 0.02 0.2" mass="1"/></body></body></worldbody></mujoco>"#;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("nominal.xml");
+        std::fs::write(&path, text).unwrap();
+        let plant = MujocoPlant::load(&path).unwrap();
+        let names = |id, target: &str| parameter_names(plant.description(), id, target);
+        assert_eq!(names(Id::CrossFlowDrag, "hull"), ["sway", "heave"]);
+        assert_eq!(names(Id::CrossFlowDrag, "link"), ["surge", "sway"]);
+        assert_eq!(names(Id::JointDamping, "hinge"), ["damping"]);
+        // An actuator's name may be a body's.
+        assert_eq!(names(Id::ActuatorDelay, "link"), ["delay"]);
     }
 }
