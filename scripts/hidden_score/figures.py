@@ -111,10 +111,12 @@ def coefficients(case: Scored) -> list[tuple[float, list[bool]]]:
         if not truth["comparable"] or truth["effect"] not in case.named:
             continue
         fitted = [effect for effect in case.verdict["effects"] if effect["effect"] == truth["effect"]]
-        # An effect on `all` of a kind may come back once an actuator.
+        # An effect on `all` of a kind may come back once an actuator: values that they share are one value.
+        told = []
         for said in fitted:
-            if truth["target"] not in (said["target"], "all"):
+            if truth["target"] not in (said["target"], "all") or said["parameters"] in told:
                 continue
+            told.append(said["parameters"])
             values = {p["name"]: p for p in said["parameters"]}
             shared = [p for p in truth["parameters"] if p["name"] in values]
             hits = []

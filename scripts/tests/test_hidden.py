@@ -27,6 +27,8 @@ from hidden_data.plant import Plant
 from hidden_data.strength import left_over
 from hidden_data.systems import SYSTEMS, Schedule
 from hidden_score import intervals
+from hidden_score.figures import coefficients
+from hidden_score.read import Scored
 from hydro_data.replay import built_library
 
 
@@ -334,6 +336,17 @@ class Cases(unittest.TestCase):
         self.assertEqual(run.returncode, 1, run.stderr)
         self.assertIn(reason, run.stderr)
         self.assertNotIn("Traceback", run.stderr)
+
+    def test_a_value_that_actuators_share_is_one_value(self):
+        truth = {"effect": "actuator_lag", "target": "all", "comparable": True,
+                 "parameters": [{"name": "time_constant", "value": 0.02, "unit": "s"}]}
+        said = [{"effect": "actuator_lag", "target": f"thruster_{i}", "probability": 1.0, "parameters": [
+            {"name": "time_constant", "value": value, "unit": "s", "ci95": [value - 0.004, value + 0.004]}]}
+            for i, value in enumerate((0.021, 0.021, 0.03, 0.021))]
+        case = Scored("a", {"effects": [truth]}, {"verdict": "named", "named": ["actuator_lag"], "effects": said}, None)
+        found = coefficients(case)
+        self.assertEqual([hits for _, hits in found], [[True], [False]])
+        self.assertAlmostEqual(found[0][0], 0.05)
 
     def test_a_wrong_verdict_file_is_refused_by_name(self):
         with tempfile.TemporaryDirectory() as folder:
