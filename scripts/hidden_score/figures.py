@@ -63,6 +63,8 @@ def figures(cases: list[Scored]) -> list[Figure]:
                [sorted(case.named) == sorted(case.truth) for case in strong], meets=at_least(.9)),
         Figure("exact set, two effects", ">= 80 %", [sorted(case.named) == sorted(case.truth) for case in pairs],
                meets=at_least(.8)),
+        Figure("two effects: both put forward, one rival at most", "",
+               [set(case.truth) <= case.called and len(case.called) <= len(case.truth) + 1 for case in pairs]),
         Figure("false alarm, nothing missing", "<= 5 %", [case.said in ("named", "confusable") for case in nulls],
                meets=at_most(.05)),
         Figure("outside: unknown, or marked surrogate", ">= 80 %",
