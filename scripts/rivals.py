@@ -36,6 +36,7 @@ def one_case(folder: Path, out: Path, methods: list[str], sealed: Path | None) -
     from rivals import case
 
     lines, bench, fault = [], None, None
+    kept_back = elsewhere(sealed, folder.name)
     for method in methods:
         place = out / method / folder.name
         if (place / "verdict.json").is_file():
@@ -47,7 +48,7 @@ def one_case(folder: Path, out: Path, methods: list[str], sealed: Path | None) -
                 raise RivalError(fault)
             if bench is None:
                 bench = case.Bench(folder, settings.smooth_s)
-            verdict = case.run(bench, method, settings, elsewhere(sealed, folder.name))
+            verdict = case.run(bench, method, settings, kept_back)
         except RivalError as error:
             fault = str(error) if bench is None else None
             verdict = case.impossible(method, str(error))
@@ -62,7 +63,11 @@ def one_case(folder: Path, out: Path, methods: list[str], sealed: Path | None) -
 def elsewhere(sealed: Path | None, case_id: str) -> dict[str, list[Path]]:
     """Trials by regime that the tool was never shown, where there are any. The answer itself is not opened."""
     found = {regime: sorted((sealed / case_id / regime).glob("*.npz")) for regime in REGIMES} if sealed else {}
-    return {regime: paths for regime, paths in found.items() if paths}
+    found = {regime: paths for regime, paths in found.items() if paths}
+    if sealed and not found:
+        raise RivalError(f"{sealed / case_id}: no trials that were kept back (*.npz in {' or '.join(REGIMES)}); "
+                         "--sealed is OUT/sealed of gen_hidden.py")
+    return found
 
 
 def one_patched(folder: Path, verdicts: Path, sealed: Path) -> str | None:
@@ -71,14 +76,13 @@ def one_patched(folder: Path, verdicts: Path, sealed: Path) -> str | None:
     from rivals.settings import Settings
 
     smooth_s, place = Settings().smooth_s, verdicts / folder.name
-    shown = motion.trials(folder)
     try:
-        found = {}
+        found, shown = {}, motion.trials(folder)
         for regime, paths in elsewhere(sealed, folder.name).items():
             model, before, after, variance = patched.gap(folder / "nominal.xml", place / "verdict.json", smooth_s, shown,
                                                          paths)
             found[regime] = case.compared(model, variance, before, after)
-    except RivalError as error:
+    except (RivalError, OSError) as error:
         return f"{folder.name}: {error}"
     case.write(found, place, "elsewhere.json")
     return None

@@ -284,12 +284,16 @@ class Case:
         """Trials beyond what the others reach, for a look at how models extrapolate."""
         for effect in self.effects:
             effect.forget()
-        schedule = replace(self.schedule, trials=self.kept_back, speed=FASTER)
+        modes, schedule = self.modes, replace(self.schedule, trials=self.kept_back, speed=FASTER)
         record = self.run(schedule, 6, self.effects, fine=True)
+        self.modes = modes
         return record, [self.sensed(record, self.effects, trial) for trial in range(schedule.trials)]
 
     def _write(self, out: Path, whole: "Whole", scales: list[float]) -> dict:
         spec, record, fine, shown = self.spec, whole.record, whole.fine, self.schedule.trials
+        coefficients = [effect.equivalent(scale) for effect, scale in zip(self.effects, scales)]
+        # After the coefficients, which are those of the motion that the tool sees.
+        faster, fast = self._faster()
         cases, sealed = out / "cases", out / "sealed"
         open_part, secret_part = cases / f".{spec.case_id}.tmp", sealed / f".{spec.case_id}.tmp"
         for folder in (open_part, secret_part):
@@ -310,8 +314,7 @@ class Case:
                   "uncertainty": {"mass": 0.03, "inertia": 0.03, "com_m": 0.002, "fluid": 0.03, "gain": 0.03,
                                   "damping": 0.03}}
         effects = []
-        for effect, scale in zip(self.effects, scales):
-            values = effect.equivalent(scale)
+        for effect, values in zip(self.effects, coefficients):
             effects.append({"effect": effect.kind, "target": effect.target, "comparable": effect.comparable,
                             "parameters": [{"name": name, "value": float(value), "unit": unit}
                                            for name, (value, unit) in values.items()]})
@@ -324,9 +327,7 @@ class Case:
                   "noise": spec.noise, "recorder": asdict(self.recorder), "style": self.style,
                   "modes": self.modes[:shown], "perturbations": self.amounts,
                   "truth_step": self.truth.opt.timestep, "truth_integrator": int(self.truth.opt.integrator)}
-        # After the answer, whose coefficients are those of the motion that the tool sees.
         rng = spec.generator(7)
-        faster, fast = self._faster()
         for trial, values in enumerate(fast):
             self._log(rng, secret_part / "faster" / f"trial_{trial:02d}", faster, trial, values, as_csv=False)
         (open_part / "case.json").write_text(json.dumps(public, indent=1) + "\n")

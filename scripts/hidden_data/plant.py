@@ -203,6 +203,8 @@ class Plant:
                 if getattr(effect, "moves_water", False):
                     self.current += effect.water_velocity(self)
             self.wind[:] = self.current
+            # What asked where it is did so before the water moved.
+            self._cache.clear()
         for effect in self.effects:
             asked = effect.command(self, asked)
         self.ctrl[:] = asked

@@ -142,7 +142,7 @@ def confusion(cases: list[Scored]) -> dict[str, dict[str, int]]:
     """Hidden effect (singles) -> what was said -> how often."""
     table: dict[str, dict[str, int]] = {}
     for case in cases:
-        if case.verdict is None or case.kind not in ("single", "null"):
+        if not case.names or case.kind not in ("single", "null"):
             continue
         row = table.setdefault(case.truth[0] if case.truth else "(nothing)", {})
         if case.said == "named":

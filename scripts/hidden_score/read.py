@@ -97,10 +97,7 @@ def load(cases: Path, sealed: Path, verdicts: Path) -> list[Scored]:
 def _verdict(path: Path) -> dict | None:
     if not path.is_file():
         return None
-    try:
-        verdict = json.loads(path.read_text())
-    except json.JSONDecodeError as error:
-        raise ScoreError(f"{path}: not JSON: {error}") from error
+    verdict = _json(path)
     if verdict.get("verdict") not in VERDICTS:
         raise ScoreError(f"{path}: verdict is {verdict.get('verdict')!r}, expected one of {', '.join(VERDICTS)}")
     for key in ("named", "effects"):
@@ -108,8 +105,15 @@ def _verdict(path: Path) -> dict | None:
             raise ScoreError(f"{path}: `{key}` is missing or no list")
     elsewhere = path.with_name("elsewhere.json")
     if elsewhere.is_file():
-        verdict["elsewhere"] = json.loads(elsewhere.read_text())
+        verdict["elsewhere"] = _json(elsewhere)
     return verdict
+
+
+def _json(path: Path) -> dict:
+    try:
+        return json.loads(path.read_text())
+    except json.JSONDecodeError as error:
+        raise ScoreError(f"{path}: not JSON: {error}") from error
 
 
 def _seconds(folder: Path) -> float | None:

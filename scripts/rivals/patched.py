@@ -101,9 +101,9 @@ def models(nominal: Path, verdict: Path) -> tuple[Rollouts, Rollouts, mujoco.MjM
             load_plugin(built_library("HYDRO_PLUGIN"))
         known = mujoco.MjModel.from_xml_path(str(nominal))
         better = mujoco.MjModel.from_xml_path(str(path))
+        return Rollouts(known, known, {}), Rollouts(better, known, patch["sensors"] if patch else {}), known
     except (ValueError, KeyError, OSError) as error:
         raise RivalError(f"{verdict}: {error}") from error
-    return Rollouts(known, known, {}), Rollouts(better, known, patch["sensors"] if patch else {}), known
 
 
 def gap(nominal: Path, verdict: Path, smooth_s: float, shown: list[Path], others: list[Path]):

@@ -60,6 +60,8 @@ def errors_of(folder: Path, answers: Path, methods: list[str]) -> list[tuple[str
     """(method, setting, error left as a part of the nominal's) on a case's trials kept back."""
     kept_back = {"never_shown": sorted((answers / folder.name / "never_shown").glob("*.npz"))}
     out = []
+    if methods and not kept_back["never_shown"]:
+        raise RivalError(f"{answers / folder.name}/never_shown: no trials (*.npz); --sealed is OUT/sealed of gen_hidden.py")
     for method in methods:
         settings = METHODS[method]
         try:

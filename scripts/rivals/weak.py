@@ -152,6 +152,9 @@ class Equations:
         return out
 
 
+#: A trial has so many lengths of a test function at least: three half overlapping windows.
+LEAST_LENGTHS = 2.0
+
 #: Turns a nominal's uncertain number by z standard deviations.
 Knob = Callable[[mujoco.MjModel, float], None]
 
@@ -219,6 +222,10 @@ def peak_frequency(residuals: list[np.ndarray], period: float, highest: float = 
 def problem(equations: Equations, motions: list, spread: dict[str, float], test_s: float) -> Problem:
     """Assemble a case's regression."""
     model = equations.model
+    shortest = min(motion.time[-1] - motion.time[0] for motion in motions)
+    if shortest < LEAST_LENGTHS * test_s:
+        raise RivalError(f"test functions of {test_s:g} s are too long for a trial of {shortest:.3g} s: it must have "
+                         f"{LEAST_LENGTHS:g} lengths, for their noise is told from neighbours")
     residuals = [equations.residual(motion) for motion in motions]
     wave_hz = peak_frequency(residuals, motions[0].period)
     paths = [kinematics.along(model, equations.data, motion) for motion in motions]
@@ -241,10 +248,6 @@ def problem(equations: Equations, motions: list, spread: dict[str, float], test_
         spoils.append(np.stack([integrated(residual - equations.residual(motion, other), motion.period, test_s)
                                 for other in others], -1))
         trials.append(np.full(weak.size, index))
-    if all(len(weak) < 3 for weak in responses):
-        longest = max(motion.time[-1] - motion.time[0] for motion in motions)
-        raise RivalError(f"test functions of {test_s:g} s are too long for trials of {longest:.3g} s: their noise cannot "
-                         "be told from neighbours")
     noise = _noise(responses)
     y = np.concatenate([(r / noise).ravel() for r in responses])
     x = np.concatenate([(d / noise[:, None]).reshape(-1, d.shape[-1]) for d in designs])

@@ -16,8 +16,9 @@ const ALL_BODIES: usize = 6;
 /// tows.
 const BULKIER: f64 = 2.0;
 
-/// Depth or distance, in its greatest extents, from which a body does not feel the surface or a wall: what waves and the image of a body do
-/// has died away over its own size (J. N. Newman, Marine Hydrodynamics, MIT Press 1977, sections 6.17 and 6.20).
+/// Depth or distance, in its greatest extents, from which a body does not feel the surface or a wall: what waves and the
+/// image of a body do has died away over its own size (J. N. Newman, Marine Hydrodynamics, MIT Press 1977, sections 6.17
+/// and 6.20).
 const DEEP: f64 = 2.0;
 
 /// Least speed [m/s] and rate [rad/s] that scales a prior.
