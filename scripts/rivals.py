@@ -17,6 +17,7 @@ import argparse
 import os
 import sys
 import time
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
@@ -88,15 +89,20 @@ def one_patched(folder: Path, verdicts: Path, sealed: Path) -> str | None:
     return None
 
 
+def results(args: argparse.Namespace, cases: list[Path], todo: list[Path], work: Callable, *more) -> Iterator:
+    """What `work(case, *more)` returns for the cases to do, as they are done, side by side."""
+    progress = Progress(len(cases), "cases", done=len(cases) - len(todo))
+    with ProcessPoolExecutor(args.jobs) as pool:
+        for done in as_completed([pool.submit(work, c, *more) for c in todo]):
+            yield done.result()
+            progress.advance()
+
+
 def score_patched(args: argparse.Namespace) -> int:
     """Every case with a verdict of `hydro gap`."""
     cases = [c for c in folders(args) if (args.verdicts / c.name / "verdict.json").is_file()]
     todo = [c for c in cases if not (args.verdicts / c.name / "elsewhere.json").is_file()]
-    progress, faults = Progress(len(cases), "cases", done=len(cases) - len(todo)), []
-    with ProcessPoolExecutor(args.jobs) as pool:
-        for done in as_completed([pool.submit(one_patched, c, args.verdicts, args.sealed) for c in todo]):
-            faults += [done.result()] if done.result() else []
-            progress.advance()
+    faults = [fault for fault in results(args, cases, todo, one_patched, args.verdicts, args.sealed) if fault]
     for fault in faults:
         print(fault, file=sys.stderr)
     return 1 if faults else 0
@@ -106,13 +112,9 @@ def run(args: argparse.Namespace) -> int:
     """Every case by every method."""
     cases = folders(args)
     todo = [c for c in cases if any(not (args.out / m / c.name / "verdict.json").is_file() for m in args.method)]
-    progress = Progress(len(cases), "cases", done=len(cases) - len(todo))
-    with ProcessPoolExecutor(args.jobs) as pool:
-        jobs = {pool.submit(one_case, c, args.out, args.method, args.sealed): c for c in todo}
-        for done in as_completed(jobs):
-            for line in done.result():
-                print(line, flush=True)
-            progress.advance()
+    for lines in results(args, cases, todo, one_case, args.out, args.method, args.sealed):
+        for line in lines:
+            print(line, flush=True)
     return 0
 
 
@@ -131,12 +133,8 @@ def tune(args: argparse.Namespace) -> int:
     from rivals import tuning
 
     cases, names, errors = folders(args), [], []
-    progress = Progress(len(cases), "cases")
-    with ProcessPoolExecutor(args.jobs) as pool:
-        for done in as_completed([pool.submit(tuning.one_case, c, args.sealed, args.method) for c in cases]):
-            named, left = done.result()
-            names, errors = names + named, errors + left
-            progress.advance()
+    for named, left in results(args, cases, cases, tuning.one_case, args.sealed, args.method):
+        names, errors = names + named, errors + left
     print("\n".join(tuning.ranking(args.method, names, errors)))
     return 0
 

@@ -284,15 +284,15 @@ class Case:
         """Trials beyond what the others reach, for a look at how models extrapolate."""
         for effect in self.effects:
             effect.forget()
-        modes, schedule = self.modes, replace(self.schedule, trials=self.kept_back, speed=FASTER)
+        schedule = replace(self.schedule, trials=self.kept_back, speed=FASTER)
         record = self.run(schedule, 6, self.effects, fine=True)
-        self.modes = modes
         return record, [self.sensed(record, self.effects, trial) for trial in range(schedule.trials)]
 
     def _write(self, out: Path, whole: "Whole", scales: list[float]) -> dict:
         spec, record, fine, shown = self.spec, whole.record, whole.fine, self.schedule.trials
         coefficients = [effect.equivalent(scale) for effect, scale in zip(self.effects, scales)]
-        # After the coefficients, which are those of the motion that the tool sees.
+        modes = self.modes[:shown]
+        # After these, which are of the motion that the tool sees.
         faster, fast = self._faster()
         cases, sealed = out / "cases", out / "sealed"
         open_part, secret_part = cases / f".{spec.case_id}.tmp", sealed / f".{spec.case_id}.tmp"
@@ -325,7 +325,7 @@ class Case:
                   "twin": self.twin.other if self.twin else None,
                   "strength": {"projected": whole.projected, "raw": whole.raw, "asked": list(spec.target)},
                   "noise": spec.noise, "recorder": asdict(self.recorder), "style": self.style,
-                  "modes": self.modes[:shown], "perturbations": self.amounts,
+                  "modes": modes, "perturbations": self.amounts,
                   "truth_step": self.truth.opt.timestep, "truth_integrator": int(self.truth.opt.integrator)}
         rng = spec.generator(7)
         for trial, values in enumerate(fast):

@@ -1,6 +1,6 @@
 """The figures of the table: each a share with hits and total, or a list of values."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from .read import Scored
@@ -29,19 +29,18 @@ def _strong(case: Scored) -> bool:
 def figures(cases: list[Scored]) -> list[Figure]:
     """Every line of the table, from the cases that have a verdict."""
     cases = [case for case in cases if case.verdict is not None]
+    clear = [case for case in cases if case.kind == "single" and case.answer["identifiable"] and _strong(case)]
+    reductions = _known(_reduction(case) for case in clear)
     # Trials that no method was shown, by what was done there: error left as a part of the nominal's.
-    left = {regime: [left_of(case, regime) for case in cases if case.kind == "single" and case.answer["identifiable"]
-                     and _strong(case) and left_of(case, regime) is not None] for regime in ("never_shown", "faster")}
-    seconds = [case.seconds for case in cases if case.seconds is not None]
-    reductions = [_reduction(case) for case in cases if case.kind == "single" and case.answer["identifiable"]
-                  and _strong(case) and _reduction(case) is not None]
+    left = {regime: _known(left_of(case, regime) for case in clear) for regime in ("never_shown", "faster")}
+    seconds = _known(case.seconds for case in cases)
     # A method that cannot name has no names to be right or wrong.
     cases = [case for case in cases if case.names]
     every_single = [case for case in cases if case.kind == "single"]
     single = [case for case in every_single if case.answer["identifiable"]]
     # Singles whose data, as they fell out, leave another effect of the catalogue within a distance of 3.
     alike = [case for case in every_single if case.answer["lookalikes"] and case.strength >= WEAK]
-    strong = [case for case in single if _strong(case)]
+    strong = [case for case in clear if case.names]
     weak = [case for case in single if WEAK <= case.strength < STRONG]
     pairs = [case for case in cases if case.kind == "pair"]
     nulls = [case for case in cases if case.kind == "null"]
@@ -84,6 +83,10 @@ def figures(cases: list[Scored]) -> list[Figure]:
         Figure("error left, driven half as fast again", "", values=left["faster"]),
         Figure("seconds a case", "", values=seconds),
     ]
+
+
+def _known(values: Iterable[float | None]) -> list[float]:
+    return [value for value in values if value is not None]
 
 
 def _reduction(case: Scored) -> float | None:

@@ -89,8 +89,8 @@ def load(cases: Path, sealed: Path, verdicts: Path) -> list[Scored]:
         answer = sealed / case / "answer.json"
         if not answer.is_file():
             raise ScoreError(f"{answer}: no sealed answer for this case")
-        out.append(Scored(case, json.loads(answer.read_text()), _verdict(verdicts / case / "verdict.json"),
-                          _seconds(verdicts / case)))
+        verdict = _verdict(verdicts / case / "verdict.json")
+        out.append(Scored(case, json.loads(answer.read_text()), verdict, _seconds(verdicts / case / "timing.json", verdict)))
     return out
 
 
@@ -116,12 +116,10 @@ def _json(path: Path) -> dict:
         raise ScoreError(f"{path}: not JSON: {error}") from error
 
 
-def _seconds(folder: Path) -> float | None:
+def _seconds(path: Path, verdict: dict | None) -> float | None:
     """`timing.json`: {"seconds": x}, or by stage as `hydro gap` has it, or {"wall_s": x}; else the verdict's own."""
-    path = folder / "timing.json"
     if not path.is_file():
-        verdict = folder / "verdict.json"
-        return json.loads(verdict.read_text()).get("seconds") if verdict.is_file() else None
+        return (verdict or {}).get("seconds")
     timing = json.loads(path.read_text())
     seconds = timing.get("seconds", timing.get("wall_s"))
     return sum(seconds.values()) if isinstance(seconds, dict) else seconds

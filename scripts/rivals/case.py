@@ -99,6 +99,8 @@ def fitted(bench: Bench, method: str, settings: Settings, train: list[int]):
 
 def run(bench: Bench, method: str, settings: Settings, elsewhere: dict[str, list[Path]]) -> dict:
     """The verdict of a method on a case. `elsewhere`: trials by regime that are scored and never fitted."""
+    if not settings.folds and not elsewhere:
+        raise RivalError(f"{method} has no cross-fit and is scored on trials kept back alone: give --sealed")
     began = time.monotonic()
     everything = list(range(len(bench.motions)))
     model, forcing, effects, extra = fitted(bench, method, settings, everything) if method in SPARSE or elsewhere else \

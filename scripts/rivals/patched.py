@@ -10,23 +10,12 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+import replay
 from hydro_data.replay import built_library, load_plugin
 
 from . import RivalError, motion, rollout
 
 PAST_S, HELD_S = 3.0, 1.0
-_SIZES = {mujoco.mjtJoint.mjJNT_FREE: (7, 6), mujoco.mjtJoint.mjJNT_BALL: (4, 3)}
-
-
-def places(model: mujoco.MjModel, nominal: mujoco.MjModel) -> tuple[np.ndarray, np.ndarray]:
-    """Where the nominal's qpos and qvel stand in `model`, joint by joint."""
-    at_q, at_v = [], []
-    for j in range(nominal.njnt):
-        joint = model.joint(nominal.joint(j).name).id
-        size_q, size_v = _SIZES.get(mujoco.mjtJoint(int(nominal.jnt_type[j])), (1, 1))
-        at_q += range(model.jnt_qposadr[joint], model.jnt_qposadr[joint] + size_q)
-        at_v += range(model.jnt_dofadr[joint], model.jnt_dofadr[joint] + size_v)
-    return np.array(at_q, int), np.array(at_v, int)
 
 
 class Rollouts:
@@ -34,7 +23,8 @@ class Rollouts:
 
     def __init__(self, model: mujoco.MjModel, nominal: mujoco.MjModel, corrections: dict):
         self.model, self.corrections = model, corrections
-        self.at_q, self.at_v = places(model, nominal)
+        joints = [nominal.joint(j).name for j in range(nominal.njnt)]
+        self.at_q, self.at_v = (replay.places(model, joints, which, replay.SIZES) for which in ("qpos", "qvel"))
         self.columns = np.concatenate([model.sensor(nominal.sensor(i).name).adr[0] + np.arange(nominal.sensor_dim[i])
                                        for i in range(nominal.nsensor)])
         self.sensors = {nominal.sensor(i).name: slice(nominal.sensor_adr[i], nominal.sensor_adr[i] + nominal.sensor_dim[i])

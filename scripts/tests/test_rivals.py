@@ -116,6 +116,10 @@ class Sled(unittest.TestCase):
             with self.assertRaisesRegex(RivalError, f"test functions of {length:g} s are too long for a trial of 9.9"):
                 self.bench.problem(length)
 
+    def test_without_folds_or_other_trials_there_is_nothing_to_score(self):
+        with self.assertRaisesRegex(RivalError, "network has no cross-fit .* --sealed"):
+            case.run(self.bench, "network", METHODS["network"], {})
+
     def test_evidence_needs_no_library(self):
         self.assertEqual(self.keys_of("bindy")["gap"]["n_holdout_trials"], 4)
 
