@@ -42,7 +42,7 @@ pub fn effect(id: Id) -> &'static dyn Effect {
     }
 }
 
-/// True where a file may leave a parameter of an effect out: names do not depend on the target's sizes.
+/// True where a file may leave a parameter of an effect out: what is optional does not depend on the target's sizes.
 pub fn is_optional(id: Id, parameter: &str) -> bool {
     // Only effects on bodies have such parameters.
     let body = Target::Body(BodyScale {

@@ -31,8 +31,9 @@ impl Parameter {
         }
     }
 
-    /// With a first fit that starts away from the null.
+    /// With a first fit that starts away from the null, within the bounds that were given.
     pub(crate) fn starting(self, start: f64) -> Self {
+        let start = start.clamp(self.lower, self.upper);
         Self { start, ..self }
     }
 }

@@ -82,10 +82,15 @@ fn bounds_do_not_depend_on_the_motion() {
         let card = effect.card();
         let bounds = |motion: f64| -> Vec<(String, f64, f64)> {
             let parameters = effect.parameters(&scales(card.target, motion)).into_iter();
-            parameters.map(|p| (p.name, p.lower, p.upper)).collect()
+            parameters
+                .map(|p| {
+                    assert!(p.lower <= p.start && p.start <= p.upper, "{p:?}");
+                    (p.name, p.lower, p.upper)
+                })
+                .collect()
         };
         let still = bounds(0.0);
-        for motion in [0.01, 1.0, 30.0] {
+        for motion in [0.01, 1.0, 30.0, 1000.0] {
             assert_eq!(bounds(motion), still, "{:?} at {motion}", card.id);
         }
     }

@@ -11,8 +11,8 @@ use super::{
 const FASTEST: f64 = 5.0;
 /// A tank's or a short sea's wave, of about three seconds [rad/s].
 const FREQUENCY: f64 = 2.0;
-/// Slowest and fastest waves [rad/s].
-const FREQUENCIES: [f64; 2] = [0.1, 30.0];
+/// Slowest and fastest waves [rad/s]: a long swell of 21 s, a ripple. What turns slower is a current in most trials.
+const FREQUENCIES: [f64; 2] = [0.3, 30.0];
 
 /// The effect. Parameters `x`, `y`, `z`: amplitude of the water's velocity in the world [m/s]; `frequency`
 /// [rad/s]; `phase` [rad]; `vertical_lag` [rad], a quarter of a turn in a progressive wave.

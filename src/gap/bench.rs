@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::{
     adequacy::{self, Adequacy},
-    candidates::Candidate,
+    candidates::{self, Candidate},
     column::{STEP, quotient},
     error::GapError,
     fit::{Fit, Point},
@@ -45,6 +45,8 @@ pub struct Bench<'a> {
     pub(super) tracks: &'a [Track],
     pub(super) channels: &'a Channels,
     pub(super) candidates: &'a [Candidate],
+    /// What the prior gives each of them among single effects, logarithm.
+    pub(super) log_shares: Vec<f64>,
     /// Uncertain numbers in use (row of `PlantDescription::knobs`) and the standard deviation of each.
     pub(super) knobs: Vec<(usize, f64)>,
     pub(super) segments: Vec<Segment>,
@@ -193,6 +195,7 @@ impl<'a> Bench<'a> {
             tracks: material.tracks,
             channels: material.channels,
             candidates: material.candidates,
+            log_shares: candidates::log_shares(material.candidates),
             knobs: material.knobs,
             segments,
             weights: Vec::new(),

@@ -1,5 +1,7 @@
 //! Which effects on which targets are tried on a model.
 
+use std::collections::BTreeSet;
+
 use super::measured::{Channels, Measured};
 use crate::{
     effects::{
@@ -20,6 +22,9 @@ const BULKIER: f64 = 2.0;
 /// image of a body do has died away over its own size (J. N. Newman, Marine Hydrodynamics, MIT Press 1977, sections 6.17
 /// and 6.20).
 const DEEP: f64 = 2.0;
+
+/// Prior probability of the form of an effect that has what is optional.
+const ELABORATE: f64 = 0.2;
 
 /// Least speed [m/s] and rate [rad/s] that scales a prior.
 const SLOW: f64 = 0.05;
@@ -112,6 +117,23 @@ pub(super) struct Typical {
     pub(super) command: Vec<f64>,
 }
 
+/// What the prior gives each candidate among single effects, logarithm: by effect, by target, and by form.
+pub(super) fn log_shares(candidates: &[Candidate]) -> Vec<f64> {
+    let effects = Id::ALL.len() as f64;
+    let share = |of: &Candidate| {
+        let alike = || candidates.iter().filter(|c| c.effect == of.effect);
+        let targets: BTreeSet<&[String]> = alike().map(|c| &c.targets[..]).collect();
+        let forms = alike().filter(|c| c.targets == of.targets).count();
+        let form = match (forms, of.left_out.is_empty()) {
+            (1, _) => 1.0,
+            (_, true) => ELABORATE,
+            (_, false) => 1.0 - ELABORATE,
+        };
+        form.ln() - (effects * targets.len() as f64).ln()
+    };
+    candidates.iter().map(share).collect()
+}
+
 /// All effects on all their targets.
 pub(super) fn enumerate(
     model: &PlantDescription,
@@ -136,12 +158,7 @@ pub(super) fn enumerate(
                     continue;
                 }
                 for body in model.bodies.iter().filter(|body| body.moves) {
-                    let out_of_reach = match id {
-                        Id::FreeSurface => is_deep(model, typical, body),
-                        Id::WallProximity => is_clear(model, typical, body),
-                        _ => false,
-                    };
-                    if out_of_reach {
+                    if out_of_reach(*id, model, typical, body) {
                         continue;
                     }
                     let is_base = bases.contains(&body.name.as_str());
@@ -284,19 +301,18 @@ fn greatest_extent(scale: &BodyScale) -> f64 {
     scale.extent.into_iter().fold(0.0, f64::max)
 }
 
-/// True where a body stays so deep in all trials that the surface does not feel it: its drag and added mass there
-/// would be drag and added mass by another name.
-fn is_deep(model: &PlantDescription, typical: &Typical, body: &PlantBody) -> bool {
-    let deep = DEEP * greatest_extent(&body.scale);
-    (model.base.as_ref())
-        .filter(|base| base.body == body.name)
-        .is_some_and(|base| model.waterline - typical.highest[base.qpos + 2] > deep)
-}
-
-/// The same of walls.
-fn is_clear(model: &PlantDescription, typical: &Typical, body: &PlantBody) -> bool {
-    let base = model.base.as_ref().filter(|base| base.body == body.name);
-    base.is_some() && typical.clearance > DEEP * greatest_extent(&body.scale)
+/// True where a body stays so far from surface or walls in all trials that it does not feel them: its drag and added
+/// mass there would be drag and added mass by another name.
+fn out_of_reach(id: Id, model: &PlantDescription, typical: &Typical, body: &PlantBody) -> bool {
+    let Some(base) = (model.base.as_ref()).filter(|base| base.body == body.name) else {
+        return false;
+    };
+    let distance = match id {
+        Id::FreeSurface => model.waterline - typical.highest[base.qpos + 2],
+        Id::WallProximity => typical.clearance,
+        _ => return false,
+    };
+    distance > DEEP * greatest_extent(&body.scale)
 }
 
 /// True where something that moves goes far enough to feel depths and distances change.

@@ -21,8 +21,6 @@ use crate::effects::Id;
 
 /// Prior probability of so many effects missing at once.
 const PRIOR_BY_SIZE: [f64; 4] = [0.5, 0.3, 0.15, 0.05];
-/// Prior probability of the form of an effect that has what is optional.
-const ELABORATE: f64 = 0.2;
 /// Effects at most in a set.
 const LARGEST: usize = 3;
 /// Singles that pairs are made of.
@@ -86,19 +84,9 @@ pub(super) struct Search {
 
 /// Log prior of a set of candidates: by number of effects, then by effect, by target, and by form.
 pub(super) fn log_prior(bench: &Bench<'_>, set: &[usize]) -> f64 {
-    let effects = Id::ALL.len() as f64;
     let mut log = PRIOR_BY_SIZE[set.len().min(LARGEST)].ln();
     for (at, candidate) in set.iter().enumerate() {
-        let of = &bench.candidates[*candidate];
-        let alike = || bench.candidates.iter().filter(|c| c.effect == of.effect);
-        let targets: BTreeSet<&[String]> = alike().map(|c| &c.targets[..]).collect();
-        let forms = alike().filter(|c| c.targets == of.targets).count();
-        let form = match (forms, of.left_out.is_empty()) {
-            (1, _) => 1.0,
-            (_, true) => ELABORATE,
-            (_, false) => 1.0 - ELABORATE,
-        };
-        log += ((at + 1) as f64).ln() - (effects * targets.len() as f64).ln() + form.ln();
+        log += ((at + 1) as f64).ln() + bench.log_shares[*candidate];
     }
     log
 }

@@ -1,6 +1,7 @@
 //! What a closed loop needs of a simulator, and a closed-form one to test the loop with.
 
 pub mod plant;
+pub mod wall;
 
 use crate::frames::Wrench;
 

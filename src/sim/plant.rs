@@ -1,12 +1,12 @@
 //! What `hydro gap` needs of a simulator: a system that can be built with other parameters and with
 //! effects added, started from any state, and stepped.
 
-use nalgebra::{Isometry3, Vector3};
 use thiserror::Error;
 
 use crate::{
     effects::{Entry, card},
     frames::Wrench,
+    sim::wall::Wall,
 };
 
 /// Why a system could not be built or stepped.
@@ -220,26 +220,6 @@ pub struct FreeBase {
     pub learned: bool,
 }
 
-/// A wall of the world that stands still.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PlantWall {
-    /// Where it stands.
-    pub place: Isometry3<f64>,
-    /// Half its sizes [m], of a box; a plane has none, and its z axis as its normal.
-    pub half: Option<Vector3<f64>>,
-}
-
-impl PlantWall {
-    /// Distance of a point of the world [m].
-    pub fn distance(&self, point: [f64; 3]) -> f64 {
-        let from_wall = self.place.inverse_transform_point(&point.into()).coords;
-        match self.half {
-            Some(half) => (from_wall.abs() - half).sup(&Vector3::zeros()).norm(),
-            None => from_wall.z.max(0.0),
-        }
-    }
-}
-
 /// All that `gap` knows of a system.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlantDescription {
@@ -268,7 +248,7 @@ pub struct PlantDescription {
     /// Height of the water's surface [m].
     pub waterline: f64,
     /// Planes and boxes of the world that stand still.
-    pub walls: Vec<PlantWall>,
+    pub walls: Vec<Wall>,
     /// True where a learned or native fluid acts already, so that a current has something to act through.
     pub has_water: bool,
 }
