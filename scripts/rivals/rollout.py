@@ -106,7 +106,7 @@ def scored(model: mujoco.MjModel, motions: list, predict: Callable[..., np.ndarr
     count = np.zeros_like(squared)
     for trial, motion in enumerate(motions):
         longest = round(HORIZONS_S[-1] / motion.period)
-        spread = np.nanvar(motion.readings, axis=0)
+        spread = variances(model, [motion])
         for row in range(0, len(motion.time) - longest - 1, max(1, round(STRIDE_S / motion.period))):
             predicted = predict(motion, row, longest)
             measured = motion.readings[row + 1:row + 1 + longest]

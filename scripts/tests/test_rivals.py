@@ -56,6 +56,22 @@ def record(folder: Path, drag: float, seed: int) -> None:
              sensordata_signal_mapping=np.asarray(json.dumps({"place": [0, [0]], "speed": [0, [1]]})))
 
 
+class Clip(unittest.TestCase):
+    def test_a_wild_rollout_counts_ten_times_the_spread_of_its_own_axis(self):
+        model = mujoco.MjModel.from_xml_string(
+            """<mujoco><worldbody><body name="drum"><joint type="ball"/><geom type="sphere" size="0.1"/></body></worldbody>
+            <sensor><framequat name="attitude" objtype="body" objname="drum"/></sensor></mujoco>""")
+        roll, yaw = 0.02 * np.sin(np.arange(150)), 0.3 * np.cos(np.arange(150))
+        half = np.stack([np.cos(roll / 2) * np.cos(yaw / 2), np.sin(roll / 2) * np.cos(yaw / 2),
+                         -np.sin(roll / 2) * np.sin(yaw / 2), np.cos(roll / 2) * np.sin(yaw / 2)], 1)
+        motion = Motion("", np.arange(150) * 0.02, 0.02, half, np.zeros((150, 3)), np.zeros((150, 3)), np.zeros((150, 0)),
+                        half)
+        spread = rollout.variances(model, [motion])
+        np.testing.assert_allclose(np.sqrt(spread[[0, 2]]), [0.02 / np.sqrt(2), 0.3 / np.sqrt(2)], rtol=0.1)
+        lost = rollout.scored(model, [motion], lambda motion, row, rows: np.full((rows, 4), np.nan))
+        np.testing.assert_allclose(lost.squared[0, 2, :3] / lost.count[0, 2, :3], 100 * spread[:3])
+
+
 class Sled(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
