@@ -22,6 +22,7 @@ static CARD: Card = Card {
     source: "G. Tao, P. V. Kokotovic, Adaptive control of plants with unknown dead-zones, IEEE Transactions \
              on Automatic Control 39(1), 1994; D. R. Yoerger, J. G. Cooke, J.-J. E. Slotine, IEEE Journal of \
              Oceanic Engineering 15(3), 1990 (thrusters); the corners are rounded",
+    idealised: false,
     placement: Placement::Plugin,
 };
 

@@ -22,6 +22,7 @@ static CARD: Card = Card {
     equation: "u'(t) = u(t - delay), linear between steps, zero before the start",
     source: "K. J. Astrom, B. Wittenmark, Computer-controlled systems, Prentice Hall, 1997, section 2.6; \
              MuJoCo 4.0's actuator `delay` with `interp=\"linear\"`",
+    idealised: false,
     placement: Placement::Mjcf,
 };
 

@@ -16,6 +16,7 @@ static CARD: Card = Card {
     equation: "f = gain f_nominal(u, q, v), before limits of the force",
     source: "A. Alessandri, M. Caccia, G. Veruggio, Fault detection of actuator faults in unmanned \
              underwater vehicles, Control Engineering Practice 7(3), 1999 (loss of thrust as a factor)",
+    idealised: false,
     placement: Placement::Mjcf,
 };
 

@@ -17,6 +17,7 @@ static CARD: Card = Card {
     source: "T. I. Fossen, Handbook of marine craft hydrodynamics and motion control, Wiley, 2011; \
              D. R. Yoerger, J. G. Cooke, J.-J. E. Slotine, IEEE Journal of Oceanic Engineering 15(3), 1990; \
              MuJoCo's `filterexact` with `actearly`",
+    idealised: true,
     placement: Placement::Mjcf,
 };
 

@@ -30,6 +30,7 @@ static CARD: Card = Card {
                with C_A nu_r = (omega x M_1 v, v x M_1 v + omega x M_2 omega); accelerating water adds M_1 a_w",
     source: "H. Lamb, Hydrodynamics, 6th ed. 1932, articles 121-124 (Kirchhoff's equations); T. I. Fossen, \
              Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., Wiley 2021, section 6.3",
+    idealised: true,
     placement: Placement::Plugin,
 };
 

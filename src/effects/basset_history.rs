@@ -55,6 +55,7 @@ static CARD: Card = Card {
     source: "A. B. Basset, A Treatise on Hydrodynamics, vol. 2, 1888; M. R. Maxey and J. J. Riley, Physics of \
              Fluids 26, 1983; exponentials as in M. A. T. van Hinsberg et al., Journal of Computational \
              Physics 230, 2011",
+    idealised: true,
     placement: Placement::Plugin,
 };
 

@@ -25,6 +25,7 @@ static CARD: Card = Card {
     equation: "torque = r x (rho V g up), no force; standard gravity along the world's z where the scene has none",
     source: "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., Wiley 2021, \
              section 4.1 (restoring moments of submerged vehicles)",
+    idealised: false,
     placement: Placement::Plugin,
 };
 

@@ -27,6 +27,7 @@ static CARD: Card = Card {
     equation: "F = R^T f at the centre of mass, torque = R^T m; f and m constant in the world",
     source: "I. Newton, Principia, 1687, second law; the bias of T. I. Fossen, Handbook of Marine Craft \
              Hydrodynamics and Motion Control, 2nd ed., Wiley 2021, section 13.2, held constant",
+    idealised: false,
     placement: Placement::Plugin,
 };
 

@@ -31,6 +31,7 @@ static CARD: Card = Card {
     source: "S. F. Hoerner, Fluid-Dynamic Drag, 1965, chapter 3 (cross-flow principle); T. I. Fossen, \
              Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., Wiley 2021, section 6.4 \
              (cross-flow drag principle)",
+    idealised: true,
     placement: Placement::Plugin,
 };
 

@@ -26,6 +26,7 @@ static CARD: Card = Card {
                extents, and added_mass times the ellipsoid's added mass with its Lagrangian force",
     source: "J. N. Newman, Marine Hydrodynamics, MIT Press 1977, sections 6.17 and 6.20 (damping and added \
              mass near the surface); H. Lamb, Hydrodynamics, 6th ed. 1932, articles 114, 115 and 136",
+    idealised: true,
     placement: Placement::Plugin,
 };
 

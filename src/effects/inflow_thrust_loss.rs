@@ -22,6 +22,7 @@ static CARD: Card = Card {
              thrusters (T = T_nn n|n| - T_nu |n| u_a); R. Bachmayer, L. L. Whitcomb, M. A. Grosenbaugh, An \
              accurate four-quadrant nonlinear dynamical model for marine thrusters, IEEE Journal of Oceanic \
              Engineering 25(1), 2000",
+    idealised: true,
     placement: Placement::Plugin,
 };
 

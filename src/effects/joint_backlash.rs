@@ -26,6 +26,7 @@ static CARD: Card = Card {
     equation: "q_body = q_joint + s, |s| <= play/2, free between the stops",
     source: "M. Nordin, P.-O. Gutman, Controlling mechanical systems with backlash - a survey, \
              Automatica 38(10), 2002, section 2 (exact model with a free gap)",
+    idealised: false,
     placement: Placement::Mjcf,
 };
 

@@ -18,6 +18,7 @@ static CARD: Card = Card {
     summary: "viscous damping of a joint",
     equation: "f = -damping v",
     source: "B. Armstrong-Helouvry et al., Automatica 30(7), 1994, section 2; MuJoCo's `joint damping`",
+    idealised: true,
     placement: Placement::Mjcf,
 };
 

@@ -29,6 +29,7 @@ static CARD: Card = Card {
              compensation methods for the control of machines with friction, Automatica 30(7), 1994; \
              H. Olsson et al., Friction models and friction compensation, European Journal of Control 4(3), \
              1998 (the sign is made smooth)",
+    idealised: true,
     placement: Placement::Mjcf,
 };
 

@@ -19,6 +19,7 @@ static CARD: Card = Card {
     summary: "a spring of a joint: a tether, a hose, a seal",
     equation: "f = -stiffness (q - reference)",
     source: "Hooke's law; MuJoCo's `joint stiffness springref`",
+    idealised: true,
     placement: Placement::Mjcf,
 };
 

@@ -28,6 +28,7 @@ static CARD: Card = Card {
                extents in the plane; at the middle of the body; against the sideslip astern too",
     source: "T. Prestero, Verification of a Six-Degree of Freedom Simulation Model for the REMUS AUV, MIT \
              2001, section 4.4 (body lift); S. F. Hoerner, Fluid-Dynamic Lift, 1975, chapter 19",
+    idealised: true,
     placement: Placement::Plugin,
 };
 

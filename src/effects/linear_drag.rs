@@ -21,6 +21,7 @@ static CARD: Card = Card {
     equation: "F = -D_L nu_r, diagonal, at the middle of the body, in its frame",
     source: "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., Wiley 2021, \
              section 6.4 (linear damping)",
+    idealised: true,
     placement: Placement::Plugin,
 };
 

@@ -26,6 +26,7 @@ static CARD: Card = Card {
                and k_yaw = m_y - m_x beyond what an added mass in the model brings; u, v, w at the middle of the body",
     source: "M. M. Munk, The Aerodynamic Forces on Airship Hulls, NACA Report 184, 1924; J. N. Newman, Marine \
              Hydrodynamics, MIT Press 1977, section 4.14",
+    idealised: true,
     placement: Placement::Plugin,
 };
 

@@ -28,6 +28,7 @@ static CARD: Card = Card {
     equation: "F = force up, against gravity (world z where there is none), at the centre of mass; torque = moment x up",
     source: "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., Wiley 2021, \
              section 4.1 (hydrostatics of submerged vehicles)",
+    idealised: false,
     placement: Placement::Plugin,
 };
 

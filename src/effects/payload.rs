@@ -36,6 +36,7 @@ static CARD: Card = Card {
     summary: "a point mass carried along, with its weight",
     equation: "F = m (g - a_r) at r, a_r = a + omega' x r + omega x (omega x r); it displaces no water",
     source: "R. Featherstone, Rigid Body Dynamics Algorithms, Springer 2008, section 2.13 (spatial inertia)",
+    idealised: false,
     placement: Placement::Mjcf,
 };
 

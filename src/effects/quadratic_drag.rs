@@ -23,6 +23,7 @@ static CARD: Card = Card {
     source: "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., Wiley 2021, \
              section 6.4 (nonlinear surge damping; diagonal quadratic damping of underwater vehicles, \
              section 8.1)",
+    idealised: true,
     placement: Placement::Plugin,
 };
 

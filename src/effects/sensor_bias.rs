@@ -16,6 +16,7 @@ static CARD: Card = Card {
     equation: "measured = reading + bias; attitude: measured = reading exp(bias)",
     source: "IEEE Std 952-1997 and its successors (bias of inertial sensors); contract: measured(t) = scale \
              * sensor(t - delay) + bias",
+    idealised: false,
     placement: Placement::Sensors,
 };
 

@@ -16,6 +16,7 @@ static CARD: Card = Card {
     equation: "measured(t) = reading(t - delay)",
     source: "P. Furgale, J. Rehder, R. Siegwart, Unified temporal and spatial calibration for multi-sensor \
              systems, IROS, 2013; contract: measured(t) = scale * sensor(t - delay) + bias",
+    idealised: false,
     placement: Placement::Sensors,
 };
 

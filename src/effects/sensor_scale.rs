@@ -16,6 +16,7 @@ static CARD: Card = Card {
     equation: "measured = scale reading",
     source: "IEEE Std 952-1997 and its successors (scale factor of inertial sensors); contract: measured(t) \
              = scale * sensor(t - delay) + bias",
+    idealised: false,
     placement: Placement::Sensors,
 };
 

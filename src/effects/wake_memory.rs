@@ -30,6 +30,7 @@ static CARD: Card = Card {
     source: "W. E. Cummins, The Impulse Response Function and Ship Motions, Schiffstechnik 9, 1962; T. I. \
              Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., Wiley 2021, section \
              5.4 (fluid memory in state-space form)",
+    idealised: true,
     placement: Placement::Plugin,
 };
 

@@ -26,6 +26,7 @@ static CARD: Card = Card {
                the extents, and added_mass times the ellipsoid's added mass with its Lagrangian force",
     source: "H. Lamb, Hydrodynamics, 6th ed. 1932, articles 98, 99 and 137 (sphere near a wall); J. Happel and \
              H. Brenner, Low Reynolds Number Hydrodynamics, 1965, chapter 7",
+    idealised: true,
     placement: Placement::Plugin,
 };
 

@@ -35,6 +35,7 @@ static CARD: Card = Card {
                vertical_lag)) in the world; F = rho V a_w, and nu_r = nu - (R^T v_w, 0)",
     source: "G. B. Airy, Tides and Waves, Encyclopaedia Metropolitana 1841; J. R. Morison et al., Petroleum \
              Transactions AIME 189, 1950; J. N. Newman, Marine Hydrodynamics, MIT Press 1977, section 6.21",
+    idealised: true,
     placement: Placement::Plugin,
 };
 

@@ -15,6 +15,7 @@ use super::{
     column::{STEP, inward},
     error::GapError,
     information::{Bounds, Optimum, Quadratic},
+    payload,
     watch::Watch,
 };
 
@@ -240,14 +241,15 @@ impl Bench<'_> {
         z: &DVector<f64>,
         left: usize,
     ) -> Result<(Option<(Point, Vec<Vec<f64>>)>, usize), GapError> {
-        let mut point = self.step(fit, z);
+        let mut straight = self.step(fit, z);
         for used in 1..=left.min(HALVINGS + 1) {
+            let point = payload::at_their_moments(self.candidates, &fit.point, straight.clone());
             if let Some(residuals) = self.look(&point)?
                 && self.cost(&point, &residuals) < fit.cost()
             {
                 return Ok((Some((point, residuals)), used));
             }
-            point = midway(&fit.point, &point);
+            straight = midway(&fit.point, &straight);
         }
         Ok((None, left.min(HALVINGS + 1)))
     }

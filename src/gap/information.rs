@@ -231,17 +231,19 @@ impl Quadratic {
     }
 
     /// The 95 % interval of a parameter about its fitted value, cut by its bounds; one that lies at a bound is
-    /// uncertain too. That of a free one takes those that bounds hold as known.
+    /// uncertain too. That of a free one takes those that bounds hold as known. `form`: standard deviation of what the
+    /// value stands for, beside that of the fit.
     pub(super) fn interval(
         &self,
         best: &Optimum,
         bounds: &[Bounds],
         at: usize,
         value: f64,
+        form: f64,
     ) -> [f64; 2] {
         let variance = best.covariance[(at, at)];
         if variance > 0.0 {
-            return normal::credible(value, variance.sqrt(), bounds[at]);
+            return normal::credible(value, variance.sqrt().hypot(form), bounds[at]);
         }
         // Held: where it would be without its bound, the others that are held where they are.
         let across = self.a.column(at);
@@ -346,7 +348,7 @@ mod tests {
         let quadratic = leaning();
         let bounds = [Bounds::POSITIVE, FREE];
         let best = quadratic.best(&bounds).unwrap();
-        let [low, high] = quadratic.interval(&best, &bounds, 0, best.z[0]);
+        let [low, high] = quadratic.interval(&best, &bounds, 0, best.z[0], 0.0);
         let density = |x: f64| -> f64 {
             let along = (-1000..1000).map(|y| {
                 let z = DVector::from_vec(vec![x, f64::from(y) * 0.005]);
@@ -363,9 +365,13 @@ mod tests {
         assert_eq!((best.z[0], low), (0.0, 0.0));
         assert!((held - 0.95).abs() < 1e-4, "{held}");
         // One that is free has the interval that it has beside a known one.
-        let [low, high] = quadratic.interval(&best, &bounds, 1, best.z[1]);
+        let [low, high] = quadratic.interval(&best, &bounds, 1, best.z[1], 0.0);
         let alone = quadratic.select(&[1]).best(&[FREE]).unwrap();
         let half = 1.959_964 * alone.covariance[(0, 0)].sqrt();
+        assert!((high - best.z[1] - half).abs() < 1e-5 && (best.z[1] - low - half).abs() < 1e-5);
+        // What it stands for may be a little different.
+        let [low, high] = quadratic.interval(&best, &bounds, 1, best.z[1], 0.4);
+        let half = half.hypot(1.959_964 * 0.4);
         assert!((high - best.z[1] - half).abs() < 1e-5 && (best.z[1] - low - half).abs() < 1e-5);
     }
 

@@ -27,6 +27,7 @@ mod measured;
 mod name;
 mod noise;
 mod normal;
+mod payload;
 #[cfg(test)]
 mod refusals;
 mod regime;

@@ -3,18 +3,20 @@
 use std::collections::BTreeMap;
 
 use super::{
-    adequacy::Adequacy,
+    adequacy::{Adequacy, FORM_ERROR},
     bench::Bench,
     error::GapError,
     experiment,
     fit::Fit,
+    payload,
+    screen::SHAPE_NAMES,
     search::{self, Scored, Search},
     stages::{Hypothesis, Named},
     study::Study,
     verdict::{FittedEffect, FittedParameter, Outcome},
     watch::Watch,
 };
-use crate::effects::Id;
+use crate::effects::{Id, Parameter, catalogue};
 
 /// Schema of [`Named`].
 const SCHEMA: &str = "hydro-gap-name/1";
@@ -428,7 +430,16 @@ fn listed(
     effects
 }
 
-/// Values and Laplace intervals of one candidate in a fit.
+/// How far what a parameter stands for may be from the catalogue's form, as a part of the parameter.
+fn form_error(effect: Id, parameter: &Parameter) -> f64 {
+    let is_shape = SHAPE_NAMES.contains(&parameter.name.as_str());
+    if is_shape || !catalogue::effect(effect).card().idealised {
+        return 0.0;
+    }
+    FORM_ERROR
+}
+
+/// Values and intervals of one candidate in a fit: Laplace's, and the error of the effect's form.
 pub(super) fn parameters(
     bench: &Bench<'_>,
     fit: &Fit,
@@ -440,28 +451,37 @@ pub(super) fn parameters(
     };
     let quadratic = fit.quadratic().tempered(factor);
     let best = quadratic.best(&fit.bounds);
-    let mut at = bench.knobs.len() + fit.point.values[..row].iter().map(Vec::len).sum::<usize>();
-    bench.candidates[candidate]
-        .parameters
-        .iter()
-        .zip(&fit.point.values[row])
-        .map(|(p, value)| {
-            let known = best.as_ref().map(|best| {
-                let z = (value - p.null) / p.prior_sd;
-                let interval = quadratic.interval(best, &fit.bounds, at, z);
-                interval.map(|z| p.null + p.prior_sd * z)
-            });
-            at += 1;
-            FittedParameter {
-                name: p.name.clone(),
-                value: *value,
-                unit: p.unit.to_owned(),
-                ci95: known
-                    .unwrap_or([p.lower, p.upper])
-                    .map(|end| end.clamp(p.lower, p.upper)),
-            }
-        })
-        .collect()
+    let of = &bench.candidates[candidate];
+    let first = bench.knobs.len() + fit.point.values[..row].iter().map(Vec::len).sum::<usize>();
+    let interval = |parameter: usize, z: f64| {
+        let best = best.as_ref()?;
+        let at = first + parameter;
+        let covariance = |a: usize, b: usize| best.covariance[(a, b)];
+        if of.effect == Id::Payload && parameter > 0 && covariance(first, first) > 0.0 {
+            let variances = [(first, first), (first, at), (at, at)];
+            let mass = fit.point.values[row][0] / of.parameters[0].prior_sd;
+            return Some(payload::place_interval(
+                mass,
+                z,
+                variances.map(|(a, b)| covariance(a, b)),
+            ));
+        }
+        let form = form_error(of.effect, &of.parameters[parameter]) * z.abs();
+        Some(quadratic.interval(best, &fit.bounds, at, z, form))
+    };
+    let fitted = |(parameter, p): (usize, &Parameter)| {
+        let value = fit.point.values[row][parameter];
+        let known = interval(parameter, (value - p.null) / p.prior_sd);
+        FittedParameter {
+            name: p.name.clone(),
+            value,
+            unit: p.unit.to_owned(),
+            ci95: known.map_or([p.lower, p.upper], |interval| {
+                interval.map(|z| (p.null + p.prior_sd * z).clamp(p.lower, p.upper))
+            }),
+        }
+    };
+    of.parameters.iter().enumerate().map(fitted).collect()
 }
 
 /// Name, value and standard deviation of every knob, in the knob's unit.

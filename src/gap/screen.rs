@@ -21,7 +21,7 @@ const SCREENED: f64 = 72.0;
 /// ... and at fewer where a step is dear: seconds times degrees of freedom.
 const SCREENED_FREEDOMS: f64 = 400.0;
 /// Parameters that shape what amplitudes do.
-const SHAPE_NAMES: [&str; 6] = [
+pub(super) const SHAPE_NAMES: [&str; 6] = [
     "frequency",
     "rate",
     "length",

@@ -13,6 +13,7 @@ use super::{
     information::{Bounds, Quadratic},
     leftover,
     measured::Measured,
+    payload,
     screen::{Direction, PHASE, Screen},
     second_look,
     watch::Watch,
@@ -21,6 +22,8 @@ use crate::effects::Id;
 
 /// Prior probability of so many effects missing at once.
 const PRIOR_BY_SIZE: [f64; 4] = [0.5, 0.3, 0.15, 0.05];
+/// Times that the payloads of a fit are looked for on the other side.
+const MIRRORS: usize = 2;
 /// Effects at most in a set.
 const LARGEST: usize = 3;
 /// Singles that pairs are made of.
@@ -497,14 +500,25 @@ pub(super) fn add(
     watch: &Watch<'_>,
 ) -> Result<bool, GapError> {
     let set = point.set();
-    if let Some(fit) = bench.fit(point, watch)?
-        && (fit.point.candidates.iter().zip(&fit.point.values))
-            .all(|(candidate, values)| is_resolved(bench, *candidate, values[0]))
-    {
-        scored.push(Scored::new(set, fit));
-        return Ok(true);
+    let Some(mut fit) = bench.fit(point, watch)? else {
+        return Ok(false);
+    };
+    for _ in 0..MIRRORS {
+        let other = match payload::mirrored(bench.candidates, &fit.point) {
+            Some(mirrored) => bench.fit(mirrored, watch)?,
+            None => None,
+        };
+        let Some(better) = other.filter(|other| other.cost() < fit.cost()) else {
+            break;
+        };
+        fit = better;
     }
-    Ok(false)
+    let mut values = fit.point.candidates.iter().zip(&fit.point.values);
+    let stands = values.all(|(candidate, values)| is_resolved(bench, *candidate, values[0]));
+    if stands {
+        scored.push(Scored::new(set, fit));
+    }
+    Ok(stands)
 }
 
 /// False where a sensor is late by less than its rows or the model's steps can tell: clocks, filters and

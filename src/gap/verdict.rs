@@ -32,7 +32,7 @@ pub struct FittedParameter {
     pub value: f64,
     /// Its unit.
     pub unit: String,
-    /// 95 % interval.
+    /// 95 % interval: of the fit, and of the form where the effect idealises ([`crate::effects::Card::idealised`]).
     pub ci95: [f64; 2],
 }
 

@@ -36,6 +36,8 @@ struct Entry {
     summary: &'static str,
     equation: &'static str,
     source: &'static str,
+    /// True where coefficients stand for what is a little different from the equation.
+    idealised: bool,
     placement: Placement,
     parameters: Vec<ParameterEntry>,
 }
@@ -116,6 +118,7 @@ fn entry(id: Id) -> Entry {
         summary,
         equation,
         source,
+        idealised,
         placement,
     } = *effect.card();
     Entry {
@@ -124,6 +127,7 @@ fn entry(id: Id) -> Entry {
         summary,
         equation,
         source,
+        idealised,
         placement,
         parameters: effect
             .parameters(&example(target))
