@@ -1,0 +1,16 @@
+//! Owned models and simulations: what `hydro simulate` and the tests step.
+//!
+//! A [`Model`] is compiled once and shared; each [`Data`] is one simulation of it. Names are looked up
+//! once, into plain numbers and ranges of the slices that [`Data`] gives.
+
+mod data;
+mod error;
+mod model;
+
+#[cfg(mujoco_plugins)]
+pub(super) use self::error::{ERROR_LEN, c_path, forget_refusal, refused};
+pub use self::{
+    data::Data,
+    error::SimulatorError,
+    model::{BodyInertia, Integrator, JointGeometry, Model},
+};
