@@ -1,11 +1,11 @@
-//! The shared library in the real Python wheel: `scripts/tests/test_plugin.py` and `test_effects.py`, with checkpoints made here.
+//! The shared library in the real Python wheel: `scripts/tests/plugin`, with checkpoints made here.
 #![cfg(mujoco_plugins)]
 #![allow(missing_docs, clippy::unwrap_used)]
 
 mod common;
 
 use std::{
-    env,
+    env, fs,
     path::{Path, PathBuf},
     process::Command,
 };
@@ -42,14 +42,25 @@ fn the_library_in_python() {
         .collect();
     let joints: Vec<&str> = joints.iter().map(String::as_str).collect();
     common::lively(&joints).save(folder.path(), "b1");
-    for script in ["test_plugin.py", "test_effects.py"] {
+    let tests = root.join("scripts/tests/plugin");
+    let mut scripts: Vec<PathBuf> = fs::read_dir(tests)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| {
+            path.file_name()
+                .is_some_and(|name| name.to_string_lossy().starts_with("test_"))
+        })
+        .collect();
+    scripts.sort();
+    assert!(scripts.len() > 1, "{scripts:?}");
+    for script in scripts {
         let status = Command::new(&python)
-            .arg(root.join("scripts/tests").join(script))
+            .arg(&script)
             .current_dir(folder.path())
             .env("HYDRO_TEST_LIBRARY", library())
             .env("HYDRO_TEST_CHECKPOINTS", folder.path())
             .status()
             .unwrap();
-        assert!(status.success(), "{script}");
+        assert!(status.success(), "{}", script.display());
     }
 }

@@ -1,12 +1,7 @@
-"""Named effects in a plain MJCF, in the MuJoCo wheel.
-
-Needs HYDRO_TEST_LIBRARY (libhydro_plugin.so) and HYDRO_TEST_CHECKPOINTS (a folder with the test checkpoint
-lively); `cargo test --test plugin_python` sets both and runs this file.
-"""
+"""Named effects in a plain MJCF, in the MuJoCo wheel."""
 
 import copy
 import json
-import os
 import pathlib
 import pickle
 import subprocess
@@ -17,13 +12,7 @@ import unittest
 import mujoco
 import mujoco.rollout
 import numpy as np
-
-if 'HYDRO_TEST_LIBRARY' not in os.environ:
-  raise unittest.SkipTest('run by cargo test --test plugin_python, which makes the checkpoints')
-LIBRARY = os.environ['HYDRO_TEST_LIBRARY']
-CHECKPOINTS = pathlib.Path(os.environ['HYDRO_TEST_CHECKPOINTS'])
-
-mujoco.mj_loadPluginLibrary(LIBRARY)
+from scene import CHECKPOINTS, LIBRARY
 
 SCENE = """
 <mujoco>
