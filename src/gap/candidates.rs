@@ -46,9 +46,21 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    /// The forms of an effect on its targets: with what is optional, and without. The smaller comes first.
-    fn forms(effect: Id, targets: &[String], target: &Target) -> Vec<Self> {
-        let all = effects::catalogue::effect(effect).parameters(target);
+    /// The forms of an effect with values that its targets share: with what is optional, and without. The smaller comes
+    /// first. Priors are the first target's, bounds those of all.
+    fn forms(effect: Id, targets: &[(String, Target)]) -> Vec<Self> {
+        let effect_of = effects::catalogue::effect(effect);
+        let mut each = targets.iter().map(|(_, of)| effect_of.parameters(of));
+        let Some(mut all) = each.next() else {
+            return Vec::new();
+        };
+        for others in each {
+            for (p, other) in all.iter_mut().zip(others) {
+                p.lower = p.lower.max(other.lower);
+                p.upper = p.upper.min(other.upper);
+                p.start = p.start.clamp(p.lower, p.upper);
+            }
+        }
         let needed = all.iter().take_while(|p| !p.optional).count();
         let mut counts = vec![needed, all.len()];
         counts.dedup();
@@ -56,7 +68,7 @@ impl Candidate {
             .into_iter()
             .map(|count| Self {
                 effect,
-                targets: targets.to_vec(),
+                targets: targets.iter().map(|(name, _)| name.clone()).collect(),
                 parameters: all[..count].to_vec(),
                 left_out: all[count..].iter().map(|p| p.null).collect(),
             })
@@ -147,8 +159,8 @@ pub(super) fn enumerate(
     let pace = Pace::of(model, typical);
     for id in Id::ALL {
         let effect = effects::catalogue::effect(*id);
-        let mut add = |targets: Vec<String>, target: Target| {
-            candidates.extend(Candidate::forms(*id, &targets, &target));
+        let mut add = |targets: &[(String, Target)]| {
+            candidates.extend(Candidate::forms(*id, targets));
         };
         match effect.card().target {
             TargetKind::Body => {
@@ -167,44 +179,45 @@ pub(super) fn enumerate(
                     }
                     let mut scale = body.scale.clone();
                     (scale.speed, scale.rate) = pace.of_body(&body.scale);
-                    add(vec![body.name.clone()], Target::Body(scale));
+                    add(&[(body.name.clone(), Target::Body(scale))]);
                 }
             }
             TargetKind::Joint => {
-                let scales = model.joints.iter().map(|joint| {
+                let targets = model.joints.iter().map(|joint| {
                     let mut scale = joint.scale.clone();
                     scale.speed = typical.speed[joint.dof].max(1e-3);
                     scale.travel = typical.travel[joint.qpos].max(1e-3);
-                    (joint.name.clone(), scale)
+                    (joint.name.clone(), Target::Joint(scale))
                 });
-                let scales: Vec<_> = scales.collect();
-                for (name, scale) in &scales {
-                    add(vec![name.clone()], Target::Joint(scale.clone()));
-                }
-                if let (2.., Some((_, scale))) = (scales.len(), scales.first()) {
-                    let names = scales.iter().map(|(name, _)| name.clone()).collect();
-                    add(names, Target::Joint(scale.clone()));
+                // A slide and a hinge have no value in common.
+                let (slides, hinges): (Vec<_>, Vec<_>) =
+                    targets.partition(|(_, of)| matches!(of, Target::Joint(of) if of.slides));
+                for alike in [hinges, slides] {
+                    alike.chunks(1).for_each(&mut add);
+                    if alike.len() > 1 {
+                        add(&alike);
+                    }
                 }
             }
             TargetKind::Actuator => {
-                let scale = |at: usize| ActuatorScale {
-                    command: typical.command[at].max(1e-9),
-                    inflow: pace.speed.max(SLOW),
-                    step: model.timestep,
-                };
-                let fitting: Vec<usize> = (0..model.actuators.len())
-                    .filter(|at| {
-                        typical.command[*at] > 0.0
-                            && (*id != Id::InflowThrustLoss || model.actuators[*at].thrusts)
-                    })
-                    .collect();
-                for at in &fitting {
-                    let name = model.actuators[*at].name.clone();
-                    add(vec![name], Target::Actuator(scale(*at)));
-                }
-                if let (2.., Some(first)) = (fitting.len(), fitting.first()) {
-                    let names = fitting.iter().map(|at| model.actuators[*at].name.clone());
-                    add(names.collect(), Target::Actuator(scale(*first)));
+                let targets = model
+                    .actuators
+                    .iter()
+                    .enumerate()
+                    .filter_map(|(at, actuator)| {
+                        let fits = typical.command[at] > 0.0
+                            && (*id != Id::InflowThrustLoss || actuator.thrusts);
+                        let scale = ActuatorScale {
+                            command: typical.command[at],
+                            inflow: pace.speed.max(SLOW),
+                            step: model.timestep,
+                        };
+                        fits.then(|| (actuator.name.clone(), Target::Actuator(scale)))
+                    });
+                let targets: Vec<_> = targets.collect();
+                targets.chunks(1).for_each(&mut add);
+                if targets.len() > 1 {
+                    add(&targets);
                 }
             }
             TargetKind::Sensor => {
@@ -220,7 +233,7 @@ pub(super) fn enumerate(
                         unit: if source.attitude { "rad" } else { sensor.unit },
                         period: trials.first().map_or(model.timestep, Measured::period),
                     };
-                    add(vec![sensor.name.clone()], Target::Sensor(scale));
+                    add(&[(sensor.name.clone(), Target::Sensor(scale))]);
                 }
             }
         }
@@ -359,6 +372,39 @@ mod tests {
         sim::plant::{Plant, PlantJoint},
     };
 
+    const NO_CHANNELS: Channels = Channels {
+        list: Vec::new(),
+        sources: Vec::new(),
+    };
+
+    /// Slow trials far from walls.
+    fn usual(model: &PlantDescription) -> Typical {
+        Typical {
+            speed: vec![0.1; model.nv],
+            travel: vec![1.0; model.nq],
+            highest: vec![0.0; model.nq],
+            clearance: f64::INFINITY,
+            command: vec![1.0; model.actuators.len()],
+        }
+    }
+
+    fn joint(dof: usize, slides: bool) -> PlantJoint {
+        PlantJoint {
+            name: format!("joint_{dof}"),
+            qpos: dof,
+            dof,
+            scale: JointScale {
+                inertia: 1.0,
+                torque: 1.0,
+                speed: 0.0,
+                travel: 0.0,
+                slides,
+            },
+            stiffness: 0.0,
+            damping: 0.0,
+        }
+    }
+
     #[test]
     fn the_base_is_the_root_or_a_much_bulkier_body_of_its_tree() {
         let mut model = RigidBody::new().description().clone();
@@ -386,7 +432,8 @@ mod tests {
     fn what_is_optional_makes_a_form_of_its_own() {
         let model = RigidBody::new().description().clone();
         let target = Target::Body(model.bodies[0].scale.clone());
-        let forms = Candidate::forms(Id::ConstantForce, &["hull".to_owned()], &target);
+        let hull = [("hull".to_owned(), target)];
+        let forms = Candidate::forms(Id::ConstantForce, &hull);
         let sizes: Vec<usize> = forms.iter().map(|form| form.parameters.len()).collect();
         assert_eq!(sizes, [3, 6]);
         assert_eq!(
@@ -395,10 +442,46 @@ mod tests {
         );
         let all = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
         assert_eq!(forms[1].entries(&all)[0].parameters, all);
+        assert_eq!(Candidate::forms(Id::Lift, &hull).len(), 1);
+    }
+
+    /// The plugin refuses a deadband wider than what an actuator can be told.
+    #[test]
+    fn what_targets_share_lies_within_the_bounds_of_all() {
+        let target = |command: f64| {
+            Target::Actuator(ActuatorScale {
+                command,
+                inflow: 0.5,
+                step: 0.01,
+            })
+        };
+        let both = [
+            ("bow".to_owned(), target(10.0)),
+            ("stern".to_owned(), target(0.1)),
+        ];
+        let shared = &Candidate::forms(Id::ActuatorDeadband, &both)[0];
+        let width = &shared.parameters[0];
+        assert_eq!(shared.targets, ["bow", "stern"]);
+        assert_eq!((width.lower, width.upper), (0.0, 0.1));
+        assert!(width.start <= 0.1 && width.prior_sd > 0.5, "{width:?}");
+        let mut thruster = RigidBody::new().description().actuators[0].clone();
+        thruster.range = Some([-0.5, 1.0]);
         assert_eq!(
-            Candidate::forms(Id::Lift, &["hull".to_owned()], &target).len(),
-            1
+            [-2.0, 0.3, 2.0].map(|u| thruster.limited(u)),
+            [-0.5, 0.3, 1.0]
         );
+    }
+
+    #[test]
+    fn hinges_and_slides_share_nothing() {
+        let mut model = RigidBody::new().description().clone();
+        let mut shared = |slides: [bool; 2]| {
+            model.joints = (0..2).map(|dof| joint(dof, slides[dof])).collect();
+            let all = enumerate(&model, &NO_CHANNELS, &[], &usual(&model));
+            (all.iter()).any(|of| of.effect == Id::JointDamping && of.targets.len() == 2)
+        };
+        assert!(shared([false, false]) && shared([true, true]));
+        assert!(!shared([false, true]));
     }
 
     #[test]
@@ -406,7 +489,7 @@ mod tests {
         let model = RigidBody::new().description().clone();
         let target = Target::Body(model.bodies[0].scale.clone());
         let form = |id: Id, name: &str, at: usize| {
-            Candidate::forms(id, &[name.to_owned()], &target).swap_remove(at)
+            Candidate::forms(id, &[(name.to_owned(), target.clone())]).swap_remove(at)
         };
         let weight = form(Id::NetBuoyancy, "hull", 0);
         let away = form(Id::NetBuoyancy, "hull", 1);
@@ -425,19 +508,10 @@ mod tests {
     fn a_body_that_stays_away_does_not_feel_the_surface_nor_a_wall() {
         let mut model = RigidBody::new().description().clone();
         let felt = |model: &PlantDescription, highest: f64| {
-            let mut typical = Typical {
-                speed: vec![0.1; model.nv],
-                travel: vec![1.0; model.nq],
-                highest: vec![0.0; model.nq],
-                clearance: -highest,
-                command: vec![1.0; model.actuators.len()],
-            };
+            let mut typical = usual(model);
+            typical.clearance = -highest;
             typical.highest[2] = highest;
-            let channels = Channels {
-                list: Vec::new(),
-                sources: Vec::new(),
-            };
-            let candidates = enumerate(model, &channels, &[], &typical);
+            let candidates = enumerate(model, &NO_CHANNELS, &[], &typical);
             let tried = |id: Id| candidates.iter().any(|candidate| candidate.effect == id);
             (tried(Id::FreeSurface), tried(Id::WallProximity))
         };
@@ -467,20 +541,6 @@ mod tests {
         };
         assert!(close(found(&model), (5.0, 1.0)), "{:?}", found(&model));
         model.base = None;
-        let joint = |dof: usize, slides: bool| PlantJoint {
-            name: format!("joint_{dof}"),
-            qpos: dof,
-            dof,
-            scale: JointScale {
-                inertia: 1.0,
-                torque: 1.0,
-                speed: 0.0,
-                travel: 0.0,
-                slides,
-            },
-            stiffness: 0.0,
-            damping: 0.0,
-        };
         // The hull is 0.6 m long.
         model.joints = vec![joint(0, false), joint(1, false)];
         assert!(close(found(&model), (3.0, 5.0)), "{:?}", found(&model));

@@ -217,9 +217,9 @@ fn typical(model: &PlantDescription, trials: &[Measured], tracks: &[Track]) -> T
     for trial in trials {
         let width = trial.control.width();
         for row in trial.control.data.chunks_exact(width.max(1)) {
-            for (largest, value) in command.iter_mut().zip(row) {
+            for ((largest, value), actuator) in command.iter_mut().zip(row).zip(&model.actuators) {
                 if value.is_finite() {
-                    *largest = largest.max(value.abs());
+                    *largest = largest.max(actuator.limited(*value).abs());
                 }
             }
         }

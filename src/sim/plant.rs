@@ -152,6 +152,14 @@ pub struct PlantActuator {
     pub speed_bias: f64,
 }
 
+impl PlantActuator {
+    /// What the engine makes of a command: within its limits.
+    pub fn limited(&self, command: f64) -> f64 {
+        self.range
+            .map_or(command, |[low, high]| command.max(low).min(high))
+    }
+}
+
 /// What a sensor measures, as far as `gap` must know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorKind {
