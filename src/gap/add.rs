@@ -8,7 +8,8 @@ use rand_chacha::ChaCha8Rng;
 use super::{
     bench::Bench,
     fit::{Fit, sum},
-    name::{Naming, parameters},
+    fitted::parameters,
+    name::Naming,
     stages::{Added, WithoutTrial},
     study::Study,
     verdict::{Bias, FittedParameter, SensorPatch},

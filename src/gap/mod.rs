@@ -20,6 +20,7 @@ mod experiment;
 mod fake;
 mod find;
 mod fit;
+mod fitted;
 mod held_out;
 mod information;
 mod leftover;

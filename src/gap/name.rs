@@ -3,20 +3,19 @@
 use std::collections::BTreeMap;
 
 use super::{
-    adequacy::{Adequacy, FORM_ERROR},
+    adequacy::Adequacy,
     bench::Bench,
     error::GapError,
     experiment,
     fit::Fit,
-    payload,
-    screen::SHAPE_NAMES,
+    fitted::{nuisances, parameters},
     search::{self, Scored, Search},
     stages::{Hypothesis, Named},
     study::Study,
-    verdict::{FittedEffect, FittedParameter, Outcome},
+    verdict::{FittedEffect, Outcome},
     watch::Watch,
 };
-use crate::effects::{Id, Parameter, catalogue};
+use crate::effects::Id;
 
 /// Schema of [`Named`].
 const SCHEMA: &str = "hydro-gap-name/1";
@@ -428,77 +427,6 @@ fn listed(
         .collect();
     effects.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     effects
-}
-
-/// How far what a parameter stands for may be from the catalogue's form, as a part of the parameter.
-fn form_error(effect: Id, parameter: &Parameter) -> f64 {
-    let is_shape = SHAPE_NAMES.contains(&parameter.name.as_str());
-    if is_shape || !catalogue::effect(effect).card().idealised {
-        return 0.0;
-    }
-    FORM_ERROR
-}
-
-/// Values and intervals of one candidate in a fit: Laplace's, and the error of the effect's form.
-pub(super) fn parameters(
-    bench: &Bench<'_>,
-    fit: &Fit,
-    candidate: usize,
-    factor: f64,
-) -> Vec<FittedParameter> {
-    let Some(row) = fit.point.candidates.iter().position(|of| *of == candidate) else {
-        return Vec::new();
-    };
-    let quadratic = fit.quadratic().tempered(factor);
-    let best = quadratic.best(&fit.bounds);
-    let of = &bench.candidates[candidate];
-    let first = bench.knobs.len() + fit.point.values[..row].iter().map(Vec::len).sum::<usize>();
-    let interval = |parameter: usize, z: f64| {
-        let best = best.as_ref()?;
-        let at = first + parameter;
-        let covariance = |a: usize, b: usize| best.covariance[(a, b)];
-        if of.effect == Id::Payload && parameter > 0 && covariance(first, first) > 0.0 {
-            let variances = [(first, first), (first, at), (at, at)];
-            let mass = fit.point.values[row][0] / of.parameters[0].prior_sd;
-            return Some(payload::place_interval(
-                mass,
-                z,
-                variances.map(|(a, b)| covariance(a, b)),
-            ));
-        }
-        let form = form_error(of.effect, &of.parameters[parameter]) * z.abs();
-        Some(quadratic.interval(best, &fit.bounds, at, z, form))
-    };
-    let fitted = |(parameter, p): (usize, &Parameter)| {
-        let value = fit.point.values[row][parameter];
-        let known = interval(parameter, (value - p.null) / p.prior_sd);
-        FittedParameter {
-            name: p.name.clone(),
-            value,
-            unit: p.unit.to_owned(),
-            ci95: known.map_or([p.lower, p.upper], |interval| {
-                interval.map(|z| (p.null + p.prior_sd * z).clamp(p.lower, p.upper))
-            }),
-        }
-    };
-    of.parameters.iter().enumerate().map(fitted).collect()
-}
-
-/// Name, value and standard deviation of every knob, in the knob's unit.
-pub(super) fn nuisances(bench: &Bench<'_>, fit: &Fit, factor: f64) -> Vec<(String, f64, f64)> {
-    let Some((_, optimum)) = fit.evidence(factor) else {
-        return Vec::new();
-    };
-    bench
-        .knobs
-        .iter()
-        .enumerate()
-        .map(|(at, (knob, sd))| {
-            let spread = optimum.covariance[(at, at)].max(0.0).sqrt();
-            let name = bench.model.knobs[*knob].name.clone();
-            (name, fit.point.knobs[at] * sd, spread * sd)
-        })
-        .collect()
 }
 
 fn ranking(bench: &Bench<'_>, search: &Search, weights: &Weights) -> Vec<Hypothesis> {

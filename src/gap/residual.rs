@@ -12,11 +12,7 @@ mod windows;
 use rayon::prelude::*;
 
 use super::{
-    bench::Bench,
-    error::GapError,
-    name::{Naming, nuisances},
-    study::Study,
-    watch::Watch,
+    bench::Bench, error::GapError, fitted::nuisances, name::Naming, study::Study, watch::Watch,
 };
 use crate::{frames::STANDARD_GRAVITY, sim::plant::FreeBase};
 use smoother::{Path, Walk};

@@ -7,8 +7,17 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    Examined, Settings, Study, Uncertainty, Watch, add, bench::Bench, conclude, fake::RigidBody,
-    find, find::normal, name, search::log_prior, verdict::Outcome, verify,
+    Examined, Settings, Study, Uncertainty, Watch, add,
+    bench::Bench,
+    candidates::Candidate,
+    conclude,
+    fake::RigidBody,
+    find,
+    find::normal,
+    name,
+    search::{self, log_prior},
+    verdict::Outcome,
+    verify,
 };
 use crate::{
     effects::{Entry, Id},
@@ -239,6 +248,36 @@ fn a_payload_is_named_with_its_place() {
 }
 
 /// What weight away from the centre of mass could be, where it weighs nothing, is no rival.
+/// A descent alone stays where mass and place chase each other, or on the wrong side of the origin.
+#[test]
+fn a_payload_is_found_from_wherever_its_search_begins() {
+    let truth = [1.5, 0.25, -0.1, 0.05];
+    let load = [on_hull(Id::Payload, truth.to_vec())];
+    let trials = (0..2).map(|seed| trial("loaded", &load, &[0.01, -0.02], seed, 1.0));
+    on_bench(&RigidBody::new(), trials.collect(), |bench, watch| {
+        let is_payload = |of: &Candidate| of.effect == Id::Payload;
+        let candidate = bench.candidates.iter().position(is_payload).unwrap();
+        for first in [
+            [0.2, -0.2, 0.1, -0.05],
+            [3.0, 0.0, 0.1, 0.1],
+            [0.1, 0.4, 0.2, -0.2],
+        ] {
+            let mut point = bench.origin();
+            point.candidates.push(candidate);
+            point.values.push(first.to_vec());
+            let mut scored = Vec::new();
+            assert!(search::add(bench, point, &mut scored, watch).unwrap());
+            let found = &scored[0].fit.point.values[0];
+            for (found, truth) in found.iter().zip(truth) {
+                assert!(
+                    (found - truth).abs() < 0.1 * truth.abs() + 0.005,
+                    "{first:?}: {found}"
+                );
+            }
+        }
+    });
+}
+
 #[test]
 fn an_offset_of_buoyancy_is_named_alone() {
     let entry = on_hull(Id::BuoyancyOffset, vec![0.02, 0.01, 0.0]);
