@@ -72,7 +72,9 @@ fn table(html: &mut String, record: &Record, effects: &[&FittedEffect]) {
     html.push_str("</table></div>");
     let _ = write!(
         html,
-        "<p class=\"note\">Drawn from zero (dashed): dot and line, the value and its 95 % interval{}.</p>",
+        "<p class=\"note\">Drawn from zero (dashed): dot and line, the value and its 95 % interval{}. Where the \
+         equation idealises (drag, added mass, friction; not a mass, a gain or a bias) the interval holds 15 % of the \
+         value for what nature's form differs by.</p>",
         if has_bootstrap {
             "; grey and in brackets, the interval of a bootstrap over trials"
         } else {
