@@ -24,7 +24,7 @@ const DRAWS: usize = 199;
 /// Lengths of the blocks [rows].
 const BLOCKS: [usize; 3] = [1, 4, 16];
 /// An effect's form differs from nature's by about this part of what the effect does.
-pub(super) const FORM_ERROR: f64 = 0.15;
+pub const FORM_ERROR: f64 = 0.15;
 /// Noise of a sensor that declares none is believed up to this part of the readings' spread.
 const BELIEVED: f64 = 0.1;
 

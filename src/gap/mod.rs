@@ -51,6 +51,7 @@ mod verify;
 mod watch;
 
 pub use add::{Addition, add};
+pub use adequacy::FORM_ERROR;
 pub use bench::Bench;
 pub use conclude::conclude;
 pub use error::GapError;

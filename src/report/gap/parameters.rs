@@ -9,6 +9,7 @@ use super::{
 };
 use crate::{
     gap::{
+        FORM_ERROR,
         stages::Record,
         verdict::{FittedEffect, FittedParameter},
     },
@@ -73,13 +74,14 @@ fn table(html: &mut String, record: &Record, effects: &[&FittedEffect]) {
     let _ = write!(
         html,
         "<p class=\"note\">Drawn from zero (dashed): dot and line, the value and its 95 % interval{}. Where the \
-         equation idealises (drag, added mass, friction; not a mass, a gain or a bias) the interval holds 15 % of the \
+         equation idealises (drag, added mass, friction; not a mass, a gain or a bias) the interval holds {} % of the \
          value for what nature's form differs by.</p>",
         if has_bootstrap {
             "; grey and in brackets, the interval of a bootstrap over trials"
         } else {
             ""
-        }
+        },
+        100.0 * FORM_ERROR
     );
 }
 
