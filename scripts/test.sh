@@ -15,7 +15,7 @@ export HYDRO_TEST_OTHER_WHEEL=$PWD/$other
 
 scripts/check.sh
 
-printf '\n== Python: data, scenes, plugin\n'
+printf '\n== Python: data, scenes, benchmark\n'
 .venv/bin/python -m unittest discover -s scripts/tests
 
 printf '\n== Debian MuJoCo 2.2.2: the same library as a passive callback\n'

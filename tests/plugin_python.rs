@@ -5,10 +5,22 @@
 mod common;
 
 use std::{
+    collections::BTreeSet,
     env, fs,
     path::{Path, PathBuf},
     process::Command,
 };
+
+/// Each a file of its own, in a process of its own.
+const SUBJECTS: [&str; 7] = [
+    "effects",
+    "force",
+    "load_cell",
+    "loading",
+    "memory",
+    "refusals",
+    "robot",
+];
 
 /// The library that cargo built for this test; the one a folder up is that of the last `cargo build`.
 fn library() -> PathBuf {
@@ -43,17 +55,13 @@ fn the_library_in_python() {
     let joints: Vec<&str> = joints.iter().map(String::as_str).collect();
     common::lively(&joints).save(folder.path(), "b1");
     let tests = root.join("scripts/tests/plugin");
-    let mut scripts: Vec<PathBuf> = fs::read_dir(tests)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| {
-            path.file_name()
-                .is_some_and(|name| name.to_string_lossy().starts_with("test_"))
-        })
-        .collect();
-    scripts.sort();
-    assert!(scripts.len() > 1, "{scripts:?}");
-    for script in scripts {
+    let entries = fs::read_dir(&tests).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let found: BTreeSet<String> = names.filter(|name| name.starts_with("test_")).collect();
+    let expected = SUBJECTS.map(|subject| format!("test_{subject}.py"));
+    assert_eq!(found, BTreeSet::from(expected.clone()));
+    for script in expected {
+        let script = tests.join(script);
         let status = Command::new(&python)
             .arg(&script)
             .current_dir(folder.path())

@@ -38,7 +38,7 @@ impl Effect for ActuatorDelay {
         vec![
             Parameter::about("delay", "s", 0.0, 0.05)
                 .within(0.0, LONGEST)
-                .starting((2.5 * actuator.step).clamp(0.0, LONGEST)),
+                .starting(2.5 * actuator.step),
         ]
     }
 

@@ -127,8 +127,8 @@ pub struct Card {
     pub equation: &'static str,
     /// Where the equation is from.
     pub source: &'static str,
-    /// True where the equation idealises what water and joints do, so that its coefficients stand for what is a little
-    /// different; false where it says what the effect is: a mass, a force, a gain, an offset.
+    /// True where the equation idealises what water, joints and actuators do, so that its coefficients stand for what is
+    /// a little different; false where they say what the effect is: a mass, a force, a velocity, a gain, a width, an offset.
     pub idealised: bool,
     /// Where it is written.
     pub placement: Placement,

@@ -22,7 +22,7 @@ static CARD: Card = Card {
     equation: "nu_r = nu - (R^T v_c, 0), v_c constant in the world",
     source: "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., Wiley 2021, \
              section 10.3 (irrotational ocean current)",
-    idealised: true,
+    idealised: false,
     placement: Placement::Plugin,
 };
 

@@ -38,7 +38,7 @@ impl Effect for SensorDelay {
             Parameter::about("delay", "s", 0.0, 0.05_f64.max(2.0 * period))
                 .within(0.0, 1.0)
                 // Between two readings, where an interpolated signal has a derivative.
-                .starting((0.5 * period).min(1.0)),
+                .starting(0.5 * period),
         ]
     }
 

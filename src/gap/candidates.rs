@@ -39,7 +39,7 @@ pub(super) struct Candidate {
     pub(super) effect: Id,
     /// Its targets: one, or all of a kind.
     pub(super) targets: Vec<String>,
-    /// Parameters of the first target that are fitted; all targets share the values.
+    /// Parameters that are fitted; all targets share the values.
     pub(super) parameters: Vec<Parameter>,
     /// Values of those after them, which this form of the effect leaves at their nulls.
     pub(super) left_out: Vec<f64>,
@@ -47,7 +47,7 @@ pub(super) struct Candidate {
 
 impl Candidate {
     /// The forms of an effect with values that its targets share: with what is optional, and without. The smaller comes
-    /// first. Priors are the first target's, bounds those of all.
+    /// first. Bounds are those of all targets, priors the narrowest.
     fn forms(effect: Id, targets: &[(String, Target)]) -> Vec<Self> {
         let effect_of = effects::catalogue::effect(effect);
         let mut each = targets.iter().map(|(_, of)| effect_of.parameters(of));
@@ -58,7 +58,8 @@ impl Candidate {
             for (p, other) in all.iter_mut().zip(others) {
                 p.lower = p.lower.max(other.lower);
                 p.upper = p.upper.min(other.upper);
-                p.start = p.start.clamp(p.lower, p.upper);
+                p.prior_sd = p.prior_sd.min(other.prior_sd);
+                p.start = p.start.min(other.start).clamp(p.lower, p.upper);
             }
         }
         let needed = all.iter().take_while(|p| !p.optional).count();
@@ -463,25 +464,30 @@ mod tests {
         let width = &shared.parameters[0];
         assert_eq!(shared.targets, ["bow", "stern"]);
         assert_eq!((width.lower, width.upper), (0.0, 0.1));
-        assert!(width.start <= 0.1 && width.prior_sd > 0.5, "{width:?}");
-        let mut thruster = RigidBody::new().description().actuators[0].clone();
-        thruster.range = Some([-0.5, 1.0]);
-        assert_eq!(
-            [-2.0, 0.3, 2.0].map(|u| thruster.limited(u)),
-            [-0.5, 0.3, 1.0]
-        );
+        assert!(width.start < 0.01 && width.prior_sd < 0.02, "{width:?}");
     }
 
     #[test]
     fn hinges_and_slides_share_nothing() {
         let mut model = RigidBody::new().description().clone();
-        let mut shared = |slides: [bool; 2]| {
-            model.joints = (0..2).map(|dof| joint(dof, slides[dof])).collect();
+        let mut targets = |slides: [bool; 3]| {
+            model.joints = (0..3).map(|dof| joint(dof, slides[dof])).collect();
             let all = enumerate(&model, &NO_CHANNELS, &[], &usual(&model));
-            (all.iter()).any(|of| of.effect == Id::JointDamping && of.targets.len() == 2)
+            let dampings = all.into_iter().filter(|of| of.effect == Id::JointDamping);
+            let mut targets: Vec<_> = dampings.map(|of| of.targets.join(" ")).collect();
+            targets.sort();
+            targets
         };
-        assert!(shared([false, false]) && shared([true, true]));
-        assert!(!shared([false, true]));
+        let alone = ["joint_0", "joint_1", "joint_2"];
+        let with = |shared: &'static str| {
+            let mut all = [&alone[..], &[shared]].concat();
+            all.sort_unstable();
+            all
+        };
+        assert_eq!(targets([false; 3]), with("joint_0 joint_1 joint_2"));
+        assert_eq!(targets([true; 3]), with("joint_0 joint_1 joint_2"));
+        assert_eq!(targets([false, true, false]), with("joint_0 joint_2"));
+        assert_eq!(targets([true, true, false]), with("joint_0 joint_1"));
     }
 
     #[test]

@@ -33,7 +33,8 @@ pub(super) fn parameters(
         let best = best.as_ref()?;
         let at = first + parameter;
         let covariance = |a: usize, b: usize| best.covariance[(a, b)];
-        if of.effect == Id::Payload && parameter > 0 && covariance(first, first) > 0.0 {
+        let both_free = covariance(first, first) > 0.0 && covariance(at, at) > 0.0;
+        if of.effect == Id::Payload && parameter > 0 && both_free {
             let variances = [(first, first), (first, at), (at, at)];
             let mass = fit.point.values[row][0] / of.parameters[0].prior_sd;
             return Some(payload::place_interval(
@@ -81,7 +82,7 @@ pub(super) fn nuisances(bench: &Bench<'_>, fit: &Fit, factor: f64) -> Vec<(Strin
 mod tests {
     use super::*;
     use crate::{
-        effects::Target,
+        effects::{Target, card::JointScale},
         gap::{
             fake::RigidBody,
             tests::{on_bench, on_hull, trial},
@@ -101,6 +102,61 @@ mod tests {
         assert_eq!(of(Id::Waves, "x"), FORM_ERROR);
         assert_eq!(of(Id::Waves, "frequency"), 0.0);
         assert_eq!(of(Id::NetBuoyancy, "force"), 0.0);
+        let joint = Target::Joint(JointScale {
+            inertia: 1.0,
+            torque: 1.0,
+            speed: 0.5,
+            travel: 0.5,
+            slides: false,
+        });
+        let of = |effect: Id| {
+            let parameters = catalogue::effect(effect).parameters(&joint);
+            parameters
+                .iter()
+                .map(|p| form_error(effect, p))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(of(Id::JointFriction), [FORM_ERROR, FORM_ERROR, 0.0]);
+        assert_eq!(of(Id::JointStiffness), [FORM_ERROR, 0.0]);
+    }
+
+    #[test]
+    fn a_payload_s_place_has_the_interval_of_a_ratio() {
+        let load = [on_hull(Id::Payload, vec![1.5, 0.25, -0.1, 0.05])];
+        let trials = (0..2).map(|seed| trial("loaded", &load, &[0.0, 0.0], seed, 1.0));
+        on_bench(&RigidBody::new(), trials.collect(), |bench, watch| {
+            let mut point = bench.origin();
+            let of = |effect: Id| bench.candidates.iter().position(|of| of.effect == effect);
+            let (lift, load) = (
+                of(Id::Lift).expect("tried"),
+                of(Id::Payload).expect("tried"),
+            );
+            point.candidates.extend([lift, load]);
+            point.values.push(bench.candidates[lift].null());
+            point.values.push(vec![1.5, 0.25, -0.1, 0.05]);
+            let fit = bench.fit(point, watch).expect("fits").expect("stands");
+            let best = fit.quadratic().best(&fit.bounds).expect("positive");
+            // After knobs and the lift's own.
+            let first = bench.knobs.len() + bench.candidates[lift].parameters.len();
+            let scale: Vec<f64> = (bench.candidates[load].parameters.iter())
+                .map(|p| p.prior_sd)
+                .collect();
+            let found = parameters(bench, &fit, load, 1.0);
+            for axis in 1..4 {
+                let (at, value) = (first + axis, found[axis].value / scale[axis]);
+                let variances =
+                    [(first, first), (first, at), (at, at)].map(|(a, b)| best.covariance[(a, b)]);
+                let expected = payload::place_interval(found[0].value / scale[0], value, variances);
+                for (end, expected) in found[axis].ci95.iter().zip(expected) {
+                    assert!(
+                        (end / scale[axis] - expected).abs() < 1e-9,
+                        "{:?}",
+                        found[axis]
+                    );
+                }
+                assert!(found[axis].ci95[0] < value * scale[axis]);
+            }
+        });
     }
 
     /// Much is known of a strong drag, but not what nature's differs by.

@@ -252,7 +252,7 @@ impl Quadratic {
         let precision = (1.0 + self.a[(at, at)] - taken).max(1.0);
         let slope = self.b[at] - across.dot(&best.z) - best.z[at];
         let mean = best.z[at] + slope / precision;
-        let [low, high] = normal::credible(mean, precision.recip().sqrt(), bounds[at]);
+        let [low, high] = normal::credible(mean, precision.recip().sqrt().hypot(form), bounds[at]);
         [low.min(value), high.max(value)]
     }
 
@@ -361,6 +361,8 @@ mod tests {
                 .map(|at| density((f64::from(at) + 0.5) * to / 1e3) * to)
                 .sum()
         };
+        let [_, wider] = quadratic.interval(&best, &bounds, 0, best.z[0], 0.4);
+        assert!(wider > high + 0.1, "{wider} {high}");
         let held = integral(high) / integral(5.0);
         assert_eq!((best.z[0], low), (0.0, 0.0));
         assert!((held - 0.95).abs() < 1e-4, "{held}");

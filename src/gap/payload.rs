@@ -6,10 +6,11 @@ use crate::effects::Id;
 /// Half the 95 % interval of a normal distribution, in standard deviations.
 const WIDTH: f64 = 1.959_964;
 
-/// A point with its payloads on the other side of their bodies' origins; none where it has none.
+/// A point with all its payloads on the other side of their bodies' origins; none where it has none.
 ///
 /// Their inertia is the same, and an uncertain centre of mass may hide that their moments are opposite: two optima, one
-/// of which a descent from the other does not find.
+/// of which a descent from the other does not find. At the origin it is the same point, for a descent that sees what it
+/// did not while there was no mass: that places matter.
 pub(super) fn mirrored(candidates: &[Candidate], point: &Point) -> Option<Point> {
     let is_payload = |candidate: &usize| candidates[*candidate].effect == Id::Payload;
     let mut mirrored = point.clone();
@@ -24,7 +25,8 @@ pub(super) fn mirrored(candidates: &[Candidate], point: &Point) -> Option<Point>
 /// A point that a straight step has led to, with the place of its payloads where their moments (mass times place) are
 /// what the step makes of them to first order.
 ///
-/// Weight is linear in mass and moment; straight on, mass and place chase each other.
+/// Weight is linear in mass and moment; a step that is straight in mass and place changes the moment by their product
+/// too, which the next would have to undo.
 pub(super) fn at_their_moments(candidates: &[Candidate], from: &Point, mut to: Point) -> Point {
     for (row, candidate) in from.candidates.iter().enumerate() {
         let of = &candidates[*candidate];
@@ -42,20 +44,23 @@ pub(super) fn at_their_moments(candidates: &[Candidate], from: &Point, mut to: P
 }
 
 /// The 95 % interval of a coordinate of the place, where the posterior is normal in mass and moment: that of a ratio,
-/// and the prior's where the mass may be none.
+/// within the prior's.
 ///
 /// `mass`, `place`: in standard deviations of their priors; `variances`: of the mass, of both, of the place, about these.
 /// Source: E. C. Fieller, J. R. Stat. Soc. B 16, 1954.
 pub(super) fn place_interval(mass: f64, place: f64, variances: [f64; 3]) -> [f64; 2] {
     let [of_mass, of_both, of_place] = variances.map(|variance| WIDTH * WIDTH * variance);
     // Of d = q - place: d^2 (m^2 - V_mm) + 2 d m V_mx <= m^2 V_xx.
-    let square = 1.0 - of_mass / (mass * mass);
-    if square <= 0.0 {
-        return [place.min(-WIDTH), place.max(WIDTH)];
-    }
-    let middle = -of_both / mass / square;
-    let half = (middle * middle + of_place / square).sqrt();
-    [middle - half, middle + half].map(|end| place + end)
+    let certain = mass * mass - of_mass;
+    let (from, to) = if certain > 0.0 {
+        let middle = -mass * of_both / certain;
+        let half = (middle * middle + mass * mass * of_place / certain).sqrt();
+        (place + middle - half, place + middle + half)
+    } else {
+        (f64::NEG_INFINITY, f64::INFINITY)
+    };
+    // A place that little is known of is where the prior has it.
+    [from.max(place.min(-WIDTH)), to.min(place.max(WIDTH))]
 }
 
 #[cfg(test)]
@@ -150,8 +155,23 @@ mod tests {
         }
         assert!((below / whole - 0.025).abs() < 1e-3, "{}", below / whole);
         assert!((above / whole - 0.025).abs() < 1e-3, "{}", above / whole);
-        let unsure = place_interval(0.3, place, variances);
-        assert_eq!(unsure, [-WIDTH, WIDTH]);
+    }
+
+    /// The less is known of the mass, the less of its place, and no less than before anything was measured.
+    #[test]
+    fn a_place_is_no_less_certain_than_its_prior() {
+        let at = |sd: f64| place_interval(1.0, 0.5, [sd * sd, -0.18 * sd, 0.36]);
+        let mut before = 0.0;
+        for sd in [0.1, 0.3, 0.45, 0.49, 0.5, 0.51, 0.52, 1.0] {
+            let [from, to] = at(sd);
+            assert!(
+                to - from >= before && -WIDTH <= from && to <= WIDTH,
+                "{sd}: {from} {to}"
+            );
+            before = to - from;
+        }
+        assert_eq!(at(1.0), [-WIDTH, WIDTH]);
+        assert_eq!(place_interval(0.0, 3.0, [0.0; 3]), [-WIDTH, 3.0]);
     }
 
     #[test]

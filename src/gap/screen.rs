@@ -21,11 +21,12 @@ const SCREENED: f64 = 72.0;
 /// ... and at fewer where a step is dear: seconds times degrees of freedom.
 const SCREENED_FREEDOMS: f64 = 400.0;
 /// Parameters that shape what amplitudes do.
-pub(super) const SHAPE_NAMES: [&str; 6] = [
+pub(super) const SHAPE_NAMES: [&str; 7] = [
     "frequency",
     "rate",
     "length",
-    "speed",
+    "stribeck_speed",
+    "reference",
     PHASE,
     "vertical_lag",
 ];
@@ -69,7 +70,7 @@ impl Bench<'_> {
         for (at, p) in of.parameters.iter().enumerate() {
             let factors: &[f64] = match p.name.as_str() {
                 "frequency" => &FREQUENCIES,
-                "rate" | "length" | "speed" => &SHAPES,
+                "rate" | "length" => &SHAPES,
                 _ => continue,
             };
             bases = factors

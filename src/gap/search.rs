@@ -24,6 +24,8 @@ use crate::effects::Id;
 const PRIOR_BY_SIZE: [f64; 4] = [0.5, 0.3, 0.15, 0.05];
 /// Times that the payloads of a fit are looked for on the other side.
 const MIRRORS: usize = 2;
+/// A cost lower by this is another optimum, not the same once more.
+const ANOTHER: f64 = 1.0;
 /// Effects at most in a set.
 const LARGEST: usize = 3;
 /// Singles that pairs are made of.
@@ -34,8 +36,8 @@ const LEADERS: [usize; 2] = [5, 3];
 pub(super) const ADDITIONS: usize = 3;
 /// All singles are refitted to data of fewer seconds times degrees of freedom than this.
 const SMALL: f64 = 10.0;
-/// An effect's form differs from nature's by about this part of what the effect does ...
-const FORM_ERROR: f64 = 0.08;
+/// Of what an effect does, its form leaves about this part that others can take for theirs (less than it is off by) ...
+const LEFT_OVER: f64 = 0.08;
 /// ... spread over about so many independent directions of the data.
 const FORM_DIRECTIONS: f64 = 12.0;
 /// Larger sets are tried about one that leaves structure at this level.
@@ -279,7 +281,7 @@ fn values(bench: &Bench<'_>, candidate: usize, found: &[(&Direction, f64)]) -> V
 /// Squared whitened residuals count less where a strong effect is at work, whose catalogue form is only
 /// about nature's: a fraction of what it explains must not be taken for a further effect.
 pub(super) fn form_factor(explained: f64) -> f64 {
-    1.0 + FORM_ERROR * FORM_ERROR * explained.max(0.0) / FORM_DIRECTIONS
+    1.0 + LEFT_OVER * LEFT_OVER * explained.max(0.0) / FORM_DIRECTIONS
 }
 
 /// Searches from nothing: screen, refit the leaders, and where something is left over, screen again about
@@ -508,7 +510,7 @@ pub(super) fn add(
             Some(mirrored) => bench.fit(mirrored, watch)?,
             None => None,
         };
-        let Some(better) = other.filter(|other| other.cost() < fit.cost()) else {
+        let Some(better) = other.filter(|other| other.cost() + ANOTHER < fit.cost()) else {
             break;
         };
         fit = better;

@@ -239,3 +239,25 @@ fn typical(model: &PlantDescription, trials: &[Measured], tracks: &[Track]) -> T
         command,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gap::{
+        fake::RigidBody,
+        tests::{on_bench, trial},
+    };
+
+    #[test]
+    fn the_largest_command_is_one_that_an_actuator_obeys() {
+        let trials = vec![trial("pushed", &[], &[0.0, 0.0], 0, 1.0)];
+        on_bench(&RigidBody::new(), trials, |bench, _| {
+            let mut model = bench.model.clone();
+            let largest =
+                |model: &PlantDescription| typical(model, bench.trials, bench.tracks).command;
+            assert!(largest(&model)[1] > 0.5);
+            model.actuators[1].range = Some([-0.2, 0.1]);
+            assert_eq!(largest(&model)[1], 0.2);
+        });
+    }
+}

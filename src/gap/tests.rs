@@ -247,7 +247,6 @@ fn a_payload_is_named_with_its_place() {
     assert!((x.value - 0.25).abs() < 0.03, "{x:?}");
 }
 
-/// What weight away from the centre of mass could be, where it weighs nothing, is no rival.
 /// A descent alone stays where mass and place chase each other, or on the wrong side of the origin.
 #[test]
 fn a_payload_is_found_from_wherever_its_search_begins() {
@@ -257,11 +256,13 @@ fn a_payload_is_found_from_wherever_its_search_begins() {
     on_bench(&RigidBody::new(), trials.collect(), |bench, watch| {
         let is_payload = |of: &Candidate| of.effect == Id::Payload;
         let candidate = bench.candidates.iter().position(is_payload).unwrap();
-        for first in [
+        let firsts = [
             [0.2, -0.2, 0.1, -0.05],
             [3.0, 0.0, 0.1, 0.1],
             [0.1, 0.4, 0.2, -0.2],
-        ] {
+            [0.0; 4],
+        ];
+        for first in firsts {
             let mut point = bench.origin();
             point.candidates.push(candidate);
             point.values.push(first.to_vec());
@@ -278,6 +279,7 @@ fn a_payload_is_found_from_wherever_its_search_begins() {
     });
 }
 
+/// What weight away from the centre of mass could be, where it weighs nothing, is no rival.
 #[test]
 fn an_offset_of_buoyancy_is_named_alone() {
     let entry = on_hull(Id::BuoyancyOffset, vec![0.02, 0.01, 0.0]);

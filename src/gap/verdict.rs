@@ -32,7 +32,8 @@ pub struct FittedParameter {
     pub value: f64,
     /// Its unit.
     pub unit: String,
-    /// 95 % interval: of the fit, and of the form where the effect idealises ([`crate::effects::Card::idealised`]).
+    /// 95 % interval: of the fit, and of the form where the effect idealises ([`crate::effects::Card::idealised`]); a
+    /// bootstrap's is of the trials alone.
     pub ci95: [f64; 2],
 }
 

@@ -153,7 +153,7 @@ pub struct PlantActuator {
 }
 
 impl PlantActuator {
-    /// What the engine makes of a command: within its limits.
+    /// A command within its limits, where it has any.
     pub fn limited(&self, command: f64) -> f64 {
         self.range
             .map_or(command, |[low, high]| command.max(low).min(high))
@@ -323,4 +323,23 @@ pub trait Simulation: Send {
     fn sensors(&self) -> &[f64];
     /// True where the simulation has blown up since it was last started.
     fn diverged(&self) -> bool;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_counts_as_far_as_its_limits_let_it() {
+        let mut thruster = PlantActuator {
+            name: "bow".to_owned(),
+            range: Some([-0.5, 1.0]),
+            thrusts: true,
+            speed_bias: 0.0,
+        };
+        let limited = |of: &PlantActuator| [-2.0, 0.3, 2.0].map(|command| of.limited(command));
+        assert_eq!(limited(&thruster), [-0.5, 0.3, 1.0]);
+        thruster.range = None;
+        assert_eq!(limited(&thruster), [-2.0, 0.3, 2.0]);
+    }
 }

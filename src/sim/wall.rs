@@ -47,7 +47,26 @@ fn from_box(point: Vector3<f64>, half: Vector3<f64>) -> (f64, Vector3<f64>) {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use nalgebra::UnitQuaternion;
+
     use super::*;
+
+    /// A plane's distance is along its z axis, wherever it stands and however it is turned; behind it there is none.
+    #[test]
+    fn a_wall_is_as_far_as_the_way_to_it() {
+        // Its z axis along the world's x.
+        let turn = UnitQuaternion::from_euler_angles(0.0, FRAC_PI_2, 0.0);
+        let place = Isometry3::from_parts(Vector3::new(1.0, 2.0, 3.0).into(), turn);
+        let distance = |half, point| Wall { place, half }.distance(point);
+        assert!((distance(None, [1.5, 9.0, -9.0]) - 0.5).abs() < 1e-12);
+        assert_eq!(distance(None, [0.5, 0.0, 0.0]), 0.0);
+        // Half as high along the world's x, as long along its z.
+        let half = Some(Vector3::new(2.0, 1.0, 0.5));
+        assert!((distance(half, [1.8, 2.0, 3.0]) - 0.3).abs() < 1e-12);
+        assert!((distance(half, [1.0, 2.0, 5.4]) - 0.4).abs() < 1e-12);
+    }
 
     #[test]
     fn a_box_is_left_by_the_shortest_way() {

@@ -74,8 +74,8 @@ fn table(html: &mut String, record: &Record, effects: &[&FittedEffect]) {
     let _ = write!(
         html,
         "<p class=\"note\">Drawn from zero (dashed): dot and line, the value and its 95 % interval{}. Where the \
-         equation idealises (drag, added mass, friction; not a mass, a gain or a bias) the interval holds {} % of the \
-         value for what nature's form differs by.</p>",
+         equation idealises (drag, added mass, friction; not a mass, a gain or a bias) it holds, beside the fit's, a \
+         standard deviation of {} % of the value for what nature's form differs by; the bootstrap's does not.</p>",
         if has_bootstrap {
             "; grey and in brackets, the interval of a bootstrap over trials"
         } else {
