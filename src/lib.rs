@@ -3,6 +3,7 @@
 pub mod checkpoint;
 pub mod comparison;
 pub mod dataset;
+mod document;
 pub mod drag;
 pub mod effects;
 pub mod features;

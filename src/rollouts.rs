@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
-use crate::features::FeatureLayout;
+use crate::{document::hexadecimal, features::FeatureLayout};
 
 /// The schema this build reads.
 pub const SCHEMA: &str = "hydro-rollouts/1";
@@ -246,7 +246,7 @@ fn read_run(folder: &Path, entry: &Entry, features: usize) -> Result<Rollout, Ro
         reason,
     };
     let bytes = std::fs::read(&path).map_err(|error| unreadable(error.to_string()))?;
-    let found = hex(&Sha256::digest(&bytes));
+    let found = hexadecimal(&Sha256::digest(&bytes));
     if found != entry.sha256 {
         return Err(RolloutError::Digest {
             path,
@@ -280,11 +280,6 @@ fn read_run(folder: &Path, entry: &Entry, features: usize) -> Result<Rollout, Ro
         hydrostatic: reader.read("hydrostatic", Some(samples), 6)?,
         time: time.values,
     })
-}
-
-/// Lower-case hexadecimal.
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Reads and checks the arrays of one archive.
@@ -383,7 +378,7 @@ mod tests {
         );
         assert!(load(&index_with(SCHEMA, "gone.npz", "")).contains("gone.npz"));
         assert!(load(&index_with(SCHEMA, "run.npz", "00")).contains("changed or truncated"));
-        let digest = hex(&Sha256::digest(b"no archive"));
+        let digest = hexadecimal(&Sha256::digest(b"no archive"));
         assert!(load(&index_with(SCHEMA, "run.npz", &digest)).contains("run.npz"));
         assert!(load("{").contains("rollouts.json"));
         let nowhere = Rollouts::load(Path::new("no/such/folder")).unwrap_err();

@@ -9,6 +9,7 @@ use std::{
 
 /// A room and the rooms that it may name.
 const MAY_NAME: &[(&str, &[&str])] = &[
+    ("document", &[]),
     ("frames", &[]),
     ("features", &[]),
     ("drag", &["frames"]),
@@ -17,17 +18,31 @@ const MAY_NAME: &[(&str, &[&str])] = &[
     ("sim", &["effects", "frames"]),
     ("trial", &["frames"]),
     ("patch", &["effects", "sim"]),
-    ("rollouts", &["features"]),
-    ("dataset", &["features", "frames"]),
+    ("rollouts", &["document", "features"]),
+    ("dataset", &["document", "features", "frames"]),
     ("model", &["features", "frames"]),
-    ("checkpoint", &["features", "frames", "model"]),
+    ("checkpoint", &["document", "features", "frames", "model"]),
     (
         "training",
-        &["checkpoint", "dataset", "features", "frames", "model"],
+        &[
+            "checkpoint",
+            "dataset",
+            "document",
+            "features",
+            "frames",
+            "model",
+        ],
     ),
     (
         "plugin",
-        &["checkpoint", "effects", "features", "frames", "model"],
+        &[
+            "checkpoint",
+            "document",
+            "effects",
+            "features",
+            "frames",
+            "model",
+        ],
     ),
     (
         "mujoco",

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::CheckpointError;
 use crate::{
+    document::{self, Fault},
     features::FeatureLayout,
     frames::{frames_fault, output_units_fault},
     model::{Encoder, ModelConfig, Normaliser, Solver},
@@ -72,20 +73,14 @@ pub struct Card {
 
 /// Reads a card; another schema is refused first.
 pub(super) fn parse_card(bytes: &[u8], path: &Path) -> Result<Card, CheckpointError> {
-    let malformed = |error: serde_json::Error| CheckpointError::Card {
-        path: path.to_owned(),
-        reason: error.to_string(),
-    };
-    // The schema first: a card of another version may lack anything else.
-    let value: serde_json::Value = serde_json::from_slice(bytes).map_err(malformed)?;
-    let schema = value.get("schema");
-    if schema.and_then(|schema| schema.as_str()) != Some(SCHEMA) {
-        return Err(CheckpointError::Schema {
-            path: path.to_owned(),
-            found: schema.map_or_else(|| "missing".to_owned(), ToString::to_string),
-        });
-    }
-    serde_json::from_value(value).map_err(malformed)
+    let path = path.to_owned();
+    document::parse(bytes, SCHEMA).map_err(|fault| match fault {
+        Fault::Schema(found) => CheckpointError::Schema { path, found },
+        Fault::Malformed(error) => CheckpointError::Card {
+            path,
+            reason: error.to_string(),
+        },
+    })
 }
 
 /// Refuses a card whose parts do not fit together.

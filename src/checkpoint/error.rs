@@ -5,7 +5,7 @@ use std::{io, path::PathBuf};
 use thiserror::Error;
 
 use super::SCHEMA;
-use crate::model::ModelError;
+use crate::{document::listed, model::ModelError};
 
 /// Why a checkpoint was refused.
 #[derive(Debug, Error)]
@@ -117,12 +117,4 @@ pub enum CheckpointError {
     /// The model could not be built.
     #[error(transparent)]
     Model(#[from] ModelError),
-}
-
-fn listed(names: &[String]) -> String {
-    if names.is_empty() {
-        "nothing".to_owned()
-    } else {
-        names.join(", ")
-    }
 }

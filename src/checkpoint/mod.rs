@@ -25,11 +25,15 @@ pub use self::{
     error::CheckpointError,
 };
 use self::{
-    replacement::{Partial, names_in, remove_abandoned, replace},
+    replacement::{Partial, remove_abandoned, replace},
     weights::numbers,
 };
-use crate::model::{
-    Encoder, Engine, EngineKind, ForceModel, ModelError, Network, Parameters, Solver, parameters,
+use crate::{
+    document::{hexadecimal, names_in},
+    model::{
+        Encoder, Engine, EngineKind, ForceModel, ModelError, Network, Parameters, Solver,
+        parameters,
+    },
 };
 
 /// Name of the weights inside the folder.
@@ -242,8 +246,4 @@ impl Checkpoint {
         }
         Ok(Self { card, weights })
     }
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -7,15 +7,7 @@ use std::{
 
 use rustix::fs::{CWD, RenameFlags, renameat_with};
 
-/// Names in a folder, sorted; empty where it cannot be read.
-pub(super) fn names_in(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut names: Vec<String> = entries
-        .map(|entry| entry.file_name().to_string_lossy().into_owned())
-        .collect();
-    names.sort();
-    names
-}
+use crate::document::names_in;
 
 /// Moves `new` to `folder`. What stood there, if anything, ends up at `new` or at `old`.
 pub(super) fn replace(new: &Path, folder: &Path, old: &Path) -> io::Result<()> {

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::DatasetError;
 use crate::{
+    document::{self, Fault},
     features::FeatureLayout,
     frames::{frames_fault, output_units_fault},
 };
@@ -66,20 +67,16 @@ pub struct Manifest {
 
 impl Manifest {
     pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Self, DatasetError> {
-        let malformed = |error: serde_json::Error| DatasetError::Manifest {
-            path: path.to_owned(),
-            reason: error.to_string(),
-        };
-        // The schema first: a manifest of another version may lack anything else.
-        let value: serde_json::Value = serde_json::from_slice(bytes).map_err(malformed)?;
-        let schema = value.get("schema");
-        if schema.and_then(|schema| schema.as_str()) != Some(SCHEMA) {
-            return Err(DatasetError::Schema {
+        let manifest: Self = document::parse(bytes, SCHEMA).map_err(|fault| match fault {
+            Fault::Schema(found) => DatasetError::Schema {
                 path: path.to_owned(),
-                found: schema.map_or_else(|| "missing".to_owned(), ToString::to_string),
-            });
-        }
-        let manifest: Self = serde_json::from_value(value).map_err(malformed)?;
+                found,
+            },
+            Fault::Malformed(error) => DatasetError::Manifest {
+                path: path.to_owned(),
+                reason: error.to_string(),
+            },
+        })?;
         match manifest.fault() {
             Some(reason) => Err(DatasetError::Manifest {
                 path: path.to_owned(),

@@ -19,6 +19,8 @@ use std::{
 use sha2::{Digest as _, Sha256};
 use thiserror::Error;
 
+use crate::document::{hexadecimal, listed, names_in};
+
 pub use self::{
     manifest::{Manifest, SCHEMA, ShardEntry, SplitEntry},
     split::Split,
@@ -129,18 +131,6 @@ pub enum DatasetError {
     },
 }
 
-fn listed(names: &[String]) -> String {
-    if names.is_empty() {
-        "nothing".to_owned()
-    } else {
-        names.join(", ")
-    }
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
 /// An opened data set: the manifest is checked, the shards exist.
 ///
 /// ```no_run
@@ -163,14 +153,9 @@ impl Dataset {
     pub fn open(folder: &Path) -> Result<Self, DatasetError> {
         let path = folder.join("manifest.json");
         if !path.is_file() {
-            let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-            let mut found: Vec<String> = entries
-                .map(|entry| entry.file_name().to_string_lossy().into_owned())
-                .collect();
-            found.sort();
             return Err(DatasetError::Missing {
                 folder: folder.to_owned(),
-                found,
+                found: names_in(folder),
             });
         }
         let bytes = fs::read(&path).map_err(|source| DatasetError::Io {

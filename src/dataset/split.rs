@@ -5,7 +5,8 @@ use std::{fs, path::Path};
 use safetensors::{Dtype, SafeTensors};
 use sha2::{Digest as _, Sha256};
 
-use super::{DatasetError, Manifest, ShardEntry, hexadecimal};
+use super::{DatasetError, Manifest, ShardEntry};
+use crate::document::hexadecimal;
 
 /// Trajectories of equal length, one after the other; all SI.
 #[derive(Clone, Debug)]

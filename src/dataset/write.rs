@@ -5,7 +5,8 @@ use std::{collections::BTreeMap, fs, path::Path};
 use safetensors::{Dtype, tensor::TensorView};
 use sha2::{Digest as _, Sha256};
 
-use super::{Dataset, DatasetError, Manifest, ShardEntry, SplitEntry, hexadecimal};
+use super::{Dataset, DatasetError, Manifest, ShardEntry, SplitEntry};
+use crate::document::hexadecimal;
 
 /// One trajectory as it is recorded, of [`Manifest::samples`] samples.
 #[derive(Clone, Debug, PartialEq)]

@@ -26,6 +26,7 @@ use super::{
 };
 use crate::{
     checkpoint::{Checkpoint, CheckpointError},
+    document::hexadecimal,
     model::{Engine, EngineKind, Solver},
 };
 
@@ -143,7 +144,7 @@ impl Registry {
             path: key.clone(),
             source: Box::new(source),
         })?;
-        let digest = hex(&checkpoint.digest());
+        let digest = hexadecimal(&checkpoint.digest());
         let loaded = Arc::new(Loaded { checkpoint, digest });
         let mut known = self
             .checkpoints
@@ -277,8 +278,4 @@ fn stamp(folder: &Path) -> Stamp {
             Some((about.modified().ok()?, about.len()))
         })
         .collect()
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

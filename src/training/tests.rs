@@ -7,7 +7,10 @@ use serde_json::json;
 use sha2::{Digest as _, Sha256};
 
 use super::*;
-use crate::model::{AttentionOdeConfig, MlpConfig, ModelConfig, Solver};
+use crate::{
+    document::hexadecimal,
+    model::{AttentionOdeConfig, MlpConfig, ModelConfig, Solver},
+};
 
 /// Trajectories and samples of a split.
 const SIZE: (usize, usize) = (12, 40);
@@ -58,10 +61,7 @@ fn write_dataset(root: &Path) -> Dataset {
         let shard = safetensors::serialize(views, None).expect("serialises");
         let file = format!("{name}-00000-of-00001.safetensors");
         fs::write(root.join(&file), &shard).expect("written");
-        let sha256: String = Sha256::digest(&shard)
-            .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect();
+        let sha256 = hexadecimal(&Sha256::digest(&shard));
         let entry = json!({"trajectories": m, "shards": [{"file": file, "trajectories": m, "sha256": sha256}]});
         splits.insert(name.to_owned(), entry);
     }
