@@ -154,6 +154,9 @@ pub struct Parameter {
     pub start: f64,
     /// True where the effect also stands without it, at its null: a file may leave it out.
     pub optional: bool,
+    /// True where it shapes what the effect's amplitudes do (a frequency, a length, a place): it says nothing while they
+    /// are zero.
+    pub shapes: bool,
 }
 
 /// What a prior may depend on: the sizes of the thing acted on.

@@ -55,7 +55,8 @@ impl Effect for JointFriction {
                 (0.1 * speed).clamp(SLOWEST, FASTEST),
                 0.1 * speed,
             )
-            .within(SLOWEST, FASTEST),
+            .within(SLOWEST, FASTEST)
+            .shaping(),
         ]
     }
 

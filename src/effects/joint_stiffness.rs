@@ -39,7 +39,8 @@ impl Effect for JointStiffness {
                 .within(0.0, joint.greatest_force() / LEAST_TRAVEL),
             // Means nothing without the spring.
             Parameter::about("reference", joint.position_unit(), 0.0, travel)
-                .within(-FARTHEST, FARTHEST),
+                .within(-FARTHEST, FARTHEST)
+                .shaping(),
         ]
     }
 

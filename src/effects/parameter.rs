@@ -19,6 +19,7 @@ impl Parameter {
             upper: f64::INFINITY,
             start: null,
             optional: false,
+            shapes: false,
         }
     }
 
@@ -27,6 +28,14 @@ impl Parameter {
         Self {
             lower,
             upper,
+            ..self
+        }
+    }
+
+    /// One that shapes what the amplitudes do.
+    pub(crate) fn shaping(self) -> Self {
+        Self {
+            shapes: true,
             ..self
         }
     }

@@ -55,11 +55,12 @@ impl Effect for Payload {
                     .within(0.0, GREATEST * mass)
                     .starting(FIRST * mass),
             ];
-            parameters.extend(axes::vector(
+            let places = axes::vector(
                 "m",
                 extent.map(|extent| AWAY * extent),
                 [FARTHEST * length; 3],
-            ));
+            );
+            parameters.extend(places.map(Parameter::shaping));
             parameters
         })
     }

@@ -26,7 +26,8 @@ pub(super) fn parameters(scale: &BodyScale) -> Vec<Parameter> {
         Parameter::about("added_mass", "1", 0.0, 0.5).within(0.0, 20.0),
         // Of the order of half the body: an image's flow and a body's waves die away over its own size.
         Parameter::about("length", "m", 0.5 * length, 0.25 * length)
-            .within(0.02 * length, 20.0 * length),
+            .within(0.02 * length, 20.0 * length)
+            .shaping(),
     ]
 }
 

@@ -47,8 +47,11 @@ impl Effect for WakeMemory {
             // A wake lasts as long as the body takes to move by its own length.
             let [slowest, fastest] = RATES;
             let rate = (scale.typical_speed() / scale.length()).clamp(4.0 * slowest, 0.1 * fastest);
-            parameters
-                .push(Parameter::about("rate", "1/s", rate, 2.0 * rate).within(slowest, fastest));
+            parameters.push(
+                Parameter::about("rate", "1/s", rate, 2.0 * rate)
+                    .within(slowest, fastest)
+                    .shaping(),
+            );
             parameters
         })
     }

@@ -52,10 +52,15 @@ impl Effect for Waves {
                 axes::vector("m/s", [0.5 * speed; 3], [FASTEST; 3]).collect();
             parameters.extend([
                 Parameter::about("frequency", "rad/s", FREQUENCY, FREQUENCY)
-                    .within(slowest, fastest),
+                    .within(slowest, fastest)
+                    .shaping(),
                 // Wider than a turn, so that no fit gets stuck at a seam.
-                Parameter::about("phase", "rad", 0.0, 0.5 * PI).within(-TAU, TAU),
-                Parameter::about("vertical_lag", "rad", FRAC_PI_2, 0.5).within(-TAU, TAU),
+                Parameter::about("phase", "rad", 0.0, 0.5 * PI)
+                    .within(-TAU, TAU)
+                    .shaping(),
+                Parameter::about("vertical_lag", "rad", FRAC_PI_2, 0.5)
+                    .within(-TAU, TAU)
+                    .shaping(),
             ]);
             parameters
         })

@@ -1,18 +1,16 @@
 //! What a fit says of an effect's parameters and of the uncertain numbers, each with its error.
 
-use super::{
-    adequacy::FORM_ERROR, bench::Bench, fit::Fit, payload, screen::SHAPE_NAMES,
-    verdict::FittedParameter,
-};
+use super::{adequacy::FORM_ERROR, bench::Bench, fit::Fit, payload, verdict::FittedParameter};
 use crate::effects::{Id, Parameter, catalogue};
 
 /// How far what a parameter stands for may be from the catalogue's form, as a part of the parameter.
 fn form_error(effect: Id, parameter: &Parameter) -> f64 {
-    let is_shape = SHAPE_NAMES.contains(&parameter.name.as_str());
-    if is_shape || !catalogue::effect(effect).card().idealised {
-        return 0.0;
+    let idealised = catalogue::effect(effect).card().idealised;
+    if idealised && !parameter.shapes {
+        FORM_ERROR
+    } else {
+        0.0
     }
-    FORM_ERROR
 }
 
 /// Values and intervals of one candidate in a fit: Laplace's, and the error of the effect's form.

@@ -14,22 +14,12 @@ use super::{
     shooting::{self, Trace, WarmUp},
     watch::Watch,
 };
-use crate::effects::{self, Entry, Id, Part};
+use crate::effects::{self, Entry, Id, Parameter, Part};
 
 /// A screen only chooses what is fitted to all segments: it looks at so many seconds of them at most ...
 const SCREENED: f64 = 72.0;
 /// ... and at fewer where a step is dear: seconds times degrees of freedom.
 const SCREENED_FREEDOMS: f64 = 400.0;
-/// Parameters that shape what amplitudes do.
-pub(super) const SHAPE_NAMES: [&str; 7] = [
-    "frequency",
-    "rate",
-    "length",
-    "stribeck_speed",
-    "reference",
-    PHASE,
-    "vertical_lag",
-];
 /// The phase of an oscillation: amplitudes at two phases a quarter of a turn apart make any, and are one choice.
 pub(super) const PHASE: &str = "phase";
 /// Factors on a shape's usual value that are tried.
@@ -84,11 +74,13 @@ impl Bench<'_> {
                 })
                 .collect();
         }
-        let is_place = |at: usize| of.effect == Id::Payload && at > 0;
-        for at in (0..of.parameters.len()).filter(|at| is_place(*at)) {
+        let is_payload = of.effect == Id::Payload;
+        let shapes = |(_, p): &(usize, &Parameter)| p.shapes;
+        let all = || of.parameters.iter().enumerate();
+        for (at, p) in all().filter(|of| is_payload && shapes(of)) {
             for place in PLACES {
                 let mut base = of.null();
-                base[at] += place * of.parameters[at].prior_sd;
+                base[at] += place * p.prior_sd;
                 bases.push(base);
             }
         }
@@ -102,9 +94,8 @@ impl Bench<'_> {
                 })
                 .collect();
         }
-        let amplitudes = of.parameters.iter().enumerate();
-        let amplitudes: Vec<(usize, f64)> = amplitudes
-            .filter(|(at, p)| !SHAPE_NAMES.contains(&p.name.as_str()) && !is_place(*at))
+        let amplitudes: Vec<(usize, f64)> = all()
+            .filter(|of| !shapes(of))
             .map(|(parameter, p)| {
                 // A start off the null: there the effect has no derivative, and a secant stands for it.
                 let step = if p.start == p.null {
@@ -124,7 +115,7 @@ impl Bench<'_> {
                     base: base.clone(),
                     step: *step,
                     // Where it sits is given, so a mass has a slope.
-                    secant: of.effect != Id::Payload
+                    secant: !is_payload
                         && of.parameters[*parameter].start != of.parameters[*parameter].null,
                 })
             })
