@@ -160,8 +160,14 @@ pub(super) fn enumerate(
     let pace = Pace::of(model, typical);
     for id in Id::ALL {
         let effect = effects::catalogue::effect(*id);
+        // Each alone, and all with shared values.
         let mut add = |targets: &[(String, Target)]| {
-            candidates.extend(Candidate::forms(*id, targets));
+            for one in targets.chunks(1) {
+                candidates.extend(Candidate::forms(*id, one));
+            }
+            if targets.len() > 1 {
+                candidates.extend(Candidate::forms(*id, targets));
+            }
         };
         match effect.card().target {
             TargetKind::Body => {
@@ -193,12 +199,8 @@ pub(super) fn enumerate(
                 // A slide and a hinge have no value in common.
                 let (slides, hinges): (Vec<_>, Vec<_>) =
                     targets.partition(|(_, of)| matches!(of, Target::Joint(of) if of.slides));
-                for alike in [hinges, slides] {
-                    alike.chunks(1).for_each(&mut add);
-                    if alike.len() > 1 {
-                        add(&alike);
-                    }
-                }
+                add(&hinges);
+                add(&slides);
             }
             TargetKind::Actuator => {
                 let targets = model
@@ -216,10 +218,7 @@ pub(super) fn enumerate(
                         fits.then(|| (actuator.name.clone(), Target::Actuator(scale)))
                     });
                 let targets: Vec<_> = targets.collect();
-                targets.chunks(1).for_each(&mut add);
-                if targets.len() > 1 {
-                    add(&targets);
-                }
+                add(&targets);
             }
             TargetKind::Sensor => {
                 for source in &channels.sources {

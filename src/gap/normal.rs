@@ -6,6 +6,8 @@ use super::information::Bounds;
 
 /// Part of a posterior that an interval holds.
 const CREDIBLE: f64 = 0.95;
+/// Half of that interval where nothing cuts it, in standard deviations.
+pub(super) const HALF_WIDTH: f64 = 1.959_963_985;
 /// Halvings of the interval of widths that is searched.
 const HALVINGS: usize = 60;
 /// Standard deviations beyond which nothing is left of a normal.
@@ -79,21 +81,21 @@ mod tests {
 
     #[test]
     fn the_normal_distribution_is_tabulated() {
-        assert!((cdf(1.959_963_985) - 0.975).abs() < 1e-9);
+        assert!((cdf(HALF_WIDTH) - 0.975).abs() < 1e-9);
         assert!((cdf(-1.0) - 0.158_655_253_9).abs() < 1e-9);
         assert_eq!((cdf(f64::NEG_INFINITY), cdf(f64::INFINITY)), (0.0, 1.0));
     }
 
     #[test]
     fn without_bounds_it_is_the_usual_interval() {
-        let half = 2.0 * 1.959_963_985;
+        let half = 2.0 * HALF_WIDTH;
         close(credible(3.0, 2.0, FREE), [3.0 - half, 3.0 + half]);
     }
 
     /// Half a normal: 95 % lie below 1.96 standard deviations. Far below the bound an exponential of rate mean / sd^2.
     #[test]
     fn about_a_mean_beyond_a_bound_it_begins_there() {
-        close(credible(0.0, 1.0, POSITIVE), [0.0, 1.959_963_985]);
+        close(credible(0.0, 1.0, POSITIVE), [0.0, HALF_WIDTH]);
         for mean in [-30.0, -60.0] {
             let [low, high] = credible(mean, 1.0, POSITIVE);
             let exponential = -0.05_f64.ln() / -mean;
@@ -104,7 +106,7 @@ mod tests {
         }
         // The same on the other side, in other units.
         let negative = Bounds { upper: 0.0, ..FREE };
-        close(credible(0.0, 5.0, negative), [-5.0 * 1.959_963_985, 0.0]);
+        close(credible(0.0, 5.0, negative), [-5.0 * HALF_WIDTH, 0.0]);
     }
 
     /// By quadrature: a normal between bounds on both sides.

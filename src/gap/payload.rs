@@ -1,10 +1,7 @@
 //! Where a payload sits: mass and place are a product in all that they do.
 
-use super::{candidates::Candidate, fit::Point};
+use super::{candidates::Candidate, fit::Point, normal::HALF_WIDTH};
 use crate::effects::Id;
-
-/// Half the 95 % interval of a normal distribution, in standard deviations.
-const WIDTH: f64 = 1.959_964;
 
 /// A point with all its payloads on the other side of their bodies' origins; none where it has none.
 ///
@@ -49,7 +46,7 @@ pub(super) fn at_their_moments(candidates: &[Candidate], from: &Point, mut to: P
 /// `mass`, `place`: in standard deviations of their priors; `variances`: of the mass, of both, of the place, about these.
 /// Source: E. C. Fieller, J. R. Stat. Soc. B 16, 1954.
 pub(super) fn place_interval(mass: f64, place: f64, variances: [f64; 3]) -> [f64; 2] {
-    let [of_mass, of_both, of_place] = variances.map(|variance| WIDTH * WIDTH * variance);
+    let [of_mass, of_both, of_place] = variances.map(|variance| HALF_WIDTH * HALF_WIDTH * variance);
     // Of d = q - place: d^2 (m^2 - V_mm) + 2 d m V_mx <= m^2 V_xx.
     let certain = mass * mass - of_mass;
     let (from, to) = if certain > 0.0 {
@@ -60,7 +57,10 @@ pub(super) fn place_interval(mass: f64, place: f64, variances: [f64; 3]) -> [f64
         (f64::NEG_INFINITY, f64::INFINITY)
     };
     // A place that little is known of is where the prior has it.
-    [from.max(place.min(-WIDTH)), to.min(place.max(WIDTH))]
+    [
+        from.max(place.min(-HALF_WIDTH)),
+        to.min(place.max(HALF_WIDTH)),
+    ]
 }
 
 #[cfg(test)]
@@ -165,13 +165,13 @@ mod tests {
         for sd in [0.1, 0.3, 0.45, 0.49, 0.5, 0.51, 0.52, 1.0] {
             let [from, to] = at(sd);
             assert!(
-                to - from >= before && -WIDTH <= from && to <= WIDTH,
+                to - from >= before && -HALF_WIDTH <= from && to <= HALF_WIDTH,
                 "{sd}: {from} {to}"
             );
             before = to - from;
         }
-        assert_eq!(at(1.0), [-WIDTH, WIDTH]);
-        assert_eq!(place_interval(0.0, 3.0, [0.0; 3]), [-WIDTH, 3.0]);
+        assert_eq!(at(1.0), [-HALF_WIDTH, HALF_WIDTH]);
+        assert_eq!(place_interval(0.0, 3.0, [0.0; 3]), [-HALF_WIDTH, 3.0]);
     }
 
     #[test]

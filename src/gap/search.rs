@@ -506,11 +506,12 @@ pub(super) fn add(
         return Ok(false);
     };
     for _ in 0..MIRRORS {
-        let other = match payload::mirrored(bench.candidates, &fit.point) {
-            Some(mirrored) => bench.fit(mirrored, watch)?,
-            None => None,
-        };
-        let Some(better) = other.filter(|other| other.cost() + ANOTHER < fit.cost()) else {
+        let mirrored = payload::mirrored(bench.candidates, &fit.point);
+        let other = mirrored.map(|point| bench.fit(point, watch)).transpose()?;
+        let Some(better) = other
+            .flatten()
+            .filter(|other| other.cost() + ANOTHER < fit.cost())
+        else {
             break;
         };
         fit = better;
