@@ -28,16 +28,13 @@ from hydro_data.progress import Progress  # noqa: E402
 from rivals import RivalError  # noqa: E402
 from rivals.settings import METHODS  # noqa: E402
 
-#: Trials of sealed/<id>/ that are scored and never fitted.
-REGIMES = ("never_shown", "faster")
-
 
 def one_case(folder: Path, out: Path, methods: list[str], sealed: Path | None) -> list[str]:
     """Run the methods that have no verdict yet on a case; returns a line each."""
-    from rivals import case
+    from rivals import case, motion
 
     lines, bench, fault = [], None, None
-    kept_back = elsewhere(sealed, folder.name)
+    kept_back = motion.kept_back(sealed, folder.name) if sealed else {}
     for method in methods:
         place = out / method / folder.name
         if (place / "verdict.json").is_file():
@@ -61,16 +58,6 @@ def one_case(folder: Path, out: Path, methods: list[str], sealed: Path | None) -
     return lines
 
 
-def elsewhere(sealed: Path | None, case_id: str) -> dict[str, list[Path]]:
-    """Trials by regime that the tool was never shown, where there are any. The answer itself is not opened."""
-    found = {regime: sorted((sealed / case_id / regime).glob("*.npz")) for regime in REGIMES} if sealed else {}
-    found = {regime: paths for regime, paths in found.items() if paths}
-    if sealed and not found:
-        raise RivalError(f"{sealed / case_id}: no trials that were kept back (*.npz in {' or '.join(REGIMES)}); "
-                         "--sealed is OUT/sealed of gen_hidden.py")
-    return found
-
-
 def one_patched(folder: Path, verdicts: Path, sealed: Path) -> str | None:
     """Score what `hydro gap` wrote for a case on the same trials: elsewhere.json beside its verdict."""
     from rivals import case, motion, patched
@@ -79,7 +66,7 @@ def one_patched(folder: Path, verdicts: Path, sealed: Path) -> str | None:
     smooth_s, place = Settings().smooth_s, verdicts / folder.name
     try:
         found, shown = {}, motion.trials(folder)
-        for regime, paths in elsewhere(sealed, folder.name).items():
+        for regime, paths in motion.kept_back(sealed, folder.name).items():
             model, before, after, variance = patched.gap(folder / "nominal.xml", place / "verdict.json", smooth_s, shown,
                                                          paths)
             found[regime] = case.compared(model, variance, before, after)

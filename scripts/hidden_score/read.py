@@ -90,7 +90,7 @@ def load(cases: Path, sealed: Path, verdicts: Path) -> list[Scored]:
         if not answer.is_file():
             raise ScoreError(f"{answer}: no sealed answer for this case")
         verdict = _verdict(verdicts / case / "verdict.json")
-        out.append(Scored(case, json.loads(answer.read_text()), verdict, _seconds(verdicts / case / "timing.json", verdict)))
+        out.append(Scored(case, _json(answer), verdict, _seconds(verdicts / case / "timing.json", verdict)))
     return out
 
 
@@ -120,6 +120,6 @@ def _seconds(path: Path, verdict: dict | None) -> float | None:
     """`timing.json`: {"seconds": x}, or by stage as `hydro gap` has it, or {"wall_s": x}; else the verdict's own."""
     if not path.is_file():
         return (verdict or {}).get("seconds")
-    timing = json.loads(path.read_text())
+    timing = _json(path)
     seconds = timing.get("seconds", timing.get("wall_s"))
     return sum(seconds.values()) if isinstance(seconds, dict) else seconds

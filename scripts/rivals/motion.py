@@ -15,6 +15,9 @@ import numpy as np
 
 from . import RivalError
 
+#: Trials of sealed/<id>/ that are scored and never fitted.
+REGIMES = ("never_shown", "faster")
+
 _S = mujoco.mjtSensor
 
 
@@ -73,6 +76,16 @@ def read(path: Path, model: mujoco.MjModel) -> tuple[np.ndarray, np.ndarray, np.
 def trials(folder: Path) -> list[Path]:
     """The logs of a case, in order."""
     return sorted(p for p in (folder / "trials").iterdir() if p.suffix in (".npz", ".csv"))
+
+
+def kept_back(answers: Path, case_id: str, regimes: tuple[str, ...] = REGIMES) -> dict[str, list[Path]]:
+    """Trials by regime that no method was shown, where there are any. The answer itself is not opened."""
+    found = {regime: sorted((answers / case_id / regime).glob("*.npz")) for regime in regimes}
+    found = {regime: paths for regime, paths in found.items() if paths}
+    if not found:
+        raise RivalError(f"{answers / case_id}: no trials that were kept back (*.npz in {' or '.join(regimes)}); "
+                         "--sealed is OUT/sealed of gen_hidden.py")
+    return found
 
 
 def _local(values: np.ndarray, half: int) -> np.ndarray:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import RivalError, case, sparse
+from . import RivalError, case, motion, sparse
 from .settings import METHODS, SPARSE
 
 GRIDS = {
@@ -58,10 +58,8 @@ def names_of(folder: Path, answers: Path, methods: list[str]) -> list[tuple[str,
 
 def errors_of(folder: Path, answers: Path, methods: list[str]) -> list[tuple[str, tuple, float]]:
     """(method, setting, error left as a part of the nominal's) on a case's trials kept back."""
-    kept_back = {"never_shown": sorted((answers / folder.name / "never_shown").glob("*.npz"))}
     out = []
-    if methods and not kept_back["never_shown"]:
-        raise RivalError(f"{answers / folder.name}/never_shown: no trials (*.npz); --sealed is OUT/sealed of gen_hidden.py")
+    kept_back = motion.kept_back(answers, folder.name, ("never_shown",)) if methods else {}
     for method in methods:
         settings = METHODS[method]
         try:

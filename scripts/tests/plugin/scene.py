@@ -92,14 +92,14 @@ def fish(attributes=None, **parts):
   return mujoco.MjModel.from_xml_string(fish_xml(attributes, **parts))
 
 
-def start(model, seed=0):
-  """A simulation in a random state of motion, with a control."""
+def start(model, seed=0, control=0.2):
+  """A simulation in a random state of motion, with a control (or one an actuator)."""
   data = mujoco.MjData(model)
   random = np.random.default_rng(seed)
   data.qvel[:] = 0.3 * random.standard_normal(model.nv)
   quaternion = random.standard_normal(4)
   data.qpos[3:7] = quaternion / np.linalg.norm(quaternion)
-  data.ctrl[:] = 0.2
+  data.ctrl[:] = control
   return data
 
 

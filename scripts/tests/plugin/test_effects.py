@@ -1,6 +1,7 @@
 """Named effects in a plain MJCF, in the MuJoCo wheel."""
 
 import copy
+import functools
 import json
 import pathlib
 import pickle
@@ -12,7 +13,8 @@ import unittest
 import mujoco
 import mujoco.rollout
 import numpy as np
-from scene import CHECKPOINTS, LIBRARY
+import scene
+from scene import CHECKPOINTS, LIBRARY, steps
 
 SCENE = """
 <mujoco>
@@ -40,6 +42,9 @@ SCENE = """
   </sensor>
 </mujoco>
 """
+
+# The fin gently, the thruster too.
+start = functools.partial(scene.start, control=(0.2, 1.0))
 
 AXES = ('surge', 'sway', 'heave', 'roll', 'pitch', 'yaw')
 
@@ -69,7 +74,7 @@ MANY = document(
 )
 
 
-def scene(effects=MANY, gravity=0.0, integrator='Euler', **attributes):
+def scene_xml(effects=MANY, gravity=0.0, integrator='Euler', **attributes):
   """The MJCF with these effects and other attributes in its instance."""
   given = {'effects': effects, **attributes}
   quoted = {key: value.replace('&', '&amp;').replace('"', '&quot;') for key, value in given.items() if value}
@@ -79,27 +84,7 @@ def scene(effects=MANY, gravity=0.0, integrator='Euler', **attributes):
 
 def load(*args, **kwargs):
   """The compiled scene."""
-  return mujoco.MjModel.from_xml_string(scene(*args, **kwargs))
-
-
-def start(model, seed=0):
-  """A simulation in a random state of motion, with controls."""
-  data = mujoco.MjData(model)
-  random = np.random.default_rng(seed)
-  data.qvel[:] = 0.3 * random.standard_normal(model.nv)
-  quaternion = random.standard_normal(4)
-  data.qpos[3:7] = quaternion / np.linalg.norm(quaternion)
-  data.ctrl[:] = 0.2, 1.0
-  return data
-
-
-def steps(model, data, count):
-  """Steps, and returns everything that must repeat bit for bit."""
-  rows = []
-  for _ in range(count):
-    mujoco.mj_step(model, data)
-    rows.append(np.concatenate([data.qpos, data.qvel, data.sensordata, data.plugin_state]))
-  return np.array(rows)
+  return mujoco.MjModel.from_xml_string(scene_xml(*args, **kwargs))
 
 
 class Physics(unittest.TestCase):
@@ -257,7 +242,7 @@ class Refusals(unittest.TestCase):
     self.refused('`checkpoint` and `effects` are missing', effects=None)
 
   def test_a_body_without_room_is_told_what_to_add(self):
-    text = scene(document(on_axes('added_mass', 'hull', [1.0] * 6)))
+    text = scene_xml(document(on_axes('added_mass', 'hull', [1.0] * 6)))
     begin, end = text.index('<body name="fin"'), text.index('</body>') + len('</body>')
     text = text[:begin] + text[end:]
     text = text.replace('<motor name="fin" joint="fin"/>', '')
