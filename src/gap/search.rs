@@ -10,6 +10,7 @@ use super::{
     colour,
     error::GapError,
     fit::{Fit, Point},
+    fitted,
     information::{Bounds, Quadratic},
     leftover,
     measured::Measured,
@@ -412,7 +413,8 @@ fn sets(bench: &Bench<'_>, linear: &Linear<'_>) -> Vec<Judged> {
         let resolved = columns.iter().zip(z.iter()).all(|(column, z)| {
             let of = &linear.screen.directions[*column];
             let p = &bench.candidates[of.candidate].parameters[of.parameter];
-            is_resolved(bench, of.candidate, of.base[of.parameter] + z * p.prior_sd)
+            let value = of.base[of.parameter] + z * p.prior_sd;
+            is_resolved(bench, of.candidate, [value; 2])
         });
         resolved.then(|| (set.to_vec(), gain))
     };
@@ -516,20 +518,23 @@ pub(super) fn add(
         };
         fit = better;
     }
-    let mut values = fit.point.candidates.iter().zip(&fit.point.values);
-    let stands = values.all(|(candidate, values)| is_resolved(bench, *candidate, values[0]));
+    let stands = set.iter().all(|candidate| {
+        let known = &fitted::parameters(bench, &fit, *candidate, 1.0)[0];
+        is_resolved(bench, *candidate, known.ci95)
+    });
     if stands {
         scored.push(Scored::new(set, fit));
     }
     Ok(stands)
 }
 
-/// False where a sensor is late by less than its rows or the model's steps can tell: clocks, filters and
-/// when within a step things happen are no better known.
-fn is_resolved(bench: &Bench<'_>, candidate: usize, delay: f64) -> bool {
+/// False where a sensor may be late by less than its rows or the model's steps can tell: clocks, filters and
+/// when within a step things happen are no better known. `delay`: from, to [s].
+fn is_resolved(bench: &Bench<'_>, candidate: usize, delay: [f64; 2]) -> bool {
     let period = bench.trials.first().map_or(0.0, Measured::period);
     let least = (RESOLVED * period).max(bench.model.timestep);
-    bench.candidates[candidate].effect != Id::SensorDelay || delay.abs() >= least
+    let [from, to] = delay;
+    bench.candidates[candidate].effect != Id::SensorDelay || from >= least || to <= -least
 }
 
 /// The refitted set with the highest posterior.

@@ -333,3 +333,43 @@ fn assert_forms_are_one(named: &super::stages::Named) {
         assert!(!before.any(|other| (other.effect, &other.target) == (of.effect, &of.target)));
     }
 }
+
+/// The velocities of a trial as they were so long before, linear between its rows.
+fn late(mut trial: Trial, delay: f64) -> Trial {
+    let sensors = &mut trial.sensors;
+    let (width, part) = (sensors.columns.len(), delay / 0.02);
+    let is_late = |column: usize| sensors.columns[column].starts_with("dvl");
+    for at in (width..sensors.data.len()).rev() {
+        if is_late(at % width) {
+            sensors.data[at] += part * (sensors.data[at - width] - sensors.data[at]);
+        }
+    }
+    trial
+}
+
+/// Steps are of 5 ms: a delay that may be shorter cannot be told from when within a step things happen.
+#[test]
+fn a_delay_that_may_be_less_than_a_step_is_none() {
+    let refit = |delay: f64| {
+        let trials = (0..2).map(|seed| late(trial("late", &[], &[0.0, 0.0], seed, 0.1), delay));
+        let mut outcome = None;
+        on_bench(&RigidBody::new(), trials.collect(), |bench, watch| {
+            let is_delay =
+                |of: &Candidate| of.effect == Id::SensorDelay && of.targets == ["dvl".to_owned()];
+            let candidate = bench.candidates.iter().position(is_delay).unwrap();
+            let mut point = bench.origin();
+            point.candidates.push(candidate);
+            point.values.push(bench.candidates[candidate].null());
+            let fit = bench.fit(point.clone(), watch).unwrap().unwrap();
+            let mut scored = Vec::new();
+            let stands = search::add(bench, point, &mut scored, watch).unwrap();
+            assert_eq!(scored.len(), usize::from(stands));
+            outcome = Some((fit.point.values[0][0], stands));
+        });
+        outcome.unwrap()
+    };
+    let (short, stands) = refit(0.0053);
+    assert!(short > 0.005 && !stands, "{short}");
+    let (long, stands) = refit(0.015);
+    assert!((long - 0.015).abs() < 0.003 && stands, "{long}");
+}
