@@ -141,27 +141,22 @@ fn sensor_patches<'e>(
 ) -> BTreeMap<String, SensorPatch> {
     let mut patches: BTreeMap<String, SensorPatch> = BTreeMap::new();
     for entry in entries {
-        let patch = patches.entry(entry.target.clone()).or_default();
         let Part::Sensor(part) = effects::catalogue::effect(entry.effect).part() else {
             continue;
         };
+        let mut sources = bench.channels.sources.iter();
+        let source = sources.find(|of| bench.model.sensors[of.sensor].name == entry.target);
+        let components = source.map_or(1, |source| source.channels);
+        let patch = patches
+            .entry(entry.target.clone())
+            .or_insert_with(|| SensorPatch::none(components));
         let values = &entry.parameters;
         match entry.effect {
-            Id::SensorScale => patch.scale = Some(part.scale(values)),
-            Id::SensorDelay => patch.delay = Some(part.delay(values)),
+            Id::SensorScale => patch.scale = part.scale(values),
+            Id::SensorDelay => patch.delay = part.delay(values),
             _ => {
-                let source = bench
-                    .channels
-                    .sources
-                    .iter()
-                    .find(|source| bench.model.sensors[source.sensor].name == entry.target);
-                let biases: Vec<f64> = (0..source.map_or(1, |source| source.channels))
-                    .map(|component| part.bias(values, component))
-                    .collect();
-                patch.bias = Some(match biases.as_slice() {
-                    [one] => Bias::Scalar(*one),
-                    _ => Bias::Vector(biases),
-                });
+                let component = |component| part.bias(values, component);
+                patch.bias = Bias::of((0..components).map(component).collect());
             }
         }
     }

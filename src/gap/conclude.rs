@@ -30,6 +30,13 @@ pub fn conclude(
         (Outcome::Unknown, _) => added.and_then(|added| added.remarks.first().cloned()),
         _ => None,
     };
+    let refused_because = refused_because.or_else(|| {
+        found.held_out_trials.is_empty().then(|| {
+            "there is a single trial, so none could be held out: the answer is of that trial alone, and no \
+             reduction is claimed"
+                .to_owned()
+        })
+    });
     let mut ids = Vec::new();
     if named.outcome == Outcome::Named && accepted {
         for effect in &named.chosen {

@@ -23,6 +23,8 @@ use crate::{sim::plant::Simulation, trial::Series};
 const LENGTH: f64 = 8.0;
 /// A distance that tells two explanations apart.
 const ENOUGH: f64 = 9.0;
+/// What is left where no manoeuvre does.
+const BY_ITSELF: &str = "measure the part by itself: weigh it, tow it, or pull it on a bollard";
 
 /// One safe manoeuvre.
 struct Manoeuvre {
@@ -36,7 +38,7 @@ struct Manoeuvre {
 
 const MENU: [Manoeuvre; 7] = [
     Manoeuvre {
-        text: "a known-still segment: hold it still in still water and record the sensors",
+        text: "a quiet run: from rest in still water, commands held in the middle of their range",
         command: |_, _| 0.0,
         tilt: [0.0, 0.0],
     },
@@ -96,15 +98,14 @@ const MENU: [Manoeuvre; 7] = [
     },
 ];
 
-/// The manoeuvre that tells two fitted explanations apart best, in a sentence; none where no simulation of
-/// the menu succeeds.
+/// The manoeuvre that tells two fitted explanations apart best, in a sentence.
 pub(super) fn next(
     bench: &Bench<'_>,
     one: &Point,
     other: &Point,
     commands: &[f64],
     watch: &Watch<'_>,
-) -> Result<Option<String>, GapError> {
+) -> Result<String, GapError> {
     let done = AtomicUsize::new(0);
     let distances: Vec<Option<f64>> = MENU
         .par_iter()
@@ -122,22 +123,24 @@ pub(super) fn next(
             best = Some((distance, manoeuvre));
         }
     }
-    Ok(best.map(|(distance, manoeuvre)| {
-        let strength = distance.max(0.0).sqrt();
-        if distance < ENOUGH {
-            format!(
-                "no manoeuvre of the menu tells them apart in {LENGTH:.0} s (the best, {}, makes a \
-                 difference of {strength:.1} standard deviations); measure the part by itself: weigh it, \
-                 tow it, or pull it on a bollard",
-                manoeuvre.text
-            )
-        } else {
-            format!(
-                "{} ({LENGTH:.0} s of it would show a difference of {strength:.0} standard deviations)",
-                manoeuvre.text
-            )
-        }
-    }))
+    let Some((distance, manoeuvre)) = best else {
+        return Ok(format!(
+            "no manoeuvre of the menu could be simulated under both; {BY_ITSELF}"
+        ));
+    };
+    let strength = distance.max(0.0).sqrt();
+    Ok(if distance < ENOUGH {
+        format!(
+            "no manoeuvre of the menu tells them apart in {LENGTH:.0} s (the best, {}, makes a difference of \
+             {strength:.1} standard deviations); {BY_ITSELF}",
+            manoeuvre.text
+        )
+    } else {
+        format!(
+            "{} ({LENGTH:.0} s of it would show a difference of {strength:.0} standard deviations)",
+            manoeuvre.text
+        )
+    })
 }
 
 /// Squared whitened distance between what two explanations predict of a manoeuvre.

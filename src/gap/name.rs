@@ -64,13 +64,13 @@ pub fn name(study: &Study<'_>, bench: &Bench<'_>, watch: &Watch<'_>) -> Result<N
         .collect();
     let nuisances = nuisances(bench, &scored.fit, search.factor);
     let next_experiment = match decision.apart {
-        Some((one, other)) => experiment::next(
+        Some((one, other)) => Some(experiment::next(
             bench,
             &search.scored[one].fit.point,
             &search.scored[other].fit.point,
             &study.commands,
             watch,
-        )?,
+        )?),
         None => None,
     };
     let named = Named {

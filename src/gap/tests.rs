@@ -16,7 +16,7 @@ use super::{
     find::normal,
     name,
     search::{self, log_prior},
-    verdict::Outcome,
+    verdict::{Outcome, SensorPatch},
     verify,
 };
 use crate::{
@@ -372,4 +372,49 @@ fn a_delay_that_may_be_less_than_a_step_is_none() {
     assert!(short > 0.005 && !stands, "{short}");
     let (long, stands) = refit(0.015);
     assert!((long - 0.015).abs() < 0.003 && stands, "{long}");
+}
+
+/// Whatever the answer, it is of that trial alone, and the verdict says so.
+#[test]
+fn of_one_trial_no_reduction_is_claimed_and_the_verdict_says_why() {
+    let drag = on_hull(Id::QuadraticDrag, vec![25.0, 40.0, 40.0, 0.0, 0.0, 1.0]);
+    let plant = RigidBody::new();
+    let stop = AtomicBool::new(false);
+    let watch = Watch::silent(&stop);
+    for (effects, outcome) in [(vec![], Outcome::NoGap), (vec![drag], Outcome::Named)] {
+        let one = vec![trial("alone", &effects, &[0.02, -0.02], 0, 1.0)];
+        let study = Study::prepare(&plant, one, settings(), &watch).unwrap();
+        let bench = study.bench(&watch).unwrap();
+        let found = find(&study, &bench, &[], &watch).unwrap();
+        let naming = name(&study, &bench, &watch).unwrap();
+        let added = add(&study, &bench, &naming).map(|addition| addition.added);
+        let verdict = conclude(&found, &naming.named, added.as_ref(), None);
+        assert_eq!(verdict.verdict, outcome);
+        let why = verdict.refused_because.unwrap();
+        assert!(why.starts_with("there is a single trial"), "{why}");
+        assert!(verdict.named.is_empty() && !verdict.verified && verdict.patch.is_none());
+        assert_eq!(
+            (verdict.gap.reduction, verdict.gap.n_holdout_trials),
+            (None, 0)
+        );
+    }
+}
+
+/// contracts.md lists the three of them.
+#[test]
+fn a_corrected_sensor_has_bias_scale_and_delay() {
+    let of = |patch: &SensorPatch| serde_json::to_value(patch).unwrap();
+    let vector = of(&SensorPatch::none(3));
+    assert_eq!(
+        vector,
+        serde_json::json!({"bias": [0.0, 0.0, 0.0], "scale": 1.0, "delay": 0.0})
+    );
+    let scalar = SensorPatch {
+        delay: 0.04,
+        ..SensorPatch::none(1)
+    };
+    assert_eq!(
+        of(&scalar),
+        serde_json::json!({"bias": 0.0, "scale": 1.0, "delay": 0.04})
+    );
 }

@@ -114,17 +114,25 @@ pub struct Gap {
 }
 
 /// Correction of one sensor: measured(t) = scale * sensor(t - delay) + bias.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorPatch {
     /// One number, or one a component.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bias: Option<Bias>,
+    pub bias: Bias,
     /// Factor.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub scale: Option<f64>,
+    pub scale: f64,
     /// Delay [s].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub delay: Option<f64>,
+    pub delay: f64,
+}
+
+impl SensorPatch {
+    /// Of a sensor of so many components that tells the truth.
+    pub fn none(components: usize) -> Self {
+        Self {
+            bias: Bias::of(vec![0.0; components]),
+            scale: 1.0,
+            delay: 0.0,
+        }
+    }
 }
 
 /// A bias of a scalar or of a vector sensor.
@@ -135,6 +143,16 @@ pub enum Bias {
     Scalar(f64),
     /// Of each component.
     Vector(Vec<f64>),
+}
+
+impl Bias {
+    /// By component; of a single one a number.
+    pub fn of(components: Vec<f64>) -> Self {
+        match components[..] {
+            [one] => Self::Scalar(one),
+            _ => Self::Vector(components),
+        }
+    }
 }
 
 /// What was written.

@@ -174,16 +174,15 @@ fn corrections(
     let mut corrections = vec![Correction::NONE; model.sensors.len()];
     for (sensor, correction) in model.sensors.iter().zip(&mut corrections) {
         if let Some(patch) = sensors.get(&sensor.name) {
-            correction.scale = patch.scale.unwrap_or(1.0);
-            correction.delay = patch.delay.unwrap_or(0.0);
+            correction.scale = patch.scale;
+            correction.delay = patch.delay;
             match &patch.bias {
-                Some(Bias::Scalar(bias)) => correction.bias = [*bias; 3],
-                Some(Bias::Vector(biases)) => {
+                Bias::Scalar(bias) => correction.bias = [*bias; 3],
+                Bias::Vector(biases) => {
                     for (value, bias) in correction.bias.iter_mut().zip(biases) {
                         *value = *bias;
                     }
                 }
-                None => {}
             }
         }
     }

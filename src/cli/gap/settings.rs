@@ -11,7 +11,7 @@ pub(super) struct Flags {
     /// Folder of trials: npz of mujoco.sysid, or csv.
     #[arg(long)]
     pub(super) trials: PathBuf,
-    /// Folder of results; what it holds from the same inputs is not computed again.
+    /// Folder of results; a stage that it holds of the same inputs is not computed again (`add` needs the fits of `name` once more).
     #[arg(long)]
     pub(super) out: PathBuf,
     /// How well the nominal model is known (nominal.toml); 3 % if left out.

@@ -134,18 +134,16 @@ fn sensors(html: &mut String, patch: &Patch) {
 }
 
 fn cells(correction: &SensorPatch) -> [String; 3] {
-    let dash = || "\u{2013}".to_owned();
-    let bias = match &correction.bias {
-        None => dash(),
-        Some(Bias::Scalar(value)) => number(*value),
-        Some(Bias::Vector(values)) => {
-            let values: Vec<String> = values.iter().map(|value| number(*value)).collect();
-            values.join(", ")
-        }
+    let biases = match &correction.bias {
+        Bias::Scalar(value) => std::slice::from_ref(value),
+        Bias::Vector(values) => values,
     };
+    let all: Vec<String> = biases.iter().map(|value| number(*value)).collect();
+    // A dash where nothing is corrected.
+    let shown = |is_none: bool, text: String| if is_none { "\u{2013}".into() } else { text };
     [
-        bias,
-        correction.scale.map_or_else(dash, number),
-        correction.delay.map_or_else(dash, number),
+        shown(biases.iter().all(|bias| *bias == 0.0), all.join(", ")),
+        shown(correction.scale == 1.0, number(correction.scale)),
+        shown(correction.delay == 0.0, number(correction.delay)),
     ]
 }

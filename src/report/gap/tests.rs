@@ -182,16 +182,16 @@ pub(super) fn record(sensors: usize, trials: usize) -> Record {
         (
             "depth".to_owned(),
             SensorPatch {
-                bias: Some(Bias::Scalar(0.02)),
-                ..SensorPatch::default()
+                bias: Bias::Scalar(0.02),
+                ..SensorPatch::none(1)
             },
         ),
         (
             "imu_gyro".to_owned(),
             SensorPatch {
-                bias: Some(Bias::Vector(vec![0.01, -0.02, 0.0])),
-                scale: Some(1.03),
-                delay: Some(0.04),
+                bias: Bias::Vector(vec![0.01, -0.02, 0.0]),
+                scale: 1.03,
+                delay: 0.04,
             },
         ),
     ]
