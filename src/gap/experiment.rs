@@ -38,7 +38,7 @@ struct Manoeuvre {
 
 const MENU: [Manoeuvre; 7] = [
     Manoeuvre {
-        text: "a quiet run: from rest in still water, commands held in the middle of their range",
+        text: "a quiet run: let go from rest, commands (where there are any) held in the middle of their range",
         command: |_, _| 0.0,
         tilt: [0.0, 0.0],
     },
