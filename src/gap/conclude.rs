@@ -27,16 +27,16 @@ pub fn conclude(
         ),
         (_, Some(verified)) if written.is_some() => verified.refused_because.clone(),
         // Nothing was even tried.
-        (Outcome::Unknown, _) => added.and_then(|added| added.remarks.first().cloned()),
-        _ => None,
-    };
-    let refused_because = refused_because.or_else(|| {
-        found.held_out_trials.is_empty().then(|| {
+        (Outcome::Unknown, _) if !found.held_out_trials.is_empty() => {
+            added.and_then(|added| added.remarks.first().cloned())
+        }
+        _ if found.held_out_trials.is_empty() => Some(
             "there is a single trial, so none could be held out: the answer is of that trial alone, and no \
              reduction is claimed"
-                .to_owned()
-        })
-    });
+                .to_owned(),
+        ),
+        _ => None,
+    };
     let mut ids = Vec::new();
     if named.outcome == Outcome::Named && accepted {
         for effect in &named.chosen {

@@ -43,7 +43,7 @@ const MENU: [Manoeuvre; 7] = [
         tilt: [0.0, 0.0],
     },
     Manoeuvre {
-        text: "a static tilt: release it from rest, rolled and pitched by 30 degrees, without commands",
+        text: "a static tilt: release it from rest, rolled and pitched by 30 degrees, commands in the middle of their range",
         command: |_, _| 0.0,
         tilt: [0.5, 0.5],
     },

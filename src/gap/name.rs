@@ -287,7 +287,17 @@ fn decide(bench: &Bench<'_>, search: &Search, weights: &Weights, adequacy: Adequ
             p(b).total_cmp(&p(a))
         });
         decision.confusion = confusion;
-        let nearest = weights.likeliest(rivals.iter().copied());
+        // Where no rival is near by output, the likeliest of the others that hold a member which the best lacks.
+        let holds_another = |at: &usize| {
+            let mut set = search.scored[*at].set.iter();
+            set.any(|candidate| {
+                let id = bench.candidates[*candidate].effect;
+                decision.confusion.contains(&id) && !set_ids.contains(&id)
+            })
+        };
+        let nearest = weights
+            .likeliest(rivals.iter().copied())
+            .or_else(|| weights.likeliest((0..search.scored.len()).filter(holds_another)));
         decision.apart = nearest.map(|rival| (best, rival));
     }
     decision.chosen = best;

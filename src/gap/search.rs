@@ -529,7 +529,8 @@ pub(super) fn add(
 }
 
 /// False where a sensor may be late by less than its rows or the model's steps can tell: clocks, filters and
-/// when within a step things happen are no better known. `delay`: from, to [s].
+/// when within a step things happen are no better known. `delay`: from, to [s], by the fit alone: what is left over may
+/// widen the interval that is reported.
 fn is_resolved(bench: &Bench<'_>, candidate: usize, delay: [f64; 2]) -> bool {
     let period = bench.trials.first().map_or(0.0, Measured::period);
     let least = (RESOLVED * period).max(bench.model.timestep);

@@ -397,6 +397,11 @@ fn of_one_trial_no_reduction_is_claimed_and_the_verdict_says_why() {
             (verdict.gap.reduction, verdict.gap.n_holdout_trials),
             (None, 0)
         );
+        // Also what no effect explains, whatever else is known of it.
+        let mut unknown = naming.named.clone();
+        unknown.outcome = Outcome::Unknown;
+        let why = conclude(&found, &unknown, None, None).refused_because;
+        assert!(why.unwrap().starts_with("there is a single trial"));
     }
 }
 
@@ -417,4 +422,7 @@ fn a_corrected_sensor_has_bias_scale_and_delay() {
         of(&scalar),
         serde_json::json!({"bias": 0.0, "scale": 1.0, "delay": 0.04})
     );
+    // Files of before had only what was corrected.
+    let before: SensorPatch = serde_json::from_str(r#"{"delay": 0.04}"#).unwrap();
+    assert_eq!(before, scalar);
 }

@@ -115,6 +115,7 @@ pub struct Gap {
 
 /// Correction of one sensor: measured(t) = scale * sensor(t - delay) + bias.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct SensorPatch {
     /// One number, or one a component.
     pub bias: Bias,
@@ -122,6 +123,12 @@ pub struct SensorPatch {
     pub scale: f64,
     /// Delay [s].
     pub delay: f64,
+}
+
+impl Default for SensorPatch {
+    fn default() -> Self {
+        Self::none(1)
+    }
 }
 
 impl SensorPatch {
