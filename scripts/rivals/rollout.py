@@ -12,7 +12,7 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
-from . import kinematics, library
+from . import RivalError, kinematics, library
 from .kinematics import DELAY_S, LAG_S, RATES, Body, Kinematics
 from .sparse import Sparse
 from .weak import Equations, Problem, turned
@@ -120,6 +120,9 @@ def scored(model: mujoco.MjModel, motions: list, predict: Callable[..., np.ndarr
                 rows = round(horizon / motion.period)
                 squared[trial, h] += np.sum(gap[:rows] ** 2, 0)
                 count[trial, h] += good[:rows].sum(0)
+    if not count.any():
+        raise RivalError(f"no rollout of {HORIZONS_S[-1]:g} s fits in these trials; the longest has "
+                         f"{max((len(m.time) * m.period for m in motions), default=0):.3g} s")
     return Errors(squared, count)
 
 

@@ -3,6 +3,7 @@
 import json
 import tempfile
 import unittest
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -126,6 +127,14 @@ class Sled(unittest.TestCase):
         self.assertEqual(verdict["elsewhere"]["never_shown"]["n_holdout_trials"], 1)
         json.dumps(verdict)
         return verdict
+
+    def test_trials_too_short_for_a_rollout_are_refused(self):
+        whole = self.bench.motions[0]
+        rows = round(1.5 / whole.period)
+        short = replace(whole, **{name: getattr(whole, name)[:rows]
+                                  for name in ("time", "qpos", "qvel", "qacc", "control", "readings")})
+        with self.assertRaisesRegex(RivalError, "no rollout of 2 s fits in these trials; the longest has 1.5 s"):
+            rollout.scored(self.bench.model, [short], lambda motion, row, count: motion.readings[row:row + count])
 
     def test_a_test_function_longer_than_a_trial_is_refused(self):
         for length in (8.0, 12.0):
