@@ -63,16 +63,11 @@ pub fn name(study: &Study<'_>, bench: &Bench<'_>, watch: &Watch<'_>) -> Result<N
         .cloned()
         .collect();
     let nuisances = nuisances(bench, &scored.fit, search.factor);
-    let next_experiment = match decision.apart {
-        Some((one, other)) => Some(experiment::next(
-            bench,
-            &search.scored[one].fit.point,
-            &search.scored[other].fit.point,
-            &study.commands,
-            watch,
-        )?),
-        None => None,
-    };
+    let apart = decision.apart.map(|(one, other)| {
+        let [one, other] = [one, other].map(|of| &search.scored[of].fit.point);
+        experiment::next(bench, one, other, &study.commands, watch)
+    });
+    let next_experiment = apart.transpose()?;
     let named = Named {
         schema: SCHEMA.to_owned(),
         outcome: decision.outcome,

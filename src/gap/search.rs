@@ -414,7 +414,7 @@ fn sets(bench: &Bench<'_>, linear: &Linear<'_>) -> Vec<Judged> {
             let of = &linear.screen.directions[*column];
             let p = &bench.candidates[of.candidate].parameters[of.parameter];
             let value = of.base[of.parameter] + z * p.prior_sd;
-            is_resolved(bench, of.candidate, [value; 2])
+            !is_delay(bench, of.candidate) || is_resolved(bench, [value; 2])
         });
         resolved.then(|| (set.to_vec(), gain))
     };
@@ -518,9 +518,10 @@ pub(super) fn add(
         };
         fit = better;
     }
-    let stands = set.iter().all(|candidate| {
-        let known = &fitted::parameters(bench, &fit, *candidate, 1.0)[0];
-        is_resolved(bench, *candidate, known.ci95)
+    let mut delays = set.iter().filter(|of| is_delay(bench, **of));
+    let stands = delays.all(|delay| {
+        let known = &fitted::parameters(bench, &fit, *delay, 1.0)[0];
+        is_resolved(bench, known.ci95)
     });
     if stands {
         scored.push(Scored::new(set, fit));
@@ -528,14 +529,17 @@ pub(super) fn add(
     Ok(stands)
 }
 
+fn is_delay(bench: &Bench<'_>, candidate: usize) -> bool {
+    bench.candidates[candidate].effect == Id::SensorDelay
+}
+
 /// False where a sensor may be late by less than its rows or the model's steps can tell: clocks, filters and
-/// when within a step things happen are no better known. `delay`: from, to [s], by the fit alone: what is left over may
-/// widen the interval that is reported.
-fn is_resolved(bench: &Bench<'_>, candidate: usize, delay: [f64; 2]) -> bool {
+/// when within a step things happen are no better known. From, to [s], by the fit alone: what is left over may widen the
+/// interval that is reported.
+fn is_resolved(bench: &Bench<'_>, [from, to]: [f64; 2]) -> bool {
     let period = bench.trials.first().map_or(0.0, Measured::period);
     let least = (RESOLVED * period).max(bench.model.timestep);
-    let [from, to] = delay;
-    bench.candidates[candidate].effect != Id::SensorDelay || from >= least || to <= -least
+    from >= least || to <= -least
 }
 
 /// The refitted set with the highest posterior.
