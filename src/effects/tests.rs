@@ -181,6 +181,33 @@ fn bounds_do_not_depend_on_the_speed_of_the_trials() {
     }
 }
 
+/// What has no effect of its own while the amplitudes are zero.
+#[test]
+fn what_shapes_an_effect_is_known_by_name() {
+    const SHAPES: [&str; 7] = [
+        "frequency",
+        "phase",
+        "vertical_lag",
+        "rate",
+        "length",
+        "stribeck_speed",
+        "reference",
+    ];
+    for effect in all() {
+        let card = effect.card();
+        for p in effect.parameters(&target(card.target)) {
+            let name = p.name.as_str();
+            let is_place = card.id == Id::Payload && ["x", "y", "z"].contains(&name);
+            assert_eq!(
+                p.shapes,
+                is_place || SHAPES.contains(&name),
+                "{} {name}",
+                card.id
+            );
+        }
+    }
+}
+
 #[test]
 fn at_the_null_nothing_happens() {
     let mut motion = still();
