@@ -22,7 +22,7 @@ use reference::Reference;
 /// Memory of the test checkpoint.
 fn memory(checkpoint: &Checkpoint) -> usize {
     let engine = checkpoint.engine(EngineKind::Fused, None).unwrap();
-    instance::state_len(engine.inputs(), engine.outputs(), engine.window())
+    instance::state_len(&*engine)
 }
 
 fn asks(checkpoint: &Checkpoint) -> Asks {

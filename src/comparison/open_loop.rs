@@ -93,13 +93,31 @@ pub fn open_loop<E>(
     })
 }
 
-/// Steps an engine along every trajectory, as the plugin would, on all cores: `[M][T * f]`.
+/// Trajectories that one thread predicts together.
+const TOGETHER: usize = 16;
+
+/// Drives an engine along every trajectory, as the plugin would, on all cores: `[M][T * f]`.
 pub fn predict_all(engine: &dyn Engine, split: &Split, start: InitialForce) -> Vec<Vec<f64>> {
-    (0..split.len())
+    let size = split.samples() * split.outputs();
+    let firsts: Vec<usize> = (0..split.len()).step_by(TOGETHER).collect();
+    firsts
         .into_par_iter()
-        .map_init(Scratch::default, |scratch, trajectory| {
-            predict(engine, split, trajectory, start, scratch)
+        .map_init(Scratch::default, |scratch, first| {
+            let range = first..split.len().min(first + TOGETHER);
+            let x: Vec<f64> = range
+                .clone()
+                .flat_map(|trajectory| split.x(trajectory))
+                .map(|value| f64::from(*value))
+                .collect();
+            let begin: Vec<f64> = range
+                .flat_map(|trajectory| first_force(engine, split, trajectory, start, scratch))
+                .collect();
+            let forces = engine.trajectories(&x, &begin, scratch);
+            forces.chunks_exact(size).map(<[f64]>::to_vec).collect()
         })
+        .collect::<Vec<Vec<Vec<f64>>>>()
+        .into_iter()
+        .flatten()
         .collect()
 }
 
@@ -108,7 +126,8 @@ pub fn predicted<'a>(trajectories: Vec<Vec<f64>>) -> Box<Predict<'a, Infallible>
     Box::new(move |_, trajectory| Ok(trajectories[trajectory].clone()))
 }
 
-fn predict(
+/// The force [f] that is carried to a trajectory's first sample.
+fn first_force(
     engine: &dyn Engine,
     split: &Split,
     trajectory: usize,
@@ -116,33 +135,20 @@ fn predict(
     scratch: &mut Scratch,
 ) -> Vec<f64> {
     let (inputs, outputs) = (engine.inputs(), engine.outputs());
-    let x: Vec<f64> = split
-        .x(trajectory)
-        .iter()
-        .map(|value| f64::from(*value))
-        .collect();
-    let mut window = x[..inputs].repeat(engine.window());
     let given = |wrench: &[f32]| wrench[..outputs].iter().map(|v| f64::from(*v)).collect();
-    let mut carried: Vec<f64> = match start {
+    match start {
         InitialForce::Clean => given(split.clean(trajectory)),
         InitialForce::Recorded => given(split.wrench(trajectory)),
         InitialForce::Estimate => {
+            let x: Vec<f64> = split.x(trajectory)[..inputs]
+                .iter()
+                .map(|value| f64::from(*value))
+                .collect();
             let mut force = vec![0.0; outputs];
-            engine.estimate(&x[..inputs], &mut force, scratch);
+            engine.estimate(&x, &mut force, scratch);
             force
         }
-    };
-    let (mut now, mut next) = (vec![0.0; outputs], vec![0.0; outputs]);
-    let mut forces = Vec::with_capacity(split.samples() * outputs);
-    for sample in x.chunks_exact(inputs) {
-        window.copy_within(inputs.., 0);
-        let newest = window.len() - inputs;
-        window[newest..].copy_from_slice(sample);
-        engine.sample(&window, &carried, &mut now, &mut next, scratch);
-        forces.extend_from_slice(&now);
-        carried.copy_from_slice(&next);
     }
-    forces
 }
 
 /// Base twist and density of a floating base's sample; `None` where the layout does not hold them.

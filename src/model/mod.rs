@@ -6,11 +6,9 @@
 
 pub mod attention;
 pub mod attention_ode;
-mod candle_engine;
 pub mod encoding;
 pub mod engine;
 pub mod field;
-mod fused;
 mod kernel;
 pub mod mlp;
 pub mod normaliser;
@@ -23,6 +21,7 @@ use candle_nn::VarBuilder;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use self::engine::{CandleEngine, FusedEngine, Precision};
 pub use self::{
     attention_ode::{AttentionOde, AttentionOdeConfig},
     encoding::{Encoder, Encoding},
@@ -215,8 +214,9 @@ impl ForceModel {
     /// The single-step evaluator.
     pub fn engine(&self, kind: EngineKind) -> Result<Box<dyn Engine>, ModelError> {
         Ok(match kind {
-            EngineKind::Fused => Box::new(fused::FusedEngine::new(self)?),
-            EngineKind::Candle => Box::new(candle_engine::CandleEngine(self.clone())),
+            EngineKind::Fused => Box::new(FusedEngine::new(self, Precision::Single)?),
+            EngineKind::FusedF16 => Box::new(FusedEngine::new(self, Precision::Half)?),
+            EngineKind::Candle => Box::new(CandleEngine(self.clone())),
         })
     }
 
@@ -283,223 +283,5 @@ impl ForceModel {
                     .encode(&x, |i, value| z[at + i] = self.normaliser.input(i, value));
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn layout() -> FeatureLayout {
-        FeatureLayout::floating_base(&["a".into(), "b".into()]).expect("valid")
-    }
-
-    /// Realistic scales, so that SI and standardised units differ.
-    fn normaliser(inputs: usize) -> Normaliser {
-        Normaliser {
-            input_mean: (0..inputs).map(|i| 0.1 * i as f64).collect(),
-            input_std: (0..inputs).map(|i| 0.5 + 0.1 * i as f64).collect(),
-            output_mean: vec![10.0, -5.0, 400.0, 0.0, 1.0, 2.0],
-            output_std: vec![50.0, 40.0, 200.0, 10.0, 8.0, 6.0],
-        }
-    }
-
-    fn configs() -> Vec<ModelConfig> {
-        let ode = AttentionOdeConfig {
-            window: 5,
-            embedding: 16,
-            latent: 10,
-            hidden: vec![33, 64],
-            ..AttentionOdeConfig::default()
-        };
-        let plain = AttentionOdeConfig {
-            skip: false,
-            encoding: Encoding::Raw,
-            ..ode.clone()
-        };
-        let sum = AttentionOdeConfig {
-            field_sees_force: false,
-            ..ode.clone()
-        };
-        vec![
-            ModelConfig::AttentionOde(ode),
-            ModelConfig::AttentionOde(plain),
-            ModelConfig::AttentionOde(sum),
-            ModelConfig::Mlp(MlpConfig {
-                hidden: vec![33, 64],
-                ..MlpConfig::default()
-            }),
-        ]
-    }
-
-    fn model(config: &ModelConfig, solver: Solver) -> ForceModel {
-        let inputs = Encoder::new(config.encoding(), &layout()).len();
-        let build = |vb: VarBuilder| {
-            ForceModel::new(config, &layout(), normaliser(inputs), solver, vb)
-                .map_err(|error| candle_core::Error::Msg(error.to_string()))
-        };
-        Parameters::draw(5, build).expect("built").0
-    }
-
-    /// T samples of n features, smooth, without a generator.
-    fn motion(samples: usize, n: usize) -> Vec<f64> {
-        (0..samples * n)
-            .map(|i| (0.1 * (i / n) as f64 + (i % n) as f64).sin())
-            .collect()
-    }
-
-    /// Largest difference in standard deviations of the output.
-    fn difference(a: &[f64], b: &[f64], std: &[f64]) -> f64 {
-        a.iter()
-            .zip(b)
-            .zip(std)
-            .map(|((a, b), std)| (a - b).abs() / std)
-            .fold(0.0, f64::max)
-    }
-
-    #[test]
-    fn engines_agree_with_each_other_and_with_whole_trajectories() {
-        for config in configs() {
-            for solver in Solver::ALL {
-                let model = model(&config, solver);
-                let (n, f, w, samples) = (model.inputs(), model.outputs(), model.window(), 30);
-                let x = motion(samples, n);
-                let start = [20.0, 0.0, 300.0, 1.0, -2.0, 3.0];
-                let single: Vec<f32> = x.iter().map(|v| *v as f32).collect();
-                let whole = model
-                    .predict(
-                        &Tensor::from_vec(single, (1, samples, n), &Device::Cpu)
-                            .expect("shape fits"),
-                        &Tensor::new(&[start.map(|v| v as f32)], &Device::Cpu).expect("shape fits"),
-                    )
-                    .and_then(|t| Ok(t.squeeze(0)?.to_vec2::<f32>()?))
-                    .expect("predicted");
-                let mut force = start.to_vec();
-                let (fused, candle) = (
-                    model.engine(EngineKind::Fused).expect("fused"),
-                    model.engine(EngineKind::Candle).expect("candle"),
-                );
-                let mut scratch = Scratch::default();
-                for (k, expected) in whole.iter().enumerate() {
-                    let window: Vec<f64> = (0..w)
-                        .flat_map(|i| x[(k + i).saturating_sub(w - 1) * n..][..n].to_vec())
-                        .collect();
-                    let (mut now, mut next) = (vec![0.0; f], vec![0.0; f]);
-                    fused.sample(&window, &force, &mut now, &mut next, &mut scratch);
-                    let (mut other_now, mut other_next) = (vec![0.0; f], vec![0.0; f]);
-                    candle.sample(
-                        &window,
-                        &force,
-                        &mut other_now,
-                        &mut other_next,
-                        &mut scratch,
-                    );
-                    let std = &model.normaliser.output_std;
-                    assert!(
-                        difference(&next, &other_next, std) < 1e-5,
-                        "{config:?} {next:?} {other_next:?}"
-                    );
-                    assert!(difference(&now, &other_now, std) < 1e-5);
-                    let expected: Vec<f64> = expected.iter().map(|v| f64::from(*v)).collect();
-                    assert!(
-                        difference(&now, &expected, std) < 2e-5,
-                        "{config:?} sample {k}: {now:?} {expected:?}"
-                    );
-                    force = next;
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn the_estimate_is_a_fixed_point_and_the_same_in_both_engines() {
-        for config in configs() {
-            let model = model(&config, Solver::Euler);
-            let x = motion(1, model.inputs());
-            let mut scratch = Scratch::default();
-            let mut settle = |kind| {
-                let mut force = vec![0.0; model.outputs()];
-                model
-                    .engine(kind)
-                    .expect("an engine")
-                    .estimate(&x, &mut force, &mut scratch);
-                force
-            };
-            let (fused, candle) = (settle(EngineKind::Fused), settle(EngineKind::Candle));
-            let std = &model.normaliser.output_std;
-            // A running sum does not settle; its rounding grows over the 200 steps.
-            assert!(
-                difference(&fused, &candle, std) < 1e-3,
-                "{fused:?} {candle:?}"
-            );
-            let sees_force =
-                matches!(&config, ModelConfig::AttentionOde(c) if c.field_sees_force && c.skip);
-            if sees_force {
-                let (mut now, mut next) = (fused.clone(), fused.clone());
-                let window = x.repeat(model.window());
-                let engine = model.engine(EngineKind::Fused).expect("an engine");
-                engine.sample(&window, &fused, &mut now, &mut next, &mut scratch);
-                assert!(difference(&next, &fused, std) < 1e-4, "{next:?} {fused:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn extreme_and_zero_inputs_stay_finite() {
-        for config in configs() {
-            for kind in EngineKind::ALL {
-                let model = model(&config, Solver::Rk4);
-                let engine = model.engine(kind).expect("an engine");
-                let (n, f, w) = (engine.inputs(), engine.outputs(), engine.window());
-                for value in [0.0, 1e30, -1e300, f64::MAX, f64::INFINITY] {
-                    for carried in [0.0, 1e9] {
-                        let (mut now, mut next) = (vec![0.0; f], vec![0.0; f]);
-                        let mut scratch = Scratch::default();
-                        let mut window = vec![value; w * n];
-                        // An attitude is a unit quaternion whatever the rest does.
-                        for sample in window.chunks_exact_mut(n) {
-                            sample[4..8].copy_from_slice(&[1.0, 0.0, 0.0, 0.0]);
-                        }
-                        engine.sample(
-                            &window,
-                            &vec![carried; f],
-                            &mut now,
-                            &mut next,
-                            &mut scratch,
-                        );
-                        assert!(
-                            next.iter().all(|v| v.is_finite()),
-                            "{kind} {value}: {next:?}"
-                        );
-                        engine.estimate(&window[..n], &mut next, &mut scratch);
-                        assert!(
-                            next.iter().all(|v| v.is_finite()),
-                            "{kind} {value}: {next:?}"
-                        );
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn sizes_that_do_not_go_together_are_refused() {
-        let config = ModelConfig::AttentionOde(AttentionOdeConfig {
-            embedding: 10,
-            ..AttentionOdeConfig::default()
-        });
-        let error = config.check().expect_err("10 is not divisible by 4");
-        assert_eq!(
-            error.to_string(),
-            "model configuration: embedding 10 is not divisible by 4 heads"
-        );
-        let model = model(&configs()[0], Solver::Euler);
-        let x = Tensor::zeros((1, 3, 7), candle_core::DType::F32, &Device::Cpu).expect("zeros");
-        let start = Tensor::zeros((1, 6), candle_core::DType::F32, &Device::Cpu).expect("zeros");
-        let error = model.predict(&x, &start).expect_err("7 features");
-        assert_eq!(
-            error.to_string(),
-            "x has shape [1, 3, 7], expected [batch, samples, 15]"
-        );
     }
 }

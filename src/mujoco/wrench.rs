@@ -381,7 +381,7 @@ unsafe extern "C" fn nstate(m: *const mjModel, id: c_int) -> c_int {
             if let Some(folder) = &settings.checkpoint {
                 let checkpoint = Registry::global().checkpoint(folder).ok()?;
                 let engine = Registry::global().engine(&checkpoint, &settings).ok()?;
-                len += instance::state_len(engine.inputs(), engine.outputs(), engine.window());
+                len += instance::state_len(&*engine);
             }
             Some(len)
         });

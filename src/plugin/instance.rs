@@ -1,7 +1,7 @@
 //! One plugin instance: a state slice in, a wrench out.
 //!
 //! All memory is in the state slice, which MuJoCo copies, saves and restores; this struct is immutable.
-//! For n features, f outputs and a window of W samples the slice holds
+//! For n features, f outputs and an engine with M numbers of memory the slice holds
 //!
 //! | offset | numbers | meaning |
 //! |---|---|---|
@@ -12,7 +12,7 @@
 //! | 4 | f | force at the latest sample [N, N m] |
 //! | 4 + f | f | force one sample period later |
 //! | 4 + 2f | n | features at the latest step's end |
-//! | 4 + 2f + n | W n | features at the latest W samples, oldest first |
+//! | 4 + 2f + n | M | the engine's memory of the latest W samples |
 //!
 //! The force at any time between two samples is the linear interpolation of the two forces, so
 //! [`Instance::wrench`] is pure and right at every stage of every integrator; only
@@ -185,9 +185,9 @@ thread_local! {
     static WORKSPACE: RefCell<Workspace> = RefCell::default();
 }
 
-/// How many numbers of memory a checkpoint's instance needs.
-pub fn state_len(inputs: usize, outputs: usize, window: usize) -> usize {
-    FORCES + 2 * outputs + inputs + window * inputs
+/// How many numbers of state an engine's instance needs.
+pub fn state_len(engine: &dyn Engine) -> usize {
+    FORCES + 2 * engine.outputs() + engine.inputs() + engine.memory_len()
 }
 
 impl Instance {
@@ -255,11 +255,7 @@ impl Instance {
 
     /// How many numbers the state slice holds.
     pub fn state_len(&self) -> usize {
-        state_len(
-            self.features.len(),
-            self.components.len(),
-            self.engine.window(),
-        )
+        state_len(&*self.engine)
     }
 
     /// Forgets everything: the next force is that of a cold start.
@@ -397,9 +393,10 @@ impl Instance {
                         .estimate(&sample, &mut carried, &mut work.scratch)
                 }
             }
-            let window = sample.repeat(self.engine.window());
+            let mut memory = vec![0.0; self.engine.memory_len()];
+            self.engine.start(&sample, &mut memory);
             self.engine
-                .sample(&window, &carried, &mut now, &mut next, &mut work.scratch);
+                .sample(&memory, &carried, &mut now, &mut next, &mut work.scratch);
             (finite(&now) && finite(&next)).then_some(Start {
                 time: moment.time,
                 sample,
@@ -417,9 +414,9 @@ impl Instance {
         let (forces, rest) = state[FORCES..].split_at_mut(2 * self.components.len());
         forces[..start.now.len()].copy_from_slice(&start.now);
         forces[start.now.len()..].copy_from_slice(&start.next);
-        for slot in rest.chunks_exact_mut(start.sample.len()) {
-            slot.copy_from_slice(&start.sample);
-        }
+        let (previous, memory) = rest.split_at_mut(start.sample.len());
+        previous.copy_from_slice(&start.sample);
+        self.engine.start(&start.sample, memory);
     }
 
     /// From the latest step's end to `moment`: takes the samples in between.
@@ -456,7 +453,7 @@ impl Instance {
                 let before = state[STEP_TIME];
                 let (head, rest) = state.split_at_mut(FORCES);
                 let (forces, rest) = rest.split_at_mut(2 * outputs);
-                let (previous, window) = rest.split_at_mut(inputs);
+                let (previous, memory) = rest.split_at_mut(inputs);
                 // On the sample its time is the simulation's own, so that rounding never piles up.
                 if late <= tolerance {
                     head[SAMPLE_TIME] = moment.time;
@@ -472,12 +469,10 @@ impl Instance {
                     }
                 }
                 head[SAMPLES] += 1.0;
-                window.copy_within(inputs.., 0);
-                let newest = window.len() - inputs;
-                window[newest..].copy_from_slice(between);
+                self.engine.observe(between, memory);
                 let (now, next) = forces.split_at_mut(outputs);
                 carried.copy_from_slice(next);
-                self.engine.sample(window, carried, now, next, scratch);
+                self.engine.sample(memory, carried, now, next, scratch);
                 if !finite(now) || !finite(next) {
                     return Some(self.fault(state));
                 }

@@ -11,7 +11,7 @@ pub struct Reference {
     engine: Box<dyn Engine>,
     period: f64,
     scratch: Scratch,
-    window: Vec<f64>,
+    memory: Vec<f64>,
     taken: f64,
     now: Vec<f64>,
     next: Vec<f64>,
@@ -24,8 +24,10 @@ impl Reference {
         let (mut scratch, forces) = (Scratch::default(), vec![0.0; engine.outputs()]);
         let mut start = forces.clone();
         engine.estimate(x, &mut start, &mut scratch);
+        let mut memory = vec![0.0; engine.memory_len()];
+        engine.start(x, &mut memory);
         let mut reference = Self {
-            window: x.repeat(engine.window()),
+            memory,
             period: checkpoint.card.sample_period,
             engine,
             scratch,
@@ -40,13 +42,12 @@ impl Reference {
     fn evaluate(&mut self, carried: &[f64]) {
         let (now, next) = (&mut self.now, &mut self.next);
         self.engine
-            .sample(&self.window, carried, now, next, &mut self.scratch);
+            .sample(&self.memory, carried, now, next, &mut self.scratch);
     }
 
     /// The next sample, one period after the last.
     pub fn sample(&mut self, time: f64, x: &[f64]) {
-        self.window.drain(..x.len());
-        self.window.extend_from_slice(x);
+        self.engine.observe(x, &mut self.memory);
         self.taken = time;
         let carried = self.next.clone();
         self.evaluate(&carried);

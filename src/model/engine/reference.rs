@@ -1,13 +1,13 @@
 //! A model stepped through Candle at batch 1: the reference for the fused engine.
 //!
 //! Only plain operations on one row: Candle's products stay below the size from which they start threads in
-//! the host process.
+//! the host process. Memory: the window's raw samples [W, n], oldest first.
 
 use candle_core::{Device, Result, Tensor};
 
 use super::{
-    ForceModel, Network,
-    engine::{Engine, SETTLED, SETTLING_STEPS, Scratch},
+    super::{ForceModel, Network},
+    Engine, SETTLED, SETTLING_STEPS, Scratch,
 };
 
 /// See the module.
@@ -62,13 +62,25 @@ impl Engine for CandleEngine {
         self.0.outputs()
     }
 
-    fn window(&self) -> usize {
-        self.0.window()
+    fn memory_len(&self) -> usize {
+        self.0.window() * self.0.inputs()
+    }
+
+    fn start(&self, x: &[f64], memory: &mut [f64]) {
+        for slot in memory.chunks_exact_mut(x.len()) {
+            slot.copy_from_slice(x);
+        }
+    }
+
+    fn observe(&self, x: &[f64], memory: &mut [f64]) {
+        memory.copy_within(x.len().., 0);
+        let newest = memory.len() - x.len();
+        memory[newest..].copy_from_slice(x);
     }
 
     fn sample(
         &self,
-        window: &[f64],
+        memory: &[f64],
         force: &[f64],
         now: &mut [f64],
         next: &mut [f64],
@@ -80,7 +92,7 @@ impl Engine for CandleEngine {
             .enumerate()
             .map(|(i, v)| normaliser.force(i, *v))
             .collect();
-        let found = self.next_or_nan(window, &standard);
+        let found = self.next_or_nan(memory, &standard);
         for (i, (slot, value)) in next.iter_mut().zip(found).enumerate() {
             *slot = normaliser.to_si(i, value);
         }
@@ -88,7 +100,7 @@ impl Engine for CandleEngine {
     }
 
     fn estimate(&self, x: &[f64], force: &mut [f64], _: &mut Scratch) {
-        let window = x.repeat(self.window());
+        let window = x.repeat(self.0.window());
         let mut now = vec![0.0f32; force.len()];
         for _ in 0..SETTLING_STEPS {
             let next = self.next_or_nan(&window, &now);

@@ -1,0 +1,148 @@
+//! One sample at a time: what the simulation asks of a model.
+
+mod fused;
+mod past;
+mod perceptron;
+mod reference;
+#[cfg(test)]
+mod tests;
+
+use std::{fmt, str::FromStr};
+
+use thiserror::Error;
+
+pub(crate) use self::{fused::FusedEngine, perceptron::Precision, reference::CandleEngine};
+
+/// A model ready to be stepped. Forces are SI [N, N m], features raw SI in the order of the card.
+///
+/// What the model must know of the past is a slice of numbers that the caller keeps (the plugin: in MuJoCo's own
+/// state), so an engine is immutable and shared by any number of simulations. No locks, no threads; the fused engine
+/// does not allocate once `scratch` has grown.
+pub trait Engine: Send + Sync + fmt::Debug {
+    /// n, features a sample.
+    fn inputs(&self) -> usize;
+
+    /// f, force components.
+    fn outputs(&self) -> usize;
+
+    /// How many numbers of memory a simulation keeps.
+    fn memory_len(&self) -> usize;
+
+    /// The memory of a past in which every sample was `x` [n].
+    fn start(&self, x: &[f64], memory: &mut [f64]);
+
+    /// Takes the sample `x` [n] into the memory, in place of the oldest.
+    fn observe(&self, x: &[f64], memory: &mut [f64]);
+
+    /// At the newest sample, where `force` [f] was carried to: writes `now` [f], the force at this sample (`force`
+    /// itself for an ODE, g(x) for a memoryless model), and `next` [f], the force at the next one.
+    fn sample(
+        &self,
+        memory: &[f64],
+        force: &[f64],
+        now: &mut [f64],
+        next: &mut [f64],
+        scratch: &mut Scratch,
+    );
+
+    /// What the model predicts for a past in which every sample was `x` [n]: the force that the ODE settles to with h
+    /// held, from the training mean in at most [`SETTLING_STEPS`], or g(x).
+    fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch);
+
+    /// Whole trajectories of one length: `x` [B, T, n] and the forces carried to the first samples, `start` [B, f],
+    /// -> the forces at the samples [B, T, f]. The past of the first sample is that sample. Some engines step them
+    /// together, which gives the same numbers and is faster.
+    fn trajectories(&self, x: &[f64], start: &[f64], scratch: &mut Scratch) -> Vec<f64> {
+        let (inputs, outputs) = (self.inputs(), self.outputs());
+        let samples = samples(self, x, start);
+        let mut memory = vec![0.0; self.memory_len()];
+        let (mut now, mut next) = (vec![0.0; outputs], vec![0.0; outputs]);
+        let mut forces = Vec::with_capacity(samples * start.len());
+        let mut carried = vec![0.0; outputs];
+        for (x, start) in x
+            .chunks_exact((samples * inputs).max(1))
+            .zip(start.chunks_exact(outputs))
+        {
+            self.start(&x[..inputs], &mut memory);
+            carried.copy_from_slice(start);
+            for (index, x) in x.chunks_exact(inputs).enumerate() {
+                if index > 0 {
+                    self.observe(x, &mut memory);
+                }
+                self.sample(&memory, &carried, &mut now, &mut next, scratch);
+                forces.extend_from_slice(&now);
+                carried.copy_from_slice(&next);
+            }
+        }
+        forces
+    }
+}
+
+/// T of [`Engine::trajectories`].
+fn samples(engine: &(impl Engine + ?Sized), x: &[f64], start: &[f64]) -> usize {
+    let trajectories = start.len() / engine.outputs();
+    x.len() / (trajectories * engine.inputs()).max(1)
+}
+
+/// Steps after which [`Engine::estimate`] takes the force as settled.
+pub const SETTLING_STEPS: usize = 200;
+
+/// Change of every component [standard deviations] below which the force has settled.
+const SETTLED: f32 = 1e-6;
+
+/// Working memory of an engine; grows on first use.
+#[derive(Clone, Debug, Default)]
+pub struct Scratch(Vec<f32>);
+
+impl Scratch {
+    /// The first `len` numbers, whatever they hold.
+    fn take(&mut self, len: usize) -> &mut [f32] {
+        if self.0.len() < len {
+            self.0.resize(len, 0.0);
+        }
+        &mut self.0[..len]
+    }
+}
+
+/// Which implementation evaluates a model.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum EngineKind {
+    /// Our own products, nothing else: the fast one.
+    #[default]
+    Fused,
+    /// The same with the field's weights rounded to IEEE halves: half the memory to read a step.
+    FusedF16,
+    /// Candle at batch 1: the reference.
+    Candle,
+}
+
+impl EngineKind {
+    /// Every kind, for error messages and help texts.
+    pub const ALL: [Self; 3] = [Self::Fused, Self::FusedF16, Self::Candle];
+}
+
+impl fmt::Display for EngineKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Fused => "fused",
+            Self::FusedF16 => "fused-f16",
+            Self::Candle => "candle",
+        })
+    }
+}
+
+/// An engine name that is none.
+#[derive(Debug, Error, PartialEq, Eq)]
+#[error("unknown engine `{0}`: there are fused, fused-f16 and candle")]
+pub struct UnknownEngine(pub String);
+
+impl FromStr for EngineKind {
+    type Err = UnknownEngine;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        Self::ALL
+            .into_iter()
+            .find(|kind| kind.to_string() == name)
+            .ok_or_else(|| UnknownEngine(name.to_owned()))
+    }
+}

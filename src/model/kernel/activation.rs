@@ -1,0 +1,125 @@
+//! SiLU, its derivative and the softmax, on vectors of f32.
+
+use pulp::{Simd, WithSimd};
+
+/// e^x = 2^n e^r with |r| <= ln 2 / 2, the polynomial of Cephes' `expf` (S. Moshier, "Methods and Programs for
+/// Mathematical Functions", 1989); relative error about 1e-7. Held at e^-87 and e^87.
+#[inline(always)]
+fn exponential<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    // 1.5 * 2^23: adding it rounds to the nearest integer, which then lies in the low bits.
+    const MAGIC: f32 = 12_582_912.0;
+    const LN2_HIGH: f32 = 0.693_359_4;
+    const LN2_LOW: f32 = -2.121_944_4e-4;
+    const POLYNOMIAL: [f32; 6] = [
+        1.987_569_1e-4,
+        1.398_199_9e-3,
+        8.333_452e-3,
+        4.166_579_6e-2,
+        1.666_666_5e-1,
+        0.5,
+    ];
+    // Beyond 87 the exponential leaves the range of f32.
+    let t = simd.min_f32s(
+        simd.max_f32s(x, simd.splat_f32s(-87.0)),
+        simd.splat_f32s(87.0),
+    );
+    let shifted = simd.mul_add_e_f32s(
+        t,
+        simd.splat_f32s(std::f32::consts::LOG2_E),
+        simd.splat_f32s(MAGIC),
+    );
+    let n = simd.sub_f32s(shifted, simd.splat_f32s(MAGIC));
+    let r = simd.negate_mul_add_e_f32s(n, simd.splat_f32s(LN2_HIGH), t);
+    let r = simd.negate_mul_add_e_f32s(n, simd.splat_f32s(LN2_LOW), r);
+    let mut p = simd.splat_f32s(POLYNOMIAL[0]);
+    for coefficient in &POLYNOMIAL[1..] {
+        p = simd.mul_add_e_f32s(p, r, simd.splat_f32s(*coefficient));
+    }
+    let p = simd.add_f32s(
+        simd.mul_add_e_f32s(simd.mul_f32s(r, r), p, r),
+        simd.splat_f32s(1.0),
+    );
+    // 2^n: n + 127 into the exponent; the bits of MAGIC fall off at the top.
+    let exponent = simd.add_u32s(simd.transmute_u32s_f32s(shifted), simd.splat_u32s(127));
+    let power = simd.transmute_f32s_u32s(simd.wrapping_dyn_shl_u32s(exponent, simd.splat_u32s(23)));
+    simd.mul_f32s(p, power)
+}
+
+/// 1 / (1 + e^-x).
+#[inline(always)]
+fn gate<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    let one = simd.splat_f32s(1.0);
+    simd.div_f32s(one, simd.add_f32s(exponential(simd, simd.neg_f32s(x)), one))
+}
+
+/// gradient * d silu(z)/dz. A function, not a closure: only what is inlined here is compiled for the vector unit.
+#[inline(always)]
+fn slope<S: Simd>(simd: S, z: S::f32s, gradient: S::f32s) -> S::f32s {
+    let one = simd.splat_f32s(1.0);
+    let gate = gate(simd, z);
+    let slope = simd.mul_add_e_f32s(z, simd.sub_f32s(one, gate), one);
+    simd.mul_f32s(gradient, simd.mul_f32s(gate, slope))
+}
+
+/// x -> silu(x), in place.
+pub(super) struct Silu<'a>(pub(super) &'a mut [f32]);
+
+impl WithSimd for Silu<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (vectors, rest) = S::as_mut_simd_f32s(self.0);
+        for x in vectors {
+            *x = simd.mul_f32s(*x, gate(simd, *x));
+        }
+        if !rest.is_empty() {
+            let x = simd.partial_load_f32s(rest);
+            simd.partial_store_f32s(rest, simd.mul_f32s(x, gate(simd, x)));
+        }
+    }
+}
+
+/// z -> gradient * d silu(z)/dz, in place of z.
+pub(super) struct SiluBackward<'a>(pub(super) &'a mut [f32], pub(super) &'a [f32]);
+
+impl WithSimd for SiluBackward<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (z, z_rest) = S::as_mut_simd_f32s(self.0);
+        let (gradient, gradient_rest) = S::as_simd_f32s(self.1);
+        for (z, gradient) in z.iter_mut().zip(gradient) {
+            *z = slope(simd, *z, *gradient);
+        }
+        if !z_rest.is_empty() {
+            let values = slope(
+                simd,
+                simd.partial_load_f32s(z_rest),
+                simd.partial_load_f32s(gradient_rest),
+            );
+            simd.partial_store_f32s(z_rest, values);
+        }
+    }
+}
+
+/// In place, each of the numbers e^(x - max) / sum; the maximum and the sum are taken in order, so that they are
+/// the same on every machine.
+#[inline(always)]
+pub(crate) fn softmax<S: Simd>(simd: S, values: &mut [f32]) {
+    let largest = values.iter().copied().fold(f32::MIN, f32::max);
+    let shift = simd.splat_f32s(largest);
+    let (vectors, rest) = S::as_mut_simd_f32s(values);
+    for x in vectors {
+        *x = exponential(simd, simd.sub_f32s(*x, shift));
+    }
+    if !rest.is_empty() {
+        let x = simd.sub_f32s(simd.partial_load_f32s(rest), shift);
+        simd.partial_store_f32s(rest, exponential(simd, x));
+    }
+    let scale = 1.0 / values.iter().sum::<f32>();
+    for value in values {
+        *value *= scale;
+    }
+}
