@@ -16,6 +16,7 @@ use candle_nn::{Init, VarBuilder};
 use serde::{Deserialize, Serialize};
 
 use super::{
+    adjoint::Adjoint,
     attention::{Attention, AttentionConfig},
     encoding::Encoding,
     field::{Field, FieldConfig},
@@ -155,11 +156,18 @@ impl AttentionOde {
     }
 
     /// z [B, W-1+S, n], F_0 [B, f] -> F [B, S+1, f].
-    pub fn forward(&self, z: &Tensor, start: &Tensor, solver: Solver) -> Result<Tensor> {
+    pub fn forward(
+        &self,
+        z: &Tensor,
+        start: &Tensor,
+        solver: Solver,
+        adjoint: Adjoint,
+    ) -> Result<Tensor> {
         let operation = Trajectory {
             field: self.field.config().clone(),
             solver,
             field_sees_force: self.config.field_sees_force,
+            adjoint,
         };
         operation.apply(start, &self.latents(z)?, &self.field.flat()?)
     }
@@ -253,7 +261,7 @@ mod tests {
     }
 
     fn loss(model: &AttentionOde, z: &Tensor, start: &Tensor, solver: Solver) -> Result<Tensor> {
-        let forces = model.forward(z, start, solver)?;
+        let forces = model.forward(z, start, solver, Adjoint::Discrete)?;
         (forces.sqr()? * ramp(forces.dims(), 0.31))?.sum_all()
     }
 
@@ -350,7 +358,9 @@ mod tests {
     fn the_past_alone_decides() {
         let (model, _) = model(&small(true, true));
         let (z, start) = inputs();
-        let before = model.forward(&z, &start, Solver::Euler).expect("runs");
+        let before = model
+            .forward(&z, &start, Solver::Euler, Adjoint::Discrete)
+            .expect("runs");
         // Another future: samples from step 10 on.
         let changed = Tensor::cat(
             &[z.narrow(1, 0, 12).expect("past"), ramp(&[18, 11, 4], 2.3)],
@@ -358,7 +368,7 @@ mod tests {
         )
         .expect("joined");
         let after = model
-            .forward(&changed, &start, Solver::Euler)
+            .forward(&changed, &start, Solver::Euler, Adjoint::Discrete)
             .expect("runs");
         let numbers = |t: &Tensor, from, len| {
             t.narrow(1, from, len)

@@ -4,6 +4,7 @@
 //! with x_0; one explicit step takes F_k to F_{k+1} with h_k held. Between samples the force is the linear
 //! interpolation of F_k and F_{k+1}, both known at t_k. A memoryless model is F_k = g(x_k), held.
 
+pub mod adjoint;
 pub mod attention;
 pub mod attention_ode;
 pub mod encoding;
@@ -23,6 +24,7 @@ use thiserror::Error;
 
 use self::engine::{CandleEngine, FusedEngine, Precision};
 pub use self::{
+    adjoint::Adjoint,
     attention_ode::{AttentionOde, AttentionOdeConfig},
     encoding::{Encoder, Encoding},
     engine::{Engine, EngineKind, Scratch},
@@ -134,18 +136,21 @@ impl Network {
         })
     }
 
-    /// z [B, W-1+T, n] and F_0 [B, f] -> F [B, T, f]; an ODE's first force is F_0 itself.
+    /// z [B, W-1+T, n] and F_0 [B, f] -> F [B, T, f]; an ODE's first force is F_0 itself. A memoryless model has
+    /// nothing to solve.
     pub fn forward(
         &self,
         z: &Tensor,
         start: &Tensor,
         solver: Solver,
+        adjoint: Adjoint,
     ) -> candle_core::Result<Tensor> {
         match self {
             Self::AttentionOde(ode) => {
                 // The last sample drives only what comes after the trajectory.
                 let samples = z.dim(1)?;
-                ode.forward(&z.narrow(1, 0, samples - 1)?.contiguous()?, start, solver)
+                let seen = z.narrow(1, 0, samples - 1)?.contiguous()?;
+                ode.forward(&seen, start, solver, adjoint)
             }
             Self::Mlp(mlp) => mlp.forward(z),
         }
@@ -257,7 +262,7 @@ impl ForceModel {
         let forces = match &self.network {
             // Without a step there is nothing to integrate.
             Network::AttentionOde(_) if samples == 1 => standard.unsqueeze(1)?,
-            network => network.forward(&z, &standard, self.solver)?,
+            network => network.forward(&z, &standard, self.solver, Adjoint::Discrete)?,
         };
         let values: Vec<f32> = forces
             .flatten_all()?

@@ -9,6 +9,14 @@
 //! dL/dF_k += g + sum_i s_i (part of F),   dL/dh_k = sum_i s_i (part of h)
 //! ```
 //!
+//! The continuous adjoint ([`Adjoint::Continuous`]) solves da/dt = -J^T a backward over each step instead, from the
+//! force at its end, with F backward in time as well:
+//!
+//! ```text
+//! F^i = F_{k+1} - a_{i,i-1} f(F^{i-1}, h_k),  u_i = g + a_{i,i-1} s_{i-1},  s_i = J(F^i)^T u_i    i = first .. last
+//! dL/dF_k += g + sum_i b_i s_i (part of F),   dL/dh_k = sum_i b_i s_i (part of h)
+//! ```
+//!
 //! Backward keeps nothing from the way forward but the forces themselves: the stages of a segment of steps are
 //! evaluated again, all steps at once, since every F_k is known. Only the transposed products walk the time in
 //! order; the gradients of the weights are products over all rows of a segment.
@@ -20,6 +28,7 @@ use candle_core::{CpuStorage, CustomOp3, DType, Layout, Result, Shape, Tensor, W
 use rayon::prelude::*;
 
 use super::{
+    adjoint::Adjoint,
     attention::contiguous,
     field::{FieldConfig, Layers},
     kernel::{Panels, Real, pack_rows},
@@ -38,6 +47,7 @@ pub(crate) struct Trajectory {
     pub(crate) solver: Solver,
     /// Whether the field is given [F; h], or h alone.
     pub(crate) field_sees_force: bool,
+    pub(crate) adjoint: Adjoint,
 }
 
 /// Sizes of one call.
@@ -66,12 +76,14 @@ struct Work<T> {
 }
 
 /// Per hidden layer, z (later dL/dz) and silu(z) of a set of rows.
+#[derive(Default)]
 struct Hidden<T> {
     z: Vec<Vec<T>>,
     activation: Vec<Vec<T>>,
 }
 
 /// What the derivative needs of a set of rows.
+#[derive(Default)]
 struct Tape<T> {
     input: Vec<T>,
     hidden: Hidden<T>,
@@ -255,31 +267,38 @@ impl Trajectory {
         let tableau = self.solver.tableau();
         let stages = tableau.weights.len();
         let length = (SEGMENT / stages).max(1);
+        // The end of a step from which its stages start, and their direction.
+        let (from, sign) = match self.adjoint {
+            Adjoint::Discrete => (0, 1.0),
+            Adjoint::Continuous => (1, -1.0),
+        };
         let mut d_weights = vec![T::default(); self.field.count()];
         let mut work = Work::default();
         let mut slope = Vec::new();
         let mut stage_gradient = vec![T::default(); rows * inputs];
+        let mut total = vec![T::default(); rows * inputs];
+        let mut tape = Tape::default();
 
         for end in (1..=steps).rev().step_by(length) {
             let first = end.saturating_sub(length);
             let count = end - first;
             let block = count * rows;
 
-            // The stages again, all steps of the segment at once; rows are ordered (stage, step, trajectory).
-            let mut tape = Tape::new(&self.field, stages * block);
+            // The stages (again), all steps of the segment at once; rows are ordered (stage, step, trajectory).
+            tape.resize(&self.field, stages * block);
             for (stage, along) in tableau.along_previous.iter().enumerate() {
                 let input = &mut tape.input[stage * block * inputs..][..block * inputs];
                 for (index, input) in input.chunks_exact_mut(inputs).enumerate() {
                     let (step, row) = (first + index / rows, index % rows);
                     input[sees..].copy_from_slice(&latent[(row * steps + step) * width..][..width]);
-                    let now = &forces[(row * (steps + 1) + step) * force..][..force];
+                    let now = &forces[(row * (steps + 1) + step + from) * force..][..force];
                     for (i, slot) in input[..sees].iter_mut().enumerate() {
                         let before = if stage == 0 {
                             T::default()
                         } else {
                             slope[index * force + i]
                         };
-                        *slot = now[i] + T::real(*along) * before;
+                        *slot = now[i] + T::real(*along * sign) * before;
                     }
                 }
                 let hidden = Some((&mut tape.hidden, stage * block));
@@ -289,13 +308,23 @@ impl Trajectory {
             // Back in time, step by step.
             for step in (first..end).rev() {
                 stage_gradient.fill(T::default());
-                let mut total = vec![T::default(); rows * inputs];
-                for stage in (0..stages).rev() {
-                    let along = tableau
-                        .along_previous
-                        .get(stage + 1)
-                        .copied()
-                        .unwrap_or(0.0);
+                total.fill(T::default());
+                for turn in 0..stages {
+                    // What this stage's slope is multiplied by: the step's weight for it, and, through the stage
+                    // that was derived before, what its own slope takes part in.
+                    let (stage, own, along) = match self.adjoint {
+                        Adjoint::Discrete => {
+                            let stage = stages - 1 - turn;
+                            let after = tableau.along_previous.get(stage + 1);
+                            (stage, tableau.weights[stage], after.copied().unwrap_or(0.0))
+                        }
+                        Adjoint::Continuous => {
+                            let before = turn.checked_sub(1).map_or(1.0, |b| tableau.weights[b]);
+                            let weight = tableau.weights[turn];
+                            // The gradient at hand is b_{i-1} s_{i-1}, and b_i u_i is wanted.
+                            (turn, weight, weight * tableau.along_previous[turn] / before)
+                        }
+                    };
                     let at = stage * block + (step - first) * rows;
                     let upstream = &mut tape.output[at * force..][..rows * force];
                     for (row, upstream) in upstream.chunks_exact_mut(force).enumerate() {
@@ -306,8 +335,7 @@ impl Trajectory {
                             } else {
                                 T::default()
                             };
-                            *upstream = T::real(tableau.weights[stage]) * next[i]
-                                + T::real(along) * through;
+                            *upstream = T::real(own) * next[i] + T::real(along) * through;
                         }
                     }
                     self.transpose(weights, &mut tape, at, rows, &mut stage_gradient, &mut work);
@@ -471,21 +499,16 @@ impl Trajectory {
 }
 
 impl<T: Real> Tape<T> {
-    fn new(field: &FieldConfig, rows: usize) -> Self {
-        let hidden = || {
-            field
-                .hidden
-                .iter()
-                .map(|width| vec![T::default(); rows * width])
-                .collect()
-        };
-        Self {
-            input: vec![T::default(); rows * field.inputs],
-            hidden: Hidden {
-                z: hidden(),
-                activation: hidden(),
-            },
-            output: vec![T::default(); rows * field.outputs],
+    /// Room for `rows` rows, whatever they hold: every number is written before it is read. Memory is kept from
+    /// segment to segment, for fresh pages cost more than the products of a small field.
+    fn resize(&mut self, field: &FieldConfig, rows: usize) {
+        self.input.resize(rows * field.inputs, T::default());
+        self.output.resize(rows * field.outputs, T::default());
+        for layers in [&mut self.hidden.z, &mut self.hidden.activation] {
+            layers.resize_with(field.hidden.len(), Vec::new);
+            for (values, width) in layers.iter_mut().zip(&field.hidden) {
+                values.resize(rows * width, T::default());
+            }
         }
     }
 }

@@ -22,7 +22,7 @@ use super::{
 use crate::{
     checkpoint::{Card, Checkpoint, DatasetNote, SCHEMA},
     dataset::{Dataset, Manifest, Split},
-    model::{Encoder, ForceModel, Network, Normaliser, Parameters, normaliser::Moments},
+    model::{Adjoint, Encoder, ForceModel, Network, Normaliser, Parameters, normaliser::Moments},
 };
 
 /// Name of the state inside a run's folder.
@@ -285,10 +285,12 @@ impl Trainer {
             labels: self.config.labels,
         };
         let batch = batcher.batch(windows, samples)?;
-        let forces = self
-            .model
-            .network
-            .forward(&batch.z, &batch.start, self.config.solver)?;
+        let forces = self.model.network.forward(
+            &batch.z,
+            &batch.start,
+            self.config.solver,
+            Adjoint::Discrete,
+        )?;
         let loss = (forces - batch.target)?.sqr()?.mean_all()?;
         let value = f64::from(loss.to_scalar::<f32>()?);
         let step = Step {
