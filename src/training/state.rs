@@ -6,7 +6,7 @@ use candle_core::{Device, Tensor};
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 use serde::{Deserialize, Serialize};
 
-use super::{TrainConfig, TrainError, adamw::AdamW, log, log::LogRecord};
+use super::{TrainConfig, TrainDevice, TrainError, adamw::AdamW, log, log::LogRecord};
 use crate::model::Parameters;
 
 /// Place in the run; the order of windows is a function of seed and epoch, so no generator is kept.
@@ -33,6 +33,8 @@ pub(super) struct State {
     pub(super) weights: BTreeMap<String, Tensor>,
     pub(super) best: BTreeMap<String, Tensor>,
     pub(super) optimiser: AdamW,
+    /// Where the last steps were computed. No part of what the run is: any device can go on with it.
+    pub(super) device: TrainDevice,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -41,6 +43,8 @@ struct Header {
     config: TrainConfig,
     dataset: String,
     optimiser_step: usize,
+    #[serde(default)]
+    device: TrainDevice,
     place: Place,
 }
 
@@ -50,6 +54,7 @@ const SCHEMA: &str = "hydro-training/1";
 pub(super) fn save(
     path: &Path,
     (config, dataset): (&TrainConfig, &str),
+    device: TrainDevice,
     place: &Place,
     (parameters, best): (&Parameters, &BTreeMap<String, Tensor>),
     optimiser: &AdamW,
@@ -71,6 +76,7 @@ pub(super) fn save(
         config: config.clone(),
         dataset: dataset.to_owned(),
         optimiser_step: optimiser.step,
+        device,
         place: place.clone(),
     };
     let refuse = |reason: String| TrainError::State {
@@ -154,6 +160,7 @@ pub(super) fn load(
             step: header.optimiser_step,
             moments: BTreeMap::new(),
         },
+        device: header.device,
         place: header.place,
     };
     for (name, var) in parameters.iter() {

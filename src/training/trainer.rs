@@ -8,10 +8,10 @@ use std::{
     time::Instant,
 };
 
-use candle_core::Tensor;
+use candle_core::{Device, Tensor};
 
 use super::{
-    Evaluation, InitialForce, Labels, LogRecord, TrainConfig, TrainError,
+    Evaluation, InitialForce, Labels, LogRecord, TrainConfig, TrainDevice, TrainError,
     adamw::{AdamW, Step},
     log,
     metrics::evaluate_model,
@@ -100,6 +100,9 @@ pub struct Trainer {
     dataset_sha256: String,
     train: Split,
     validation: Split,
+    device: (TrainDevice, Device),
+    /// Where the steps before the last resumption were computed.
+    resumed_from: Option<TrainDevice>,
     model: ForceModel,
     parameters: Parameters,
     best: BTreeMap<String, Tensor>,
@@ -108,9 +111,23 @@ pub struct Trainer {
 }
 
 impl Trainer {
-    /// Reads the splits `train` and `val`, takes the normaliser from `train` and draws the weights.
+    /// Reads the splits `train` and `val`, takes the normaliser from `train` and draws the weights. Trains on the
+    /// processor.
     pub fn new(config: TrainConfig, dataset: &Dataset) -> Result<Self, TrainError> {
+        Self::on(TrainDevice::Cpu, config, dataset)
+    }
+
+    /// [`Trainer::new`], on a device: weights, solver, gradient and validation; the optimiser is on the processor.
+    ///
+    /// # Errors
+    /// Also a device that this build or this machine does not have.
+    pub fn on(
+        device: TrainDevice,
+        config: TrainConfig,
+        dataset: &Dataset,
+    ) -> Result<Self, TrainError> {
         config.check()?;
+        let device = (device, device.open()?);
         let train = dataset.split("train", config.trajectories)?;
         let validation = dataset.split("val", None)?;
         for (name, split) in [("train", &train), ("val", &validation)] {
@@ -125,7 +142,7 @@ impl Trainer {
         let encoder = Encoder::new(config.model.encoding(), &manifest.features);
         let normaliser = measure(&train, &encoder, config.labels);
         let (inputs, outputs) = (encoder.len(), manifest.outputs.len());
-        let (network, parameters) = Parameters::draw(config.seed, |vb| {
+        let (network, parameters) = Parameters::draw_on(&device.1, config.seed, |vb| {
             Network::new(&config.model, inputs, outputs, vb)
         })?;
         let model = ForceModel {
@@ -141,6 +158,8 @@ impl Trainer {
             dataset_sha256: dataset.sha256().to_owned(),
             train,
             validation,
+            device,
+            resumed_from: None,
             model,
             parameters,
             best: BTreeMap::new(),
@@ -150,7 +169,8 @@ impl Trainer {
     }
 
     /// Goes back to where a run in `folder` stopped; false where there is none. Refuses a state made with
-    /// other settings or data.
+    /// other settings or data; a state made on another device is gone on with, and ends within rounding of what
+    /// either device alone would have given.
     pub fn resume(&mut self, folder: &Path) -> Result<bool, TrainError> {
         let path = folder.join(STATE);
         if !path.is_file() {
@@ -165,6 +185,7 @@ impl Trainer {
         self.best = state.best;
         self.optimiser = state.optimiser;
         self.place = state.place;
+        self.resumed_from = Some(state.device);
         Ok(true)
     }
 
@@ -197,6 +218,11 @@ impl Trainer {
             }
         }
         Ok(())
+    }
+
+    /// Where the steps before the last [`Trainer::resume`] were computed; None without one.
+    pub fn resumed_from(&self) -> Option<TrainDevice> {
+        self.resumed_from
     }
 
     /// How many numbers the weights hold.
@@ -284,7 +310,7 @@ impl Trainer {
             past: self.model.window() - 1,
             labels: self.config.labels,
         };
-        let batch = batcher.batch(windows, samples)?;
+        let batch = batcher.batch(windows, samples)?.to_device(&self.device.1)?;
         let forces = self
             .model
             .network
@@ -359,6 +385,7 @@ impl Trainer {
         state::save(
             &folder.join(STATE),
             run,
+            self.device.0,
             &self.place,
             weights,
             &self.optimiser,
