@@ -107,7 +107,7 @@ mod tests {
             let error = TrainDevice::Cuda(1).open().expect_err("not built in");
             assert_eq!(
                 error.to_string(),
-                "cuda:1: this build has no CUDA; `cargo build --release --features cuda` makes one that does"
+                "cuda:1: this build has no CUDA; `cargo build --release --features cuda --target-dir target/cuda` makes one that does"
             );
         }
     }

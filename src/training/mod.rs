@@ -70,7 +70,7 @@ pub enum TrainError {
     },
     /// A graphics card asked of a build that has no CUDA.
     #[error(
-        "{device}: this build has no CUDA; `cargo build --release --features cuda` makes one that does"
+        "{device}: this build has no CUDA; `cargo build --release --features cuda --target-dir target/cuda` makes one that does"
     )]
     WithoutCuda {
         /// What was asked for.

@@ -225,6 +225,39 @@ fn a_run_that_was_stopped_anywhere_ends_as_one_that_was_not() {
 }
 
 #[test]
+fn a_run_goes_on_upon_another_device_and_says_from_which() {
+    let (_root, dataset, run) = fixture();
+    let whole = trained(config(), &dataset, &run);
+    let resumed = || {
+        let mut trainer = Trainer::new(config(), &dataset).expect("a trainer");
+        assert_eq!(trainer.resumed_from(), None);
+        assert!(trainer.resume(&run).expect("resumes"));
+        assert_eq!(weights(&trainer), weights(&whole));
+        trainer.resumed_from()
+    };
+    assert_eq!(resumed(), Some(TrainDevice::Cpu));
+    state::save(
+        &run.join(STATE),
+        (&whole.config, &whole.dataset_sha256),
+        TrainDevice::Cuda(1),
+        &whole.place,
+        (&whole.parameters, &whole.best),
+        &whole.optimiser,
+    )
+    .expect("written");
+    assert_eq!(resumed(), Some(TrainDevice::Cuda(1)));
+
+    // A state from before there were devices: blanks in the place of the field.
+    let bytes = fs::read(run.join(STATE)).expect("read");
+    let field = br#"\"device\":\"cuda:1\","#;
+    let at = bytes.windows(field.len()).position(|part| part == field);
+    let mut older = bytes.clone();
+    older[at.expect("named")..][..field.len()].fill(b' ');
+    fs::write(run.join(STATE), older).expect("written");
+    assert_eq!(resumed(), Some(TrainDevice::Cpu));
+}
+
+#[test]
 fn a_state_of_other_settings_or_of_nothing_is_refused() {
     let (_root, dataset, run) = fixture();
     trained(
