@@ -22,3 +22,5 @@ step 'tests without MuJoCo'
 # Its own folder: a build without the feature leaves a library without entry points.
 scripts/lend_build.sh target/pure
 cargo test --quiet --no-default-features --features cli --lib --bins --target-dir target/pure
+step 'training on a graphics card'
+scripts/test_cuda.sh

@@ -466,6 +466,23 @@ fn flags_out_of_range_are_named() {
 }
 
 #[test]
+fn devices_that_are_none_or_not_built_in_are_refused() {
+    let Place { data, out, .. } = &place();
+    let message = refusal(&train(text(data), text(out), &["--device", "gpu"]));
+    let expected = "unknown device `gpu`: there are cpu, cuda and cuda:N";
+    assert!(message.contains(expected), "{message}");
+    // A card of this number is nowhere, whatever the build.
+    let message = refusal(&train(text(data), text(out), &["--device", "cuda:999"]));
+    let expected = if cfg!(feature = "cuda") {
+        "cuda:999 cannot be used"
+    } else {
+        "cuda:999: this build has no CUDA; `cargo build --release --features cuda --target-dir target/cuda` makes one that does"
+    };
+    assert!(message.contains(expected), "{message}");
+    assert!(!out.exists());
+}
+
+#[test]
 fn the_doctor_finds_this_build_sound() {
     let output = hydro(&["doctor", "--json"]);
     assert!(output.status.success());

@@ -50,6 +50,14 @@ impl Progress {
         }
     }
 
+    /// A line of its own, above the bar.
+    pub(super) fn say(&self, line: &str) {
+        match &self.bar {
+            Some(bar) => bar.println(line),
+            None => eprintln!("{line}"),
+        }
+    }
+
     /// Sets how many parts are done, with a few words.
     pub(super) fn at(&self, done: u64, words: &str) {
         if let Some(bar) = &self.bar {

@@ -7,10 +7,10 @@ use clap::ValueEnum;
 use hydro_plugin::{
     checkpoint::Checkpoint,
     dataset::Dataset,
-    model::{AttentionOdeConfig, Encoding, MlpConfig, ModelConfig, Solver},
+    model::{Adjoint, AttentionOdeConfig, Encoding, MlpConfig, ModelConfig, Solver},
     training::{
         Evaluation, InitialForce, LogRecord, Observer, Outcome, Progress as Place, TrainConfig,
-        Trainer, evaluate,
+        TrainDevice, Trainer, evaluate,
     },
 };
 
@@ -61,6 +61,10 @@ pub(super) struct Args {
     /// euler or rk4.
     #[arg(long)]
     solver: Option<Solver>,
+    /// discrete, the gradient of the steps as taken; or continuous, of the differential equation, whose distance from
+    /// the former is shown every epoch.
+    #[arg(long)]
+    adjoint: Option<Adjoint>,
     /// Passes over the training split.
     #[arg(long)]
     epochs: Option<usize>,
@@ -82,6 +86,9 @@ pub(super) struct Args {
     /// Of the first weights and of the order of the data.
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// cpu, cuda or cuda:N; a graphics card needs a build with `--features cuda`.
+    #[arg(long, default_value_t)]
+    device: TrainDevice,
     /// Go on with what --out holds, whether interrupted or finished.
     #[arg(long, conflicts_with = "overwrite")]
     resume: bool,
@@ -132,7 +139,7 @@ enum Preset {
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let config = configuration(args);
     let data = Dataset::open(&args.data)?;
-    let mut trainer = Trainer::new(config, &data)?;
+    let mut trainer = Trainer::on(args.device, config, &data)?;
     let folder = RunFolder::new(&args.out)?;
     if args.resume && folder.finished() {
         let card = Checkpoint::load(&args.out)?.card;
@@ -141,13 +148,21 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     }
     folder.prepare(args)?;
     if args.resume && trainer.resume(&folder.run)? {
-        eprintln!("going on after {} epochs", trainer.log().len());
+        let other = trainer.resumed_from().filter(|from| *from != args.device);
+        let note = other.map_or(String::new(), |from| {
+            format!(
+                "; so far on {from}, now on {}: the same within rounding, not to the bit",
+                args.device
+            )
+        });
+        eprintln!("going on after {} epochs{note}", trainer.log().len());
     }
     eprintln!(
-        "{}: {} parameters, {} steps at most",
+        "{}: {} parameters, {} steps at most, on {}",
         args.out.display(),
         trainer.parameter_count(),
-        trainer.steps()
+        trainer.steps(),
+        args.device
     );
     let cancel = cancel_on_signal()?;
     let mut observer = Watch {
@@ -249,6 +264,9 @@ fn configuration(args: &Args) -> TrainConfig {
     if let Some(solver) = args.solver {
         config.solver = solver;
     }
+    if let Some(adjoint) = args.adjoint {
+        config.adjoint = adjoint;
+    }
     config
 }
 
@@ -332,5 +350,12 @@ impl Observer for Watch {
 
     fn epoch(&mut self, record: &LogRecord, _: &Evaluation) {
         self.best = Some(record.best);
+        if let Some(error) = record.adjoint_error {
+            self.progress.say(&format!(
+                "epoch {}: the continuous adjoint's gradient is {:.2} % off that of the steps as taken",
+                record.epoch,
+                100.0 * error
+            ));
+        }
     }
 }

@@ -15,7 +15,10 @@ use candle_core::{CpuStorage, CustomOp2, D, Layout, Result, Shape, Tensor, WithD
 use candle_nn::{Init, VarBuilder};
 use rayon::prelude::*;
 
-use super::kernel::{Real, dot};
+use super::{
+    kernel::{Real, dot},
+    operations::Operations,
+};
 
 /// Sizes of an attention layer.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -78,12 +81,57 @@ impl Attention {
     }
 
     /// Embeddings [B, W-1+S, E] -> attended values [B, S, E], for training.
-    pub fn forward(&self, embeddings: &Tensor) -> Result<Tensor> {
+    pub(crate) fn forward(&self, embeddings: &Tensor, operations: Operations) -> Result<Tensor> {
         let (batch, samples, width) = embeddings.dims3()?;
         let rows = embeddings.reshape((batch * samples, width))?;
         let qkv = rows.matmul(&self.weight.t()?)?.broadcast_add(&self.bias)?;
         let qkv = qkv.reshape((batch, samples, 3 * width))?;
-        qkv.apply_op2(&self.lag_bias, Window(self.config.clone()))
+        match operations {
+            Operations::Kernels => qkv.apply_op2(&self.lag_bias, Window(self.config.clone())),
+            Operations::Tensors => self.window_by_tensors(&qkv),
+        }
+    }
+
+    /// What [`Window`] does, lag by lag for all samples at once.
+    fn window_by_tensors(&self, qkv: &Tensor) -> Result<Tensor> {
+        let AttentionConfig {
+            embedding,
+            heads,
+            window,
+        } = self.config;
+        let depth = embedding / heads;
+        let (batch, samples, _) = qkv.dims3()?;
+        let out = samples + 1 - window;
+        let part = |index: usize| {
+            let part = qkv.narrow(2, index * embedding, embedding)?.contiguous()?;
+            part.reshape((batch, samples, heads, depth))
+        };
+        let (queries, keys, values) = (part(0)?, part(1)?, part(2)?);
+        let lagged = |all: &Tensor, lag: usize| all.narrow(1, window - 1 - lag, out);
+
+        // [B, S, H, W]
+        let queries = lagged(&queries, 0)?;
+        let scores = (0..window)
+            .map(|lag| (&queries * lagged(&keys, lag)?)?.sum(D::Minus1))
+            .collect::<Result<Vec<_>>>()?;
+        let scores = (Tensor::stack(&scores, 3)? / (depth as f64).sqrt())?;
+        let fixed: Vec<f64> = (0..heads)
+            .flat_map(|head| (0..window).map(move |lag| slope(head) * lag as f64))
+            .collect();
+        let fixed = Tensor::from_vec(fixed, (heads, window), qkv.device())?;
+        let bias = (&self.lag_bias - fixed.to_dtype(qkv.dtype())?)?;
+        let scores = scores.broadcast_add(&bias)?;
+
+        // The largest score only guards the exponential: no gradient goes through it.
+        let largest = scores.detach().max_keepdim(D::Minus1)?;
+        let powers = scores.broadcast_sub(&largest)?.exp()?;
+        let weights = powers.broadcast_div(&powers.sum_keepdim(D::Minus1)?)?;
+        let mut attended = lagged(&values, 0)?.broadcast_mul(&weights.narrow(3, 0, 1)?)?;
+        for lag in 1..window {
+            let value = lagged(&values, lag)?.broadcast_mul(&weights.narrow(3, lag, 1)?)?;
+            attended = (attended + value)?;
+        }
+        attended.reshape((batch, out, embedding))
     }
 
     /// One window of embeddings [W, E] -> [1, E], by Candle's own operations and without threads.
@@ -349,5 +397,99 @@ pub(crate) fn contiguous<'a, T>(values: &'a [T], layout: &Layout) -> Result<&'a 
     match layout.contiguous_offsets() {
         Some((start, end)) => Ok(&values[start..end]),
         None => candle_core::bail!("the operation takes contiguous tensors"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use candle_core::{DType, Device, Var};
+
+    use super::*;
+
+    /// Numbers in (-1, 1) without a generator.
+    fn ramp(shape: &[usize], step: f64) -> Tensor {
+        let count: usize = shape.iter().product();
+        let values: Vec<f64> = (0..count).map(|i| ((i + 1) as f64 * step).sin()).collect();
+        Tensor::from_vec(values, shape, &Device::Cpu).expect("shape fits")
+    }
+
+    #[test]
+    fn tensor_operations_give_what_the_kernel_gives() {
+        for (heads, window, samples) in [(2, 3, 12), (4, 1, 5), (1, 5, 5)] {
+            let config = AttentionConfig {
+                embedding: 8,
+                heads,
+                window,
+            };
+            let embeddings = Var::from_tensor(&ramp(&[3, samples, 8], 0.53)).expect("a variable");
+            let [weight, bias, lag_bias] =
+                [(&[24, 8][..], 0.37), (&[24], 0.71), (&[heads, window], 1.3)].map(
+                    |(shape, step)| {
+                        let values = (ramp(shape, step) * 0.4).expect("scaled");
+                        Var::from_tensor(&values).expect("a variable")
+                    },
+                );
+            let attention = Attention {
+                config,
+                weight: weight.as_tensor().clone(),
+                bias: bias.as_tensor().clone(),
+                lag_bias: lag_bias.as_tensor().clone(),
+            };
+            let run = |operations| {
+                let out = attention.forward(&embeddings, operations).expect("runs");
+                let loss =
+                    (out.sqr().expect("squares") * ramp(out.dims(), 0.31)).expect("weighted");
+                let gradients = loss.sum_all().and_then(|loss| loss.backward());
+                (out, gradients.expect("derives"))
+            };
+            let (kernel, theirs) = run(Operations::Kernels);
+            let (tensors, ours) = run(Operations::Tensors);
+            let close = |name: &str, ours: &Tensor, theirs: &Tensor| {
+                assert_eq!(ours.dims(), theirs.dims());
+                let largest = |tensor: Result<Tensor>| {
+                    tensor
+                        .and_then(|t| t.abs()?.flatten_all()?.max(0)?.to_scalar::<f64>())
+                        .expect("a number")
+                };
+                let (error, scale) = (largest(ours - theirs), largest(Ok(theirs.clone())));
+                assert!(
+                    error <= 1e-11 * scale.max(1e-3),
+                    "{name}, {window}: {error} of {scale}"
+                );
+            };
+            close("value", &tensors, &kernel);
+            for (name, var) in [
+                ("embeddings", &embeddings),
+                ("weight", &weight),
+                ("bias", &bias),
+                ("lag bias", &lag_bias),
+            ] {
+                close(
+                    name,
+                    ours.get(var).expect(name),
+                    theirs.get(var).expect(name),
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn large_scores_do_not_overflow_in_tensor_operations() {
+        let config = AttentionConfig {
+            embedding: 4,
+            heads: 1,
+            window: 3,
+        };
+        let attention = Attention {
+            weight: (ramp(&[12, 4], 0.37) * 1e3).expect("scaled"),
+            bias: Tensor::zeros(12, DType::F64, &Device::Cpu).expect("zeros"),
+            lag_bias: Tensor::zeros((1, 3), DType::F64, &Device::Cpu).expect("zeros"),
+            config,
+        };
+        let out = attention.forward(&ramp(&[2, 6, 4], 0.53), Operations::Tensors);
+        let values = out
+            .and_then(|t| t.flatten_all()?.to_vec1::<f64>())
+            .expect("runs");
+        assert!(values.iter().all(|value| value.is_finite()), "{values:?}");
     }
 }

@@ -20,7 +20,9 @@ use super::{
     attention::{Attention, AttentionConfig},
     encoding::Encoding,
     field::{Field, FieldConfig},
+    operations::Operations,
     solver::Solver,
+    tensor_trajectory::step,
     trajectory::Trajectory,
 };
 
@@ -140,11 +142,15 @@ impl AttentionOde {
 
     /// z [B, W-1+S, n] -> h [B, S, l].
     pub fn latents(&self, z: &Tensor) -> Result<Tensor> {
+        self.latents_by(Operations::of(z.device()), z)
+    }
+
+    fn latents_by(&self, operations: Operations, z: &Tensor) -> Result<Tensor> {
         let (batch, samples, inputs) = z.dims3()?;
         let (width, window) = (self.config.embedding, self.config.window);
         let rows = affine(&z.reshape((batch * samples, inputs))?, &self.embed)?;
         let embeddings = rows.reshape((batch, samples, width))?;
-        let attended = self.attention.forward(&embeddings)?;
+        let attended = self.attention.forward(&embeddings, operations)?;
         let steps = samples + 1 - window;
         let newest = embeddings
             .narrow(1, window - 1, steps)?
@@ -163,13 +169,27 @@ impl AttentionOde {
         solver: Solver,
         adjoint: Adjoint,
     ) -> Result<Tensor> {
+        self.forward_by(Operations::of(z.device()), z, start, (solver, adjoint))
+    }
+
+    fn forward_by(
+        &self,
+        operations: Operations,
+        z: &Tensor,
+        start: &Tensor,
+        (solver, adjoint): (Solver, Adjoint),
+    ) -> Result<Tensor> {
         let operation = Trajectory {
             field: self.field.config().clone(),
             solver,
             field_sees_force: self.config.field_sees_force,
             adjoint,
         };
-        operation.apply(start, &self.latents(z)?, &self.field.flat()?)
+        let (latents, weights) = (self.latents_by(operations, z)?, self.field.flat()?);
+        match operations {
+            Operations::Kernels => operation.apply(start, &latents, &weights),
+            Operations::Tensors => operation.apply_by_tensors(start, &latents, &weights),
+        }
     }
 
     /// h [1, l] of one window z [W, n], by Candle's own operations and without threads.
@@ -182,20 +202,8 @@ impl AttentionOde {
 
     /// F' [rows, f] one step after F [rows, f] with h [rows, l], by Candle's own operations.
     pub(crate) fn step(&self, force: &Tensor, latent: &Tensor, solver: Solver) -> Result<Tensor> {
-        let tableau = solver.tableau();
-        let mut slope = force.zeros_like()?;
-        let mut next = force.clone();
-        for (along, weight) in tableau.along_previous.iter().zip(tableau.weights) {
-            let inner = (force + (slope * *along)?)?;
-            let input = if self.config.field_sees_force {
-                Tensor::cat(&[&inner, latent], 1)?
-            } else {
-                latent.clone()
-            };
-            slope = self.field.forward(&input)?;
-            next = (next + (&slope * *weight)?)?;
-        }
-        Ok(next)
+        let sees = self.config.field_sees_force;
+        step(&self.field, sees, solver, force, latent)
     }
 }
 
@@ -305,6 +313,44 @@ mod tests {
                     assert!(
                         error <= 1e-11 * scale.max(1e-3),
                         "{name}, {solver}: {error} of {scale}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn tensor_operations_give_what_the_kernels_give() {
+        for (sees, skip) in [(true, true), (true, false), (false, true)] {
+            for solver in Solver::ALL {
+                let (model, vars) = model(&small(sees, skip));
+                let (z, start) = inputs();
+                let run = |operations| {
+                    let forces =
+                        model.forward_by(operations, &z, &start, (solver, Adjoint::Discrete))?;
+                    let loss = (forces.sqr()? * ramp(forces.dims(), 0.31))?.sum_all()?;
+                    Ok::<_, candle_core::Error>((forces, loss.backward()?))
+                };
+                let (kernels, theirs) = run(Operations::Kernels).expect("runs");
+                let (tensors, ours) = run(Operations::Tensors).expect("runs");
+                let close = |name: &str, ours: &Tensor, theirs: &Tensor| {
+                    let largest = |tensor: Result<Tensor>| {
+                        tensor
+                            .and_then(|t| t.abs()?.flatten_all()?.max(0)?.to_scalar::<f64>())
+                            .expect("a number")
+                    };
+                    let (error, scale) = (largest(ours - theirs), largest(Ok(theirs.clone())));
+                    assert!(
+                        error <= 1e-11 * scale.max(1e-3),
+                        "{name}, {solver}: {error} of {scale}"
+                    );
+                };
+                close("force", &tensors, &kernels);
+                for (name, var) in vars.iter().chain([&("start".to_owned(), start.clone())]) {
+                    close(
+                        name,
+                        ours.get(var).expect(name),
+                        theirs.get(var).expect(name),
                     );
                 }
             }

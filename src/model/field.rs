@@ -114,9 +114,47 @@ impl Field {
         })
     }
 
+    /// From the vector of [`Field::flat`], as views of it.
+    pub(crate) fn from_flat(config: &FieldConfig, flat: &Tensor) -> Result<Self> {
+        let mut at = 0;
+        let mut take = |count: usize| {
+            let part = flat.narrow(0, at, count);
+            at += count;
+            part
+        };
+        let mut layers = Vec::new();
+        for (inputs, outputs) in config.layers() {
+            let weight = take(inputs * outputs)?.reshape((outputs, inputs))?;
+            layers.push((weight, take(outputs)?));
+        }
+        let FieldConfig {
+            inputs, outputs, ..
+        } = *config;
+        let skip = if config.skip {
+            Some(take(inputs * outputs)?.reshape((outputs, inputs))?)
+        } else {
+            None
+        };
+        // The vector holds A with the -1 on its diagonal.
+        let config = FieldConfig {
+            relaxing: false,
+            ..config.clone()
+        };
+        Ok(Self {
+            config,
+            layers,
+            skip,
+        })
+    }
+
     /// Its sizes.
     pub fn config(&self) -> &FieldConfig {
         &self.config
+    }
+
+    /// Per layer, weight [outputs, inputs] and bias [outputs].
+    pub(crate) fn layers(&self) -> &[(Tensor, Tensor)] {
+        &self.layers
     }
 
     /// x [rows, inputs] -> y [rows, outputs].
@@ -135,7 +173,7 @@ impl Field {
     }
 
     /// A [outputs, inputs].
-    fn linear(&self) -> Result<Option<Tensor>> {
+    pub(crate) fn linear(&self) -> Result<Option<Tensor>> {
         let Some(learned) = &self.skip else {
             return Ok(None);
         };

@@ -13,8 +13,10 @@ pub mod field;
 mod kernel;
 pub mod mlp;
 pub mod normaliser;
+mod operations;
 pub mod parameters;
 pub mod solver;
+mod tensor_trajectory;
 mod trajectory;
 
 use candle_core::{Device, Tensor};
@@ -136,9 +138,27 @@ impl Network {
         })
     }
 
-    /// z [B, W-1+T, n] and F_0 [B, f] -> F [B, T, f]; an ODE's first force is F_0 itself. A memoryless model has
-    /// nothing to solve.
+    /// Where its weights are.
+    pub fn device(&self) -> &Device {
+        match self {
+            Self::AttentionOde(ode) => ode.embed.0.device(),
+            Self::Mlp(mlp) => mlp.field.layers()[0].0.device(),
+        }
+    }
+
+    /// z [B, W-1+T, n] and F_0 [B, f] -> F [B, T, f]; an ODE's first force is F_0 itself. The gradient is that of
+    /// the steps as they are taken.
     pub fn forward(
+        &self,
+        z: &Tensor,
+        start: &Tensor,
+        solver: Solver,
+    ) -> candle_core::Result<Tensor> {
+        self.forward_with(z, start, solver, Adjoint::Discrete)
+    }
+
+    /// [`Network::forward`] with a choice of the gradient; a memoryless model has one alone.
+    pub fn forward_with(
         &self,
         z: &Tensor,
         start: &Tensor,
@@ -226,7 +246,8 @@ impl ForceModel {
     }
 
     /// Whole trajectories: x [B, T, n] raw features and F_0 [B, f] -> F [B, T, f], all SI.
-    /// The window is padded with the first sample; an ODE's first force is F_0.
+    /// The window is padded with the first sample; an ODE's first force is F_0. Computed where the weights are;
+    /// the result is on the CPU.
     pub fn predict(&self, x: &Tensor, start: &Tensor) -> Result<Tensor, ModelError> {
         let (n, f) = (self.inputs(), self.outputs());
         let shape = |what, tensor: &Tensor, expected: String| ModelError::Shape {
@@ -256,13 +277,13 @@ impl ForceModel {
         let z = Tensor::from_vec(
             z,
             (batch, padding + samples, self.encoder.len()),
-            &Device::Cpu,
+            self.network.device(),
         )?;
-        let standard = Tensor::from_vec(standard, (batch, f), &Device::Cpu)?;
+        let standard = Tensor::from_vec(standard, (batch, f), self.network.device())?;
         let forces = match &self.network {
             // Without a step there is nothing to integrate.
             Network::AttentionOde(_) if samples == 1 => standard.unsqueeze(1)?,
-            network => network.forward(&z, &standard, self.solver, Adjoint::Discrete)?,
+            network => network.forward(&z, &standard, self.solver)?,
         };
         let values: Vec<f32> = forces
             .flatten_all()?

@@ -19,12 +19,25 @@ impl Parameters {
     /// Calls `build` with a [`VarBuilder`] that draws each weight as the layer asks for it; returns what
     /// was built and the weights. The numbers depend on the seed and the names alone.
     pub fn draw<M>(seed: u64, build: impl FnOnce(VarBuilder) -> Result<M>) -> Result<(M, Self)> {
+        Self::draw_on(&Device::Cpu, seed, build)
+    }
+
+    /// [`Parameters::draw`], the weights on a device.
+    pub fn draw_on<M>(
+        device: &Device,
+        seed: u64,
+        build: impl FnOnce(VarBuilder) -> Result<M>,
+    ) -> Result<(M, Self)> {
         let drawn = std::sync::Arc::new(Mutex::new(BTreeMap::new()));
         let backend = Box::new(Draw {
             seed,
             drawn: drawn.clone(),
         });
-        let model = build(VarBuilder::from_backend(backend, DType::F32, Device::Cpu))?;
+        let model = build(VarBuilder::from_backend(
+            backend,
+            DType::F32,
+            device.clone(),
+        ))?;
         let parameters = std::mem::take(
             &mut *drawn
                 .lock()
@@ -53,21 +66,24 @@ impl Parameters {
         self.0.values().map(|var| var.elem_count()).sum()
     }
 
-    /// The same numbers in tensors of their own.
+    /// The same numbers in tensors of their own, on the CPU.
     pub fn snapshot(&self) -> Result<BTreeMap<String, Tensor>> {
         self.0
             .iter()
-            .map(|(name, var)| Ok((name.clone(), var.as_tensor().copy()?)))
+            .map(|(name, var)| {
+                let copy = var.as_detached_tensor().copy()?;
+                Ok((name.clone(), copy.to_device(&Device::Cpu)?))
+            })
             .collect()
     }
 
-    /// Takes the numbers of a snapshot.
+    /// Takes the numbers of a snapshot, to whichever device the weights are on.
     pub fn restore(&self, snapshot: &BTreeMap<String, Tensor>) -> Result<()> {
         for (name, var) in &self.0 {
             let tensor = snapshot
                 .get(name)
                 .ok_or_else(|| candle_core::Error::CannotFindTensor { path: name.clone() })?;
-            var.set(tensor)?;
+            var.set(&tensor.to_device(var.device())?)?;
         }
         Ok(())
     }

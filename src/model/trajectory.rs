@@ -17,6 +17,8 @@
 //! dL/dF_k += g + sum_i b_i s_i (part of F),   dL/dh_k = sum_i b_i s_i (part of h)
 //! ```
 //!
+//! A field that is not given the force makes a running sum, whose products are batched over the whole time, both ways.
+//!
 //! Backward keeps nothing from the way forward but the forces themselves: the stages of a segment of steps are
 //! evaluated again, all steps at once, since every F_k is known. Only the transposed products walk the time in
 //! order; the gradients of the weights are products over all rows of a segment.
@@ -32,7 +34,7 @@ use super::{
     attention::contiguous,
     field::{FieldConfig, Layers},
     kernel::{Panels, Real, pack_rows},
-    solver::Solver,
+    solver::{Solver, Tableau},
 };
 
 /// Trajectories that a thread integrates together.
@@ -122,6 +124,15 @@ impl Trajectory {
         }
     }
 
+    /// The stages of a step. A field that is not given the force has the same slope at each, so one is enough.
+    fn tableau(&self) -> Tableau {
+        if self.field_sees_force {
+            self.solver.tableau()
+        } else {
+            Solver::Euler.tableau()
+        }
+    }
+
     /// Columns of the field's input that hold the force.
     fn force_columns(&self) -> usize {
         if self.field_sees_force {
@@ -198,7 +209,7 @@ impl Trajectory {
         } = sizes;
         let rows = forces.len() / ((steps + 1) * force);
         let sees = self.force_columns();
-        let tableau = self.solver.tableau();
+        let tableau = self.tableau();
         let (mut work, mut slope) = (Work::default(), vec![T::default(); rows * force]);
         let mut input = vec![T::default(); rows * self.field.inputs];
         for step in 0..steps {
@@ -227,6 +238,34 @@ impl Trajectory {
         }
     }
 
+    /// [`Trajectory::forward_chunk`] of a field that is not given the force: a running sum, its terms one product.
+    fn forward_sum<T: Real>(
+        &self,
+        weights: &Weights<T>,
+        sizes: Sizes,
+        forces: &mut [T],
+        latent: &[T],
+    ) {
+        let Sizes {
+            steps,
+            force,
+            latent: width,
+        } = sizes;
+        let (mut work, mut slopes) = (Work::default(), Vec::new());
+        for (forces, latent) in forces
+            .chunks_exact_mut((steps + 1) * force)
+            .zip(latent.chunks_exact(steps * width))
+        {
+            for (part, latent) in latent.chunks(CHUNK * SEGMENT * width).enumerate() {
+                self.evaluate(&weights.forward, latent, &mut slopes, &mut work, None);
+                let first = part * CHUNK * SEGMENT * force;
+                for (i, slope) in slopes.iter().enumerate() {
+                    forces[first + i + force] = forces[first + i] + *slope;
+                }
+            }
+        }
+    }
+
     /// F [B, S+1, f].
     fn run<T: Real>(&self, start: &[T], latent: &[T], flat: &[T], sizes: Sizes) -> Vec<T> {
         let Sizes {
@@ -243,7 +282,13 @@ impl Trajectory {
         forces
             .par_chunks_mut(CHUNK * row)
             .zip(latent.par_chunks(CHUNK * steps * width))
-            .for_each(|(forces, latent)| self.forward_chunk(&weights, sizes, forces, latent));
+            .for_each(|(forces, latent)| {
+                if self.field_sees_force {
+                    self.forward_chunk(&weights, sizes, forces, latent);
+                } else {
+                    self.forward_sum(&weights, sizes, forces, latent);
+                }
+            });
         forces
     }
 
@@ -264,7 +309,7 @@ impl Trajectory {
         let rows = forces.len() / ((steps + 1) * force);
         let inputs = self.field.inputs;
         let sees = self.force_columns();
-        let tableau = self.solver.tableau();
+        let tableau = self.tableau();
         let stages = tableau.weights.len();
         let length = (SEGMENT / stages).max(1);
         // The end of a step from which its stages start, and their direction.
@@ -305,6 +350,16 @@ impl Trajectory {
                 self.evaluate(&weights.forward, input, &mut slope, &mut work, hidden);
             }
 
+            if sees == 0 {
+                self.walk_sum(sizes, (first, end), gradient, &mut tape.output);
+                self.transpose(weights, &mut tape, 0, block, &mut stage_gradient, &mut work);
+                for (index, part) in stage_gradient.chunks_exact(width).enumerate() {
+                    let (step, row) = (first + index / rows, index % rows);
+                    d_latent[(row * steps + step) * width..][..width].copy_from_slice(part);
+                }
+                self.accumulate(&tape, block, &mut d_weights, &mut work);
+                continue;
+            }
             // Back in time, step by step.
             for step in (first..end).rev() {
                 stage_gradient.fill(T::default());
@@ -330,11 +385,7 @@ impl Trajectory {
                     for (row, upstream) in upstream.chunks_exact_mut(force).enumerate() {
                         let next = &gradient[(row * (steps + 1) + step + 1) * force..][..force];
                         for (i, upstream) in upstream.iter_mut().enumerate() {
-                            let through = if sees > 0 {
-                                stage_gradient[row * inputs + i]
-                            } else {
-                                T::default()
-                            };
+                            let through = stage_gradient[row * inputs + i];
                             *upstream = T::real(own) * next[i] + T::real(along) * through;
                         }
                     }
@@ -349,16 +400,35 @@ impl Trajectory {
                     let at = (row * (steps + 1) + step) * force;
                     for i in 0..force {
                         let next = gradient[at + force + i];
-                        gradient[at + i] += next;
-                        if sees > 0 {
-                            gradient[at + i] += total[i];
-                        }
+                        gradient[at + i] += next + total[i];
                     }
                 }
             }
             self.accumulate(&tape, stages * block, &mut d_weights, &mut work);
         }
         d_weights
+    }
+
+    /// A running sum back in time: dL/dy of a segment's rows (step, trajectory) is dL/dF of all that comes later.
+    fn walk_sum<T: Real>(
+        &self,
+        Sizes { steps, force, .. }: Sizes,
+        (first, end): (usize, usize),
+        gradient: &mut [T],
+        output: &mut [T],
+    ) {
+        let row = (steps + 1) * force;
+        let rows = gradient.len() / row;
+        for (index, gradient) in gradient.chunks_exact_mut(row).enumerate() {
+            for step in (first..end).rev() {
+                let (now, next) = gradient[step * force..].split_at_mut(force);
+                for (now, next) in now.iter_mut().zip(&next[..force]) {
+                    *now += *next;
+                }
+                output[((step - first) * rows + index) * force..][..force]
+                    .copy_from_slice(&next[..force]);
+            }
+        }
     }
 
     /// `out` = J^T (dL/dy) of `rows` rows from `at` on; leaves dL/dz of the hidden layers in the tape.

@@ -1,10 +1,13 @@
 //! AdamW with its moments in the open, so that a run can be resumed exactly.
 //!
+//! It runs on the processor wherever the weights are: the gradient comes over once a step and the weights go back,
+//! which is little beside a pass through the solver, and keeps the moments the same to all devices.
+//!
 //! I. Loshchilov, F. Hutter, "Decoupled Weight Decay Regularization", arXiv:1711.05101.
 
 use std::collections::BTreeMap;
 
-use candle_core::{Device, Result, Tensor, backprop::GradStore};
+use candle_core::{Result, Tensor, backprop::GradStore};
 
 use crate::model::Parameters;
 
@@ -87,7 +90,7 @@ impl AdamW {
                 let change = (*mean / first) / ((*square / second).sqrt() + EPSILON);
                 *value = keep * *value - step.learning_rate as f32 * change;
             }
-            var.set(&Tensor::from_vec(values, var.shape(), &Device::Cpu)?)?;
+            var.set(&Tensor::from_vec(values, var.shape(), var.device())?)?;
         }
         Ok(norm)
     }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::TrainError;
-use crate::model::{AttentionOdeConfig, ModelConfig, Solver};
+use crate::model::{Adjoint, AttentionOdeConfig, ModelConfig, Solver};
 
 /// Which wrench the model is fitted to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,6 +24,9 @@ pub struct TrainConfig {
     pub model: ModelConfig,
     /// How the ODE is stepped.
     pub solver: Solver,
+    /// Whose gradient is followed: that of the steps as taken, or of the differential equation. With the latter the
+    /// log says every epoch how far it is from the former.
+    pub adjoint: Adjoint,
     /// Of the first weights and of the order of windows.
     pub seed: u64,
     /// Passes over the training split.
@@ -57,6 +60,7 @@ impl Default for TrainConfig {
         Self {
             model: ModelConfig::AttentionOde(AttentionOdeConfig::default()),
             solver: Solver::Euler,
+            adjoint: Adjoint::Discrete,
             seed: 0,
             epochs: 40,
             batch: 32,
@@ -78,6 +82,13 @@ impl TrainConfig {
     /// Refuses what cannot be trained, before any work.
     pub fn check(&self) -> Result<(), TrainError> {
         self.model.check()?;
+        if self.adjoint == Adjoint::Continuous && matches!(self.model, ModelConfig::Mlp(_)) {
+            return Err(TrainError::Config {
+                field: "adjoint",
+                found: self.adjoint.to_string(),
+                expected: "discrete, for a memoryless model has nothing to solve".to_owned(),
+            });
+        }
         let counts = [
             ("epochs", self.epochs, 1),
             ("batch", self.batch, 1),
@@ -128,7 +139,14 @@ mod tests {
     #[test]
     fn every_bound_is_named() {
         type Change = fn(&mut TrainConfig);
-        let cases: [(Change, &str); 6] = [
+        let cases: [(Change, &str); 7] = [
+            (
+                |c| {
+                    c.adjoint = Adjoint::Continuous;
+                    c.model = ModelConfig::Mlp(crate::model::MlpConfig::default());
+                },
+                "adjoint is continuous, expected discrete, for a memoryless model has nothing to solve",
+            ),
             (|c| c.epochs = 0, "epochs is 0, expected at least 1"),
             (|c| c.horizon = 1, "horizon is 1, expected at least 2"),
             (

@@ -23,6 +23,10 @@ pub struct LogRecord {
     pub validation_hydrodynamic: f64,
     /// The best `validation` so far.
     pub best: f64,
+    /// Where the continuous adjoint is followed: on the epoch's first batch, the distance of its gradient from that of
+    /// the steps as taken, as a share of the latter's norm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adjoint_error: Option<f64>,
 }
 
 /// Writes `bytes` beside `path` and renames: a reader sees the old file or the new one.

@@ -7,6 +7,7 @@
 
 mod adamw;
 mod config;
+mod device;
 mod log;
 mod metrics;
 mod residual;
@@ -21,6 +22,7 @@ use thiserror::Error;
 
 pub use self::{
     config::{Labels, TrainConfig},
+    device::{TrainDevice, UnknownDevice},
     log::LogRecord,
     metrics::{Errors, Evaluation, InitialForce, Sums, UnknownInitialForce, evaluate, predict},
     residual::{Learned, Lesson, Recorded, learn_residual},
@@ -65,6 +67,22 @@ pub enum TrainError {
         loss: f64,
         /// Learning rate of that step.
         learning_rate: f64,
+    },
+    /// A graphics card asked of a build that has no CUDA.
+    #[error(
+        "{device}: this build has no CUDA; `cargo build --release --features cuda --target-dir target/cuda` makes one that does"
+    )]
+    WithoutCuda {
+        /// What was asked for.
+        device: TrainDevice,
+    },
+    /// A graphics card that cannot be used.
+    #[error("{device} cannot be used: {reason}; `--device cpu` needs no graphics card")]
+    NoDevice {
+        /// What was asked for.
+        device: TrainDevice,
+        /// What the driver said.
+        reason: String,
     },
     /// A split is empty or of the wrong shape for the model.
     #[error("the {split} split {reason}")]

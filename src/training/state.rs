@@ -6,7 +6,7 @@ use candle_core::{Device, Tensor};
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 use serde::{Deserialize, Serialize};
 
-use super::{TrainConfig, TrainError, adamw::AdamW, log, log::LogRecord};
+use super::{TrainConfig, TrainDevice, TrainError, adamw::AdamW, log, log::LogRecord};
 use crate::model::Parameters;
 
 /// Place in the run; the order of windows is a function of seed and epoch, so no generator is kept.
@@ -24,6 +24,9 @@ pub(super) struct Place {
     /// Epochs since the best.
     pub(super) since_best: usize,
     pub(super) finished: bool,
+    /// Of this epoch, see [`LogRecord::adjoint_error`].
+    #[serde(default)]
+    pub(super) adjoint_error: Option<f64>,
     pub(super) log: Vec<LogRecord>,
 }
 
@@ -33,6 +36,8 @@ pub(super) struct State {
     pub(super) weights: BTreeMap<String, Tensor>,
     pub(super) best: BTreeMap<String, Tensor>,
     pub(super) optimiser: AdamW,
+    /// Where the last steps were computed. No part of what the run is: any device can go on with it.
+    pub(super) device: TrainDevice,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -41,6 +46,8 @@ struct Header {
     config: TrainConfig,
     dataset: String,
     optimiser_step: usize,
+    #[serde(default)]
+    device: TrainDevice,
     place: Place,
 }
 
@@ -50,6 +57,7 @@ const SCHEMA: &str = "hydro-training/1";
 pub(super) fn save(
     path: &Path,
     (config, dataset): (&TrainConfig, &str),
+    device: TrainDevice,
     place: &Place,
     (parameters, best): (&Parameters, &BTreeMap<String, Tensor>),
     optimiser: &AdamW,
@@ -71,6 +79,7 @@ pub(super) fn save(
         config: config.clone(),
         dataset: dataset.to_owned(),
         optimiser_step: optimiser.step,
+        device,
         place: place.clone(),
     };
     let refuse = |reason: String| TrainError::State {
@@ -154,6 +163,7 @@ pub(super) fn load(
             step: header.optimiser_step,
             moments: BTreeMap::new(),
         },
+        device: header.device,
         place: header.place,
     };
     for (name, var) in parameters.iter() {

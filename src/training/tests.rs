@@ -151,6 +151,54 @@ fn a_linear_relaxation_is_learned_to_near_nothing() {
 }
 
 #[test]
+fn the_continuous_adjoint_trains_too_and_says_how_far_its_gradient_is_off() {
+    let (_root, dataset, run) = fixture();
+    let errors = |solver: Solver, adjoint| {
+        let config = TrainConfig {
+            solver,
+            adjoint,
+            epochs: 30,
+            patience: 30,
+            ..config()
+        };
+        let trainer = trained(config, &dataset, &run.join(format!("{solver}-{adjoint}")));
+        assert!(
+            trainer.place.best.expect("validated") < 0.5,
+            "{solver} {adjoint}"
+        );
+        let errors = trainer.log().iter().map(|record| record.adjoint_error);
+        errors.collect::<Vec<Option<f64>>>()
+    };
+    for solver in Solver::ALL {
+        assert!(
+            errors(solver, Adjoint::Discrete)
+                .iter()
+                .all(Option::is_none)
+        );
+        let found = errors(solver, Adjoint::Continuous);
+        assert!(
+            found
+                .iter()
+                .all(|error| error.is_some_and(|e| e > 1e-6 && e < 1.0)),
+            "{solver}: {found:?}"
+        );
+    }
+    let error = Trainer::on(
+        TrainDevice::Cuda(0),
+        TrainConfig {
+            adjoint: Adjoint::Continuous,
+            ..config()
+        },
+        &dataset,
+    )
+    .expect_err("for the processor alone");
+    assert_eq!(
+        error.to_string(),
+        "adjoint is continuous, expected discrete on cuda:0; the other is for the processor alone"
+    );
+}
+
+#[test]
 fn a_memoryless_model_trains_too_and_cannot_know_the_lag() {
     let (_root, dataset, run) = fixture();
     let model = ModelConfig::Mlp(MlpConfig {
@@ -222,6 +270,39 @@ fn a_run_that_was_stopped_anywhere_ends_as_one_that_was_not() {
         let read = |run: &Path| fs::read(run.join(LOG)).expect("a log");
         assert_eq!(read(&run.join("whole")), read(&folder));
     }
+}
+
+#[test]
+fn a_run_goes_on_upon_another_device_and_says_from_which() {
+    let (_root, dataset, run) = fixture();
+    let whole = trained(config(), &dataset, &run);
+    let resumed = || {
+        let mut trainer = Trainer::new(config(), &dataset).expect("a trainer");
+        assert_eq!(trainer.resumed_from(), None);
+        assert!(trainer.resume(&run).expect("resumes"));
+        assert_eq!(weights(&trainer), weights(&whole));
+        trainer.resumed_from()
+    };
+    assert_eq!(resumed(), Some(TrainDevice::Cpu));
+    state::save(
+        &run.join(STATE),
+        (&whole.config, &whole.dataset_sha256),
+        TrainDevice::Cuda(1),
+        &whole.place,
+        (&whole.parameters, &whole.best),
+        &whole.optimiser,
+    )
+    .expect("written");
+    assert_eq!(resumed(), Some(TrainDevice::Cuda(1)));
+
+    // A state from before there were devices: blanks in the place of the field.
+    let bytes = fs::read(run.join(STATE)).expect("read");
+    let field = br#"\"device\":\"cuda:1\","#;
+    let at = bytes.windows(field.len()).position(|part| part == field);
+    let mut older = bytes.clone();
+    older[at.expect("named")..][..field.len()].fill(b' ');
+    fs::write(run.join(STATE), older).expect("written");
+    assert_eq!(resumed(), Some(TrainDevice::Cpu));
 }
 
 #[test]

@@ -8,10 +8,10 @@ use std::{
     time::Instant,
 };
 
-use candle_core::Tensor;
+use candle_core::{Device, Tensor, backprop::GradStore};
 
 use super::{
-    Evaluation, InitialForce, Labels, LogRecord, TrainConfig, TrainError,
+    Evaluation, InitialForce, Labels, LogRecord, TrainConfig, TrainDevice, TrainError,
     adamw::{AdamW, Step},
     log,
     metrics::evaluate_model,
@@ -100,6 +100,9 @@ pub struct Trainer {
     dataset_sha256: String,
     train: Split,
     validation: Split,
+    device: (TrainDevice, Device),
+    /// Where the steps before the last resumption were computed.
+    resumed_from: Option<TrainDevice>,
     model: ForceModel,
     parameters: Parameters,
     best: BTreeMap<String, Tensor>,
@@ -108,9 +111,30 @@ pub struct Trainer {
 }
 
 impl Trainer {
-    /// Reads the splits `train` and `val`, takes the normaliser from `train` and draws the weights.
+    /// Reads the splits `train` and `val`, takes the normaliser from `train` and draws the weights. Trains on the
+    /// processor.
     pub fn new(config: TrainConfig, dataset: &Dataset) -> Result<Self, TrainError> {
+        Self::on(TrainDevice::Cpu, config, dataset)
+    }
+
+    /// [`Trainer::new`], on a device: weights, solver, gradient and validation; the optimiser is on the processor.
+    ///
+    /// # Errors
+    /// Also a device that this build or this machine does not have.
+    pub fn on(
+        device: TrainDevice,
+        config: TrainConfig,
+        dataset: &Dataset,
+    ) -> Result<Self, TrainError> {
         config.check()?;
+        if config.adjoint == Adjoint::Continuous && device != TrainDevice::Cpu {
+            return Err(TrainError::Config {
+                field: "adjoint",
+                found: config.adjoint.to_string(),
+                expected: format!("discrete on {device}; the other is for the processor alone"),
+            });
+        }
+        let device = (device, device.open()?);
         let train = dataset.split("train", config.trajectories)?;
         let validation = dataset.split("val", None)?;
         for (name, split) in [("train", &train), ("val", &validation)] {
@@ -125,7 +149,7 @@ impl Trainer {
         let encoder = Encoder::new(config.model.encoding(), &manifest.features);
         let normaliser = measure(&train, &encoder, config.labels);
         let (inputs, outputs) = (encoder.len(), manifest.outputs.len());
-        let (network, parameters) = Parameters::draw(config.seed, |vb| {
+        let (network, parameters) = Parameters::draw_on(&device.1, config.seed, |vb| {
             Network::new(&config.model, inputs, outputs, vb)
         })?;
         let model = ForceModel {
@@ -141,6 +165,8 @@ impl Trainer {
             dataset_sha256: dataset.sha256().to_owned(),
             train,
             validation,
+            device,
+            resumed_from: None,
             model,
             parameters,
             best: BTreeMap::new(),
@@ -150,7 +176,8 @@ impl Trainer {
     }
 
     /// Goes back to where a run in `folder` stopped; false where there is none. Refuses a state made with
-    /// other settings or data.
+    /// other settings or data; a state made on another device is gone on with, and ends within rounding of what
+    /// either device alone would have given.
     pub fn resume(&mut self, folder: &Path) -> Result<bool, TrainError> {
         let path = folder.join(STATE);
         if !path.is_file() {
@@ -165,6 +192,7 @@ impl Trainer {
         self.best = state.best;
         self.optimiser = state.optimiser;
         self.place = state.place;
+        self.resumed_from = Some(state.device);
         Ok(true)
     }
 
@@ -197,6 +225,11 @@ impl Trainer {
             }
         }
         Ok(())
+    }
+
+    /// Where the steps before the last [`Trainer::resume`] were computed; None without one.
+    pub fn resumed_from(&self) -> Option<TrainDevice> {
+        self.resumed_from
     }
 
     /// How many numbers the weights hold.
@@ -284,14 +317,18 @@ impl Trainer {
             past: self.model.window() - 1,
             labels: self.config.labels,
         };
-        let batch = batcher.batch(windows, samples)?;
-        let forces = self.model.network.forward(
-            &batch.z,
-            &batch.start,
-            self.config.solver,
-            Adjoint::Discrete,
-        )?;
-        let loss = (forces - batch.target)?.sqr()?.mean_all()?;
+        let batch = batcher.batch(windows, samples)?.to_device(&self.device.1)?;
+        let loss = |adjoint| {
+            let network = &self.model.network;
+            let forces =
+                network.forward_with(&batch.z, &batch.start, self.config.solver, adjoint)?;
+            (forces - &batch.target)?.sqr()?.mean_all()
+        };
+        let adjoint = self.config.adjoint;
+        let exact = (adjoint == Adjoint::Continuous && self.place.step_in_epoch == 0)
+            .then(|| loss(Adjoint::Discrete)?.backward())
+            .transpose()?;
+        let loss = loss(adjoint)?;
         let value = f64::from(loss.to_scalar::<f32>()?);
         let step = Step {
             learning_rate: rate,
@@ -307,9 +344,12 @@ impl Trainer {
         if !value.is_finite() {
             return Err(diverged(value));
         }
-        let norm = self
-            .optimiser
-            .step(&self.parameters, &loss.backward()?, step)?;
+        let gradients = loss.backward()?;
+        if let Some(exact) = exact {
+            let error = distance(&self.parameters, &gradients, &exact)?;
+            self.place.adjoint_error = Some(error);
+        }
+        let norm = self.optimiser.step(&self.parameters, &gradients, step)?;
         if norm.is_finite() {
             Ok(value)
         } else {
@@ -344,6 +384,7 @@ impl Trainer {
             validation: validation.errors.pooled,
             validation_hydrodynamic: validation.errors.pooled_hydrodynamic,
             best: place.best.unwrap_or(validation.errors.pooled),
+            adjoint_error: place.adjoint_error.take(),
         };
         place.log.push(record.clone());
         place.epoch += 1;
@@ -361,6 +402,7 @@ impl Trainer {
         state::save(
             &folder.join(STATE),
             run,
+            self.device.0,
             &self.place,
             weights,
             &self.optimiser,
@@ -402,6 +444,23 @@ impl Trainer {
         };
         Ok(Checkpoint::new(card, weights)?)
     }
+}
+
+/// |g - exact| / |exact| over all weights.
+fn distance(
+    parameters: &Parameters,
+    gradients: &GradStore,
+    exact: &GradStore,
+) -> Result<f64, TrainError> {
+    let (mut off, mut whole) = (0.0, 0.0);
+    for (_, var) in parameters.iter() {
+        if let (Some(g), Some(exact)) = (gradients.get(var), exact.get(var)) {
+            let square = |t: Tensor| t.sqr()?.sum_all()?.to_scalar::<f32>();
+            off += f64::from(square((g - exact)?)?);
+            whole += f64::from(square(exact.clone())?);
+        }
+    }
+    Ok((off / whole.max(f64::MIN_POSITIVE)).sqrt())
 }
 
 /// Means and deviations over a split.

@@ -84,6 +84,17 @@ pub(super) fn signed_quaternion(encoding: Encoding, layout: &FeatureLayout) -> O
     }
 }
 
+impl Batch {
+    /// The same on a device.
+    pub(super) fn to_device(&self, device: &Device) -> Result<Self> {
+        Ok(Self {
+            z: self.z.to_device(device)?,
+            start: self.start.to_device(device)?,
+            target: self.target.to_device(device)?,
+        })
+    }
+}
+
 impl Batcher<'_> {
     /// `samples` samples from the start of every window.
     pub(super) fn batch(&self, windows: &[Window], samples: usize) -> Result<Batch> {

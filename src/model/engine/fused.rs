@@ -4,7 +4,12 @@ use candle_core::Result;
 use pulp::Arch;
 
 use super::{
-    super::{ForceModel, Network, encoding::Encoder, normaliser::Normaliser, solver::Solver},
+    super::{
+        ForceModel, Network,
+        encoding::Encoder,
+        normaliser::Normaliser,
+        solver::{Solver, Tableau},
+    },
     Engine, SETTLED, SETTLING_STEPS, Scratch,
     past::{self, Past},
     perceptron::{Buffers, Perceptron, Precision},
@@ -31,6 +36,17 @@ struct Ode {
     solver: Solver,
     past: Past,
     field_sees_force: bool,
+}
+
+impl Ode {
+    /// The stages of a step. A field that is not given the force has the same slope at each, so one is enough.
+    fn tableau(&self) -> Tableau {
+        if self.field_sees_force {
+            self.solver.tableau()
+        } else {
+            Solver::Euler.tableau()
+        }
+    }
 }
 
 /// One step's buffers of a force [f].
@@ -89,7 +105,7 @@ impl FusedEngine {
         Slopes { slope, change }: Slopes<'_>,
         layers: &mut [f32],
     ) {
-        let tableau = ode.solver.tableau();
+        let tableau = ode.tableau();
         slope.fill(0.0);
         change.fill(0.0);
         for (along, weight) in tableau.along_previous.iter().zip(tableau.weights) {
@@ -318,7 +334,7 @@ impl<'a> Together<'a> {
                 for (index, (now, carried)) in now.iter_mut().zip(carried.iter()).enumerate() {
                     *now = normaliser.force(index % outputs, *carried);
                 }
-                let tableau = ode.solver.tableau();
+                let tableau = ode.tableau();
                 slope.fill(0.0);
                 change.fill(0.0);
                 for (along, weight) in tableau.along_previous.iter().zip(tableau.weights) {
