@@ -1,12 +1,15 @@
 //! One row with weights in IEEE halves: half the bytes to read, f32 arithmetic.
 //!
-//! A half's sign, exponent and fraction, moved to their places in an f32, give the half's value times 2^-112: two
-//! shifts and two masks, in any vector unit that knows 32-bit integers. That power of two is taken back where it costs
-//! nothing, half of it from x and half from the sum, so that neither leaves the range of f32; powers of two do not
-//! round, hence the sums are those of [`super::row`] for the same weights, bit for bit.
+//! AVX-512 widens halves by an instruction of its own. Elsewhere a half's sign, exponent and fraction, moved to their
+//! places in an f32, give the half's value times 2^-112: shifts and masks, in any vector unit that knows 32-bit
+//! integers. That power of two is taken back where it costs nothing, half of it from x and half from the sum, so that
+//! neither leaves the range of f32; powers of two do not round, hence the sums are those of [`super::row`] for the same
+//! weights, bit for bit, either way.
 
 use half::f16;
-use pulp::{Simd, WithSimd};
+use pulp::{Arch, Simd, WithSimd};
+#[cfg(target_arch = "x86_64")]
+use pulp::{bytemuck::cast, x86::V4};
 use thiserror::Error;
 
 use super::panels::{PANEL, Panels};
@@ -20,8 +23,8 @@ const MAGNITUDE: u32 = 0x0fff_e000;
 /// 2^56: twice this power is the f32's bias less the half's.
 const ROOT: f32 = (1u64 << 56) as f32;
 
-/// B [k,n] in halves: [ceil(n / PANEL)][k][WORDS], column j of a panel in the low and column j + WORDS in the high
-/// half of word j.
+/// B [k,n] in halves: [ceil(n / PANEL)][k][WORDS], columns 2 j and 2 j + 1 of a panel in the low and the high half of
+/// word j.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct HalfPanels {
     pub(super) depth: usize,
@@ -55,7 +58,7 @@ impl HalfPanels {
     /// Rounds every weight to a half.
     pub(crate) fn new(panels: &Panels<f32>) -> Result<Self, BeyondHalf> {
         let word = |row: &[f32; PANEL], at: usize| {
-            let (low, high) = (rounded(row[at])?, rounded(row[at + WORDS])?);
+            let (low, high) = (rounded(row[2 * at])?, rounded(row[2 * at + 1])?);
             Ok(u32::from(high.to_bits()) << 16 | u32::from(low.to_bits()))
         };
         let data = panels
@@ -80,8 +83,8 @@ impl HalfPanels {
         let rows = self.data.iter().map(|words| {
             let mut row = [0.0; PANEL];
             for (at, word) in words.iter().enumerate() {
-                row[at] = f16::from_bits(*word as u16).to_f32();
-                row[at + WORDS] = f16::from_bits((*word >> 16) as u16).to_f32();
+                row[2 * at] = f16::from_bits(*word as u16).to_f32();
+                row[2 * at + 1] = f16::from_bits((*word >> 16) as u16).to_f32();
             }
             row
         });
@@ -98,93 +101,190 @@ impl HalfPanels {
     }
 }
 
-/// y [n] += B^T x [k].
-pub(super) struct HalfRowProduct<'a> {
-    pub(super) y: &'a mut [f32],
-    pub(super) x: &'a [f32],
-    pub(super) b: &'a HalfPanels,
+/// How words become vectors of f32.
+trait Widen: Copy {
+    type Vector: Simd;
+    /// The power of two that x and the sums are multiplied by.
+    const ROOT: f32;
+
+    fn simd(self) -> Self::Vector;
+
+    /// Two vectors' worth of a panel's row, the `pair`-th, over ROOT squared.
+    fn widen(self, words: &[u32; WORDS], pair: usize) -> [<Self::Vector as Simd>::f32s; 2];
+
+    /// The column that stands at `lane` of the first or second vector of a pair.
+    fn column(pair: usize, second: bool, lane: usize) -> usize;
 }
 
-impl HalfRowProduct<'_> {
-    /// `G` panels side by side, so that one row alone has enough independent chains.
+/// By shifts and masks: even columns first, then odd ones.
+#[derive(Clone, Copy)]
+struct ByShifts<S>(S);
+
+impl<S: Simd> Widen for ByShifts<S> {
+    type Vector = S;
+    const ROOT: f32 = ROOT;
+
     #[inline(always)]
-    fn panels<S: Simd, const G: usize>(
-        simd: S,
-        y: &mut [f32],
-        x: &[f32],
-        panels: [&[[u32; WORDS]]; G],
-    ) {
-        let panels = panels.map(|panel| &panel[..x.len()]);
-        let (root, inverse) = (simd.splat_f32s(ROOT), simd.splat_f32s(1.0 / ROOT));
-        let (sign, magnitude) = (simd.splat_u32s(SIGN), simd.splat_u32s(MAGNITUDE));
+    fn simd(self) -> S {
+        self.0
+    }
+
+    #[inline(always)]
+    fn widen(self, words: &[u32; WORDS], pair: usize) -> [S::f32s; 2] {
+        let simd = self.0;
+        let (words, _) = S::as_simd_u32s(words);
+        let word = words[pair];
         let shift = |by: u32| simd.splat_u32s(by);
-        let (by_3, by_13, by_16) = (shift(3), shift(13), shift(16));
-        let vectors = WORDS / S::U32_LANES;
-        for low in 0..vectors {
-            let high = low + vectors;
-            let mut tile = [[0.0; PANEL]; G];
-            for (row, y) in tile.iter_mut().zip(y.chunks(PANEL)) {
-                row[..y.len()].copy_from_slice(y);
-            }
-            let mut sums = [[inverse; 2]; G];
-            for (sum, row) in sums.iter_mut().zip(&tile) {
-                let (row, _) = S::as_simd_f32s(row);
-                *sum = [
-                    simd.mul_f32s(row[low], inverse),
-                    simd.mul_f32s(row[high], inverse),
-                ];
-            }
-            for (k, x) in x.iter().enumerate() {
-                let x = simd.mul_f32s(simd.splat_f32s(*x), root);
-                for (sum, panel) in sums.iter_mut().zip(&panels) {
-                    let (words, _) = S::as_simd_u32s(&panel[k]);
-                    let word = words[low];
-                    let moved = |value, sign_from| {
-                        simd.transmute_f32s_u32s(simd.or_u32s(
-                            simd.and_u32s(value, magnitude),
-                            simd.and_u32s(sign_from, sign),
-                        ))
-                    };
-                    let left = moved(
-                        simd.wrapping_dyn_shl_u32s(word, by_13),
-                        simd.wrapping_dyn_shl_u32s(word, by_16),
-                    );
-                    let right = moved(simd.wrapping_dyn_shr_u32s(word, by_3), word);
-                    sum[0] = simd.mul_add_e_f32s(x, left, sum[0]);
-                    sum[1] = simd.mul_add_e_f32s(x, right, sum[1]);
-                }
-            }
-            for ((sum, row), y) in sums.iter().zip(tile.iter_mut()).zip(y.chunks_mut(PANEL)) {
-                let (vectors, _) = S::as_mut_simd_f32s(row);
-                vectors[low] = simd.mul_f32s(sum[0], root);
-                vectors[high] = simd.mul_f32s(sum[1], root);
-                for vector in [low, high] {
-                    let end = ((vector + 1) * S::F32_LANES).min(y.len());
-                    let start = (vector * S::F32_LANES).min(end);
-                    y[start..end].copy_from_slice(&row[start..end]);
-                }
-            }
-        }
+        let (sign, magnitude) = (simd.splat_u32s(SIGN), simd.splat_u32s(MAGNITUDE));
+        let moved = |value, sign_from| {
+            let value = simd.and_u32s(value, magnitude);
+            simd.transmute_f32s_u32s(simd.or_u32s(value, simd.and_u32s(sign_from, sign)))
+        };
+        let low = moved(
+            simd.wrapping_dyn_shl_u32s(word, shift(13)),
+            simd.wrapping_dyn_shl_u32s(word, shift(16)),
+        );
+        [low, moved(simd.wrapping_dyn_shr_u32s(word, shift(3)), word)]
+    }
+
+    #[inline(always)]
+    fn column(pair: usize, second: bool, lane: usize) -> usize {
+        2 * (pair * S::U32_LANES + lane) + usize::from(second)
     }
 }
 
-impl WithSimd for HalfRowProduct<'_> {
+/// By AVX-512's own instruction: columns as they stand.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy)]
+struct ByConversion(V4);
+
+#[cfg(target_arch = "x86_64")]
+impl Widen for ByConversion {
+    type Vector = V4;
+    const ROOT: f32 = 1.0;
+
+    #[inline(always)]
+    fn simd(self) -> V4 {
+        self.0
+    }
+
+    #[inline(always)]
+    fn widen(self, words: &[u32; WORDS], _: usize) -> [<V4 as Simd>::f32s; 2] {
+        let (halves, _) = words.as_chunks::<8>();
+        let avx512 = self.0.avx512f;
+        [
+            cast(avx512._mm512_cvtph_ps(cast(halves[0]))),
+            cast(avx512._mm512_cvtph_ps(cast(halves[1]))),
+        ]
+    }
+
+    #[inline(always)]
+    fn column(_: usize, second: bool, lane: usize) -> usize {
+        WORDS * usize::from(second) + lane
+    }
+}
+
+/// y [n] += B^T x [k], in the instructions of `arch`.
+pub(super) fn multiply_row(arch: Arch, y: &mut [f32], x: &[f32], b: &HalfPanels) {
+    match arch {
+        #[cfg(target_arch = "x86_64")]
+        Arch::V4(simd) => Simd::vectorize(simd, Converted { simd, y, x, b }),
+        _ => arch.dispatch(Shifted { y, x, b }),
+    }
+}
+
+struct Shifted<'a> {
+    y: &'a mut [f32],
+    x: &'a [f32],
+    b: &'a HalfPanels,
+}
+
+impl WithSimd for Shifted<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        const GROUP: usize = 4;
-        let Self { y, x, b } = self;
-        let mut index = 0;
-        for part in y.chunks_mut(GROUP * PANEL) {
-            if part.len() > (GROUP - 1) * PANEL {
-                Self::panels(simd, part, x, [0, 1, 2, 3].map(|i| b.panel(index + i)));
-            } else {
-                for (i, part) in part.chunks_mut(PANEL).enumerate() {
-                    Self::panels(simd, part, x, [b.panel(index + i)]);
+        product(ByShifts(simd), self.y, self.x, self.b);
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+struct Converted<'a> {
+    simd: V4,
+    y: &'a mut [f32],
+    x: &'a [f32],
+    b: &'a HalfPanels,
+}
+
+#[cfg(target_arch = "x86_64")]
+impl WithSimd for Converted<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        product(ByConversion(self.simd), self.y, self.x, self.b);
+    }
+}
+
+#[inline(always)]
+fn product<W: Widen>(widen: W, y: &mut [f32], x: &[f32], b: &HalfPanels) {
+    const GROUP: usize = 4;
+    let mut index = 0;
+    for part in y.chunks_mut(GROUP * PANEL) {
+        if part.len() > (GROUP - 1) * PANEL {
+            panels(widen, part, x, [0, 1, 2, 3].map(|i| b.panel(index + i)));
+        } else {
+            for (i, part) in part.chunks_mut(PANEL).enumerate() {
+                panels(widen, part, x, [b.panel(index + i)]);
+            }
+        }
+        index += GROUP;
+    }
+}
+
+/// `G` panels side by side, so that one row alone has enough independent chains.
+#[inline(always)]
+fn panels<W: Widen, const G: usize>(
+    widen: W,
+    y: &mut [f32],
+    x: &[f32],
+    panels: [&[[u32; WORDS]]; G],
+) {
+    let simd = widen.simd();
+    let lanes = <W::Vector as Simd>::F32_LANES;
+    let panels = panels.map(|panel| &panel[..x.len()]);
+    for pair in 0..WORDS / lanes {
+        // The sums' columns, gathered from y and put back.
+        let mut tile = [[0.0; PANEL]; G];
+        for (row, y) in tile.iter_mut().zip(y.chunks(PANEL)) {
+            for lane in 0..2 * lanes {
+                let column = W::column(pair, lane >= lanes, lane % lanes);
+                row[lane] = y.get(column).map_or(0.0, |y| y / W::ROOT);
+            }
+        }
+        let mut sums = [[simd.splat_f32s(0.0); 2]; G];
+        for (sum, row) in sums.iter_mut().zip(&tile) {
+            let (row, _) = W::Vector::as_simd_f32s(row);
+            *sum = [row[0], row[1]];
+        }
+        for (k, x) in x.iter().enumerate() {
+            let x = simd.splat_f32s(x * W::ROOT);
+            for (sum, panel) in sums.iter_mut().zip(&panels) {
+                let [first, second] = widen.widen(&panel[k], pair);
+                sum[0] = simd.mul_add_e_f32s(x, first, sum[0]);
+                sum[1] = simd.mul_add_e_f32s(x, second, sum[1]);
+            }
+        }
+        for ((sum, row), y) in sums.iter().zip(tile.iter_mut()).zip(y.chunks_mut(PANEL)) {
+            let (vectors, _) = W::Vector::as_mut_simd_f32s(row);
+            vectors[0] = sum[0];
+            vectors[1] = sum[1];
+            for lane in 0..2 * lanes {
+                let column = W::column(pair, lane >= lanes, lane % lanes);
+                if let Some(y) = y.get_mut(column) {
+                    *y = row[lane] * W::ROOT;
                 }
             }
-            index += GROUP;
         }
     }
 }

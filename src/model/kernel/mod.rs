@@ -30,7 +30,6 @@ pub(crate) use self::{
 };
 use self::{
     activation::{Silu, SiluBackward},
-    half::HalfRowProduct,
     panels::{PANEL, ROWS},
     product::Product,
     row::RowProduct,
@@ -76,7 +75,7 @@ pub(crate) fn multiply_row(arch: Arch, y: &mut [f32], x: &[f32], b: &Panels<f32>
 /// [`multiply_row`] with weights in halves: bit for bit what it gives for the same numbers in f32.
 pub(crate) fn multiply_row_half(arch: Arch, y: &mut [f32], x: &[f32], b: &HalfPanels) {
     debug_assert_eq!((x.len(), y.len()), (b.depth, b.columns));
-    arch.dispatch(HalfRowProduct { y, x, b });
+    half::multiply_row(arch, y, x, b);
 }
 
 /// a . b with eight independent sums.
