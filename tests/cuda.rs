@@ -29,7 +29,9 @@ fn card() -> Option<Device> {
             panic!("no graphics card: {error}")
         }
         Err(error) => {
-            eprintln!("skipped, no graphics card: {error}");
+            let error = error.to_string();
+            let words = error.lines().next().unwrap_or_default();
+            eprintln!("skipped, no graphics card: {words}");
             None
         }
     }

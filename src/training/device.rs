@@ -32,7 +32,8 @@ impl TrainDevice {
             Self::Cuda(_) if !cuda_is_available() => Err(TrainError::WithoutCuda { device: self }),
             Self::Cuda(number) => Device::new_cuda(number).map_err(|error| TrainError::NoDevice {
                 device: self,
-                reason: error.to_string(),
+                // A backtrace may follow.
+                reason: error.to_string().lines().take(1).collect(),
             }),
         }
     }
