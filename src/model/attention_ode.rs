@@ -163,13 +163,24 @@ impl AttentionOde {
         solver: Solver,
         adjoint: Adjoint,
     ) -> Result<Tensor> {
+        self.integrate(&self.latents(z)?, start, solver, adjoint)
+    }
+
+    /// h [B, S, l], F_0 [B, f] -> F [B, S+1, f]: the field alone.
+    pub fn integrate(
+        &self,
+        latents: &Tensor,
+        start: &Tensor,
+        solver: Solver,
+        adjoint: Adjoint,
+    ) -> Result<Tensor> {
         let operation = Trajectory {
             field: self.field.config().clone(),
             solver,
             field_sees_force: self.config.field_sees_force,
             adjoint,
         };
-        operation.apply(start, &self.latents(z)?, &self.field.flat()?)
+        operation.apply(start, latents, &self.field.flat()?)
     }
 
     /// h [1, l] of one window z [W, n], by Candle's own operations and without threads.
