@@ -14,7 +14,7 @@ use crate::{
     read::sum,
 };
 
-/// A checkpoint that walks over recorded samples.
+/// A checkpoint that walks over recorded samples, one at a time.
 pub(crate) struct OneSample {
     state: State,
     samples: Vec<Vec<f64>>,
@@ -65,6 +65,11 @@ impl State {
     }
 }
 
+fn load(checkpoint: &Path, engine: &str) -> Result<Box<dyn Engine>> {
+    let kind: EngineKind = engine.parse()?;
+    Ok(Checkpoint::load(checkpoint)?.engine(kind, None)?)
+}
+
 impl OneSample {
     pub(crate) fn new(
         checkpoint: &Path,
@@ -72,10 +77,8 @@ impl OneSample {
         engine: &str,
         evict: usize,
     ) -> Result<Self> {
-        let kind: EngineKind = engine.parse()?;
-        let engine = Checkpoint::load(checkpoint)?.engine(kind, None)?;
         let samples = files::rows(files::named(&files::tensors(inputs)?, "x")?)?;
-        let mut state = State::new(engine);
+        let mut state = State::new(load(checkpoint, engine)?);
         state.restart(samples.first().ok_or("no samples")?);
         Ok(Self {
             state,
@@ -118,5 +121,53 @@ impl Contender for OneSample {
             seconds = begin.elapsed().as_secs_f64();
         }
         Ok(Block::timed(seconds))
+    }
+}
+
+/// A checkpoint that evaluates whole trajectories at once: the recorded samples, `batch` times.
+pub(crate) struct WholeTrajectories {
+    engine: Box<dyn Engine>,
+    x: Vec<f64>,
+    start: Vec<f64>,
+    scratch: Scratch,
+}
+
+impl WholeTrajectories {
+    pub(crate) fn new(
+        checkpoint: &Path,
+        inputs: &Path,
+        engine: &str,
+        batch: usize,
+    ) -> Result<Self> {
+        let engine = load(checkpoint, engine)?;
+        let samples = files::rows(files::named(&files::tensors(inputs)?, "x")?)?;
+        Ok(Self {
+            x: samples.concat().repeat(batch),
+            start: vec![0.0; batch * engine.outputs()],
+            scratch: Scratch::default(),
+            engine,
+        })
+    }
+
+    fn evaluate(&mut self) -> Vec<f64> {
+        self.engine
+            .trajectories(&self.x, &self.start, &mut self.scratch)
+    }
+}
+
+impl Contender for WholeTrajectories {
+    /// The last force of the first trajectory.
+    fn check(&mut self) -> Result<Vec<f64>> {
+        let (forces, outputs) = (self.evaluate(), self.engine.outputs());
+        let length = forces.len() / (self.start.len() / outputs);
+        Ok(forces[length - outputs..length].to_vec())
+    }
+
+    fn block(&mut self, count: usize) -> Result<Block> {
+        let begin = Instant::now();
+        for _ in 0..count {
+            black_box(self.evaluate());
+        }
+        Ok(Block::timed(begin.elapsed().as_secs_f64()))
     }
 }

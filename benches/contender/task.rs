@@ -6,8 +6,15 @@ use hydro_plugin::model::{AttentionOdeConfig, Solver};
 use serde::Deserialize;
 
 use crate::{
-    block::Contender, engine::OneSample, error::Result, lesson::Lesson, ours::Ours,
-    plain::PlainField, read::Read, trajectories::Trajectories, unrolled::Unrolled,
+    block::Contender,
+    engine::{OneSample, WholeTrajectories},
+    error::Result,
+    lesson::Lesson,
+    ours::Ours,
+    plain::PlainField,
+    read::Read,
+    trajectories::Trajectories,
+    unrolled::Unrolled,
 };
 
 /// A contender and its files.
@@ -22,6 +29,13 @@ pub(crate) enum Task {
         /// Numbers read between evaluations, to push the weights out of the caches; 0 for none.
         evict: usize,
     },
+    /// Likewise, `batch` whole trajectories at once.
+    WholeTrajectories {
+        checkpoint: PathBuf,
+        inputs: PathBuf,
+        engine: String,
+        batch: usize,
+    },
     /// A perceptron with SiLU as a user of Candle writes it, from the weights of a checkpoint.
     PlainField {
         checkpoint: PathBuf,
@@ -29,7 +43,7 @@ pub(crate) enum Task {
     },
     /// Reading `bytes` once: no evaluation that reads its weights can be faster.
     Read { bytes: usize },
-    /// Whole trajectories at once, `batch` of them, [`Lesson`]'s.
+    /// Whole trajectories through the network that is trained, `batch` of a [`Lesson`]'s.
     Trajectories { lesson: LessonFiles, batch: usize },
     /// Training steps by our own operation and optimiser.
     Ours { lesson: LessonFiles },
@@ -64,6 +78,17 @@ impl Task {
                 engine,
                 evict,
             } => Box::new(OneSample::new(&checkpoint, &inputs, &engine, evict)?),
+            Self::WholeTrajectories {
+                checkpoint,
+                inputs,
+                engine,
+                batch,
+            } => Box::new(WholeTrajectories::new(
+                &checkpoint,
+                &inputs,
+                &engine,
+                batch,
+            )?),
             Self::PlainField { checkpoint, inputs } => {
                 Box::new(PlainField::new(&checkpoint, &inputs)?)
             }

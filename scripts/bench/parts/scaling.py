@@ -45,12 +45,16 @@ def _width(settings) -> list[tuple[int, list[dict]]]:
 
 
 def _trajectories(settings) -> list[tuple[int, list[dict]]]:
-  """Seconds a trajectory of 400 steps, forward, two threads."""
-  found, lesson = [], data.lesson("euler")
+  """Seconds a trajectory of 400 steps, forward: the plugin's engine on one thread, the network that is trained on two."""
+  found, lesson, x = [], data.lesson("euler"), data.recorded(data.SAMPLES)
+  checkpoint = weights.random_ode(WORK / "b1-512", data.PAPER, seed=0)
   for batch in settings.pick((1, 2, 4, 8, 16, 32, 64, 128), (1, 32)):
-    entries = [Entry("hydro", [*commands.rust()], {"kind": "trajectories", "lesson": lesson, "batch": batch}, 1, threads=2,
-                     tolerance=1e-3),
-               Entry("PyTorch", commands.python("pytorch"), {"kind": "trajectories", "lesson": lesson, "batch": batch, "threads": 2},
+    entries = [Entry("hydro, network, 2 threads", [*commands.rust()], {"kind": "trajectories", "lesson": lesson, "batch": batch}, 1,
+                     threads=2, tolerance=1e-3),
+               Entry("hydro, engine, 1 thread", [*commands.rust()],
+                     {"kind": "whole-trajectories", "checkpoint": str(checkpoint), "inputs": str(x), "engine": "fused", "batch": batch}, 1,
+                     tolerance=None),
+               Entry("PyTorch, 2 threads", commands.python("pytorch"), {"kind": "trajectories", "lesson": lesson, "batch": batch, "threads": 2},
                      1, threads=2, tolerance=1e-3)]
     outcomes = run(entries, settings.pick(7, 1))
     for outcome in outcomes:
