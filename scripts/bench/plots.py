@@ -35,7 +35,7 @@ def losses(groups: dict, path: Path) -> None:
 def sizes(groups: dict, path: Path) -> None:
   """A panel a sweep, both axes logarithmic."""
   found = [name for name in scaling.SWEEPS if name in groups]
-  figure, axes = plt.subplots(2, 3, figsize=(11, 6), layout="constrained")
+  figure, axes = plt.subplots(2, 3, figsize=(12, 7), layout="constrained")
   for axis in axes.flat[len(found):]:
     axis.set_axis_off()
   for axis, name in zip(axes.flat, found):
