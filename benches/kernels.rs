@@ -9,8 +9,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use hydro_plugin::{
     features::FeatureLayout,
     model::{
-        AttentionOdeConfig, Encoding, EngineKind, ForceModel, MlpConfig, ModelConfig, Normaliser,
-        Parameters, Scratch, Solver,
+        Adjoint, AttentionOdeConfig, Encoding, EngineKind, ForceModel, MlpConfig, ModelConfig,
+        Normaliser, Parameters, Scratch, Solver,
     },
 };
 
@@ -72,7 +72,12 @@ fn trajectories(criterion: &mut Criterion) {
         let (model, _) = model(&ModelConfig::AttentionOde(ode), solver);
         let z = Tensor::rand(-1f32, 1.0, (BATCH, window + STEPS, INPUTS), &Device::Cpu).unwrap();
         let start = Tensor::zeros((BATCH, OUTPUTS), candle_core::DType::F32, &Device::Cpu).unwrap();
-        let forward = || model.network.forward(&z, &start, solver).unwrap();
+        let forward = || {
+            let network = &model.network;
+            network
+                .forward(&z, &start, solver, Adjoint::Discrete)
+                .unwrap()
+        };
         group.throughput(Throughput::Elements((BATCH * STEPS) as u64));
         group.bench_function(BenchmarkId::new("forward", solver), |bench| {
             bench.iter(forward);

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use candle_core::Tensor;
+use hydro_plugin::model::Adjoint;
 
 use crate::{
     block::{Block, Contender},
@@ -11,32 +12,35 @@ use crate::{
 };
 
 /// See the module.
-pub(crate) struct Ours(Lesson);
+pub(crate) struct Ours(Lesson, Adjoint);
 
 impl Ours {
-    pub(crate) fn new(lesson: Lesson) -> Self {
-        Self(lesson)
+    pub(crate) fn new(lesson: Lesson, adjoint: Adjoint) -> Self {
+        Self(lesson, adjoint)
     }
 }
 
 /// F [B, S+1, f].
-pub(crate) fn forward(lesson: &Lesson, batch: &Batch) -> Result<Tensor> {
+pub(crate) fn forward(lesson: &Lesson, batch: &Batch, adjoint: Adjoint) -> Result<Tensor> {
     let (model, solver) = (&lesson.model, lesson.solver);
     Ok(match &batch.drive {
-        Drive::Samples(z) => model.forward(z, &batch.start, solver)?,
-        Drive::Latents(h) => model.integrate(h, &batch.start, solver)?,
+        Drive::Samples(z) => model.forward(z, &batch.start, solver, adjoint)?,
+        Drive::Latents(h) => model.integrate(h, &batch.start, solver, adjoint)?,
     })
 }
 
 impl Contender for Ours {
     fn check(&mut self) -> Result<Vec<f64>> {
-        self.0.first(forward)
+        let adjoint = self.1;
+        self.0
+            .first(|lesson, batch| forward(lesson, batch, adjoint))
     }
 
     fn block(&mut self, count: usize) -> Result<Block> {
+        let (lesson, adjoint) = (&mut self.0, self.1);
         let begin = Instant::now();
         let values = (0..count)
-            .map(|_| self.0.learn(forward))
+            .map(|_| lesson.learn(|lesson, batch| forward(lesson, batch, adjoint)))
             .collect::<Result<_>>()?;
         Ok(Block {
             seconds: begin.elapsed().as_secs_f64(),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hydro_plugin::model::{AttentionOdeConfig, Solver};
+use hydro_plugin::model::{Adjoint, AttentionOdeConfig, Solver};
 use serde::Deserialize;
 
 use crate::{
@@ -46,7 +46,10 @@ pub(crate) enum Task {
     /// Whole trajectories through the network that is trained, `batch` of a [`Lesson`]'s.
     Trajectories { lesson: LessonFiles, batch: usize },
     /// Training steps by our own operation and optimiser.
-    Ours { lesson: LessonFiles },
+    Ours {
+        lesson: LessonFiles,
+        adjoint: Adjoint,
+    },
     /// Training steps through Candle's own graph, unrolled.
     Unrolled { lesson: LessonFiles },
 }
@@ -96,7 +99,7 @@ impl Task {
             Self::Trajectories { lesson, batch } => {
                 Box::new(Trajectories::new(Lesson::load(lesson)?, batch))
             }
-            Self::Ours { lesson } => Box::new(Ours::new(Lesson::load(lesson)?)),
+            Self::Ours { lesson, adjoint } => Box::new(Ours::new(Lesson::load(lesson)?, adjoint)),
             Self::Unrolled { lesson } => Box::new(Unrolled::new(Lesson::load(lesson)?)),
         })
     }

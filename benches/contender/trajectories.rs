@@ -2,6 +2,8 @@
 
 use std::{hint::black_box, time::Instant};
 
+use hydro_plugin::model::Adjoint;
+
 use crate::{
     block::{Block, Contender},
     error::Result,
@@ -29,7 +31,11 @@ impl Trajectories {
 impl Contender for Trajectories {
     /// The last force of the first trajectory.
     fn check(&mut self) -> Result<Vec<f64>> {
-        let forces = forward(&self.lesson, &self.lesson.gather(&self.chosen())?)?;
+        let forces = forward(
+            &self.lesson,
+            &self.lesson.gather(&self.chosen())?,
+            Adjoint::default(),
+        )?;
         let forces = forces.get(0)?;
         let last: Vec<f32> = forces.get(forces.dim(0)? - 1)?.to_vec1()?;
         Ok(last.into_iter().map(f64::from).collect())
@@ -39,7 +45,11 @@ impl Contender for Trajectories {
         let batch = self.lesson.gather(&self.chosen())?;
         let begin = Instant::now();
         for _ in 0..count {
-            black_box(forward(&self.lesson, black_box(&batch))?);
+            black_box(forward(
+                &self.lesson,
+                black_box(&batch),
+                Adjoint::default(),
+            )?);
         }
         Ok(Block::timed(begin.elapsed().as_secs_f64()))
     }

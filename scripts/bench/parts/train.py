@@ -9,7 +9,8 @@ from ..spread import ratio, spread
 from ..target import Target
 
 TITLE = "A training step"
-OURS, HAND, ONE, DIFFEQ = "hydro", "PyTorch, loop by hand", "PyTorch, by hand, 1 thread", "PyTorch, torchdiffeq"
+OURS, OURS_CONTINUOUS = "hydro", "hydro, continuous adjoint"
+HAND, ONE, DIFFEQ = "PyTorch, loop by hand", "PyTorch, by hand, 1 thread", "PyTorch, torchdiffeq"
 ADJOINT, CANDLE = "PyTorch, continuous adjoint", "Candle, unrolled graph"
 SOLVERS = {"euler": "Euler", "rk4": "RK4"}
 #: How far the first loss and the first gradient's norm may lie from ours; None: another gradient or method by design.
@@ -18,8 +19,8 @@ TOLERANCE = 1e-3
 
 def entries(lesson: dict, *, count: int, slow: int, slow_rounds: int) -> list[Entry]:
   """All ways to train on a lesson, 2 threads but where it says so; those that take all day in few blocks of `slow` steps."""
-  def rust(name, kind, **more):
-    return Entry(name, [*commands.rust()], {"kind": kind, "lesson": lesson}, threads=2, tolerance=TOLERANCE, **more)
+  def rust(name, task, tolerance=TOLERANCE, **more):
+    return Entry(name, [*commands.rust()], {"lesson": lesson, **task}, threads=2, tolerance=tolerance, **more)
 
   def torch(name, way, tolerance=TOLERANCE, threads=2, **more):
     task = {"kind": "training", "lesson": lesson, "way": way, "threads": threads}
@@ -28,9 +29,10 @@ def entries(lesson: dict, *, count: int, slow: int, slow_rounds: int) -> list[En
   rare = {"count": slow, "rounds": slow_rounds}
   # torchdiffeq's rk4 is Kutta's 3/8 rule, so its losses are its own.
   same = TOLERANCE if lesson["solver"] == "euler" else None
-  return [rust(OURS, "ours", count=count), torch(HAND, "by hand", count=count),
+  return [rust(OURS, {"kind": "ours", "adjoint": "discrete"}, count=count), torch(HAND, "by hand", count=count),
           torch(ONE, "by hand", threads=1, **rare), torch(DIFFEQ, "torchdiffeq", same, **rare), torch(ADJOINT, "continuous adjoint", None, **rare),
-          rust(CANDLE, "unrolled", **rare)]
+          rust(OURS_CONTINUOUS, {"kind": "ours", "adjoint": "continuous"}, None, **rare),
+          rust(CANDLE, {"kind": "unrolled"}, **rare)]
 
 
 def measure(settings) -> dict:
