@@ -172,10 +172,32 @@ impl AttentionOde {
         self.forward_by(Operations::of(z.device()), z, start, (solver, adjoint))
     }
 
+    /// h [B, S, l], F_0 [B, f] -> F [B, S+1, f]: the field alone.
+    pub fn integrate(
+        &self,
+        latents: &Tensor,
+        start: &Tensor,
+        solver: Solver,
+        adjoint: Adjoint,
+    ) -> Result<Tensor> {
+        let operations = Operations::of(latents.device());
+        self.integrate_by(operations, latents, start, (solver, adjoint))
+    }
+
     fn forward_by(
         &self,
         operations: Operations,
         z: &Tensor,
+        start: &Tensor,
+        method: (Solver, Adjoint),
+    ) -> Result<Tensor> {
+        self.integrate_by(operations, &self.latents_by(operations, z)?, start, method)
+    }
+
+    fn integrate_by(
+        &self,
+        operations: Operations,
+        latents: &Tensor,
         start: &Tensor,
         (solver, adjoint): (Solver, Adjoint),
     ) -> Result<Tensor> {
@@ -185,10 +207,10 @@ impl AttentionOde {
             field_sees_force: self.config.field_sees_force,
             adjoint,
         };
-        let (latents, weights) = (self.latents_by(operations, z)?, self.field.flat()?);
+        let weights = self.field.flat()?;
         match operations {
-            Operations::Kernels => operation.apply(start, &latents, &weights),
-            Operations::Tensors => operation.apply_by_tensors(start, &latents, &weights),
+            Operations::Kernels => operation.apply(start, latents, &weights),
+            Operations::Tensors => operation.apply_by_tensors(start, latents, &weights),
         }
     }
 

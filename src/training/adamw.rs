@@ -17,7 +17,7 @@ const EPSILON: f32 = 1e-8;
 
 /// First and second moments of the gradient, by weight.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct AdamW {
+pub struct AdamW {
     /// Steps taken.
     pub(super) step: usize,
     pub(super) moments: BTreeMap<String, (Vec<f32>, Vec<f32>)>,
@@ -25,15 +25,18 @@ pub(super) struct AdamW {
 
 /// Settings of one step.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Step {
-    pub(super) learning_rate: f64,
-    pub(super) weight_decay: f64,
-    pub(super) clip_norm: f64,
+pub struct Step {
+    /// Length of a step where the gradient keeps its sign.
+    pub learning_rate: f64,
+    /// Share by which matrices shrink a step, per unit of learning rate.
+    pub weight_decay: f64,
+    /// Largest norm of the gradient over all weights.
+    pub clip_norm: f64,
 }
 
 impl AdamW {
     /// Moves the weights one step down the gradient; returns the gradient's norm before clipping.
-    pub(super) fn step(
+    pub fn step(
         &mut self,
         parameters: &Parameters,
         gradients: &GradStore,

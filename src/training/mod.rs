@@ -5,7 +5,7 @@
 //! integrated from the recorded force at its start; the gradient runs through the solver ([`crate::model`]).
 //! Nothing here prints: an [`Observer`] is told.
 
-mod adamw;
+pub mod adamw;
 mod config;
 mod device;
 mod log;

@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Ours and the rivals in one go, in alternation; writes benches/RESULTS.md and the raw blocks beside it.
+#   scripts/bench.sh [--quick] [--only PART ...] [--report]
+# --quick: three minutes, into out/bench/quick, to see that everything works. See scripts/bench/README.md.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+source scripts/setup.sh
+scripts/bench/setup.sh
+case " $* " in
+  *" --report "*) ;;
+  *) cargo build --release --lib --bins --bench contender ;;
+esac
+exec .venv-bench/bin/python scripts/bench.py "$@"

@@ -1,0 +1,15 @@
+"""Ours and the rivals, timed in alternation: see scripts/bench/README.md and scripts/bench.sh."""
+
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+#: Raw blocks, one file a part.
+RESULTS = ROOT / "benches/results"
+#: Weights, data and scenes that the contenders share; made anew where it is missing.
+WORK = ROOT / "out/bench"
+#: Where the plugin and the Rust contender are built.
+LIBRARY = ROOT / "target/release/libhydro_plugin.so"
+
+
+class BenchError(Exception):
+  """A contender failed, or computes something else than the others."""
