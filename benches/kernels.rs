@@ -9,8 +9,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use hydro_plugin::{
     features::FeatureLayout,
     model::{
-        Adjoint, AttentionOdeConfig, Encoding, EngineKind, ForceModel, MlpConfig, ModelConfig,
-        Normaliser, Parameters, Scratch, Solver,
+        AttentionOdeConfig, Encoding, EngineKind, ForceModel, MlpConfig, ModelConfig, Normaliser,
+        Parameters, Scratch, Solver,
     },
 };
 
@@ -74,9 +74,7 @@ fn trajectories(criterion: &mut Criterion) {
         let start = Tensor::zeros((BATCH, OUTPUTS), candle_core::DType::F32, &Device::Cpu).unwrap();
         let forward = || {
             let network = &model.network;
-            network
-                .forward(&z, &start, solver, Adjoint::Discrete)
-                .unwrap()
+            network.forward(&z, &start, solver).unwrap()
         };
         group.throughput(Throughput::Elements((BATCH * STEPS) as u64));
         group.bench_function(BenchmarkId::new("forward", solver), |bench| {
