@@ -30,7 +30,7 @@ def entries(lesson: dict, *, count: int, slow: int, slow_rounds: int) -> list[En
   # torchdiffeq's rk4 is Kutta's 3/8 rule, so its losses are its own.
   same = TOLERANCE if lesson["solver"] == "euler" else None
   return [rust(OURS, {"kind": "ours", "adjoint": "discrete"}, count=count), torch(HAND, "by hand", count=count),
-          torch(ONE, "by hand", threads=1, **rare), torch(DIFFEQ, "torchdiffeq", same, **rare), torch(ADJOINT, "continuous adjoint", None, **rare),
+          torch(ONE, "by hand", threads=1, **rare), torch(DIFFEQ, "torchdiffeq", same, **rare), torch(ADJOINT, "continuous adjoint", None, count=1, rounds=1),
           rust(OURS_CONTINUOUS, {"kind": "ours", "adjoint": "continuous"}, None, **rare),
           rust(CANDLE, {"kind": "unrolled"}, **rare)]
 
