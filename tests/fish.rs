@@ -13,7 +13,7 @@ use common::Asks;
 use hydro_plugin::{
     checkpoint::Checkpoint,
     frames,
-    model::EngineKind,
+    model::{Encoding, EngineKind, ModelConfig},
     mujoco::simulator::{Data, Model, SimulatorError},
     plugin::{FeatureMap, instance},
 };
@@ -36,6 +36,15 @@ fn asks(checkpoint: &Checkpoint) -> Asks {
 }
 
 fn scene(path: &Path, more: &[(&str, &str)], integrator: &str) -> Result<Data, SimulatorError> {
+    stepped_scene(path, more, integrator, 0.002)
+}
+
+fn stepped_scene(
+    path: &Path,
+    more: &[(&str, &str)],
+    integrator: &str,
+    timestep: f64,
+) -> Result<Data, SimulatorError> {
     let checkpoint = Checkpoint::load(path).unwrap();
     let path = path.display().to_string();
     let mut attributes = vec![("checkpoint", path.as_str())];
@@ -43,7 +52,8 @@ fn scene(path: &Path, more: &[(&str, &str)], integrator: &str) -> Result<Data, S
         attributes.push(("body", "hull"));
     }
     attributes.extend(more);
-    let model = Model::from_xml(&common::fish(&asks(&checkpoint), &attributes, integrator))?;
+    let mut model = Model::from_xml(&common::fish(&asks(&checkpoint), &attributes, integrator))?;
+    model.set_timestep(timestep);
     let mut data = Data::new(&Arc::new(model))?;
     data.qpos_mut()[3..7].copy_from_slice(&[0.5, -0.5, 0.5, 0.5]);
     data.qvel_mut()
@@ -108,6 +118,65 @@ fn the_force_is_the_networks_and_the_same_in_every_release() {
     let end: Vec<f64> = data.qpos().iter().chain(data.qvel()).copied().collect();
     for (got, want) in end.iter().zip(AFTER_100_STEPS) {
         assert!((got - want).abs() < 1e-6, "{end:?}");
+    }
+}
+
+/// A body that turns over and over: its quaternion is continuous in the features, whatever sign MuJoCo gives it and
+/// whatever the engine remembers, at samples and between them.
+#[test]
+fn a_turning_body_keeps_its_quaternions_sign_in_every_engine() {
+    let folder = tempfile::tempdir().unwrap();
+    for encoding in [Encoding::Raw, Encoding::Up] {
+        let mut recipe = common::lively(&["fin"]);
+        let ModelConfig::AttentionOde(config) = &mut recipe.model else {
+            unreachable!("the recipe's model has memory");
+        };
+        config.encoding = encoding;
+        let path = recipe.save(folder.path(), &format!("{encoding:?}"));
+        let checkpoint = Checkpoint::load(&path).unwrap();
+        let card = &checkpoint.card;
+        for (kind, timestep) in EngineKind::ALL
+            .into_iter()
+            .flat_map(|kind| [(kind, 0.002), (kind, 0.003)])
+        {
+            let engine = kind.to_string();
+            let mut data = stepped_scene(&path, &[("engine", &engine)], "Euler", timestep).unwrap();
+            data.qvel_mut()[3..6].copy_from_slice(&[4.0, -3.0, 5.0]);
+            let body = data.model().describe(data.model().body("hull").unwrap());
+            let map = FeatureMap::new(&card.features, &card.joints, None, &body, 1000.0, [0.0; 3]);
+            let map = map.unwrap();
+            let quaternion = card.features.quaternion().unwrap();
+            let mut x = vec![0.0; map.len()];
+            map.sample(data.qpos(), data.qvel(), [0.0; 3], None, &mut x);
+            let mut reference = Reference::new(&checkpoint, kind, 0.0, &x);
+            let (mut samples, mut least) = (0, f64::MAX);
+            for step in 0..1000 {
+                let (began, previous) = (data.time(), x.clone());
+                let q = data.qpos();
+                let attitude = [q[3], q[4], q[5], q[6]];
+                data.step();
+                for (got, want) in wrench(&data, attitude).iter().zip(reference.force(began)) {
+                    assert!(
+                        (got - want).abs() < 1e-7,
+                        "{encoding:?} {kind} step {step}: {got} {want}"
+                    );
+                }
+                map.sample(data.qpos(), data.qvel(), [0.0; 3], Some(&previous), &mut x);
+                least = least.min(x[quaternion]);
+                let due = f64::from(samples + 1) * card.sample_period;
+                if data.time() > due - 1e-9 {
+                    let mut between = vec![0.0; map.len()];
+                    let fraction = ((due - began) / (data.time() - began)).min(1.0);
+                    map.between(&previous, &x, fraction, &mut between);
+                    reference.sample(due, &between);
+                    samples += 1;
+                }
+            }
+            assert!(
+                least < -0.3,
+                "the quaternion's sign was never put to the test: {least}"
+            );
+        }
     }
 }
 

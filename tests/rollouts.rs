@@ -141,13 +141,14 @@ fn the_wrench_inside_a_step_is_the_model_on_the_recorded_features() {
     let folder = tempfile::tempdir().unwrap();
     let path = b1_checkpoint(folder.path());
     let checkpoint = hydro_plugin::checkpoint::Checkpoint::load(&path).unwrap();
-    for (engine, kind) in [("fused", EngineKind::Fused), ("candle", EngineKind::Candle)] {
+    for kind in EngineKind::ALL {
+        let engine = kind.to_string();
         for run in &recorded().runs {
             let mut want = Reference::new(&checkpoint, kind, run.time[0], run.x.row(0));
             let (mut pairs, mut drift) = (Vec::new(), 0.0_f64);
             replay(
                 run,
-                &truth_with_plugin(&path, run.density, engine),
+                &truth_with_plugin(&path, run.density, &engine),
                 5,
                 |k, data, got| {
                     if k > 0 {

@@ -149,16 +149,17 @@ impl WholeTrajectories {
         })
     }
 
-    fn evaluate(&mut self) -> Vec<f64> {
-        self.engine
-            .trajectories(&self.x, &self.start, &mut self.scratch)
+    fn evaluate(&mut self) -> Result<Vec<f64>> {
+        Ok(self
+            .engine
+            .trajectories(&self.x, &self.start, &mut self.scratch)?)
     }
 }
 
 impl Contender for WholeTrajectories {
     /// The last force of the first trajectory.
     fn check(&mut self) -> Result<Vec<f64>> {
-        let (forces, outputs) = (self.evaluate(), self.engine.outputs());
+        let (forces, outputs) = (self.evaluate()?, self.engine.outputs());
         let length = forces.len() / (self.start.len() / outputs);
         Ok(forces[length - outputs..length].to_vec())
     }
@@ -166,7 +167,7 @@ impl Contender for WholeTrajectories {
     fn block(&mut self, count: usize) -> Result<Block> {
         let begin = Instant::now();
         for _ in 0..count {
-            black_box(self.evaluate());
+            black_box(self.evaluate()?);
         }
         Ok(Block::timed(begin.elapsed().as_secs_f64()))
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use candle_core::{Tensor, Var};
 use hydro_plugin::{
     model::{AttentionOde, AttentionOdeConfig, Parameters, Solver},
-    training::adamw::{AdamW, Step},
+    training::{AdamW, Step},
 };
 
 use crate::{error::Result, files, task::LessonFiles};

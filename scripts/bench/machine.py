@@ -53,7 +53,7 @@ def machine() -> dict:
     "vectors": vectors(set((fields.get("flags") or fields.get("Features", "")).split())),
     "caches": caches(),
     "memory_gib": round(int(total.split()[1]) / 2**20, 1),
-    "kernel": platform.release(),
+    "kernel": platform.release().split("-")[0],
     "python": platform.python_version(),
     "rustc": _output("rustc", "--version").removeprefix("rustc "),
     "packages": {name: _version(name) for name in PACKAGES},

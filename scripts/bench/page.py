@@ -1,7 +1,12 @@
 """`RESULTS.md`, from the records of the parts."""
 
+from pathlib import Path
+
 from .markdown import digits, table
 from .parts import PARTS
+
+#: What people wrote beside the numbers: why a target is missed, what was tried.
+REMARKS = Path(__file__).with_name("remarks.md")
 
 HEAD = """# Benchmarks: what was measured
 
@@ -27,19 +32,25 @@ def _runs(records: dict) -> str:
   return table(["part", "commit", "when", "taken by other programs", "run"], rows)
 
 
+#: Share of the machine taken by other programs beyond which a part's times say nothing of its targets.
+BUSY = 0.1
+
+
 def _targets(records: dict) -> str:
   rows = []
   for part, record in records.items():
+    busy = record["others"] > BUSY
     for target in PARTS[part].targets(record["groups"]):
       sign = "at least" if target.least else "at most"
-      rows.append([target.what, f"{sign} {target.limit:g}", digits(target.value), "met" if target.met else "**missed**"])
-  return table(["figure of the issue", "target", "measured", ""], rows)
+      verdict = "machine too busy to say" if busy and target.timed else "met" if target.met else "**missed**"
+      rows.append([target.what, f"{sign} {target.limit:g}", digits(target.value), verdict])
+  return table(["figure", "target", "measured", ""], rows)
 
 
 def page(records: dict) -> str:
   """The whole page; a part that has no record is left out."""
   machines = {_machine(record["machine"]): None for record in records.values()}
-  parts = [HEAD, "\n\n".join(machines) + "\n", _runs(records), "## Targets\n", _targets(records)]
+  parts = [HEAD, "\n\n".join(machines) + "\n", _runs(records), "## Targets\n", _targets(records), REMARKS.read_text()]
   groups = {part: record["groups"] for part, record in records.items()}
   for part, own in groups.items():
     module = PARTS[part]

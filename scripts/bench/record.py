@@ -11,7 +11,7 @@ SCHEMA = "hydro-bench/1"
 def _short(value):
   """Nine digits are more than a clock has, and single precision needs no more."""
   match value:
-    case float():
+    case float() if value == float(f"{value:.9g}") or not value.is_integer():
       return float(f"{value:.9g}")
     case dict():
       return {key: _short(each) for key, each in value.items()}

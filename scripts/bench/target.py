@@ -1,4 +1,4 @@
-"""What issue 4 asks for, and whether it is there."""
+"""What is aimed at, and whether it is there."""
 
 from dataclasses import dataclass
 
@@ -12,6 +12,8 @@ class Target:
   limit: float
   #: True where the value must not fall below the limit.
   least: bool = False
+  #: Whether the value rests on times.
+  timed: bool = True
 
   @property
   def met(self) -> bool:

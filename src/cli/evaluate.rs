@@ -34,7 +34,7 @@ pub(super) struct Args {
     /// Solver other than the card's: euler or rk4.
     #[arg(long)]
     solver: Option<Solver>,
-    /// fused or candle.
+    /// fused, fused-f16 or candle.
     #[arg(long, default_value_t = EngineKind::Fused)]
     engine: EngineKind,
     /// Print one JSON value and nothing else.
@@ -58,16 +58,24 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let split = data.split(&args.split, None)?;
     let engine = checkpoint.engine(args.engine, args.solver)?;
     let name = checkpoint.card.model.kind().to_owned();
-    let rows: Vec<(String, Box<Predict<'_, Infallible>>)> = vec![(
-        name,
-        predicted(predict_all(engine.as_ref(), &split, args.start)),
-    )];
+    let forces = predict_all(engine.as_ref(), &split, args.start)?;
+    let rounding = match args.engine {
+        EngineKind::FusedF16 => {
+            let single = checkpoint.engine(EngineKind::Fused, args.solver)?;
+            let single = predict_all(single.as_ref(), &split, args.start)?;
+            let std = &checkpoint.card.normaliser.output_std;
+            Some(distance(&forces, &single, std))
+        }
+        EngineKind::Fused | EngineKind::Candle => None,
+    };
+    let rows: Vec<(String, Box<Predict<'_, Infallible>>)> = vec![(name, predicted(forces))];
     let Ok(result) = open_loop(&rows, &split, &manifest.outputs, 0, &|_| ());
     let row = &result.rows[0];
     if args.json {
         return print_json(&serde_json::json!({
             "checkpoint": args.checkpoint, "data": args.data, "split": args.split, "start": args.start,
             "trajectories": result.trajectories, "outputs": result.outputs, "errors": row.errors,
+            "halves": rounding.map(|(rms, largest)| serde_json::json!({"rms": rms, "largest": largest})),
         }));
     }
     say!(
@@ -103,5 +111,28 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         "nRMSE, no buoyancy",
     ];
     say!("{}", table(&head, &axes));
+    if let Some((rms, largest)) = rounding {
+        say!(
+            "halves instead of single precision: {rms:.1e} rms, {largest:.1e} at most, in standard deviations of the \
+             output, worst axis"
+        );
+    }
     Ok(())
+}
+
+/// Root mean square of the worst axis, and the largest, of a - b [standard deviations of the output].
+fn distance(a: &[Vec<f64>], b: &[Vec<f64>], std: &[f64]) -> (f64, f64) {
+    let (mut squares, mut largest, mut count) = (vec![0.0; std.len()], 0.0f64, 0.0f64);
+    for (a, b) in a.iter().zip(b) {
+        for (a, b) in a.chunks_exact(std.len()).zip(b.chunks_exact(std.len())) {
+            count += 1.0;
+            for (((a, b), std), square) in a.iter().zip(b).zip(std).zip(&mut squares) {
+                let apart = (a - b).abs() / std;
+                *square += apart * apart;
+                largest = largest.max(apart);
+            }
+        }
+    }
+    let worst = squares.into_iter().fold(0.0, f64::max);
+    ((worst / count.max(1.0)).sqrt(), largest)
 }

@@ -61,7 +61,7 @@ pub(super) struct Args {
     /// Folder of the scenes b1_swim.xml, b1_box_fluid.xml, b1_truth_default.xml and b1.xml.
     #[arg(long, default_value = "mjcf")]
     scenes: PathBuf,
-    /// How the plugin evaluates the network: fused or candle.
+    /// How the plugin evaluates the network: fused, fused-f16 or candle.
     #[arg(long, default_value_t = EngineKind::Fused)]
     engine: EngineKind,
     /// Write the page with plots here (HTML, self-contained).
@@ -115,7 +115,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     progress.finish();
     let step_times = step_times(&contenders, &setup.rollouts.runs[0])?;
     let open = match &setup.data {
-        Some(data) => Some(open(&setup, data)?),
+        Some(data) => Some(open(&setup, data, args.engine)?),
         None => None,
     };
     let bounds = args
@@ -318,13 +318,13 @@ fn buoyant_model(scene: &Path, density: f64, fluid: bool) -> Result<Model, Simul
 }
 
 /// Open-loop errors on the test split, from the true force at the start as in the paper.
-fn open(setup: &Setup, data: &Data) -> anyhow::Result<OpenLoop> {
+fn open(setup: &Setup, data: &Data, engine: EngineKind) -> anyhow::Result<OpenLoop> {
     let (manifest, test) = (data.dataset.manifest(), &data.test);
     let layout = &manifest.features;
     let learned =
         |checkpoint: &Checkpoint, start| -> anyhow::Result<Box<Predict<'_, Infallible>>> {
-            let engine = checkpoint.engine(EngineKind::Fused, None)?;
-            Ok(predicted(predict_all(engine.as_ref(), test, start)))
+            let engine = checkpoint.engine(engine, None)?;
+            Ok(predicted(predict_all(engine.as_ref(), test, start)?))
         };
     let mut rows: Vec<(String, Box<Predict<'_, Infallible>>)> = vec![(
         setup.subject.clone(),

@@ -10,7 +10,7 @@ use crate::{
     drag::{Drag, DragFit},
     features::{Feature, FeatureLayout},
     frames::{Twist, Wrench},
-    model::{Engine, Scratch},
+    model::{Engine, ModelError, Scratch, TOGETHER},
     training::{Errors, InitialForce, Sums},
 };
 
@@ -93,17 +93,25 @@ pub fn open_loop<E>(
     })
 }
 
-/// Trajectories that one thread predicts together.
-const TOGETHER: usize = 16;
-
 /// Drives an engine along every trajectory, as the plugin would, on all cores: `[M][T * f]`.
-pub fn predict_all(engine: &dyn Engine, split: &Split, start: InitialForce) -> Vec<Vec<f64>> {
+///
+/// # Errors
+/// A split whose samples are not the engine's.
+pub fn predict_all(
+    engine: &dyn Engine,
+    split: &Split,
+    start: InitialForce,
+) -> Result<Vec<Vec<f64>>, ModelError> {
     let size = split.samples() * split.outputs();
-    let firsts: Vec<usize> = (0..split.len()).step_by(TOGETHER).collect();
-    firsts
+    let at_a_time = split
+        .len()
+        .div_ceil(rayon::current_num_threads())
+        .clamp(1, TOGETHER);
+    let firsts: Vec<usize> = (0..split.len()).step_by(at_a_time).collect();
+    let parts = firsts
         .into_par_iter()
         .map_init(Scratch::default, |scratch, first| {
-            let range = first..split.len().min(first + TOGETHER);
+            let range = first..split.len().min(first + at_a_time);
             let x: Vec<f64> = range
                 .clone()
                 .flat_map(|trajectory| split.x(trajectory))
@@ -112,13 +120,11 @@ pub fn predict_all(engine: &dyn Engine, split: &Split, start: InitialForce) -> V
             let begin: Vec<f64> = range
                 .flat_map(|trajectory| first_force(engine, split, trajectory, start, scratch))
                 .collect();
-            let forces = engine.trajectories(&x, &begin, scratch);
-            forces.chunks_exact(size).map(<[f64]>::to_vec).collect()
+            let forces = engine.trajectories(&x, &begin, scratch)?;
+            Ok(forces.chunks_exact(size).map(<[f64]>::to_vec).collect())
         })
-        .collect::<Vec<Vec<Vec<f64>>>>()
-        .into_iter()
-        .flatten()
-        .collect()
+        .collect::<Result<Vec<Vec<Vec<f64>>>, ModelError>>()?;
+    Ok(parts.into_iter().flatten().collect())
 }
 
 /// A contender whose trajectories were predicted before.

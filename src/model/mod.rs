@@ -29,7 +29,7 @@ pub use self::{
     adjoint::Adjoint,
     attention_ode::{AttentionOde, AttentionOdeConfig},
     encoding::{Encoder, Encoding},
-    engine::{Engine, EngineKind, Scratch},
+    engine::{Engine, EngineKind, Scratch, TOGETHER},
     mlp::{Mlp, MlpConfig},
     normaliser::Normaliser,
     parameters::Parameters,

@@ -9,7 +9,7 @@
 //! | `current` | m/s | velocity of the water, world x y z | 0 0 0 |
 //! | `joints` | | names of the card's joints in this model, in the card's order | the card's |
 //! | `solver` | | `euler` or `rk4` | the card's |
-//! | `engine` | | `fused` or `candle` | `fused` |
+//! | `engine` | | `fused`, `fused-f16` or `candle` | `fused` |
 //! | `initial_force` | N, N m | one number an output of the card, or `estimate` | `estimate` |
 //! | `wrench_scale` | | factors on the checkpoint's wrench, force x y z, torque x y z, body frame | 1 1 1 1 1 1 |
 
@@ -223,7 +223,7 @@ impl Settings {
             },
             engine: match value("engine") {
                 None => EngineKind::Fused,
-                Some(found) => choice("engine", found, "`fused` or `candle`")?,
+                Some(found) => choice("engine", found, "`fused`, `fused-f16` or `candle`")?,
             },
             initial_force: match value("initial_force") {
                 None => InitialForce::Estimate,

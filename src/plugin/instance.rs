@@ -171,12 +171,11 @@ pub struct Instance {
     density_notice: Option<Notice>,
 }
 
-/// Working memory a thread: two samples, a window, forces and the engine's own.
+/// Working memory a thread: two samples, forces and the engine's own.
 #[derive(Default)]
 struct Workspace {
     sample: Vec<f64>,
     between: Vec<f64>,
-    window: Vec<f64>,
     carried: Vec<f64>,
     scratch: Scratch,
 }
@@ -426,20 +425,16 @@ impl Instance {
             let Workspace {
                 sample,
                 between,
-                window: taken,
                 carried,
                 scratch,
             } = work;
             sample.resize(inputs, 0.0);
             between.resize(inputs, 0.0);
             carried.resize(outputs, 0.0);
-            taken.clear();
             let mut notice = None;
-            {
-                let latest = &state[state.len() - inputs..];
-                self.features
-                    .sample(moment.qpos, moment.qvel, moment.water, Some(latest), sample);
-            }
+            let previous = Some(&state[FORCES + 2 * outputs..][..inputs]);
+            self.features
+                .sample(moment.qpos, moment.qvel, moment.water, previous, sample);
             if !finite(sample) {
                 return Some(self.fault(state));
             }

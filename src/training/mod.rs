@@ -5,7 +5,7 @@
 //! integrated from the recorded force at its start; the gradient runs through the solver ([`crate::model`]).
 //! Nothing here prints: an [`Observer`] is told.
 
-pub mod adamw;
+mod adamw;
 mod config;
 mod device;
 mod log;
@@ -21,6 +21,7 @@ use std::{io, path::PathBuf};
 use thiserror::Error;
 
 pub use self::{
+    adamw::{AdamW, Step},
     config::{Labels, TrainConfig},
     device::{TrainDevice, UnknownDevice},
     log::LogRecord,

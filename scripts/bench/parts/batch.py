@@ -63,4 +63,5 @@ def targets(groups: dict) -> list[Target]:
   plugin = speed_up(outcomes, "plugin")
   return [Target(f"speed-up of 2 threads, plugin against {WATERS[water]}", float(np.median(plugin / speed_up(outcomes, water))), 0.95, least=True)
           for water in ("bare", "ellipsoid")] + [
-    Target("simulations that end in other bits than mj_step's", float(not identical(outcomes, "plugin")), 0)]
+    Target("contenders whose simulations end in other bits than mj_step's", float(sum(not identical(outcomes, water) for water in WATERS)),
+           0, timed=False)]

@@ -175,6 +175,9 @@ class Force(unittest.TestCase):
     ends = {solver: end(engine='fused', solver=solver) for solver in ('euler', 'rk4')}
     for solver, expected in ends.items():
       np.testing.assert_allclose(end(engine='candle', solver=solver), expected, rtol=1e-4, atol=1e-4)
+      halves = end(engine='fused-f16', solver=solver)
+      np.testing.assert_allclose(halves, expected, rtol=1e-2, atol=1e-2)
+      self.assertGreater(np.abs(halves - expected).max(), 0)
     self.assertGreater(np.abs(ends['euler'] - ends['rk4']).max(), 1e-3)
     np.testing.assert_array_equal(end(), ends['euler'])  # the card's
 

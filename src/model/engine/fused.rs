@@ -1,23 +1,20 @@
 //! A model stepped by our own products: no allocation, no threads, no Candle.
 
-use candle_core::Result;
 use pulp::Arch;
 
 use super::{
     super::{
-        ForceModel, Network,
+        ForceModel, ModelError, Network,
         encoding::Encoder,
         normaliser::Normaliser,
         solver::{Solver, Tableau},
     },
     Engine, SETTLED, SETTLING_STEPS, Scratch,
     past::{self, Past},
-    perceptron::{Buffers, Perceptron, Precision},
+    perceptron::{Perceptron, Precision},
     samples,
+    together::Together,
 };
-
-/// Trajectories that are stepped together: the weights are read once for all of them.
-const TOGETHER: usize = 16;
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -25,16 +22,17 @@ pub(crate) struct FusedEngine {
     /// The instructions of this machine, or those that a test asks for.
     pub(super) arch: Arch,
     encoder: Encoder,
-    normaliser: Normaliser,
-    field: Perceptron,
+    pub(super) normaliser: Normaliser,
+    pub(super) field: Perceptron,
     /// None for a memoryless model.
-    ode: Option<Ode>,
+    pub(super) ode: Option<Ode>,
 }
 
+/// What makes a force of the field's slopes.
 #[derive(Clone, Debug)]
-struct Ode {
+pub(super) struct Ode {
     solver: Solver,
-    past: Past,
+    pub(super) past: Past,
     field_sees_force: bool,
 }
 
@@ -47,16 +45,56 @@ impl Ode {
             Solver::Euler.tableau()
         }
     }
+
+    /// The forces move on by one step; each row of `input` [rows, inputs] holds h behind the force's place, and
+    /// `evaluate` is the field of all rows.
+    pub(super) fn step(
+        &self,
+        Stepped {
+            force,
+            slope,
+            change,
+        }: Stepped<'_>,
+        outputs: usize,
+        input: &mut [f32],
+        mut evaluate: impl FnMut(&[f32], &mut [f32]),
+    ) {
+        let tableau = self.tableau();
+        let width = input.len() / (force.len() / outputs);
+        slope.fill(0.0);
+        change.fill(0.0);
+        for (along, weight) in tableau.along_previous.iter().zip(tableau.weights) {
+            if self.field_sees_force {
+                for ((row, force), slope) in input
+                    .chunks_exact_mut(width)
+                    .zip(force.chunks_exact(outputs))
+                    .zip(slope.chunks_exact(outputs))
+                {
+                    for ((slot, force), slope) in row.iter_mut().zip(force).zip(slope) {
+                        *slot = force + *along as f32 * slope;
+                    }
+                }
+            }
+            evaluate(input, slope);
+            for (change, slope) in change.iter_mut().zip(slope.iter()) {
+                *change += *weight as f32 * slope;
+            }
+        }
+        for (force, change) in force.iter_mut().zip(change.iter()) {
+            *force += *change;
+        }
+    }
 }
 
-/// One step's buffers of a force [f].
-struct Slopes<'a> {
-    slope: &'a mut [f32],
-    change: &'a mut [f32],
+/// The forces of some rows [rows, f] and a step's buffers of them.
+pub(super) struct Stepped<'a> {
+    pub(super) force: &'a mut [f32],
+    pub(super) slope: &'a mut [f32],
+    pub(super) change: &'a mut [f32],
 }
 
 impl FusedEngine {
-    pub(crate) fn new(model: &ForceModel, precision: Precision) -> Result<Self> {
+    pub(crate) fn new(model: &ForceModel, precision: Precision) -> candle_core::Result<Self> {
         let (field, ode) = match &model.network {
             Network::AttentionOde(network) => {
                 let ode = Ode {
@@ -96,34 +134,6 @@ impl FusedEngine {
         });
     }
 
-    /// `force` moves on by one step; `input` holds h behind the force's place.
-    fn step(
-        &self,
-        ode: &Ode,
-        force: &mut [f32],
-        input: &mut [f32],
-        Slopes { slope, change }: Slopes<'_>,
-        layers: &mut [f32],
-    ) {
-        let tableau = ode.tableau();
-        slope.fill(0.0);
-        change.fill(0.0);
-        for (along, weight) in tableau.along_previous.iter().zip(tableau.weights) {
-            if ode.field_sees_force {
-                for ((slot, force), slope) in input.iter_mut().zip(force.iter()).zip(slope.iter()) {
-                    *slot = force + *along as f32 * slope;
-                }
-            }
-            self.field.evaluate(self.arch, input, slope, layers);
-            for (change, slope) in change.iter_mut().zip(slope.iter()) {
-                *change += *weight as f32 * slope;
-            }
-        }
-        for (force, change) in force.iter_mut().zip(change.iter()) {
-            *force += *change;
-        }
-    }
-
     /// Force after `steps` at most from `force` (in place), or g(x).
     fn advance(
         &self,
@@ -156,11 +166,14 @@ impl FusedEngine {
                     *slot = start(i, *value);
                 }
                 for _ in 0..steps {
-                    let slopes = Slopes {
+                    let stepped = Stepped {
+                        force: &mut *now,
                         slope: &mut *slope,
                         change: &mut *change,
                     };
-                    self.step(ode, now, input, slopes, layers);
+                    ode.step(stepped, field.outputs, input, |x, y| {
+                        self.field.evaluate(self.arch, x, y, layers);
+                    });
                     if change.iter().all(|change| change.abs() < SETTLED) {
                         break;
                     }
@@ -215,150 +228,13 @@ impl Engine for FusedEngine {
         self.advance(&memory, force, SETTLING_STEPS, scratch, |_, _| 0.0);
     }
 
-    fn trajectories(&self, x: &[f64], start: &[f64], scratch: &mut Scratch) -> Vec<f64> {
-        let (inputs, outputs) = (self.inputs(), self.outputs());
-        let samples = samples(self, x, start);
-        let mut forces = vec![0.0; samples * start.len()];
-        let mut together = Together::new(self, samples);
-        for ((x, start), forces) in x
-            .chunks((TOGETHER * samples * inputs).max(1))
-            .zip(start.chunks(TOGETHER * outputs))
-            .zip(forces.chunks_mut((TOGETHER * samples * outputs).max(1)))
-        {
-            together.run(x, start, forces, scratch);
-        }
-        forces
-    }
-}
-
-/// Some trajectories in lockstep: row by row the numbers of [`FusedEngine::advance`], bit for bit.
-struct Together<'a> {
-    engine: &'a FusedEngine,
-    field: super::perceptron::Batched<'a>,
-    samples: usize,
-    buffers: Buffers,
-    /// Memory of each row.
-    memory: Vec<f64>,
-    /// Field input, force, slope and change of each row.
-    input: Vec<f32>,
-    now: Vec<f32>,
-    slope: Vec<f32>,
-    change: Vec<f32>,
-}
-
-impl<'a> Together<'a> {
-    fn new(engine: &'a FusedEngine, samples: usize) -> Self {
-        Self {
-            engine,
-            field: engine.field.batched(),
-            samples,
-            buffers: Buffers::default(),
-            memory: Vec::new(),
-            input: Vec::new(),
-            now: Vec::new(),
-            slope: Vec::new(),
-            change: Vec::new(),
-        }
-    }
-
-    /// x [rows, T, n], F_0 [rows, f] -> F [rows, T, f].
-    fn run(&mut self, x: &[f64], start: &[f64], forces: &mut [f64], scratch: &mut Scratch) {
-        let engine = self.engine;
-        let (inputs, outputs) = (engine.inputs(), engine.outputs());
-        let rows = start.len() / outputs;
-        let memory = engine.memory_len();
-        self.memory.resize(rows * memory, 0.0);
-        self.input.resize(rows * engine.field.config.inputs, 0.0);
-        for numbers in [&mut self.now, &mut self.slope, &mut self.change] {
-            numbers.resize(rows * outputs, 0.0);
-        }
-        let mut carried = start.to_vec();
-        let samples = self.samples;
-        let put = |forces: &mut [f64], sample: usize, values: &[f64]| {
-            for (row, values) in values.chunks_exact(outputs).enumerate() {
-                forces[(row * samples + sample) * outputs..][..outputs].copy_from_slice(values);
-            }
-        };
-        for sample in 0..samples {
-            for (row, memory) in self.memory.chunks_exact_mut(memory).enumerate() {
-                let x = &x[(row * samples + sample) * inputs..][..inputs];
-                if sample == 0 {
-                    engine.start(x, memory);
-                } else {
-                    engine.observe(x, memory);
-                }
-            }
-            if engine.ode.is_some() {
-                put(forces, sample, &carried);
-            }
-            self.step(&mut carried, scratch);
-            if engine.ode.is_none() {
-                put(forces, sample, &carried);
-            }
-        }
-    }
-
-    /// `carried` [rows, f] becomes the force at the next sample, or g(x).
-    fn step(&mut self, carried: &mut [f64], scratch: &mut Scratch) {
-        let Self {
-            engine,
-            field,
-            buffers,
-            memory,
-            input,
-            now,
-            slope,
-            change,
-            ..
-        } = self;
-        let outputs = engine.outputs();
-        let width = engine.field.config.inputs;
-        let normaliser = &engine.normaliser;
-        let rows = || memory.chunks_exact(engine.memory_len());
-        match &engine.ode {
-            None => {
-                for (input, memory) in input.chunks_exact_mut(width).zip(rows()) {
-                    for (slot, z) in input.iter_mut().zip(&memory[1..]) {
-                        *slot = *z as f32;
-                    }
-                }
-                field.evaluate(input, now, buffers);
-            }
-            Some(ode) => {
-                let scratch = scratch.take(ode.past.scratch());
-                let sees = width - ode.past.latent_len();
-                for (input, memory) in input.chunks_exact_mut(width).zip(rows()) {
-                    ode.past
-                        .latent(engine.arch, memory, &mut input[sees..], scratch);
-                }
-                for (index, (now, carried)) in now.iter_mut().zip(carried.iter()).enumerate() {
-                    *now = normaliser.force(index % outputs, *carried);
-                }
-                let tableau = ode.tableau();
-                slope.fill(0.0);
-                change.fill(0.0);
-                for (along, weight) in tableau.along_previous.iter().zip(tableau.weights) {
-                    for ((input, now), slope) in input
-                        .chunks_exact_mut(width)
-                        .zip(now.chunks_exact(outputs))
-                        .zip(slope.chunks_exact(outputs))
-                    {
-                        for ((slot, now), slope) in input[..sees].iter_mut().zip(now).zip(slope) {
-                            *slot = now + *along as f32 * slope;
-                        }
-                    }
-                    field.evaluate(input, slope, buffers);
-                    for (change, slope) in change.iter_mut().zip(slope.iter()) {
-                        *change += *weight as f32 * slope;
-                    }
-                }
-                for (now, change) in now.iter_mut().zip(change.iter()) {
-                    *now += *change;
-                }
-            }
-        }
-        for (index, (carried, now)) in carried.iter_mut().zip(now.iter()).enumerate() {
-            *carried = normaliser.to_si(index % outputs, *now);
-        }
+    fn trajectories(
+        &self,
+        x: &[f64],
+        start: &[f64],
+        scratch: &mut Scratch,
+    ) -> Result<Vec<f64>, ModelError> {
+        let samples = samples(self, x, start)?;
+        Ok(Together::new(self, samples).run_all(x, start, scratch))
     }
 }

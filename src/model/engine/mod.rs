@@ -6,18 +6,22 @@ mod perceptron;
 mod reference;
 #[cfg(test)]
 mod tests;
+mod together;
 
 use std::{fmt, str::FromStr};
 
 use thiserror::Error;
+
+use super::ModelError;
 
 pub(crate) use self::{fused::FusedEngine, perceptron::Precision, reference::CandleEngine};
 
 /// A model ready to be stepped. Forces are SI [N, N m], features raw SI in the order of the card.
 ///
 /// What the model must know of the past is a slice of numbers that the caller keeps (the plugin: in MuJoCo's own
-/// state), so an engine is immutable and shared by any number of simulations. No locks, no threads; the fused engine
-/// does not allocate once `scratch` has grown.
+/// state), so an engine is immutable and shared by any number of simulations. No locks, no threads. In
+/// [`Engine::start`], [`Engine::observe`] and [`Engine::sample`] the fused engine does not allocate once `scratch` has
+/// grown.
 pub trait Engine: Send + Sync + fmt::Debug {
     /// n, features a sample.
     fn inputs(&self) -> usize;
@@ -52,9 +56,17 @@ pub trait Engine: Send + Sync + fmt::Debug {
     /// Whole trajectories of one length: `x` [B, T, n] and the forces carried to the first samples, `start` [B, f],
     /// -> the forces at the samples [B, T, f]. The past of the first sample is that sample. Some engines step them
     /// together, which gives the same numbers and is faster.
-    fn trajectories(&self, x: &[f64], start: &[f64], scratch: &mut Scratch) -> Vec<f64> {
+    ///
+    /// # Errors
+    /// Numbers that are not whole trajectories.
+    fn trajectories(
+        &self,
+        x: &[f64],
+        start: &[f64],
+        scratch: &mut Scratch,
+    ) -> Result<Vec<f64>, ModelError> {
         let (inputs, outputs) = (self.inputs(), self.outputs());
-        let samples = samples(self, x, start);
+        let samples = samples(self, x, start)?;
         let mut memory = vec![0.0; self.memory_len()];
         let (mut now, mut next) = (vec![0.0; outputs], vec![0.0; outputs]);
         let mut forces = Vec::with_capacity(samples * start.len());
@@ -74,14 +86,36 @@ pub trait Engine: Send + Sync + fmt::Debug {
                 carried.copy_from_slice(&next);
             }
         }
-        forces
+        Ok(forces)
     }
 }
 
+/// Trajectories that are best given to [`Engine::trajectories`] at a time.
+pub const TOGETHER: usize = 16;
+
 /// T of [`Engine::trajectories`].
-fn samples(engine: &(impl Engine + ?Sized), x: &[f64], start: &[f64]) -> usize {
-    let trajectories = start.len() / engine.outputs();
-    x.len() / (trajectories * engine.inputs()).max(1)
+fn samples(engine: &(impl Engine + ?Sized), x: &[f64], start: &[f64]) -> Result<usize, ModelError> {
+    let (inputs, outputs) = (engine.inputs(), engine.outputs());
+    let shape = |what, found: &[f64], expected| ModelError::Shape {
+        what,
+        found: vec![found.len()],
+        expected,
+    };
+    if !start.len().is_multiple_of(outputs) {
+        return Err(shape(
+            "the initial force",
+            start,
+            format!("[batch * {outputs}]"),
+        ));
+    }
+    let batch = start.len() / outputs;
+    if batch == 0 && x.is_empty() {
+        return Ok(0);
+    }
+    if batch == 0 || !x.len().is_multiple_of(batch * inputs) {
+        return Err(shape("x", x, format!("[{batch} * samples * {inputs}]")));
+    }
+    Ok(x.len() / (batch * inputs))
 }
 
 /// Steps after which [`Engine::estimate`] takes the force as settled.

@@ -1,12 +1,15 @@
 //! The field's layers, evaluated for one row or for many, with weights in f32 or in halves.
 
+use std::borrow::Cow;
+
 use candle_core::Result;
 use pulp::Arch;
 
 use super::super::{
     field::{Field, FieldConfig, Layers},
     kernel::{
-        BeyondHalf, HalfPanels, Panels, Real as _, multiply_row, multiply_row_half, pack_rows, silu,
+        BeyondHalf, HalfPanels, Panels, multiply_row, multiply_row_half, multiply_rows, pack_rows,
+        silu,
     },
 };
 
@@ -46,10 +49,10 @@ impl Weight {
         }
     }
 
-    fn widened(&self) -> Panels<f32> {
+    fn widened(&self) -> Cow<'_, Panels<f32>> {
         match self {
-            Self::Single(panels) => panels.clone(),
-            Self::Half(panels) => panels.widened(),
+            Self::Single(panels) => Cow::Borrowed(panels),
+            Self::Half(panels) => Cow::Owned(panels.widened()),
         }
     }
 }
@@ -68,7 +71,7 @@ pub(crate) struct Perceptron {
 #[derive(Debug)]
 pub(super) struct Batched<'a> {
     config: &'a FieldConfig,
-    layers: Vec<(Panels<f32>, &'a [f32])>,
+    layers: Vec<(Cow<'a, Panels<f32>>, &'a [f32])>,
     skip: Option<&'a Panels<f32>>,
 }
 
@@ -85,8 +88,13 @@ impl Perceptron {
         let Layers { layers, skip } = Layers::new(config, &field.flat()?.to_vec1::<f32>()?);
         let layers = layers
             .into_iter()
-            .map(|(panels, bias)| {
-                let weight = Weight::new(panels, precision).map_err(candle_core::Error::wrap)?;
+            .enumerate()
+            .map(|(index, (panels, bias))| {
+                let weight = Weight::new(panels, precision).map_err(|beyond| {
+                    candle_core::Error::Msg(format!(
+                        "layer {index} of the field: {beyond}; the engine `fused` holds it"
+                    ))
+                })?;
                 Ok((weight, bias))
             })
             .collect::<Result<_>>()?;
@@ -147,7 +155,7 @@ impl Perceptron {
 
 impl Batched<'_> {
     /// Y [rows, outputs] of X [rows, inputs]; each row as [`Perceptron::evaluate`] gives it, bit for bit.
-    pub(super) fn evaluate(&self, x: &[f32], y: &mut [f32], buffers: &mut Buffers) {
+    pub(super) fn evaluate(&self, arch: Arch, x: &[f32], y: &mut [f32], buffers: &mut Buffers) {
         let Buffers { packed, values } = buffers;
         let inputs = self.config.inputs;
         let rows = x.len() / inputs;
@@ -157,19 +165,19 @@ impl Batched<'_> {
                 let width = weight.columns();
                 values.clear();
                 values.extend((0..rows).flat_map(|_| bias.iter().copied()));
-                f32::multiply(values, rows, packed, weight);
-                f32::silu(values);
+                multiply_rows(arch, values, rows, packed, weight);
+                silu(arch, values);
                 pack_rows(packed, values, (rows, width), (width, 1));
             }
             let (weight, bias) = last;
             for y in y.chunks_exact_mut(weight.columns()) {
                 y.copy_from_slice(bias);
             }
-            f32::multiply(y, rows, packed, weight);
+            multiply_rows(arch, y, rows, packed, weight);
         }
         if let Some(skip) = self.skip {
             pack_rows(packed, x, (rows, inputs), (inputs, 1));
-            f32::multiply(y, rows, packed, skip);
+            multiply_rows(arch, y, rows, packed, skip);
         }
     }
 }

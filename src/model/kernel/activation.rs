@@ -52,13 +52,27 @@ fn gate<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     simd.div_f32s(one, simd.add_f32s(exponential(simd, simd.neg_f32s(x)), one))
 }
 
+/// `value` where x is above -104 or no number; 0 below, where silu and its slope are under 1e-43.
+#[inline(always)]
+fn unless_far_below<S: Simd>(simd: S, x: S::f32s, value: S::f32s) -> S::f32s {
+    let below = simd.less_than_f32s(x, simd.splat_f32s(-104.0));
+    simd.select_f32s(below, simd.splat_f32s(0.0), value)
+}
+
+/// silu(x).
+#[inline(always)]
+fn value<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    unless_far_below(simd, x, simd.mul_f32s(x, gate(simd, x)))
+}
+
 /// gradient * d silu(z)/dz. A function, not a closure: only what is inlined here is compiled for the vector unit.
 #[inline(always)]
 fn slope<S: Simd>(simd: S, z: S::f32s, gradient: S::f32s) -> S::f32s {
     let one = simd.splat_f32s(1.0);
     let gate = gate(simd, z);
     let slope = simd.mul_add_e_f32s(z, simd.sub_f32s(one, gate), one);
-    simd.mul_f32s(gradient, simd.mul_f32s(gate, slope))
+    let slope = unless_far_below(simd, z, simd.mul_f32s(gate, slope));
+    simd.mul_f32s(gradient, slope)
 }
 
 /// x -> silu(x), in place.
@@ -71,11 +85,11 @@ impl WithSimd for Silu<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let (vectors, rest) = S::as_mut_simd_f32s(self.0);
         for x in vectors {
-            *x = simd.mul_f32s(*x, gate(simd, *x));
+            *x = value(simd, *x);
         }
         if !rest.is_empty() {
             let x = simd.partial_load_f32s(rest);
-            simd.partial_store_f32s(rest, simd.mul_f32s(x, gate(simd, x)));
+            simd.partial_store_f32s(rest, value(simd, x));
         }
     }
 }

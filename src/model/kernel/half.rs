@@ -2,9 +2,10 @@
 //!
 //! AVX-512 widens halves by an instruction of its own. Elsewhere a half's sign, exponent and fraction, moved to their
 //! places in an f32, give the half's value times 2^-112: shifts and masks, in any vector unit that knows 32-bit
-//! integers. That power of two is taken back where it costs nothing, half of it from x and half from the sum, so that
-//! neither leaves the range of f32; powers of two do not round, hence the sums are those of [`super::row`] for the same
-//! weights, bit for bit, either way.
+//! integers. That power of two is taken back where it costs nothing, half of it from x and half from the sum. Powers of
+//! two do not round, hence either way the sums are those of [`super::row`] for the same weights, bit for bit, as long as
+//! |x| stays below 2^71 and sums are not below 2^-70 in size; beyond, the second way overflows to infinity, or loses
+//! digits of what is next to nothing.
 
 use half::f16;
 use pulp::{Arch, Simd, WithSimd};
@@ -34,7 +35,7 @@ pub(crate) struct HalfPanels {
 
 /// A weight that no half can hold.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
-#[error("a weight is {0}; halves reach to 65504")]
+#[error("a weight is {0}, halves reach to 65504")]
 pub(crate) struct BeyondHalf(pub(crate) f32);
 
 /// The nearest half that is zero or normal: subnormal ones would be denormal once moved, which some processors
@@ -284,6 +285,75 @@ fn panels<W: Widen, const G: usize>(
                 if let Some(y) = y.get_mut(column) {
                     *y = row[lane] * W::ROOT;
                 }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::kernel::{instruction_sets, multiply_row as multiply_row_single};
+
+    #[test]
+    fn halves_are_the_nearest_ones_that_are_zero_or_normal() {
+        let least = 2f32.powi(-14);
+        let cases = [
+            (0.0, 0.0),
+            (1.0 + 2f32.powi(-12), 1.0),
+            (1.0 + 3.0 * 2f32.powi(-12), 1.0 + 2f32.powi(-10)),
+            (least, least),
+            (0.75 * least, least),
+            (-0.5 * least, -least),
+            (0.49 * least, 0.0),
+            (65519.0, 65504.0),
+            (-65504.0, -65504.0),
+        ];
+        for (value, want) in cases {
+            assert_eq!(rounded(value).expect("in range").to_f32(), want, "{value}");
+        }
+        for value in [65520.0, -1e30, f32::INFINITY] {
+            assert_eq!(rounded(value), Err(BeyondHalf(value)));
+        }
+        assert!(rounded(f32::NAN).is_err());
+    }
+
+    /// Every half that is zero or normal, in every place of a panel.
+    #[test]
+    fn every_half_is_widened_as_it_is() {
+        let all: Vec<f32> = (0..=u16::MAX)
+            .map(f16::from_bits)
+            .filter(|half| half.is_normal() || half.to_bits() == 0)
+            .map(f16::to_f32)
+            .collect();
+        let columns = PANEL + 5;
+        for arch in instruction_sets() {
+            for shift in [0, 1, 17] {
+                for weights in all[shift..].chunks_exact(columns) {
+                    let panels = Panels::new(weights, 1, columns);
+                    let halves = HalfPanels::new(&panels).expect("in range");
+                    assert_eq!(halves.columns(), columns);
+                    let mut y = vec![0.0; columns];
+                    multiply_row(arch, &mut y, &[1.0], &halves);
+                    assert_eq!(y, weights, "{arch:?}");
+                    let mut y = vec![0.0; columns];
+                    multiply_row_single(arch, &mut y, &[1.0], &halves.widened());
+                    assert_eq!(y, weights, "{arch:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn large_and_small_numbers_keep_their_digits() {
+        let panels = Panels::new(&[0.5f32; 3 * 40], 3, 40);
+        let halves = HalfPanels::new(&panels).expect("in range");
+        for arch in instruction_sets() {
+            for x in [[1e20, -3e20, 1.0], [1e-20, 3e-21, -1e-20]] {
+                let (mut y, mut want) = (vec![0.0; 40], vec![0.0; 40]);
+                multiply_row(arch, &mut y, &x, &halves);
+                multiply_row_single(arch, &mut want, &x, &panels);
+                assert_eq!(y, want, "{arch:?}");
             }
         }
     }

@@ -72,6 +72,11 @@ pub(crate) fn multiply_row(arch: Arch, y: &mut [f32], x: &[f32], b: &Panels<f32>
     arch.dispatch(RowProduct { y, x, b });
 }
 
+/// C [rows,n] += A B with A packed by [`pack_rows`], in the instructions of `arch`.
+pub(crate) fn multiply_rows(arch: Arch, c: &mut [f32], rows: usize, a: &[f32], b: &Panels<f32>) {
+    arch.dispatch(Product { c, rows, a, b });
+}
+
 /// [`multiply_row`] with weights in halves: bit for bit what it gives for the same numbers in f32.
 pub(crate) fn multiply_row_half(arch: Arch, y: &mut [f32], x: &[f32], b: &HalfPanels) {
     debug_assert_eq!((x.len(), y.len()), (b.depth, b.columns));
@@ -106,11 +111,11 @@ impl Real for f32 {
     }
 
     fn multiply(c: &mut [Self], rows: usize, a: &[Self], b: &Panels<Self>) {
-        Arch::new().dispatch(Product { c, rows, a, b });
+        multiply_rows(Arch::new(), c, rows, a, b);
     }
 
     fn silu(values: &mut [Self]) {
-        Arch::new().dispatch(Silu(values));
+        silu(Arch::new(), values);
     }
 
     fn silu_backward(z: &mut [Self], gradient: &[Self]) {
@@ -157,6 +162,20 @@ impl Real for f64 {
     }
 }
 
+/// Every instruction set that the kernels have and this machine too; the portable one first.
+#[cfg(test)]
+pub(crate) fn instruction_sets() -> Vec<Arch> {
+    let mut sets = vec![Arch::Scalar];
+    #[cfg(target_arch = "x86_64")]
+    {
+        sets.extend(pulp::x86::V3::try_new().map(Arch::V3));
+        sets.extend(pulp::x86::V4::try_new().map(Arch::V4));
+    }
+    #[cfg(target_arch = "aarch64")]
+    sets.extend(pulp::aarch64::Neon::try_new().map(Arch::Neon));
+    sets
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -167,29 +186,39 @@ mod tests {
     }
 
     #[test]
-    fn products_agree_with_the_definition_and_between_one_row_and_many() {
-        for (m, k, n) in [(1, 1, 1), (5, 7, 3), (16, 300, 70), (9, 34, 136)] {
+    fn products_agree_with_the_definition_between_one_row_and_many_and_between_vector_units() {
+        let sizes = [(1, 1, 1), (5, 7, 3), (16, 300, 70), (9, 34, 136)];
+        let heights = (1..=9).map(|rows| (rows, 40, 33));
+        for (m, k, n) in sizes.into_iter().chain(heights) {
             let (a, w) = (ramp(m * k, 0.7), ramp(n * k, 1.3));
             let b = Panels::transposed(&w, k, n);
             let mut packed = Vec::new();
             pack_rows(&mut packed, &a, (m, k), (k, 1));
-            let mut c = ramp(m * n, 0.1);
-            let start = c.clone();
-            f32::multiply(&mut c, m, &packed, &b);
-            for row in 0..m {
-                let mut y = start[row * n..][..n].to_vec();
-                multiply_row(Arch::new(), &mut y, &a[row * k..][..k], &b);
-                assert_eq!(y, c[row * n..][..n], "row {row} of {m}x{k}x{n}");
-                for (column, got) in y.iter().enumerate() {
-                    let exact: f64 = (0..k)
-                        .map(|i| f64::from(a[row * k + i]) * f64::from(w[column * k + i]))
-                        .sum::<f64>()
-                        + f64::from(start[row * n + column]);
-                    assert!(
-                        (f64::from(*got) - exact).abs() < 1e-4,
-                        "{got} against {exact}"
-                    );
+            let start = ramp(m * n, 0.1);
+            let mut found: Vec<Vec<f32>> = Vec::new();
+            for arch in instruction_sets() {
+                let mut c = start.clone();
+                multiply_rows(arch, &mut c, m, &packed, &b);
+                for row in 0..m {
+                    let mut y = start[row * n..][..n].to_vec();
+                    multiply_row(arch, &mut y, &a[row * k..][..k], &b);
+                    assert_eq!(y, c[row * n..][..n], "row {row} of {m}x{k}x{n}, {arch:?}");
+                    for (column, got) in y.iter().enumerate() {
+                        let exact: f64 = (0..k)
+                            .map(|i| f64::from(a[row * k + i]) * f64::from(w[column * k + i]))
+                            .sum::<f64>()
+                            + f64::from(start[row * n + column]);
+                        assert!(
+                            (f64::from(*got) - exact).abs() < 1e-4,
+                            "{got} against {exact}"
+                        );
+                    }
                 }
+                found.push(c);
+            }
+            // The portable path rounds products before it adds them.
+            for pair in found[1..].windows(2) {
+                assert_eq!(pair[0], pair[1], "{m}x{k}x{n}");
             }
         }
     }
@@ -214,25 +243,59 @@ mod tests {
     fn silu_and_its_derivative_are_exact_to_single_precision() {
         let x: Vec<f32> = (-2000..=2000)
             .map(|i| i as f32 * 0.0517)
-            .chain([0.0, 1e30, -1e30, f32::MAX])
+            .chain([0.0, 1e30, -1e30, f32::MAX, f32::MIN, 1e-40, -1e-40])
             .collect();
-        let mut y = x.clone();
-        silu(Arch::new(), &mut y);
-        let mut slope = x.clone();
-        f32::silu_backward(&mut slope, &vec![1.0; x.len()]);
-        for ((x, y), slope) in x.iter().zip(&y).zip(&slope) {
-            let x = f64::from(*x);
-            let gate = 1.0 / (1.0 + (-x).exp());
-            assert!(
-                (f64::from(*y) - x * gate).abs() <= 3e-7 * x.abs().max(1e-20),
-                "silu({x}) = {y}"
-            );
-            if x.abs() < 100.0 {
+        for arch in instruction_sets() {
+            let (mut y, mut slope) = (x.clone(), x.clone());
+            silu(arch, &mut y);
+            arch.dispatch(SiluBackward(&mut slope, &vec![1.0; x.len()]));
+            for ((x, y), slope) in x.iter().zip(&y).zip(&slope) {
+                let (x, y, slope) = (f64::from(*x), f64::from(*y), f64::from(*slope));
+                let gate = 1.0 / (1.0 + (-x).exp());
+                let exact = x * gate;
+                assert!(
+                    (y - exact).abs() <= 3e-7 * exact.abs() + 1e-35,
+                    "{arch:?}: silu({x}) = {y}"
+                );
                 let exact = gate * (1.0 + x * (1.0 - gate));
                 assert!(
-                    (f64::from(*slope) - exact).abs() < 1e-6,
-                    "slope({x}) = {slope}, not {exact}"
+                    (slope - exact).abs() < 1e-6,
+                    "{arch:?}: slope({x}) = {slope}, not {exact}"
                 );
+            }
+            let mut none = [f32::NAN; 5];
+            silu(arch, &mut none);
+            assert!(
+                none.iter().all(|y| y.is_nan()),
+                "{arch:?} hides what is no number"
+            );
+        }
+    }
+
+    #[test]
+    fn a_softmax_of_scores_far_apart_is_a_choice() {
+        struct Softmax<'a>(&'a mut [f32]);
+        impl pulp::WithSimd for Softmax<'_> {
+            type Output = ();
+
+            #[inline(always)]
+            fn with_simd<S: pulp::Simd>(self, simd: S) {
+                softmax(simd, self.0);
+            }
+        }
+        for arch in instruction_sets() {
+            for len in [1, 3, 16, 37] {
+                let mut values: Vec<f32> = (0..len).map(|i| -1e5 * i as f32 + 3e4).collect();
+                arch.dispatch(Softmax(&mut values));
+                assert!((values[0] - 1.0).abs() < 1e-6, "{arch:?}: {values:?}");
+                assert!(values[1..].iter().all(|value| *value < 1e-30));
+                let mut values: Vec<f32> = (0..len).map(|i| (i as f32).sin()).collect();
+                let exact: Vec<f64> = values.iter().map(|v| f64::from(*v).exp()).collect();
+                let sum: f64 = exact.iter().sum();
+                arch.dispatch(Softmax(&mut values));
+                for (value, exact) in values.iter().zip(exact) {
+                    assert!((f64::from(*value) - exact / sum).abs() < 1e-6);
+                }
             }
         }
     }

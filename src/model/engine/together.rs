@@ -1,0 +1,142 @@
+//! Whole trajectories in lockstep: the field's weights are read once for all of them.
+//!
+//! Row by row the numbers of the single step, bit for bit, for the products give the same for one row and for many.
+
+use super::{
+    Engine as _, Scratch, TOGETHER,
+    fused::{FusedEngine, Stepped},
+    perceptron::{Batched, Buffers},
+};
+
+/// Some trajectories of one length.
+pub(super) struct Together<'a> {
+    engine: &'a FusedEngine,
+    field: Batched<'a>,
+    samples: usize,
+    buffers: Buffers,
+    /// Memory of each row.
+    memory: Vec<f64>,
+    /// Field input, force, slope and change of each row.
+    input: Vec<f32>,
+    now: Vec<f32>,
+    slope: Vec<f32>,
+    change: Vec<f32>,
+}
+
+impl<'a> Together<'a> {
+    pub(super) fn new(engine: &'a FusedEngine, samples: usize) -> Self {
+        Self {
+            engine,
+            field: engine.field.batched(),
+            samples,
+            buffers: Buffers::default(),
+            memory: Vec::new(),
+            input: Vec::new(),
+            now: Vec::new(),
+            slope: Vec::new(),
+            change: Vec::new(),
+        }
+    }
+
+    /// x [B, T, n], F_0 [B, f] -> F [B, T, f], [`TOGETHER`] at a time.
+    pub(super) fn run_all(mut self, x: &[f64], start: &[f64], scratch: &mut Scratch) -> Vec<f64> {
+        let (inputs, outputs) = (self.engine.inputs(), self.engine.outputs());
+        let mut forces = vec![0.0; self.samples * start.len()];
+        for ((x, start), forces) in x
+            .chunks((TOGETHER * self.samples * inputs).max(1))
+            .zip(start.chunks(TOGETHER * outputs))
+            .zip(forces.chunks_mut((TOGETHER * self.samples * outputs).max(1)))
+        {
+            self.run(x, start, forces, scratch);
+        }
+        forces
+    }
+
+    fn run(&mut self, x: &[f64], start: &[f64], forces: &mut [f64], scratch: &mut Scratch) {
+        let (engine, samples) = (self.engine, self.samples);
+        let (inputs, outputs) = (engine.inputs(), engine.outputs());
+        let rows = start.len() / outputs;
+        let memory = engine.memory_len();
+        self.memory.resize(rows * memory, 0.0);
+        self.input.resize(rows * engine.field.config.inputs, 0.0);
+        for numbers in [&mut self.now, &mut self.slope, &mut self.change] {
+            numbers.resize(rows * outputs, 0.0);
+        }
+        let put = |forces: &mut [f64], sample: usize, values: &[f64]| {
+            for (row, values) in values.chunks_exact(outputs).enumerate() {
+                forces[(row * samples + sample) * outputs..][..outputs].copy_from_slice(values);
+            }
+        };
+        let mut carried = start.to_vec();
+        for sample in 0..samples {
+            for (row, memory) in self.memory.chunks_exact_mut(memory).enumerate() {
+                let x = &x[(row * samples + sample) * inputs..][..inputs];
+                if sample == 0 {
+                    engine.start(x, memory);
+                } else {
+                    engine.observe(x, memory);
+                }
+            }
+            if engine.ode.is_some() {
+                put(forces, sample, &carried);
+            }
+            self.step(&mut carried, scratch);
+            if engine.ode.is_none() {
+                put(forces, sample, &carried);
+            }
+        }
+    }
+
+    /// `carried` [rows, f] becomes the force at the next sample, or g(x).
+    fn step(&mut self, carried: &mut [f64], scratch: &mut Scratch) {
+        let Self {
+            engine,
+            field,
+            buffers,
+            memory,
+            input,
+            now,
+            slope,
+            change,
+            ..
+        } = self;
+        let outputs = engine.outputs();
+        let width = engine.field.config.inputs;
+        let normaliser = &engine.normaliser;
+        let rows = input
+            .chunks_exact_mut(width)
+            .zip(memory.chunks_exact(engine.memory_len()));
+        match &engine.ode {
+            None => {
+                for (input, memory) in rows {
+                    for (slot, z) in input.iter_mut().zip(&memory[1..]) {
+                        *slot = *z as f32;
+                    }
+                }
+                field.evaluate(engine.arch, input, now, buffers);
+            }
+            Some(ode) => {
+                let scratch = scratch.take(ode.past.scratch());
+                let sees = width - ode.past.latent_len();
+                for (input, memory) in rows {
+                    ode.past
+                        .latent(engine.arch, memory, &mut input[sees..], scratch);
+                }
+                for (index, (now, carried)) in now.iter_mut().zip(carried.iter()).enumerate() {
+                    *now = normaliser.force(index % outputs, *carried);
+                }
+                let stepped = Stepped {
+                    force: now,
+                    slope,
+                    change,
+                };
+                ode.step(stepped, outputs, input, |x, y| {
+                    field.evaluate(engine.arch, x, y, buffers);
+                });
+            }
+        }
+        for (index, (carried, now)) in carried.iter_mut().zip(now.iter()).enumerate() {
+            *carried = normaliser.to_si(index % outputs, *now);
+        }
+    }
+}
