@@ -258,9 +258,9 @@ fn panels<W: Widen, const G: usize>(
         // The sums' columns, gathered from y and put back.
         let mut tile = [[0.0; PANEL]; G];
         for (row, y) in tile.iter_mut().zip(y.chunks(PANEL)) {
-            for lane in 0..2 * lanes {
+            for (lane, slot) in row[..2 * lanes].iter_mut().enumerate() {
                 let column = W::column(pair, lane >= lanes, lane % lanes);
-                row[lane] = y.get(column).map_or(0.0, |y| y / W::ROOT);
+                *slot = y.get(column).map_or(0.0, |y| y / W::ROOT);
             }
         }
         let mut sums = [[simd.splat_f32s(0.0); 2]; G];
@@ -280,10 +280,10 @@ fn panels<W: Widen, const G: usize>(
             let (vectors, _) = W::Vector::as_mut_simd_f32s(row);
             vectors[0] = sum[0];
             vectors[1] = sum[1];
-            for lane in 0..2 * lanes {
+            for (lane, sum) in row[..2 * lanes].iter().enumerate() {
                 let column = W::column(pair, lane >= lanes, lane % lanes);
                 if let Some(y) = y.get_mut(column) {
-                    *y = row[lane] * W::ROOT;
+                    *y = sum * W::ROOT;
                 }
             }
         }
