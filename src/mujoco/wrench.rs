@@ -31,8 +31,8 @@ use crate::{
     effects::{EffectSet, Entry},
     frames::Wrench,
     plugin::{
-        Base, Bound, Carrier, Instance, InstanceKey, Notice, Registry, Settings, SetupError,
-        attributes, instance, search::SearchPath,
+        Base, Bound, Carrier, Handle, Instance, InstanceKey, Notice, Registry, Settings,
+        SetupError, attributes, instance, search::SearchPath,
     },
 };
 
@@ -138,7 +138,7 @@ pub(super) fn carrying_bodies(model: ModelView<'_>) -> Vec<String> {
 pub(super) struct Applied {
     pub(super) body: usize,
     pub(super) wrench: Wrench,
-    carrier: Arc<Carrier>,
+    carrier: Handle,
 }
 
 /// The wrench of an instance's checkpoint at the state of `data`: pure but for a note on a cold start.
@@ -175,7 +175,7 @@ pub(super) fn applied(data: &mut DataView<'_>, id: usize) -> Option<Applied> {
 /// An instance that has effects.
 pub(super) struct Carrying {
     pub(super) id: usize,
-    carrier: Arc<Carrier>,
+    carrier: Handle,
 }
 
 /// The instances that have effects, in MuJoCo's order.
@@ -258,20 +258,18 @@ fn body_of(model: ModelView<'_>, instance: usize) -> Option<usize> {
 }
 
 /// The instance behind `plugin_data`; made again from the attributes where this process lacks it.
-fn held(data: &mut DataView<'_>, id: usize) -> Option<Arc<Carrier>> {
+fn held(data: &mut DataView<'_>, id: usize) -> Option<Handle> {
     let bits = data.plugin_data()[id];
     if bits == BROKEN {
         return None;
     }
-    if let Some(instance) =
-        InstanceKey::from_bits(bits as u64).and_then(|key| Registry::global().get(key))
-    {
+    if let Some(instance) = InstanceKey::from_bits(bits as u64).and_then(Handle::of) {
         return Some(instance);
     }
     match set_up(data.model(), id) {
         Ok((key, instance)) => {
             data.plugin_data_mut()[id] = key.to_bits() as usize;
-            Some(instance)
+            Some(Handle::new(instance))
         }
         Err(refusal) => {
             data.plugin_data_mut()[id] = BROKEN;

@@ -10,7 +10,10 @@ use std::{
     hash::Hash,
     num::NonZeroU64,
     path::{Path, PathBuf},
-    sync::{Arc, Mutex, PoisonError, RwLock, Weak},
+    sync::{
+        Arc, Mutex, PoisonError, RwLock, Weak,
+        atomic::{AtomicU64, Ordering},
+    },
     time::SystemTime,
 };
 
@@ -115,6 +118,8 @@ pub struct Registry {
     checkpoints: Mutex<HashMap<PathBuf, (Stamp, Arc<Loaded>)>>,
     engines: Mutex<HashMap<EngineKey, Weak<dyn Engine>>>,
     instances: RwLock<Instances>,
+    /// How often instances were forgotten.
+    forgotten: AtomicU64,
 }
 
 impl Registry {
@@ -217,6 +222,11 @@ impl Registry {
             .map(|held| Arc::clone(&held.instance))
     }
 
+    /// How often instances were forgotten: while this stays, whoever holds one may go on with it.
+    pub fn forgotten(&self) -> u64 {
+        self.forgotten.load(Ordering::Acquire)
+    }
+
     /// Counts one user less; of the instances without users the latest few are kept.
     pub fn release(&self, key: InstanceKey) {
         let mut instances = self
@@ -239,6 +249,7 @@ impl Registry {
         let surplus = idle.len().saturating_sub(MOST_IDLE);
         for (_, key) in &idle[..surplus] {
             instances.held.remove(key);
+            self.forgotten.fetch_add(1, Ordering::Release);
         }
     }
 

@@ -179,9 +179,9 @@ class Swim(System):
         return LearnedWater(_checkpoint(), 1)
 
     def plugin_state(self):
-        # Phase, count, two times, two forces, the latest features and the window of them; zeros: cold.
+        # Phase, count, two times, two forces, the latest features; the newest slot and the window of inputs. Zeros: cold.
         net = _checkpoint()
-        return 4 + 12 + net.features * (1 + net.window)
+        return 4 + 12 + net.features + 1 + net.window * len(net.mean)
 
     def drive(self, rng, model, schedule, style):
         m, rows, period = schedule.trials, schedule.rows, schedule.period * schedule.speed
