@@ -290,8 +290,13 @@ impl WithSimd for Attend<'_> {
             for (weight, z) in weights.iter_mut().zip(samples.chunks_exact(stride)) {
                 *weight = dot(query, z);
             }
-            for (lag, bias) in lag_bias.iter().enumerate() {
-                weights[(newest + window - lag) % window] += bias;
+            // Lag 0 stands in the newest slot, and lags run backwards through the ring.
+            let (first, rest) = lag_bias.split_at(newest + 1);
+            for (weight, bias) in weights[..=newest].iter_mut().rev().zip(first) {
+                *weight += bias;
+            }
+            for (weight, bias) in weights[newest + 1..].iter_mut().rev().zip(rest) {
+                *weight += bias;
             }
             softmax(simd, weights);
             mean.fill(0.0);
