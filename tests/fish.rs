@@ -19,10 +19,15 @@ use hydro_plugin::{
 };
 use reference::Reference;
 
-/// Memory of the test checkpoint.
+/// Memory of the test checkpoint in an engine.
+fn memory_in(checkpoint: &Checkpoint, kind: EngineKind) -> usize {
+    instance::state_len(&*checkpoint.engine(kind, None).unwrap())
+}
+
+/// Memory of the test checkpoint in the engine that is the default.
+#[cfg(not(mujoco_plugins))]
 fn memory(checkpoint: &Checkpoint) -> usize {
-    let engine = checkpoint.engine(EngineKind::Fused, None).unwrap();
-    instance::state_len(&*engine)
+    memory_in(checkpoint, EngineKind::default())
 }
 
 fn asks(checkpoint: &Checkpoint) -> Asks {
@@ -30,7 +35,12 @@ fn asks(checkpoint: &Checkpoint) -> Asks {
         Asks::Plugin
     } else {
         Asks::Custom {
-            userdata: memory(checkpoint),
+            // Enough for any engine.
+            userdata: EngineKind::ALL
+                .into_iter()
+                .map(|kind| memory_in(checkpoint, kind))
+                .max()
+                .unwrap(),
         }
     }
 }
