@@ -32,6 +32,15 @@ impl Solver {
     /// Every method, for error messages and help texts.
     pub const ALL: [Self; 2] = [Self::Euler, Self::Rk4];
 
+    /// The stages of a step. A field that is not given the force has the same slope at each, so one is enough.
+    pub(crate) fn stages(self, field_sees_force: bool) -> Tableau {
+        if field_sees_force {
+            self.tableau()
+        } else {
+            Self::Euler.tableau()
+        }
+    }
+
     /// ```text
     /// Euler  0 |        RK4   0  |
     ///        --+---           1/2| 1/2

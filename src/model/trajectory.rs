@@ -34,7 +34,7 @@ use super::{
     attention::contiguous,
     field::{FieldConfig, Layers},
     kernel::{Panels, Real, pack_rows},
-    solver::{Solver, Tableau},
+    solver::Solver,
 };
 
 /// Trajectories that a thread integrates together.
@@ -124,15 +124,6 @@ impl Trajectory {
         }
     }
 
-    /// The stages of a step. A field that is not given the force has the same slope at each, so one is enough.
-    fn tableau(&self) -> Tableau {
-        if self.field_sees_force {
-            self.solver.tableau()
-        } else {
-            Solver::Euler.tableau()
-        }
-    }
-
     /// Columns of the field's input that hold the force.
     fn force_columns(&self) -> usize {
         if self.field_sees_force {
@@ -209,7 +200,7 @@ impl Trajectory {
         } = sizes;
         let rows = forces.len() / ((steps + 1) * force);
         let sees = self.force_columns();
-        let tableau = self.tableau();
+        let tableau = self.solver.stages(self.field_sees_force);
         let (mut work, mut slope) = (Work::default(), vec![T::default(); rows * force]);
         let mut input = vec![T::default(); rows * self.field.inputs];
         for step in 0..steps {
@@ -309,7 +300,7 @@ impl Trajectory {
         let rows = forces.len() / ((steps + 1) * force);
         let inputs = self.field.inputs;
         let sees = self.force_columns();
-        let tableau = self.tableau();
+        let tableau = self.solver.stages(self.field_sees_force);
         let stages = tableau.weights.len();
         let length = (SEGMENT / stages).max(1);
         // The end of a step from which its stages start, and their direction.

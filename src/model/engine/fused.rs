@@ -4,10 +4,7 @@ use pulp::Arch;
 
 use super::{
     super::{
-        ForceModel, ModelError, Network,
-        encoding::Encoder,
-        normaliser::Normaliser,
-        solver::{Solver, Tableau},
+        ForceModel, ModelError, Network, encoding::Encoder, normaliser::Normaliser, solver::Solver,
     },
     Engine, SETTLED, SETTLING_STEPS, Scratch,
     past::{self, Past},
@@ -37,15 +34,6 @@ pub(super) struct Ode {
 }
 
 impl Ode {
-    /// The stages of a step. A field that is not given the force has the same slope at each, so one is enough.
-    fn tableau(&self) -> Tableau {
-        if self.field_sees_force {
-            self.solver.tableau()
-        } else {
-            Solver::Euler.tableau()
-        }
-    }
-
     /// The forces move on by one step; each row of `input` [rows, inputs] holds h behind the force's place, and
     /// `evaluate` is the field of all rows.
     pub(super) fn step(
@@ -59,7 +47,7 @@ impl Ode {
         input: &mut [f32],
         mut evaluate: impl FnMut(&[f32], &mut [f32]),
     ) {
-        let tableau = self.tableau();
+        let tableau = self.solver.stages(self.field_sees_force);
         let width = input.len() / (force.len() / outputs);
         slope.fill(0.0);
         change.fill(0.0);
