@@ -10,6 +10,7 @@ pub mod attention_ode;
 pub mod encoding;
 pub mod engine;
 pub mod field;
+mod field_rows;
 mod kernel;
 pub mod mlp;
 pub mod normaliser;

@@ -23,8 +23,8 @@
 //! evaluated again, all steps at once, since every F_k is known. Only the transposed products walk the time in
 //! order; the gradients of the weights are products over all rows of a segment.
 //!
-//! The batch is cut in chunks of fixed size, summed in their order: the result does not depend on the number
-//! of threads.
+//! The batch is cut in chunks, summed in their order; its size alone sets theirs, so the result does not depend on
+//! the number of threads. The products over rows are [`super::field_rows`]'s.
 
 use candle_core::{CpuStorage, CustomOp3, DType, Layout, Result, Shape, Tensor, WithDType as _};
 use rayon::prelude::*;
@@ -32,15 +32,23 @@ use rayon::prelude::*;
 use super::{
     adjoint::Adjoint,
     attention::contiguous,
-    field::{FieldConfig, Layers},
-    kernel::{Panels, Real, pack_rows},
+    field::FieldConfig,
+    field_rows::{FieldRows, Tape, Work},
+    kernel::Real,
     solver::Solver,
 };
 
-/// Trajectories that a thread integrates together.
-const CHUNK: usize = 16;
-/// Steps times stages whose activations are held at a time: with CHUNK rows each, one block of the kernel.
+/// Steps times stages whose activations are held at a time: with 16 rows each, one block of the kernel.
 const SEGMENT: usize = 16;
+
+/// Terms of a running sum that are one product.
+const BLOCK: usize = 16 * SEGMENT;
+
+/// Trajectories that a thread integrates together: enough to share each reading of the weights, few enough that a
+/// small batch still makes work for two threads. Of the batch alone, so that the sums have one order everywhere.
+fn chunk(batch: usize) -> usize {
+    if batch > 16 { 16 } else { 8 }
+}
 
 /// The operation: F_0 [B, f], h [B, S, l], weights of the field (flat) -> F [B, S+1, f].
 #[derive(Clone, Debug)]
@@ -60,68 +68,12 @@ struct Sizes {
     latent: usize,
 }
 
-/// Weights for the way forward and for the way back.
-struct Weights<T> {
-    forward: Layers<T>,
-    /// Per layer W, as stored [outputs, inputs].
-    backward: Vec<Panels<T>>,
-    /// A.
-    skip: Option<Panels<T>>,
-}
-
-/// Buffers of a pass over the layers.
-#[derive(Default)]
-struct Work<T> {
-    packed: Vec<T>,
-    panels: Panels<T>,
-    values: Vec<T>,
-}
-
-/// Per hidden layer, z (later dL/dz) and silu(z) of a set of rows.
-#[derive(Default)]
-struct Hidden<T> {
-    z: Vec<Vec<T>>,
-    activation: Vec<Vec<T>>,
-}
-
-/// What the derivative needs of a set of rows.
-#[derive(Default)]
-struct Tape<T> {
-    input: Vec<T>,
-    hidden: Hidden<T>,
-    /// dL/dy.
-    output: Vec<T>,
-}
-
 impl Trajectory {
     /// Applies the operation.
     pub(crate) fn apply(self, start: &Tensor, latent: &Tensor, weights: &Tensor) -> Result<Tensor> {
         start
             .contiguous()?
             .apply_op3(&latent.contiguous()?, weights, self)
-    }
-
-    fn weights<T: Real>(&self, flat: &[T], backward: bool) -> Weights<T> {
-        let forward = Layers::new(&self.field, flat);
-        let mut panels = Vec::new();
-        let mut at = 0;
-        for (inputs, outputs) in self.field.layers() {
-            if backward {
-                panels.push(Panels::new(
-                    &flat[at..][..inputs * outputs],
-                    outputs,
-                    inputs,
-                ));
-            }
-            at += (inputs + 1) * outputs;
-        }
-        let skip = (backward && self.field.skip)
-            .then(|| Panels::new(&flat[at..], self.field.outputs, self.field.inputs));
-        Weights {
-            forward,
-            backward: panels,
-            skip,
-        }
     }
 
     /// Columns of the field's input that hold the force.
@@ -133,62 +85,10 @@ impl Trajectory {
         }
     }
 
-    /// `out` = field of `rows` inputs; the hidden layers go to `tape` from its row `at` on.
-    fn evaluate<T: Real>(
-        &self,
-        layers: &Layers<T>,
-        input: &[T],
-        out: &mut Vec<T>,
-        work: &mut Work<T>,
-        mut tape: Option<(&mut Hidden<T>, usize)>,
-    ) {
-        let rows = input.len() / self.field.inputs;
-        let last = layers.layers.len() - 1;
-        pack_rows(
-            &mut work.packed,
-            input,
-            (rows, self.field.inputs),
-            (self.field.inputs, 1),
-        );
-        for (index, (weight, bias)) in layers.layers.iter().enumerate() {
-            let width = weight.columns();
-            let values = if index == last {
-                &mut *out
-            } else {
-                &mut work.values
-            };
-            values.clear();
-            for _ in 0..rows {
-                values.extend_from_slice(bias);
-            }
-            T::multiply(values, rows, &work.packed, weight);
-            if index == last {
-                break;
-            }
-            if let Some((hidden, at)) = &mut tape {
-                hidden.z[index][*at * width..][..rows * width].copy_from_slice(values);
-            }
-            T::silu(values);
-            if let Some((hidden, at)) = &mut tape {
-                hidden.activation[index][*at * width..][..rows * width].copy_from_slice(values);
-            }
-            pack_rows(&mut work.packed, values, (rows, width), (width, 1));
-        }
-        if let Some(skip) = &layers.skip {
-            pack_rows(
-                &mut work.packed,
-                input,
-                (rows, self.field.inputs),
-                (self.field.inputs, 1),
-            );
-            T::multiply(out, rows, &work.packed, skip);
-        }
-    }
-
     /// One chunk: `forces` [rows, S+1, f] with the start in place, h [rows, S, l].
     fn forward_chunk<T: Real>(
         &self,
-        weights: &Weights<T>,
+        field: &FieldRows<'_, T>,
         sizes: Sizes,
         forces: &mut [T],
         latent: &[T],
@@ -215,7 +115,7 @@ impl Trajectory {
                         *slot = now[i] + T::real(*along) * slope[row * force + i];
                     }
                 }
-                self.evaluate(&weights.forward, &input, &mut slope, &mut work, None);
+                field.evaluate(&input, &mut slope, &mut work, None);
                 for (change, slope) in change.iter_mut().zip(&slope) {
                     *change += T::real(*weight) * *slope;
                 }
@@ -232,7 +132,7 @@ impl Trajectory {
     /// [`Trajectory::forward_chunk`] of a field that is not given the force: a running sum, its terms one product.
     fn forward_sum<T: Real>(
         &self,
-        weights: &Weights<T>,
+        field: &FieldRows<'_, T>,
         sizes: Sizes,
         forces: &mut [T],
         latent: &[T],
@@ -247,9 +147,9 @@ impl Trajectory {
             .chunks_exact_mut((steps + 1) * force)
             .zip(latent.chunks_exact(steps * width))
         {
-            for (part, latent) in latent.chunks(CHUNK * SEGMENT * width).enumerate() {
-                self.evaluate(&weights.forward, latent, &mut slopes, &mut work, None);
-                let first = part * CHUNK * SEGMENT * force;
+            for (part, latent) in latent.chunks(BLOCK * width).enumerate() {
+                field.evaluate(latent, &mut slopes, &mut work, None);
+                let first = part * BLOCK * force;
                 for (i, slope) in slopes.iter().enumerate() {
                     forces[first + i + force] = forces[first + i] + *slope;
                 }
@@ -264,20 +164,20 @@ impl Trajectory {
             force,
             latent: width,
         } = sizes;
-        let weights = self.weights(flat, false);
-        let row = (steps + 1) * force;
+        let field = FieldRows::new(&self.field, flat, false);
+        let (row, chunk) = ((steps + 1) * force, chunk(start.len() / force));
         let mut forces = vec![T::default(); start.len() / force * row];
         for (row, start) in forces.chunks_exact_mut(row).zip(start.chunks_exact(force)) {
             row[..force].copy_from_slice(start);
         }
         forces
-            .par_chunks_mut(CHUNK * row)
-            .zip(latent.par_chunks(CHUNK * steps * width))
+            .par_chunks_mut(chunk * row)
+            .zip(latent.par_chunks(chunk * steps * width))
             .for_each(|(forces, latent)| {
                 if self.field_sees_force {
-                    self.forward_chunk(&weights, sizes, forces, latent);
+                    self.forward_chunk(&field, sizes, forces, latent);
                 } else {
-                    self.forward_sum(&weights, sizes, forces, latent);
+                    self.forward_sum(&field, sizes, forces, latent);
                 }
             });
         forces
@@ -286,7 +186,7 @@ impl Trajectory {
     /// One chunk of the adjoint: gradients of F_0 (into the front of `gradient`'s rows), of h, of the weights.
     fn backward_chunk<T: Real>(
         &self,
-        weights: &Weights<T>,
+        field: &FieldRows<'_, T>,
         sizes: Sizes,
         (forces, latent): (&[T], &[T]),
         gradient: &mut [T],
@@ -338,17 +238,17 @@ impl Trajectory {
                     }
                 }
                 let hidden = Some((&mut tape.hidden, stage * block));
-                self.evaluate(&weights.forward, input, &mut slope, &mut work, hidden);
+                field.evaluate(input, &mut slope, &mut work, hidden);
             }
 
             if sees == 0 {
                 self.walk_sum(sizes, (first, end), gradient, &mut tape.output);
-                self.transpose(weights, &mut tape, 0, block, &mut stage_gradient, &mut work);
+                field.transpose(&mut tape, 0, block, &mut stage_gradient, &mut work);
                 for (index, part) in stage_gradient.chunks_exact(width).enumerate() {
                     let (step, row) = (first + index / rows, index % rows);
                     d_latent[(row * steps + step) * width..][..width].copy_from_slice(part);
                 }
-                self.accumulate(&tape, block, &mut d_weights, &mut work);
+                field.accumulate(&tape, block, &mut d_weights, &mut work);
                 continue;
             }
             // Back in time, step by step.
@@ -380,7 +280,7 @@ impl Trajectory {
                             *upstream = T::real(own) * next[i] + T::real(along) * through;
                         }
                     }
-                    self.transpose(weights, &mut tape, at, rows, &mut stage_gradient, &mut work);
+                    field.transpose(&mut tape, at, rows, &mut stage_gradient, &mut work);
                     for (total, part) in total.iter_mut().zip(&stage_gradient) {
                         *total += *part;
                     }
@@ -395,7 +295,7 @@ impl Trajectory {
                     }
                 }
             }
-            self.accumulate(&tape, stages * block, &mut d_weights, &mut work);
+            field.accumulate(&tape, stages * block, &mut d_weights, &mut work);
         }
         d_weights
     }
@@ -422,87 +322,6 @@ impl Trajectory {
         }
     }
 
-    /// `out` = J^T (dL/dy) of `rows` rows from `at` on; leaves dL/dz of the hidden layers in the tape.
-    fn transpose<T: Real>(
-        &self,
-        weights: &Weights<T>,
-        tape: &mut Tape<T>,
-        at: usize,
-        rows: usize,
-        out: &mut Vec<T>,
-        work: &mut Work<T>,
-    ) {
-        let outputs = self.field.outputs;
-        let upstream = &tape.output[at * outputs..][..rows * outputs];
-        pack_rows(&mut work.packed, upstream, (rows, outputs), (outputs, 1));
-        out.clear();
-        out.resize(rows * self.field.inputs, T::default());
-        if let Some(skip) = &weights.skip {
-            T::multiply(out, rows, &work.packed, skip);
-        }
-        for (layer, weight) in weights.backward.iter().enumerate().rev() {
-            let columns = weight.columns();
-            if layer == 0 {
-                T::multiply(out, rows, &work.packed, weight);
-                break;
-            }
-            work.values.clear();
-            work.values.resize(rows * columns, T::default());
-            T::multiply(&mut work.values, rows, &work.packed, weight);
-            let z = &mut tape.hidden.z[layer - 1][at * columns..][..rows * columns];
-            T::silu_backward(z, &work.values);
-            pack_rows(&mut work.packed, z, (rows, columns), (columns, 1));
-        }
-    }
-
-    /// Gradients of the weights over all rows of a tape, in the order of [`super::field::Field::flat`].
-    fn accumulate<T: Real>(
-        &self,
-        tape: &Tape<T>,
-        rows: usize,
-        d_weights: &mut [T],
-        work: &mut Work<T>,
-    ) {
-        let mut rest = d_weights;
-        let last = self.field.hidden.len();
-        let mut product = |d: &[T], width: usize, x: &[T], depth: usize, out: &mut [T]| {
-            // dW [width, depth] += d^T x over the rows.
-            pack_rows(&mut work.packed, d, (width, rows), (1, width));
-            work.panels.pack(x, rows, depth, depth);
-            T::multiply(out, width, &work.packed, &work.panels);
-        };
-        for (layer, (depth, width)) in self.field.layers().into_iter().enumerate() {
-            let d = if layer == last {
-                &tape.output
-            } else {
-                &tape.hidden.z[layer]
-            };
-            let x = if layer == 0 {
-                &tape.input
-            } else {
-                &tape.hidden.activation[layer - 1]
-            };
-            let (weight, tail) = rest.split_at_mut(depth * width);
-            let (bias, tail) = tail.split_at_mut(width);
-            product(d, width, x, depth, weight);
-            for row in d.chunks_exact(width) {
-                for (sum, value) in bias.iter_mut().zip(row) {
-                    *sum += *value;
-                }
-            }
-            rest = tail;
-        }
-        if self.field.skip {
-            product(
-                &tape.output,
-                self.field.outputs,
-                &tape.input,
-                self.field.inputs,
-                rest,
-            );
-        }
-    }
-
     fn backward<T: Real>(
         &self,
         [start, latent, flat, forces, gradient]: [&Tensor; 5],
@@ -514,20 +333,21 @@ impl Trajectory {
             latent: width,
         } = sizes;
         let values = |tensor: &Tensor| tensor.flatten_all()?.to_vec1::<T>();
-        let weights = self.weights(&values(flat)?, true);
+        let field = FieldRows::new(&self.field, &values(flat)?, true);
         let (h, f) = (values(latent)?, values(forces)?);
         let mut g = values(gradient)?;
         let mut d_latent = vec![T::default(); h.len()];
         let row = (steps + 1) * force;
+        let chunk = chunk(g.len() / row);
         let parts: Vec<Vec<T>> = g
-            .par_chunks_mut(CHUNK * row)
-            .zip(d_latent.par_chunks_mut(CHUNK * steps * width))
+            .par_chunks_mut(chunk * row)
+            .zip(d_latent.par_chunks_mut(chunk * steps * width))
             .zip(
-                f.par_chunks(CHUNK * row)
-                    .zip(h.par_chunks(CHUNK * steps * width)),
+                f.par_chunks(chunk * row)
+                    .zip(h.par_chunks(chunk * steps * width)),
             )
             .map(|((gradient, d_latent), (forces, latent))| {
-                self.backward_chunk(&weights, sizes, (forces, latent), gradient, d_latent)
+                self.backward_chunk(&field, sizes, (forces, latent), gradient, d_latent)
             })
             .collect();
         let mut d_flat = vec![T::default(); self.field.count()];
@@ -556,21 +376,6 @@ impl Trajectory {
             force,
             latent,
         })
-    }
-}
-
-impl<T: Real> Tape<T> {
-    /// Room for `rows` rows, whatever they hold: every number is written before it is read. Memory is kept from
-    /// segment to segment, for fresh pages cost more than the products of a small field.
-    fn resize(&mut self, field: &FieldConfig, rows: usize) {
-        self.input.resize(rows * field.inputs, T::default());
-        self.output.resize(rows * field.outputs, T::default());
-        for layers in [&mut self.hidden.z, &mut self.hidden.activation] {
-            layers.resize_with(field.hidden.len(), Vec::new);
-            for (values, width) in layers.iter_mut().zip(&field.hidden) {
-                values.resize(rows * width, T::default());
-            }
-        }
     }
 }
 
