@@ -58,6 +58,7 @@ mod tests {
     use crate::model::{
         Solver,
         field::{Field, FieldConfig},
+        kept::{Kept, Mark},
         parameters::Parameters,
         trajectory::Trajectory,
     };
@@ -104,6 +105,8 @@ mod tests {
             solver,
             field_sees_force: true,
             adjoint,
+            kept: Kept::default(),
+            mark: Mark::new(),
         }
     }
 

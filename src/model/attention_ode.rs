@@ -20,6 +20,7 @@ use super::{
     attention::{Attention, AttentionConfig},
     encoding::Encoding,
     field::{Field, FieldConfig},
+    kept::{Kept, Mark},
     operations::Operations,
     solver::Solver,
     tensor_trajectory::step,
@@ -93,6 +94,7 @@ pub struct AttentionOde {
     /// W_h [l, E], b_h [l].
     pub(crate) latent: (Tensor, Tensor),
     pub(crate) field: Field,
+    kept: Kept,
 }
 
 impl AttentionOde {
@@ -131,6 +133,7 @@ impl AttentionOde {
             mix: linear("mix", config.embedding, config.embedding, 1.0)?,
             latent: linear("latent", config.embedding, config.latent, 1.0)?,
             field: Field::new(field, vb.pp("field"))?,
+            kept: Kept::default(),
             config: config.clone(),
         })
     }
@@ -206,6 +209,8 @@ impl AttentionOde {
             solver,
             field_sees_force: self.config.field_sees_force,
             adjoint,
+            kept: self.kept.clone(),
+            mark: Mark::new(),
         };
         let weights = self.field.flat()?;
         match operations {
@@ -338,6 +343,38 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+
+    /// What was kept is found; after another way forward it is not, and is evaluated again: the same bits.
+    #[test]
+    fn kept_activations_are_those_evaluated_again() {
+        for (skip, solver) in [(true, Solver::Euler), (false, Solver::Rk4)] {
+            let (model, vars) = model(&small(true, skip));
+            let (z, start) = inputs();
+            let gradients = |disturbed: bool| {
+                let loss = loss(&model, &z, &start, solver).expect("runs");
+                if disturbed {
+                    let other = (start.as_tensor() * 2.0).expect("scaled");
+                    model
+                        .forward(&z, &other, solver, Adjoint::Discrete)
+                        .expect("runs");
+                }
+                let found = loss.backward().expect("derives");
+                let numbers = |var: &Var| {
+                    let gradient = found.get(var).expect("a gradient");
+                    gradient
+                        .flatten_all()
+                        .and_then(|t| t.to_vec1::<f64>())
+                        .expect("numbers")
+                };
+                vars.iter().map(|(_, var)| numbers(var)).collect::<Vec<_>>()
+            };
+            let kept = gradients(false);
+            assert!(kept.iter().flatten().any(|value| *value != 0.0));
+            assert_eq!(kept, gradients(true), "{solver}");
+            // And once more from the memory of the former.
+            assert_eq!(kept, gradients(false), "{solver}");
         }
     }
 

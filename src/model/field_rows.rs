@@ -35,6 +35,67 @@ pub(crate) struct Hidden<T> {
     activation: Vec<Vec<T>>,
 }
 
+/// Who is told of the hidden layers while a field is evaluated.
+pub(crate) trait Record<T> {
+    /// z of a layer, all rows.
+    fn z(&mut self, layer: usize, values: &[T]);
+    /// silu(z) of a layer, all rows.
+    fn activation(&mut self, layer: usize, values: &[T]) {
+        let _ = (layer, values);
+    }
+}
+
+/// Nobody.
+impl<T> Record<T> for () {
+    fn z(&mut self, _: usize, _: &[T]) {}
+}
+
+/// The rows of [`Hidden`] from one on.
+impl<T: Real> Record<T> for (&mut Hidden<T>, usize, &FieldConfig) {
+    fn z(&mut self, layer: usize, values: &[T]) {
+        let at = self.1 * self.2.hidden[layer];
+        self.0.z[layer][at..][..values.len()].copy_from_slice(values);
+    }
+
+    fn activation(&mut self, layer: usize, values: &[T]) {
+        let at = self.1 * self.2.hidden[layer];
+        self.0.activation[layer][at..][..values.len()].copy_from_slice(values);
+    }
+}
+
+/// z alone, layer after layer.
+impl<T: Real> Record<T> for &mut Vec<T> {
+    fn z(&mut self, _: usize, values: &[T]) {
+        self.extend_from_slice(values);
+    }
+}
+
+impl<T: Real> Hidden<T> {
+    /// Takes z of `rows` rows from `at` on out of what a `&mut Vec<T>` recorded of them, and returns the rest.
+    pub(crate) fn recall<'a>(
+        &mut self,
+        field: &FieldConfig,
+        at: usize,
+        rows: usize,
+        mut recorded: &'a [T],
+    ) -> &'a [T] {
+        for (z, width) in self.z.iter_mut().zip(&field.hidden) {
+            let (own, rest) = recorded.split_at(rows * width);
+            z[at * width..][..own.len()].copy_from_slice(own);
+            recorded = rest;
+        }
+        recorded
+    }
+
+    /// silu(z) of all rows.
+    pub(crate) fn activate(&mut self) {
+        for (activation, z) in self.activation.iter_mut().zip(&self.z) {
+            activation.copy_from_slice(z);
+            T::silu(activation);
+        }
+    }
+}
+
 /// What the derivative needs of a set of rows.
 #[derive(Default)]
 pub(crate) struct Tape<T> {
@@ -70,13 +131,13 @@ impl<'a, T: Real> FieldRows<'a, T> {
         }
     }
 
-    /// `out` = field of `rows` inputs; the hidden layers go to `tape` from its row `at` on.
+    /// `out` = field of all rows of `input`; `record` is told of the hidden layers.
     pub(crate) fn evaluate(
         &self,
         input: &[T],
         out: &mut Vec<T>,
         work: &mut Work<T>,
-        mut tape: Option<(&mut Hidden<T>, usize)>,
+        mut record: impl Record<T>,
     ) {
         let rows = input.len() / self.config.inputs;
         let last = self.forward.layers.len() - 1;
@@ -101,13 +162,9 @@ impl<'a, T: Real> FieldRows<'a, T> {
             if index == last {
                 break;
             }
-            if let Some((hidden, at)) = &mut tape {
-                hidden.z[index][*at * width..][..rows * width].copy_from_slice(values);
-            }
+            record.z(index, values);
             T::silu(values);
-            if let Some((hidden, at)) = &mut tape {
-                hidden.activation[index][*at * width..][..rows * width].copy_from_slice(values);
-            }
+            record.activation(index, values);
             pack_rows(&mut work.packed, values, (rows, width), (width, 1));
         }
         if let Some(skip) = &self.forward.skip {

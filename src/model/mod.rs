@@ -11,6 +11,7 @@ pub mod encoding;
 pub mod engine;
 pub mod field;
 mod field_rows;
+mod kept;
 mod kernel;
 pub mod mlp;
 pub mod normaliser;

@@ -339,7 +339,10 @@ mod tests {
     use candle_core::{DType, Device, Var};
 
     use super::*;
-    use crate::model::field::FieldConfig;
+    use crate::model::{
+        field::FieldConfig,
+        kept::{Kept, Mark},
+    };
 
     /// Force, latent, trajectories (two chunks of the kernels) and steps (several segments).
     const SIZE: [usize; 4] = [2, 5, 18, SEGMENT + 11];
@@ -370,6 +373,8 @@ mod tests {
             solver,
             field_sees_force,
             adjoint: Adjoint::Discrete,
+            kept: Kept::default(),
+            mark: Mark::new(),
         }
     }
 

@@ -19,9 +19,11 @@
 //!
 //! A field that is not given the force makes a running sum, whose products are batched over the whole time, both ways.
 //!
-//! Backward keeps nothing from the way forward but the forces themselves: the stages of a segment of steps are
-//! evaluated again, all steps at once, since every F_k is known. Only the transposed products walk the time in
-//! order; the gradients of the weights are products over all rows of a segment.
+//! Where they are small enough, the way back finds the hidden layers before their activation kept from the way forward
+//! ([`super::kept`]). Where not, it has the forces alone: the stages of a segment of steps are evaluated again, all
+//! steps at once, since every F_k is known; bit for bit the same numbers, in memory that does not grow with the steps.
+//! Only the transposed products walk the time in order; the gradients of the weights are products over all rows of a
+//! segment.
 //!
 //! The batch is cut in chunks, summed in their order; its size alone sets theirs, so the result does not depend on
 //! the number of threads. The products over rows are [`super::field_rows`]'s.
@@ -34,6 +36,7 @@ use super::{
     attention::contiguous,
     field::FieldConfig,
     field_rows::{FieldRows, Tape, Work},
+    kept::{Kept, Mark, worth_keeping},
     kernel::Real,
     solver::Solver,
 };
@@ -58,6 +61,9 @@ pub(crate) struct Trajectory {
     /// Whether the field is given [F; h], or h alone.
     pub(crate) field_sees_force: bool,
     pub(crate) adjoint: Adjoint,
+    /// Where hidden layers are kept for the way back, and what they are known by.
+    pub(crate) kept: Kept,
+    pub(crate) mark: Mark,
 }
 
 /// Sizes of one call.
@@ -85,12 +91,26 @@ impl Trajectory {
         }
     }
 
-    /// One chunk: `forces` [rows, S+1, f] with the start in place, h [rows, S, l].
+    /// Numbers of one trajectory that are kept: step by step and stage by stage its hidden layers and its slope.
+    fn kept_len(&self, steps: usize) -> usize {
+        let stages = self.solver.stages(self.field_sees_force).weights.len();
+        steps * stages * (self.field.hidden.iter().sum::<usize>() + self.field.outputs)
+    }
+
+    /// Whether the way back of so many trajectories takes what the way forward kept. The stages of the continuous
+    /// adjoint are others, and a running sum is one product either way.
+    fn keeps(&self, batch: usize, steps: usize) -> bool {
+        self.field_sees_force
+            && self.adjoint == Adjoint::Discrete
+            && worth_keeping(batch * self.kept_len(steps))
+    }
+
+    /// One chunk: `forces` [rows, S+1, f] with the start in place, h [rows, S, l]; `kept` takes what is kept.
     fn forward_chunk<T: Real>(
         &self,
         field: &FieldRows<'_, T>,
         sizes: Sizes,
-        forces: &mut [T],
+        (forces, mut kept): (&mut [T], Option<&mut Vec<T>>),
         latent: &[T],
     ) {
         let Sizes {
@@ -103,6 +123,10 @@ impl Trajectory {
         let tableau = self.solver.stages(self.field_sees_force);
         let (mut work, mut slope) = (Work::default(), vec![T::default(); rows * force]);
         let mut input = vec![T::default(); rows * self.field.inputs];
+        if let Some(kept) = &mut kept {
+            kept.clear();
+            kept.reserve_exact(rows * self.kept_len(steps));
+        }
         for step in 0..steps {
             let mut change = vec![T::default(); rows * force];
             for (row, input) in input.chunks_exact_mut(self.field.inputs).enumerate() {
@@ -115,7 +139,13 @@ impl Trajectory {
                         *slot = now[i] + T::real(*along) * slope[row * force + i];
                     }
                 }
-                field.evaluate(&input, &mut slope, &mut work, None);
+                match &mut kept {
+                    Some(kept) => {
+                        field.evaluate(&input, &mut slope, &mut work, &mut **kept);
+                        kept.extend_from_slice(&slope);
+                    }
+                    None => field.evaluate(&input, &mut slope, &mut work, ()),
+                }
                 for (change, slope) in change.iter_mut().zip(&slope) {
                     *change += T::real(*weight) * *slope;
                 }
@@ -148,7 +178,7 @@ impl Trajectory {
             .zip(latent.chunks_exact(steps * width))
         {
             for (part, latent) in latent.chunks(BLOCK * width).enumerate() {
-                field.evaluate(latent, &mut slopes, &mut work, None);
+                field.evaluate(latent, &mut slopes, &mut work, ());
                 let first = part * BLOCK * force;
                 for (i, slope) in slopes.iter().enumerate() {
                     forces[first + i + force] = forces[first + i] + *slope;
@@ -165,30 +195,38 @@ impl Trajectory {
             latent: width,
         } = sizes;
         let field = FieldRows::new(&self.field, flat, false);
-        let (row, chunk) = ((steps + 1) * force, chunk(start.len() / force));
+        let batch = start.len() / force;
+        let (row, chunk) = ((steps + 1) * force, chunk(batch));
         let mut forces = vec![T::default(); start.len() / force * row];
         for (row, start) in forces.chunks_exact_mut(row).zip(start.chunks_exact(force)) {
             row[..force].copy_from_slice(start);
         }
-        forces
+        let chunks = forces
             .par_chunks_mut(chunk * row)
-            .zip(latent.par_chunks(chunk * steps * width))
-            .for_each(|(forces, latent)| {
-                if self.field_sees_force {
-                    self.forward_chunk(&field, sizes, forces, latent);
-                } else {
-                    self.forward_sum(&field, sizes, forces, latent);
-                }
+            .zip(latent.par_chunks(chunk * steps * width));
+        if self.keeps(batch, steps) {
+            let mut kept = self.kept.memory::<T>(batch.div_ceil(chunk));
+            chunks.zip(&mut kept).for_each(|((forces, latent), kept)| {
+                self.forward_chunk(&field, sizes, (forces, Some(kept)), latent);
             });
+            self.kept.put(Some(self.mark), kept);
+        } else if self.field_sees_force {
+            chunks.for_each(|(forces, latent)| {
+                self.forward_chunk(&field, sizes, (forces, None), latent);
+            });
+        } else {
+            chunks.for_each(|(forces, latent)| self.forward_sum(&field, sizes, forces, latent));
+        }
         forces
     }
 
-    /// One chunk of the adjoint: gradients of F_0 (into the front of `gradient`'s rows), of h, of the weights.
+    /// One chunk of the adjoint: gradients of F_0 (into the front of `gradient`'s rows), of h, of the weights. `kept`
+    /// is what [`Trajectory::forward_chunk`] left, if it is still there.
     fn backward_chunk<T: Real>(
         &self,
         field: &FieldRows<'_, T>,
         sizes: Sizes,
-        (forces, latent): (&[T], &[T]),
+        (forces, latent, kept): (&[T], &[T], Option<&Vec<T>>),
         gradient: &mut [T],
         d_latent: &mut [T],
     ) -> Vec<T> {
@@ -208,6 +246,7 @@ impl Trajectory {
             Adjoint::Discrete => (0, 1.0),
             Adjoint::Continuous => (1, -1.0),
         };
+        let row_len = self.kept_len(1) / stages;
         let mut d_weights = vec![T::default(); self.field.count()];
         let mut work = Work::default();
         let mut slope = Vec::new();
@@ -220,7 +259,7 @@ impl Trajectory {
             let count = end - first;
             let block = count * rows;
 
-            // The stages (again), all steps of the segment at once; rows are ordered (stage, step, trajectory).
+            // The stages, all steps of the segment at once; rows are ordered (stage, step, trajectory).
             tape.resize(&self.field, stages * block);
             for (stage, along) in tableau.along_previous.iter().enumerate() {
                 let input = &mut tape.input[stage * block * inputs..][..block * inputs];
@@ -237,8 +276,21 @@ impl Trajectory {
                         *slot = now[i] + T::real(*along * sign) * before;
                     }
                 }
-                let hidden = Some((&mut tape.hidden, stage * block));
-                field.evaluate(input, &mut slope, &mut work, hidden);
+                if let Some(kept) = kept {
+                    slope.clear();
+                    for step in first..end {
+                        let at = (stage * count + step - first) * rows;
+                        let found =
+                            &kept[(step * stages + stage) * rows * row_len..][..rows * row_len];
+                        slope.extend_from_slice(tape.hidden.recall(&self.field, at, rows, found));
+                    }
+                } else {
+                    let hidden = (&mut tape.hidden, stage * block, &self.field);
+                    field.evaluate(input, &mut slope, &mut work, hidden);
+                }
+            }
+            if kept.is_some() {
+                tape.hidden.activate();
             }
 
             if sees == 0 {
@@ -339,6 +391,8 @@ impl Trajectory {
         let mut d_latent = vec![T::default(); h.len()];
         let row = (steps + 1) * force;
         let chunk = chunk(g.len() / row);
+        let kept = self.kept.of::<T>(self.mark);
+        let kept_chunk = |index: usize| kept.as_ref().map(|chunks| &chunks[index]);
         let parts: Vec<Vec<T>> = g
             .par_chunks_mut(chunk * row)
             .zip(d_latent.par_chunks_mut(chunk * steps * width))
@@ -346,10 +400,16 @@ impl Trajectory {
                 f.par_chunks(chunk * row)
                     .zip(h.par_chunks(chunk * steps * width)),
             )
-            .map(|((gradient, d_latent), (forces, latent))| {
-                self.backward_chunk(&field, sizes, (forces, latent), gradient, d_latent)
+            .enumerate()
+            .map(|(index, ((gradient, d_latent), (forces, latent)))| {
+                let given = (forces, latent, kept_chunk(index));
+                self.backward_chunk(&field, sizes, given, gradient, d_latent)
             })
             .collect();
+        // A second backward evaluates again: memory is kept for the next step, numbers are not.
+        if let Some(kept) = kept {
+            self.kept.put(None, kept);
+        }
         let mut d_flat = vec![T::default(); self.field.count()];
         for part in parts {
             for (sum, value) in d_flat.iter_mut().zip(part) {
