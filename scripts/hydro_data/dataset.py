@@ -17,8 +17,8 @@ import mujoco
 import numpy as np
 
 from . import VERSION, DataError, features, scene, task2
-from .files import sha256, write_json
-from .folder import GENERATION, MANIFEST, SCHEMA, Shard, cut, entries, finished, prepare, share
+from .files import write_json
+from .folder import GENERATION, MANIFEST, SCHEMA, Shard, cut, entries, finished, intact, prepare, share
 from .progress import Progress
 
 
@@ -96,8 +96,7 @@ def generate(settings: Settings, out: Path, *, workers: int, resume: bool = Fals
     std = None
     if prepare(out, resume=resume, overwrite=overwrite):
         recorded, std = finished(out, head, planned)
-        hashes = {file: digest for file, digest in recorded.items()
-                  if (out / file).is_file() and sha256(out / file) == digest}
+        hashes = intact(out, recorded)
     if std is None:
         std = [float(s) for s in task2.PERTURBATION * task2.pilot_std(loaded, settings.seed, settings.samples)]
     state = head | {"perturbation_std": std, "planned": planned, "finished": hashes}

@@ -4,13 +4,17 @@ While it grows the folder holds `generation.json`: the settings, and the sha256 
 shard. `manifest.json` replaces it when all shards stand.
 """
 
+import hashlib
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from . import DataError
+from .files import sha256, write_beside, write_json
+from .progress import Progress
 
 SCHEMA = "hydro-dataset/1"
 MANIFEST, GENERATION = "manifest.json", "generation.json"
@@ -80,9 +84,9 @@ def finished(out: Path, head: dict, plan: dict[str, int]) -> tuple[dict[str, str
         counts = found.get("planned")
     elif manifest.is_file():
         found = read(manifest)
-        listed = [entry for split in found.get("splits", {}).values() for entry in split["shards"]]
+        listed = found.get("files") or [entry for split in found.get("splits", {}).values() for entry in split["shards"]]
         hashes = {entry["file"]: entry["sha256"] for entry in listed}
-        counts = {entry["file"]: entry["trajectories"] for entry in listed}
+        counts = {entry["file"]: entry.get("trajectories", 1) for entry in listed}
         std = found.get("perturbation_std")
     else:
         raise DataError(f"{out} holds no {MANIFEST} or {GENERATION}, so there is nothing to resume: choose "
@@ -118,3 +122,34 @@ def prepare(out: Path, *, resume: bool, overwrite: bool, files: tuple[str, ...] 
             path.unlink(missing_ok=True)
         return False
     return bool(held)
+
+
+def intact(out: Path, hashes: dict[str, str]) -> dict[str, str]:
+    """Those of the recorded files that are there with the recorded bytes."""
+    return {file: digest for file, digest in hashes.items() if (out / file).is_file() and sha256(out / file) == digest}
+
+
+def fill(out: Path, head: dict, planned: dict[str, int], make: Callable[[str], bytes],
+         closing: Callable[[dict[str, str]], dict], *, resume: bool, overwrite: bool,
+         files: tuple[str, ...] = ("*-of-*.safetensors",), unit: str = "trajectories") -> dict:
+    """Make or finish a folder in this process, file by file; returns its manifest, `head` and `closing(sha256 by file)`.
+
+    planned: units by file, for the record and the progress; make: the bytes of a file.
+    """
+    hashes: dict[str, str] = {}
+    if prepare(out, resume=resume, overwrite=overwrite, files=files):
+        hashes = intact(out, finished(out, head, planned)[0])
+    state = head | {"planned": planned, "finished": hashes}
+    write_json(out / GENERATION, state)
+    progress = Progress(sum(planned.values()), unit, done=sum(planned[file] for file in hashes))
+    for file in planned:
+        if file not in hashes:
+            content = make(file)
+            write_beside(out / file, content)
+            hashes[file] = hashlib.sha256(content).hexdigest()
+            write_json(out / GENERATION, state)
+            progress.advance(planned[file])
+    manifest = head | closing(hashes)
+    write_json(out / MANIFEST, manifest)
+    (out / GENERATION).unlink()
+    return manifest
