@@ -18,7 +18,7 @@ from hydro_data.files import npz_bytes, sha256, write_beside
 
 from . import VERSION, cell, conditions, motion, processing, shedding, tank, wake
 from .drag import DENSITY, VISCOSITY
-from .force import LAG, LAG_SPEED, STIRRING
+from .force import LAG, LAG_SPEED, LAGGING, STIRRING
 
 SCHEMA = "hydro-towing/1"
 TABLE = "conditions.csv"
@@ -47,7 +47,7 @@ def _head(seed: int) -> dict:
                        "thighs": list(conditions.THIGHS), "calves": list(conditions.CALVES)},
         "tow": {"rest": motion.REST, "settle": motion.SETTLE, "ramp": motion.RAMP, "start_up": motion.START_UP,
                 "steady": motion.STEADY},
-        "wakes": {"cap": wake.CAP, "drift": wake.DRIFT, "lag": LAG, "lag_speed": LAG_SPEED},
+        "wakes": {"cap": wake.CAP, "drift": wake.DRIFT, "lagging": LAGGING, "lag": LAG, "lag_speed": LAG_SPEED},
         "vortices": {"lift": shedding.LIFT, "damping": shedding.DAMPING},
         "cell": {"wet_weight": cell.WET_WEIGHT, "zero": cell.ZERO, "misalignment": cell.MISALIGNMENT,
                  "drift_rate": cell.DRIFT_RATE, "drift_walk": cell.DRIFT_WALK, "noise": cell.NOISE,

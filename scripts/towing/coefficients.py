@@ -18,7 +18,9 @@ and 2e5 (boundary layers on rounded edges turn turbulent there; N. K. Delany and
 
 import numpy as np
 
-from .geometry import Body, Link
+from b1_model.table import SEGMENT_LENGTH
+
+from .geometry import Body
 
 #: Drag of a rectangle across the flow: rows depth / breadth, columns corner radius / breadth.
 DEPTH_RATIOS, CORNERS = (0.5, 1.0, 2.0), (0.0, 0.083, 0.167, 0.25)
@@ -27,6 +29,8 @@ SECTION_DRAG = ((2.5, 1.9, 1.75, 1.6), (2.2, 1.65, 1.2, 1.1), (1.6, 1.15, 0.7, 0
 CORNER = {"trunk": 0.04, "hip": 0.25, "thigh": 0.10, "calf": 0.10, "foot": 0.25}
 #: Drag of a finite bar over that of an endless one: length / breadth, factor (flat plate, subcritical).
 FINITE = ((2.0, 5.0, 10.0, 20.0, 40.0), (0.62, 0.66, 0.69, 0.81, 0.87))
+#: Thigh and calf are one bar to the flow: what counts as its length [m].
+WHOLE = {"thigh": 2 * SEGMENT_LENGTH, "calf": 2 * SEGMENT_LENGTH}
 #: A square rod along the flow: length / breadth, drag on its frontal area.
 ROD = ((1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0), (1.15, 0.97, 0.87, 0.90, 0.93, 0.95, 0.95))
 #: Share of a link's ends that the flow along it meets: hips and legs are covered by their neighbours.
@@ -69,17 +73,10 @@ def friction(reynolds: np.ndarray) -> np.ndarray:
     return 0.075 / (np.log10(np.maximum(reynolds, 1e4)) - 2.0) ** 2
 
 
-def _whole(link: Link, body_length: dict[str, float]) -> float:
-    """Length that counts for the reduction: a leg's thigh and calf are one bar."""
-    return body_length.get(link.part, link.length)
-
-
 def drag_areas(body: Body) -> np.ndarray:
     """Coefficient times area [S,3] m^2 for flow along e1, e2 and (pressure on the ends only) e3; edge() and
     friction() come on top. Of a ball the area alone, for sphere()."""
     rows = []
-    leg = sum(link.length for link in body.links if link.name in ("FR_thigh", "FR_calf"))
-    together = {"thigh": leg, "calf": leg}
     for link in body.links:
         along1, along2 = link.breadths
         length = link.length / link.strips
@@ -88,8 +85,8 @@ def drag_areas(body: Body) -> np.ndarray:
         else:
             corner = CORNER[link.part]
             # Flow along e1 meets the extent along e2, and the other way round.
-            row = tuple(section_drag(depth / breadth, corner)
-                        * np.interp(_whole(link, together) / breadth, *FINITE) * length * breadth
+            whole = max(link.length, WHOLE.get(link.part, 0.0))
+            row = tuple(section_drag(depth / breadth, corner) * np.interp(whole / breadth, *FINITE) * length * breadth
                         for depth, breadth in ((along1, along2), (along2, along1)))
             frontal = along1 * along2
             rod = np.interp(link.length / np.sqrt(frontal), *ROD)

@@ -1,8 +1,11 @@
 """The force of the water on the robot along a prescribed motion: strips, wakes, lags, added mass.
 
-At every row a strip moves through water that upstream links have set in motion (`wake`); the drag
-of that flow builds up with a lag of the first order, LAG breadths of the strip at the tow speed, as
-a wake needs some diameters of travel to form (judgement on the number). The added mass acts at once.
+At every row a strip moves through water that upstream links have set in motion (`wake`). Of the drag
+of that flow a share acts at once; the share LAGGING belongs to the strip's own wake, which needs some
+diameters of travel to form, and follows with a lag of the first order, LAG breadths at the tow speed.
+That bluff bodies started from rest reach their steady drag after some diameters is known (T. Sarpkaya,
+J. Applied Mechanics 33, 1966); an exponential, its length and the share are judgement. The added mass acts
+at once.
 """
 
 from dataclasses import dataclass
@@ -17,12 +20,11 @@ from .geometry import body
 from .motion import Motion
 from .wake import CAP, Wakes, wakes
 
-#: Breadths of a strip over which its drag builds up, and the speed [m/s] below which time no longer stretches.
-LAG, LAG_SPEED = 3.0, 0.2
+#: Share of the drag that builds up, over how many breadths of a strip, and the speed [m/s] below which time
+#: no longer stretches.
+LAGGING, LAG, LAG_SPEED = 0.5, 2.0, 0.2
 #: The tank's own stirring carries wakes away where the robot rests [m/s]; judgement.
 STIRRING = 0.02
-#: Weaker wakes are left out.
-FELT = 1e-3
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ def _steady(motion: Motion) -> np.ndarray:
         toward = np.maximum(np.sum(velocity * stance.unit, axis=1), 0.0)
         squares = np.zeros((len(rows), len(wake.share)))
         for link in range(wake.share.shape[1]):
-            felt = wake.share[:, link] > FELT
+            felt = wake.share[:, link] > 0
             passed = np.interp(path[rows, None] - wake.travel[felt, link], path, toward)
             squares[:, felt] += (wake.share[felt, link] * passed) ** 2
         speed = motion.speed[rows, None]
@@ -83,7 +85,7 @@ def _steady(motion: Motion) -> np.ndarray:
 
 
 def _lagged(motion: Motion, steady: np.ndarray) -> np.ndarray:
-    """Drag [T,3] N of all strips, each behind its steady value."""
+    """Drag [T,3] N of all strips, a share of each behind its steady value."""
     breadth = np.sqrt(np.prod(prepared(motion.stances[0])[0].body.breadth, axis=1))
     pace = np.maximum(motion.speed, LAG_SPEED)
     # Exact for a steady value that is held over a step.
@@ -92,7 +94,7 @@ def _lagged(motion: Motion, steady: np.ndarray) -> np.ndarray:
     if not motion.underway:
         state[:] = 0.0
     for k in range(len(steady)):
-        out[k] = state.sum(axis=0)
+        out[k] = (LAGGING * state + (1.0 - LAGGING) * steady[k]).sum(axis=0)
         state = steady[k] + keep[k] * (state - steady[k])
     return out
 

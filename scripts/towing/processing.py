@@ -49,7 +49,9 @@ def _zeros(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     time = np.arange(len(run.reading)) / run.rate
     ends = np.append(run.marks[:, 0], len(run.reading) / run.rate)
     inside = [(time >= end - run.rest - 1e-9) & (time < end - 1e-9) for end in ends]
-    short = [end for end, rows in zip(ends, inside) if rows.sum() < 0.9 * run.rest * run.rate]
+    still = [0.0, *run.marks[:, 3]]
+    short = [end for end, rows, since in zip(ends, inside, still)
+             if rows.sum() < 0.9 * run.rest * run.rate or end - run.rest < since - 1e-9]
     if short:
         raise DataError(f"a run of {len(run.reading) / run.rate:.1f} s lacks the {run.rest} s of rest that end at {short[0]:.1f} s")
     zeros = np.array([run.reading[rows].mean(axis=0) for rows in inside])
@@ -63,6 +65,8 @@ def walk(run: Run) -> float:
     The slope over a time T scatters by the intensity / T about the steady rate, which the straight line takes off.
     """
     zeros, _, at = _zeros(run)
+    if len(zeros) < 3:
+        raise DataError(f"a run of {len(run.marks)} tow does not show how its zero wanders: give the intensity")
     spans = np.diff(at)[:, None]
     slopes = np.diff(zeros, axis=0) / spans
     rate = np.sum(slopes * spans, axis=0) / spans.sum()

@@ -26,6 +26,8 @@ CAP = 0.8
 DRIFT = 1.25
 #: Speed at which coefficients of the wakes are taken [m/s]; they hardly change within the tank's range.
 REFERENCE_SPEED = 0.35
+#: Weaker wakes are left out.
+FELT = 1e-3
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,7 @@ def wakes(strips: Strips, direction: np.ndarray) -> Wakes:
         half = 0.25 * np.sqrt(coefficient * width * behind)
         strength = np.sqrt(coefficient * width / behind) * np.exp(-np.log(2.0) * (lateral / half) ** 2)
         onset = np.clip(downstream / width, 0.0, 1.0)
-        share[:, number] = np.where(own, 0.0, strength * onset)
+        strength *= onset
+        share[:, number] = np.where(own | (strength < FELT), 0.0, strength)
         travel[:, number] = DRIFT * np.maximum(downstream, 0.0)
     return Wakes(share, travel)
