@@ -105,6 +105,11 @@ class Data(unittest.TestCase):
             self.assertTrue(all(len(set(row)) == 5 for row in blocks[..., 0]))
             np.testing.assert_array_equal(part["wrench"], part["wrench_clean"])
 
+    def test_splits_share_no_trajectory(self):
+        for task in task1.SAMPLES:
+            rows = np.concatenate([part["condition"] for part in self.tensors[task].values()])
+            self.assertEqual(len(np.unique(rows, axis=0)), 8)
+
     def test_force_lags_behind_a_switch(self):
         missed = {0: [], 9: []}
         for part in self.tensors["1.2"].values():
