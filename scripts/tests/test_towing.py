@@ -290,7 +290,7 @@ class Conditions(unittest.TestCase):
             conditions._inside_limits()
 
 
-def synthetic(per_metre=0.0, offset=(3.0, -2.0, -40.0), drift=(0.02, -0.01, 0.0), mean=(-5.0, -9.0, 1.0), vibration=1.0):
+def synthetic(offset=(3.0, -2.0, -40.0), drift=(0.02, -0.01, 0.0), mean=(-5.0, -9.0, 1.0), vibration=1.0):
     """A run of one tow of condition 0 whose force is `mean` at speed."""
     path, marks = motion.tows((Condition(0),), 1 / cell.RATE)
     share = path.speed / 0.2
