@@ -16,46 +16,21 @@ import sys
 import time
 from pathlib import Path
 
-from hydro_data import DataError, dataset, scene
-
-
-def _count(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{value} is not a positive number")
-    return value
-
-
-def _seed(text: str) -> int:
-    value = int(text)
-    if value < 0:
-        raise argparse.ArgumentTypeError(f"{value} is negative; a seed is 0 or more")
-    return value
-
-
-def _splits(text: str) -> tuple[float, float, float]:
-    try:
-        shares = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        shares = ()
-    if len(shares) != 3 or not all(0 <= share <= 1 for share in shares) or abs(sum(shares) - 1) > 1e-9:
-        raise argparse.ArgumentTypeError(
-            f"`{text}`: expected three shares train,val,test that sum to 1, such as 0.8,0.1,0.1")
-    return shares
+from hydro_data import DataError, arguments, dataset, scene
 
 
 def parse() -> argparse.Namespace:
     """The command line, checked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("data/task2"), help="folder (default: %(default)s)")
-    parser.add_argument("--trials", type=_count, default=1000, help="trajectories in all (default: %(default)s)")
-    parser.add_argument("--seed", type=_seed, default=0, help="default: %(default)s")
-    parser.add_argument("--workers", type=_count, default=os.cpu_count() or 1,
+    parser.add_argument("--trials", type=arguments.count, default=1000, help="trajectories in all (default: %(default)s)")
+    parser.add_argument("--seed", type=arguments.seed, default=0, help="default: %(default)s")
+    parser.add_argument("--workers", type=arguments.count, default=os.cpu_count() or 1,
                         help="processes (default: all %(default)s cores)")
-    parser.add_argument("--splits", type=_splits, default=(0.8, 0.1, 0.1),
+    parser.add_argument("--splits", type=arguments.splits, default=(0.8, 0.1, 0.1),
                         help="shares of train,val,test (default: 0.8,0.1,0.1)")
-    parser.add_argument("--samples", type=_count, default=400, help="samples a trajectory (default: %(default)s)")
-    parser.add_argument("--shard-size", type=_count, default=50, help="trajectories a file (default: %(default)s)")
+    parser.add_argument("--samples", type=arguments.count, default=400, help="samples a trajectory (default: %(default)s)")
+    parser.add_argument("--shard-size", type=arguments.count, default=50, help="trajectories a file (default: %(default)s)")
     parser.add_argument("--model", default=scene.TRUTH, help="truth scene (default: %(default)s)")
     clash = parser.add_mutually_exclusive_group()
     clash.add_argument("--resume", action="store_true", help="finish what a former run left")

@@ -6,9 +6,12 @@ gait.py        joint targets
 plan.py        everything that is drawn at random for one trajectory
 simulation.py  many plans -> states, features and labels, in a mujoco.batch
 task2.py       one shard of the Task 2 data set
-dataset.py     a data-set folder: workers, resume, manifest
+dataset.py     the Task 2 data set: its worker processes
+folder.py      a data-set folder: shards, resume, manifest
 rollouts.py    a folder of recorded rollouts
 files.py       whole files or none, fingerprints
+randomness.py  random numbers of a seed and a key
+arguments.py   command-line values of the generators
 replay.py      a recorded rollout, driven again in another water
 progress.py    a bar on a terminal, lines in a log
 """

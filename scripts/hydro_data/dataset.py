@@ -1,11 +1,9 @@
-"""A data-set folder (`hydro-dataset/1`): shards by worker processes, resume after a kill, manifest.
+"""The Task 2 data set: shards by worker processes, resume after a kill, manifest.
 
-While it grows the folder holds `generation.json`: the settings, and the sha256 of every finished
-shard. `manifest.json` replaces it when all shards stand. A shard depends on (seed, split, index of
-its trajectories) alone, so a resumed folder has the bytes of an uninterrupted one.
+A shard depends on (seed, split, index of its trajectories) alone, so a resumed folder has the bytes
+of an uninterrupted one.
 """
 
-import json
 import multiprocessing
 import os
 import threading
@@ -19,11 +17,9 @@ import mujoco
 import numpy as np
 
 from . import VERSION, DataError, features, scene, task2
-from .files import sha256, write_json
+from .files import write_json
+from .folder import GENERATION, MANIFEST, SCHEMA, Shard, cut, entries, finished, intact, prepare, share
 from .progress import Progress
-
-SCHEMA = "hydro-dataset/1"
-MANIFEST, GENERATION = "manifest.json", "generation.json"
 
 
 @dataclass(frozen=True)
@@ -40,17 +36,11 @@ class Settings:
 
     def counts(self) -> dict[str, int]:
         """Trajectories by split; they sum to `trials`."""
-        edges = np.round(np.cumsum(self.splits) * self.trials).astype(int)
-        return dict(zip(task2.SPLITS, (int(n) for n in np.diff([0, *edges[:2], self.trials]))))
+        return share(self.trials, self.splits)
 
-    def shards(self) -> list[task2.Shard]:
+    def shards(self) -> list[Shard]:
         """Every shard, in order."""
-        out = []
-        for split, count in self.counts().items():
-            of = -(-count // self.shard_size)
-            out += [task2.Shard(split, i, of, i * self.shard_size, min(self.shard_size, count - i * self.shard_size))
-                    for i in range(of)]
-        return out
+        return cut(self.counts(), self.shard_size)
 
 
 def _head(settings: Settings, loaded: scene.Scene) -> dict:
@@ -76,62 +66,6 @@ def _head(settings: Settings, loaded: scene.Scene) -> dict:
     }
 
 
-def _read(path: Path) -> dict:
-    try:
-        value = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise DataError(f"{path}: {error}; start again with --overwrite") from error
-    if not isinstance(value, dict):
-        raise DataError(f"{path}: expected a JSON object; start again with --overwrite")
-    return value
-
-
-def _finished(out: Path, head: dict, plan: dict[str, int]) -> tuple[dict[str, str], list[float] | None]:
-    """Shards recorded in `out` as (sha256 by file, noise std); refuses a folder made with other settings."""
-    manifest, generation = out / MANIFEST, out / GENERATION
-    if generation.is_file():
-        found = _read(generation)
-        hashes, std = found.get("finished"), found.get("perturbation_std")
-        counts = found.get("planned")
-    elif manifest.is_file():
-        found = _read(manifest)
-        entries = [entry for split in found.get("splits", {}).values() for entry in split["shards"]]
-        hashes = {entry["file"]: entry["sha256"] for entry in entries}
-        counts = {entry["file"]: entry["trajectories"] for entry in entries}
-        std = found.get("perturbation_std")
-    else:
-        raise DataError(f"{out} holds no {MANIFEST} or {GENERATION}, so there is nothing to resume: choose "
-                        "another --out, or --overwrite")
-    unlike = [key for key in head if found.get(key) != head[key]]
-    if unlike:
-        details = "; ".join(f"{key} was {found.get(key)!r}, now {head[key]!r}" for key in unlike[:3])
-        raise DataError(f"{out} was made with other settings ({details}): repeat them to resume, or --overwrite")
-    if counts != plan:
-        raise DataError(f"{out} was made with other --trials, --splits or --shard-size: repeat them to resume, "
-                        "or --overwrite")
-    return dict(hashes), std
-
-
-def prepare(out: Path, *, resume: bool, overwrite: bool) -> bool:
-    """Make the folder; True where there is something to resume. Refuses to mix with what it holds."""
-    if out.exists() and not out.is_dir():
-        raise DataError(f"{out} is a file: choose a folder for --out")
-    out.mkdir(parents=True, exist_ok=True)
-    for leftover in out.glob("*.tmp"):
-        if resume or overwrite:
-            leftover.unlink()
-    held = sorted(path.name for path in out.iterdir())
-    if held and not (resume or overwrite):
-        shown = ", ".join(held[:3]) + (", ..." if len(held) > 3 else "")
-        raise DataError(f"{out} is not empty ({shown}): pass --resume to finish it, --overwrite to replace it, "
-                        "or choose another --out")
-    if overwrite:
-        for path in (*out.glob("*-of-*.safetensors"), out / MANIFEST, out / GENERATION):
-            path.unlink(missing_ok=True)
-        return False
-    return bool(held)
-
-
 _SCENE: scene.Scene | None = None
 
 
@@ -148,7 +82,7 @@ def _worker_start(model: str) -> None:
     threading.Thread(target=follow, daemon=True).start()
 
 
-def _worker_shard(folder: Path, seed: int, shard: task2.Shard, samples: int, noise_std: np.ndarray) -> str:
+def _worker_shard(folder: Path, seed: int, shard: Shard, samples: int, noise_std: np.ndarray) -> str:
     return task2.write_shard(_SCENE, folder, seed, shard, samples, noise_std)
 
 
@@ -161,9 +95,8 @@ def generate(settings: Settings, out: Path, *, workers: int, resume: bool = Fals
     hashes: dict[str, str] = {}
     std = None
     if prepare(out, resume=resume, overwrite=overwrite):
-        recorded, std = _finished(out, head, planned)
-        hashes = {file: digest for file, digest in recorded.items()
-                  if (out / file).is_file() and sha256(out / file) == digest}
+        recorded, std = finished(out, head, planned)
+        hashes = intact(out, recorded)
     if std is None:
         std = [float(s) for s in task2.PERTURBATION * task2.pilot_std(loaded, settings.seed, settings.samples)]
     state = head | {"perturbation_std": std, "planned": planned, "finished": hashes}
@@ -176,24 +109,13 @@ def generate(settings: Settings, out: Path, *, workers: int, resume: bool = Fals
         write_json(out / GENERATION, state)
         progress.advance(shard.count)
 
-    counts = settings.counts()
-    manifest = head | {
-        "perturbation_std": std,
-        "splits": {
-            split: {
-                "trajectories": counts[split],
-                "shards": [{"file": s.file, "trajectories": s.count, "sha256": hashes[s.file]}
-                           for s in shards if s.split == split],
-            }
-            for split in task2.SPLITS
-        },
-    }
+    manifest = head | {"perturbation_std": std, "splits": entries(settings.counts(), shards, hashes)}
     write_json(out / MANIFEST, manifest)
     (out / GENERATION).unlink()
     return manifest
 
 
-def _make(settings: Settings, out: Path, loaded: scene.Scene, missing: list[task2.Shard], noise_std: np.ndarray,
+def _make(settings: Settings, out: Path, loaded: scene.Scene, missing: list[Shard], noise_std: np.ndarray,
           workers: int):
     """Yield (shard, sha256) as shards are written."""
     if workers == 1:

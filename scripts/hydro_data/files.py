@@ -1,9 +1,13 @@
 """Files that are whole or absent, and their fingerprints."""
 
 import hashlib
+import io
 import json
 import os
+import zipfile
 from pathlib import Path
+
+import numpy as np
 
 
 def write_beside(path: Path, content: bytes) -> None:
@@ -29,3 +33,16 @@ def sha256(path: Path) -> str:
     """Fingerprint of a file, read a piece at a time."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def npz_bytes(arrays: dict[str, np.ndarray]) -> bytes:
+    """As `numpy.savez_compressed`, without the time of day: the same arrays give the same bytes."""
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as archive:
+        for name, array in arrays.items():
+            content = io.BytesIO()
+            np.lib.format.write_array(content, np.asarray(array), allow_pickle=False)
+            entry = zipfile.ZipInfo(f"{name}.npy", date_time=(1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(entry, content.getvalue(), compresslevel=9)
+    return file.getvalue()

@@ -11,6 +11,7 @@ from enum import IntEnum
 import numpy as np
 
 from . import gait
+from .randomness import generator
 from .scene import SAMPLE_PERIOD
 
 #: Fresh water to sea water [kg/m^3].
@@ -44,11 +45,6 @@ class Stream(IntEnum):
     PILOT = 3
     ROLLOUT = 4
     NOISE = 100
-
-
-def generator(seed: int, *key: int) -> np.random.Generator:
-    """The random numbers of one trajectory, whatever the order in which trajectories are made."""
-    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(entropy=seed, spawn_key=key)))
 
 
 @dataclass(frozen=True)

@@ -7,32 +7,17 @@ wrench_clean, hydrostatic [N+1,6]; density [] kg/m^3. Features and wrench belong
 of their own row.
 """
 
-import io
 import json
-import zipfile
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from . import DataError, features, plan, scene, simulation
-from .files import sha256, write_beside, write_json
+from .files import npz_bytes, sha256, write_beside, write_json
 
 SCHEMA = "hydro-rollouts/1"
 INDEX = "rollouts.json"
-
-
-def npz_bytes(arrays: dict[str, np.ndarray]) -> bytes:
-    """As `numpy.savez_compressed`, without the time of day: the same arrays give the same bytes."""
-    file = io.BytesIO()
-    with zipfile.ZipFile(file, "w") as archive:
-        for name, array in arrays.items():
-            content = io.BytesIO()
-            np.lib.format.write_array(content, np.asarray(array), allow_pickle=False)
-            entry = zipfile.ZipInfo(f"{name}.npy", date_time=(1980, 1, 1, 0, 0, 0))
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, content.getvalue(), compresslevel=9)
-    return file.getvalue()
 
 
 def record(loaded: scene.Scene, seed: int, index: int, *, duration: float,

@@ -1,7 +1,6 @@
 """Trajectories of Task 2, one block at a time: the work that a worker process does."""
 
 import hashlib
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +8,7 @@ from safetensors.numpy import save
 
 from . import plan, simulation
 from .files import write_beside
+from .folder import Shard
 from .scene import SAMPLE_PERIOD, Scene
 
 #: Noise added at each step, as a share of the standard deviation of each clean component.
@@ -19,22 +19,6 @@ PILOT = 64
 BLOCK = 50
 
 SPLITS = {"train": plan.Stream.TRAIN, "val": plan.Stream.VAL, "test": plan.Stream.TEST}
-
-
-@dataclass(frozen=True)
-class Shard:
-    """`count` trajectories of `split`, the first of which is number `first`; file `index` of `of`."""
-
-    split: str
-    index: int
-    of: int
-    first: int
-    count: int
-
-    @property
-    def file(self) -> str:
-        """Name of its file."""
-        return f"{self.split}-{self.index:05d}-of-{self.of:05d}.safetensors"
 
 
 def _record(scene: Scene, seed: int, stream: int, first: int, count: int, samples: int):

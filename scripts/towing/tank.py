@@ -1,0 +1,41 @@
+"""One run of the tank: a leg configuration at one speed, towed along x, y and xy in sequence."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydro_data.randomness import generator
+
+from . import cell, conditions, force, motion
+
+#: Time step of the strips [s]; a multiple of the cell's period.
+STEP = 0.02
+#: Random stream of the tank; those of Task 2 are below 200.
+STREAM = 200
+
+
+@dataclass(frozen=True)
+class Run:
+    """What is recorded: reading [N,3] N at `rate`; condition [3]; marks [3,4] s, of each tow the instants when it
+    leaves rest, reaches its speed, brakes and stands; rest [s], how long before `leave` the robot surely rests.
+
+    truth [T,3] N at `truth_rate`: the water's force, which no tank knows. Base frame.
+    """
+
+    reading: np.ndarray
+    rate: float
+    condition: np.ndarray
+    marks: np.ndarray
+    rest: float
+    truth: np.ndarray
+    truth_rate: float
+
+
+def tow(seed: int, repeat: int, number: int) -> Run:
+    """Run `number` (0 to 63), for the `repeat`-th time; it depends on these and on the seed alone."""
+    towed = conditions.of_run(number)
+    path, marks = motion.tows(towed, STEP)
+    water = force.along(path, generator(seed, STREAM, repeat, number, 0)).total
+    reading = cell.read(path, water, generator(seed, STREAM, repeat, number, 1))
+    return Run(reading, cell.RATE, np.array([c.index for c in towed], np.int32),
+               np.array([[m.leave, m.reach, m.brake, m.stop] for m in marks]), motion.REST, water, 1 / STEP)
