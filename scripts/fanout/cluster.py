@@ -5,11 +5,13 @@ back through Ray's object store. Jobs of a lost node are done again on another o
 """
 
 import os
+import socket
 import sys
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
+from urllib.parse import urlsplit
 
 from . import FanoutError
 from .executor import Executor, Work
@@ -42,6 +44,7 @@ class Cluster(Executor):
         if ray.is_initialized():
             raise FanoutError("this process is connected to a Ray cluster already: call ray.shutdown() first")
         sources = [str(Path(package.__file__).parent) for package in (sys.modules[__package__], *packages)]
+        _refuse_silence(address)
         options = {"include_dashboard": False} if address == "local" else {}
         try:
             ray.init(address=address, log_to_driver=False, logging_level="ERROR", **options,
@@ -93,6 +96,24 @@ class Cluster(Executor):
 
     def close(self):
         self._ray.shutdown()
+
+
+def _refuse_silence(address: str) -> None:
+    """Refuse host and port where nothing listens: Ray itself would try for minutes."""
+    meant = _latest() if address == "auto" else address
+    try:
+        parts = urlsplit(meant if "://" in meant else f"//{meant}")
+        if parts.port:
+            socket.create_connection((parts.hostname, parts.port), timeout=10).close()
+    except (OSError, ValueError) as error:
+        raise FanoutError(f"no Ray cluster at `{address}` ({meant}): {error}; start one with `ray start --head`, or "
+                          "let `local` do it") from error
+
+
+def _latest() -> str:
+    """What `auto` means according to `ray.init`: RAY_ADDRESS, else the cluster last started here, if any."""
+    note = Path(os.environ.get("RAY_TMPDIR", "/tmp"), "ray", "ray_current_cluster")
+    return os.environ.get("RAY_ADDRESS") or (note.read_text(encoding="utf-8").strip() if note.is_file() else "")
 
 
 def _do(work: Work, job) -> tuple[str, bytes]:
