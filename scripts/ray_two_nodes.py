@@ -7,13 +7,13 @@
 
 For each size it runs gen_task2.py with --workers 2, with --ray on two nodes of one core, and with --ray once more while
 the second node is killed when a third of the shards stands (--unharmed leaves that out). Exit status 1 where a
-file differs. Memory is the resident memory [MiB] of the process that writes the files, greatest value while shards
-arrive. The data sets stay in OUT for a look.
+file differs. Memory is that of the process that writes the files, its greatest value [MiB] while shards arrive: its
+own, and the pages of Ray's object store that it has touched (shared; the store reuses them). The data sets stay in OUT.
 """
 
 import argparse
 import hashlib
-import shutil
+import importlib.util
 import subprocess
 import sys
 import time
@@ -27,21 +27,21 @@ LOOK = 0.05
 
 
 class Run:
-    """One run of the generator: seconds, peak_mib, digests (sha256 by file), said (its last line)."""
+    """One run of the generator: seconds, own_mib, shared_mib, digests (sha256 by file), said (its last line)."""
 
-    def __init__(self, folder: Path, arguments: list, then=None):
-        """`then()` is called once, when a third of the shards stands."""
-        shutil.rmtree(folder, ignore_errors=True)
+    def __init__(self, folder: Path, trials: int, shard_size: int, where: list[str], then=None):
+        """`where` is handed to the generator; `then()` is called once, when a third of the shards stands."""
         # The name of a data set stands in its manifest: the same for every run.
         out = folder / "task2"
-        began, self.peak_mib, size, shards = time.monotonic(), 0.0, *arguments[:2]
-        command = [sys.executable, GENERATOR, "--out", out, "--trials", size, "--shard-size", shards, *arguments[2:]]
+        began, self.own_mib, self.shared_mib = time.monotonic(), 0.0, 0.0
+        command = [sys.executable, GENERATOR, "--out", out, "--trials", trials, "--shard-size", shard_size, *where]
         with subprocess.Popen([*map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as run:
             while run.poll() is None:
                 stand = len(list(out.glob("*.safetensors")))
                 if stand:
-                    self.peak_mib = max(self.peak_mib, resident_mib(run.pid))
-                if then and stand * shards >= size / 3:
+                    own, shared = resident_mib(run.pid)
+                    self.own_mib, self.shared_mib = max(self.own_mib, own), max(self.shared_mib, shared)
+                if then and stand * shard_size >= trials / 3:
                     then()
                     then = None
                 time.sleep(LOOK)
@@ -49,18 +49,19 @@ class Run:
         if run.returncode:
             sys.exit(f"ray_two_nodes.py: gen_task2.py exited with {run.returncode}; run it by hand to see why")
         if then:
-            sys.exit(f"ray_two_nodes.py: {size} trajectories were done before a node could be killed; ask for more")
+            sys.exit(f"ray_two_nodes.py: {trials} trajectories were done before a node could be killed; ask for more")
         self.seconds = time.monotonic() - began
         self.digests = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(out.iterdir())}
 
 
-def resident_mib(pid: int) -> float:
-    """Resident memory of a process now; 0 where it is gone."""
+def resident_mib(pid: int) -> tuple[float, float]:
+    """Resident memory of a process now, its own and shared, without files that it maps; zeros where it is gone."""
     try:
-        status = Path(f"/proc/{pid}/status").read_text(encoding="ascii")
+        lines = Path(f"/proc/{pid}/status").read_text(encoding="ascii").splitlines()
     except OSError:
-        return 0.0
-    return sum(int(line.split()[1]) for line in status.splitlines() if line.startswith("VmRSS:")) / 1024
+        return 0.0, 0.0
+    kib = {line.split()[0]: int(line.split()[1]) for line in lines if line.startswith("Rss")}
+    return kib.get("RssAnon:", 0) / 1024, kib.get("RssShmem:", 0) / 1024
 
 
 def main() -> int:
@@ -73,27 +74,32 @@ def main() -> int:
     args = parser.parse_args()
     if min(*args.trials, args.shard_size, sys.maxsize) < 1:
         parser.error("--trials and --shard-size: at least 1")
+    if not importlib.util.find_spec("ray"):
+        parser.error("Ray is not installed here: pip install -r scripts/requirements-ray.txt")
+    there = [str(folder) for folder in (args.out / str(trials) for trials in args.trials) if folder.exists()]
+    if there:
+        parser.error(f"{', '.join(there)} exists: choose another --out, or remove what a former run left")
     same = True
-    print("trajectories  how                     seconds  ratio   MiB  bytes")
+    print("trajectories  how                     seconds  ratio  own MiB  shared  bytes")
     for trials in args.trials:
-        size, folder = [trials, args.shard_size], args.out / str(trials)
-        runs = {"--workers 2": Run(folder / "workers", [*size, "--workers", 2])}
+
+        def run(name: str, *where: str, then=None) -> Run:
+            return Run(args.out / str(trials) / name, trials, args.shard_size, list(where), then)
+
+        runs = {"--workers 2": run("workers", "--workers", "2")}
         with TwoNodes() as nodes:
-            runs["--ray, two nodes"] = Run(folder / "ray", [*size, "--ray", nodes.address])
+            runs["--ray, two nodes"] = run("ray", "--ray", nodes.address)
             if not args.unharmed:
-                runs["--ray, one killed"] = Run(folder / "killed", [*size, "--ray", nodes.address], nodes.kill_second)
+                runs["--ray, one killed"] = run("killed", "--ray", nodes.address, then=nodes.kill_second)
         reference = runs["--workers 2"]
-        for how, run in runs.items():
-            equal = run.digests == reference.digests
+        for how, done in runs.items():
+            equal = done.digests == reference.digests
             same &= equal
-            print(f"{trials:12}  {how:22}  {run.seconds:7.1f}  {run.seconds / reference.seconds:5.2f}  {run.peak_mib:4.0f}  "
-                  f"{f'same {len(run.digests)} files' if equal else 'OTHER'}", flush=True)
+            print(f"{trials:12}  {how:22}  {done.seconds:7.1f}  {done.seconds / reference.seconds:5.2f}  "
+                  f"{done.own_mib:7.1f}  {done.shared_mib:6.1f}  {f'same {len(done.digests)} files' if equal else 'OTHER'}", flush=True)
         print(f"              {runs['--ray, two nodes'].said}", flush=True)
     return 0 if same else 1
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except ImportError as error:
-        sys.exit(f"ray_two_nodes.py: {error}: pip install -r scripts/requirements-ray.txt")
+    sys.exit(main())

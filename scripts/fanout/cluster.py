@@ -85,7 +85,7 @@ class Cluster(Executor):
             # What the work raised, without Ray's account of where.
             raise error.cause or error
         except RayError as error:
-            raise FanoutError(f"{type(error).__name__} after {RETRIES} further tries: {error}") from error
+            raise FanoutError(f"{type(error).__name__} (a lost job is tried {RETRIES} times more): {error}") from error
         self.done_by[node] += 1
         return result
 

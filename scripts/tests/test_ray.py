@@ -1,6 +1,7 @@
 """The fan-out over two Ray nodes on this machine: bytes, a node killed, failures, Ctrl-C. Skipped without Ray."""
 
 import importlib.util
+import io
 import os
 import shutil
 import signal
@@ -25,13 +26,14 @@ from hydro_data import DataError, dataset, proof, task2
 SETTINGS = dataset.Settings(name="t", trials=40, seed=5, samples=60, splits=(0.5, 0.25, 0.25), shard_size=5,
                             model="mjcf/b1_truth_default.xml")
 SHARDS = 8
+RAY = importlib.util.find_spec("ray")
 
 
 def contents(folder):
     return {path.name: path.read_bytes() for path in Path(folder).iterdir()}
 
 
-@unittest.skipUnless(importlib.util.find_spec("ray"), "Ray is not installed (scripts/requirements-ray.txt)")
+@unittest.skipUnless(RAY, "Ray is not installed (scripts/requirements-ray.txt)")
 class OnTwoNodes(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -103,7 +105,7 @@ with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
 
     def test_what_kills_its_worker_each_time_is_a_fault(self):
         with mock.patch.object(cluster, "RETRIES", 1), self.connected() as executor:
-            with self.assertRaisesRegex(FanoutError, "^only: WorkerCrashedError after 1 further tries"):
+            with self.assertRaisesRegex(FanoutError, "^only: WorkerCrashedError .*tried 1 times more"):
                 list(executor.run(jobs.kills_its_worker, {"only": 0}))
 
     def test_a_slow_receiver_stops_the_flow(self):
@@ -125,6 +127,13 @@ with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
         for address, reason in (("127.0.0.1:1", "refused"), ("ray://127.0.0.1:1", "refused"), ("nowhere", "Invalid")):
             with self.assertRaisesRegex(FanoutError, f"`{address}`.*{reason}"):
                 cluster.Cluster(address, packages=[])
+
+    def test_a_cluster_without_cores_is_told(self):
+        with self.connected() as executor, mock.patch.object(cluster, "PATIENCE", 0.2), \
+                mock.patch.object(executor._ray, "cluster_resources", return_value={}), \
+                mock.patch("sys.stderr", io.StringIO()) as said:
+            list(executor.run(jobs.command, {"only": ["sleep", "1"]}))
+        self.assertIn("has a core; waiting", said.getvalue())
 
     def test_auto_means_a_cluster_that_answers(self):
         with mock.patch.dict(os.environ, {"RAY_ADDRESS": "127.0.0.1:1"}):
@@ -152,6 +161,26 @@ with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
         self.assertEqual(len(files), 40)
         # All but the one whose record may have been under way.
         self.assertGreaterEqual(sum(files[name] == at for name, at in kept.items()), len(kept) - 1)
+
+
+class Shown(unittest.TestCase):
+    def refused(self, *arguments):
+        run = subprocess.run([sys.executable, str(SCRIPTS / "ray_two_nodes.py"), *arguments], capture_output=True, text=True)
+        self.assertEqual(run.returncode, 2, run.stderr)
+        return run.stderr
+
+    def test_bad_numbers(self):
+        self.assertIn("at least 1", self.refused("--trials", "10", "0"))
+
+    @unittest.skipIf(RAY, "Ray is installed")
+    def test_no_ray(self):
+        self.assertIn("requirements-ray.txt", self.refused())
+
+    @unittest.skipUnless(RAY, "Ray is not installed (scripts/requirements-ray.txt)")
+    def test_a_folder_that_holds_something(self):
+        with tempfile.TemporaryDirectory() as folder:
+            Path(folder, "20").mkdir()
+            self.assertIn("20 exists", self.refused("--out", folder, "--trials", "20"))
 
 
 if __name__ == "__main__":

@@ -161,6 +161,9 @@ class CommandLine(unittest.TestCase):
         self.assertIn("not a positive number", self.refused("--trials", "0", code=2))
         self.assertIn("--seed", self.refused("--seed", "-1", code=2))
 
+    def test_workers_and_ray(self):
+        self.assertIn("not allowed with", self.refused("--ray", "auto", "--workers", "2", code=2))
+
     def test_killed_and_resumed(self):
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder, "out")
