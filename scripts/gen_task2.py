@@ -58,8 +58,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--trials", type=_count, default=1000, help="trajectories in all (default: %(default)s)")
     parser.add_argument("--seed", type=_seed, default=0, help="default: %(default)s")
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--workers", type=_count, default=os.cpu_count() or 1,
-                       help="processes (default: all %(default)s cores)")
+    where.add_argument("--workers", type=_count, help=f"processes (default: all {os.cpu_count() or 1} cores)")
     where.add_argument("--ray", metavar="ADDRESS", help="a Ray cluster does it: auto, host:6379, ray://host:10001, or "
                        "local for one on this machine; files are written here")
     parser.add_argument("--splits", type=_splits, default=(0.8, 0.1, 0.1),
@@ -80,7 +79,8 @@ def executor(args: argparse.Namespace) -> Executor:
     """Where shards are made."""
     if args.ray:
         return Cluster(args.ray, packages=[hydro_data])
-    return Processes(args.workers) if args.workers > 1 else Here()
+    workers = args.workers or os.cpu_count() or 1
+    return Processes(workers) if workers > 1 else Here()
 
 
 def main() -> int:

@@ -7,8 +7,9 @@
 
 For each size it runs gen_task2.py with --workers 2, with --ray on two nodes of one core, and with --ray once more while
 the second node is killed when a third of the shards stands (--unharmed leaves that out). Exit status 1 where a
-file differs. Memory is that of the process that writes the files, its greatest value [MiB] while shards arrive: its
-own, and the pages of Ray's object store that it has touched (shared; the store reuses them). The data sets stay in OUT.
+file differs. Memory [MiB] is that of the process that writes the files: its own at the first shard and its greatest
+thereafter, and the pages of Ray's object store that it has touched (shared; the store reuses them). The data sets
+stay in OUT.
 """
 
 import argparse
@@ -27,19 +28,20 @@ LOOK = 0.05
 
 
 class Run:
-    """One run of the generator: seconds, own_mib, shared_mib, digests (sha256 by file), said (its last line)."""
+    """One run of the generator: seconds, first_mib, own_mib, shared_mib, digests (sha256 by file), said (its last line)."""
 
     def __init__(self, folder: Path, trials: int, shard_size: int, where: list[str], then=None):
         """`where` is handed to the generator; `then()` is called once, when a third of the shards stands."""
         # The name of a data set stands in its manifest: the same for every run.
         out = folder / "task2"
-        began, self.own_mib, self.shared_mib = time.monotonic(), 0.0, 0.0
+        began, self.first_mib, self.own_mib, self.shared_mib = time.monotonic(), 0.0, 0.0, 0.0
         command = [sys.executable, GENERATOR, "--out", out, "--trials", trials, "--shard-size", shard_size, *where]
         with subprocess.Popen([*map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as run:
             while run.poll() is None:
                 stand = len(list(out.glob("*.safetensors")))
                 if stand:
                     own, shared = resident_mib(run.pid)
+                    self.first_mib = self.first_mib or own
                     self.own_mib, self.shared_mib = max(self.own_mib, own), max(self.shared_mib, shared)
                 if then and stand * shard_size >= trials / 3:
                     then()
@@ -80,7 +82,7 @@ def main() -> int:
     if there:
         parser.error(f"{', '.join(there)} exists: choose another --out, or remove what a former run left")
     same = True
-    print("trajectories  how                     seconds  ratio  own MiB  shared  bytes")
+    print("trajectories  how                     seconds  ratio        own MiB  shared  bytes")
     for trials in args.trials:
 
         def run(name: str, *where: str, then=None) -> Run:
@@ -96,7 +98,8 @@ def main() -> int:
             equal = done.digests == reference.digests
             same &= equal
             print(f"{trials:12}  {how:22}  {done.seconds:7.1f}  {done.seconds / reference.seconds:5.2f}  "
-                  f"{done.own_mib:7.1f}  {done.shared_mib:6.1f}  {f'same {len(done.digests)} files' if equal else 'OTHER'}", flush=True)
+                  f"{done.first_mib:5.1f}..{done.own_mib:6.1f}  {done.shared_mib:6.1f}  "
+                  f"{f'same {len(done.digests)} files' if equal else 'OTHER'}", flush=True)
         print(f"              {runs['--ray, two nodes'].said}", flush=True)
     return 0 if same else 1
 
