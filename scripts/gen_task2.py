@@ -7,7 +7,8 @@ Writes `hydro-dataset/1`: shards `{train,val,test}-*.safetensors` and `manifest.
 has 400 samples at 10 ms (five 2 ms physics steps) and 40 switches of condition; its label is the
 water's wrench on the base at the same state as the features, in the base frame about the base
 origin [N, N m], clean and with 10 % noise. The same seed gives the same bytes at any number of
-workers. Needs mujoco, numpy and safetensors (scripts/requirements.txt).
+workers, here or on the nodes of a Ray cluster (--ray). Needs mujoco, numpy and safetensors
+(scripts/requirements.txt), and for --ray also scripts/requirements-ray.txt.
 """
 
 import argparse
@@ -16,6 +17,12 @@ import sys
 import time
 from pathlib import Path
 
+import hydro_data
+from fanout import FanoutError
+from fanout.cluster import Cluster
+from fanout.executor import Executor
+from fanout.here import Here
+from fanout.processes import Processes
 from hydro_data import DataError, arguments, dataset, scene
 
 
@@ -25,8 +32,10 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--out", type=Path, default=Path("data/task2"), help="folder (default: %(default)s)")
     parser.add_argument("--trials", type=arguments.count, default=1000, help="trajectories in all (default: %(default)s)")
     parser.add_argument("--seed", type=arguments.seed, default=0, help="default: %(default)s")
-    parser.add_argument("--workers", type=arguments.count, default=os.cpu_count() or 1,
-                        help="processes (default: all %(default)s cores)")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--workers", type=arguments.count, help=f"processes (default: all {os.cpu_count() or 1} cores)")
+    where.add_argument("--ray", metavar="ADDRESS", help="a Ray cluster does it: auto, host:6379, ray://host:10001, or "
+                       "local for one on this machine; files are written here")
     parser.add_argument("--splits", type=arguments.splits, default=(0.8, 0.1, 0.1),
                         help="shares of train,val,test (default: 0.8,0.1,0.1)")
     parser.add_argument("--samples", type=arguments.count, default=400, help="samples a trajectory (default: %(default)s)")
@@ -41,6 +50,14 @@ def parse() -> argparse.Namespace:
     return args
 
 
+def executor(args: argparse.Namespace) -> Executor:
+    """Where shards are made."""
+    if args.ray:
+        return Cluster(args.ray, packages=[hydro_data])
+    workers = args.workers or os.cpu_count() or 1
+    return Processes(workers) if workers > 1 else Here()
+
+
 def main() -> int:
     args = parse()
     settings = dataset.Settings(name=args.out.resolve().name, trials=args.trials, seed=args.seed,
@@ -48,9 +65,10 @@ def main() -> int:
                                 model=args.model)
     start = time.monotonic()
     try:
-        manifest = dataset.generate(settings, args.out, workers=args.workers, resume=args.resume,
-                                    overwrite=args.overwrite)
-    except (DataError, OSError) as error:
+        with executor(args) as workers:
+            manifest = dataset.generate(settings, args.out, executor=workers, resume=args.resume,
+                                        overwrite=args.overwrite)
+    except (DataError, FanoutError, OSError) as error:
         print(f"gen_task2.py: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
@@ -58,7 +76,7 @@ def main() -> int:
         return 130
     counts = ", ".join(f"{split} {part['trajectories']}" for split, part in manifest["splits"].items())
     print(f"{args.out}: {counts} trajectories of {args.samples} samples in {time.monotonic() - start:.1f} s "
-          f"({args.workers} workers)")
+          f"({workers.description})")
     return 0
 
 

@@ -6,7 +6,8 @@ gait.py        joint targets
 plan.py        everything that is drawn at random for one trajectory
 simulation.py  many plans -> states, features and labels, in a mujoco.batch
 task2.py       one shard of the Task 2 data set
-dataset.py     the Task 2 data set: its worker processes
+proof.py       does another machine compute the bits of this one?
+dataset.py     the Task 2 data set: its shards by any executor
 folder.py      a data-set folder: shards, resume, manifest
 rollouts.py    a folder of recorded rollouts
 files.py       whole files or none, fingerprints

@@ -1,25 +1,22 @@
-"""The Task 2 data set: shards by worker processes, resume after a kill, manifest.
+"""The Task 2 data set: shards by any executor, resume after a kill, manifest.
 
 A shard depends on (seed, split, index of its trajectories) alone, so a resumed folder has the bytes
 of an uninterrupted one.
 """
 
-import multiprocessing
-import os
-import threading
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass
-from multiprocessing.connection import wait
+from contextlib import closing
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
+from fanout import FanoutError
+from fanout.executor import Executor
+
 from . import VERSION, DataError, features, scene, task2
-from .files import write_json
-from .folder import GENERATION, MANIFEST, SCHEMA, Shard, cut, entries, finished, intact, prepare, share
-from .progress import Progress
+from .folder import SCHEMA, Shard, complete, cut, entries, finished, intact, prepare, share
+from .proof import Proof
 
 
 @dataclass(frozen=True)
@@ -66,27 +63,8 @@ def _head(settings: Settings, loaded: scene.Scene) -> dict:
     }
 
 
-_SCENE: scene.Scene | None = None
-
-
-def _worker_start(model: str) -> None:
-    """Load the scene once a process; die with the parent, however it dies."""
-    global _SCENE
-    _SCENE = scene.load(model)
-    parent = multiprocessing.parent_process()
-
-    def follow() -> None:
-        wait([parent.sentinel])
-        os._exit(1)
-
-    threading.Thread(target=follow, daemon=True).start()
-
-
-def _worker_shard(folder: Path, seed: int, shard: Shard, samples: int, noise_std: np.ndarray) -> str:
-    return task2.write_shard(_SCENE, folder, seed, shard, samples, noise_std)
-
-
-def generate(settings: Settings, out: Path, *, workers: int, resume: bool = False, overwrite: bool = False) -> dict:
+def generate(settings: Settings, out: Path, *, executor: Executor, resume: bool = False,
+             overwrite: bool = False) -> dict:
     """Make or finish the data set; returns its manifest."""
     loaded = scene.load(settings.model)
     head = _head(settings, loaded)
@@ -99,37 +77,15 @@ def generate(settings: Settings, out: Path, *, workers: int, resume: bool = Fals
         hashes = intact(out, recorded)
     if std is None:
         std = [float(s) for s in task2.PERTURBATION * task2.pilot_std(loaded, settings.seed, settings.samples)]
-    state = head | {"perturbation_std": std, "planned": planned, "finished": hashes}
-    write_json(out / GENERATION, state)
 
-    missing = [shard for shard in shards if shard.file not in hashes]
-    progress = Progress(settings.trials, "trajectories", done=settings.trials - sum(s.count for s in missing))
-    for shard, digest in _make(settings, out, loaded, missing, np.array(std), workers):
-        hashes[shard.file] = digest
-        write_json(out / GENERATION, state)
-        progress.advance(shard.count)
-
-    manifest = head | {"perturbation_std": std, "splits": entries(settings.counts(), shards, hashes)}
-    write_json(out / MANIFEST, manifest)
-    (out / GENERATION).unlink()
-    return manifest
-
-
-def _make(settings: Settings, out: Path, loaded: scene.Scene, missing: list[Shard], noise_std: np.ndarray,
-          workers: int):
-    """Yield (shard, sha256) as shards are written."""
-    if workers == 1:
-        for shard in missing:
-            yield shard, task2.write_shard(loaded, out, settings.seed, shard, settings.samples, noise_std)
-        return
-    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"),
-                               initializer=_worker_start, initargs=(settings.model,))
+    maker = task2.Maker(loaded, settings.seed, settings.samples, np.array(std))
+    if executor.other_machines:
+        maker = replace(maker, proof=Proof.of(maker.sample()))
+    missing = {shard.file: shard for shard in shards if shard.file not in hashes}
+    # Workers may be machines without this folder: only this process writes.
     try:
-        jobs = {pool.submit(_worker_shard, out, settings.seed, shard, settings.samples, noise_std): shard
-                for shard in missing}
-        for job in as_completed(jobs):
-            yield jobs[job], job.result()
-    except BrokenProcessPool as error:
-        raise DataError("a worker process was killed; finished shards are kept: go on with --resume") from error
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        with closing(executor.run(maker, missing)) as results:
+            return complete(out, head | {"perturbation_std": std}, planned, hashes, results,
+                            lambda hashes: {"splits": entries(settings.counts(), shards, hashes)})
+    except FanoutError as error:
+        raise DataError(f"{error}; finished shards are kept: go on with --resume") from error

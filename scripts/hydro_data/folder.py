@@ -6,7 +6,7 @@ shard. `manifest.json` replaces it when all shards stand.
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -129,27 +129,37 @@ def intact(out: Path, hashes: dict[str, str]) -> dict[str, str]:
     return {file: digest for file, digest in hashes.items() if (out / file).is_file() and sha256(out / file) == digest}
 
 
-def fill(out: Path, head: dict, planned: dict[str, int], make: Callable[[str], bytes],
-         closing: Callable[[dict[str, str]], dict], *, resume: bool, overwrite: bool,
-         files: tuple[str, ...] = ("*-of-*.safetensors",), unit: str = "trajectories") -> dict:
-    """Make or finish a folder in this process, file by file; returns its manifest, `head` and `closing(sha256 by file)`.
+def complete(out: Path, head: dict, planned: dict[str, int], hashes: dict[str, str], results: Iterable[tuple[str, bytes]],
+             closing: Callable[[dict[str, str]], dict], *, unit: str = "trajectories") -> dict:
+    """Write the files that are missing as they come; returns the manifest, `head` and `closing(sha256 by file)`.
 
-    planned: units by file, for the record and the progress; make: the bytes of a file.
+    planned: units by file, for the record and the progress; hashes: sha256 of the files that stand; results:
+    (file, bytes) of all others, in any order.
     """
-    hashes: dict[str, str] = {}
-    if prepare(out, resume=resume, overwrite=overwrite, files=files):
-        hashes = intact(out, finished(out, head, planned)[0])
+    hashes = dict(hashes)
     state = head | {"planned": planned, "finished": hashes}
     write_json(out / GENERATION, state)
     progress = Progress(sum(planned.values()), unit, done=sum(planned[file] for file in hashes))
-    for file in planned:
-        if file not in hashes:
-            content = make(file)
-            write_beside(out / file, content)
-            hashes[file] = hashlib.sha256(content).hexdigest()
-            write_json(out / GENERATION, state)
-            progress.advance(planned[file])
+    for file, content in results:
+        write_beside(out / file, content)
+        hashes[file] = hashlib.sha256(content).hexdigest()
+        write_json(out / GENERATION, state)
+        progress.advance(planned[file])
     manifest = head | closing(hashes)
     write_json(out / MANIFEST, manifest)
     (out / GENERATION).unlink()
     return manifest
+
+
+def fill(out: Path, head: dict, planned: dict[str, int], make: Callable[[str], bytes],
+         closing: Callable[[dict[str, str]], dict], *, resume: bool, overwrite: bool,
+         files: tuple[str, ...] = ("*-of-*.safetensors",), unit: str = "trajectories") -> dict:
+    """Make or finish a folder in this process, file by file, as `complete` does; returns its manifest.
+
+    make: the bytes of a file.
+    """
+    hashes: dict[str, str] = {}
+    if prepare(out, resume=resume, overwrite=overwrite, files=files):
+        hashes = intact(out, finished(out, head, planned)[0])
+    results = ((file, make(file)) for file in planned if file not in hashes)
+    return complete(out, head, planned, hashes, results, closing, unit=unit)

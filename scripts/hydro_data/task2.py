@@ -1,14 +1,13 @@
-"""Trajectories of Task 2, one block at a time: the work that a worker process does."""
+"""Trajectories of Task 2, one block at a time: the work that a worker does."""
 
-import hashlib
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 from safetensors.numpy import save
 
 from . import plan, simulation
-from .files import write_beside
 from .folder import Shard
+from .proof import Proof
 from .scene import SAMPLE_PERIOD, Scene
 
 #: Noise added at each step, as a share of the standard deviation of each clean component.
@@ -54,9 +53,24 @@ def shard_bytes(scene: Scene, seed: int, shard: Shard, samples: int, noise_std: 
     return save(tensors)
 
 
-def write_shard(scene: Scene, folder: Path, seed: int, shard: Shard, samples: int, noise_std: np.ndarray) -> str:
-    """Make the shard, write it beside its name and rename it; returns its sha256."""
-    content = shard_bytes(scene, seed, shard, samples, noise_std)
-    write_beside(folder / shard.file, content)
-    return hashlib.sha256(content).hexdigest()
+@dataclass(frozen=True)
+class Maker:
+    """Work of a fan-out: shard -> its bytes. It carries the compiled scene, so a worker needs no file.
 
+    noise_std as in `shard_bytes`; proof: of `sample`, where workers may be other machines.
+    """
+
+    scene: Scene
+    seed: int
+    samples: int
+    noise_std: np.ndarray
+    proof: Proof | None = None
+
+    def __call__(self, shard: Shard) -> bytes:
+        if self.proof:
+            self.proof.check(self.sample)
+        return shard_bytes(self.scene, self.seed, shard, self.samples, self.noise_std)
+
+    def sample(self) -> bytes:
+        """One trajectory, as a shard of its own: what a proof is made of."""
+        return shard_bytes(self.scene, self.seed, Shard("train", 0, 1, 0, 1), self.samples, self.noise_std)

@@ -14,6 +14,8 @@ import numpy as np
 from paths import ROOT, SCRIPTS
 from safetensors.numpy import load_file
 
+from fanout.here import Here
+from fanout.processes import Processes
 from hydro_data import DataError, dataset, files, task2
 
 SETTINGS = dataset.Settings(name="t", trials=8, seed=5, samples=60, splits=(0.5, 0.25, 0.25), shard_size=2,
@@ -35,7 +37,7 @@ class Bytes(unittest.TestCase):
         cls.pilot.start()
         cls.temporary = tempfile.TemporaryDirectory()
         cls.reference = Path(cls.temporary.name, "reference")
-        cls.manifest = dataset.generate(SETTINGS, cls.reference, workers=1)
+        cls.manifest = dataset.generate(SETTINGS, cls.reference, executor=Here())
 
     @classmethod
     def tearDownClass(cls):
@@ -46,12 +48,12 @@ class Bytes(unittest.TestCase):
         return Path(self.temporary.name, name)
 
     def test_two_workers_give_the_same_bytes(self):
-        dataset.generate(SETTINGS, self.other("two"), workers=2)
+        dataset.generate(SETTINGS, self.other("two"), executor=Processes(2))
         self.assertEqual(contents(self.other("two")), contents(self.reference))
 
     def test_shard_size_and_block_change_no_trajectory(self):
         with mock.patch.object(task2, "BLOCK", 3):
-            dataset.generate(dataset.Settings(**{**SETTINGS.__dict__, "shard_size": 4}), self.other("big"), workers=1)
+            dataset.generate(dataset.Settings(**{**SETTINGS.__dict__, "shard_size": 4}), self.other("big"), executor=Here())
         big = load_file(self.other("big") / "train-00000-of-00001.safetensors")
         for name in ("x", "wrench", "wrench_clean", "hydrostatic", "condition"):
             small = [load_file(self.reference / f"train-{i:05d}-of-00002.safetensors")[name] for i in range(2)]
@@ -69,22 +71,22 @@ class Bytes(unittest.TestCase):
                 raise KeyboardInterrupt
             return original(*arguments)
 
-        original = task2.write_shard
-        with mock.patch.object(task2, "write_shard", dies), self.assertRaises(KeyboardInterrupt):
-            dataset.generate(SETTINGS, out, workers=1)
+        original = task2.shard_bytes
+        with mock.patch.object(task2, "shard_bytes", dies), self.assertRaises(KeyboardInterrupt):
+            dataset.generate(SETTINGS, out, executor=Here())
         self.assertFalse((out / "manifest.json").exists())
         first = out / "train-00000-of-00002.safetensors"
         kept = first.stat().st_mtime_ns
         second = out / "train-00001-of-00002.safetensors"
         second.write_bytes(second.read_bytes()[:-1] + b"!")
-        dataset.generate(SETTINGS, out, workers=1, resume=True)
+        dataset.generate(SETTINGS, out, executor=Here(), resume=True)
         self.assertEqual(first.stat().st_mtime_ns, kept, "a finished shard was made again")
         self.assertEqual(contents(out), contents(self.reference))
 
     def test_resume_with_other_settings_is_refused(self):
         for change, word in (({"seed": 6}, "seed was 5, now 6"), ({"trials": 9}, "--trials")):
             with self.assertRaisesRegex(DataError, word):
-                dataset.generate(dataset.Settings(**{**SETTINGS.__dict__, **change}), self.reference, workers=1, resume=True)
+                dataset.generate(dataset.Settings(**{**SETTINGS.__dict__, **change}), self.reference, executor=Here(), resume=True)
 
     def test_tensors_are_those_of_the_schema(self):
         shard = load_file(self.reference / "test-00000-of-00001.safetensors")
@@ -158,6 +160,9 @@ class CommandLine(unittest.TestCase):
     def test_bad_numbers(self):
         self.assertIn("not a positive number", self.refused("--trials", "0", code=2))
         self.assertIn("--seed", self.refused("--seed", "-1", code=2))
+
+    def test_workers_and_ray(self):
+        self.assertIn("not allowed with", self.refused("--ray", "auto", "--workers", "2", code=2))
 
     def test_killed_and_resumed(self):
         with tempfile.TemporaryDirectory() as folder:
