@@ -47,13 +47,14 @@ impl State {
 
     /// No force after a past in which every sample was `x`.
     fn restart(&mut self, x: &[f64]) {
-        self.engine.start(x, &mut self.memory);
         self.force.fill(0.0);
+        self.engine
+            .start(x, &self.force, &mut self.memory, &mut self.scratch);
     }
 
     /// One more sample; the force after it.
     fn step(&mut self, x: &[f64]) {
-        self.engine.observe(x, &mut self.memory);
+        self.engine.observe(x, &mut self.memory, &mut self.scratch);
         self.engine.sample(
             &self.memory,
             &self.force,

@@ -32,7 +32,10 @@ def field(weights: dict[str, np.ndarray], x: np.ndarray, *, relaxing: bool = Fal
 
 def encode(card: dict, x: np.ndarray) -> np.ndarray:
   """Raw features [.., n] -> standardised inputs, the quaternion turned into the up direction where the card says so."""
-  if card["config"]["encoding"] == "up":
+  encoding = card["config"]["encoding"]
+  if encoding not in ("raw", "up"):
+    raise ValueError(f"encoding `{encoding}` is not known here: there are raw and up")
+  if encoding == "up":
     at = card["features"].index("quaternion.w")
     w, i, j, k = (x[..., at + n] for n in range(4))
     scale = 2 / (w * w + i * i + j * j + k * k)

@@ -13,7 +13,10 @@ use super::{
 };
 use crate::{
     features::FeatureLayout,
-    model::{AttentionOdeConfig, MlpConfig, ModelConfig, Normaliser, Scratch},
+    model::{
+        AttentionOdeConfig, CnodeConfig, LstmConfig, MlpConfig, MlpOdeConfig, ModelConfig,
+        Normaliser, RelaxationOdeConfig, Scratch,
+    },
 };
 
 fn checkpoint(model: ModelConfig) -> Checkpoint {
@@ -93,6 +96,22 @@ fn replace_weights(folder: &Path, change: impl FnOnce(&mut BTreeMap<String, Tens
 fn what_was_saved_is_loaded_bit_by_bit() {
     for model in [
         small(),
+        ModelConfig::MlpOde(MlpOdeConfig {
+            hidden: vec![6],
+            ..MlpOdeConfig::default()
+        }),
+        ModelConfig::RelaxationOde(RelaxationOdeConfig {
+            hidden: vec![6],
+            ..RelaxationOdeConfig::default()
+        }),
+        ModelConfig::Cnode(CnodeConfig {
+            hidden: vec![6],
+            ..CnodeConfig::default()
+        }),
+        ModelConfig::Lstm(LstmConfig {
+            hidden: vec![6],
+            ..LstmConfig::default()
+        }),
         ModelConfig::Mlp(MlpConfig {
             hidden: vec![6],
             ..MlpConfig::default()
@@ -316,8 +335,8 @@ fn malformed_cards_say_what_is_wrong() {
             "schema is \"hydro-checkpoint/9\", expected",
         ),
         (
-            |card| card["kind"] = "lstm".into(),
-            "unknown variant `lstm`",
+            |card| card["kind"] = "transformer".into(),
+            "unknown variant `transformer`",
         ),
         (
             |card| card["config"]["windw"] = 3.into(),

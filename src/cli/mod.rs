@@ -19,6 +19,7 @@ mod doctor;
 mod evaluate;
 mod gap;
 mod inspect;
+mod model_flags;
 mod progress;
 #[cfg(mujoco_plugins)]
 mod simulate;

@@ -3,18 +3,23 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
-use clap::ValueEnum;
 use hydro_plugin::{
     checkpoint::Checkpoint,
     dataset::Dataset,
-    model::{Adjoint, AttentionOdeConfig, Encoding, MlpConfig, ModelConfig, Solver},
+    model::{Adjoint, Solver},
     training::{
         Evaluation, InitialForce, LogRecord, Observer, Outcome, Progress as Place, TrainConfig,
         TrainDevice, Trainer, evaluate,
     },
 };
 
-use super::{cancel::cancel_on_signal, command_line, print_json, progress::Progress};
+use super::{
+    cancel::cancel_on_signal,
+    command_line,
+    model_flags::{ModelFlags, Preset},
+    print_json,
+    progress::Progress,
+};
 
 /// Flags of `hydro train`. A flag that is left out takes the preset's value.
 #[derive(Debug, clap::Args)]
@@ -28,37 +33,12 @@ pub(super) struct Args {
     /// Name in the card; the folder's name if left out.
     #[arg(long)]
     name: Option<String>,
-    /// What to train.
-    #[arg(long, value_enum, default_value_t = Kind::AttentionOde)]
-    model: Kind,
+    #[command(flatten)]
+    model: ModelFlags,
     /// Sizes and length of training to start from.
     #[arg(long, value_enum, default_value_t = Preset::Full)]
     preset: Preset,
-    /// Hidden widths of the field, as 512,512,512.
-    #[arg(long, value_delimiter = ',')]
-    hidden: Option<Vec<usize>>,
-    /// Samples of the past that the attention sees.
-    #[arg(long)]
-    window: Option<usize>,
-    /// Attention heads.
-    #[arg(long)]
-    heads: Option<usize>,
-    /// Length of a sample's embedding.
-    #[arg(long)]
-    embedding: Option<usize>,
-    /// Length of the latent h; 6 is the paper's.
-    #[arg(long)]
-    latent: Option<usize>,
-    /// How the attitude enters; the paper's is raw.
-    #[arg(long, value_enum)]
-    encoding: Option<Attitude>,
-    /// Give the field h alone, so that the force is a running sum (the paper's other equation).
-    #[arg(long)]
-    without_force: bool,
-    /// Leave out the linear part of the field, as in the paper.
-    #[arg(long)]
-    without_skip: bool,
-    /// euler or rk4.
+    /// euler or rk4, of a model that a solver steps.
     #[arg(long)]
     solver: Option<Solver>,
     /// discrete, the gradient of the steps as taken; or continuous, of the differential equation, whose distance from
@@ -100,44 +80,9 @@ pub(super) struct Args {
     json: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Kind {
-    /// The paper's: attention over the past, an ODE for the force.
-    AttentionOde,
-    /// The memoryless yardstick: a perceptron of the present sample.
-    Mlp,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Attitude {
-    /// The world's up direction in the base frame.
-    Up,
-    /// The quaternion.
-    Raw,
-}
-
-impl From<Attitude> for Encoding {
-    fn from(attitude: Attitude) -> Self {
-        match attitude {
-            Attitude::Up => Self::Up,
-            Attitude::Raw => Self::Raw,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Preset {
-    /// The paper's field, 512-512-512; hours on two cores.
-    Full,
-    /// The released checkpoint: a smaller field, about half an hour on two cores.
-    Release,
-    /// A few minutes on two cores.
-    Demo,
-}
-
 /// Runs the command.
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
-    let config = configuration(args);
+    let config = configuration(args)?;
     let data = Dataset::open(&args.data)?;
     let mut trainer = Trainer::on(args.device, config, &data)?;
     let folder = RunFolder::new(&args.out)?;
@@ -206,7 +151,7 @@ fn report(args: &Args, words: &str, metrics: &serde_json::Value) -> anyhow::Resu
 }
 
 /// The preset's settings with the flags on top.
-fn configuration(args: &Args) -> TrainConfig {
+fn configuration(args: &Args) -> anyhow::Result<TrainConfig> {
     let mut config = match args.preset {
         Preset::Full => TrainConfig::default(),
         Preset::Release => TrainConfig {
@@ -219,34 +164,8 @@ fn configuration(args: &Args) -> TrainConfig {
             ..TrainConfig::default()
         },
     };
-    let hidden = args.hidden.clone().unwrap_or(match args.preset {
-        Preset::Full => vec![512; 3],
-        Preset::Release => vec![256; 3],
-        Preset::Demo => vec![256; 2],
-    });
-    config.model = match args.model {
-        Kind::AttentionOde => {
-            let sizes = AttentionOdeConfig::default();
-            ModelConfig::AttentionOde(AttentionOdeConfig {
-                window: args.window.unwrap_or(sizes.window),
-                heads: args.heads.unwrap_or(sizes.heads),
-                embedding: args.embedding.unwrap_or(sizes.embedding),
-                latent: args.latent.unwrap_or(sizes.latent),
-                encoding: args.encoding.map_or(sizes.encoding, Encoding::from),
-                field_sees_force: !args.without_force,
-                skip: !args.without_skip,
-                hidden,
-            })
-        }
-        Kind::Mlp => {
-            let sizes = MlpConfig::default();
-            ModelConfig::Mlp(MlpConfig {
-                encoding: args.encoding.map_or(sizes.encoding, Encoding::from),
-                skip: !args.without_skip,
-                hidden,
-            })
-        }
-    };
+    config.model = args.model.config(args.preset)?;
+    config.solver = args.solver.unwrap_or_else(|| args.model.usual_solver());
     config.seed = args.seed;
     config.trajectories = args.trajectories;
     let set = |target: &mut usize, flag: Option<usize>| {
@@ -261,13 +180,10 @@ fn configuration(args: &Args) -> TrainConfig {
     if let Some(rate) = args.learning_rate {
         config.learning_rate = rate;
     }
-    if let Some(solver) = args.solver {
-        config.solver = solver;
-    }
     if let Some(adjoint) = args.adjoint {
         config.adjoint = adjoint;
     }
-    config
+    Ok(config)
 }
 
 /// The checkpoint's folder, and the folder beside it where the run keeps its state and log.

@@ -105,8 +105,8 @@ mod tests {
             solver,
             field_sees_force: true,
             adjoint,
-            kept: Kept::default(),
-            mark: Mark::new(),
+            kept: Some(Kept::default()),
+            mark: Mark::default(),
         }
     }
 

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::features::FeatureLayout;
+use crate::features::{Feature, FeatureLayout};
 
-/// How the attitude reaches the network.
+/// How a sample reaches the network.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Encoding {
@@ -15,6 +15,12 @@ pub enum Encoding {
     /// are then nearly linear.
     #[default]
     Up,
+    /// [`Encoding::Up`], and behind it the closed forms of the water's force, for a linear part to weigh:
+    /// with rho the density, v and w the linear and angular velocity, q' the joint velocities,
+    /// rho up (buoyancy); rho |v| v, rho |v_i| v_i, rho |w| w, rho |q'_i| q'_i (drag); and what a body of constant
+    /// added mass feels: rho v_i w_j (Coriolis forces), rho v_i v_j (Munk moments), rho w_i w_j (gyroscopic moments).
+    /// A form whose features the layout lacks is left out; without a density rho is 1.
+    Hydrodynamic,
 }
 
 /// An encoding of one feature layout: n raw features in, [`Encoder::len`] numbers out.
@@ -23,6 +29,81 @@ pub struct Encoder {
     inputs: usize,
     /// Where the quaternion stands, when it is to be replaced.
     quaternion: Option<usize>,
+    /// What is behind the features.
+    forms: Option<Forms>,
+}
+
+/// Features beyond this are held there, so that no product of three leaves the range of f64.
+const WILD: f64 = 1e60;
+
+/// Where the features of the closed forms stand among the raw ones.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Forms {
+    quaternion: Option<usize>,
+    density: Option<usize>,
+    linear: Vec<usize>,
+    angular: Vec<usize>,
+    joints: Vec<usize>,
+}
+
+impl Forms {
+    fn new(layout: &FeatureLayout) -> Self {
+        let all = |wanted: fn(&Feature) -> bool| {
+            let features = layout.features().iter().enumerate();
+            features
+                .filter(|(_, feature)| wanted(feature))
+                .map(|(at, _)| at)
+                .collect()
+        };
+        Self {
+            quaternion: layout.quaternion(),
+            density: layout.density(),
+            linear: all(|feature| matches!(feature, Feature::LinearVelocity(_))),
+            angular: all(|feature| matches!(feature, Feature::AngularVelocity(_))),
+            joints: all(|feature| matches!(feature, Feature::JointVelocity(_))),
+        }
+    }
+
+    fn len(&self) -> usize {
+        let (v, w) = (self.linear.len(), self.angular.len());
+        let pairs = |n: usize| n * n.saturating_sub(1) / 2;
+        3 * usize::from(self.quaternion.is_some())
+            + 2 * v
+            + v * w
+            + pairs(v)
+            + w
+            + pairs(w)
+            + self.joints.len()
+    }
+
+    /// Calls `put(index, value)` for each form of the raw sample `x`.
+    fn evaluate(&self, x: &[f64], mut put: impl FnMut(usize, f64)) {
+        let x = |at: usize| x[at].clamp(-WILD, WILD);
+        let density = self.density.map_or(1.0, x);
+        let norm = |at: &[usize]| at.iter().map(|i| x(*i) * x(*i)).sum::<f64>().sqrt();
+        let (speed, rate) = (norm(&self.linear), norm(&self.angular));
+        let mut index = 0;
+        let mut next = |value: f64| {
+            put(index, density * value);
+            index += 1;
+        };
+        if let Some(at) = self.quaternion {
+            let up = up_in_base([x(at), x(at + 1), x(at + 2), x(at + 3)]);
+            up.into_iter().for_each(&mut next);
+        }
+        for (i, v) in self.linear.iter().map(|at| x(*at)).enumerate() {
+            next(speed * v);
+            next(v.abs() * v);
+            self.angular.iter().for_each(|at| next(v * x(*at)));
+            self.linear[i + 1..].iter().for_each(|at| next(v * x(*at)));
+        }
+        for (i, w) in self.angular.iter().map(|at| x(*at)).enumerate() {
+            next(rate * w);
+            self.angular[i + 1..].iter().for_each(|at| next(w * x(*at)));
+        }
+        let joints = self.joints.iter().map(|at| x(*at));
+        joints.for_each(|velocity| next(velocity.abs() * velocity));
+    }
 }
 
 impl Encoder {
@@ -32,8 +113,9 @@ impl Encoder {
             inputs: layout.len(),
             quaternion: match encoding {
                 Encoding::Raw => None,
-                Encoding::Up => layout.quaternion(),
+                Encoding::Up | Encoding::Hydrodynamic => layout.quaternion(),
             },
+            forms: (encoding == Encoding::Hydrodynamic).then(|| Forms::new(layout)),
         }
     }
 
@@ -45,6 +127,11 @@ impl Encoder {
     /// How many numbers an encoded sample holds.
     #[expect(clippy::len_without_is_empty, reason = "a layout is never empty")]
     pub fn len(&self) -> usize {
+        self.plain_len() + self.forms.as_ref().map_or(0, Forms::len)
+    }
+
+    /// Without the closed forms.
+    fn plain_len(&self) -> usize {
         self.inputs - usize::from(self.quaternion.is_some())
     }
 
@@ -61,6 +148,10 @@ impl Encoder {
     /// Calls `put(index, value)` for each number of the encoded sample `x` (SI, length n).
     #[inline]
     pub fn encode(&self, x: &[f64], mut put: impl FnMut(usize, f64)) {
+        if let Some(forms) = &self.forms {
+            let behind = self.plain_len();
+            forms.evaluate(x, |index, value| put(behind + index, value));
+        }
         let Some(at) = self.quaternion else {
             for (index, value) in x.iter().enumerate() {
                 put(index, *value);
@@ -132,6 +223,42 @@ mod tests {
     #[test]
     fn a_zero_quaternion_is_upright() {
         assert_eq!(encoded(Encoding::Up, &[0.0; 13])[2..5], [0.0, 0.0, 1.0]);
+    }
+
+    /// What is behind the features, by name, as this test spells it out.
+    #[test]
+    fn the_closed_forms_are_those_of_the_definition() {
+        // Position, velocity, quaternion (upside down), angular and linear velocity, density.
+        let x = [
+            0.5, -2.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 3.0, -1.0, 2.0, 2.0, 10.0,
+        ];
+        let plain = encoded(Encoding::Up, &x);
+        let found = encoded(Encoding::Hydrodynamic, &x);
+        assert_eq!(found[..plain.len()], plain);
+        let buoyancy = [0.0, 0.0, -10.0];
+        // |v| v, |v_i| v_i, v_i w, v_i v_j, axis by axis, at |v| = 3.
+        let linear = [-30.0, -10.0, 0.0, 0.0, -30.0, -20.0, -20.0]
+            .into_iter()
+            .chain([60.0, 40.0, 0.0, 0.0, 60.0, 40.0])
+            .chain([60.0, 40.0, 0.0, 0.0, 60.0]);
+        // |w| w and w_i w_j, then the joint.
+        let rest = [0.0, 0.0, 0.0, 0.0, 0.0, 90.0, -40.0];
+        let expected: Vec<f64> = buoyancy.into_iter().chain(linear).chain(rest).collect();
+        assert_eq!(found[plain.len()..], expected);
+        // A towed leg: two velocities and nothing else.
+        let names = [
+            "position.thigh",
+            "position.calf",
+            "linear_velocity.x",
+            "linear_velocity.y",
+        ];
+        let features = names.map(|name| name.parse().expect("known")).to_vec();
+        let layout = FeatureLayout::new(features).expect("valid");
+        let encoder = Encoder::new(Encoding::Hydrodynamic, &layout);
+        let mut out = vec![f64::NAN; encoder.len()];
+        encoder.encode(&[0.1, 0.2, 3.0, -4.0], |index, value| out[index] = value);
+        assert_eq!(out, [0.1, 0.2, 3.0, -4.0, 15.0, 9.0, -12.0, -20.0, -16.0]);
+        assert_eq!(encoder.index_of(3), Some(3));
     }
 
     proptest! {

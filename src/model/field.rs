@@ -3,7 +3,7 @@
 //!
 //! y = W_L s(... s(W_1 x + b_1) ...) + b_L + A x, s the SiLU, x [.., inputs] -> y [.., outputs].
 
-use candle_core::{Result, Tensor};
+use candle_core::{Device, Result, Tensor};
 use candle_nn::{Init, VarBuilder};
 
 use super::kernel::{Panels, Real};
@@ -150,6 +150,11 @@ impl Field {
     /// Its sizes.
     pub fn config(&self) -> &FieldConfig {
         &self.config
+    }
+
+    /// Where its weights are.
+    pub(crate) fn device(&self) -> &Device {
+        self.layers[0].0.device()
     }
 
     /// Per layer, weight [outputs, inputs] and bias [outputs].

@@ -27,14 +27,14 @@ struct Slot {
     chunks: Option<Box<dyn Any + Send>>,
 }
 
-/// Of one operation in this process.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Of one call of an operation in this process; the default is nobody's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Mark(u64);
 
 impl Mark {
     /// A new one.
     pub(crate) fn new() -> Self {
-        static NEXT: AtomicU64 = AtomicU64::new(0);
+        static NEXT: AtomicU64 = AtomicU64::new(1);
         Self(NEXT.fetch_add(1, Ordering::Relaxed))
     }
 }
@@ -50,6 +50,12 @@ impl Kept {
         read(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
+    /// Whether it holds the numbers of some call.
+    #[cfg(test)]
+    pub(crate) fn is_owned(&self) -> bool {
+        self.with(|slot| slot.owner.is_some())
+    }
+
     /// Memory for `count` chunks, whatever they hold; nobody's from now on.
     pub(crate) fn memory<T: 'static>(&self, count: usize) -> Vec<Vec<T>> {
         let found = self.with(|slot| {
@@ -58,6 +64,10 @@ impl Kept {
         });
         let chunks = found.and_then(|chunks| chunks.downcast::<Vec<Vec<T>>>().ok());
         let mut chunks = chunks.map(|chunks| *chunks).unwrap_or_default();
+        // Chunks of another call may be longer than these, and would stay for ever.
+        if !worth_keeping(chunks.iter().map(Vec::capacity).sum()) {
+            chunks.clear();
+        }
         chunks.resize_with(count, Vec::new);
         chunks
     }

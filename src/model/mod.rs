@@ -2,23 +2,35 @@
 //!
 //! Time convention: samples k = 0, 1, 2, ... at the sample period. h_k sees x_{k-W+1} .. x_k, the start padded
 //! with x_0; one explicit step takes F_k to F_{k+1} with h_k held. Between samples the force is the linear
-//! interpolation of F_k and F_{k+1}, both known at t_k. A memoryless model is F_k = g(x_k), held.
+//! interpolation of F_k and F_{k+1}, both known at t_k. The other models give F_k of the motion up to x_k, and hold
+//! it: memoryless F_k = g(x_k), the LSTM, the CNODE, and the Relaxation-ODE, whose steps end at sample k.
 
 pub mod adjoint;
 pub mod attention;
 pub mod attention_ode;
+pub mod cnode;
+pub mod control;
+mod controlled;
 pub mod encoding;
 pub mod engine;
 pub mod field;
 mod field_rows;
+mod force_ode;
 mod kept;
 mod kernel;
+pub mod lstm;
+mod lstm_layer;
 pub mod mlp;
+pub mod mlp_ode;
 pub mod normaliser;
 mod operations;
 pub mod parameters;
+mod relaxation;
+pub mod relaxation_ode;
 pub mod solver;
 mod tensor_trajectory;
+#[cfg(test)]
+mod testing;
 mod trajectory;
 
 use candle_core::{Device, Tensor};
@@ -26,15 +38,20 @@ use candle_nn::VarBuilder;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use self::engine::{CandleEngine, FusedEngine, Precision};
+use self::force_ode::Method;
 pub use self::{
     adjoint::Adjoint,
     attention_ode::{AttentionOde, AttentionOdeConfig},
+    cnode::{Cnode, CnodeConfig},
+    control::Control,
     encoding::{Encoder, Encoding},
     engine::{Engine, EngineKind, Scratch, TOGETHER},
+    lstm::{Lstm, LstmConfig},
     mlp::{Mlp, MlpConfig},
+    mlp_ode::{MlpOde, MlpOdeConfig},
     normaliser::Normaliser,
     parameters::Parameters,
+    relaxation_ode::{RelaxationOde, RelaxationOdeConfig},
     solver::Solver,
 };
 use crate::features::FeatureLayout;
@@ -45,6 +62,14 @@ use crate::features::FeatureLayout;
 pub enum ModelConfig {
     /// See [`attention_ode`].
     AttentionOde(AttentionOdeConfig),
+    /// See [`mlp_ode`].
+    MlpOde(MlpOdeConfig),
+    /// See [`relaxation_ode`].
+    RelaxationOde(RelaxationOdeConfig),
+    /// See [`cnode`].
+    Cnode(CnodeConfig),
+    /// See [`lstm`].
+    Lstm(LstmConfig),
     /// See [`mlp`].
     Mlp(MlpConfig),
 }
@@ -54,30 +79,63 @@ impl ModelConfig {
     pub fn kind(&self) -> &'static str {
         match self {
             Self::AttentionOde(_) => "attention-ode",
+            Self::MlpOde(_) => "mlp-ode",
+            Self::RelaxationOde(_) => "relaxation-ode",
+            Self::Cnode(_) => "cnode",
+            Self::Lstm(_) => "lstm",
             Self::Mlp(_) => "mlp",
         }
     }
 
-    /// How the attitude enters.
+    /// How a sample enters.
     pub fn encoding(&self) -> Encoding {
         match self {
             Self::AttentionOde(config) => config.encoding,
+            Self::MlpOde(config) => config.encoding,
+            Self::RelaxationOde(config) => config.encoding,
+            Self::Cnode(config) => config.encoding,
+            Self::Lstm(config) => config.encoding,
             Self::Mlp(config) => config.encoding,
         }
     }
 
-    /// W, samples seen.
+    /// W, samples seen beside what the model remembers itself.
     pub fn window(&self) -> usize {
         match self {
             Self::AttentionOde(config) => config.window,
-            Self::Mlp(_) => 1,
+            Self::RelaxationOde(config) => config.window,
+            Self::Cnode(_) => 2,
+            Self::MlpOde(_) | Self::Lstm(_) | Self::Mlp(_) => 1,
         }
+    }
+
+    /// True where the force at a sample is stepped to the next one by what is known at the former; false where the
+    /// model gives the force at the sample itself.
+    pub fn predicts_next(&self) -> bool {
+        match self {
+            Self::AttentionOde(_) | Self::MlpOde(_) => true,
+            Self::RelaxationOde(_) | Self::Cnode(_) | Self::Lstm(_) | Self::Mlp(_) => false,
+        }
+    }
+
+    /// True where whole trajectories are predicted with samples to come, which a simulation does not have.
+    pub fn needs_the_future(&self) -> bool {
+        matches!(self, Self::Cnode(config) if config.control == Control::Natural)
+    }
+
+    /// False where the time loop runs through kernels for the CPU alone.
+    pub fn trains_on_any_device(&self) -> bool {
+        !matches!(self, Self::Cnode(_) | Self::Lstm(_))
     }
 
     /// Refuses sizes that cannot be built.
     pub fn check(&self) -> Result<(), ModelError> {
         let fault = match self {
             Self::AttentionOde(config) => config.fault(),
+            Self::MlpOde(config) => config.fault(),
+            Self::RelaxationOde(config) => config.fault(),
+            Self::Cnode(config) => config.fault(),
+            Self::Lstm(config) => config.fault(),
             Self::Mlp(config) => config.fault(),
         };
         fault.map_or(Ok(()), |reason| Err(ModelError::Config { reason }))
@@ -120,6 +178,14 @@ impl From<candle_core::Error> for ModelError {
 pub enum Network {
     /// See [`attention_ode`].
     AttentionOde(AttentionOde),
+    /// See [`mlp_ode`].
+    MlpOde(MlpOde),
+    /// See [`relaxation_ode`].
+    RelaxationOde(RelaxationOde),
+    /// See [`cnode`].
+    Cnode(Cnode),
+    /// See [`lstm`].
+    Lstm(Lstm),
     /// See [`mlp`].
     Mlp(Mlp),
 }
@@ -136,6 +202,12 @@ impl Network {
             ModelConfig::AttentionOde(config) => {
                 Self::AttentionOde(AttentionOde::new(config, inputs, outputs, vb)?)
             }
+            ModelConfig::MlpOde(config) => Self::MlpOde(MlpOde::new(config, inputs, outputs, vb)?),
+            ModelConfig::RelaxationOde(config) => {
+                Self::RelaxationOde(RelaxationOde::new(config, inputs, outputs, vb)?)
+            }
+            ModelConfig::Cnode(config) => Self::Cnode(Cnode::new(config, inputs, outputs, vb)?),
+            ModelConfig::Lstm(config) => Self::Lstm(Lstm::new(config, inputs, outputs, vb)?),
             ModelConfig::Mlp(config) => Self::Mlp(Mlp::new(config, inputs, outputs, vb)?),
         })
     }
@@ -143,23 +215,32 @@ impl Network {
     /// Where its weights are.
     pub fn device(&self) -> &Device {
         match self {
-            Self::AttentionOde(ode) => ode.embed.0.device(),
-            Self::Mlp(mlp) => mlp.field.layers()[0].0.device(),
+            Self::AttentionOde(network) => network.embed.0.device(),
+            Self::MlpOde(network) => network.ode.field.device(),
+            Self::RelaxationOde(network) => network.field.device(),
+            Self::Cnode(network) => network.field.device(),
+            Self::Lstm(network) => network.output.0.device(),
+            Self::Mlp(network) => network.field.device(),
         }
     }
 
-    /// z [B, W-1+T, n] and F_0 [B, f] -> F [B, T, f]; an ODE's first force is F_0 itself. The gradient is that of
-    /// the steps as they are taken.
+    /// z [B, W-1+T, n] and F_0 [B, f] -> F [B, T, f]; an ODE's first force is F_0 itself.
     pub fn forward(
         &self,
         z: &Tensor,
         start: &Tensor,
         solver: Solver,
     ) -> candle_core::Result<Tensor> {
-        self.forward_with(z, start, solver, Adjoint::Discrete)
+        let method = Method {
+            solver,
+            adjoint: Adjoint::Discrete,
+            derived: false,
+        };
+        self.run(z, start, method)
     }
 
-    /// [`Network::forward`] with a choice of the gradient; a memoryless model has one alone.
+    /// [`Network::forward`] for training, with a choice of the gradient; a model that does not predict the next force
+    /// has one alone, that of its steps as they are taken.
     pub fn forward_with(
         &self,
         z: &Tensor,
@@ -167,14 +248,24 @@ impl Network {
         solver: Solver,
         adjoint: Adjoint,
     ) -> candle_core::Result<Tensor> {
+        let method = Method {
+            solver,
+            adjoint,
+            derived: true,
+        };
+        self.run(z, start, method)
+    }
+
+    fn run(&self, z: &Tensor, start: &Tensor, method: Method) -> candle_core::Result<Tensor> {
+        // The last sample drives only what comes after the trajectory.
+        let seen = || z.narrow(1, 0, z.dim(1)? - 1)?.contiguous();
         match self {
-            Self::AttentionOde(ode) => {
-                // The last sample drives only what comes after the trajectory.
-                let samples = z.dim(1)?;
-                let seen = z.narrow(1, 0, samples - 1)?.contiguous()?;
-                ode.forward(&seen, start, solver, adjoint)
-            }
-            Self::Mlp(mlp) => mlp.forward(z),
+            Self::AttentionOde(network) => network.run(&seen()?, start, method),
+            Self::MlpOde(network) => network.forward(&seen()?, start, method),
+            Self::RelaxationOde(network) => network.forward(z, start),
+            Self::Cnode(network) => network.forward(z, start, method.solver),
+            Self::Lstm(network) => network.forward(z),
+            Self::Mlp(network) => network.forward(z),
         }
     }
 }
@@ -188,7 +279,7 @@ pub struct ForceModel {
     pub normaliser: Normaliser,
     /// The weights.
     pub network: Network,
-    /// How the ODE is stepped; a memoryless model ignores it.
+    /// How the differential equation is stepped; a model without one, or whose step is exact, ignores it.
     pub solver: Solver,
     /// What it was built from.
     pub config: ModelConfig,
@@ -233,18 +324,14 @@ impl ForceModel {
         self.config.window()
     }
 
-    /// True where the force at a sample depends on the one before.
-    pub fn has_memory(&self) -> bool {
-        matches!(self.network, Network::AttentionOde(_))
+    /// See [`ModelConfig::predicts_next`].
+    pub fn predicts_next(&self) -> bool {
+        self.config.predicts_next()
     }
 
     /// The single-step evaluator.
     pub fn engine(&self, kind: EngineKind) -> Result<Box<dyn Engine>, ModelError> {
-        Ok(match kind {
-            EngineKind::Fused => Box::new(FusedEngine::new(self, Precision::Single)?),
-            EngineKind::FusedF16 => Box::new(FusedEngine::new(self, Precision::Half)?),
-            EngineKind::Candle => Box::new(CandleEngine(self.clone())),
-        })
+        engine::build(self, kind)
     }
 
     /// Whole trajectories: x [B, T, n] raw features and F_0 [B, f] -> F [B, T, f], all SI.
@@ -282,10 +369,11 @@ impl ForceModel {
             self.network.device(),
         )?;
         let standard = Tensor::from_vec(standard, (batch, f), self.network.device())?;
-        let forces = match &self.network {
+        let forces = if self.predicts_next() && samples == 1 {
             // Without a step there is nothing to integrate.
-            Network::AttentionOde(_) if samples == 1 => standard.unsqueeze(1)?,
-            network => network.forward(&z, &standard, self.solver)?,
+            standard.unsqueeze(1)?
+        } else {
+            self.network.forward(&z, &standard, self.solver)?
         };
         let values: Vec<f32> = forces
             .flatten_all()?
@@ -310,6 +398,62 @@ impl ForceModel {
                 self.encoder
                     .encode(&x, |i, value| z[at + i] = self.normaliser.input(i, value));
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 35 features as they are, 6 force components; the paper's hidden layers, heads and widths.
+    #[test]
+    fn the_papers_sizes_have_its_parameter_counts_within_five_per_cent() {
+        let raw = Encoding::Raw;
+        let models = [
+            (
+                ModelConfig::MlpOde(MlpOdeConfig {
+                    latent: 6,
+                    encoding: raw,
+                    skip: false,
+                    ..MlpOdeConfig::default()
+                }),
+                530_628,
+            ),
+            (
+                ModelConfig::AttentionOde(AttentionOdeConfig {
+                    latent: 6,
+                    encoding: raw,
+                    skip: false,
+                    ..AttentionOdeConfig::default()
+                }),
+                554_934,
+            ),
+            (
+                ModelConfig::Cnode(CnodeConfig {
+                    encoding: raw,
+                    ..CnodeConfig::default()
+                }),
+                636_626,
+            ),
+            (
+                ModelConfig::Lstm(LstmConfig {
+                    encoding: raw,
+                    ..LstmConfig::default()
+                }),
+                828_422,
+            ),
+        ];
+        for (config, paper) in models {
+            let build = |vb: VarBuilder| Network::new(&config, 35, 6, vb);
+            let (_, parameters) = Parameters::draw(0, build).expect("drawn");
+            let share = parameters.count() as f64 / f64::from(paper);
+            assert!(
+                (share - 1.0).abs() < 0.05,
+                "{}: {} parameters, the paper has {paper}",
+                config.kind(),
+                parameters.count()
+            );
         }
     }
 }

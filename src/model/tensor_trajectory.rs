@@ -373,8 +373,8 @@ mod tests {
             solver,
             field_sees_force,
             adjoint: Adjoint::Discrete,
-            kept: Kept::default(),
-            mark: Mark::new(),
+            kept: Some(Kept::default()),
+            mark: Mark::default(),
         }
     }
 

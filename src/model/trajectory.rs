@@ -61,8 +61,9 @@ pub(crate) struct Trajectory {
     /// Whether the field is given [F; h], or h alone.
     pub(crate) field_sees_force: bool,
     pub(crate) adjoint: Adjoint,
-    /// Where hidden layers are kept for the way back, and what they are known by.
-    pub(crate) kept: Kept,
+    /// Where hidden layers are kept for the way back; nowhere where no gradient will be asked for.
+    pub(crate) kept: Option<Kept>,
+    /// What they are known by; [`Trajectory::apply`] makes a new one.
     pub(crate) mark: Mark,
 }
 
@@ -76,7 +77,13 @@ struct Sizes {
 
 impl Trajectory {
     /// Applies the operation.
-    pub(crate) fn apply(self, start: &Tensor, latent: &Tensor, weights: &Tensor) -> Result<Tensor> {
+    pub(crate) fn apply(
+        mut self,
+        start: &Tensor,
+        latent: &Tensor,
+        weights: &Tensor,
+    ) -> Result<Tensor> {
+        self.mark = Mark::new();
         start
             .contiguous()?
             .apply_op3(&latent.contiguous()?, weights, self)
@@ -99,10 +106,11 @@ impl Trajectory {
 
     /// Whether the way back of so many trajectories takes what the way forward kept. The stages of the continuous
     /// adjoint are others, and a running sum is one product either way.
-    fn keeps(&self, batch: usize, steps: usize) -> bool {
-        self.field_sees_force
+    fn keeps(&self, batch: usize, steps: usize) -> Option<&Kept> {
+        let worth = self.field_sees_force
             && self.adjoint == Adjoint::Discrete
-            && worth_keeping(batch * self.kept_len(steps))
+            && worth_keeping(batch * self.kept_len(steps));
+        self.kept.as_ref().filter(|_| worth)
     }
 
     /// One chunk: `forces` [rows, S+1, f] with the start in place, h [rows, S, l]; `kept` takes what is kept.
@@ -204,12 +212,12 @@ impl Trajectory {
         let chunks = forces
             .par_chunks_mut(chunk * row)
             .zip(latent.par_chunks(chunk * steps * width));
-        if self.keeps(batch, steps) {
-            let mut kept = self.kept.memory::<T>(batch.div_ceil(chunk));
+        if let Some(slot) = self.keeps(batch, steps) {
+            let mut kept = slot.memory::<T>(batch.div_ceil(chunk));
             chunks.zip(&mut kept).for_each(|((forces, latent), kept)| {
                 self.forward_chunk(&field, sizes, (forces, Some(kept)), latent);
             });
-            self.kept.put(Some(self.mark), kept);
+            slot.put(Some(self.mark), kept);
         } else if self.field_sees_force {
             chunks.for_each(|(forces, latent)| {
                 self.forward_chunk(&field, sizes, (forces, None), latent);
@@ -391,7 +399,8 @@ impl Trajectory {
         let mut d_latent = vec![T::default(); h.len()];
         let row = (steps + 1) * force;
         let chunk = chunk(g.len() / row);
-        let kept = self.kept.of::<T>(self.mark);
+        let slot = self.kept.as_ref();
+        let kept = slot.and_then(|slot| slot.of::<T>(self.mark));
         let kept_chunk = |index: usize| kept.as_ref().map(|chunks| &chunks[index]);
         let parts: Vec<Vec<T>> = g
             .par_chunks_mut(chunk * row)
@@ -407,8 +416,8 @@ impl Trajectory {
             })
             .collect();
         // A second backward evaluates again: memory is kept for the next step, numbers are not.
-        if let Some(kept) = kept {
-            self.kept.put(None, kept);
+        if let (Some(slot), Some(kept)) = (slot, kept) {
+            slot.put(None, kept);
         }
         let mut d_flat = vec![T::default(); self.field.count()];
         for part in parts {

@@ -12,8 +12,9 @@
 //! | 4 | f | force at the latest sample [N, N m] |
 //! | 4 + f | f | force one sample period later |
 //! | 4 + 2f | n | features at the latest step's end |
-//! | 4 + 2f + n | M | the engine's memory of the latest W samples |
+//! | 4 + 2f + n | M | the engine's memory of what came before |
 //!
+//! A model that does not predict the next force gives the one at the sample: both forces are then that one.
 //! The force at any time between two samples is the linear interpolation of the two forces, so
 //! [`Instance::wrench`] is pure and right at every stage of every integrator; only
 //! [`Instance::advance`] evaluates the network, once a sample. A clock that was moved by hand (or a
@@ -118,6 +119,8 @@ pub enum Notice {
         /// What the model was trained in, mean and four standard deviations to each side [kg/m^3].
         trained: (f64, f64),
     },
+    /// The model was trained on a path that needs the future.
+    ControlReplaced,
     /// The model has no density among its features.
     DensityUnused {
         /// The attribute [kg/m^3].
@@ -149,6 +152,11 @@ impl Notice {
                 "attribute `density` is {found} kg/m^3; the checkpoint was trained from {least:.1} to {most:.1} \
                  kg/m^3, and what it predicts elsewhere is a guess"
             ),
+            Self::ControlReplaced => {
+                "the checkpoint's CNODE was trained on the natural spline of whole trajectories; a simulation has the \
+                 past alone and takes the hermite path, so the errors in its card are not those here"
+                    .to_owned()
+            }
             Self::DensityUnused { found } => format!(
                 "attribute `density` is {found} kg/m^3; the checkpoint has no feature `density`, so that \
                  changes nothing"
@@ -169,6 +177,7 @@ pub struct Instance {
     /// True where the wrench acts beside another model of the water.
     residual: bool,
     density_notice: Option<Notice>,
+    control_notice: Option<Notice>,
 }
 
 /// Working memory a thread: two samples, forces and the engine's own.
@@ -234,6 +243,10 @@ impl Instance {
             sample_period: card.sample_period,
             residual: card.residual,
             density_notice,
+            control_notice: card
+                .model
+                .needs_the_future()
+                .then_some(Notice::ControlReplaced),
         })
     }
 
@@ -274,6 +287,7 @@ impl Instance {
             .then_some(Notice::FluidCountedTwice)
             .into_iter()
             .chain(self.density_notice)
+            .chain(self.control_notice)
     }
 
     /// The wrench at a moment, of a fully submerged robot; changes nothing. Zero where the moment is no
@@ -393,7 +407,8 @@ impl Instance {
                 }
             }
             let mut memory = vec![0.0; self.engine.memory_len()];
-            self.engine.start(&sample, &mut memory);
+            self.engine
+                .start(&sample, &carried, &mut memory, &mut work.scratch);
             self.engine
                 .sample(&memory, &carried, &mut now, &mut next, &mut work.scratch);
             (finite(&now) && finite(&next)).then_some(Start {
@@ -415,7 +430,10 @@ impl Instance {
         forces[start.now.len()..].copy_from_slice(&start.next);
         let (previous, memory) = rest.split_at_mut(start.sample.len());
         previous.copy_from_slice(&start.sample);
-        self.engine.start(&start.sample, memory);
+        WORKSPACE.with_borrow_mut(|work| {
+            self.engine
+                .start(&start.sample, &start.now, memory, &mut work.scratch);
+        });
     }
 
     /// From the latest step's end to `moment`: takes the samples in between.
@@ -464,7 +482,7 @@ impl Instance {
                     }
                 }
                 head[SAMPLES] += 1.0;
-                self.engine.observe(between, memory);
+                self.engine.observe(between, memory, scratch);
                 let (now, next) = forces.split_at_mut(outputs);
                 carried.copy_from_slice(next);
                 self.engine.sample(memory, carried, now, next, scratch);

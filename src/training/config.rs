@@ -82,11 +82,11 @@ impl TrainConfig {
     /// Refuses what cannot be trained, before any work.
     pub fn check(&self) -> Result<(), TrainError> {
         self.model.check()?;
-        if self.adjoint == Adjoint::Continuous && matches!(self.model, ModelConfig::Mlp(_)) {
+        if self.adjoint == Adjoint::Continuous && !self.model.predicts_next() {
             return Err(TrainError::Config {
                 field: "adjoint",
                 found: self.adjoint.to_string(),
-                expected: "discrete, for a memoryless model has nothing to solve".to_owned(),
+                expected: format!("discrete, the only one of the model {}", self.model.kind()),
             });
         }
         let counts = [
@@ -145,7 +145,7 @@ mod tests {
                     c.adjoint = Adjoint::Continuous;
                     c.model = ModelConfig::Mlp(crate::model::MlpConfig::default());
                 },
-                "adjoint is continuous, expected discrete, for a memoryless model has nothing to solve",
+                "adjoint is continuous, expected discrete, the only one of the model mlp",
             ),
             (|c| c.epochs = 0, "epochs is 0, expected at least 1"),
             (|c| c.horizon = 1, "horizon is 1, expected at least 2"),

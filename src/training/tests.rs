@@ -9,7 +9,10 @@ use sha2::{Digest as _, Sha256};
 use super::*;
 use crate::{
     document::hexadecimal,
-    model::{AttentionOdeConfig, MlpConfig, ModelConfig, Solver},
+    model::{
+        AttentionOdeConfig, CnodeConfig, Control, LstmConfig, MlpConfig, MlpOdeConfig, ModelConfig,
+        RelaxationOdeConfig, Solver,
+    },
 };
 
 /// Trajectories and samples of a split.
@@ -195,6 +198,115 @@ fn the_continuous_adjoint_trains_too_and_says_how_far_its_gradient_is_off() {
     assert_eq!(
         error.to_string(),
         "adjoint is continuous, expected discrete on cuda:0; the other is for the processor alone"
+    );
+}
+
+/// Every model that has a memory comes well below what a memoryless one of the same training is left with.
+#[test]
+fn every_kind_of_model_learns_the_lag() {
+    let (_root, dataset, run) = fixture();
+    let best = |model: ModelConfig, solver| {
+        let name = model.kind();
+        let config = TrainConfig {
+            model,
+            solver,
+            epochs: 200,
+            patience: 200,
+            batch: 12,
+            weight_decay: 0.0,
+            ..config()
+        };
+        let trainer = trained(config, &dataset, &run.join(name));
+        let best = trainer.place.best.expect("validated");
+        // The checkpoint holds the best weights: the same error through its own door.
+        let checkpoint = trainer.checkpoint(name, "test").expect("valid");
+        let evaluation =
+            super::super::evaluate(&checkpoint, &trainer.validation, InitialForce::Recorded);
+        assert!((evaluation.expect("evaluated").errors.pooled - best).abs() < 1e-9);
+        best
+    };
+    let memoryless = best(
+        ModelConfig::Mlp(MlpConfig {
+            hidden: vec![16],
+            ..MlpConfig::default()
+        }),
+        Solver::Euler,
+    );
+    let kinds = [
+        ModelConfig::MlpOde(MlpOdeConfig {
+            latent_hidden: vec![8],
+            latent: 4,
+            hidden: vec![16],
+            ..MlpOdeConfig::default()
+        }),
+        ModelConfig::RelaxationOde(RelaxationOdeConfig {
+            hidden: vec![16],
+            ..RelaxationOdeConfig::default()
+        }),
+        ModelConfig::Lstm(LstmConfig {
+            hidden: vec![12, 12],
+            ..LstmConfig::default()
+        }),
+    ];
+    for model in kinds {
+        // An LSTM is not given the force at the start, and has to wait until its past tells.
+        let share = if matches!(model, ModelConfig::Lstm(_)) {
+            1.0
+        } else {
+            0.7
+        };
+        let name = model.kind();
+        let left = best(model, Solver::Euler);
+        assert!(
+            left < share * memoryless,
+            "{name}: validation error {left}, memoryless {memoryless}"
+        );
+    }
+}
+
+/// A CNODE has no linear part that could be exact, and is slow to learn; that it learns at all is held.
+#[test]
+fn a_controlled_equation_learns_too() {
+    let (_root, dataset, run) = fixture();
+    for control in Control::ALL {
+        let config = TrainConfig {
+            model: ModelConfig::Cnode(CnodeConfig {
+                hidden_state: 4,
+                hidden: vec![16, 16],
+                control,
+                ..CnodeConfig::default()
+            }),
+            solver: Solver::Rk4,
+            epochs: 100,
+            patience: 100,
+            batch: 12,
+            weight_decay: 0.0,
+            ..config()
+        };
+        let trainer = trained(config, &dataset, &run.join(control.to_string()));
+        let (first, best) = (
+            trainer.log()[0].validation,
+            trainer.place.best.expect("validated"),
+        );
+        assert!(
+            best < 0.8 * first,
+            "{control}: {first} at first, {best} at best"
+        );
+    }
+}
+
+#[test]
+fn models_whose_time_loop_is_for_the_processor_alone_are_refused_elsewhere() {
+    let (_root, dataset, _) = fixture();
+    let card = "cuda:0".parse().expect("a device");
+    let config = TrainConfig {
+        model: ModelConfig::Lstm(LstmConfig::default()),
+        ..config()
+    };
+    let error = Trainer::on(card, config, &dataset).expect_err("no such operation");
+    assert_eq!(
+        error.to_string(),
+        "device is cuda:0, expected cpu, the only one of the model lstm"
     );
 }
 

@@ -134,6 +134,13 @@ impl Trainer {
                 expected: format!("discrete on {device}; the other is for the processor alone"),
             });
         }
+        if device != TrainDevice::Cpu && !config.model.trains_on_any_device() {
+            return Err(TrainError::Config {
+                field: "device",
+                found: device.to_string(),
+                expected: format!("cpu, the only one of the model {}", config.model.kind()),
+            });
+        }
         let device = (device, device.open()?);
         let train = dataset.split("train", config.trajectories)?;
         let validation = dataset.split("val", None)?;

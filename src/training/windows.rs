@@ -80,7 +80,7 @@ pub(super) struct Batch {
 pub(super) fn signed_quaternion(encoding: Encoding, layout: &FeatureLayout) -> Option<usize> {
     match encoding {
         Encoding::Raw => layout.quaternion(),
-        Encoding::Up => None,
+        Encoding::Up | Encoding::Hydrodynamic => None,
     }
 }
 

@@ -10,8 +10,8 @@ use hydro_plugin::{
     checkpoint::{Card, Checkpoint, SCHEMA},
     features::{Feature, FeatureLayout},
     model::{
-        AttentionOdeConfig, Encoder, MlpConfig, ModelConfig, Network, Normaliser, Parameters,
-        Solver,
+        AttentionOdeConfig, CnodeConfig, Encoder, LstmConfig, MlpConfig, MlpOdeConfig, ModelConfig,
+        Network, Normaliser, Parameters, RelaxationOdeConfig, Solver,
     },
 };
 
@@ -64,6 +64,38 @@ pub fn constant() -> Recipe {
     }
 }
 
+/// One of every kind of model, for the joints given.
+pub fn zoo(joints: &[&str]) -> Vec<Recipe> {
+    let hidden = || vec![16, 16];
+    let kinds = [
+        attention(),
+        ModelConfig::MlpOde(MlpOdeConfig {
+            latent: 8,
+            hidden: hidden(),
+            ..MlpOdeConfig::default()
+        }),
+        ModelConfig::RelaxationOde(RelaxationOdeConfig {
+            hidden: hidden(),
+            ..RelaxationOdeConfig::default()
+        }),
+        ModelConfig::Cnode(CnodeConfig {
+            hidden: hidden(),
+            ..CnodeConfig::default()
+        }),
+        ModelConfig::Lstm(LstmConfig {
+            hidden: hidden(),
+            ..LstmConfig::default()
+        }),
+    ];
+    let recipe = |model| Recipe {
+        model,
+        ..lively(joints)
+    };
+    let mut all: Vec<Recipe> = kinds.into_iter().map(recipe).collect();
+    all.push(memoryless(joints));
+    all
+}
+
 /// Memoryless, for the joints given.
 pub fn memoryless(joints: &[&str]) -> Recipe {
     let config = MlpConfig {
@@ -95,8 +127,8 @@ pub fn towing() -> Recipe {
 
 impl Recipe {
     pub fn checkpoint(&self) -> Checkpoint {
-        let inputs = Encoder::new(self.model.encoding(), &self.features).len();
-        let outputs = self.outputs.len();
+        let encoder = Encoder::new(self.model.encoding(), &self.features);
+        let (inputs, outputs) = (encoder.len(), self.outputs.len());
         let network =
             |vb: candle_nn::VarBuilder<'_>| Network::new(&self.model, inputs, outputs, vb);
         let (_, drawn) = Parameters::draw(7, network).unwrap();
@@ -108,10 +140,15 @@ impl Recipe {
         let mut normaliser = Normaliser::identity(inputs, outputs);
         normaliser.output_mean.clone_from(&self.mean);
         normaliser.output_std.clone_from(&self.deviation);
-        // The density is around 1000 and the last input.
-        if self.features.density().is_some() {
-            normaliser.input_mean[inputs - 1] = 1000.0;
-            normaliser.input_std[inputs - 1] = 20.0;
+        // The density is around 1000, and what it multiplies has its size.
+        if let Some(at) = self
+            .features
+            .density()
+            .and_then(|raw| encoder.index_of(raw))
+        {
+            normaliser.input_mean[at] = 1000.0;
+            normaliser.input_std[at] = 20.0;
+            normaliser.input_std[at + 1..].fill(1000.0);
         }
         let units = |name: &str| {
             if name.starts_with("force") {

@@ -25,7 +25,7 @@ impl Reference {
         let mut start = forces.clone();
         engine.estimate(x, &mut start, &mut scratch);
         let mut memory = vec![0.0; engine.memory_len()];
-        engine.start(x, &mut memory);
+        engine.start(x, &start, &mut memory, &mut scratch);
         let mut reference = Self {
             memory,
             period: checkpoint.card.sample_period,
@@ -47,7 +47,7 @@ impl Reference {
 
     /// The next sample, one period after the last.
     pub fn sample(&mut self, time: f64, x: &[f64]) {
-        self.engine.observe(x, &mut self.memory);
+        self.engine.observe(x, &mut self.memory, &mut self.scratch);
         self.taken = time;
         let carried = self.next.clone();
         self.evaluate(&carried);

@@ -1,4 +1,4 @@
-//! A model stepped by our own products: no allocation, no threads, no Candle.
+//! A field stepped by our own products, or evaluated where it is memoryless: no allocation, no threads, no Candle.
 
 use pulp::Arch;
 
@@ -7,6 +7,7 @@ use super::{
         ForceModel, ModelError, Network, encoding::Encoder, normaliser::Normaliser, solver::Solver,
     },
     Engine, SETTLED, SETTLING_STEPS, Scratch,
+    latent::Latent,
     past::{self, Past},
     perceptron::{Perceptron, Precision},
     samples,
@@ -29,7 +30,7 @@ pub(crate) struct FusedEngine {
 #[derive(Clone, Debug)]
 pub(super) struct Ode {
     solver: Solver,
-    pub(super) past: Past,
+    pub(super) latent: Latent,
     field_sees_force: bool,
 }
 
@@ -82,35 +83,48 @@ pub(super) struct Stepped<'a> {
 }
 
 impl FusedEngine {
-    pub(crate) fn new(model: &ForceModel, precision: Precision) -> candle_core::Result<Self> {
-        let (field, ode) = match &model.network {
+    pub(super) fn new(
+        model: &ForceModel,
+        precision: Precision,
+        arch: Arch,
+    ) -> candle_core::Result<Self> {
+        let driven = match &model.network {
             Network::AttentionOde(network) => {
-                let ode = Ode {
-                    solver: model.solver,
-                    past: Past::new(network)?,
-                    field_sees_force: network.config().field_sees_force,
-                };
-                (&network.field, Some(ode))
+                Some((&network.ode, Latent::Attention(Past::new(network)?)))
             }
-            Network::Mlp(network) => (&network.field, None),
+            // Small beside the field, and what it makes drives the field: always in f32.
+            Network::MlpOde(network) => {
+                let latent = Perceptron::new(&network.latent, Precision::Single)?;
+                Some((&network.ode, Latent::Perceptron(latent)))
+            }
+            _ => None,
+        };
+        let field = match (&driven, &model.network) {
+            (Some((ode, _)), _) => &ode.field,
+            (None, Network::Mlp(network)) => &network.field,
+            (None, other) => candle_core::bail!("{other:?} is not stepped by a field"),
         };
         Ok(Self {
-            arch: Arch::new(),
+            arch,
             encoder: model.encoder.clone(),
             normaliser: model.normaliser.clone(),
             field: Perceptron::new(field, precision)?,
-            ode,
+            ode: driven.map(|(ode, latent)| Ode {
+                solver: model.solver,
+                field_sees_force: ode.field_sees_force,
+                latent,
+            }),
         })
     }
 
     /// W.
     fn window(&self) -> usize {
-        self.ode.as_ref().map_or(1, |ode| ode.past.window())
+        self.ode.as_ref().map_or(1, |ode| ode.latent.window())
     }
 
     /// Numbers of scratch in all: field input, force, slopes, layers, and what the latent takes.
     fn scratch(&self) -> usize {
-        let latent = self.ode.as_ref().map_or(0, |ode| ode.past.scratch());
+        let latent = self.ode.as_ref().map_or(0, |ode| ode.latent.scratch());
         let field = &self.field.config;
         field.inputs + 3 * field.outputs + self.field.scratch() + latent
     }
@@ -147,9 +161,9 @@ impl FusedEngine {
                 self.field.evaluate(self.arch, input, now, layers);
             }
             Some(ode) => {
-                let latent = field.inputs - ode.past.latent_len();
-                ode.past
-                    .latent(self.arch, memory, &mut input[latent..], rest);
+                let latent = field.inputs - ode.latent.len();
+                ode.latent
+                    .evaluate(self.arch, memory, &mut input[latent..], rest);
                 for (i, (slot, value)) in now.iter_mut().zip(force.iter()).enumerate() {
                     *slot = start(i, *value);
                 }
@@ -187,11 +201,11 @@ impl Engine for FusedEngine {
         past::memory_len(self.window(), self.encoder.len())
     }
 
-    fn start(&self, x: &[f64], memory: &mut [f64]) {
+    fn start(&self, x: &[f64], _: &[f64], memory: &mut [f64], _: &mut Scratch) {
         past::fill(memory, self.encoder.len(), |z| self.encode(x, z));
     }
 
-    fn observe(&self, x: &[f64], memory: &mut [f64]) {
+    fn observe(&self, x: &[f64], memory: &mut [f64], _: &mut Scratch) {
         past::push(memory, self.encoder.len(), |z| self.encode(x, z));
     }
 
@@ -212,7 +226,7 @@ impl Engine for FusedEngine {
 
     fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch) {
         let mut memory = vec![0.0; self.memory_len()];
-        self.start(x, &mut memory);
+        self.start(x, &[], &mut memory, scratch);
         self.advance(&memory, force, SETTLING_STEPS, scratch, |_, _| 0.0);
     }
 

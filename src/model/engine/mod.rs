@@ -1,20 +1,27 @@
 //! One sample at a time: what the simulation asks of a model.
 
+mod controlled;
 mod fused;
+mod latent;
 mod past;
 mod perceptron;
+mod recurrent;
 mod reference;
+mod relaxing;
 #[cfg(test)]
 mod tests;
 mod together;
 
 use std::{fmt, str::FromStr};
 
+use pulp::Arch;
 use thiserror::Error;
 
-use super::ModelError;
-
-pub(crate) use self::{fused::FusedEngine, perceptron::Precision, reference::CandleEngine};
+use self::{
+    controlled::ControlledEngine, fused::FusedEngine, perceptron::Precision,
+    recurrent::RecurrentEngine, reference::CandleEngine, relaxing::RelaxingEngine,
+};
+use super::{ForceModel, ModelError, Network};
 
 /// A model ready to be stepped. Forces are SI [N, N m], features raw SI in the order of the card.
 ///
@@ -32,14 +39,16 @@ pub trait Engine: Send + Sync + fmt::Debug {
     /// How many numbers of memory a simulation keeps.
     fn memory_len(&self) -> usize;
 
-    /// The memory of a past in which every sample was `x` [n].
-    fn start(&self, x: &[f64], memory: &mut [f64]);
+    /// The memory at a first sample `x` [n], where the force is `force` [f]: of a past in which every sample was that
+    /// one, or of none.
+    fn start(&self, x: &[f64], force: &[f64], memory: &mut [f64], scratch: &mut Scratch);
 
-    /// Takes the sample `x` [n] into the memory, in place of the oldest.
-    fn observe(&self, x: &[f64], memory: &mut [f64]);
+    /// Takes the next sample `x` [n] into the memory.
+    fn observe(&self, x: &[f64], memory: &mut [f64], scratch: &mut Scratch);
 
-    /// At the newest sample, where `force` [f] was carried to: writes `now` [f], the force at this sample (`force`
-    /// itself for an ODE, g(x) for a memoryless model), and `next` [f], the force at the next one.
+    /// At the newest sample, where `force` [f] was carried to: writes `now` [f], the force at this sample, and `next`
+    /// [f], what is carried to the next one. A model that predicts the next force has `force` itself now; the others
+    /// give the force at this sample, and hold it.
     fn sample(
         &self,
         memory: &[f64],
@@ -50,7 +59,8 @@ pub trait Engine: Send + Sync + fmt::Debug {
     );
 
     /// What the model predicts for a past in which every sample was `x` [n]: the force that the ODE settles to with h
-    /// held, from the training mean in at most [`SETTLING_STEPS`], or g(x).
+    /// held, from the training mean in at most [`SETTLING_STEPS`]; what it gives for a first sample; or, of a CNODE,
+    /// which settles nowhere, the training mean.
     fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch);
 
     /// Whole trajectories of one length: `x` [B, T, n] and the forces carried to the first samples, `start` [B, f],
@@ -75,11 +85,11 @@ pub trait Engine: Send + Sync + fmt::Debug {
             .chunks_exact((samples * inputs).max(1))
             .zip(start.chunks_exact(outputs))
         {
-            self.start(&x[..inputs], &mut memory);
             carried.copy_from_slice(start);
+            self.start(&x[..inputs], &carried, &mut memory, scratch);
             for (index, x) in x.chunks_exact(inputs).enumerate() {
                 if index > 0 {
-                    self.observe(x, &mut memory);
+                    self.observe(x, &mut memory, scratch);
                 }
                 self.sample(&memory, &carried, &mut now, &mut next, scratch);
                 forces.extend_from_slice(&now);
@@ -88,6 +98,31 @@ pub trait Engine: Send + Sync + fmt::Debug {
         }
         Ok(forces)
     }
+}
+
+/// The engine of a model.
+pub(super) fn build(model: &ForceModel, kind: EngineKind) -> Result<Box<dyn Engine>, ModelError> {
+    Ok(match kind {
+        EngineKind::Fused => fused(model, Precision::Single, Arch::new())?,
+        EngineKind::FusedF16 => fused(model, Precision::Half, Arch::new())?,
+        EngineKind::Candle => Box::new(CandleEngine(model.clone())),
+    })
+}
+
+/// The fused engine of a model, in the instructions of `arch`.
+fn fused(
+    model: &ForceModel,
+    precision: Precision,
+    arch: Arch,
+) -> candle_core::Result<Box<dyn Engine>> {
+    Ok(match &model.network {
+        Network::AttentionOde(_) | Network::MlpOde(_) | Network::Mlp(_) => {
+            Box::new(FusedEngine::new(model, precision, arch)?)
+        }
+        Network::RelaxationOde(ode) => Box::new(RelaxingEngine::new(model, ode, precision, arch)?),
+        Network::Cnode(cnode) => Box::new(ControlledEngine::new(model, cnode, precision, arch)?),
+        Network::Lstm(lstm) => Box::new(RecurrentEngine::new(model, lstm, precision, arch)?),
+    })
 }
 
 /// Trajectories that are best given to [`Engine::trajectories`] at a time.

@@ -22,13 +22,16 @@ pub(crate) enum Precision {
 
 /// W^T of a layer.
 #[derive(Clone, Debug)]
-enum Weight {
+pub(super) enum Weight {
     Single(Panels<f32>),
     Half(HalfPanels),
 }
 
 impl Weight {
-    fn new(panels: Panels<f32>, precision: Precision) -> std::result::Result<Self, BeyondHalf> {
+    pub(super) fn new(
+        panels: Panels<f32>,
+        precision: Precision,
+    ) -> std::result::Result<Self, BeyondHalf> {
         Ok(match precision {
             Precision::Single => Self::Single(panels),
             Precision::Half => Self::Half(HalfPanels::new(&panels)?),
@@ -42,7 +45,7 @@ impl Weight {
         }
     }
 
-    fn multiply_row(&self, arch: Arch, y: &mut [f32], x: &[f32]) {
+    pub(super) fn multiply_row(&self, arch: Arch, y: &mut [f32], x: &[f32]) {
         match self {
             Self::Single(panels) => multiply_row(arch, y, x, panels),
             Self::Half(panels) => multiply_row_half(arch, y, x, panels),

@@ -6,11 +6,11 @@ use pulp::Arch;
 
 use super::{
     super::{
-        AttentionOdeConfig, Encoder, Encoding, ForceModel, MlpConfig, ModelConfig, Normaliser,
-        Parameters, Solver,
+        AttentionOdeConfig, CnodeConfig, Control, Encoder, Encoding, ForceModel, LstmConfig,
+        MlpConfig, MlpOdeConfig, ModelConfig, Normaliser, Parameters, RelaxationOdeConfig, Solver,
         kernel::{instruction_sets, rounded},
     },
-    CandleEngine, Engine, EngineKind, FusedEngine, Precision, Scratch,
+    CandleEngine, Engine, EngineKind, Precision, Scratch,
 };
 use crate::features::FeatureLayout;
 
@@ -50,6 +50,27 @@ fn configs() -> Vec<ModelConfig> {
         ModelConfig::AttentionOde(ode),
         ModelConfig::AttentionOde(plain),
         ModelConfig::AttentionOde(sum),
+        ModelConfig::MlpOde(MlpOdeConfig {
+            latent_hidden: vec![21],
+            latent: 10,
+            hidden: vec![33, 200],
+            ..MlpOdeConfig::default()
+        }),
+        ModelConfig::RelaxationOde(RelaxationOdeConfig {
+            window: 3,
+            hidden: vec![33, 200],
+            ..RelaxationOdeConfig::default()
+        }),
+        ModelConfig::Cnode(CnodeConfig {
+            hidden: vec![33, 200],
+            // The path that a simulation has; the other needs the whole trajectory.
+            control: Control::Hermite,
+            ..CnodeConfig::default()
+        }),
+        ModelConfig::Lstm(LstmConfig {
+            hidden: vec![33, 50],
+            ..LstmConfig::default()
+        }),
         ModelConfig::Mlp(MlpConfig {
             hidden: vec![33, 200],
             ..MlpConfig::default()
@@ -70,10 +91,8 @@ fn drawn(config: &ModelConfig, solver: Solver) -> (ForceModel, Parameters) {
     Parameters::draw(5, build).expect("built")
 }
 
-fn fused(model: &ForceModel, precision: Precision, arch: Arch) -> FusedEngine {
-    let mut engine = FusedEngine::new(model, precision).expect("an engine");
-    engine.arch = arch;
-    engine
+fn fused(model: &ForceModel, precision: Precision, arch: Arch) -> Box<dyn Engine> {
+    super::fused(model, precision, arch).expect("an engine")
 }
 
 /// T samples of n features, smooth, without a generator.
@@ -102,9 +121,9 @@ fn stepped(engine: &dyn Engine, x: &[f64], start: &[f64]) -> Vec<f64> {
     let mut forces = Vec::new();
     for (k, x) in x.chunks_exact(engine.inputs()).enumerate() {
         if k == 0 {
-            engine.start(x, &mut memory);
+            engine.start(x, start, &mut memory, &mut scratch);
         } else {
-            engine.observe(x, &mut memory);
+            engine.observe(x, &mut memory, &mut scratch);
         }
         engine.sample(&memory, &carried, &mut now, &mut next, &mut scratch);
         forces.extend_from_slice(&now);
@@ -135,7 +154,7 @@ fn engines_agree_with_candle_and_with_whole_trajectories_in_every_instruction_se
             let std = &model.normaliser.output_std;
             assert!(difference(&reference, &whole, std) < 2e-5, "{config:?}");
             for arch in instruction_sets() {
-                let found = stepped(&fused(&model, Precision::Single, arch), &x, &START);
+                let found = stepped(&*fused(&model, Precision::Single, arch), &x, &START);
                 let error = difference(&found, &reference, std);
                 assert!(error < 2e-5, "{config:?} {solver} {arch:?}: {error}");
             }
@@ -153,7 +172,7 @@ fn the_vector_units_give_the_same_numbers() {
             // The portable path rounds products before it adds them.
             let found: Vec<Vec<f64>> = instruction_sets()[1..]
                 .iter()
-                .map(|arch| stepped(&fused(&model, precision, *arch), &x, &START))
+                .map(|arch| stepped(&*fused(&model, precision, *arch), &x, &START))
                 .collect();
             for pair in found.windows(2) {
                 assert_eq!(pair[0], pair[1], "{config:?} {precision:?}");
@@ -168,15 +187,16 @@ fn halves_are_the_rounded_weights_and_nothing_else() {
     for config in configs() {
         let (model, parameters) = drawn(&config, Solver::Euler);
         let x = motion(20, model.inputs());
-        let halves = |arch| stepped(&fused(&model, Precision::Half, arch), &x, &START);
+        let halves = |arch| stepped(&*fused(&model, Precision::Half, arch), &x, &START);
         let before: Vec<Vec<f64>> = instruction_sets().into_iter().map(halves).collect();
-        let full = stepped(&fused(&model, Precision::Single, Arch::new()), &x, &START);
+        let full = stepped(&*fused(&model, Precision::Single, Arch::new()), &x, &START);
         let std = &model.normaliser.output_std;
         let error = difference(&before[0], &full, std);
         assert!(error > 1e-6 && error < 5e-3, "{config:?}: {error}");
 
         for (name, var) in parameters.iter() {
-            if !name.starts_with("field") || !name.ends_with("weight") || name.contains("skip") {
+            let halved = name.starts_with("field") || name.starts_with("layer");
+            if !halved || !name.ends_with("weight") || name.contains("skip") {
                 continue;
             }
             let values = var.flatten_all().and_then(|t| t.to_vec1::<f32>());
@@ -191,7 +211,7 @@ fn halves_are_the_rounded_weights_and_nothing_else() {
         // The model holds the variables themselves, so it is rounded now.
         let reference = stepped(&CandleEngine(model.clone()), &x, &START);
         for (arch, before) in instruction_sets().into_iter().zip(before) {
-            let after = stepped(&fused(&model, Precision::Single, arch), &x, &START);
+            let after = stepped(&*fused(&model, Precision::Single, arch), &x, &START);
             assert_eq!(before, after, "{config:?} {arch:?}");
             assert!(difference(&before, &reference, std) < 2e-5, "{config:?}");
         }
@@ -218,7 +238,7 @@ fn trajectories_together_are_those_one_by_one() {
                     let one_by_one: Vec<f64> = x
                         .chunks_exact(samples * n)
                         .zip(start.chunks_exact(6))
-                        .flat_map(|(x, start)| stepped(&engine, x, start))
+                        .flat_map(|(x, start)| stepped(&*engine, x, start))
                         .collect();
                     assert_eq!(
                         together, one_by_one,
@@ -257,9 +277,10 @@ fn the_memory_forgets_what_left_the_window() {
         let engine = model.engine(kind).expect("an engine");
         let force = |begin: usize| {
             let mut memory = vec![0.0; engine.memory_len()];
-            engine.start(&x[begin * n..][..n], &mut memory);
+            let mut scratch = Scratch::default();
+            engine.start(&x[begin * n..][..n], &START, &mut memory, &mut scratch);
             for sample in x.chunks_exact(n).skip(window) {
-                engine.observe(sample, &mut memory);
+                engine.observe(sample, &mut memory, &mut scratch);
             }
             let (mut now, mut next) = ([0.0; 6], [0.0; 6]);
             engine.sample(
@@ -277,11 +298,41 @@ fn the_memory_forgets_what_left_the_window() {
             difference(&one, &other, &model.normaliser.output_std) < 1e-6,
             "{kind}"
         );
-        // A state that a user overwrote names no slot: no panic.
-        let mut memory = vec![f64::NAN; engine.memory_len()];
-        engine.observe(&x[..n], &mut memory);
-        memory[0] = 1e300;
-        engine.observe(&x[..n], &mut memory);
+    }
+}
+
+/// A state that a user overwrote: no panic, and no number stays none.
+#[test]
+fn a_broken_memory_is_not_hidden() {
+    for config in configs() {
+        let model = model(&config, Solver::Rk4);
+        let (n, mut scratch) = (model.inputs(), Scratch::default());
+        let x = motion(1, n);
+        for kind in EngineKind::ALL {
+            let engine = model.engine(kind).expect("an engine");
+            let force = |memory: &[f64]| {
+                let (mut now, mut next) = ([0.0; 6], [0.0; 6]);
+                engine.sample(memory, &START, &mut now, &mut next, &mut Scratch::default());
+                next
+            };
+            let mut memory = vec![0.0; engine.memory_len()];
+            engine.start(&x, &START, &mut memory, &mut scratch);
+            let sound = force(&memory);
+            assert!(sound.iter().all(|value| value.is_finite()));
+            // Everything but the first number, which says where, is broken.
+            memory[1..].fill(f64::NAN);
+            engine.observe(&x, &mut memory, &mut scratch);
+            let whole = model.window() == 1 && !matches!(config, ModelConfig::Lstm(_));
+            if !whole {
+                let found = force(&memory);
+                assert!(
+                    found.iter().any(|value| value.is_nan()),
+                    "{config:?} {kind}: {found:?}"
+                );
+            }
+            memory[0] = 1e300;
+            engine.observe(&x, &mut memory, &mut scratch);
+        }
     }
 }
 
@@ -306,13 +357,16 @@ fn the_estimate_is_a_fixed_point_and_the_same_in_every_engine() {
             difference(&fused, &candle, std) < 1e-3,
             "{fused:?} {candle:?}"
         );
-        let sees_force =
-            matches!(&config, ModelConfig::AttentionOde(c) if c.field_sees_force && c.skip);
-        if sees_force {
+        let settles = match &config {
+            ModelConfig::AttentionOde(config) => config.field_sees_force && config.skip,
+            ModelConfig::MlpOde(config) => config.field_sees_force && config.skip,
+            _ => false,
+        };
+        if settles {
             let (mut now, mut next) = (fused.clone(), fused.clone());
             let engine = model.engine(EngineKind::Fused).expect("an engine");
             let mut memory = vec![0.0; engine.memory_len()];
-            engine.start(&x, &mut memory);
+            engine.start(&x, &fused, &mut memory, &mut scratch);
             engine.sample(&memory, &fused, &mut now, &mut next, &mut scratch);
             assert!(difference(&next, &fused, std) < 1e-4, "{next:?} {fused:?}");
         }
@@ -349,7 +403,7 @@ fn extreme_and_denormal_inputs_agree_with_candle() {
                 for value in [0.0, 1e30, -1e300, f64::MAX, f64::INFINITY] {
                     let x = sample_of(value, n);
                     for carried in [0.0, 1e9] {
-                        let forces = stepped(&engine, &[&x[..], &x].concat(), &[carried; 6]);
+                        let forces = stepped(&*engine, &[&x[..], &x].concat(), &[carried; 6]);
                         assert!(
                             forces.iter().all(|v| v.is_finite()),
                             "{arch:?} {precision:?} {value}: {forces:?}"
@@ -377,7 +431,7 @@ fn extreme_and_denormal_inputs_agree_with_candle() {
                 for value in [f64::from(f32::MIN_POSITIVE) / 8.0, -1e-40, 5e-324] {
                     let (x, carried) = (sample_of(value, n), [10.0 + value; 6]);
                     let error = difference(
-                        &stepped(&engine, &[&x[..], &x].concat(), &carried),
+                        &stepped(&*engine, &[&x[..], &x].concat(), &carried),
                         &reference(&x, &carried),
                         std,
                     );
@@ -404,7 +458,7 @@ fn denormal_weights_agree_with_candle() {
     let reference = stepped(&CandleEngine(model.clone()), &x, &START);
     for arch in instruction_sets() {
         for precision in [Precision::Single, Precision::Half] {
-            let found = stepped(&fused(&model, precision, arch), &x, &START);
+            let found = stepped(&*fused(&model, precision, arch), &x, &START);
             let error = difference(&found, &reference, &model.normaliser.output_std);
             assert!(error < 2e-3, "{arch:?} {precision:?}: {error}");
         }

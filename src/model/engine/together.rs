@@ -72,9 +72,9 @@ impl<'a> Together<'a> {
             for (row, memory) in self.memory.chunks_exact_mut(memory).enumerate() {
                 let x = &x[(row * samples + sample) * inputs..][..inputs];
                 if sample == 0 {
-                    engine.start(x, memory);
+                    engine.start(x, &[], memory, scratch);
                 } else {
-                    engine.observe(x, memory);
+                    engine.observe(x, memory, scratch);
                 }
             }
             if engine.ode.is_some() {
@@ -116,11 +116,11 @@ impl<'a> Together<'a> {
                 field.evaluate(engine.arch, input, now, buffers);
             }
             Some(ode) => {
-                let scratch = scratch.take(ode.past.scratch());
-                let sees = width - ode.past.latent_len();
+                let scratch = scratch.take(ode.latent.scratch());
+                let sees = width - ode.latent.len();
                 for (input, memory) in rows {
-                    ode.past
-                        .latent(engine.arch, memory, &mut input[sees..], scratch);
+                    ode.latent
+                        .evaluate(engine.arch, memory, &mut input[sees..], scratch);
                 }
                 for (index, (now, carried)) in now.iter_mut().zip(carried.iter()).enumerate() {
                     *now = normaliser.force(index % outputs, *carried);

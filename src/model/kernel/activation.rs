@@ -1,4 +1,4 @@
-//! SiLU, its derivative and the softmax, on vectors of f32.
+//! SiLU, its derivative, the sigmoid and the softmax, on vectors of f32.
 
 use pulp::{Simd, WithSimd};
 
@@ -114,6 +114,31 @@ impl WithSimd for SiluBackward<'_> {
                 simd.partial_load_f32s(gradient_rest),
             );
             simd.partial_store_f32s(z_rest, values);
+        }
+    }
+}
+
+/// [`gate`], and no number of what is none: the exponential alone would hide it.
+#[inline(always)]
+fn open<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    simd.select_f32s(simd.equal_f32s(x, x), gate(simd, x), x)
+}
+
+/// x -> 1 / (1 + e^-x), in place.
+pub(super) struct Sigmoid<'a>(pub(super) &'a mut [f32]);
+
+impl WithSimd for Sigmoid<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (vectors, rest) = S::as_mut_simd_f32s(self.0);
+        for x in vectors {
+            *x = open(simd, *x);
+        }
+        if !rest.is_empty() {
+            let x = simd.partial_load_f32s(rest);
+            simd.partial_store_f32s(rest, open(simd, x));
         }
     }
 }

@@ -29,7 +29,7 @@ pub(crate) use self::{
     panels::{Panels, pack_rows},
 };
 use self::{
-    activation::{Silu, SiluBackward},
+    activation::{Sigmoid, Silu, SiluBackward},
     panels::{PANEL, ROWS},
     product::Product,
     row::RowProduct,
@@ -62,6 +62,8 @@ pub(crate) trait Real:
     fn multiply(c: &mut [Self], rows: usize, a: &[Self], b: &Panels<Self>);
     /// x -> x / (1 + e^-x), in place.
     fn silu(values: &mut [Self]);
+    /// x -> 1 / (1 + e^-x), in place.
+    fn sigmoid(values: &mut [Self]);
     /// z -> gradient * d silu(z)/dz, in place of z.
     fn silu_backward(z: &mut [Self], gradient: &[Self]);
 }
@@ -101,6 +103,11 @@ pub(crate) fn silu(arch: Arch, values: &mut [f32]) {
     arch.dispatch(Silu(values));
 }
 
+/// x -> 1 / (1 + e^-x) in place.
+pub(crate) fn sigmoid(arch: Arch, values: &mut [f32]) {
+    arch.dispatch(Sigmoid(values));
+}
+
 impl Real for f32 {
     fn real(value: f64) -> Self {
         value as f32
@@ -116,6 +123,10 @@ impl Real for f32 {
 
     fn silu(values: &mut [Self]) {
         silu(Arch::new(), values);
+    }
+
+    fn sigmoid(values: &mut [Self]) {
+        sigmoid(Arch::new(), values);
     }
 
     fn silu_backward(z: &mut [Self], gradient: &[Self]) {
@@ -151,6 +162,12 @@ impl Real for f64 {
     fn silu(values: &mut [Self]) {
         for value in values {
             *value /= 1.0 + (-*value).exp();
+        }
+    }
+
+    fn sigmoid(values: &mut [Self]) {
+        for value in values {
+            *value = 1.0 / (1.0 + (-*value).exp());
         }
     }
 
@@ -265,6 +282,36 @@ mod tests {
             }
             let mut none = [f32::NAN; 5];
             silu(arch, &mut none);
+            assert!(
+                none.iter().all(|y| y.is_nan()),
+                "{arch:?} hides what is no number"
+            );
+        }
+    }
+
+    #[test]
+    fn the_sigmoid_agrees_with_f64_saturates_and_hides_nothing() {
+        for arch in instruction_sets() {
+            let x: Vec<f32> = (-4000..=4000).map(|i| i as f32 * 0.03).collect();
+            let mut found = x.clone();
+            sigmoid(arch, &mut found);
+            for (x, y) in x.iter().zip(&found) {
+                let exact = 1.0 / (1.0 + (-f64::from(*x)).exp());
+                assert!((f64::from(*y) - exact).abs() < 2e-7, "{arch:?} {x}: {y}");
+            }
+            let mut wild = [
+                f32::INFINITY,
+                f32::NEG_INFINITY,
+                f32::MAX,
+                f32::MIN,
+                f32::NAN,
+            ];
+            sigmoid(arch, &mut wild);
+            assert!((wild[0] - 1.0).abs() < 1e-6 && (wild[2] - 1.0).abs() < 1e-6);
+            assert!(wild[1] < 1e-30 && wild[3] < 1e-30, "{arch:?}: {wild:?}");
+            assert!(wild[4].is_nan(), "{arch:?} hides what is no number");
+            let mut none = [f32::NAN; 37];
+            sigmoid(arch, &mut none);
             assert!(
                 none.iter().all(|y| y.is_nan()),
                 "{arch:?} hides what is no number"

@@ -1,0 +1,236 @@
+//! Flags that choose a model: its kind, and sizes in place of the preset's.
+
+use anyhow::bail;
+use clap::ValueEnum;
+use hydro_plugin::model::{
+    AttentionOdeConfig, CnodeConfig, Control, Encoding, LstmConfig, MlpConfig, MlpOdeConfig,
+    ModelConfig, RelaxationOdeConfig, Solver,
+};
+
+/// What to build.
+#[derive(Debug, clap::Args)]
+pub(super) struct ModelFlags {
+    /// What to train.
+    #[arg(long, value_enum, default_value_t = Kind::AttentionOde)]
+    model: Kind,
+    /// Hidden widths of the field, as 512,512,512; of an LSTM, of its layers.
+    #[arg(long, value_delimiter = ',')]
+    hidden: Option<Vec<usize>>,
+    /// Samples of the past that the attention sees, or that a Relaxation-ODE takes differences of.
+    #[arg(long)]
+    window: Option<usize>,
+    /// Attention heads.
+    #[arg(long)]
+    heads: Option<usize>,
+    /// Length of a sample's embedding; of an MLP-ODE, width of the layer that makes h.
+    #[arg(long)]
+    embedding: Option<usize>,
+    /// Length of the latent h, of a CNODE's state beside the force; 6 is the paper's.
+    #[arg(long)]
+    latent: Option<usize>,
+    /// How a sample enters; the paper's is raw.
+    #[arg(long, value_enum)]
+    encoding: Option<Encoded>,
+    /// Path of a CNODE through the samples: hermite, of the past alone, or the paper's natural, which knows the whole
+    /// trajectory and gives way to hermite in a simulation.
+    #[arg(long)]
+    control: Option<Control>,
+    /// Give the field h alone, so that the force is a running sum (the paper's other equation).
+    #[arg(long)]
+    without_force: bool,
+    /// Leave out the linear part of the field, as in the paper.
+    #[arg(long)]
+    without_skip: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Kind {
+    /// The paper's: attention over the past, an ODE for the force.
+    AttentionOde,
+    /// The paper's plain ODE: a perceptron of the present sample in the place of the attention.
+    MlpOde,
+    /// Ours: the force relaxes to a target, closed forms and a network, at a learned rate.
+    RelaxationOde,
+    /// The paper's controlled rival: the force follows the changes of the motion.
+    Cnode,
+    /// The paper's recurrent rival: layers of long short-term memory.
+    Lstm,
+    /// The memoryless yardstick: a perceptron of the present sample.
+    Mlp,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Encoded {
+    /// As it is, but for the attitude: the world's up direction in the base frame.
+    Up,
+    /// As it is, quaternion and all.
+    Raw,
+    /// Up, and the closed forms of buoyancy, drag and constant added mass behind it.
+    Hydrodynamic,
+}
+
+impl From<Encoded> for Encoding {
+    fn from(encoded: Encoded) -> Self {
+        match encoded {
+            Encoded::Up => Self::Up,
+            Encoded::Raw => Self::Raw,
+            Encoded::Hydrodynamic => Self::Hydrodynamic,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Preset {
+    /// The paper's sizes; hours on two cores.
+    Full,
+    /// Those of the released checkpoint: smaller, about half an hour on two cores.
+    Release,
+    /// A few minutes on two cores.
+    Demo,
+}
+
+impl Kind {
+    fn hidden(self, preset: Preset) -> Vec<usize> {
+        use Preset::{Demo, Full, Release};
+        match (self, preset) {
+            (Self::AttentionOde | Self::MlpOde | Self::Mlp, Full) => vec![512; 3],
+            (Self::AttentionOde | Self::MlpOde | Self::Mlp, Release) => vec![256; 3],
+            (Self::AttentionOde | Self::MlpOde | Self::Mlp, Demo) => vec![256; 2],
+            (Self::RelaxationOde, Full | Release) => vec![256; 2],
+            (Self::RelaxationOde, Demo) => vec![128; 2],
+            (Self::Cnode, Full) => vec![256, 512, 512],
+            (Self::Cnode, Release) => vec![128, 256, 256],
+            (Self::Cnode, Demo) => vec![64, 128],
+            (Self::Lstm, Full) => vec![256; 2],
+            (Self::Lstm, Release) => vec![128; 2],
+            (Self::Lstm, Demo) => vec![64],
+        }
+    }
+
+    fn name(self) -> String {
+        self.to_possible_value()
+            .map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+}
+
+impl ModelFlags {
+    /// The solver where none is asked for: a CNODE's path is curved between samples, which Euler's method does not see.
+    pub(super) fn usual_solver(&self) -> Solver {
+        match self.model {
+            Kind::Cnode => Solver::Rk4,
+            _ => Solver::Euler,
+        }
+    }
+
+    /// The preset's sizes with the flags on top.
+    ///
+    /// # Errors
+    /// A flag that this kind has no use for.
+    pub(super) fn config(&self, preset: Preset) -> anyhow::Result<ModelConfig> {
+        self.refuse_idle_flags()?;
+        let hidden = self
+            .hidden
+            .clone()
+            .unwrap_or_else(|| self.model.hidden(preset));
+        let encoding = |usual: Encoding| self.encoding.map_or(usual, Encoding::from);
+        Ok(match self.model {
+            Kind::AttentionOde => {
+                let sizes = AttentionOdeConfig::default();
+                ModelConfig::AttentionOde(AttentionOdeConfig {
+                    window: self.window.unwrap_or(sizes.window),
+                    heads: self.heads.unwrap_or(sizes.heads),
+                    embedding: self.embedding.unwrap_or(sizes.embedding),
+                    latent: self.latent.unwrap_or(sizes.latent),
+                    encoding: encoding(sizes.encoding),
+                    field_sees_force: !self.without_force,
+                    skip: !self.without_skip,
+                    hidden,
+                })
+            }
+            Kind::MlpOde => {
+                let sizes = MlpOdeConfig::default();
+                ModelConfig::MlpOde(MlpOdeConfig {
+                    latent_hidden: self
+                        .embedding
+                        .map_or(sizes.latent_hidden, |width| vec![width]),
+                    latent: self.latent.unwrap_or(sizes.latent),
+                    encoding: encoding(sizes.encoding),
+                    field_sees_force: !self.without_force,
+                    skip: !self.without_skip,
+                    hidden,
+                })
+            }
+            Kind::RelaxationOde => {
+                let sizes = RelaxationOdeConfig::default();
+                ModelConfig::RelaxationOde(RelaxationOdeConfig {
+                    window: self.window.unwrap_or(sizes.window),
+                    encoding: encoding(sizes.encoding),
+                    skip: !self.without_skip,
+                    hidden,
+                })
+            }
+            Kind::Cnode => {
+                let sizes = CnodeConfig::default();
+                ModelConfig::Cnode(CnodeConfig {
+                    hidden_state: self.latent.unwrap_or(sizes.hidden_state),
+                    encoding: encoding(sizes.encoding),
+                    control: self.control.unwrap_or(sizes.control),
+                    hidden,
+                })
+            }
+            Kind::Lstm => ModelConfig::Lstm(LstmConfig {
+                encoding: encoding(LstmConfig::default().encoding),
+                hidden,
+            }),
+            Kind::Mlp => ModelConfig::Mlp(MlpConfig {
+                encoding: encoding(MlpConfig::default().encoding),
+                skip: !self.without_skip,
+                hidden,
+            }),
+        })
+    }
+
+    fn refuse_idle_flags(&self) -> anyhow::Result<()> {
+        use Kind::{AttentionOde, Cnode, Mlp, MlpOde, RelaxationOde};
+        let flags: [(&str, bool, &[Kind]); 7] = [
+            (
+                "--window",
+                self.window.is_some(),
+                &[AttentionOde, RelaxationOde],
+            ),
+            ("--heads", self.heads.is_some(), &[AttentionOde]),
+            (
+                "--embedding",
+                self.embedding.is_some(),
+                &[AttentionOde, MlpOde],
+            ),
+            (
+                "--latent",
+                self.latent.is_some(),
+                &[AttentionOde, MlpOde, Cnode],
+            ),
+            ("--control", self.control.is_some(), &[Cnode]),
+            (
+                "--without-force",
+                self.without_force,
+                &[AttentionOde, MlpOde],
+            ),
+            (
+                "--without-skip",
+                self.without_skip,
+                &[AttentionOde, MlpOde, RelaxationOde, Mlp],
+            ),
+        ];
+        for (flag, given, kinds) in flags {
+            if given && !kinds.contains(&self.model) {
+                let names: Vec<String> = kinds.iter().map(|kind| kind.name()).collect();
+                bail!(
+                    "{flag} means nothing to the model {}; it is for {}",
+                    self.model.name(),
+                    names.join(", ")
+                );
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,177 @@
+//! An LSTM by our own products. Memory: h and c of every layer.
+
+use candle_core::Result;
+use pulp::Arch;
+
+use super::{
+    super::{
+        ForceModel,
+        encoding::Encoder,
+        kernel::{Panels, multiply_row, sigmoid},
+        lstm::Lstm,
+        lstm_layer::{activate, tanh},
+        normaliser::Normaliser,
+    },
+    Engine, Scratch,
+    perceptron::{Precision, Weight},
+};
+
+/// [W R]^T and b of a layer.
+#[derive(Clone, Debug)]
+struct Layer {
+    inputs: usize,
+    width: usize,
+    weight: Weight,
+    bias: Vec<f32>,
+}
+
+/// See the module.
+#[derive(Clone, Debug)]
+pub(super) struct RecurrentEngine {
+    arch: Arch,
+    encoder: Encoder,
+    normaliser: Normaliser,
+    layers: Vec<Layer>,
+    /// W_o^T and b_o, always in f32.
+    output: (Panels<f32>, Vec<f32>),
+}
+
+impl RecurrentEngine {
+    pub(super) fn new(
+        model: &ForceModel,
+        lstm: &Lstm,
+        precision: Precision,
+        arch: Arch,
+    ) -> Result<Self> {
+        let layers = lstm.layers.iter().enumerate().map(|(index, layer)| {
+            let width = layer.width();
+            let inputs = layer.input.dim(1)?;
+            let both = candle_core::Tensor::cat(&[&layer.input, &layer.recurrent], 1)?;
+            let both = both.flatten_all()?.to_vec1::<f32>()?;
+            let panels = Panels::transposed(&both, inputs + width, 4 * width);
+            let weight = Weight::new(panels, precision).map_err(|beyond| {
+                candle_core::Error::Msg(format!(
+                    "layer {index} of the LSTM: {beyond}; the engine `fused` holds it"
+                ))
+            })?;
+            Ok(Layer {
+                inputs,
+                width,
+                weight,
+                bias: layer.bias.to_vec1::<f32>()?,
+            })
+        });
+        let (weight, bias) = &lstm.output;
+        let (outputs, depth) = weight.dims2()?;
+        let read = weight.flatten_all()?.to_vec1::<f32>()?;
+        Ok(Self {
+            arch,
+            encoder: model.encoder.clone(),
+            normaliser: model.normaliser.clone(),
+            layers: layers.collect::<Result<_>>()?,
+            output: (
+                Panels::transposed(&read, depth, outputs),
+                bias.to_vec1::<f32>()?,
+            ),
+        })
+    }
+
+    /// Numbers of scratch: a layer's input with its h, its gates, its new h; and a force.
+    fn scratch(&self) -> usize {
+        let widest = |of: fn(&Layer) -> usize| self.layers.iter().map(of).max().unwrap_or(0);
+        widest(|layer| layer.inputs + layer.width)
+            + widest(|layer| 5 * layer.width)
+            + self.output.1.len()
+    }
+}
+
+impl Engine for RecurrentEngine {
+    fn inputs(&self) -> usize {
+        self.encoder.inputs()
+    }
+
+    fn outputs(&self) -> usize {
+        self.output.1.len()
+    }
+
+    fn memory_len(&self) -> usize {
+        self.layers.iter().map(|layer| 2 * layer.width).sum()
+    }
+
+    fn start(&self, x: &[f64], _: &[f64], memory: &mut [f64], scratch: &mut Scratch) {
+        memory.fill(0.0);
+        self.observe(x, memory, scratch);
+    }
+
+    fn observe(&self, x: &[f64], memory: &mut [f64], scratch: &mut Scratch) {
+        let (input, rest) = scratch.take(self.scratch()).split_at_mut(
+            self.layers
+                .iter()
+                .map(|l| l.inputs + l.width)
+                .max()
+                .unwrap_or(0),
+        );
+        self.encoder
+            .encode(x, |i, value| input[i] = self.normaliser.input(i, value));
+        let mut memory = memory;
+        for layer in &self.layers {
+            let (own, others) = memory.split_at_mut(2 * layer.width);
+            memory = others;
+            let (h, c) = own.split_at_mut(layer.width);
+            let (gates, rest) = rest.split_at_mut(4 * layer.width);
+            let new = &mut rest[..layer.width];
+            for (slot, h) in input[layer.inputs..].iter_mut().zip(h.iter()) {
+                *slot = *h as f32;
+            }
+            gates.copy_from_slice(&layer.bias);
+            let seen = &input[..layer.inputs + layer.width];
+            layer.weight.multiply_row(self.arch, gates, seen);
+            activate(gates, layer.width, |values| sigmoid(self.arch, values));
+            for (i, (c, new)) in c.iter_mut().zip(new.iter_mut()).enumerate() {
+                let gate = |index: usize| gates[index * layer.width + i];
+                *new = gate(1) * *c as f32 + gate(0) * gate(2);
+                *c = f64::from(*new);
+            }
+            tanh(new, |values| sigmoid(self.arch, values));
+            for ((h, new), output) in h
+                .iter_mut()
+                .zip(new.iter_mut())
+                .zip(&gates[3 * layer.width..])
+            {
+                *new *= *output;
+                *h = f64::from(*new);
+            }
+            input[..layer.width].copy_from_slice(new);
+        }
+    }
+
+    fn sample(
+        &self,
+        memory: &[f64],
+        _: &[f64],
+        now: &mut [f64],
+        next: &mut [f64],
+        scratch: &mut Scratch,
+    ) {
+        let width = self.layers.last().map_or(0, |layer| layer.width);
+        let (h, rest) = scratch.take(self.scratch()).split_at_mut(width);
+        let force = &mut rest[..now.len()];
+        let last = memory.len() - 2 * width;
+        for (slot, h) in h.iter_mut().zip(&memory[last..]) {
+            *slot = *h as f32;
+        }
+        force.copy_from_slice(&self.output.1);
+        multiply_row(self.arch, force, h, &self.output.0);
+        for (i, (now, force)) in now.iter_mut().zip(force.iter()).enumerate() {
+            *now = self.normaliser.to_si(i, *force);
+        }
+        next.copy_from_slice(now);
+    }
+
+    fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch) {
+        let mut memory = vec![0.0; self.memory_len()];
+        self.start(x, &[], &mut memory, scratch);
+        let mut next = vec![0.0; force.len()];
+        self.sample(&memory, &next.clone(), force, &mut next, scratch);
+    }
+}
