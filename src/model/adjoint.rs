@@ -60,6 +60,7 @@ mod tests {
         field::{Field, FieldConfig},
         kept::{Kept, Mark},
         parameters::Parameters,
+        testing::ramp,
         trajectory::Trajectory,
     };
 
@@ -67,13 +68,6 @@ mod tests {
     const LATENT: usize = 3;
     /// More than a thread integrates together.
     const ROWS: usize = 18;
-
-    /// Numbers in (-1, 1) without a generator.
-    fn ramp(shape: &[usize], step: f64) -> Tensor {
-        let count: usize = shape.iter().product();
-        let values: Vec<f64> = (0..count).map(|i| ((i + 1) as f64 * step).sin()).collect();
-        Tensor::from_vec(values, shape, &Device::Cpu).expect("shape fits")
-    }
 
     /// A field in f64 whose slope is `step` times that of a fixed one.
     fn field(step: f64, skip: bool) -> Field {

@@ -16,7 +16,7 @@ use candle_nn::{Init, VarBuilder};
 use rayon::prelude::*;
 
 use super::{
-    kernel::{Real, dot},
+    kernel::{Real, dot, sum_in_order},
     operations::Operations,
 };
 
@@ -335,13 +335,7 @@ impl Window {
                 d_bias
             })
             .collect();
-        // Summed in the order of the batch, whichever thread came first.
-        let mut d_bias = vec![T::default(); bias.len()];
-        for part in parts {
-            for (sum, value) in d_bias.iter_mut().zip(part) {
-                *sum += value;
-            }
-        }
+        let d_bias = sum_in_order(parts, bias.len());
         Ok((
             Tensor::from_vec(d_qkv, qkv.shape(), qkv.device())?,
             Tensor::from_vec(d_bias, lag_bias.shape(), qkv.device())?,
@@ -405,13 +399,7 @@ mod tests {
     use candle_core::{DType, Device, Var};
 
     use super::*;
-
-    /// Numbers in (-1, 1) without a generator.
-    fn ramp(shape: &[usize], step: f64) -> Tensor {
-        let count: usize = shape.iter().product();
-        let values: Vec<f64> = (0..count).map(|i| ((i + 1) as f64 * step).sin()).collect();
-        Tensor::from_vec(values, shape, &Device::Cpu).expect("shape fits")
-    }
+    use crate::model::testing::ramp;
 
     #[test]
     fn tensor_operations_give_what_the_kernel_gives() {

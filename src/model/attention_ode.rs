@@ -224,10 +224,10 @@ fn affine(x: &Tensor, (weight, bias): &(Tensor, Tensor)) -> Result<Tensor> {
 
 #[cfg(test)]
 mod tests {
-    use candle_core::{DType, Device, Var};
+    use candle_core::Var;
 
     use super::*;
-    use crate::model::parameters::Parameters;
+    use crate::model::testing::{check_gradient, in_f64, numbers, ramp};
 
     fn small(field_sees_force: bool, skip: bool) -> AttentionOdeConfig {
         AttentionOdeConfig {
@@ -242,34 +242,8 @@ mod tests {
         }
     }
 
-    /// Numbers in (-1, 1) without a generator.
-    fn ramp(shape: &[usize], step: f64) -> Tensor {
-        let count: usize = shape.iter().product();
-        let values: Vec<f64> = (0..count).map(|i| ((i + 1) as f64 * step).sin()).collect();
-        Tensor::from_vec(values, shape, &Device::Cpu).expect("shape fits")
-    }
-
-    /// The model in f64 with generic weights; the weights by name.
     fn model(config: &AttentionOdeConfig) -> (AttentionOde, Vec<(String, Var)>) {
-        let build = |vb: VarBuilder| AttentionOde::new(config, 4, 2, vb);
-        let (_, drawn) = Parameters::draw(3, build).expect("drawn");
-        let vars: Vec<(String, Var)> = drawn
-            .iter()
-            .enumerate()
-            .map(|(i, (name, var))| {
-                let values = (ramp(var.dims(), 0.37 + i as f64) * 0.5).expect("scaled");
-                (
-                    name.to_owned(),
-                    Var::from_tensor(&values).expect("a variable"),
-                )
-            })
-            .collect();
-        let tensors = vars
-            .iter()
-            .map(|(n, v)| (n.clone(), v.as_tensor().clone()))
-            .collect();
-        let vb = VarBuilder::from_tensors(tensors, DType::F64, &Device::Cpu);
-        (build(vb).expect("built"), vars)
+        in_f64(|vb| AttentionOde::new(config, 4, 2, vb))
     }
 
     /// 18 trajectories (two chunks) of 21 steps (several segments).
@@ -352,14 +326,10 @@ mod tests {
                         .expect("runs");
                 }
                 let found = loss.backward().expect("derives");
-                let numbers = |var: &Var| {
-                    let gradient = found.get(var).expect("a gradient");
-                    gradient
-                        .flatten_all()
-                        .and_then(|t| t.to_vec1::<f64>())
-                        .expect("numbers")
-                };
-                vars.iter().map(|(_, var)| numbers(var)).collect::<Vec<_>>()
+                let gradient = |var: &Var| numbers(found.get(var).expect("a gradient"));
+                vars.iter()
+                    .map(|(_, var)| gradient(var))
+                    .collect::<Vec<_>>()
             };
             let kept = gradients(false);
             assert!(kept.iter().flatten().any(|value| *value != 0.0));
@@ -416,41 +386,7 @@ mod tests {
         for solver in Solver::ALL {
             let (model, vars) = model(&small(true, true));
             let (z, start) = inputs();
-            let value = |model: &AttentionOde| {
-                loss(model, &z, &start, solver)
-                    .and_then(|l| l.to_scalar::<f64>())
-                    .expect("a loss")
-            };
-            let gradients = loss(&model, &z, &start, solver)
-                .expect("runs")
-                .backward()
-                .expect("derives");
-            for (name, var) in &vars {
-                let gradient = gradients.get(var).expect(name).flatten_all().expect("flat");
-                let gradient = gradient.to_vec1::<f64>().expect("numbers");
-                let base = var
-                    .flatten_all()
-                    .and_then(|t| t.to_vec1::<f64>())
-                    .expect("numbers");
-                // One element a tensor, along which the rest is held; steps of cube-root precision.
-                let index = base.len() / 2;
-                let at = |shift: f64| {
-                    let mut values = base.clone();
-                    values[index] += shift;
-                    let moved =
-                        Tensor::from_vec(values, var.shape(), &Device::Cpu).expect("shape fits");
-                    var.set(&moved).expect("set");
-                    value(&model)
-                };
-                let slope = (at(1e-5) - at(-1e-5)) / 2e-5;
-                at(0.0);
-                let error = (slope - gradient[index]).abs();
-                assert!(
-                    error < 1e-6 * slope.abs().max(1.0),
-                    "{name}: {slope} against {}",
-                    gradient[index]
-                );
-            }
+            check_gradient(&vars, || loss(&model, &z, &start, solver).expect("runs"));
         }
     }
 

@@ -16,7 +16,7 @@ use super::{
     attention::contiguous,
     field::{Field, FieldConfig},
     field_rows::{FieldRows, Tape, Work},
-    kernel::Real,
+    kernel::{Real, sum_in_order},
     operations::Operations,
     solver::Solver,
 };
@@ -302,12 +302,7 @@ impl Controlled {
                 self.backward_chunk(&field, sizes, (states, control), gradient)
             })
             .collect();
-        let mut d_flat = vec![T::default(); self.field.count()];
-        for part in parts {
-            for (sum, value) in d_flat.iter_mut().zip(part) {
-                *sum += value;
-            }
-        }
+        let d_flat = sum_in_order(parts, self.field.count());
         let d_start: Vec<T> = g
             .chunks_exact(row)
             .flat_map(|row| row[..sizes.state].to_vec())

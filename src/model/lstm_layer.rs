@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use super::{
     attention::contiguous,
-    kernel::{Panels, Real, pack_rows},
+    kernel::{Panels, Real, pack_rows, sum_in_order},
     operations::Operations,
 };
 
@@ -249,12 +249,7 @@ impl Recurrence {
                 backward_chunk(sizes, (&forward, &transposed), [p, h, g], d_driven)
             })
             .collect();
-        let mut d_recurrent = vec![T::default(); weight.len()];
-        for part in parts {
-            for (sum, value) in d_recurrent.iter_mut().zip(part) {
-                *sum += value;
-            }
-        }
+        let d_recurrent = sum_in_order(parts, weight.len());
         let device = driven.device();
         Ok((
             Tensor::from_vec(d_driven, driven.shape(), device)?,

@@ -37,7 +37,7 @@ use super::{
     field::FieldConfig,
     field_rows::{FieldRows, Tape, Work},
     kept::{Kept, Mark, worth_keeping},
-    kernel::Real,
+    kernel::{Real, sum_in_order},
     solver::Solver,
 };
 
@@ -419,12 +419,7 @@ impl Trajectory {
         if let (Some(slot), Some(kept)) = (slot, kept) {
             slot.put(None, kept);
         }
-        let mut d_flat = vec![T::default(); self.field.count()];
-        for part in parts {
-            for (sum, value) in d_flat.iter_mut().zip(part) {
-                *sum += value;
-            }
-        }
+        let d_flat = sum_in_order(parts, self.field.count());
         let d_start: Vec<T> = g
             .chunks_exact(row)
             .flat_map(|row| row[..force].to_vec())

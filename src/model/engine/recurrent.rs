@@ -76,12 +76,19 @@ impl RecurrentEngine {
         })
     }
 
-    /// Numbers of scratch: a layer's input with its h, its gates, its new h; and a force.
+    /// The most that a layer takes of something.
+    fn most(&self, of: impl Fn(&Layer) -> usize) -> usize {
+        self.layers.iter().map(of).max().unwrap_or(0)
+    }
+
+    /// Longest input of a layer, its h behind it.
+    fn input_len(&self) -> usize {
+        self.most(|layer| layer.inputs + layer.width)
+    }
+
+    /// Numbers of scratch: a layer's input, its gates, its new h; and a force.
     fn scratch(&self) -> usize {
-        let widest = |of: fn(&Layer) -> usize| self.layers.iter().map(of).max().unwrap_or(0);
-        widest(|layer| layer.inputs + layer.width)
-            + widest(|layer| 5 * layer.width)
-            + self.output.1.len()
+        self.input_len() + self.most(|layer| 5 * layer.width) + self.output.1.len()
     }
 }
 
@@ -104,13 +111,7 @@ impl Engine for RecurrentEngine {
     }
 
     fn observe(&self, x: &[f64], memory: &mut [f64], scratch: &mut Scratch) {
-        let (input, rest) = scratch.take(self.scratch()).split_at_mut(
-            self.layers
-                .iter()
-                .map(|l| l.inputs + l.width)
-                .max()
-                .unwrap_or(0),
-        );
+        let (input, rest) = scratch.take(self.scratch()).split_at_mut(self.input_len());
         self.encoder
             .encode(x, |i, value| input[i] = self.normaliser.input(i, value));
         let mut memory = memory;
@@ -172,6 +173,6 @@ impl Engine for RecurrentEngine {
         let mut memory = vec![0.0; self.memory_len()];
         self.start(x, &[], &mut memory, scratch);
         let mut next = vec![0.0; force.len()];
-        self.sample(&memory, &next.clone(), force, &mut next, scratch);
+        self.sample(&memory, &[], force, &mut next, scratch);
     }
 }

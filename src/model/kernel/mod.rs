@@ -68,6 +68,17 @@ pub(crate) trait Real:
     fn silu_backward(z: &mut [Self], gradient: &[Self]);
 }
 
+/// The sum [len] of what the parts of a batch give, added in their order: the same whatever the number of threads.
+pub(crate) fn sum_in_order<T: Real>(parts: Vec<Vec<T>>, len: usize) -> Vec<T> {
+    let mut total = vec![T::default(); len];
+    for part in parts {
+        for (sum, value) in total.iter_mut().zip(part) {
+            *sum += value;
+        }
+    }
+    total
+}
+
 /// y += B^T x: one row, no packing, no allocation, in the instructions of `arch`.
 pub(crate) fn multiply_row(arch: Arch, y: &mut [f32], x: &[f32], b: &Panels<f32>) {
     debug_assert_eq!((x.len(), y.len()), (b.depth, b.columns));
