@@ -2,6 +2,8 @@
 #![cfg(feature = "cli")]
 #![allow(missing_docs, clippy::unwrap_used)]
 
+mod common;
+
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -9,12 +11,9 @@ use std::{
     time::Duration,
 };
 
+use common::tiny::{FEATURES, T, dataset, sha256};
 use hydro_plugin::checkpoint::Checkpoint;
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
-use sha2::{Digest as _, Sha256};
-
-const T: usize = 40;
-const FEATURES: [&str; 3] = ["position.thigh", "linear_velocity.x", "density"];
 
 fn hydro(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_hydro"))
@@ -37,56 +36,6 @@ fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-fn bytes(values: &[f32]) -> Vec<u8> {
-    values
-        .iter()
-        .flat_map(|value| value.to_le_bytes())
-        .collect()
-}
-
-/// A force that relaxes towards a function of the features: `count` trajectories of one split.
-fn shard(count: usize, salt: usize) -> Vec<u8> {
-    let (mut x, mut wrench) = (Vec::new(), Vec::new());
-    for trajectory in 0..count {
-        let mut force = 0.0f32;
-        for k in 0..T {
-            let wave = ((k + 7 * trajectory + 31 * salt) as f32 * 0.2).sin();
-            let sample = [wave, 0.5 * wave * wave, 1000.0 + trajectory as f32];
-            force += 0.3 * (20.0 * sample[0] - 10.0 * sample[1] - force);
-            x.extend(sample);
-            wrench.extend([force, -2.0 * force]);
-        }
-    }
-    let time: Vec<f32> = (0..T).map(|k| k as f32 * 0.01).collect();
-    let condition: Vec<u8> = vec![0; count * T * 4];
-    let (x, wrench, time) = (bytes(&x), bytes(&wrench), bytes(&time));
-    let tensors = vec![
-        (
-            "x",
-            TensorView::new(Dtype::F32, vec![count, T, 3], &x).unwrap(),
-        ),
-        (
-            "wrench",
-            TensorView::new(Dtype::F32, vec![count, T, 2], &wrench).unwrap(),
-        ),
-        (
-            "wrench_clean",
-            TensorView::new(Dtype::F32, vec![count, T, 2], &wrench).unwrap(),
-        ),
-        ("time", TensorView::new(Dtype::F32, vec![T], &time).unwrap()),
-        (
-            "condition",
-            TensorView::new(Dtype::I32, vec![count, T], &condition).unwrap(),
-        ),
-    ];
-    safetensors::serialize(tensors, None).unwrap()
-}
-
-fn sha256(data: &[u8]) -> String {
-    let digest = Sha256::digest(data);
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
 /// A safetensors file of f32 with one tensor changed: its shape and its bytes.
 fn with_tensor(
     file: &Path,
@@ -106,31 +55,6 @@ fn with_tensor(
 /// Puts a NaN in the place of the number at `index`.
 fn put_nan(data: &mut [u8], index: usize) {
     data[4 * index..4 * (index + 1)].copy_from_slice(&f32::NAN.to_le_bytes());
-}
-
-/// A small data set of another robot than B1: nothing is wired to 35 features.
-fn dataset(folder: &Path) {
-    fs::create_dir_all(folder).unwrap();
-    let mut splits = serde_json::Map::new();
-    for (salt, (split, count)) in [("train", 12), ("val", 4), ("test", 4)]
-        .into_iter()
-        .enumerate()
-    {
-        let file = format!("{split}-00000-of-00001.safetensors");
-        let data = shard(count, salt);
-        fs::write(folder.join(&file), &data).unwrap();
-        let digest = sha256(&data);
-        splits.insert(
-            split.to_owned(),
-            serde_json::json!({"trajectories": count, "shards": [{"file": file, "trajectories": count, "sha256": digest}]}),
-        );
-    }
-    let manifest = serde_json::json!({
-        "schema": "hydro-dataset/1", "name": "tiny", "features": FEATURES, "feature_units": ["rad", "m/s", "kg/m^3"],
-        "outputs": ["force.x", "force.y"], "output_units": ["N", "N"], "frames": {"wrench": "base"},
-        "sample_period": 0.01, "samples": T, "splits": splits,
-    });
-    fs::write(folder.join("manifest.json"), manifest.to_string()).unwrap();
 }
 
 fn train<'a>(data: &'a str, out: &'a str, more: &[&'a str]) -> Vec<&'a str> {

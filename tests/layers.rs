@@ -70,8 +70,22 @@ const MAY_NAME: &[(&str, &[&str])] = &[
             "training",
         ],
     ),
+    (
+        "experiment",
+        &[
+            "checkpoint",
+            "comparison",
+            "dataset",
+            "features",
+            "model",
+            "training",
+        ],
+    ),
     ("gap", &["effects", "frames", "robot", "sim", "trial"]),
-    ("report", &["comparison", "effects", "gap", "training"]),
+    (
+        "report",
+        &["comparison", "effects", "experiment", "gap", "training"],
+    ),
 ];
 
 /// Rooms that may name every other: the command line is where all meets.

@@ -4,6 +4,7 @@ executor.py    what every executor does: a stream of results with a bounded numb
 here.py        in this process, one after the other
 processes.py   in worker processes of this machine
 cluster.py     on the nodes of a Ray cluster
+program.py     jobs that are command lines, their files packed
 two_nodes.py   a Ray cluster on this machine, to try it
 
 A job is any value that can be pickled. The work is a callable that can be pickled too: job -> bytes. It is sent

@@ -15,6 +15,7 @@ macro_rules! say {
 }
 
 mod cancel;
+mod compare;
 mod doctor;
 mod evaluate;
 mod gap;
@@ -23,8 +24,12 @@ mod model_flags;
 mod progress;
 #[cfg(mujoco_plugins)]
 mod simulate;
+#[cfg(mujoco_plugins)]
+mod swim;
 mod table;
 mod train;
+
+use std::path::Path;
 
 use anyhow::Context as _;
 use clap::{Parser, Subcommand};
@@ -43,6 +48,8 @@ enum Command {
     Train(train::Args),
     /// Errors of a checkpoint on a data set, in open loop.
     Evaluate(evaluate::Args),
+    /// The paper's experiments: train every model with every solver over seeds, and write the tables.
+    Compare(compare::Args),
     /// Drive a robot under a learned wrench and compare it with the truth and with rivals.
     #[cfg(mujoco_plugins)]
     Simulate(simulate::Args),
@@ -59,6 +66,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
     match Cli::parse().command {
         Command::Train(args) => train::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
+        Command::Compare(args) => compare::run(&args),
         #[cfg(mujoco_plugins)]
         Command::Simulate(args) => simulate::run(&args),
         Command::Gap(args) => gap::run(&args),
@@ -85,6 +93,26 @@ fn write_line(line: &str) -> anyhow::Result<()> {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
         result => result.context("writing to standard output"),
     }
+}
+
+/// Writes beside and renames.
+fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    let beside = folder.join(format!(".{}.part", std::process::id()));
+    let write = || -> std::io::Result<()> {
+        std::fs::create_dir_all(folder)?;
+        std::fs::write(&beside, bytes)?;
+        std::fs::rename(&beside, path)
+    };
+    write()
+        .inspect_err(|_| {
+            // The first error is the one to report.
+            let _ = std::fs::remove_file(&beside);
+        })
+        .with_context(|| format!("writing {}", path.display()))
 }
 
 /// The command as it was typed, for cards and reports.

@@ -21,7 +21,6 @@ use hydro_plugin::{
     frames::{Wrench, to_world},
     model::EngineKind,
     mujoco::{
-        scene::with_attribute,
         simulator::{Model, SimulatorError},
         swimmer::Swimmer,
     },
@@ -31,14 +30,16 @@ use hydro_plugin::{
     training::InitialForce,
 };
 
-use super::{command_line, print_json, progress::Progress, table::table};
+use super::{
+    command_line, print_json,
+    progress::Progress,
+    swim::{BOUND, HORIZONS, in_plugin},
+    table::table,
+    write_whole,
+};
 
-/// Times at which closed-loop errors are read [s].
-const HORIZONS: [f64; 3] = [1.0, 2.0, 4.0];
 /// Whom the learned wrench must beat.
 const RIVALS: [&str; 3] = ["fitted drag, coupled", "fitted drag, by axis", "box fluid"];
-/// How far beyond the truth's peaks a long run may go.
-const BOUND: f64 = 1.5;
 
 /// Flags of `hydro simulate`.
 #[derive(Debug, clap::Args)]
@@ -216,14 +217,14 @@ fn contenders<'a>(
         &setup.subject,
         &args.checkpoint,
         args.engine,
-        &setup.scenes,
+        &setup.scenes.swim,
     )?];
     if let (Some(folder), Some(mlp)) = (&args.mlp, &setup.mlp) {
         all.push(in_plugin(
             &format!("memoryless {}", mlp.card.model.kind()),
             folder,
             args.engine,
-            &setup.scenes,
+            &setup.scenes.swim,
         )?);
     }
     for (name, drag) in setup.data.iter().flat_map(|data| &data.drags) {
@@ -258,35 +259,6 @@ fn contenders<'a>(
         water: Water::Replayed,
     });
     Ok(all)
-}
-
-/// The swim scene with a checkpoint in its plugin.
-fn in_plugin<'a>(
-    name: &str,
-    checkpoint: &Path,
-    engine: EngineKind,
-    scenes: &Scenes,
-) -> anyhow::Result<Contender<'a, anyhow::Error>> {
-    let folder = checkpoint
-        .canonicalize()
-        .with_context(|| format!("checkpoint {}", checkpoint.display()))?;
-    let scene = with_attribute(
-        &scenes.swim,
-        "hydro.wrench",
-        "checkpoint",
-        &folder.to_string_lossy(),
-    )?;
-    let scene = with_attribute(&scene, "hydro.wrench", "engine", &engine.to_string())?;
-    Ok(Contender {
-        name: name.to_owned(),
-        simulator: Box::new(move |run| Ok(Box::new(swimmer_in(&scene, run.density)?))),
-        water: Water::OfTheScene,
-    })
-}
-
-fn swimmer_in(scene: &str, density: f64) -> anyhow::Result<Swimmer> {
-    let scene = with_attribute(scene, "hydro.wrench", "density", &density.to_string())?;
-    Ok(Swimmer::new(Model::from_xml(&scene)?)?)
 }
 
 /// A scene with exact buoyancy at a density, with or without MuJoCo's own fluid.
@@ -434,7 +406,12 @@ fn long_run(
         .runs
         .first()
         .with_context(|| format!("{}: holds no rollout", folder.display()))?;
-    let contender = in_plugin(&setup.subject, &args.checkpoint, args.engine, &setup.scenes)?;
+    let contender = in_plugin(
+        &setup.subject,
+        &args.checkpoint,
+        args.engine,
+        &setup.scenes.swim,
+    )?;
     let mut simulator = (contender.simulator)(run)?;
     Ok(bounds(simulator.as_mut(), run))
 }
@@ -473,26 +450,6 @@ fn read_video(path: &Path) -> anyhow::Result<Video> {
     };
     let bytes = std::fs::read(path).with_context(|| format!("--video {}", path.display()))?;
     Ok(Video { mime, bytes })
-}
-
-/// Writes beside and renames.
-fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
-    let beside = folder.join(format!(".{}.part", std::process::id()));
-    let write = || -> std::io::Result<()> {
-        std::fs::create_dir_all(folder)?;
-        std::fs::write(&beside, bytes)?;
-        std::fs::rename(&beside, path)
-    };
-    write()
-        .inspect_err(|_| {
-            // The first error is the one to report.
-            let _ = std::fs::remove_file(&beside);
-        })
-        .with_context(|| format!("writing {}", path.display()))
 }
 
 /// Prints the one table that a person reads.

@@ -145,6 +145,7 @@ fn first_force(
     match start {
         InitialForce::Clean => given(split.clean(trajectory)),
         InitialForce::Recorded => given(split.wrench(trajectory)),
+        InitialForce::Zero => vec![0.0; outputs],
         InitialForce::Estimate => {
             let x: Vec<f64> = split.x(trajectory)[..inputs]
                 .iter()

@@ -101,6 +101,11 @@ impl Split {
         &self.condition[trajectory * self.samples..][..self.samples]
     }
 
+    /// Hands every sample's features [n] to `edit`, trajectory after trajectory, to be changed in place.
+    pub fn edit_samples(&mut self, mut edit: impl FnMut(&mut [f32])) {
+        self.x.chunks_exact_mut(self.inputs).for_each(&mut edit);
+    }
+
     fn rows<'a>(&self, values: &'a [f32], trajectory: usize) -> &'a [f32] {
         let size = self.samples * self.outputs;
         &values[trajectory * size..][..size]

@@ -11,7 +11,9 @@
 //! 4^(1-head): the first head starts out with the newest sample, the others look further back (after
 //! O. Press, N. Smith, M. Lewis, "Train Short, Test Long", arXiv:2108.12409); `bias` is learned.
 
-use candle_core::{CpuStorage, CustomOp2, D, Layout, Result, Shape, Tensor, WithDType as _};
+use candle_core::{
+    CpuStorage, CustomOp2, D, DType, Layout, Result, Shape, Tensor, WithDType as _,
+};
 use candle_nn::{Init, VarBuilder};
 use rayon::prelude::*;
 
@@ -82,39 +84,67 @@ impl Attention {
 
     /// Embeddings [B, W-1+S, E] -> attended values [B, S, E], for training.
     pub(crate) fn forward(&self, embeddings: &Tensor, operations: Operations) -> Result<Tensor> {
-        let (batch, samples, width) = embeddings.dims3()?;
-        let rows = embeddings.reshape((batch * samples, width))?;
-        let qkv = rows.matmul(&self.weight.t()?)?.broadcast_add(&self.bias)?;
-        let qkv = qkv.reshape((batch, samples, 3 * width))?;
+        let qkv = self.projected(embeddings)?;
         match operations {
             Operations::Kernels => qkv.apply_op2(&self.lag_bias, Window(self.config.clone())),
             Operations::Tensors => self.window_by_tensors(&qkv),
         }
     }
 
+    /// q, k and v of embeddings [B, T, E], side by side [B, T, 3 E].
+    fn projected(&self, embeddings: &Tensor) -> Result<Tensor> {
+        let (batch, samples, width) = embeddings.dims3()?;
+        let rows = embeddings.reshape((batch * samples, width))?;
+        let qkv = rows.matmul(&self.weight.t()?)?.broadcast_add(&self.bias)?;
+        qkv.reshape((batch, samples, 3 * width))
+    }
+
     /// What [`Window`] does, lag by lag for all samples at once.
     fn window_by_tensors(&self, qkv: &Tensor) -> Result<Tensor> {
+        let weights = self.weights_by_tensors(qkv)?;
+        let values = self.part(qkv, 2)?;
+        let mut attended = self
+            .lagged(&values, 0)?
+            .broadcast_mul(&weights.narrow(3, 0, 1)?)?;
+        for lag in 1..self.config.window {
+            let value = self
+                .lagged(&values, lag)?
+                .broadcast_mul(&weights.narrow(3, lag, 1)?)?;
+            attended = (attended + value)?;
+        }
+        let (batch, steps, ..) = attended.dims4()?;
+        attended.reshape((batch, steps, self.config.embedding))
+    }
+
+    /// Queries (0), keys (1) or values (2) of all samples, [B, W-1+S, H, d].
+    fn part(&self, qkv: &Tensor, index: usize) -> Result<Tensor> {
+        let AttentionConfig {
+            embedding, heads, ..
+        } = self.config;
+        let (batch, samples, _) = qkv.dims3()?;
+        let part = qkv.narrow(2, index * embedding, embedding)?.contiguous()?;
+        part.reshape((batch, samples, heads, embedding / heads))
+    }
+
+    /// Of all samples [B, W-1+S, ..] those that stand `lag` before a newest one, [B, S, ..].
+    fn lagged(&self, all: &Tensor, lag: usize) -> Result<Tensor> {
+        let window = self.config.window;
+        all.narrow(1, window - 1 - lag, all.dim(1)? + 1 - window)
+    }
+
+    /// Softmax weights by lag, [B, S, H, W].
+    fn weights_by_tensors(&self, qkv: &Tensor) -> Result<Tensor> {
         let AttentionConfig {
             embedding,
             heads,
             window,
         } = self.config;
-        let depth = embedding / heads;
-        let (batch, samples, _) = qkv.dims3()?;
-        let out = samples + 1 - window;
-        let part = |index: usize| {
-            let part = qkv.narrow(2, index * embedding, embedding)?.contiguous()?;
-            part.reshape((batch, samples, heads, depth))
-        };
-        let (queries, keys, values) = (part(0)?, part(1)?, part(2)?);
-        let lagged = |all: &Tensor, lag: usize| all.narrow(1, window - 1 - lag, out);
-
-        // [B, S, H, W]
-        let queries = lagged(&queries, 0)?;
+        let (queries, keys) = (self.part(qkv, 0)?, self.part(qkv, 1)?);
+        let queries = self.lagged(&queries, 0)?;
         let scores = (0..window)
-            .map(|lag| (&queries * lagged(&keys, lag)?)?.sum(D::Minus1))
+            .map(|lag| (&queries * self.lagged(&keys, lag)?)?.sum(D::Minus1))
             .collect::<Result<Vec<_>>>()?;
-        let scores = (Tensor::stack(&scores, 3)? / (depth as f64).sqrt())?;
+        let scores = (Tensor::stack(&scores, 3)? / ((embedding / heads) as f64).sqrt())?;
         let fixed: Vec<f64> = (0..heads)
             .flat_map(|head| (0..window).map(move |lag| slope(head) * lag as f64))
             .collect();
@@ -125,13 +155,15 @@ impl Attention {
         // The largest score only guards the exponential: no gradient goes through it.
         let largest = scores.detach().max_keepdim(D::Minus1)?;
         let powers = scores.broadcast_sub(&largest)?.exp()?;
-        let weights = powers.broadcast_div(&powers.sum_keepdim(D::Minus1)?)?;
-        let mut attended = lagged(&values, 0)?.broadcast_mul(&weights.narrow(3, 0, 1)?)?;
-        for lag in 1..window {
-            let value = lagged(&values, lag)?.broadcast_mul(&weights.narrow(3, lag, 1)?)?;
-            attended = (attended + value)?;
-        }
-        attended.reshape((batch, out, embedding))
+        powers.broadcast_div(&powers.sum_keepdim(D::Minus1)?)
+    }
+
+    /// Mean weight of each lag, newest first, `[H][W]`, over all samples of embeddings [B, W-1+S, E].
+    pub(crate) fn mean_weights(&self, embeddings: &Tensor) -> Result<Vec<Vec<f64>>> {
+        self.weights_by_tensors(&self.projected(embeddings)?)?
+            .mean((0, 1))?
+            .to_dtype(DType::F64)?
+            .to_vec2()
     }
 
     /// One window of embeddings [W, E] -> [1, E], by Candle's own operations and without threads.
@@ -396,7 +428,7 @@ pub(crate) fn contiguous<'a, T>(values: &'a [T], layout: &Layout) -> Result<&'a 
 
 #[cfg(test)]
 mod tests {
-    use candle_core::{DType, Device, Var};
+    use candle_core::{Device, Var};
 
     use super::*;
     use crate::model::testing::ramp;

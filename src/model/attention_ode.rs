@@ -159,6 +159,14 @@ impl AttentionOde {
         affine(&mixed, &self.latent)?.reshape((batch, steps, self.config.latent))
     }
 
+    /// Mean weight of each lag, newest first, `[H][W]`, over all samples of z [B, W-1+S, n].
+    pub fn mean_weights(&self, z: &Tensor) -> Result<Vec<Vec<f64>>> {
+        let (batch, samples, inputs) = z.dims3()?;
+        let rows = affine(&z.reshape((batch * samples, inputs))?, &self.embed)?;
+        self.attention
+            .mean_weights(&rows.reshape((batch, samples, self.config.embedding))?)
+    }
+
     /// z [B, W-1+S, n], F_0 [B, f] -> F [B, S+1, f].
     pub fn forward(
         &self,

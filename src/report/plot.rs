@@ -44,6 +44,68 @@ pub fn colour(index: usize) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
+/// One of several plots in a picture.
+#[derive(Clone, Debug)]
+pub struct Panel<'a> {
+    /// What stands round the lines; all panels of a picture have the size of the first.
+    pub axes: Axes<'a>,
+    /// The lines; names are those of the first panel.
+    pub series: Vec<Series>,
+}
+
+/// Height of a picture's legend [px].
+const LEGEND: u32 = 30;
+
+/// Draws panels row by row, so many a row, and one legend below; the text is a self-contained `<svg>` on white. Empty where
+/// there is nothing to draw.
+pub fn panels(all: &[Panel<'_>], columns: usize) -> String {
+    let Some(first) = all.first() else {
+        return String::new();
+    };
+    let columns = columns.clamp(1, all.len());
+    let rows = all.len().div_ceil(columns);
+    let (width, height) = (
+        first.axes.size.0 * columns as u32,
+        first.axes.size.1 * rows as u32,
+    );
+    let mut svg = String::new();
+    let area = SVGBackend::with_string(&mut svg, (width, height + LEGEND)).into_drawing_area();
+    let paint = || {
+        area.fill(&WHITE)?;
+        let (plots, below) = area.split_vertically(height);
+        for (area, panel) in plots.split_evenly((rows, columns)).iter().zip(all) {
+            draw(area, &panel.axes, &panel.series)?;
+        }
+        legend(&below, &first.series)?;
+        area.present()
+    };
+    let drawn = paint();
+    drop(area);
+    if drawn.is_err() { String::new() } else { svg }
+}
+
+/// Names beside strokes of their colours, in one line.
+fn legend<'a>(
+    area: &DrawingArea<SVGBackend<'a>, Shift>,
+    series: &[Series],
+) -> Result<(), DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>> {
+    let mut x = 12;
+    for (index, line) in series.iter().enumerate() {
+        let colour = PALETTE[index % PALETTE.len()];
+        area.draw(&PathElement::new(
+            [(x, 12), (x + 18, 12)],
+            colour.stroke_width(3),
+        ))?;
+        let style = ("sans-serif", 12)
+            .into_font()
+            .color(&RGBColor(40, 40, 40));
+        area.draw(&Text::new(line.name.clone(), (x + 23, 6), style))?;
+        // Sans-serif letters of 12 px are about 6.5 px wide.
+        x += 40 + (6.5 * line.name.chars().count() as f64) as i32;
+    }
+    Ok(())
+}
+
 /// Draws lines; the text is a self-contained `<svg>`. Empty where there is nothing to draw.
 pub fn lines(axes: &Axes<'_>, series: &[Series]) -> String {
     let mut svg = String::new();
@@ -179,6 +241,21 @@ mod tests {
         for points in [vec![], vec![(1.0, 1.0)], vec![(0.0, 2.0), (1.0, 2.0)]] {
             assert!(lines(&axes(), &series(points)).starts_with("<svg"));
         }
+    }
+
+    #[test]
+    fn panels_share_a_picture_and_its_legend() {
+        let panel = |name: &str| Panel {
+            axes: axes(),
+            series: vec![Series {
+                name: name.into(),
+                points: vec![(0.0, 1.0), (1.0, 2.0)],
+            }],
+        };
+        let svg = panels(&[panel("truth"), panel("x"), panel("y")], 2);
+        assert!(svg.contains("width=\"800\" height=\"430\""), "{svg}");
+        assert!(svg.contains(">\ntruth\n<") && !svg.contains(">\nx\n<"), "{svg}");
+        assert_eq!(panels(&[], 2), "");
     }
 
     #[test]

@@ -27,11 +27,13 @@ pub enum InitialForce {
     Clean,
     /// What the model predicts for a window filled with the first sample.
     Estimate,
+    /// None at all.
+    Zero,
 }
 
 impl InitialForce {
     /// Every choice, for error messages and help texts.
-    pub const ALL: [Self; 3] = [Self::Recorded, Self::Clean, Self::Estimate];
+    pub const ALL: [Self; 4] = [Self::Recorded, Self::Clean, Self::Estimate, Self::Zero];
 }
 
 impl fmt::Display for InitialForce {
@@ -40,13 +42,14 @@ impl fmt::Display for InitialForce {
             Self::Recorded => "recorded",
             Self::Clean => "clean",
             Self::Estimate => "estimate",
+            Self::Zero => "zero",
         })
     }
 }
 
 /// A name that is none.
 #[derive(Debug, Error, PartialEq, Eq)]
-#[error("unknown initial force `{0}`: there are recorded, clean and estimate")]
+#[error("unknown initial force `{0}`: there are recorded, clean, estimate and zero")]
 pub struct UnknownInitialForce(pub String);
 
 impl FromStr for InitialForce {
@@ -130,6 +133,27 @@ pub fn predict(
     predict_range(model, split, trajectory..trajectory + 1, start)
 }
 
+/// The wrenches that a model predicts along every trajectory of a split, `[M][T * f]` in SI, by its network: also of one
+/// that needs samples to come.
+pub fn predict_split(
+    model: &ForceModel,
+    split: &Split,
+    start: InitialForce,
+) -> Result<Vec<Vec<f64>>, TrainError> {
+    check(model, split)?;
+    let size = split.samples() * split.outputs();
+    let mut forces = Vec::with_capacity(split.len());
+    for first in (0..split.len()).step_by(TOGETHER) {
+        let range = first..split.len().min(first + TOGETHER);
+        let predicted = predict_range(model, split, range, start)?;
+        forces.extend(predicted.chunks_exact(size).map(|forces| {
+            let forces = forces.iter().map(|value| f64::from(*value));
+            forces.collect::<Vec<_>>()
+        }));
+    }
+    Ok(forces)
+}
+
 fn check(model: &ForceModel, split: &Split) -> Result<(), TrainError> {
     let (found, expected) = (
         (split.inputs(), split.outputs()),
@@ -177,6 +201,7 @@ fn predict_range(
         InitialForce::Clean => range
             .flat_map(|i| split.clean(i)[..f].iter().copied())
             .collect(),
+        InitialForce::Zero => vec![0.0; batch * f],
         InitialForce::Estimate => {
             let engine = model.engine(EngineKind::Fused)?;
             let (mut scratch, mut force) = (Scratch::default(), vec![0.0; f]);
@@ -201,16 +226,9 @@ pub(super) fn evaluate_model(
     split: &Split,
     start: InitialForce,
 ) -> Result<Evaluation, TrainError> {
-    check(model, split)?;
-    let size = split.samples() * split.outputs();
     let mut sums = Sums::new(split.outputs());
-    for first in (0..split.len()).step_by(TOGETHER) {
-        let range = first..split.len().min(first + TOGETHER);
-        let predicted = predict_range(model, split, range.clone(), start)?;
-        for (trajectory, predicted) in range.zip(predicted.chunks_exact(size)) {
-            let predicted: Vec<f64> = predicted.iter().map(|value| f64::from(*value)).collect();
-            sums.add_trajectory(&predicted, split, trajectory);
-        }
+    for (trajectory, predicted) in predict_split(model, split, start)?.iter().enumerate() {
+        sums.add_trajectory(predicted, split, trajectory);
     }
     Ok(Evaluation {
         outputs: outputs.to_vec(),
@@ -340,6 +358,6 @@ mod tests {
         for choice in InitialForce::ALL {
             assert_eq!(choice.to_string().parse(), Ok(choice));
         }
-        assert!("zero".parse::<InitialForce>().is_err());
+        assert!("one".parse::<InitialForce>().is_err());
     }
 }

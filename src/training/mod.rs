@@ -25,7 +25,10 @@ pub use self::{
     config::{Labels, TrainConfig},
     device::{TrainDevice, UnknownDevice},
     log::LogRecord,
-    metrics::{Errors, Evaluation, InitialForce, Sums, UnknownInitialForce, evaluate, predict},
+    metrics::{
+        Errors, Evaluation, InitialForce, Sums, UnknownInitialForce, evaluate, predict,
+        predict_split,
+    },
     residual::{Learned, Lesson, Recorded, learn_residual},
     trainer::{Observer, Outcome, Progress, Trainer},
 };

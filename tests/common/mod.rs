@@ -1,6 +1,8 @@
 //! Checkpoints and scenes for the tests.
 #![allow(dead_code, missing_docs, unreachable_pub, clippy::unwrap_used)]
 
+pub mod tiny;
+
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},

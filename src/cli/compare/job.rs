@@ -1,0 +1,159 @@
+//! One job: train, examine, write the result. Interrupted, it goes on where it was.
+
+use std::{fs, time::Instant};
+
+use anyhow::{Context as _, bail};
+use hydro_plugin::{
+    checkpoint::Checkpoint,
+    experiment::{JobId, JobResult, SCHEMA, TrainingNote, examine},
+    training::{Evaluation, LogRecord, Observer, Outcome, Progress as Place, TrainConfig, Trainer},
+};
+
+use super::{Args, Folder, Inputs, Plan};
+use crate::cli::{cancel::cancel_on_signal, command_line, progress::Progress};
+
+impl Plan {
+    /// How a job is trained.
+    pub(super) fn training(&self, job: &JobId) -> anyhow::Result<TrainConfig> {
+        let entry = self.entries.iter().find(|entry| entry.id == job.entry);
+        let entry = entry.with_context(|| format!("job {job}: no such entry"))?;
+        Ok(entry.training(&self.budget, job.seed))
+    }
+}
+
+pub(super) fn run(
+    args: &Args,
+    inputs: &Inputs,
+    plan: &Plan,
+    folder: &Folder,
+    job: &JobId,
+) -> anyhow::Result<()> {
+    if folder.done(job, plan, inputs)?.is_some() {
+        say!("{job}: done already");
+        return Ok(());
+    }
+    let checkpoint = trained(inputs, plan, folder, job)?;
+    let training = folder
+        .training(job)
+        .with_context(|| format!("{job}: training.json is lost; remove its folder"))?;
+    let data = &inputs.data[&job.data];
+    let test = data.split("test", None)?;
+    let mut examination = examine(&checkpoint, &test, &inputs.read_beyond()?)?;
+    #[cfg(mujoco_plugins)]
+    if inputs.rollouts.is_some() {
+        let swum = super::swimming::swim(args, inputs, &folder.checkpoint(job))?;
+        examination.swimming = Some(swum);
+    }
+    #[cfg(not(mujoco_plugins))]
+    let _ = args;
+    // One seed's pictures are enough.
+    if job.seed != plan.jobs.first().map_or(0, |first| first.seed) {
+        examination.example = Vec::new();
+    }
+    let result = JobResult {
+        schema: SCHEMA.to_owned(),
+        job: job.clone(),
+        data_sha256: data.sha256().to_owned(),
+        examined_on: inputs.examined_on(),
+        settings: plan.training(job)?,
+        parameters: checkpoint.parameter_count(),
+        training,
+        examination,
+    };
+    folder.finish(&result)?;
+    say!(
+        "{job}: nRMSE {:.4}",
+        result.examination.starts.get("clean").map_or(f64::NAN, |errors| errors.pooled)
+    );
+    Ok(())
+}
+
+/// The checkpoint of a job, trained now or before.
+fn trained(
+    inputs: &Inputs,
+    plan: &Plan,
+    folder: &Folder,
+    job: &JobId,
+) -> anyhow::Result<Checkpoint> {
+    let mut trainer = Trainer::new(plan.training(job)?, &inputs.data[&job.data])?;
+    let path = folder.checkpoint(job);
+    if path.join("card.json").is_file() {
+        let checkpoint = Checkpoint::load(&path)?;
+        trainer.check_card(&checkpoint.card)?;
+        return Ok(checkpoint);
+    }
+    let resumed = trainer.resume(&folder.run(job))?;
+    let before = folder.training(job).filter(|_| resumed);
+    let cancel = cancel_on_signal()?;
+    let mut watch = Watch {
+        progress: Progress::new(&job.to_string(), trainer.steps() as u64),
+        folder,
+        job,
+        seconds: before.map_or(0.0, |note| note.seconds),
+        peak: before.and_then(|note| note.peak_memory_mib),
+        began: Instant::now(),
+        fault: None,
+    };
+    let outcome = trainer.run(&folder.run(job), &cancel, &mut watch)?;
+    watch.progress.finish();
+    if let Some(fault) = watch.fault {
+        return Err(fault);
+    }
+    if outcome == Outcome::Cancelled {
+        bail!("{job}: interrupted; the same command goes on");
+    }
+    let checkpoint = trainer.checkpoint(&job.to_string(), &command_line())?;
+    checkpoint.save(&path)?;
+    // The state of a finished training is of no more use, and several times as large as the checkpoint.
+    fs::remove_dir_all(folder.run(job)).with_context(|| format!("removing the state of {job}"))?;
+    Ok(Checkpoint::load(&path)?)
+}
+
+/// Shows a training, and notes after every epoch what it took.
+struct Watch<'a> {
+    progress: Progress,
+    folder: &'a Folder,
+    job: &'a JobId,
+    /// Of runs that were interrupted.
+    seconds: f64,
+    peak: Option<f64>,
+    began: Instant,
+    fault: Option<anyhow::Error>,
+}
+
+impl Observer for Watch<'_> {
+    fn step(&mut self, place: &Place) {
+        let words = format!("epoch {}/{}, loss {:.5}", place.epoch + 1, place.epochs, place.loss);
+        self.progress.at(place.step as u64, &words);
+    }
+
+    fn epoch(&mut self, record: &LogRecord, _: &Evaluation) {
+        let note = TrainingNote {
+            epochs: record.epoch + 1,
+            seconds: self.seconds + self.began.elapsed().as_secs_f64(),
+            threads: std::thread::available_parallelism().map_or(1, Into::into).min(threads()),
+            peak_memory_mib: peak_memory().into_iter().chain(self.peak).reduce(f64::max),
+            validation: record.best,
+        };
+        if let Err(fault) = self.folder.note_training(self.job, &note) {
+            self.fault.get_or_insert(fault);
+        }
+    }
+}
+
+/// Threads that products may take.
+fn threads() -> usize {
+    let given = std::env::var("RAYON_NUM_THREADS").ok();
+    given
+        .and_then(|text| text.parse().ok())
+        .filter(|count| *count > 0)
+        .unwrap_or(usize::MAX)
+}
+
+/// Greatest resident memory of this process so far [MiB], where the system says.
+fn peak_memory() -> Option<f64> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    let kib: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kib / 1024.0)
+}

@@ -1,0 +1,176 @@
+//! From the results of the jobs to the tables and pictures.
+
+use std::{collections::BTreeMap, fs};
+
+use anyhow::Context as _;
+use hydro_plugin::{
+    checkpoint::Checkpoint,
+    dataset::Dataset,
+    experiment::{Comparison, Cost, JobResult, summarise, time},
+    model::{Engine, EngineKind},
+    report::experiment::{figures, page},
+};
+use serde::{Deserialize, Serialize};
+
+use super::{Args, Folder, Inputs, Plan};
+use crate::cli::{command_line, print_json, progress::Progress, write_whole};
+
+/// Times by data set, and the processor they were taken on.
+#[derive(Default, Serialize, Deserialize)]
+struct Costs {
+    machine: String,
+    data: BTreeMap<String, Vec<Cost>>,
+}
+
+pub(super) fn write(
+    args: &Args,
+    inputs: &Inputs,
+    plan: &Plan,
+    folder: &Folder,
+) -> anyhow::Result<()> {
+    let mut results = Vec::new();
+    for job in &plan.jobs {
+        results.extend(folder.done(job, plan, inputs)?);
+    }
+    let costs = costs(args, inputs, plan, folder)?;
+    let (rows, orderings) = summarise(args.experiment, &plan.entries, &results, &costs.data);
+    let comparison = Comparison {
+        experiment: args.experiment,
+        command: command(),
+        data: inputs
+            .data
+            .iter()
+            .map(|(name, set)| (name.clone(), set.sha256().to_owned()))
+            .collect(),
+        outputs: outputs(inputs),
+        machine: costs.machine,
+        rows,
+        orderings,
+        truth: truths(inputs, &results)?,
+    };
+    write_whole(
+        &folder.file("compare.json"),
+        serde_json::to_string(&comparison)?.as_bytes(),
+    )?;
+    for (name, svg) in figures(&comparison) {
+        write_whole(&folder.file("figures").join(name), svg.as_bytes())?;
+    }
+    let text = page(&comparison);
+    write_whole(&folder.file("README.md"), text.as_bytes())?;
+    if args.json {
+        return print_json(&comparison);
+    }
+    let tables = text.split("## Pictures").next().unwrap_or_default();
+    say!("{tables}");
+    say!(
+        "{} of {} jobs done; {}",
+        results.len(),
+        plan.jobs.len(),
+        folder.file("README.md").display()
+    );
+    Ok(())
+}
+
+/// The command that does everything, whatever part of it was asked for now.
+fn command() -> String {
+    let words = command_line();
+    words.replace(" --tables", "").replace(" --retime", "").replace(" --json", "")
+}
+
+fn outputs(inputs: &Inputs) -> Vec<String> {
+    let first = inputs.data.values().next();
+    first.map_or_else(Vec::new, |set| set.manifest().outputs.clone())
+}
+
+/// The true force along the first test trajectory of every data set that a job was done on.
+#[expect(clippy::type_complexity, reason = "the type of the field it fills")]
+fn truths(
+    inputs: &Inputs,
+    results: &[JobResult],
+) -> anyhow::Result<BTreeMap<String, (Vec<f32>, Vec<Vec<f32>>)>> {
+    let mut found = BTreeMap::new();
+    for (name, set) in &inputs.data {
+        if !results.iter().any(|result| result.job.data == *name) {
+            continue;
+        }
+        let test = set.split("test", None)?;
+        let rows = test.clean(0).chunks_exact(test.outputs()).map(<[f32]>::to_vec);
+        found.insert(name.clone(), (test.time().to_vec(), rows.collect()));
+    }
+    Ok(found)
+}
+
+/// Times of `--out`, those that are missing taken now.
+fn costs(args: &Args, inputs: &Inputs, plan: &Plan, folder: &Folder) -> anyhow::Result<Costs> {
+    let path = folder.file("cost.json");
+    let machine = machine();
+    let known: Option<Costs> = match fs::read(&path) {
+        Ok(bytes) if !args.retime => Some(
+            serde_json::from_slice(&bytes)
+                .with_context(|| format!("{}: not times; try --retime", path.display()))?,
+        ),
+        _ => None,
+    };
+    let mut costs = known.unwrap_or_default();
+    let mut taken = false;
+    for (name, set) in &inputs.data {
+        let wanted = engines(plan, folder, name)?;
+        let known = costs.data.get(name).map_or(&[][..], Vec::as_slice);
+        let all_known = wanted
+            .iter()
+            .all(|(id, _)| known.iter().any(|cost| cost.entry == *id));
+        // All in one go, or their ratios mean nothing.
+        if !wanted.is_empty() && !all_known {
+            let found = timed(set, &wanted)?;
+            costs.data.insert(name.clone(), found);
+            taken = true;
+        }
+    }
+    if taken {
+        costs.machine = machine;
+        write_whole(&path, serde_json::to_string_pretty(&costs)?.as_bytes())?;
+    }
+    Ok(costs)
+}
+
+fn timed(set: &Dataset, engines: &[(String, Box<dyn Engine>)]) -> anyhow::Result<Vec<Cost>> {
+    let test = set.split("test", Some(64))?;
+    let progress = Progress::new("rounds", 8);
+    let found = time(engines, &test, &|round| {
+        progress.at(round as u64 + 1, "times, everybody in turn");
+    })?;
+    progress.finish();
+    Ok(found)
+}
+
+/// One engine an entry, of the first seed that was trained.
+fn engines(
+    plan: &Plan,
+    folder: &Folder,
+    data: &str,
+) -> anyhow::Result<Vec<(String, Box<dyn Engine>)>> {
+    let mut found = Vec::new();
+    for entry in &plan.entries {
+        let checkpoint = plan
+            .jobs
+            .iter()
+            .filter(|job| job.data == data && job.entry == entry.id)
+            .map(|job| folder.checkpoint(job))
+            .find(|path| path.join("card.json").is_file());
+        if let Some(path) = checkpoint {
+            let engine = Checkpoint::load(&path)?.engine(EngineKind::Fused, None)?;
+            found.push((entry.id.to_owned(), engine));
+        }
+    }
+    Ok(found)
+}
+
+/// Name of the processor.
+fn machine() -> String {
+    let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = text
+        .lines()
+        .find(|line| line.starts_with("model name"))
+        .and_then(|line| line.split_once(": "));
+    name.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.to_owned())
+}

@@ -1,0 +1,44 @@
+//! The swim scene with a checkpoint in its plugin.
+
+use std::path::Path;
+
+use anyhow::Context as _;
+use hydro_plugin::{
+    comparison::{Contender, Water},
+    model::EngineKind,
+    mujoco::{scene::with_attribute, simulator::Model, swimmer::Swimmer},
+};
+
+/// Times at which closed-loop errors are read [s].
+pub(super) const HORIZONS: [f64; 3] = [1.0, 2.0, 4.0];
+/// How far beyond the truth's peaks a long run may go.
+pub(super) const BOUND: f64 = 1.5;
+
+/// A contender that swims in `scene` (the text of b1_swim.xml) under a checkpoint.
+pub(super) fn in_plugin<'a>(
+    name: &str,
+    checkpoint: &Path,
+    engine: EngineKind,
+    scene: &str,
+) -> anyhow::Result<Contender<'a, anyhow::Error>> {
+    let folder = checkpoint
+        .canonicalize()
+        .with_context(|| format!("checkpoint {}", checkpoint.display()))?;
+    let scene = with_attribute(
+        scene,
+        "hydro.wrench",
+        "checkpoint",
+        &folder.to_string_lossy(),
+    )?;
+    let scene = with_attribute(&scene, "hydro.wrench", "engine", &engine.to_string())?;
+    Ok(Contender {
+        name: name.to_owned(),
+        simulator: Box::new(move |run| Ok(Box::new(swimmer_in(&scene, run.density)?))),
+        water: Water::OfTheScene,
+    })
+}
+
+fn swimmer_in(scene: &str, density: f64) -> anyhow::Result<Swimmer> {
+    let scene = with_attribute(scene, "hydro.wrench", "density", &density.to_string())?;
+    Ok(Swimmer::new(Model::from_xml(&scene)?)?)
+}

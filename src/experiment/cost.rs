@@ -1,0 +1,94 @@
+//! What a trajectory costs, everybody in turn on one thread.
+
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    dataset::Split,
+    model::{Engine, ModelError, Scratch},
+};
+
+/// Samples of the trajectory that is timed, as in the paper's table.
+pub const STEPS: usize = 400;
+/// Trajectories at a time.
+const BATCHES: [usize; 2] = [1, 64];
+/// Rounds; everybody has a turn in each, so that a slow moment of the machine strikes all.
+const ROUNDS: usize = 7;
+
+/// Milliseconds for 400 samples: median over rounds, and the quartiles.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Timed {
+    /// Median.
+    pub median: f64,
+    /// First and third quartile.
+    pub quartiles: [f64; 2],
+}
+
+/// What one model costs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cost {
+    /// [`super::Entry::id`].
+    pub entry: String,
+    /// One trajectory, by the engine that a simulation uses.
+    pub one: Timed,
+    /// 64 trajectories together.
+    pub many: Timed,
+}
+
+/// Times engines on a trajectory made of the split's first samples, over and over; `tick` is told after each round.
+///
+/// # Errors
+/// An engine of other features.
+pub fn time(
+    engines: &[(String, Box<dyn Engine>)],
+    split: &Split,
+    tick: &dyn Fn(usize),
+) -> Result<Vec<Cost>, ModelError> {
+    let mut times = vec![[Vec::new(), Vec::new()]; engines.len()];
+    let mut scratch = Scratch::default();
+    for round in 0..=ROUNDS {
+        for ((_, engine), times) in engines.iter().zip(&mut times) {
+            for (batch, times) in BATCHES.iter().zip(times) {
+                let (x, start) = input(split, *batch);
+                let began = Instant::now();
+                std::hint::black_box(engine.trajectories(&x, &start, &mut scratch)?);
+                // The first round warms up.
+                if round > 0 {
+                    times.push(1e3 * began.elapsed().as_secs_f64());
+                }
+            }
+        }
+        tick(round);
+    }
+    Ok(engines
+        .iter()
+        .zip(times)
+        .map(|((entry, _), [one, many])| Cost {
+            entry: entry.clone(),
+            one: timed(one),
+            many: timed(many),
+        })
+        .collect())
+}
+
+/// x [B, 400, n] and F_0 [B, f].
+fn input(split: &Split, batch: usize) -> (Vec<f64>, Vec<f64>) {
+    let (mut x, mut start) = (Vec::new(), Vec::new());
+    for index in (0..split.len()).cycle().take(batch) {
+        let whole = split.x(index).iter().map(|value| f64::from(*value));
+        x.extend(whole.cycle().take(STEPS * split.inputs()));
+        let first = &split.clean(index)[..split.outputs()];
+        start.extend(first.iter().map(|value| f64::from(*value)));
+    }
+    (x, start)
+}
+
+fn timed(mut times: Vec<f64>) -> Timed {
+    times.sort_by(f64::total_cmp);
+    let at = |share: usize| times[(times.len() - 1) * share / 4];
+    Timed {
+        median: at(2),
+        quartiles: [at(1), at(3)],
+    }
+}

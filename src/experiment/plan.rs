@@ -1,0 +1,273 @@
+//! Who is trained: the paper's models at the paper's sizes, ours, and the yardstick.
+
+use std::{fmt, str::FromStr};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::{
+    model::{
+        AttentionOdeConfig, CnodeConfig, Control, Encoding, LstmConfig, MlpConfig, MlpOdeConfig,
+        ModelConfig, RelaxationOdeConfig, Solver,
+    },
+    training::TrainConfig,
+};
+
+/// One of the paper's two tables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Experiment {
+    /// Towing: 1.1 one condition, 1.2 changing ones, 1.3 with noise.
+    Task1,
+    /// Swimming under conditions that keep switching.
+    Task2,
+}
+
+impl Experiment {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Task1, Self::Task2];
+
+    /// Names of its data sets: Task 1's are folders below the one that is given, Task 2's is that folder itself.
+    pub fn data(self) -> &'static [&'static str] {
+        match self {
+            Self::Task1 => &["1.1", "1.2", "1.3"],
+            Self::Task2 => &["2"],
+        }
+    }
+}
+
+impl fmt::Display for Experiment {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Task1 => "task1",
+            Self::Task2 => "task2",
+        })
+    }
+}
+
+/// A name that is none.
+#[derive(Debug, Error, PartialEq, Eq)]
+#[error("unknown experiment `{0}`: there are task1 and task2")]
+pub struct UnknownExperiment(pub String);
+
+impl FromStr for Experiment {
+    type Err = UnknownExperiment;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        Self::ALL
+            .into_iter()
+            .find(|experiment| experiment.to_string() == name)
+            .ok_or_else(|| UnknownExperiment(name.to_owned()))
+    }
+}
+
+/// How long everybody may learn: the same for all.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Budget {
+    /// Passes over the training split; nobody stops earlier.
+    pub epochs: usize,
+    /// Training trajectories; all without a number.
+    pub trajectories: Option<usize>,
+    /// Windows a step.
+    pub batch: usize,
+    /// Samples a window.
+    pub horizon: usize,
+}
+
+impl Budget {
+    /// That of the tables.
+    pub fn full(experiment: Experiment) -> Self {
+        Self {
+            epochs: match experiment {
+                // A trajectory of the towing tank is one or two windows, of swimming eight.
+                Experiment::Task1 => 60,
+                Experiment::Task2 => 12,
+            },
+            trajectories: None,
+            batch: 32,
+            horizon: 50,
+        }
+    }
+
+    /// A look in a quarter of an hour: a tenth of the data.
+    pub fn quick(experiment: Experiment) -> Self {
+        Self {
+            epochs: match experiment {
+                Experiment::Task1 => 8,
+                Experiment::Task2 => 3,
+            },
+            trajectories: Some(96),
+            ..Self::full(experiment)
+        }
+    }
+}
+
+/// A row of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// Name in files and on command lines.
+    pub id: &'static str,
+    /// Name in the tables.
+    pub label: &'static str,
+    /// Kind and sizes.
+    pub model: ModelConfig,
+    /// How its equation is stepped.
+    pub solver: Solver,
+    /// Largest learning rate.
+    pub learning_rate: f64,
+}
+
+impl Entry {
+    /// Settings of its training.
+    pub fn training(&self, budget: &Budget, seed: u64) -> TrainConfig {
+        TrainConfig {
+            model: self.model.clone(),
+            solver: self.solver,
+            learning_rate: self.learning_rate,
+            seed,
+            epochs: budget.epochs,
+            patience: budget.epochs,
+            batch: budget.batch,
+            horizon: budget.horizon,
+            trajectories: budget.trajectories,
+            ..TrainConfig::default()
+        }
+    }
+}
+
+/// Every row for forces of `outputs` components. The four models of the paper have its sizes and its raw features, h as long as
+/// the force and no linear part; beside them its other equation, ours, and a memoryless perceptron of the same size.
+pub fn entries(outputs: usize) -> Vec<Entry> {
+    let mlp_ode = ModelConfig::MlpOde(MlpOdeConfig {
+        latent: outputs,
+        encoding: Encoding::Raw,
+        skip: false,
+        ..MlpOdeConfig::default()
+    });
+    let attention = AttentionOdeConfig {
+        latent: outputs,
+        encoding: Encoding::Raw,
+        skip: false,
+        ..AttentionOdeConfig::default()
+    };
+    let sum = ModelConfig::AttentionOde(AttentionOdeConfig {
+        field_sees_force: false,
+        ..attention.clone()
+    });
+    let attention = ModelConfig::AttentionOde(attention);
+    let cnode = |control| {
+        ModelConfig::Cnode(CnodeConfig {
+            encoding: Encoding::Raw,
+            control,
+            ..CnodeConfig::default()
+        })
+    };
+    let (natural, hermite) = (cnode(Control::Natural), cnode(Control::Hermite));
+    let lstm = ModelConfig::Lstm(LstmConfig {
+        encoding: Encoding::Raw,
+        ..LstmConfig::default()
+    });
+    let mlp = ModelConfig::Mlp(MlpConfig {
+        encoding: Encoding::Raw,
+        skip: false,
+        ..MlpConfig::default()
+    });
+    let relaxation = ModelConfig::RelaxationOde(RelaxationOdeConfig::default());
+    let row = |id, label, model: &ModelConfig, solver, learning_rate| Entry {
+        id,
+        label,
+        model: model.clone(),
+        solver,
+        learning_rate,
+    };
+    vec![
+        row("mlp-ode-euler", "MLP-ODE, Euler", &mlp_ode, Solver::Euler, 1e-3),
+        row("mlp-ode-rk4", "MLP-ODE, RK4", &mlp_ode, Solver::Rk4, 1e-3),
+        row("attention-ode-euler", "Attention-ODE, Euler", &attention, Solver::Euler, 1e-3),
+        row("attention-ode-rk4", "Attention-ODE, RK4", &attention, Solver::Rk4, 1e-3),
+        row("attention-ode-sum", "Attention-ODE, field without F", &sum, Solver::Euler, 1e-3),
+        row("cnode-natural-rk4", "CNODE, natural spline, RK4", &natural, Solver::Rk4, 1e-3),
+        row("cnode-hermite-rk4", "CNODE, causal Hermite, RK4", &hermite, Solver::Rk4, 1e-3),
+        row("cnode-hermite-euler", "CNODE, causal Hermite, Euler", &hermite, Solver::Euler, 1e-3),
+        row("lstm", "LSTM", &lstm, Solver::Euler, 1e-3),
+        row("relaxation-ode", "Relaxation-ODE (ours)", &relaxation, Solver::Euler, 2e-3),
+        row("mlp", "memoryless MLP (yardstick)", &mlp, Solver::Euler, 1e-3),
+    ]
+}
+
+/// One training and its examination.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct JobId {
+    /// Name of the data set.
+    pub data: String,
+    /// [`Entry::id`].
+    pub entry: String,
+    /// Of the first weights and of the order of the data.
+    pub seed: u64,
+}
+
+impl fmt::Display for JobId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}/seed-{}", self.data, self.entry, self.seed)
+    }
+}
+
+impl FromStr for JobId {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let read = || {
+            let mut parts = text.split('/');
+            let (data, entry) = (parts.next()?, parts.next()?);
+            let seed = parts.next()?.strip_prefix("seed-")?.parse().ok()?;
+            parts.next().is_none().then(|| Self {
+                data: data.to_owned(),
+                entry: entry.to_owned(),
+                seed,
+            })
+        };
+        read().ok_or_else(|| format!("job `{text}`: expected DATA/ENTRY/seed-N, as 2/lstm/seed-0"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn entries_have_names_of_their_own_and_can_be_built_and_trained() {
+        for outputs in [2, 6] {
+            let entries = entries(outputs);
+            let ids: BTreeSet<&str> = entries.iter().map(|entry| entry.id).collect();
+            let labels: BTreeSet<&str> = entries.iter().map(|entry| entry.label).collect();
+            assert_eq!((ids.len(), labels.len()), (entries.len(), entries.len()));
+            for entry in entries {
+                for experiment in Experiment::ALL {
+                    for budget in [Budget::full(experiment), Budget::quick(experiment)] {
+                        entry.training(&budget, 3).check().expect("valid settings");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn names_are_read_back_and_others_refused() {
+        let job = JobId {
+            data: "1.2".to_owned(),
+            entry: "lstm".to_owned(),
+            seed: 7,
+        };
+        assert_eq!(job.to_string().parse(), Ok(job));
+        for wrong in ["", "2/lstm", "2/lstm/7", "2/lstm/seed-x", "2/lstm/seed-0/more"] {
+            assert!(wrong.parse::<JobId>().is_err(), "{wrong}");
+        }
+        for experiment in Experiment::ALL {
+            assert_eq!(experiment.to_string().parse(), Ok(experiment));
+        }
+        let error = "task3".parse::<Experiment>().expect_err("no such experiment");
+        assert_eq!(error.to_string(), "unknown experiment `task3`: there are task1 and task2");
+    }
+}

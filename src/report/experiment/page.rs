@@ -1,0 +1,277 @@
+//! The page: what was done, the tables, the pictures.
+
+use std::fmt::Write as _;
+
+use super::{
+    figures::figures,
+    tables::{Column, digits, figures_of, markdown},
+};
+use crate::experiment::{Comparison, Experiment, Row};
+
+/// Renders the page; pictures are looked for in `figures/` beside it.
+pub fn page(comparison: &Comparison) -> String {
+    let mut text = format!("# {}\n\n", title(comparison.experiment));
+    provenance(&mut text, comparison);
+    match comparison.experiment {
+        Experiment::Task1 => towing(&mut text, comparison),
+        Experiment::Task2 => swimming(&mut text, comparison),
+    }
+    orderings(&mut text, comparison);
+    pictures(&mut text, comparison);
+    text
+}
+
+fn title(experiment: Experiment) -> &'static str {
+    match experiment {
+        Experiment::Task1 => "Task 1: the towed robot",
+        Experiment::Task2 => "Task 2: the swimming robot",
+    }
+}
+
+fn provenance(text: &mut String, comparison: &Comparison) {
+    let seeds = |row: &Row| row.seeds.len();
+    let (least, most) = (
+        comparison.rows.iter().map(seeds).min().unwrap_or(0),
+        comparison.rows.iter().map(seeds).max().unwrap_or(0),
+    );
+    let _ = writeln!(text, "`{}`\n", comparison.command);
+    let missing = if least < most {
+        format!("; rows with fewer than {most} seeds are not finished")
+    } else {
+        String::new()
+    };
+    let _ = writeln!(
+        text,
+        "Mean \u{b1} standard deviation over {most} seeds{missing}. Least in bold. Errors are against the clean wrench. MAE, \
+         RMSE: over all axes and samples by definition, N and N m together. nRMSE: root mean square over axes of RMSE / \
+         standard deviation of the clean wrench.\n"
+    );
+    for (name, sha256) in &comparison.data {
+        let _ = writeln!(text, "Data {name}: manifest sha256 `{sha256}`.");
+    }
+    text.push('\n');
+}
+
+fn rows<'a>(
+    comparison: &'a Comparison,
+    data: &'a str,
+) -> impl Iterator<Item = &'a Row> + Clone {
+    comparison.rows.iter().filter(move |row| row.data == data)
+}
+
+fn towing(text: &mut String, comparison: &Comparison) {
+    let names = [
+        ("1.1", "1.1, one condition"),
+        ("1.2", "1.2, changing conditions"),
+        ("1.3", "1.3, changing conditions with noise"),
+    ];
+    for (data, name) in names {
+        let _ = writeln!(text, "## {name}\n");
+        *text += &figures_of(
+            rows(comparison, data),
+            &[
+                Column::new("MAE [N]", "mae"),
+                Column::new("RMSE [N]", "rmse"),
+                Column::new("nRMSE", "nrmse"),
+                Column::new("RMSE against the perturbed force [N]", "rmse_perturbed"),
+                Column::new("nRMSE, estimated start", "nrmse_estimate"),
+                Column::new("start from zero", "nrmse_zero"),
+                Column::new("error of the work", "work_error"),
+                Column::new("tremble", "fluctuation"),
+            ],
+        );
+        text.push('\n');
+    }
+    *text += "Tremble: power above the truth's bandwidth (99 % of its power), over the truth's there.\n\n";
+    cost(text, comparison, "1.2");
+}
+
+fn swimming(text: &mut String, comparison: &Comparison) {
+    let rows = || rows(comparison, "2");
+    let beyond: Vec<&str> = names(rows(), "beyond.");
+    *text += "## Open loop, from the true first force\n\n";
+    *text += &figures_of(
+        rows(),
+        &[
+            Column::new("MAE", "mae"),
+            Column::new("RMSE", "rmse"),
+            Column::new("MAE force [N]", "mae_force"),
+            Column::new("MAE torque [N m]", "mae_torque"),
+            Column::new("nRMSE", "nrmse"),
+            Column::new("without buoyancy", "nrmse_hydrodynamic"),
+            Column::new("error of the drag's work", "work_error"),
+            Column::new("of its power", "power_error"),
+            Column::new("tremble", "fluctuation"),
+        ],
+    );
+    let truth = rows().find_map(|row| row.values.get("gives_truth"));
+    *text += "\nWork: of the wrench without buoyancy on the base; root mean square over trajectories of its error, over that of the \
+              true work; power: RMSE over standard deviation. ";
+    if let Some(truth) = truth {
+        let _ = write!(
+            text,
+            "In the truth that wrench gives the base energy in {:.1} % of the samples, for the legs push; ",
+            100.0 * truth.mean
+        );
+    }
+    *text += "tremble: power above the truth's bandwidth (99 % of its power), over the truth's there.\n\n";
+
+    *text += "## The force at the start\n\n";
+    *text += &figures_of(
+        rows(),
+        &[
+            Column::new("nRMSE, true start", "nrmse"),
+            Column::new("estimated", "nrmse_estimate"),
+            Column::new("zero", "nrmse_zero"),
+            Column::new("error of the estimate", "first_force"),
+        ],
+    );
+    *text += "\nThe error of the estimate is that of the first force, in standard deviations.\n\n";
+
+    *text += "## Closed loop: the plugin drives MuJoCo\n\n";
+    let metres = |head, key| Column::new(head, key);
+    *text += &figures_of(
+        rows(),
+        &[
+            metres("1 s [m]", "position.1"),
+            metres("2 s [m]", "position.2"),
+            metres("4 s [m]", "position.4"),
+            metres("2 s [deg]", "attitude.2"),
+            metres("diverged", "diverged"),
+            metres("greatest speed", "peak.speed"),
+            metres("rate", "peak.rate"),
+            metres("force", "peak.force"),
+            metres("torque", "peak.torque"),
+        ],
+    );
+    if let Some(runs) = rows().find_map(|row| row.values.get("runs")) {
+        let _ = write!(
+            text,
+            "\nMedian distance and angle from the truth over {:.0} runs; how many diverged; greatest values of ten minutes over the \
+             truth's (1.5 is the bound; a run that blew up has none). ",
+            runs.mean
+        );
+        let bounded: Vec<String> = rows()
+            .filter_map(|row| {
+                let bounded = row.values.get("bounded")?;
+                let count = (bounded.mean * bounded.count as f64).round();
+                Some(format!("{} {count:.0} of {}", row.label, bounded.count))
+            })
+            .collect();
+        let _ = writeln!(text, "Seeds that stayed in bounds: {}.", bounded.join("; "));
+    }
+
+    if !beyond.is_empty() {
+        *text += "\n## Outside the training range\n\n";
+        let mut columns = vec![Column::new("inside", "nrmse")];
+        let heads: Vec<String> = beyond
+            .iter()
+            .map(|key| key.trim_start_matches("beyond.").to_owned())
+            .collect();
+        columns.extend(
+            heads
+                .iter()
+                .zip(&beyond)
+                .map(|(head, key)| Column::new(head, key)),
+        );
+        columns.push(Column::new("10 % noise on every feature", "noise.0.1"));
+        *text += &figures_of(rows(), &columns);
+        *text += "\nnRMSE, each by the standard deviations of its own data.\n\n";
+    }
+    cost(text, comparison, "2");
+}
+
+/// Keys of values that begin so, in their order.
+fn names<'a>(rows: impl Iterator<Item = &'a Row>, begin: &str) -> Vec<&'a str> {
+    let mut found: Vec<&str> = rows
+        .flat_map(|row| row.values.keys())
+        .map(String::as_str)
+        .filter(|key| key.starts_with(begin))
+        .collect();
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+fn cost(text: &mut String, comparison: &Comparison, data: &str) {
+    *text += "## What it costs\n\n";
+    let head = [
+        "",
+        "parameters",
+        "400 steps [ms]",
+        "64 x 400 steps [ms]",
+        "training [s]",
+        "its peak memory [MiB]",
+    ]
+    .map(str::to_owned);
+    let cells: Vec<Vec<String>> = rows(comparison, data)
+        .map(|row| {
+            let timed = |pick: fn(&crate::experiment::Cost) -> crate::experiment::Timed| {
+                row.cost.as_ref().map(pick).map_or_else(
+                    || "\u{2013}".to_owned(),
+                    |timed| {
+                        let digits = digits(timed.median);
+                        format!(
+                            "{:.digits$} ({:.digits$} to {:.digits$})",
+                            timed.median, timed.quartiles[0], timed.quartiles[1]
+                        )
+                    },
+                )
+            };
+            let figure = |key: &str| {
+                row.values
+                    .get(key)
+                    .map_or_else(|| "\u{2013}".to_owned(), |value| format!("{:.0}", value.mean))
+            };
+            vec![
+                row.label.clone(),
+                row.parameters
+                    .map_or_else(|| "\u{2013}".to_owned(), |count| count.to_string()),
+                timed(|cost| cost.one),
+                timed(|cost| cost.many),
+                figure("train_seconds"),
+                figure("peak_memory"),
+            ]
+        })
+        .collect();
+    *text += &markdown(&head, &cells);
+    let _ = writeln!(
+        text,
+        "\nTimes: our engine on one thread, median and quartiles, everybody in turn, {}. A CNODE on a natural spline is timed, and \
+         drives the plugin, on its causal path. Training: wall clock, other jobs may have run beside it.\n",
+        comparison.machine
+    );
+}
+
+fn orderings(text: &mut String, comparison: &Comparison) {
+    if comparison.orderings.is_empty() {
+        return;
+    }
+    *text += "## Who is ahead of whom, and how sure that is\n\n";
+    let head = ["claim", "data", "ratio of nRMSE", "95 % interval", "probability"].map(str::to_owned);
+    let cells: Vec<Vec<String>> = comparison
+        .orderings
+        .iter()
+        .map(|ordering| {
+            vec![
+                format!("{} ahead of {}", ordering.better, ordering.worse),
+                ordering.data.clone(),
+                format!("{:.3}", ordering.ratio),
+                format!("{:.3} to {:.3}", ordering.ci95[0], ordering.ci95[1]),
+                format!("{:.1} %", 100.0 * ordering.probability),
+            ]
+        })
+        .collect();
+    *text += &markdown(&head, &cells);
+    *text += "\nBelow 1 the claim holds. Bootstrap over seeds and over test trajectories.\n\n";
+}
+
+fn pictures(text: &mut String, comparison: &Comparison) {
+    *text += "## Pictures\n\n";
+    for (name, svg) in figures(comparison) {
+        if !svg.is_empty() {
+            let alt = name.trim_end_matches(".svg").replace('-', " ");
+            let _ = writeln!(text, "![{alt}](figures/{name})\n");
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! `hydro compare` from end to end on a small data set: jobs, what is done again and what is not, tables, refusals.
+#![cfg(feature = "cli")]
+#![allow(missing_docs, clippy::unwrap_used)]
+
+mod common;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+use common::tiny::dataset;
+use serde_json::Value;
+
+/// Rows that are trained quickly.
+const ENTRIES: [&str; 2] = ["--entries", "relaxation-ode,lstm"];
+
+struct Place {
+    folder: tempfile::TempDir,
+}
+
+impl Place {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        dataset(&folder.path().join("data"));
+        Self { folder }
+    }
+
+    fn out(&self) -> PathBuf {
+        self.folder.path().join("out")
+    }
+
+    fn compare(&self, more: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_hydro"))
+            .args(["compare", "task2", "--data"])
+            .arg(self.folder.path().join("data"))
+            .arg("--out")
+            .arg(self.out())
+            .args(["--epochs", "1"])
+            .args(if more.contains(&"--entries") { &[][..] } else { &ENTRIES })
+            .args(more)
+            .output()
+            .unwrap()
+    }
+
+    fn succeeds(&self, more: &[&str]) -> String {
+        let output = self.compare(more);
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{more:?}: {errors}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    fn refusal(&self, more: &[&str]) -> String {
+        let output = self.compare(more);
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success(), "{more:?} succeeded");
+        assert!(!text.contains("panicked"), "{text}");
+        text
+    }
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+}
+
+#[test]
+fn jobs_are_done_once_and_the_tables_hold_all_seeds() {
+    let place = Place::new();
+    let listed = place.succeeds(&["--seeds", "0,1", "--list"]);
+    assert_eq!(
+        listed.lines().collect::<Vec<_>>(),
+        ["2/lstm/seed-0", "2/relaxation-ode/seed-0", "2/lstm/seed-1", "2/relaxation-ode/seed-1"]
+    );
+    let text = place.succeeds(&["--seeds", "0"]);
+    assert!(text.contains("| LSTM |") && text.contains("2 of 2 jobs done"), "{text}");
+    let first = place.out().join("jobs/2/lstm/seed-0/result.json");
+    let before = fs::metadata(&first).unwrap().modified().unwrap();
+
+    let beyond = format!("fast={}", place.folder.path().join("data").display());
+    let summary = place.succeeds(&["--seeds", "0,1", "--json"]);
+    let summary: Value = serde_json::from_str(&summary).unwrap();
+    assert_eq!(before, fs::metadata(&first).unwrap().modified().unwrap());
+    for row in summary["rows"].as_array().unwrap() {
+        assert_eq!(row["seeds"], serde_json::json!([0, 1]), "{row}");
+        let nrmse = &row["values"]["nrmse"];
+        assert_eq!(nrmse["count"], 2);
+        assert!(nrmse["sd"].as_f64().unwrap() > 0.0, "two seeds are two trainings: {nrmse}");
+        assert!(row["cost"]["one"]["median"].as_f64().unwrap() > 0.0);
+        assert_eq!(row["example"].as_array().unwrap().len(), common::tiny::T);
+    }
+    let claims = summary["orderings"].as_array().unwrap();
+    assert_eq!(claims.len(), 1, "of the claims one is about these two: {claims:?}");
+    let page = fs::read_to_string(place.out().join("README.md")).unwrap();
+    for line in page.lines().filter(|line| line.starts_with("![")) {
+        let file = line.split(['(', ')']).nth(1).unwrap();
+        let svg = fs::read_to_string(place.out().join(file)).unwrap();
+        assert!(svg.starts_with("<svg") && svg.contains("polyline"), "{file}");
+    }
+
+    // Asked about other data too, a model is examined again and not trained again.
+    let weights = place.out().join("jobs/2/lstm/seed-0/checkpoint/weights.safetensors");
+    let trained = fs::metadata(&weights).unwrap().modified().unwrap();
+    place.succeeds(&["--seeds", "0,1", "--beyond", &beyond]);
+    assert_eq!(trained, fs::metadata(&weights).unwrap().modified().unwrap());
+    let result = json(&first);
+    let inside = result["examination"]["starts"]["clean"]["pooled"].as_f64().unwrap();
+    let outside = result["examination"]["beyond"][0]["pooled"].as_f64().unwrap();
+    assert!((inside - outside).abs() < 1e-12, "the same data under another name: {inside} {outside}");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_figures_wherever_a_job_runs() {
+    let (here, there) = (Place::new(), Place::new());
+    here.succeeds(&["--seeds", "3", "--parallel", "1"]);
+    there.succeeds(&["--seeds", "3", "--only", "2/lstm/seed-3"]);
+    let of = |place: &Place| {
+        let mut result = json(&place.out().join("jobs/2/lstm/seed-3/result.json"));
+        result.as_object_mut().unwrap().remove("training");
+        result
+    };
+    assert_eq!(of(&here), of(&there));
+}
+
+#[test]
+fn results_of_other_settings_are_kept_and_refused() {
+    let place = Place::new();
+    place.succeeds(&["--seeds", "0", "--entries", "lstm"]);
+    let result = place.out().join("jobs/2/lstm/seed-0/result.json");
+    let before = fs::read(&result).unwrap();
+    let message = place.refusal(&["--seeds", "0", "--entries", "lstm", "--trajectories", "5"]);
+    assert!(message.contains("made with other settings") && message.contains("result.json"), "{message}");
+    assert_eq!(before, fs::read(&result).unwrap());
+    fs::write(&result, "{\"schema\": \"hydro-compare-job/1\"}").unwrap();
+    let message = place.refusal(&["--seeds", "0", "--entries", "lstm"]);
+    assert!(message.contains("not the result of a job"), "{message}");
+}
+
+#[test]
+fn flags_that_mean_nothing_are_named() {
+    let place = Place::new();
+    for (flags, words) in [
+        (vec!["--entries", "gru"], "unknown `gru`; there are mlp-ode-euler"),
+        (vec!["--only", "2/lstm/seed-9"], "no such job; there are 2/lstm/seed-0"),
+        (vec!["--only", "lstm"], "expected DATA/ENTRY/seed-N"),
+        (vec!["--beyond", "fast"], "expected NAME=FOLDER"),
+        (vec!["--beyond", "fast=/nowhere"], "no data set at /nowhere"),
+        (vec!["--rollouts", "/nowhere"], "/nowhere/rollouts.json"),
+        (vec!["--parallel", "0"], "--parallel"),
+    ] {
+        let message = place.refusal(&flags);
+        assert!(message.contains(words), "{flags:?}: {message}");
+    }
+}
