@@ -195,7 +195,8 @@ class Regimes(unittest.TestCase):
 
     def test_regimes_change_nothing_else_and_share_no_random_numbers(self):
         changed = {
-            "speeds": {"start_speed", "speed_norm", "start_rate", "rate_norm", "push_share", "push_force", "push_torque"},
+            "speeds": {"start_speed", "speed_norm", "start_rate", "rate_norm", "push_share", "push_force",
+                       "push_torque"},
             "densities": {"density"},
             "gaits": {"glide_share", "frequency", "amplitude", "lean", "scatter"},
         }
