@@ -6,9 +6,10 @@
 Writes `hydro-dataset/1`: shards `{train,val,test}-*.safetensors` and `manifest.json`. A trajectory
 has 400 samples at 10 ms (five 2 ms physics steps) and 40 switches of condition; its label is the
 water's wrench on the base at the same state as the features, in the base frame about the base
-origin [N, N m], clean and with 10 % noise. The same seed gives the same bytes at any number of
-workers, here or on the nodes of a Ray cluster (--ray). Needs mujoco, numpy and safetensors
-(scripts/requirements.txt), and for --ray also scripts/requirements-ray.txt.
+origin [N, N m], clean and with 10 % noise. --regime speeds, densities or gaits draws these from
+outside the usual ranges, to test what was trained inside them. The same seed gives the same bytes
+at any number of workers, here or on the nodes of a Ray cluster (--ray). Needs mujoco, numpy and
+safetensors (scripts/requirements.txt), and for --ray also scripts/requirements-ray.txt.
 """
 
 import argparse
@@ -23,7 +24,7 @@ from fanout.cluster import Cluster
 from fanout.executor import Executor
 from fanout.here import Here
 from fanout.processes import Processes
-from hydro_data import DataError, arguments, dataset, scene
+from hydro_data import DataError, arguments, dataset, regime, scene
 
 
 def parse() -> argparse.Namespace:
@@ -36,8 +37,10 @@ def parse() -> argparse.Namespace:
     where.add_argument("--workers", type=arguments.count, help=f"processes (default: all {os.cpu_count() or 1} cores)")
     where.add_argument("--ray", metavar="ADDRESS", help="a Ray cluster does it: auto, host:6379, ray://host:10001, or "
                        "local for one on this machine; files are written here")
-    parser.add_argument("--splits", type=arguments.splits, default=(0.8, 0.1, 0.1),
-                        help="shares of train,val,test (default: 0.8,0.1,0.1)")
+    parser.add_argument("--regime", choices=regime.REGIMES, default=regime.USUAL.name,
+                        help="ranges to draw from (default: %(default)s)")
+    parser.add_argument("--splits", type=arguments.splits,
+                        help="shares of train,val,test (default: 0.8,0.1,0.1; 0,0,1 outside the usual regime)")
     parser.add_argument("--samples", type=arguments.count, default=400, help="samples a trajectory (default: %(default)s)")
     parser.add_argument("--shard-size", type=arguments.count, default=50, help="trajectories a file (default: %(default)s)")
     parser.add_argument("--model", default=scene.TRUTH, help="truth scene (default: %(default)s)")
@@ -47,6 +50,7 @@ def parse() -> argparse.Namespace:
     args = parser.parse_args()
     if args.samples < 2:
         parser.error("--samples: a trajectory has at least 2")
+    args.splits = args.splits or ((0.8, 0.1, 0.1) if args.regime == regime.USUAL.name else (0.0, 0.0, 1.0))
     return args
 
 
@@ -62,7 +66,7 @@ def main() -> int:
     args = parse()
     settings = dataset.Settings(name=args.out.resolve().name, trials=args.trials, seed=args.seed,
                                 samples=args.samples, splits=args.splits, shard_size=args.shard_size,
-                                model=args.model)
+                                model=args.model, regime=regime.REGIMES[args.regime])
     start = time.monotonic()
     try:
         with executor(args) as workers:

@@ -1,6 +1,6 @@
 """The Task 2 data set: shards by any executor, resume after a kill, manifest.
 
-A shard depends on (seed, split, index of its trajectories) alone, so a resumed folder has the bytes
+A shard depends on (seed, regime, split, index of its trajectories) alone, so a resumed folder has the bytes
 of an uninterrupted one.
 """
 
@@ -17,6 +17,7 @@ from fanout.executor import Executor
 from . import VERSION, DataError, features, scene, task2
 from .folder import SCHEMA, Shard, complete, cut, entries, finished, intact, prepare, share
 from .proof import Proof
+from .regime import USUAL, Regime
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,7 @@ class Settings:
     splits: tuple[float, float, float]
     shard_size: int
     model: str
+    regime: Regime = USUAL
 
     def counts(self) -> dict[str, int]:
         """Trajectories by split; they sum to `trials`."""
@@ -60,7 +62,7 @@ def _head(settings: Settings, loaded: scene.Scene) -> dict:
         "model": settings.model,
         "model_sha256": loaded.sha256,
         "perturbation": task2.PERTURBATION,
-    }
+    } | settings.regime.recorded()
 
 
 def generate(settings: Settings, out: Path, *, executor: Executor, resume: bool = False,
@@ -73,12 +75,13 @@ def generate(settings: Settings, out: Path, *, executor: Executor, resume: bool 
     hashes: dict[str, str] = {}
     std = None
     if prepare(out, resume=resume, overwrite=overwrite):
-        recorded, std = finished(out, head, planned)
+        recorded, std = finished(out, head, planned, unsaid={"regime": USUAL.name})
         hashes = intact(out, recorded)
     if std is None:
-        std = [float(s) for s in task2.PERTURBATION * task2.pilot_std(loaded, settings.seed, settings.samples)]
+        std = [float(s) for s in task2.PERTURBATION * task2.pilot_std(loaded, settings.regime, settings.seed,
+                                                                           settings.samples)]
 
-    maker = task2.Maker(loaded, settings.seed, settings.samples, np.array(std))
+    maker = task2.Maker(loaded, settings.regime, settings.seed, settings.samples, np.array(std))
     if executor.other_machines:
         maker = replace(maker, proof=Proof.of(maker.sample()))
     missing = {shard.file: shard for shard in shards if shard.file not in hashes}

@@ -6,6 +6,7 @@ shard. `manifest.json` replaces it when all shards stand.
 
 import hashlib
 import json
+import reprlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -75,8 +76,12 @@ def read(path: Path) -> dict:
     return value
 
 
-def finished(out: Path, head: dict, plan: dict[str, int]) -> tuple[dict[str, str], list[float] | None]:
-    """Shards recorded in `out` as (sha256 by file, noise std); refuses a folder made with other settings."""
+def finished(out: Path, head: dict, plan: dict[str, int],
+             unsaid: dict | None = None) -> tuple[dict[str, str], list[float] | None]:
+    """Shards recorded in `out` as (sha256 by file, noise std); refuses a folder made with other settings.
+
+    unsaid: settings that hold where a head does not name them.
+    """
     manifest, generation = out / MANIFEST, out / GENERATION
     if generation.is_file():
         found = read(generation)
@@ -91,9 +96,11 @@ def finished(out: Path, head: dict, plan: dict[str, int]) -> tuple[dict[str, str
     else:
         raise DataError(f"{out} holds no {MANIFEST} or {GENERATION}, so there is nothing to resume: choose "
                         "another --out, or --overwrite")
+    found, head = (unsaid or {}) | found, (unsaid or {}) | head
     unlike = [key for key in head if found.get(key) != head[key]]
     if unlike:
-        details = "; ".join(f"{key} was {found.get(key)!r}, now {head[key]!r}" for key in unlike[:3])
+        details = "; ".join(f"{key} was {reprlib.repr(found.get(key))}, now {reprlib.repr(head[key])}"
+                            for key in unlike[:3])
         raise DataError(f"{out} was made with other settings ({details}): repeat them to resume, or --overwrite")
     if counts != plan:
         raise DataError(f"{out} was made with other --trials, --splits or --shard-size: repeat them to resume, "

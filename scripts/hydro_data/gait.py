@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .regime import Ranges
+
 #: Phases of the legs FR, FL, RR, RL as a share of the cycle.
 PATTERNS = {
     "trot": (0.0, 0.5, 0.5, 0.0),
@@ -14,14 +16,8 @@ PATTERNS = {
 }
 #: Chance that a gait follows no pattern: every joint has a phase of its own.
 RANDOM_SHARE = 0.25
-#: Chance that the robot glides: it holds a posture.
-GLIDE_SHARE = 0.1
-#: Cycles a second.
-FREQUENCY = (0.2, 1.5)
-#: Largest amplitude of hip, thigh, calf [rad].
-AMPLITUDE = (0.35, 0.6, 0.6)
-#: Posture about which a leg swings: centre and half-range of hip, thigh, calf [rad].
-CENTRE, CENTRE_RANGE = (0.0, 0.75, -1.5), (0.3, 0.5, 0.45)
+#: Centre of the postures about which a leg swings, hip, thigh, calf [rad].
+CENTRE = (0.0, 0.75, -1.5)
 #: Distance that targets keep from the joint limits [rad].
 LIMIT_MARGIN = 0.05
 
@@ -48,10 +44,10 @@ class Gait:
 
 def hold(posture: np.ndarray) -> Gait:
     """The gait that stays in `posture` [12] rad."""
-    return Gait(posture, np.zeros(12), FREQUENCY[0], np.zeros(12), 0.0)
+    return Gait(posture, np.zeros(12), 0.0, np.zeros(12), 0.0)
 
 
-def draw(rng: np.random.Generator) -> Gait:
+def draw(rng: np.random.Generator, ranges: Ranges) -> Gait:
     """A random gait."""
     joint_phase = rng.uniform(0, 2 * np.pi, 3)
     pattern = list(PATTERNS.values())[rng.integers(len(PATTERNS))]
@@ -60,15 +56,16 @@ def draw(rng: np.random.Generator) -> Gait:
     if rng.random() < RANDOM_SHARE:
         phase = scattered
     # One amplitude and centre a kind of joint, with small differences between the legs.
-    amplitude = np.tile(rng.uniform(0, AMPLITUDE), 4) * rng.uniform(0.8, 1.0, 12)
-    if rng.random() < GLIDE_SHARE:
+    amplitude = np.tile(rng.uniform(*ranges.amplitude), 4) * rng.uniform(0.8, 1.0, 12)
+    if rng.random() < ranges.glide_share:
         amplitude = np.zeros(12)
-    half = np.array(CENTRE_RANGE)
-    lean = rng.uniform(-half, half)
+    least, most = np.array(ranges.lean)
+    lean = rng.uniform(-most, most)
+    lean = np.copysign(least + (1 - least / most) * np.abs(lean), lean)
     # Hips open outwards together: the right side's sign is opposite to the left's.
     mirrored = np.array([[-lean[0], lean[1], lean[2]], [lean[0], lean[1], lean[2]]] * 2).ravel()
-    centre = np.tile(CENTRE, 4) + mirrored + 0.25 * np.tile(half, 4) * rng.uniform(-1, 1, 12)
-    return Gait(centre, amplitude, rng.uniform(*FREQUENCY), phase, rng.uniform(0.0, 0.3))
+    centre = np.tile(CENTRE, 4) + mirrored + np.tile(ranges.scatter, 4) * rng.uniform(-1, 1, 12)
+    return Gait(centre, amplitude, rng.uniform(*ranges.frequency), phase, rng.uniform(0.0, 0.3))
 
 
 def crossfade(track: np.ndarray, new: np.ndarray, start: int, length: int) -> None:

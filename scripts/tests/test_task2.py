@@ -7,6 +7,7 @@ import sys
 import tempfile
 import time
 import unittest
+from dataclasses import replace
 from pathlib import Path
 from unittest import mock
 
@@ -16,7 +17,8 @@ from safetensors.numpy import load_file
 
 from fanout.here import Here
 from fanout.processes import Processes
-from hydro_data import DataError, dataset, files, task2
+from hydro_data import DataError, dataset, files, gait, plan, scene, task2
+from hydro_data.regime import DENSITIES, GAITS, REGIMES, SPEEDS, USUAL
 
 SETTINGS = dataset.Settings(name="t", trials=8, seed=5, samples=60, splits=(0.5, 0.25, 0.25), shard_size=2,
                             model="mjcf/b1_truth_default.xml")
@@ -125,6 +127,121 @@ class Bytes(unittest.TestCase):
         self.assertEqual(list(Path(self.temporary.name).glob("full*")), [])
 
 
+class Regimes(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.joint_range = scene.load().joint_range
+        cls.temporary = tempfile.TemporaryDirectory()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def plans(self, regime, count=40):
+        return [plan.task2(5, plan.Stream.TEST, i, samples=60, joint_range=self.joint_range, regime=regime)
+                for i in range(count)]
+
+    def made(self, name, regime, **changes):
+        settings = dataset.Settings(**{**SETTINGS.__dict__, "trials": 3, "splits": (0.0, 0.0, 1.0), "regime": regime})
+        out = Path(self.temporary.name, name)
+        with mock.patch.object(task2, "PILOT", 2):
+            return out, dataset.generate(settings, out, **{"executor": Here(), **changes})
+
+    def test_the_usual_draws_are_those_of_before_there_were_regimes(self):
+        """Sums of cosine-weighted entries, noted down from the plans of that time."""
+        noted = {(0, 7): (423, -1.770099078619884, -2.0268470556433558, 1.2958340126721324, -493.15987707050505,
+                          -555.9491197545344),
+                 (2, 0): (473, 0.9867331445873728, -1.4134219085187705, -0.5615542662580819, 206.5528032216771,
+                          -545.9889149974645),
+                 (3, 7): (319, -0.6143087361580916, -3.8707816977432596, 0.09189189463543634, 29.096390382259976,
+                          1508.0003130994946)}
+        for (stream, index), wanted in noted.items():
+            drawn = plan.task2(5, stream, index, samples=60, joint_range=self.joint_range)
+            arrays = (drawn.qpos, drawn.qvel, drawn.ctrl, drawn.push, drawn.density)
+            sums = [np.sum(a * np.cos(np.arange(a.size)).reshape(a.shape)) for a in arrays]
+            np.testing.assert_allclose([drawn.warm_up, *sums], wanted, rtol=1e-9)
+
+    def test_a_usual_manifest_says_nothing_of_regimes(self):
+        _, manifest = self.made("usual", USUAL)
+        self.assertFalse({"regime", "ranges"} & set(manifest))
+
+    def test_speeds_start_beyond_the_usual_ones(self):
+        usual = USUAL.ranges
+        for drawn in self.plans(SPEEDS):
+            self.assertGreater(np.linalg.norm(drawn.qvel[:3]), usual.speed_norm[1])
+            self.assertGreater(np.linalg.norm(drawn.qvel[3:6]), usual.rate_norm[1])
+            self.assertTrue(drawn.push.any())
+        pushes = [np.concatenate([p.push for p in self.plans(regime)]).std(axis=0) for regime in (USUAL, SPEEDS)]
+        self.assertTrue((pushes[1] > 5 * pushes[0]).all(), pushes)
+
+    def test_densities_lie_in_both_bands(self):
+        density = np.concatenate([drawn.density for drawn in self.plans(DENSITIES)])
+        light, heavy = ((density >= low) & (density <= high) for low, high in DENSITIES.ranges.density)
+        self.assertTrue((light | heavy).all())
+        self.assertTrue(0.3 < light.mean() < 0.5, light.mean())
+        self.assertLess(density[light].max(), USUAL.ranges.density[0][0])
+        self.assertGreater(density[heavy].min(), USUAL.ranges.density[0][1])
+
+    def test_gaits_are_quicker_wider_and_elsewhere(self):
+        usual, rng = USUAL.ranges, plan.generator(5, 0)
+        widest, furthest = np.tile(usual.amplitude[1], 4), usual.lean[1][1] + usual.scatter[1]
+        for _ in range(200):
+            drawn = gait.draw(rng, GAITS.ranges)
+            self.assertGreater(drawn.frequency, usual.frequency[1])
+            self.assertTrue((drawn.amplitude > widest).all(), drawn.amplitude)
+            self.assertTrue((np.abs(drawn.centre - np.tile(gait.CENTRE, 4))[1::3] > furthest).all(), drawn.centre)
+        for drawn in self.plans(GAITS, 10):
+            self.assertTrue(((drawn.ctrl > self.joint_range[:, 0]) & (drawn.ctrl < self.joint_range[:, 1])).all())
+
+    def test_regimes_change_nothing_else_and_share_no_random_numbers(self):
+        changed = {
+            "speeds": {"start_speed", "speed_norm", "start_rate", "rate_norm", "push_share", "push_force",
+                       "push_torque"},
+            "densities": {"density"},
+            "gaits": {"glide_share", "frequency", "amplitude", "lean", "scatter"},
+        }
+        for name, own in changed.items():
+            ranges = REGIMES[name].ranges.__dict__
+            self.assertEqual({key for key, value in USUAL.ranges.__dict__.items() if ranges[key] != value}, own)
+        self.assertEqual(len({regime.key for regime in REGIMES.values()}), len(REGIMES))
+        postures = [drawn.qpos[3:7] for regime in REGIMES.values() for drawn in self.plans(regime, 5)]
+        self.assertEqual(len(np.unique(postures, axis=0)), 5 * len(REGIMES))
+
+    def test_a_set_of_one_split_is_whole_and_says_its_ranges(self):
+        for name in ("speeds", "densities", "gaits"):
+            out, manifest = self.made(name, REGIMES[name])
+            on_disk = json.loads((out / "manifest.json").read_text())
+            self.assertEqual(on_disk, manifest)
+            self.assertEqual(on_disk["regime"], name)
+            self.assertEqual(on_disk["ranges"]["density"], [list(band) for band in REGIMES[name].ranges.density])
+            self.assertEqual({split: part["trajectories"] for split, part in on_disk["splits"].items()},
+                             {"train": 0, "val": 0, "test": 3})
+            self.assertEqual(on_disk["splits"]["train"], {"trajectories": 0, "shards": []})
+            entries = on_disk["splits"]["test"]["shards"]
+            self.assertEqual(sorted(e["file"] for e in entries), sorted(p.name for p in out.glob("*.safetensors")))
+            for entry in entries:
+                shard = load_file(out / entry["file"])
+                self.assertEqual(shard["x"].shape, (entry["trajectories"], 60, 35))
+                self.assertTrue(all(np.isfinite(tensor).all() for tensor in shard.values()))
+
+    def test_two_workers_and_a_resume_give_the_same_bytes(self):
+        one, _ = self.made("one", SPEEDS)
+        two, _ = self.made("two", SPEEDS, executor=Processes(2))
+        (one / "test-00001-of-00002.safetensors").unlink()
+        self.made("one", SPEEDS, resume=True)
+        self.assertEqual(contents(one), contents(two))
+
+    def test_resume_with_another_regime_is_refused(self):
+        wider = replace(SPEEDS, ranges=replace(SPEEDS.ranges, push_force=401.0))
+        for before, after, word in ((USUAL, GAITS, "regime was 'usual', now 'gaits'"),
+                                    (GAITS, USUAL, "regime was 'gaits', now 'usual'"),
+                                    (GAITS, SPEEDS, "regime was 'gaits', now 'speeds'"), (SPEEDS, wider, "ranges was")):
+            name = f"{before.name} to {after.name}"
+            self.made(name, before)
+            with self.assertRaisesRegex(DataError, word):
+                self.made(name, after, resume=True)
+
+
 class CommandLine(unittest.TestCase):
     def refused(self, *arguments, code):
         with tempfile.TemporaryDirectory() as folder:
@@ -147,6 +264,16 @@ class CommandLine(unittest.TestCase):
 
     def test_bad_splits(self):
         self.assertIn("sum to 1", self.refused("--splits", "0.5,0.1,0.1", code=2))
+
+    def test_unknown_regime(self):
+        self.assertIn("choose from 'usual', 'speeds', 'densities', 'gaits'", self.refused("--regime", "fast", code=2))
+
+    def test_other_regimes_are_for_the_test_split(self):
+        with tempfile.TemporaryDirectory() as folder:
+            arguments = ("--regime", "densities", "--trials", 2, "--samples", 5, "--workers", 1)
+            run = subprocess.run(command("--out", Path(folder, "out"), *arguments), capture_output=True, text=True)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertIn("train 0, val 0, test 2 trajectories", run.stdout)
 
     def test_unknown_model(self):
         self.assertIn("mjcf/none.xml: no such file", self.refused("--model", "mjcf/none.xml", code=1))
