@@ -1,0 +1,2 @@
+"""stub"""
+def draw(report, out): pass

@@ -1,0 +1,2 @@
+"""stub"""
+def markdown(report): return "stub\n"
