@@ -10,7 +10,7 @@ Reads raw/conditions.csv: mean force and standard error of every tow. Writes
     OUT/report.md, report.json, *.svg   errors before and after, intervals, what the data cannot tell
     OUT/identified.json, b1_truth.xml   the coefficients, and the free-swimming scene with them
 
---write puts the last two into the repository, too: scripts/b1_model/identified.json and mjcf/b1_truth.xml.
+--write puts the last two into the repository instead: scripts/b1_model/identified.json and mjcf/b1_truth.xml.
 The same seed and data give the same files. Needs mujoco[sysid], scipy and matplotlib (scripts/requirements.txt).
 """
 
@@ -54,7 +54,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--seed", type=arguments.seed, default=0, help="of what is held out (default: %(default)s)")
     parser.add_argument("--holdout", type=_share, default=0.25, metavar="SHARE",
                         help="share of the conditions that no fit sees (default: %(default)s)")
-    parser.add_argument("--write", action="store_true", help="also write the repository's identified.json and b1_truth.xml")
+    parser.add_argument("--write", action="store_true", help="write identified.json and b1_truth.xml into the repository, not into --out")
     return parser.parse_args()
 
 
@@ -74,18 +74,18 @@ def run(args: argparse.Namespace) -> dict:
     found = study.run(tows, args.holdout, args.seed)
     report = result.report(found, source)
     coefficients = result.coefficients(found) | {"from": report["from"]}
-    scene = make_b1.identified_scene(DISPLACED_LITRES, {part: tuple(v) for part, v in coefficients["coefficients"].items()})
+    scene = make_b1.identified_scene(DISPLACED_LITRES, coefficients["coefficients"])
 
     args.out.mkdir(parents=True, exist_ok=True)
-    write_json(args.out / "identified.json", coefficients)
-    write_beside(args.out / "b1_truth.xml", scene.encode())
+    into = (identified.FILE, make_b1.ROOT / make_b1.IDENTIFIED) if args.write else (
+        args.out / identified.FILE.name, args.out / Path(make_b1.IDENTIFIED).name)
+    write_json(into[0], coefficients)
+    write_beside(into[1], scene.encode())
     figures.draw(report, args.out)
     write_beside(args.out / "report.md", page.markdown(report).encode())
     write_beside(args.out / "report.json", (json.dumps(report) + "\n").encode())
-    if args.write:
-        write_json(identified.FILE, coefficients)
-        write_beside(make_b1.ROOT / make_b1.IDENTIFIED, scene.encode())
-        print(f"wrote scripts/b1_model/{identified.FILE.name} and {make_b1.IDENTIFIED}")
+    for path in into:
+        print(f"wrote {path.relative_to(make_b1.ROOT) if args.write else path}")
     return report
 
 

@@ -2,8 +2,8 @@
 
 - A coefficient without a column exerts no force in any tow.
 - The null space holds what trades without any trace: exact relations between columns.
-- A coefficient is called identified where the data say more about it than the prior does: its standard deviation
-  falls below 1/sqrt(2) of the prior's.
+- The data outweigh the prior where they say more of a coefficient than it does: its standard deviation falls
+  below 1/sqrt(2) of the prior's. Whether it is identified also depends on other priors, see `result`.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from .coefficients import DEFAULT, NAMES, OFFSETS, kind
 from .fit import Fit, Tank, whitened
 
 #: Standard deviation after over before, below which the data outweigh the prior.
-IDENTIFIED = np.sqrt(0.5)
+OUTWEIGHED = np.sqrt(0.5)
 #: Singular values below this share of the largest are none; members of a relation below this are left out.
 NOTHING, MEMBER = 1e-6, 0.02
 #: Why a coefficient exerts no force in a tow.
@@ -42,9 +42,9 @@ class Analysis:
     relations: dict[str, dict[str, float]]
     density: float
 
-    def identified(self, name: str) -> bool:
+    def outweighs(self, name: str) -> bool:
         """Whether the data say more of it than the prior."""
-        return name in self.kept and bool(self.kept[name] < IDENTIFIED)
+        return name in self.kept and bool(self.kept[name] < OUTWEIGHED)
 
 
 def _relations(columns: np.ndarray, spread: np.ndarray, names: tuple[str, ...]) -> dict[str, dict[str, float]]:

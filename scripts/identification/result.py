@@ -62,7 +62,10 @@ def _prior(prior: Prior) -> str:
 
 
 def _free(study: Study) -> list[dict]:
-    """Every acting coefficient and offset: value, both intervals, prior, how much the data say."""
+    """Every acting coefficient and offset: value, both intervals, prior, how much the data say.
+
+    Identified: the data outweigh the prior, and no other prior takes the value out of both intervals.
+    """
     fit, analysis = study.fit, study.analysis
     low, high = np.percentile(study.replicates, (2.5, 97.5), axis=0)
     after = dict(zip(NAMES, fit.coefficients)) | dict(zip(OFFSETS, fit.offsets))
@@ -75,7 +78,11 @@ def _free(study: Study) -> list[dict]:
                "value": value, "ci95": [max(value - half, least), min(value + half, most)],
                "ci95_blocks": [float(low[i]), float(high[i])],
                "prior": {"centre": float(fit.centre[i]), "sd": float(fit.spread[i])},
-               "sd_after_over_before": analysis.kept[name], "identified": analysis.identified(name)}
+               "sd_after_over_before": analysis.kept[name], "outweighs": analysis.outweighs(name)}
+        elsewhere = [found.solution.values[name] for _, found, _ in study.others]
+        row |= {"other_priors": [min(elsewhere), max(elsewhere)]}
+        row |= {"identified": row["outweighs"] and min(row["ci95"][0], row["ci95_blocks"][0]) <= min(elsewhere)
+                and max(elsewhere) <= max(row["ci95"][1], row["ci95_blocks"][1])}
         if name in analysis.alike:
             other, cosine = analysis.alike[name]
             row |= {"unseen": analysis.unseen[name], "alike": {"name": other, "cosine": cosine}}
