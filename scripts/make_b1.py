@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """Write B1's URDF and its MuJoCo scenes from the one table in `b1_model/table.py`.
 
+The fluid coefficients of `b1_truth.xml` are those in `b1_model/identified.json`.
+
     python scripts/make_b1.py              # writes models/robots/b1.urdf and mjcf/b1*.xml
     python scripts/make_b1.py --check      # exits 1 if a committed file differs from the table
 """
@@ -10,23 +12,37 @@ import os
 import sys
 from pathlib import Path
 
-from b1_model import mjcf, urdf
+from b1_model import identified, mjcf, urdf
 from b1_model.hull import DISPLACED_LITRES, DISPLACED_LITRES_RANGE
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE = "Written by scripts/make_b1.py; numbers and their source in scripts/b1_model/table.py. Do not edit."
+#: The scene with identified coefficients, relative to the repository.
+IDENTIFIED = "mjcf/b1_truth.xml"
+
+
+def header(litres: float) -> str:
+    """The comment on top of a scene."""
+    return f"{SOURCE} Displaced volume {litres:g} L."
+
+
+def identified_scene(litres: float, fluid: mjcf.Coefficients) -> str:
+    """The truth with coefficients that `real_to_sim.py` identified."""
+    return mjcf.identified(f"{header(litres)} Fluid coefficients: scripts/b1_model/identified.json, by "
+                           "scripts/real_to_sim.py.", litres, fluid)
 
 
 def files(litres: float) -> dict[str, str]:
     """Contents by path relative to the repository."""
-    header = f"{SOURCE} Displaced volume {litres:g} L."
+    top = header(litres)
     return {
         "models/robots/b1.urdf": urdf.urdf(SOURCE),
-        "mjcf/b1.xml": mjcf.robot(header, litres),
-        "mjcf/b1_truth_default.xml": mjcf.truth(header, litres),
-        "mjcf/b1_box_fluid.xml": mjcf.box_fluid(header, litres),
-        "mjcf/b1_swim.xml": mjcf.swim(header, litres),
-        "mjcf/b1_tow.xml": mjcf.tow(header, litres),
+        "mjcf/b1.xml": mjcf.robot(top, litres),
+        "mjcf/b1_truth_default.xml": mjcf.truth(top, litres),
+        IDENTIFIED: identified_scene(litres, identified.read()),
+        "mjcf/b1_box_fluid.xml": mjcf.box_fluid(top, litres),
+        "mjcf/b1_swim.xml": mjcf.swim(top, litres),
+        "mjcf/b1_tow.xml": mjcf.tow(top, litres),
     }
 
 

@@ -1,4 +1,4 @@
-"""B1 as MJCF: one robot, five scenes that differ in the water.
+"""B1 as MJCF: one robot, six scenes that differ in the water.
 
 Common to all: joints and servos in the URDF's order, fused inertias, 2 ms steps of the Euler
 integrator. Euler, because every force of the water is explicit in it: the truth and the plugin's
@@ -26,6 +26,8 @@ FLOAT_MASS, FLOAT_INERTIA = 1e-6, 1e-14
 GANTRY_HEIGHT, CARRIAGE_MASS, GANTRY_KV = 1.0, 20.0, 5000.0
 #: Where the tow strut meets the trunk [m].
 TOW_POINT = (0.0, 0.0, 0.13)
+#: `fluidcoef` of MuJoCo's ellipsoid fluid by part of the robot.
+Coefficients = dict[str, tuple[float, ...]]
 
 
 def _option(*, density: float, viscosity: float) -> list[str]:
@@ -68,12 +70,10 @@ def _inertial(inertial: table.Inertial) -> str:
     return element("inertial", pos=inertial.com, mass=inertial.mass, fullinertia=inertial.inertia)
 
 
-def _hull(hull: Hull, *, ellipsoid_fluid: bool, buoyancy: bool) -> list[str]:
+def _hull(hull: Hull, *, fluid: Coefficients | None, buoyancy: bool) -> list[str]:
     """The hull's geom, and the weightless body through which buoyancy acts at its centre."""
-    fluid = {}
-    if ellipsoid_fluid:
-        fluid = {"fluidshape": "ellipsoid", "fluidcoef": FLUID_COEFFICIENTS[hull.part]}
-    lines = [element("geom", name=hull.name, class_="hull", pos=hull.centre, size=hull.semi_axes, **fluid)]
+    felt = {} if fluid is None else {"fluidshape": "ellipsoid", "fluidcoef": fluid[hull.part]}
+    lines = [element("geom", name=hull.name, class_="hull", pos=hull.centre, size=hull.semi_axes, **felt)]
     if buoyancy:
         lift = DENSITY * hull.volume / FLOAT_MASS
         moments = (FLOAT_INERTIA,) * 3
@@ -89,9 +89,9 @@ def _shape(shape: looks.Shape) -> str:
                    material=shape.material, **turn)
 
 
-def _robot(*, litres: float, ellipsoid_fluid: bool, buoyancy: bool, attachment: list[str],
+def _robot(*, litres: float, fluid: Coefficients | None, buoyancy: bool, attachment: list[str],
            pos: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> list[str]:
-    """The trunk and its legs; `attachment` stands first in the trunk (free joint, plugin, sites)."""
+    """The trunk and its legs, with MuJoCo's ellipsoid fluid where `fluid` gives its coefficients; `attachment` stands first in the trunk (free joint, plugin, sites)."""
     inertials, shapes = fused(), looks.shapes()
     hull_list = hulls(litres)
     moving = table.moving_links()
@@ -111,7 +111,7 @@ def _robot(*, litres: float, ellipsoid_fluid: bool, buoyancy: bool, attachment: 
         for hull in hull_list:
             if hull.body == name:
                 lines += [f"{pad}  {line}" for line in
-                          _hull(hull, ellipsoid_fluid=ellipsoid_fluid, buoyancy=buoyancy)]
+                          _hull(hull, fluid=fluid, buoyancy=buoyancy)]
         if name.endswith("calf"):
             lines.append(f"{pad}  " + element("site", name=name.replace("calf", "foot"),
                                               pos=(0, 0, -table.SEGMENT_LENGTH), size=[0.01]))
@@ -161,13 +161,13 @@ def _home(*, floating: bool, gantry: bool = False) -> list[str]:
     return ["  <keyframe>", "    " + element("key", name="home", qpos=root + legs, ctrl=control), "  </keyframe>"]
 
 
-def _free_scene(name: str, header: str, *, litres: float, density: float, viscosity: float, ellipsoid_fluid: bool,
-                buoyancy: bool, extension: list[str] = (), attachment: list[str] = (),
+def _free_scene(name: str, header: str, *, litres: float, density: float, viscosity: float,
+                fluid: Coefficients | None, buoyancy: bool, extension: list[str] = (), attachment: list[str] = (),
                 sensors: list[str] = ()) -> str:
     """B1 on a free joint."""
     lines = [f"<!-- {header} -->", f'<mujoco model="{name}">', *_option(density=density, viscosity=viscosity)]
     lines += [*extension, *_look(), "  <worldbody>", *_LIGHTS]
-    lines += _robot(litres=litres, ellipsoid_fluid=ellipsoid_fluid, buoyancy=buoyancy,
+    lines += _robot(litres=litres, fluid=fluid, buoyancy=buoyancy,
                     attachment=['<freejoint name="base"/>', *attachment, _IMU, _TRACKING])
     lines += ["  </worldbody>", "  <actuator>", *_servos(), "  </actuator>"]
     lines += ["  <sensor>", *_sensors(floating=True), *sensors, "  </sensor>", *_home(floating=True), "</mujoco>"]
@@ -176,19 +176,25 @@ def _free_scene(name: str, header: str, *, litres: float, density: float, viscos
 
 def robot(header: str, litres: float) -> str:
     """The robot alone, in a vacuum under gravity."""
-    return _free_scene("b1", header, litres=litres, density=0, viscosity=0, ellipsoid_fluid=False, buoyancy=False)
+    return _free_scene("b1", header, litres=litres, density=0, viscosity=0, fluid=None, buoyancy=False)
 
 
 def truth(header: str, litres: float) -> str:
     """MuJoCo's ellipsoid fluid, and buoyancy a hull at a time: what the learned model is to reproduce."""
     return _free_scene("b1 truth", header, litres=litres, density=DENSITY, viscosity=VISCOSITY,
-                       ellipsoid_fluid=True, buoyancy=True)
+                       fluid=FLUID_COEFFICIENTS, buoyancy=True)
+
+
+def identified(header: str, litres: float, fluid: Coefficients) -> str:
+    """As `truth`, with the fluid coefficients that were identified from towing data."""
+    return _free_scene("b1 truth identified", header, litres=litres, density=DENSITY, viscosity=VISCOSITY,
+                       fluid=fluid, buoyancy=True)
 
 
 def box_fluid(header: str, litres: float) -> str:
     """The rival: MuJoCo's inertia-box fluid on every link, the same exact buoyancy."""
     return _free_scene("b1 box fluid", header, litres=litres, density=DENSITY, viscosity=VISCOSITY,
-                       ellipsoid_fluid=False, buoyancy=True)
+                       fluid=None, buoyancy=True)
 
 
 def swim(header: str, litres: float) -> str:
@@ -203,7 +209,7 @@ def swim(header: str, litres: float) -> str:
         "    </plugin>",
         "  </extension>",
     ]
-    return _free_scene("b1 swim", header, litres=litres, density=0, viscosity=0, ellipsoid_fluid=False,
+    return _free_scene("b1 swim", header, litres=litres, density=0, viscosity=0, fluid=None,
                        buoyancy=False, extension=extension,
                        attachment=['<plugin plugin="hydro.wrench" instance="water"/>'],
                        sensors=['    <plugin name="water_wrench" plugin="hydro.wrench" instance="water"/>'])
@@ -237,7 +243,7 @@ def tow(header: str, litres: float) -> str:
         '      <geom class="look" type="cylinder" size="0.018 0.2" pos="0 0 0.2" material="motor"/>',
     ]
     site = element("site", name="gantry", pos=TOW_POINT, size=[0.015])
-    lines += ["  " + line for line in _robot(litres=litres, ellipsoid_fluid=True, buoyancy=True,
+    lines += ["  " + line for line in _robot(litres=litres, fluid=FLUID_COEFFICIENTS, buoyancy=True,
                                              attachment=[site, _IMU], pos=hang)]
     lines += ["    </body>", "  </worldbody>", "  <actuator>"]
     lines += [f'    <velocity name="gantry_{axis}" joint="gantry_{axis}" kv="{number(GANTRY_KV)}"/>' for axis in "xy"]

@@ -20,7 +20,8 @@ COLOURS = {"x": "#1b6ca8", "y": "#d1495b"}
 DRAWN_RATE = 20.0
 
 
-def _save(figure, path: Path) -> None:
+def save(figure, path: Path) -> None:
+    """Write a figure beside and rename it."""
     path.parent.mkdir(parents=True, exist_ok=True)
     beside = path.with_name(path.name + ".tmp")
     figure.savefig(beside, format="svg", metadata={"Date": None})
@@ -46,7 +47,7 @@ def raw(run: Run, path: Path) -> None:
     axis.set(xlabel="time [s]", ylabel="load cell [N]", xlim=(0, time[-1]))
     axis.set_title(f"raw, {speed} m/s, thigh {stance.thigh} rad, calf {stance.calf} rad", loc="left", pad=18, fontsize=9)
     axis.legend(frameon=False, loc="lower left", ncols=2)
-    _save(figure, path)
+    save(figure, path)
 
 
 def speeds(table: Path, path: Path) -> None:
@@ -66,4 +67,4 @@ def speeds(table: Path, path: Path) -> None:
         axis.set(title=f"along {direction}", xlabel="speed [m/s]", xticks=conditions.SPEEDS)
     axes[0].set_ylabel("mean force of the water [N]")
     axes[0].legend(frameon=False)
-    _save(figure, path)
+    save(figure, path)
