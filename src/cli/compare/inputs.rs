@@ -80,7 +80,7 @@ impl Inputs {
             for entry in &rollouts.index.rollouts {
                 digest.update(entry.sha256.as_bytes());
             }
-            let text = digest.finalize().iter().map(|byte| format!("{byte:02x}"));
+            let text = digest.finalize().into_iter().map(|byte| format!("{byte:02x}"));
             (name.to_owned(), text.collect::<String>())
         };
         self.beyond
