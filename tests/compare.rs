@@ -38,7 +38,11 @@ impl Place {
             .arg("--out")
             .arg(self.out())
             .args(["--epochs", "1"])
-            .args(if more.contains(&"--entries") { &[][..] } else { &ENTRIES })
+            .args(if more.contains(&"--entries") {
+                &[][..]
+            } else {
+                &ENTRIES
+            })
             .args(more)
             .output()
             .unwrap()
@@ -70,10 +74,18 @@ fn jobs_are_done_once_and_the_tables_hold_all_seeds() {
     let listed = place.succeeds(&["--seeds", "0,1", "--list"]);
     assert_eq!(
         listed.lines().collect::<Vec<_>>(),
-        ["2/lstm/seed-0", "2/relaxation-ode/seed-0", "2/lstm/seed-1", "2/relaxation-ode/seed-1"]
+        [
+            "2/lstm/seed-0",
+            "2/relaxation-ode/seed-0",
+            "2/lstm/seed-1",
+            "2/relaxation-ode/seed-1"
+        ]
     );
     let text = place.succeeds(&["--seeds", "0"]);
-    assert!(text.contains("| LSTM |") && text.contains("2 of 2 jobs done"), "{text}");
+    assert!(
+        text.contains("| LSTM |") && text.contains("2 of 2 jobs done"),
+        "{text}"
+    );
     let first = place.out().join("jobs/2/lstm/seed-0/result.json");
     let before = fs::metadata(&first).unwrap().modified().unwrap();
 
@@ -85,28 +97,47 @@ fn jobs_are_done_once_and_the_tables_hold_all_seeds() {
         assert_eq!(row["seeds"], serde_json::json!([0, 1]), "{row}");
         let nrmse = &row["values"]["nrmse"];
         assert_eq!(nrmse["count"], 2);
-        assert!(nrmse["sd"].as_f64().unwrap() > 0.0, "two seeds are two trainings: {nrmse}");
+        assert!(
+            nrmse["sd"].as_f64().unwrap() > 0.0,
+            "two seeds are two trainings: {nrmse}"
+        );
         assert!(row["cost"]["one"]["median"].as_f64().unwrap() > 0.0);
         assert_eq!(row["example"].as_array().unwrap().len(), common::tiny::T);
     }
     let claims = summary["orderings"].as_array().unwrap();
-    assert_eq!(claims.len(), 1, "of the claims one is about these two: {claims:?}");
+    assert_eq!(
+        claims.len(),
+        1,
+        "of the claims one is about these two: {claims:?}"
+    );
     let page = fs::read_to_string(place.out().join("README.md")).unwrap();
     for line in page.lines().filter(|line| line.starts_with("![")) {
         let file = line.split(['(', ')']).nth(1).unwrap();
         let svg = fs::read_to_string(place.out().join(file)).unwrap();
-        assert!(svg.starts_with("<svg") && svg.contains("polyline"), "{file}");
+        assert!(
+            svg.starts_with("<svg") && svg.contains("polyline"),
+            "{file}"
+        );
     }
 
     // Asked about other data too, a model is examined again and not trained again.
-    let weights = place.out().join("jobs/2/lstm/seed-0/checkpoint/weights.safetensors");
+    let weights = place
+        .out()
+        .join("jobs/2/lstm/seed-0/checkpoint/weights.safetensors");
     let trained = fs::metadata(&weights).unwrap().modified().unwrap();
     place.succeeds(&["--seeds", "0,1", "--beyond", &beyond]);
     assert_eq!(trained, fs::metadata(&weights).unwrap().modified().unwrap());
     let result = json(&first);
-    let inside = result["examination"]["starts"]["clean"]["pooled"].as_f64().unwrap();
-    let outside = result["examination"]["beyond"][0]["pooled"].as_f64().unwrap();
-    assert!((inside - outside).abs() < 1e-12, "the same data under another name: {inside} {outside}");
+    let inside = result["examination"]["starts"]["clean"]["pooled"]
+        .as_f64()
+        .unwrap();
+    let outside = result["examination"]["beyond"][0]["pooled"]
+        .as_f64()
+        .unwrap();
+    assert!(
+        (inside - outside).abs() < 1e-12,
+        "the same data under another name: {inside} {outside}"
+    );
 }
 
 #[test]
@@ -129,7 +160,10 @@ fn results_of_other_settings_are_kept_and_refused() {
     let result = place.out().join("jobs/2/lstm/seed-0/result.json");
     let before = fs::read(&result).unwrap();
     let message = place.refusal(&["--seeds", "0", "--entries", "lstm", "--trajectories", "5"]);
-    assert!(message.contains("made with other settings") && message.contains("result.json"), "{message}");
+    assert!(
+        message.contains("made with other settings") && message.contains("result.json"),
+        "{message}"
+    );
     assert_eq!(before, fs::read(&result).unwrap());
     fs::write(&result, "{\"schema\": \"hydro-compare-job/1\"}").unwrap();
     let message = place.refusal(&["--seeds", "0", "--entries", "lstm"]);
@@ -140,8 +174,14 @@ fn results_of_other_settings_are_kept_and_refused() {
 fn flags_that_mean_nothing_are_named() {
     let place = Place::new();
     for (flags, words) in [
-        (vec!["--entries", "gru"], "unknown `gru`; there are mlp-ode-euler"),
-        (vec!["--only", "2/lstm/seed-9"], "no such job; there are 2/lstm/seed-0"),
+        (
+            vec!["--entries", "gru"],
+            "unknown `gru`; there are mlp-ode-euler",
+        ),
+        (
+            vec!["--only", "2/lstm/seed-9"],
+            "no such job; there are 2/lstm/seed-0",
+        ),
         (vec!["--only", "lstm"], "expected DATA/ENTRY/seed-N"),
         (vec!["--beyond", "fast"], "expected NAME=FOLDER"),
         (vec!["--beyond", "fast=/nowhere"], "no data set at /nowhere"),

@@ -24,7 +24,11 @@ fn scale(split: &Split) -> Vec<f64> {
     let mut moments = Moments::new(f);
     for index in 0..split.len() {
         for row in split.clean(index).chunks_exact(f) {
-            moments.add(&row.iter().map(|value| f64::from(*value)).collect::<Vec<_>>());
+            moments.add(
+                &row.iter()
+                    .map(|value| f64::from(*value))
+                    .collect::<Vec<_>>(),
+            );
         }
     }
     moments.std()
@@ -39,7 +43,9 @@ pub(super) fn detail(split: &Split, forces: &[Vec<f64>]) -> Detail {
     let (mut absolute, mut square, mut count) = (0.0, 0.0, 0.0);
     for (index, forces) in forces.iter().enumerate() {
         let mut whole = 0.0;
-        let rows = forces.chunks_exact(f).zip(split.clean(index).chunks_exact(f));
+        let rows = forces
+            .chunks_exact(f)
+            .zip(split.clean(index).chunks_exact(f));
         for (k, (force, clean)) in rows.enumerate().skip(1) {
             for ((force, clean), std) in force.iter().zip(clean).zip(&std) {
                 let error = force - f64::from(*clean);

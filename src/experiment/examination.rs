@@ -127,7 +127,8 @@ pub fn examine(
     let noise = LEVELS
         .iter()
         .map(|level| {
-            let forces = predictor.forces(&noisy(test, &card.features, *level), InitialForce::Clean)?;
+            let forces =
+                predictor.forces(&noisy(test, &card.features, *level), InitialForce::Clean)?;
             Ok(Noisy {
                 level: *level,
                 nrmse: errors(test, &forces).pooled,
@@ -156,7 +157,8 @@ pub fn examine(
         attention: attention_by_lag(predictor.model(), test)?,
         example: from_truth.first().map_or_else(Vec::new, |forces| {
             let rows = forces.chunks_exact(test.outputs());
-            rows.map(|row| row.iter().map(|value| *value as f32).collect()).collect()
+            rows.map(|row| row.iter().map(|value| *value as f32).collect())
+                .collect()
         }),
         swimming: None,
     })

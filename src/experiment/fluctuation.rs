@@ -10,7 +10,10 @@ const INSIDE: f64 = 0.99;
 /// Power by frequency, mean taken off, Hann window; the first half of the spectrum.
 fn spectrum(planner: &mut FftPlanner<f64>, values: impl Iterator<Item = f64>) -> Vec<f64> {
     let values: Vec<f64> = values.collect();
-    let (count, mean) = (values.len(), values.iter().sum::<f64>() / values.len() as f64);
+    let (count, mean) = (
+        values.len(),
+        values.iter().sum::<f64>() / values.len() as f64,
+    );
     let mut line: Vec<Complex<f64>> = values
         .iter()
         .enumerate()
@@ -34,11 +37,20 @@ pub(super) fn fluctuation(split: &Split, forces: &[Vec<f64>]) -> f64 {
         for (index, forces) in forces.iter().enumerate() {
             let clean = split.clean(index).iter().map(|value| f64::from(*value));
             let columns: [(&mut Vec<f64>, Vec<f64>); 2] = [
-                (&mut model, spectrum(&mut planner, forces.iter().skip(axis).step_by(f).copied())),
-                (&mut truth, spectrum(&mut planner, clean.skip(axis).step_by(f))),
+                (
+                    &mut model,
+                    spectrum(&mut planner, forces.iter().skip(axis).step_by(f).copied()),
+                ),
+                (
+                    &mut truth,
+                    spectrum(&mut planner, clean.skip(axis).step_by(f)),
+                ),
             ];
             for (total, part) in columns {
-                total.iter_mut().zip(part).for_each(|(total, part)| *total += part);
+                total
+                    .iter_mut()
+                    .zip(part)
+                    .for_each(|(total, part)| *total += part);
             }
         }
         let whole: f64 = truth.iter().sum();

@@ -25,7 +25,7 @@ mod tests;
 
 pub use self::{
     attention::attention_by_lag,
-    cost::{Cost, Timed, time},
+    cost::{Cost, ROUNDS, Timed, time},
     detail::Detail,
     energy::Energy,
     examination::{Beyond, Examination, Noisy, Swimming, examine},

@@ -18,7 +18,11 @@ pub(super) fn noisy(split: &Split, layout: &FeatureLayout, level: f64) -> Split 
     let mut moments = Moments::new(n);
     for index in 0..split.len() {
         for row in split.x(index).chunks_exact(n) {
-            moments.add(&row.iter().map(|value| f64::from(*value)).collect::<Vec<_>>());
+            moments.add(
+                &row.iter()
+                    .map(|value| f64::from(*value))
+                    .collect::<Vec<_>>(),
+            );
         }
     }
     let mut scale: Vec<f64> = moments.std().into_iter().map(|std| level * std).collect();

@@ -50,9 +50,8 @@ pub fn order(
     let all = |count: usize| (0..count).collect::<Vec<_>>();
     let whole = ratio([&all(a.len()), &all(b.len())], &all(trajectories));
     let mut rng = ChaCha8Rng::seed_from_u64(0);
-    let mut draw = |count: usize| -> Vec<usize> {
-        (0..count).map(|_| rng.random_range(0..count)).collect()
-    };
+    let mut draw =
+        |count: usize| -> Vec<usize> { (0..count).map(|_| rng.random_range(0..count)).collect() };
     let mut ratios: Vec<f64> = (0..DRAWS)
         .map(|_| {
             let seeds = [draw(a.len()), draw(b.len())];

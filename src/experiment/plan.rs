@@ -181,17 +181,71 @@ pub fn entries(outputs: usize) -> Vec<Entry> {
         learning_rate,
     };
     vec![
-        row("mlp-ode-euler", "MLP-ODE, Euler", &mlp_ode, Solver::Euler, 1e-3),
+        row(
+            "mlp-ode-euler",
+            "MLP-ODE, Euler",
+            &mlp_ode,
+            Solver::Euler,
+            1e-3,
+        ),
         row("mlp-ode-rk4", "MLP-ODE, RK4", &mlp_ode, Solver::Rk4, 1e-3),
-        row("attention-ode-euler", "Attention-ODE, Euler", &attention, Solver::Euler, 1e-3),
-        row("attention-ode-rk4", "Attention-ODE, RK4", &attention, Solver::Rk4, 1e-3),
-        row("attention-ode-sum", "Attention-ODE, field without F", &sum, Solver::Euler, 1e-3),
-        row("cnode-natural-rk4", "CNODE, natural spline, RK4", &natural, Solver::Rk4, 1e-3),
-        row("cnode-hermite-rk4", "CNODE, causal Hermite, RK4", &hermite, Solver::Rk4, 1e-3),
-        row("cnode-hermite-euler", "CNODE, causal Hermite, Euler", &hermite, Solver::Euler, 1e-3),
+        row(
+            "attention-ode-euler",
+            "Attention-ODE, Euler",
+            &attention,
+            Solver::Euler,
+            1e-3,
+        ),
+        row(
+            "attention-ode-rk4",
+            "Attention-ODE, RK4",
+            &attention,
+            Solver::Rk4,
+            1e-3,
+        ),
+        row(
+            "attention-ode-sum",
+            "Attention-ODE, field without F",
+            &sum,
+            Solver::Euler,
+            1e-3,
+        ),
+        row(
+            "cnode-natural-rk4",
+            "CNODE, natural spline, RK4",
+            &natural,
+            Solver::Rk4,
+            1e-3,
+        ),
+        row(
+            "cnode-hermite-rk4",
+            "CNODE, causal Hermite, RK4",
+            &hermite,
+            Solver::Rk4,
+            1e-3,
+        ),
+        row(
+            "cnode-hermite-euler",
+            "CNODE, causal Hermite, Euler",
+            &hermite,
+            Solver::Euler,
+            1e-3,
+        ),
         row("lstm", "LSTM", &lstm, Solver::Euler, 1e-3),
-        row("relaxation-ode", "Relaxation-ODE (ours)", &relaxation, Solver::Euler, 2e-3),
-        row("mlp", "memoryless MLP (yardstick)", &mlp, Solver::Euler, 1e-3),
+        row(
+            "relaxation-ode",
+            "Relaxation-ODE (ours)",
+            &relaxation,
+            Solver::Euler,
+            2e-3,
+        ),
+        row(
+            "mlp",
+            "memoryless MLP (yardstick)",
+            &mlp,
+            Solver::Euler,
+            1e-3,
+        ),
     ]
 }
 
@@ -261,13 +315,24 @@ mod tests {
             seed: 7,
         };
         assert_eq!(job.to_string().parse(), Ok(job));
-        for wrong in ["", "2/lstm", "2/lstm/7", "2/lstm/seed-x", "2/lstm/seed-0/more"] {
+        for wrong in [
+            "",
+            "2/lstm",
+            "2/lstm/7",
+            "2/lstm/seed-x",
+            "2/lstm/seed-0/more",
+        ] {
             assert!(wrong.parse::<JobId>().is_err(), "{wrong}");
         }
         for experiment in Experiment::ALL {
             assert_eq!(experiment.to_string().parse(), Ok(experiment));
         }
-        let error = "task3".parse::<Experiment>().expect_err("no such experiment");
-        assert_eq!(error.to_string(), "unknown experiment `task3`: there are task1 and task2");
+        let error = "task3"
+            .parse::<Experiment>()
+            .expect_err("no such experiment");
+        assert_eq!(
+            error.to_string(),
+            "unknown experiment `task3`: there are task1 and task2"
+        );
     }
 }

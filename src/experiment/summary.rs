@@ -190,19 +190,30 @@ fn row(data: &str, entry: &Entry, results: &[&JobResult], cost: Option<&Cost>) -
         }
     }
     let mean = |pick: &dyn Fn(&Examination) -> Vec<(f64, f64)>| -> Vec<(f64, f64)> {
-        let curves: Vec<Vec<(f64, f64)>> =
-            results.iter().map(|result| pick(&result.examination)).collect();
+        let curves: Vec<Vec<(f64, f64)>> = results
+            .iter()
+            .map(|result| pick(&result.examination))
+            .collect();
         let Some(first) = curves.first() else {
             return Vec::new();
         };
         (0..first.len())
             .map(|at| {
-                let sum: f64 = curves.iter().filter_map(|curve| curve.get(at)).map(|p| p.1).sum();
+                let sum: f64 = curves
+                    .iter()
+                    .filter_map(|curve| curve.get(at))
+                    .map(|p| p.1)
+                    .sum();
                 (first[at].0, sum / curves.len() as f64)
             })
             .collect()
     };
-    let noise = mean(&|of| of.noise.iter().map(|noisy| (noisy.level, noisy.nrmse)).collect());
+    let noise = mean(&|of| {
+        of.noise
+            .iter()
+            .map(|noisy| (noisy.level, noisy.nrmse))
+            .collect()
+    });
     let first = results.first().map(|result| &result.examination);
     Row {
         data: data.to_owned(),
@@ -246,11 +257,17 @@ fn figures(result: &JobResult) -> Vec<(Metric, f64)> {
         put("rmse_torque", mean(&errors.rmse[torque]));
         let perturbed = errors.rmse_perturbed.iter().map(|error| error * error);
         let count = errors.rmse_perturbed.len() as f64;
-        put("rmse_perturbed", Some((perturbed.sum::<f64>() / count).sqrt()));
+        put(
+            "rmse_perturbed",
+            Some((perturbed.sum::<f64>() / count).sqrt()),
+        );
     }
     put("mae", Some(seen.detail.pooled_si.0));
     put("rmse", Some(seen.detail.pooled_si.1));
-    put("nrmse_estimate", start("estimate").map(|errors| errors.pooled));
+    put(
+        "nrmse_estimate",
+        start("estimate").map(|errors| errors.pooled),
+    );
     put("nrmse_zero", start("zero").map(|errors| errors.pooled));
     put("first_force", Some(seen.estimate_error));
     put("fluctuation", Some(seen.fluctuation));
@@ -262,7 +279,10 @@ fn figures(result: &JobResult) -> Vec<(Metric, f64)> {
         put(&format!("noise.{}", noisy.level), Some(noisy.nrmse));
     }
     for beyond in &seen.beyond {
-        put(&format!("beyond.{}", beyond.name), Some(beyond.errors.pooled));
+        put(
+            &format!("beyond.{}", beyond.name),
+            Some(beyond.errors.pooled),
+        );
     }
     if let Some(swimming) = &seen.swimming {
         for (at, horizon) in swimming.horizons.iter().enumerate() {
@@ -271,7 +291,10 @@ fn figures(result: &JobResult) -> Vec<(Metric, f64)> {
         }
         put("diverged", Some(swimming.diverged as f64));
         put("runs", Some(swimming.runs as f64));
-        put("bounded", swimming.bounded.map(|bounded| f64::from(u8::from(bounded))));
+        put(
+            "bounded",
+            swimming.bounded.map(|bounded| f64::from(u8::from(bounded))),
+        );
         for (at, name) in ["speed", "rate", "force", "torque"].iter().enumerate() {
             let peak = swimming.peaks.and_then(|peaks| peaks[at]);
             put(&format!("peak.{name}"), peak);

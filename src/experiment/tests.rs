@@ -69,7 +69,10 @@ fn a_drag_too_strong_by_a_tenth_does_a_tenth_more_work() {
     assert!(found.gives.abs() < 1e-12 && found.gives_truth.abs() < 1e-12);
     // Power -2 cos^2 - 3 sin^2 has mean -2.5 and deviation 1 / (2 sqrt 2); its error is a tenth of its root mean square.
     let expected = 0.1 * (2.5f64.powi(2) + 0.125).sqrt() / 0.125f64.sqrt();
-    assert!((found.power_error - expected).abs() < 0.02 * expected, "{found:?} {expected}");
+    assert!(
+        (found.power_error - expected).abs() < 0.02 * expected,
+        "{found:?} {expected}"
+    );
     let helps = forces(&split, |_, _, _, force| -force);
     let found = energy(&layout(), &outputs(), &split, &helps).expect("velocities are known");
     assert!((found.gives - 1.0).abs() < 1e-12 && (found.work_error - 2.0).abs() < 1e-6);
@@ -82,18 +85,38 @@ fn errors_are_found_in_the_trajectory_and_at_the_time_where_they_are() {
     let split = split();
     // Half a newton off in the second trajectory's second half.
     let wrong = forces(&split, |m, k, axis, force| {
-        force + if m == 1 && k >= T / 2 && axis == 0 { 0.5 } else { 0.0 }
+        force
+            + if m == 1 && k >= T / 2 && axis == 0 {
+                0.5
+            } else {
+                0.0
+            }
     });
     let found = detail(&split, &wrong);
-    assert!(found.by_trajectory[0].abs() < 1e-12, "{:?}", found.by_trajectory);
+    assert!(
+        found.by_trajectory[0].abs() < 1e-12,
+        "{:?}",
+        found.by_trajectory
+    );
     // Deviation of 2 cos over whole turns: sqrt 2. Half of the samples, one axis of two.
     let share = 0.25 / 2.0 / 2.0 * (T / 2) as f64 / (T - 1) as f64;
-    assert!((found.by_trajectory[1] - share).abs() < 1e-3 * share, "{:?}", found.by_trajectory);
+    assert!(
+        (found.by_trajectory[1] - share).abs() < 1e-3 * share,
+        "{:?}",
+        found.by_trajectory
+    );
     for (time, nrmse) in &found.by_horizon {
-        let expected = if *time < 0.99 { 0.0 } else { (0.125f64 / 4.0).sqrt() };
+        let expected = if *time < 0.99 {
+            0.0
+        } else {
+            (0.125f64 / 4.0).sqrt()
+        };
         // The point whose samples stand on both sides lies between.
         if !(0.99..1.05).contains(time) {
-            assert!((nrmse - expected).abs() < 1e-3, "{time}: {nrmse} {expected}");
+            assert!(
+                (nrmse - expected).abs() < 1e-3,
+                "{time}: {nrmse} {expected}"
+            );
         }
     }
     let (mae, rmse) = found.pooled_si;

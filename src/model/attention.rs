@@ -11,9 +11,7 @@
 //! 4^(1-head): the first head starts out with the newest sample, the others look further back (after
 //! O. Press, N. Smith, M. Lewis, "Train Short, Test Long", arXiv:2108.12409); `bias` is learned.
 
-use candle_core::{
-    CpuStorage, CustomOp2, D, DType, Layout, Result, Shape, Tensor, WithDType as _,
-};
+use candle_core::{CpuStorage, CustomOp2, D, DType, Layout, Result, Shape, Tensor, WithDType as _};
 use candle_nn::{Init, VarBuilder};
 use rayon::prelude::*;
 

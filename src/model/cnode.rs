@@ -9,6 +9,8 @@
 //! spline of the whole trajectory, as in the paper, for trajectories that are known from end to end; a simulation, and
 //! every engine, takes the causal one. By Euler's method both are the same: ds = field(s) (X_{k+1} - X_k).
 //!
+//! No equation says where the force of a first sample stands, so a small perceptron learns it beside the rest, of z_0 alone.
+//!
 //! Time: along the causal path the force at sample k uses the motion up to sample k; until the next sample it is held.
 
 use candle_core::{Result, Tensor};
@@ -23,6 +25,9 @@ use super::{
     operations::Operations,
     solver::Solver,
 };
+
+/// Width of the perceptron that estimates a first force.
+const ESTIMATE: usize = 64;
 
 /// Sizes of a CNODE.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -65,6 +70,8 @@ pub struct Cnode {
     pub(crate) lift: (Tensor, Tensor),
     /// s [f + g] -> [f + g, n + 1].
     pub(crate) field: Field,
+    /// z_0 [n] -> an estimate of F_0 [f].
+    pub(crate) estimate: Field,
 }
 
 impl Cnode {
@@ -83,6 +90,13 @@ impl Cnode {
             skip: false,
             relaxing: false,
         };
+        let estimate = FieldConfig {
+            inputs,
+            outputs,
+            hidden: vec![ESTIMATE],
+            skip: true,
+            relaxing: false,
+        };
         let seen = outputs + inputs;
         let up = (3.0 / seen as f64).sqrt();
         let vb_lift = vb.pp("lift");
@@ -97,6 +111,7 @@ impl Cnode {
                 vb_lift.get_with_hints(config.hidden_state, "bias", Init::Const(0.0))?,
             ),
             field: Field::new(field, vb.pp("field"))?,
+            estimate: Field::new(estimate, vb.pp("estimate"))?,
         })
     }
 
@@ -111,6 +126,12 @@ impl Cnode {
         let operations = Operations::of(z.device());
         let states = integrate(operations, &self.field, solver, &state, &slopes)?;
         states.narrow(2, 0, start.dim(1)?)?.contiguous()
+    }
+
+    /// Mean square error of the estimated F_0 [B, f] of z [B, 1+T, n]: no weight of the equation takes part.
+    pub(crate) fn estimate_loss(&self, z: &Tensor, start: &Tensor) -> Result<Tensor> {
+        let first = z.narrow(1, 1, 1)?.squeeze(1)?.contiguous()?;
+        (self.estimate.forward(&first)? - start)?.sqr()?.mean_all()
     }
 
     /// F_0 [rows, f] and z_0 [rows, n] -> s_0 [rows, f + g].
@@ -203,7 +224,9 @@ mod tests {
             for solver in Solver::ALL {
                 let (model, vars) = model(control);
                 check_gradient(&vars, || {
-                    weighted(&model.forward(&z, &start, solver).expect("runs"))
+                    let forces = weighted(&model.forward(&z, &start, solver).expect("runs"));
+                    let estimate = model.estimate_loss(&z, &start).expect("runs");
+                    (forces + estimate).expect("a loss")
                 });
             }
         }

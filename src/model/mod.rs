@@ -256,6 +256,15 @@ impl Network {
         self.run(z, start, method)
     }
 
+    /// Mean square error of the first force as the model estimates it, to be learned beside the trajectory; None of a
+    /// model whose estimate is what it settles to, or gives.
+    pub fn estimate_loss(&self, z: &Tensor, start: &Tensor) -> candle_core::Result<Option<Tensor>> {
+        match self {
+            Self::Cnode(network) => network.estimate_loss(z, start).map(Some),
+            _ => Ok(None),
+        }
+    }
+
     fn run(&self, z: &Tensor, start: &Tensor, method: Method) -> candle_core::Result<Tensor> {
         // The last sample drives only what comes after the trajectory.
         let seen = || z.narrow(1, 0, z.dim(1)? - 1)?.contiguous();

@@ -96,9 +96,7 @@ fn legend<'a>(
             [(x, 12), (x + 18, 12)],
             colour.stroke_width(3),
         ))?;
-        let style = ("sans-serif", 12)
-            .into_font()
-            .color(&RGBColor(40, 40, 40));
+        let style = ("sans-serif", 12).into_font().color(&RGBColor(40, 40, 40));
         area.draw(&Text::new(line.name.clone(), (x + 23, 6), style))?;
         // Sans-serif letters of 12 px are about 6.5 px wide.
         x += 40 + (6.5 * line.name.chars().count() as f64) as i32;
@@ -254,7 +252,10 @@ mod tests {
         };
         let svg = panels(&[panel("truth"), panel("x"), panel("y")], 2);
         assert!(svg.contains("width=\"800\" height=\"430\""), "{svg}");
-        assert!(svg.contains(">\ntruth\n<") && !svg.contains(">\nx\n<"), "{svg}");
+        assert!(
+            svg.contains(">\ntruth\n<") && !svg.contains(">\nx\n<"),
+            "{svg}"
+        );
         assert_eq!(panels(&[], 2), "");
     }
 

@@ -10,8 +10,8 @@ use super::*;
 use crate::{
     document::hexadecimal,
     model::{
-        AttentionOdeConfig, CnodeConfig, Control, LstmConfig, MlpConfig, MlpOdeConfig, ModelConfig,
-        RelaxationOdeConfig, Solver,
+        AttentionOdeConfig, CnodeConfig, Control, EngineKind, LstmConfig, MlpConfig, MlpOdeConfig,
+        ModelConfig, RelaxationOdeConfig, Scratch, Solver,
     },
 };
 
@@ -292,6 +292,26 @@ fn a_controlled_equation_learns_too() {
             best < 0.8 * first,
             "{control}: {first} at first, {best} at best"
         );
+        // It has learned to guess a force from the sample alone, as well as that can be done: the force lags.
+        let checkpoint = trainer.checkpoint("cnode", "").expect("built");
+        let engine = checkpoint
+            .engine(EngineKind::Fused, None)
+            .expect("an engine");
+        let split = &trainer.validation;
+        let (mut guess, mut errors, mut spread) = ([0.0; 2], 0.0, 0.0);
+        for index in 0..split.len() {
+            let x: Vec<f64> = split.x(index)[20..22]
+                .iter()
+                .map(|v| f64::from(*v))
+                .collect();
+            engine.estimate(&x, &mut guess, &mut Scratch::default());
+            for (axis, guess) in guess.iter().enumerate() {
+                let truth = f64::from(split.wrench(index)[20 + axis]);
+                errors += (guess - truth).powi(2);
+                spread += truth.powi(2);
+            }
+        }
+        assert!(errors < 0.3 * spread, "{control}: {errors} of {spread}");
     }
 }
 

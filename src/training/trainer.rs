@@ -351,7 +351,13 @@ impl Trainer {
         if !value.is_finite() {
             return Err(diverged(value));
         }
-        let gradients = loss.backward()?;
+        // An estimate of the first force has weights of its own, so the trajectory's gradient stays what it was.
+        let network = &self.model.network;
+        let whole = match network.estimate_loss(&batch.z, &batch.start)? {
+            Some(estimate) => (loss + estimate)?,
+            None => loss,
+        };
+        let gradients = whole.backward()?;
         if let Some(exact) = exact {
             let error = distance(&self.parameters, &gradients, &exact)?;
             self.place.adjoint_error = Some(error);

@@ -22,7 +22,11 @@ impl Folder {
     /// Of a job.
     pub(super) fn job(&self, job: &JobId) -> PathBuf {
         let seed = format!("seed-{}", job.seed);
-        self.0.join("jobs").join(&job.data).join(&job.entry).join(seed)
+        self.0
+            .join("jobs")
+            .join(&job.data)
+            .join(&job.entry)
+            .join(seed)
     }
 
     /// A file beside the jobs.
@@ -58,7 +62,11 @@ impl Folder {
         let result: JobResult = serde_json::from_slice(&bytes)
             .with_context(|| format!("{}: not the result of a job", path.display()))?;
         if result.schema != SCHEMA {
-            bail!("{}: schema is {}, expected {SCHEMA}", path.display(), result.schema);
+            bail!(
+                "{}: schema is {}, expected {SCHEMA}",
+                path.display(),
+                result.schema
+            );
         }
         let settings = plan.training(job)?;
         let sha256 = inputs.data[&job.data].sha256();

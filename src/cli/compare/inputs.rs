@@ -69,7 +69,9 @@ impl Inputs {
         counts.dedup();
         match counts[..] {
             [count] => Ok(count),
-            _ => bail!("the data sets have forces of {counts:?} components, expected the same of all"),
+            _ => bail!(
+                "the data sets have forces of {counts:?} components, expected the same of all"
+            ),
         }
     }
 
@@ -80,7 +82,10 @@ impl Inputs {
             for entry in &rollouts.index.rollouts {
                 digest.update(entry.sha256.as_bytes());
             }
-            let text = digest.finalize().into_iter().map(|byte| format!("{byte:02x}"));
+            let text = digest
+                .finalize()
+                .into_iter()
+                .map(|byte| format!("{byte:02x}"));
             (name.to_owned(), text.collect::<String>())
         };
         self.beyond

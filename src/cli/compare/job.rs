@@ -63,7 +63,11 @@ pub(super) fn run(
     folder.finish(&result)?;
     say!(
         "{job}: nRMSE {:.4}",
-        result.examination.starts.get("clean").map_or(f64::NAN, |errors| errors.pooled)
+        result
+            .examination
+            .starts
+            .get("clean")
+            .map_or(f64::NAN, |errors| errors.pooled)
     );
     Ok(())
 }
@@ -123,7 +127,12 @@ struct Watch<'a> {
 
 impl Observer for Watch<'_> {
     fn step(&mut self, place: &Place) {
-        let words = format!("epoch {}/{}, loss {:.5}", place.epoch + 1, place.epochs, place.loss);
+        let words = format!(
+            "epoch {}/{}, loss {:.5}",
+            place.epoch + 1,
+            place.epochs,
+            place.loss
+        );
         self.progress.at(place.step as u64, &words);
     }
 
@@ -131,7 +140,9 @@ impl Observer for Watch<'_> {
         let note = TrainingNote {
             epochs: record.epoch + 1,
             seconds: self.seconds + self.began.elapsed().as_secs_f64(),
-            threads: std::thread::available_parallelism().map_or(1, Into::into).min(threads()),
+            threads: std::thread::available_parallelism()
+                .map_or(1, Into::into)
+                .min(threads()),
             peak_memory_mib: peak_memory().into_iter().chain(self.peak).reduce(f64::max),
             validation: record.best,
         };

@@ -66,7 +66,9 @@ pub(super) fn run(
         workers
             .into_iter()
             .filter_map(|worker| {
-                let ended = worker.join().unwrap_or_else(|_| Err(anyhow!("a worker panicked")));
+                let ended = worker
+                    .join()
+                    .unwrap_or_else(|_| Err(anyhow!("a worker panicked")));
                 ended.err()
             })
             .collect()
@@ -83,7 +85,11 @@ fn child(args: &Args, job: &JobId, threads: usize, words: &dyn Fn(&str)) -> anyh
     let program = std::env::current_exe().context("finding this program")?;
     let mut command = Command::new(program);
     command.arg("compare").arg(args.experiment.to_string());
-    command.arg("--data").arg(&args.data).arg("--out").arg(&args.out);
+    command
+        .arg("--data")
+        .arg(&args.data)
+        .arg("--out")
+        .arg(&args.out);
     for (flag, path) in [("--rollouts", &args.rollouts), ("--long", &args.long)] {
         if let Some(path) = path {
             command.arg(flag).arg(path);
@@ -97,7 +103,10 @@ fn child(args: &Args, job: &JobId, threads: usize, words: &dyn Fn(&str)) -> anyh
     if args.quick {
         command.arg("--quick");
     }
-    for (flag, number) in [("--epochs", args.epochs), ("--trajectories", args.trajectories)] {
+    for (flag, number) in [
+        ("--epochs", args.epochs),
+        ("--trajectories", args.trajectories),
+    ] {
         if let Some(number) = number {
             command.arg(flag).arg(number.to_string());
         }

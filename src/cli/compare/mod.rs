@@ -91,7 +91,11 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         if !plan.jobs.contains(job) {
             bail!(
                 "--only {job}: no such job; there are {}",
-                plan.jobs.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+                plan.jobs
+                    .iter()
+                    .map(ToString::to_string)
+                    .collect::<Vec<_>>()
+                    .join(", ")
             );
         }
         return job::run(args, &inputs, &plan, &folder, job);
@@ -110,7 +114,10 @@ fn plan(args: &Args, outputs: usize) -> anyhow::Result<Plan> {
     if let Some(wanted) = &args.entries {
         let known: Vec<&str> = entries.iter().map(|entry| entry.id).collect();
         if let Some(unknown) = wanted.iter().find(|id| !known.contains(&id.as_str())) {
-            bail!("--entries: unknown `{unknown}`; there are {}", known.join(", "));
+            bail!(
+                "--entries: unknown `{unknown}`; there are {}",
+                known.join(", ")
+            );
         }
         entries.retain(|entry| wanted.iter().any(|id| id == entry.id));
     }

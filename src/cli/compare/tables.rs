@@ -6,7 +6,7 @@ use anyhow::Context as _;
 use hydro_plugin::{
     checkpoint::Checkpoint,
     dataset::Dataset,
-    experiment::{Comparison, Cost, JobResult, summarise, time},
+    experiment::{Comparison, Cost, JobResult, ROUNDS, summarise, time},
     model::{Engine, EngineKind},
     report::experiment::{figures, page},
 };
@@ -74,7 +74,10 @@ pub(super) fn write(
 /// The command that does everything, whatever part of it was asked for now.
 fn command() -> String {
     let words = command_line();
-    words.replace(" --tables", "").replace(" --retime", "").replace(" --json", "")
+    words
+        .replace(" --tables", "")
+        .replace(" --retime", "")
+        .replace(" --json", "")
 }
 
 fn outputs(inputs: &Inputs) -> Vec<String> {
@@ -94,7 +97,10 @@ fn truths(
             continue;
         }
         let test = set.split("test", None)?;
-        let rows = test.clean(0).chunks_exact(test.outputs()).map(<[f32]>::to_vec);
+        let rows = test
+            .clean(0)
+            .chunks_exact(test.outputs())
+            .map(<[f32]>::to_vec);
         found.insert(name.clone(), (test.time().to_vec(), rows.collect()));
     }
     Ok(found)
@@ -135,7 +141,7 @@ fn costs(args: &Args, inputs: &Inputs, plan: &Plan, folder: &Folder) -> anyhow::
 
 fn timed(set: &Dataset, engines: &[(String, Box<dyn Engine>)]) -> anyhow::Result<Vec<Cost>> {
     let test = set.split("test", Some(64))?;
-    let progress = Progress::new("rounds", 8);
+    let progress = Progress::new("rounds", ROUNDS as u64 + 1);
     let found = time(engines, &test, &|round| {
         progress.at(round as u64 + 1, "times, everybody in turn");
     })?;
@@ -172,5 +178,8 @@ fn machine() -> String {
         .lines()
         .find(|line| line.starts_with("model name"))
         .and_then(|line| line.split_once(": "));
-    name.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.to_owned())
+    name.map_or_else(
+        || std::env::consts::ARCH.to_owned(),
+        |(_, name)| name.to_owned(),
+    )
 }

@@ -27,6 +27,8 @@ pub(super) struct ControlledEngine {
     lift: (Panels<f32>, Vec<f32>),
     /// s [f + g] -> [f + g, n + 1].
     field: Perceptron,
+    /// z_0 [n] -> F_0 [f], in f32.
+    estimate: Perceptron,
     outputs: usize,
 }
 
@@ -49,6 +51,7 @@ impl ControlledEngine {
                 cnode.lift.1.to_vec1::<f32>()?,
             ),
             field: Perceptron::new(&cnode.field, precision)?,
+            estimate: Perceptron::new(&cnode.estimate, Precision::Single)?,
             outputs: model.outputs(),
         })
     }
@@ -158,10 +161,16 @@ impl Engine for ControlledEngine {
         next.copy_from_slice(now);
     }
 
-    /// There is no force that it settles to: the mean of the training data.
-    fn estimate(&self, _: &[f64], force: &mut [f64], _: &mut Scratch) {
-        for (i, force) in force.iter_mut().enumerate() {
-            *force = self.normaliser.to_si(i, 0.0);
+    fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch) {
+        let n = self.encoder.len();
+        let scratch = scratch.take(n + self.outputs + self.estimate.scratch());
+        let (z, rest) = scratch.split_at_mut(n);
+        let (found, layers) = rest.split_at_mut(self.outputs);
+        self.encoder
+            .encode(x, |i, value| z[i] = self.normaliser.input(i, value));
+        self.estimate.evaluate(self.arch, z, found, layers);
+        for (i, (force, found)) in force.iter_mut().zip(&*found).enumerate() {
+            *force = self.normaliser.to_si(i, *found);
         }
     }
 }

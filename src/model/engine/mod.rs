@@ -60,7 +60,7 @@ pub trait Engine: Send + Sync + fmt::Debug {
 
     /// What the model predicts for a past in which every sample was `x` [n]: the force that the ODE settles to with h
     /// held, from the training mean in at most [`SETTLING_STEPS`]; what it gives for a first sample; or, of a CNODE,
-    /// which settles nowhere, the training mean.
+    /// which settles nowhere, what it learned of first samples beside the rest.
     fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch);
 
     /// Whole trajectories of one length: `x` [B, T, n] and the forces carried to the first samples, `start` [B, f],

@@ -205,6 +205,15 @@ impl Engine for CandleEngine {
                 .window_tensor(parts.window)
                 .and_then(|z| network.single(&z)?.1.flatten_all()?.to_vec1());
             now = target.unwrap_or_else(|_| vec![f32::NAN; force.len()]);
+        } else if let Network::Cnode(network) = &self.0.network {
+            let found = self.window_tensor(parts.window).and_then(|z| {
+                network
+                    .estimate
+                    .forward(&z.narrow(0, 0, 1)?)?
+                    .flatten_all()?
+                    .to_vec1()
+            });
+            now = found.unwrap_or_else(|_| vec![f32::NAN; force.len()]);
         } else {
             for _ in 0..SETTLING_STEPS {
                 let next = self.next_or_nan(&parts, &now);

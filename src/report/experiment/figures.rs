@@ -58,7 +58,11 @@ fn wrench(comparison: &Comparison, row: &Row) -> String {
         .outputs
         .iter()
         .map(|name| {
-            let unit = if name.starts_with("torque") { "N m" } else { "N" };
+            let unit = if name.starts_with("torque") {
+                "N m"
+            } else {
+                "N"
+            };
             format!("{name} [{unit}]")
         })
         .collect();
@@ -90,15 +94,23 @@ fn shown<'a>(rows: &[&'a Row]) -> Vec<&'a Row> {
 }
 
 fn horizon(rows: &[&Row]) -> String {
-    curves(rows, ("error against time since the start", "time [s]"), |row| {
-        row.by_horizon.clone()
-    })
+    curves(
+        rows,
+        ("error against time since the start", "time [s]"),
+        |row| row.by_horizon.clone(),
+    )
 }
 
 fn noise(rows: &[&Row]) -> String {
-    let axes = ("error against noise on the features", "noise [standard deviations of each feature]");
+    let axes = (
+        "error against noise on the features",
+        "noise [standard deviations of each feature]",
+    );
     curves(rows, axes, |row| {
-        row.noise.iter().map(|noisy| (noisy.level, noisy.nrmse)).collect()
+        row.noise
+            .iter()
+            .map(|noisy| (noisy.level, noisy.nrmse))
+            .collect()
     })
 }
 

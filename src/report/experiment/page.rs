@@ -52,10 +52,7 @@ fn provenance(text: &mut String, comparison: &Comparison) {
     text.push('\n');
 }
 
-fn rows<'a>(
-    comparison: &'a Comparison,
-    data: &'a str,
-) -> impl Iterator<Item = &'a Row> + Clone {
+fn rows<'a>(comparison: &'a Comparison, data: &'a str) -> impl Iterator<Item = &'a Row> + Clone {
     comparison.rows.iter().filter(move |row| row.data == data)
 }
 
@@ -77,7 +74,7 @@ fn towing(text: &mut String, comparison: &Comparison) {
                 Column::new("nRMSE, estimated start", "nrmse_estimate"),
                 Column::new("start from zero", "nrmse_zero"),
                 Column::new("error of the work", "work_error"),
-                Column::new("tremble", "fluctuation"),
+                Column::unranked("tremble", "fluctuation"),
             ],
         );
         text.push('\n');
@@ -101,7 +98,7 @@ fn swimming(text: &mut String, comparison: &Comparison) {
             Column::new("without buoyancy", "nrmse_hydrodynamic"),
             Column::new("error of the drag's work", "work_error"),
             Column::new("of its power", "power_error"),
-            Column::new("tremble", "fluctuation"),
+            Column::unranked("tremble", "fluctuation"),
         ],
     );
     let truth = rows().find_map(|row| row.values.get("gives_truth"));
@@ -129,19 +126,18 @@ fn swimming(text: &mut String, comparison: &Comparison) {
     *text += "\nThe error of the estimate is that of the first force, in standard deviations.\n\n";
 
     *text += "## Closed loop: the plugin drives MuJoCo\n\n";
-    let metres = |head, key| Column::new(head, key);
     *text += &figures_of(
         rows(),
         &[
-            metres("1 s [m]", "position.1"),
-            metres("2 s [m]", "position.2"),
-            metres("4 s [m]", "position.4"),
-            metres("2 s [deg]", "attitude.2"),
-            metres("diverged", "diverged"),
-            metres("greatest speed", "peak.speed"),
-            metres("rate", "peak.rate"),
-            metres("force", "peak.force"),
-            metres("torque", "peak.torque"),
+            Column::new("1 s [m]", "position.1"),
+            Column::new("2 s [m]", "position.2"),
+            Column::new("4 s [m]", "position.4"),
+            Column::new("2 s [deg]", "attitude.2"),
+            Column::new("diverged", "diverged"),
+            Column::unranked("greatest speed", "peak.speed"),
+            Column::unranked("rate", "peak.rate"),
+            Column::unranked("force", "peak.force"),
+            Column::unranked("torque", "peak.torque"),
         ],
     );
     if let Some(runs) = rows().find_map(|row| row.values.get("runs")) {
@@ -219,9 +215,10 @@ fn cost(text: &mut String, comparison: &Comparison, data: &str) {
                 )
             };
             let figure = |key: &str| {
-                row.values
-                    .get(key)
-                    .map_or_else(|| "\u{2013}".to_owned(), |value| format!("{:.0}", value.mean))
+                row.values.get(key).map_or_else(
+                    || "\u{2013}".to_owned(),
+                    |value| format!("{:.0}", value.mean),
+                )
             };
             vec![
                 row.label.clone(),
@@ -248,7 +245,14 @@ fn orderings(text: &mut String, comparison: &Comparison) {
         return;
     }
     *text += "## Who is ahead of whom, and how sure that is\n\n";
-    let head = ["claim", "data", "ratio of nRMSE", "95 % interval", "probability"].map(str::to_owned);
+    let head = [
+        "claim",
+        "data",
+        "ratio of nRMSE",
+        "95 % interval",
+        "probability",
+    ]
+    .map(str::to_owned);
     let cells: Vec<Vec<String>> = comparison
         .orderings
         .iter()

@@ -8,8 +8,8 @@ pub(super) struct Column<'a> {
     pub(super) head: &'a str,
     /// Name in [`Row::values`].
     pub(super) key: &'a str,
-    /// What the figure is multiplied by.
-    pub(super) scale: f64,
+    /// Whether the least is the best.
+    pub(super) ranked: bool,
 }
 
 impl<'a> Column<'a> {
@@ -17,7 +17,15 @@ impl<'a> Column<'a> {
         Self {
             head,
             key,
-            scale: 1.0,
+            ranked: true,
+        }
+    }
+
+    /// A figure of which neither little nor much is good.
+    pub(super) fn unranked(head: &'a str, key: &'a str) -> Self {
+        Self {
+            ranked: false,
+            ..Self::new(head, key)
         }
     }
 }
@@ -33,7 +41,7 @@ pub(super) fn markdown(head: &[String], rows: &[Vec<String>]) -> String {
     text
 }
 
-/// A table of rows: the model, then its figures; the least mean of a column is in bold.
+/// A table of rows: the model, then its figures; the least mean of a ranked column is in bold.
 pub(super) fn figures_of<'a>(
     rows: impl Iterator<Item = &'a Row> + Clone,
     columns: &[Column<'_>],
@@ -51,17 +59,19 @@ pub(super) fn figures_of<'a>(
     let cells: Vec<Vec<String>> = rows
         .clone()
         .map(|row| {
-            let figures = columns.iter().map(|column| match row.values.get(column.key) {
-                None => "\u{2013}".to_owned(),
-                Some(value) => {
-                    let text = spread(value, column.scale);
-                    if value.mean <= least(column.key) {
-                        format!("**{text}**")
-                    } else {
-                        text
+            let figures = columns
+                .iter()
+                .map(|column| match row.values.get(column.key) {
+                    None => "\u{2013}".to_owned(),
+                    Some(value) => {
+                        let text = spread(value);
+                        if column.ranked && value.mean <= least(column.key) {
+                            format!("**{text}**")
+                        } else {
+                            text
+                        }
                     }
-                }
-            });
+                });
             std::iter::once(row.label.clone()).chain(figures).collect()
         })
         .collect();
@@ -69,8 +79,8 @@ pub(super) fn figures_of<'a>(
 }
 
 /// Mean and standard deviation over seeds, to three digits of the mean.
-pub(super) fn spread(value: &MeanSd, scale: f64) -> String {
-    let (mean, sd) = (scale * value.mean, scale * value.sd);
+pub(super) fn spread(value: &MeanSd) -> String {
+    let (mean, sd) = (value.mean, value.sd);
     let digits = digits(mean);
     if value.count > 1 {
         format!("{mean:.digits$} \u{b1} {sd:.digits$}")
@@ -116,10 +126,15 @@ mod tests {
             example: Vec::new(),
         };
         let rows = [row("a", 0.123_44, 3), row("b", 12.3, 1)];
-        let columns = [Column::new("nRMSE", "nrmse"), Column::new("none", "x")];
+        let columns = [
+            Column::new("nRMSE", "nrmse"),
+            Column::unranked("again", "nrmse"),
+            Column::new("none", "x"),
+        ];
         assert_eq!(
             figures_of(rows.iter(), &columns),
-            "|  | nRMSE | none |\n|---|---:|---:|\n| a | **0.123 \u{b1} 0.010** | \u{2013} |\n| b | 12.3 | \u{2013} |\n"
+            "|  | nRMSE | again | none |\n|---|---:|---:|---:|\n\
+             | a | **0.123 \u{b1} 0.010** | 0.123 \u{b1} 0.010 | \u{2013} |\n| b | 12.3 | 12.3 | \u{2013} |\n"
         );
     }
 }
