@@ -43,7 +43,9 @@ fn samples_are_taken_and_evaluated_without_allocation() {
         .chain([released]);
     for checkpoint in checkpoints {
         let name = checkpoint.card.model.kind();
-        for solver in Solver::ALL {
+        let model = &checkpoint.card.model;
+        let fits = |solver: &Solver| model.check_solver(*solver).is_ok();
+        for solver in Solver::ALL.into_iter().filter(fits) {
             for kind in [EngineKind::Fused, EngineKind::FusedF16] {
                 assert_eq!(allocations(&checkpoint, kind, solver), 0, "{name} {kind}");
             }

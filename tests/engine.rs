@@ -59,7 +59,12 @@ fn every_engine_follows_candle_along_recorded_motion() {
             &forces(&checkpoint, EngineKind::Fused, solver),
             &candle,
         );
-        assert!(most < 2e-5, "{solver}: {rms} rms, {most} at most");
+        // The lengths of adaptive steps differ by rounding too, within the solver's tolerance.
+        let bound = match solver {
+            Solver::DormandPrince => 2e-4,
+            Solver::Euler | Solver::Rk4 => 2e-5,
+        };
+        assert!(most < bound, "{solver}: {rms} rms, {most} at most");
         // Halves: under 0.5 % of a standard deviation at every sample, and far from exact.
         let (rms, most) = errors(
             &checkpoint,

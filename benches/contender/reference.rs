@@ -99,6 +99,9 @@ impl Reference {
             let force = &forces[step];
             let next = match solver {
                 Solver::Euler => (force + self.field(force, &latent)?)?,
+                Solver::DormandPrince => {
+                    return Err(format!("the plain model knows no {solver}").into());
+                }
                 Solver::Rk4 => {
                     let one = self.field(force, &latent)?;
                     let two = self.field(&(force + (&one * 0.5)?)?, &latent)?;

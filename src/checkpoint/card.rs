@@ -92,6 +92,7 @@ pub(super) fn check_card(card: &Card, path: &Path) -> Result<(), CheckpointError
         })
     };
     card.model.check()?;
+    card.model.check_solver(card.solver)?;
     let inputs = Encoder::new(card.model.encoding(), &card.features).len();
     if card.outputs.is_empty() {
         return refuse("outputs is empty".to_owned());

@@ -31,7 +31,7 @@ pub(super) struct Args {
     /// Force at the first sample: clean (the true one), recorded (perturbed) or estimate (the model's own).
     #[arg(long, default_value_t = InitialForce::Clean)]
     start: InitialForce,
-    /// Solver other than the card's: euler or rk4.
+    /// Solver other than the card's: euler, rk4 or dopri5.
     #[arg(long)]
     solver: Option<Solver>,
     /// fused, fused-f16 or candle.

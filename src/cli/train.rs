@@ -38,7 +38,7 @@ pub(super) struct Args {
     /// Sizes and length of training to start from.
     #[arg(long, value_enum, default_value_t = Preset::Full)]
     preset: Preset,
-    /// euler or rk4, of a model that a solver steps.
+    /// euler, rk4 or dopri5, of a model that a solver steps; a cnode takes euler or rk4, a graphics card too.
     #[arg(long)]
     solver: Option<Solver>,
     /// discrete, the gradient of the steps as taken; or continuous, of the differential equation, whose distance from

@@ -96,7 +96,7 @@ mod tests {
     fn trajectory(field: &Field, solver: Solver, adjoint: Adjoint) -> Trajectory {
         Trajectory {
             field: field.config().clone(),
-            solver,
+            tableau: solver.stages(true).expect("of one step"),
             field_sees_force: true,
             adjoint,
             kept: Some(Kept::default()),
@@ -141,7 +141,7 @@ mod tests {
         let field = &Field::from_flat(field.config(), &flat)?;
         let mut d_flat = flat.zeros_like()?;
         let steps = latent.dim(1)?;
-        let tableau = solver.tableau();
+        let tableau = solver.tableau().expect("of one step");
         let start = ramp(&[ROWS, FORCE], 0.9);
         let forces =
             trajectory(field, solver, Adjoint::Discrete).apply(&start, latent, &flat.detach())?;

@@ -66,7 +66,7 @@ impl FromStr for Control {
 pub(crate) fn causal(solver: Solver, [before, now, after]: [f64; 3], u: f64) -> f64 {
     match solver {
         Solver::Euler => after - now,
-        Solver::Rk4 => hermite(before, now, after, u),
+        Solver::Rk4 | Solver::DormandPrince => hermite(before, now, after, u),
     }
 }
 

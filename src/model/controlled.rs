@@ -4,7 +4,7 @@
 //! ds/du = Phi(s) X'(u),   s [s], X' [c], Phi a field whose s c outputs are read as a matrix [s, c]
 //! ```
 //!
-//! from sample to sample by one explicit step ([`Solver`]), X' given at the stages' times. As in [`super::trajectory`]
+//! from sample to sample by one explicit step ([`Tableau`]), X' given at the stages' times. As in [`super::trajectory`]
 //! the time loop is one operation with the discrete adjoint of the steps as taken, backward keeps the states alone and
 //! evaluates the stages of a segment again, and the batch is cut in chunks that it sets alone. The control is data: no
 //! gradient is made of it.
@@ -18,7 +18,7 @@ use super::{
     field_rows::{FieldRows, Tape, Work},
     kernel::{Real, sum_in_order},
     operations::Operations,
-    solver::Solver,
+    solver::Tableau,
 };
 
 /// Trajectories that a thread integrates together.
@@ -30,7 +30,7 @@ const ROWS: usize = 128;
 pub(crate) fn integrate(
     operations: Operations,
     field: &Field,
-    solver: Solver,
+    tableau: Tableau,
     start: &Tensor,
     slopes: &Tensor,
 ) -> Result<Tensor> {
@@ -38,22 +38,22 @@ pub(crate) fn integrate(
         Operations::Kernels => {
             let operation = Controlled {
                 field: field.config().clone(),
-                solver,
+                tableau,
             };
             start
                 .contiguous()?
                 .apply_op3(&slopes.contiguous()?, &field.flat()?, operation)
         }
-        Operations::Tensors => by_tensors(field, solver, start, slopes),
+        Operations::Tensors => by_tensors(field, tableau, start, slopes),
     }
 }
 
 /// Step by step in Candle's own operations.
-fn by_tensors(field: &Field, solver: Solver, start: &Tensor, slopes: &Tensor) -> Result<Tensor> {
+fn by_tensors(field: &Field, tableau: Tableau, start: &Tensor, slopes: &Tensor) -> Result<Tensor> {
     let mut states = vec![start.clone()];
     for k in 0..slopes.dim(1)? {
         let slopes = slopes.narrow(1, k, 1)?.squeeze(1)?;
-        states.push(step(field, solver, &states[k], &slopes)?);
+        states.push(step(field, tableau, &states[k], &slopes)?);
     }
     Tensor::stack(&states, 1)
 }
@@ -61,11 +61,10 @@ fn by_tensors(field: &Field, solver: Solver, start: &Tensor, slopes: &Tensor) ->
 /// s [rows, s] one step on, with X' [rows, stages, c] at its stages, by Candle's own operations.
 pub(crate) fn step(
     field: &Field,
-    solver: Solver,
+    tableau: Tableau,
     state: &Tensor,
     slopes: &Tensor,
 ) -> Result<Tensor> {
-    let tableau = solver.tableau();
     let (rows, width) = state.dims2()?;
     let channels = slopes.dim(2)?;
     let mut slope = state.zeros_like()?;
@@ -90,7 +89,7 @@ pub(crate) fn step(
 #[derive(Clone, Debug)]
 struct Controlled {
     field: FieldConfig,
-    solver: Solver,
+    tableau: Tableau,
 }
 
 #[derive(Clone, Copy)]
@@ -141,7 +140,7 @@ impl Controlled {
             state: width,
         } = sizes;
         let rows = states.len() / ((steps + 1) * width);
-        let tableau = self.solver.tableau();
+        let tableau = self.tableau;
         let (mut work, mut matrices) = (Work::default(), Vec::new());
         let mut input = vec![T::default(); rows * width];
         let mut slope = vec![T::default(); rows * width];
@@ -193,7 +192,7 @@ impl Controlled {
             state: width,
         } = sizes;
         let rows = states.len() / ((steps + 1) * width);
-        let tableau = self.solver.tableau();
+        let tableau = self.tableau;
         let length = (ROWS / (rows * stages)).max(1);
         let mut d_weights = vec![T::default(); self.field.count()];
         let (mut work, mut tape) = (Work::default(), Tape::default());
@@ -376,7 +375,10 @@ mod tests {
     use candle_nn::VarBuilder;
 
     use super::*;
-    use crate::model::testing::{in_f64, numbers, ramp, weighted};
+    use crate::model::{
+        Solver,
+        testing::{in_f64, numbers, ramp, weighted},
+    };
 
     /// Ten trajectories are two chunks; 40 steps are several segments.
     #[test]
@@ -391,10 +393,11 @@ mod tests {
         let build = |vb: VarBuilder| Field::new(config.clone(), vb);
         let (field, vars) = in_f64(build);
         for (solver, stages) in [(Solver::Euler, 1), (Solver::Rk4, 4)] {
+            let tableau = solver.tableau().expect("of one step");
             let start = Var::from_tensor(&ramp(&[10, 3], 0.9)).expect("a variable");
             let slopes = (ramp(&[10, 40, stages, 2], 0.53) * 0.2).expect("scaled");
             let run = |operations| {
-                let states = integrate(operations, &field, solver, &start, &slopes).expect("runs");
+                let states = integrate(operations, &field, tableau, &start, &slopes).expect("runs");
                 let gradients = weighted(&states).backward().expect("derives");
                 let mut found = numbers(&states);
                 for (name, var) in vars.iter().chain([&("start".to_owned(), start.clone())]) {

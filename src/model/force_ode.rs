@@ -7,12 +7,13 @@ use candle_core::{Result, Tensor};
 use candle_nn::VarBuilder;
 
 use super::{
+    adaptive_trajectory::AdaptiveTrajectory,
     adjoint::Adjoint,
     field::{Field, FieldConfig},
     kept::{Kept, Mark},
     operations::Operations,
     solver::Solver,
-    tensor_trajectory::step,
+    tensor_trajectory::{period, step},
     trajectory::Trajectory,
 };
 
@@ -74,15 +75,28 @@ impl ForceOde {
         start: &Tensor,
         method: Method,
     ) -> Result<Tensor> {
+        let weights = self.field.flat()?;
+        let Some(tableau) = method.solver.stages(self.field_sees_force) else {
+            if operations == Operations::Tensors {
+                candle_core::bail!("the solver {} is for the CPU alone", method.solver);
+            }
+            if method.adjoint != Adjoint::Discrete {
+                let Method {
+                    solver, adjoint, ..
+                } = method;
+                candle_core::bail!("the {adjoint} adjoint is not for the solver {solver}");
+            }
+            let operation = AdaptiveTrajectory::new(self.field.config().clone());
+            return operation.apply(start, latents, &weights);
+        };
         let operation = Trajectory {
             field: self.field.config().clone(),
-            solver: method.solver,
+            tableau,
             field_sees_force: self.field_sees_force,
             adjoint: method.adjoint,
             kept: method.derived.then(|| self.kept.clone()),
             mark: Mark::default(),
         };
-        let weights = self.field.flat()?;
         match operations {
             Operations::Kernels => operation.apply(start, latents, &weights),
             Operations::Tensors => operation.apply_by_tensors(start, latents, &weights),
@@ -95,8 +109,11 @@ impl ForceOde {
         self.kept.is_owned()
     }
 
-    /// F' [rows, f] one step after F [rows, f] with h [rows, l], by Candle's own operations.
+    /// F' [rows, f] one sample period after F [rows, f] with h [rows, l], by Candle's own operations.
     pub(crate) fn step(&self, force: &Tensor, latent: &Tensor, solver: Solver) -> Result<Tensor> {
-        step(&self.field, self.field_sees_force, solver, force, latent)
+        match solver.stages(self.field_sees_force) {
+            Some(tableau) => step(&self.field, self.field_sees_force, tableau, force, latent),
+            None => period(&self.field, force, latent),
+        }
     }
 }

@@ -1,10 +1,12 @@
 //! Force models: from recorded motion to the water's force.
 //!
 //! Time convention: samples k = 0, 1, 2, ... at the sample period. h_k sees x_{k-W+1} .. x_k, the start padded
-//! with x_0; one explicit step takes F_k to F_{k+1} with h_k held. Between samples the force is the linear
+//! with x_0; F_k is stepped to F_{k+1} with h_k held. Between samples the force is the linear
 //! interpolation of F_k and F_{k+1}, both known at t_k. The other models give F_k of the motion up to x_k, and hold
 //! it: memoryless F_k = g(x_k), the LSTM, the CNODE, and the Relaxation-ODE, whose steps end at sample k.
 
+mod adaptive;
+mod adaptive_trajectory;
 pub mod adjoint;
 pub mod attention;
 pub mod attention_ode;
@@ -139,6 +141,20 @@ impl ModelConfig {
             Self::Mlp(config) => config.fault(),
         };
         fault.map_or(Ok(()), |reason| Err(ModelError::Config { reason }))
+    }
+
+    /// Refuses a solver that cannot step this model; one that needs none takes any.
+    pub fn check_solver(&self, solver: Solver) -> Result<(), ModelError> {
+        match self {
+            Self::Cnode(_) => {
+                cnode::stages(solver)
+                    .map(|_| ())
+                    .map_err(|error| ModelError::Config {
+                        reason: error.to_string(),
+                    })
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -304,6 +320,7 @@ impl ForceModel {
         vb: VarBuilder,
     ) -> Result<Self, ModelError> {
         config.check()?;
+        config.check_solver(solver)?;
         let encoder = Encoder::new(config.encoding(), layout);
         let outputs = normaliser.output_mean.len();
         if let Some(reason) = normaliser.fault(encoder.len(), outputs) {

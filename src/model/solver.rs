@@ -1,7 +1,8 @@
-//! Explicit Runge-Kutta methods on the sample grid.
+//! Explicit Runge-Kutta methods from sample to sample.
 //!
-//! With h held over the step (a simulation has no future h) the field depends on the force alone:
-//! k_i = f(F + sum_{j<i} a_ij k_j), F' = F + sum_i b_i k_i. Units of time are sample periods.
+//! With h held over the sample period (a simulation has no future h) the field depends on the force alone:
+//! k_i = f(F + sum_{j<i} a_ij k_j), F' = F + sum_i b_i k_i. Units of time are sample periods. Euler and RK4 take one
+//! step a period; Dormand-Prince ([`Solver::DormandPrince`]) as many as the field asks for.
 
 use std::{fmt, str::FromStr};
 
@@ -17,9 +18,13 @@ pub enum Solver {
     Euler,
     /// The classical method of order 4, four evaluations a step.
     Rk4,
+    /// Dormand's and Prince's method of order 5, whose steps are as long as its embedded method of order 4 lets them
+    /// be: seven evaluations of the first one in a sample period, six of every other.
+    #[serde(rename = "dopri5")]
+    DormandPrince,
 }
 
-/// Rows of a Butcher tableau; a_ij is zero but on the first subdiagonal for both methods.
+/// Rows of a Butcher tableau; a_ij is zero but on the first subdiagonal for both methods of one step a period.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tableau {
     /// a_{i,i-1}: how far along the previous slope stage i is taken; 0 for the first stage.
@@ -30,10 +35,14 @@ pub(crate) struct Tableau {
 
 impl Solver {
     /// Every method, for error messages and help texts.
-    pub const ALL: [Self; 2] = [Self::Euler, Self::Rk4];
+    pub const ALL: [Self; 3] = [Self::Euler, Self::Rk4, Self::DormandPrince];
 
-    /// The stages of a step. A field that is not given the force has the same slope at each, so one is enough.
-    pub(crate) fn stages(self, field_sees_force: bool) -> Tableau {
+    /// Those that take one step a sample period.
+    pub const FIXED: [Self; 2] = [Self::Euler, Self::Rk4];
+
+    /// The stages of a sample period; None where the method takes several steps ([`super::adaptive`]). A field that
+    /// is not given the force has the same slope everywhere, so one stage is enough and exact.
+    pub(crate) fn stages(self, field_sees_force: bool) -> Option<Tableau> {
         if field_sees_force {
             self.tableau()
         } else {
@@ -41,6 +50,8 @@ impl Solver {
         }
     }
 
+    /// None of the adaptive method.
+    ///
     /// ```text
     /// Euler  0 |        RK4   0  |
     ///        --+---           1/2| 1/2
@@ -49,16 +60,17 @@ impl Solver {
     ///                         ---+----------------
     ///                            | 1/6 1/3 1/3 1/6
     /// ```
-    pub(crate) fn tableau(self) -> Tableau {
+    pub(crate) fn tableau(self) -> Option<Tableau> {
         match self {
-            Self::Euler => Tableau {
+            Self::Euler => Some(Tableau {
                 along_previous: &[0.0],
                 weights: &[1.0],
-            },
-            Self::Rk4 => Tableau {
+            }),
+            Self::Rk4 => Some(Tableau {
                 along_previous: &[0.0, 0.5, 0.5, 1.0],
                 weights: &[1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0],
-            },
+            }),
+            Self::DormandPrince => None,
         }
     }
 }
@@ -68,13 +80,14 @@ impl fmt::Display for Solver {
         f.write_str(match self {
             Self::Euler => "euler",
             Self::Rk4 => "rk4",
+            Self::DormandPrince => "dopri5",
         })
     }
 }
 
 /// A solver name that is none.
 #[derive(Debug, Error, PartialEq, Eq)]
-#[error("unknown solver `{0}`: there are euler and rk4")]
+#[error("unknown solver `{0}`: there are euler, rk4 and dopri5")]
 pub struct UnknownSolver(pub String);
 
 impl FromStr for Solver {
@@ -94,8 +107,8 @@ mod tests {
 
     #[test]
     fn the_weights_of_a_consistent_method_sum_to_one() {
-        for solver in Solver::ALL {
-            let tableau = solver.tableau();
+        for solver in Solver::FIXED {
+            let tableau = solver.tableau().expect("of one step");
             assert!(
                 (tableau.weights.iter().sum::<f64>() - 1.0).abs() < 1e-15,
                 "{solver}"
@@ -108,7 +121,7 @@ mod tests {
     #[test]
     fn each_method_converges_at_its_order() {
         let error = |solver: Solver, steps: u32| {
-            let tableau = solver.tableau();
+            let tableau = solver.tableau().expect("of one step");
             let step = 1.0 / f64::from(steps);
             let mut force = 1.0;
             for _ in 0..steps {
@@ -131,11 +144,13 @@ mod tests {
     fn names_are_read_back_and_others_refused() {
         for solver in Solver::ALL {
             assert_eq!(solver.to_string().parse(), Ok(solver));
+            let card = serde_json::to_value(solver).expect("serialises");
+            assert_eq!(card, solver.to_string());
         }
         let error = "rk5".parse::<Solver>().expect_err("no such solver");
         assert_eq!(
             error.to_string(),
-            "unknown solver `rk5`: there are euler and rk4"
+            "unknown solver `rk5`: there are euler, rk4 and dopri5"
         );
     }
 }

@@ -1,6 +1,6 @@
 //! A whole trajectory of the force as one differentiable operation.
 //!
-//! F_{k+1} = F_k + Phi(F_k, h_k), k = 0 .. S-1, with Phi one explicit step of the field ([`Solver`]).
+//! F_{k+1} = F_k + Phi(F_k, h_k), k = 0 .. S-1, with Phi one explicit step of the field ([`Tableau`]).
 //! Unrolled into Candle's graph, 400 steps would be sorted recursively and overflow the stack; here the
 //! time loop is one operation with its own derivative, the discrete adjoint of the method:
 //!
@@ -38,7 +38,7 @@ use super::{
     field_rows::{FieldRows, Tape, Work},
     kept::{Kept, Mark, worth_keeping},
     kernel::{Real, sum_in_order},
-    solver::Solver,
+    solver::Tableau,
 };
 
 /// Steps times stages whose activations are held at a time: with 16 rows each, one block of the kernel.
@@ -49,7 +49,7 @@ const BLOCK: usize = 16 * SEGMENT;
 
 /// Trajectories that a thread integrates together: enough to share each reading of the weights, few enough that a
 /// small batch still makes work for two threads. Of the batch alone, so that the sums have one order everywhere.
-fn chunk(batch: usize) -> usize {
+pub(super) fn chunk(batch: usize) -> usize {
     if batch > 16 { 16 } else { 8 }
 }
 
@@ -57,7 +57,8 @@ fn chunk(batch: usize) -> usize {
 #[derive(Clone, Debug)]
 pub(crate) struct Trajectory {
     pub(crate) field: FieldConfig,
-    pub(crate) solver: Solver,
+    /// Of one step.
+    pub(crate) tableau: Tableau,
     /// Whether the field is given [F; h], or h alone.
     pub(crate) field_sees_force: bool,
     pub(crate) adjoint: Adjoint,
@@ -69,10 +70,23 @@ pub(crate) struct Trajectory {
 
 /// Sizes of one call.
 #[derive(Clone, Copy)]
-struct Sizes {
-    steps: usize,
-    force: usize,
-    latent: usize,
+pub(super) struct Sizes {
+    pub(super) steps: usize,
+    pub(super) force: usize,
+    pub(super) latent: usize,
+}
+
+impl Sizes {
+    /// Of F_0 [B, f] and h [B, S, l].
+    pub(super) fn of(start: &Shape, latent: &Shape) -> Result<Self> {
+        let (_, force) = start.dims2()?;
+        let (_, steps, latent) = latent.dims3()?;
+        Ok(Self {
+            steps,
+            force,
+            latent,
+        })
+    }
 }
 
 impl Trajectory {
@@ -100,7 +114,7 @@ impl Trajectory {
 
     /// Numbers of one trajectory that are kept: step by step and stage by stage its hidden layers and its slope.
     fn kept_len(&self, steps: usize) -> usize {
-        let stages = self.solver.stages(self.field_sees_force).weights.len();
+        let stages = self.tableau.weights.len();
         steps * stages * (self.field.hidden.iter().sum::<usize>() + self.field.outputs)
     }
 
@@ -128,7 +142,7 @@ impl Trajectory {
         } = sizes;
         let rows = forces.len() / ((steps + 1) * force);
         let sees = self.force_columns();
-        let tableau = self.solver.stages(self.field_sees_force);
+        let tableau = self.tableau;
         let (mut work, mut slope) = (Work::default(), vec![T::default(); rows * force]);
         let mut input = vec![T::default(); rows * self.field.inputs];
         if let Some(kept) = &mut kept {
@@ -246,7 +260,7 @@ impl Trajectory {
         let rows = forces.len() / ((steps + 1) * force);
         let inputs = self.field.inputs;
         let sees = self.force_columns();
-        let tableau = self.solver.stages(self.field_sees_force);
+        let tableau = self.tableau;
         let stages = tableau.weights.len();
         let length = (SEGMENT / stages).max(1);
         // The end of a step from which its stages start, and their direction.
@@ -386,7 +400,7 @@ impl Trajectory {
         &self,
         [start, latent, flat, forces, gradient]: [&Tensor; 5],
     ) -> Result<(Tensor, Tensor, Tensor)> {
-        let sizes = Self::sizes(start.shape(), latent.shape())?;
+        let sizes = Sizes::of(start.shape(), latent.shape())?;
         let Sizes {
             steps,
             force,
@@ -431,16 +445,6 @@ impl Trajectory {
             Tensor::from_vec(d_flat, flat.shape(), device)?,
         ))
     }
-
-    fn sizes(start: &Shape, latent: &Shape) -> Result<Sizes> {
-        let (_, force) = start.dims2()?;
-        let (_, steps, latent) = latent.dims3()?;
-        Ok(Sizes {
-            steps,
-            force,
-            latent,
-        })
-    }
 }
 
 impl CustomOp3 for Trajectory {
@@ -457,7 +461,7 @@ impl CustomOp3 for Trajectory {
         s3: &CpuStorage,
         l3: &Layout,
     ) -> Result<(CpuStorage, Shape)> {
-        let sizes = Self::sizes(l1.shape(), l2.shape())?;
+        let sizes = Sizes::of(l1.shape(), l2.shape())?;
         let shape = Shape::from((l1.dims()[0], sizes.steps + 1, sizes.force));
         let storage = match (s1, s2, s3) {
             (CpuStorage::F32(start), CpuStorage::F32(latent), CpuStorage::F32(flat)) => {

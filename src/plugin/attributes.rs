@@ -8,7 +8,7 @@
 //! | `waterline` | m | height of the free surface, world z | fully submerged |
 //! | `current` | m/s | velocity of the water, world x y z | 0 0 0 |
 //! | `joints` | | names of the card's joints in this model, in the card's order | the card's |
-//! | `solver` | | `euler` or `rk4` | the card's |
+//! | `solver` | | `euler`, `rk4` or `dopri5` | the card's |
 //! | `engine` | | `fused`, `fused-f16` or `candle` | `fused` |
 //! | `initial_force` | N, N m | one number an output of the card, or `estimate` | `estimate` |
 //! | `wrench_scale` | | factors on the checkpoint's wrench, force x y z, torque x y z, body frame | 1 1 1 1 1 1 |
@@ -219,7 +219,7 @@ impl Settings {
                 .map(|found| found.split_whitespace().map(str::to_owned).collect()),
             solver: match value("solver") {
                 None => None,
-                Some(found) => Some(choice("solver", found, "`euler` or `rk4`")?),
+                Some(found) => Some(choice("solver", found, "`euler`, `rk4` or `dopri5`")?),
             },
             engine: match value("engine") {
                 None => EngineKind::Fused,

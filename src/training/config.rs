@@ -82,11 +82,19 @@ impl TrainConfig {
     /// Refuses what cannot be trained, before any work.
     pub fn check(&self) -> Result<(), TrainError> {
         self.model.check()?;
+        self.model.check_solver(self.solver)?;
         if self.adjoint == Adjoint::Continuous && !self.model.predicts_next() {
             return Err(TrainError::Config {
                 field: "adjoint",
                 found: self.adjoint.to_string(),
                 expected: format!("discrete, the only one of the model {}", self.model.kind()),
+            });
+        }
+        if self.adjoint == Adjoint::Continuous && self.solver == Solver::DormandPrince {
+            return Err(TrainError::Config {
+                field: "adjoint",
+                found: self.adjoint.to_string(),
+                expected: format!("discrete, the only one of the solver {}", self.solver),
             });
         }
         let counts = [
@@ -139,13 +147,28 @@ mod tests {
     #[test]
     fn every_bound_is_named() {
         type Change = fn(&mut TrainConfig);
-        let cases: [(Change, &str); 7] = [
+        let cases: [(Change, &str); 9] = [
             (
                 |c| {
                     c.adjoint = Adjoint::Continuous;
                     c.model = ModelConfig::Mlp(crate::model::MlpConfig::default());
                 },
                 "adjoint is continuous, expected discrete, the only one of the model mlp",
+            ),
+            (
+                |c| {
+                    c.adjoint = Adjoint::Continuous;
+                    c.solver = Solver::DormandPrince;
+                },
+                "adjoint is continuous, expected discrete, the only one of the solver dopri5",
+            ),
+            (
+                |c| {
+                    c.solver = Solver::DormandPrince;
+                    c.model = ModelConfig::Cnode(crate::model::CnodeConfig::default());
+                },
+                "model configuration: solver is dopri5, expected euler or rk4: a CNODE's path has its slopes at the \
+                 times of fixed steps",
             ),
             (|c| c.epochs = 0, "epochs is 0, expected at least 1"),
             (|c| c.horizon = 1, "horizon is 1, expected at least 2"),

@@ -172,7 +172,7 @@ fn the_continuous_adjoint_trains_too_and_says_how_far_its_gradient_is_off() {
         let errors = trainer.log().iter().map(|record| record.adjoint_error);
         errors.collect::<Vec<Option<f64>>>()
     };
-    for solver in Solver::ALL {
+    for solver in Solver::FIXED {
         assert!(
             errors(solver, Adjoint::Discrete)
                 .iter()
@@ -198,6 +198,20 @@ fn the_continuous_adjoint_trains_too_and_says_how_far_its_gradient_is_off() {
     assert_eq!(
         error.to_string(),
         "adjoint is continuous, expected discrete on cuda:0; the other is for the processor alone"
+    );
+}
+
+#[test]
+fn adaptive_steps_are_taken_on_the_processor_alone() {
+    let (_root, dataset, _) = fixture();
+    let config = TrainConfig {
+        solver: Solver::DormandPrince,
+        ..config()
+    };
+    let error = Trainer::on(TrainDevice::Cuda(0), config, &dataset).expect_err("no kernels there");
+    assert_eq!(
+        error.to_string(),
+        "solver is dopri5, expected euler or rk4 on cuda:0; it is for the processor alone"
     );
 }
 

@@ -22,7 +22,9 @@ use super::{
 use crate::{
     checkpoint::{Card, Checkpoint, DatasetNote, SCHEMA},
     dataset::{Dataset, Manifest, Split},
-    model::{Adjoint, Encoder, ForceModel, Network, Normaliser, Parameters, normaliser::Moments},
+    model::{
+        Adjoint, Encoder, ForceModel, Network, Normaliser, Parameters, Solver, normaliser::Moments,
+    },
 };
 
 /// Name of the state inside a run's folder.
@@ -139,6 +141,16 @@ impl Trainer {
                 field: "device",
                 found: device.to_string(),
                 expected: format!("cpu, the only one of the model {}", config.model.kind()),
+            });
+        }
+        if device != TrainDevice::Cpu
+            && config.model.predicts_next()
+            && config.solver == Solver::DormandPrince
+        {
+            return Err(TrainError::Config {
+                field: "solver",
+                found: config.solver.to_string(),
+                expected: format!("euler or rk4 on {device}; it is for the processor alone"),
             });
         }
         let device = (device, device.open()?);

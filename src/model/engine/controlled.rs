@@ -5,12 +5,12 @@ use pulp::Arch;
 use super::{
     super::{
         ForceModel,
-        cnode::Cnode,
+        cnode::{Cnode, stages},
         control::{CLOCK, causal},
         encoding::Encoder,
         kernel::{Panels, multiply_row},
         normaliser::Normaliser,
-        solver::Solver,
+        solver::{Solver, Tableau},
     },
     Engine, Scratch,
     perceptron::{Perceptron, Precision},
@@ -23,6 +23,7 @@ pub(super) struct ControlledEngine {
     encoder: Encoder,
     normaliser: Normaliser,
     solver: Solver,
+    tableau: Tableau,
     /// W_g^T and b_g, in f32: they are read once a run.
     lift: (Panels<f32>, Vec<f32>),
     /// s [f + g] -> [f + g, n + 1].
@@ -46,6 +47,7 @@ impl ControlledEngine {
             encoder: model.encoder.clone(),
             normaliser: model.normaliser.clone(),
             solver: model.solver,
+            tableau: stages(model.solver)?,
             lift: (
                 Panels::transposed(&lift, columns, rows),
                 cnode.lift.1.to_vec1::<f32>()?,
@@ -117,7 +119,7 @@ impl Engine for ControlledEngine {
             .encode(x, |i, value| z[i] = self.normaliser.input(i, value));
         let (older, others) = memory.split_at_mut(n);
         let (newer, state) = others.split_at_mut(n);
-        let tableau = self.solver.tableau();
+        let tableau = self.tableau;
         slope.fill(0.0);
         change.fill(0.0);
         control[n] = CLOCK as f32;

@@ -4,7 +4,11 @@ use pulp::Arch;
 
 use super::{
     super::{
-        ForceModel, ModelError, Network, encoding::Encoder, normaliser::Normaliser, solver::Solver,
+        ForceModel, ModelError, Network,
+        adaptive::{Clock, Period, STAGES},
+        encoding::Encoder,
+        normaliser::Normaliser,
+        solver::Solver,
     },
     Engine, SETTLED, SETTLING_STEPS, Scratch,
     latent::Latent,
@@ -35,20 +39,40 @@ pub(super) struct Ode {
 }
 
 impl Ode {
-    /// The forces move on by one step; each row of `input` [rows, inputs] holds h behind the force's place, and
-    /// `evaluate` is the field of all rows.
+    /// Stages whose slopes a step holds at a time.
+    pub(super) fn slopes(&self) -> usize {
+        let stages = self.solver.stages(self.field_sees_force);
+        stages.map_or(STAGES, |_| 1)
+    }
+
+    /// The forces move on by one sample period; each row of `input` [rows, inputs] holds h behind the force's place, and
+    /// `evaluate` is the field of some rows. By adaptive steps h of more than one row is spent.
     pub(super) fn step(
         &self,
         Stepped {
             force,
             slope,
             change,
+            clocks,
         }: Stepped<'_>,
         outputs: usize,
         input: &mut [f32],
         mut evaluate: impl FnMut(&[f32], &mut [f32]),
     ) {
-        let tableau = self.solver.stages(self.field_sees_force);
+        let Some(tableau) = self.solver.stages(self.field_sees_force) else {
+            change.copy_from_slice(force);
+            let period = Period {
+                force: &mut *force,
+                input,
+                slopes: slope,
+                clocks,
+            };
+            period.run(evaluate, |_, _, _| ());
+            for (change, force) in change.iter_mut().zip(force.iter()) {
+                *change = force - *change;
+            }
+            return;
+        };
         let width = input.len() / (force.len() / outputs);
         slope.fill(0.0);
         change.fill(0.0);
@@ -78,8 +102,11 @@ impl Ode {
 /// The forces of some rows [rows, f] and a step's buffers of them.
 pub(super) struct Stepped<'a> {
     pub(super) force: &'a mut [f32],
+    /// Of [`Ode::slopes`] stages.
     pub(super) slope: &'a mut [f32],
     pub(super) change: &'a mut [f32],
+    /// [rows].
+    pub(super) clocks: &'a mut [Clock],
 }
 
 impl FusedEngine {
@@ -126,7 +153,12 @@ impl FusedEngine {
     fn scratch(&self) -> usize {
         let latent = self.ode.as_ref().map_or(0, |ode| ode.latent.scratch());
         let field = &self.field.config;
-        field.inputs + 3 * field.outputs + self.field.scratch() + latent
+        field.inputs + (2 + self.slopes()) * field.outputs + self.field.scratch() + latent
+    }
+
+    /// See [`Ode::slopes`].
+    pub(super) fn slopes(&self) -> usize {
+        self.ode.as_ref().map_or(1, Ode::slopes)
     }
 
     /// z of a raw sample.
@@ -149,7 +181,7 @@ impl FusedEngine {
         let scratch = scratch.take(self.scratch());
         let (input, rest) = scratch.split_at_mut(field.inputs);
         let (now, rest) = rest.split_at_mut(field.outputs);
-        let (slope, rest) = rest.split_at_mut(field.outputs);
+        let (slope, rest) = rest.split_at_mut(self.slopes() * field.outputs);
         let (change, rest) = rest.split_at_mut(field.outputs);
         let (layers, rest) = rest.split_at_mut(self.field.scratch());
         match &self.ode {
@@ -167,11 +199,13 @@ impl FusedEngine {
                 for (i, (slot, value)) in now.iter_mut().zip(force.iter()).enumerate() {
                     *slot = start(i, *value);
                 }
+                let mut clocks = [Clock::default()];
                 for _ in 0..steps {
                     let stepped = Stepped {
                         force: &mut *now,
                         slope: &mut *slope,
                         change: &mut *change,
+                        clocks: &mut clocks,
                     };
                     ode.step(stepped, field.outputs, input, |x, y| {
                         self.field.evaluate(self.arch, x, y, layers);

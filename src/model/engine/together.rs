@@ -3,6 +3,7 @@
 //! Row by row the numbers of the single step, bit for bit, for the products give the same for one row and for many.
 
 use super::{
+    super::adaptive::Clock,
     Engine as _, Scratch, TOGETHER,
     fused::{FusedEngine, Stepped},
     perceptron::{Batched, Buffers},
@@ -16,11 +17,12 @@ pub(super) struct Together<'a> {
     buffers: Buffers,
     /// Memory of each row.
     memory: Vec<f64>,
-    /// Field input, force, slope and change of each row.
+    /// Field input, force, slopes and change of each row.
     input: Vec<f32>,
     now: Vec<f32>,
     slope: Vec<f32>,
     change: Vec<f32>,
+    clocks: Vec<Clock>,
 }
 
 impl<'a> Together<'a> {
@@ -35,6 +37,7 @@ impl<'a> Together<'a> {
             now: Vec::new(),
             slope: Vec::new(),
             change: Vec::new(),
+            clocks: Vec::new(),
         }
     }
 
@@ -59,9 +62,11 @@ impl<'a> Together<'a> {
         let memory = engine.memory_len();
         self.memory.resize(rows * memory, 0.0);
         self.input.resize(rows * engine.field.config.inputs, 0.0);
-        for numbers in [&mut self.now, &mut self.slope, &mut self.change] {
+        for numbers in [&mut self.now, &mut self.change] {
             numbers.resize(rows * outputs, 0.0);
         }
+        self.slope.resize(engine.slopes() * rows * outputs, 0.0);
+        self.clocks.resize(rows, Clock::default());
         let put = |forces: &mut [f64], sample: usize, values: &[f64]| {
             for (row, values) in values.chunks_exact(outputs).enumerate() {
                 forces[(row * samples + sample) * outputs..][..outputs].copy_from_slice(values);
@@ -98,6 +103,7 @@ impl<'a> Together<'a> {
             now,
             slope,
             change,
+            clocks,
             ..
         } = self;
         let outputs = engine.outputs();
@@ -129,6 +135,7 @@ impl<'a> Together<'a> {
                     force: now,
                     slope,
                     change,
+                    clocks,
                 };
                 ode.step(stepped, outputs, input, |x, y| {
                     field.evaluate(engine.arch, x, y, buffers);
