@@ -10,6 +10,7 @@ pub mod experiment;
 pub mod features;
 pub mod frames;
 pub mod gap;
+pub mod kinematics;
 pub mod model;
 #[cfg(feature = "mujoco")]
 #[expect(unsafe_code)]

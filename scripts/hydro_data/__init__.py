@@ -2,6 +2,7 @@
 
 scene.py       a truth scene, its joints and its density
 features.py    state -> the 35 inputs of a force model
+kinematics.py  the links as a tree, for models that are given their motion
 regime.py      the ranges it is drawn from: the usual ones, and others outside them
 gait.py        joint targets
 plan.py        everything that is drawn at random for one trajectory

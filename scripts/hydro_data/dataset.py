@@ -14,7 +14,7 @@ import numpy as np
 from fanout import FanoutError
 from fanout.executor import Executor
 
-from . import VERSION, DataError, features, scene, task2
+from . import VERSION, DataError, features, kinematics, scene, task2
 from .folder import SCHEMA, Shard, complete, cut, entries, finished, intact, prepare, share
 from .proof import Proof
 from .regime import USUAL, Regime
@@ -52,6 +52,7 @@ def _head(settings: Settings, loaded: scene.Scene) -> dict:
         "outputs": list(features.OUTPUTS),
         "output_units": list(features.OUTPUT_UNITS),
         "frames": features.FRAMES,
+        "kinematics": kinematics.tree(loaded),
         "sample_period": scene.SAMPLE_PERIOD,
         "physics_timestep": loaded.model.opt.timestep,
         "samples": settings.samples,

@@ -93,6 +93,7 @@ pub(super) fn check_card(card: &Card, path: &Path) -> Result<(), CheckpointError
     };
     card.model.check()?;
     card.model.check_solver(card.solver)?;
+    card.model.check_features(&card.features)?;
     let inputs = Encoder::new(card.model.encoding(), &card.features).len();
     if card.outputs.is_empty() {
         return refuse("outputs is empty".to_owned());

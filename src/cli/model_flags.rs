@@ -2,9 +2,12 @@
 
 use anyhow::bail;
 use clap::ValueEnum;
-use hydro_plugin::model::{
-    AttentionOdeConfig, CnodeConfig, Control, Encoding, LstmConfig, MlpConfig, MlpOdeConfig,
-    ModelConfig, RelaxationOdeConfig, Solver,
+use hydro_plugin::{
+    kinematics::Kinematics,
+    model::{
+        AttentionOdeConfig, CnodeConfig, Control, Encoding, LstmConfig, MlpConfig, MlpOdeConfig,
+        ModelConfig, RelaxationOdeConfig, Solver,
+    },
 };
 
 /// What to build.
@@ -28,7 +31,8 @@ pub(super) struct ModelFlags {
     /// Length of the latent h, of a CNODE's state beside the force; 6 is the paper's.
     #[arg(long)]
     latent: Option<usize>,
-    /// How a sample enters; the paper's is raw.
+    /// How a sample enters; the paper's is raw. A Relaxation-ODE's own is links where the data set knows its robot's, else
+    /// hydrodynamic.
     #[arg(long, value_enum)]
     encoding: Option<Encoded>,
     /// Path of a CNODE through the samples: hermite, of the past alone, or the paper's natural, which knows the whole
@@ -67,15 +71,24 @@ enum Encoded {
     Raw,
     /// Up, and the closed forms of buoyancy, drag and constant added mass behind it.
     Hydrodynamic,
+    /// Hydrodynamic, and the same of every link: the data set's manifest must hold the robot's kinematics.
+    Links,
 }
 
-impl From<Encoded> for Encoding {
-    fn from(encoded: Encoded) -> Self {
-        match encoded {
-            Encoded::Up => Self::Up,
-            Encoded::Raw => Self::Raw,
-            Encoded::Hydrodynamic => Self::Hydrodynamic,
-        }
+impl Encoded {
+    fn encoding(self, kinematics: Option<&Kinematics>) -> anyhow::Result<Encoding> {
+        Ok(match self {
+            Self::Up => Encoding::Up,
+            Self::Raw => Encoding::Raw,
+            Self::Hydrodynamic => Encoding::Hydrodynamic,
+            Self::Links => match kinematics {
+                Some(kinematics) => Encoding::Links(kinematics.clone()),
+                None => bail!(
+                    "--encoding links: the data set's manifest.json holds no `kinematics`; expected one as \
+                     scripts/gen_task2.py writes"
+                ),
+            },
+        })
     }
 }
 
@@ -125,14 +138,21 @@ impl ModelFlags {
     /// The preset's sizes with the flags on top.
     ///
     /// # Errors
-    /// A flag that this kind has no use for.
-    pub(super) fn config(&self, preset: Preset) -> anyhow::Result<ModelConfig> {
+    /// A flag that this kind has no use for; links of a robot that the data set does not know.
+    pub(super) fn config(
+        &self,
+        preset: Preset,
+        kinematics: Option<&Kinematics>,
+    ) -> anyhow::Result<ModelConfig> {
         self.refuse_idle_flags()?;
         let hidden = self
             .hidden
             .clone()
             .unwrap_or_else(|| self.model.hidden(preset));
-        let encoding = |usual: Encoding| self.encoding.map_or(usual, Encoding::from);
+        let encoding = |usual: Encoding| match self.encoding {
+            Some(encoded) => encoded.encoding(kinematics),
+            None => Ok(usual),
+        };
         Ok(match self.model {
             Kind::AttentionOde => {
                 let sizes = AttentionOdeConfig::default();
@@ -141,7 +161,7 @@ impl ModelFlags {
                     heads: self.heads.unwrap_or(sizes.heads),
                     embedding: self.embedding.unwrap_or(sizes.embedding),
                     latent: self.latent.unwrap_or(sizes.latent),
-                    encoding: encoding(sizes.encoding),
+                    encoding: encoding(sizes.encoding)?,
                     field_sees_force: !self.without_force,
                     skip: !self.without_skip,
                     hidden,
@@ -154,17 +174,17 @@ impl ModelFlags {
                         .embedding
                         .map_or(sizes.latent_hidden, |width| vec![width]),
                     latent: self.latent.unwrap_or(sizes.latent),
-                    encoding: encoding(sizes.encoding),
+                    encoding: encoding(sizes.encoding)?,
                     field_sees_force: !self.without_force,
                     skip: !self.without_skip,
                     hidden,
                 })
             }
             Kind::RelaxationOde => {
-                let sizes = RelaxationOdeConfig::default();
+                let sizes = RelaxationOdeConfig::of(kinematics);
                 ModelConfig::RelaxationOde(RelaxationOdeConfig {
                     window: self.window.unwrap_or(sizes.window),
-                    encoding: encoding(sizes.encoding),
+                    encoding: encoding(sizes.encoding)?,
                     skip: !self.without_skip,
                     hidden,
                 })
@@ -173,17 +193,17 @@ impl ModelFlags {
                 let sizes = CnodeConfig::default();
                 ModelConfig::Cnode(CnodeConfig {
                     hidden_state: self.latent.unwrap_or(sizes.hidden_state),
-                    encoding: encoding(sizes.encoding),
+                    encoding: encoding(sizes.encoding)?,
                     control: self.control.unwrap_or(sizes.control),
                     hidden,
                 })
             }
             Kind::Lstm => ModelConfig::Lstm(LstmConfig {
-                encoding: encoding(LstmConfig::default().encoding),
+                encoding: encoding(LstmConfig::default().encoding)?,
                 hidden,
             }),
             Kind::Mlp => ModelConfig::Mlp(MlpConfig {
-                encoding: encoding(MlpConfig::default().encoding),
+                encoding: encoding(MlpConfig::default().encoding)?,
                 skip: !self.without_skip,
                 hidden,
             }),

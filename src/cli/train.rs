@@ -6,6 +6,7 @@ use anyhow::{Context as _, bail};
 use hydro_plugin::{
     checkpoint::Checkpoint,
     dataset::Dataset,
+    kinematics::Kinematics,
     model::{Adjoint, Solver},
     training::{
         Evaluation, InitialForce, LogRecord, Observer, Outcome, Progress as Place, TrainConfig,
@@ -82,8 +83,8 @@ pub(super) struct Args {
 
 /// Runs the command.
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
-    let config = configuration(args)?;
     let data = Dataset::open(&args.data)?;
+    let config = configuration(args, data.manifest().kinematics.as_ref())?;
     let mut trainer = Trainer::on(args.device, config, &data)?;
     let folder = RunFolder::new(&args.out)?;
     if args.resume && folder.finished() {
@@ -151,7 +152,7 @@ fn report(args: &Args, words: &str, metrics: &serde_json::Value) -> anyhow::Resu
 }
 
 /// The preset's settings with the flags on top.
-fn configuration(args: &Args) -> anyhow::Result<TrainConfig> {
+fn configuration(args: &Args, kinematics: Option<&Kinematics>) -> anyhow::Result<TrainConfig> {
     let mut config = match args.preset {
         Preset::Full => TrainConfig::default(),
         Preset::Release => TrainConfig {
@@ -164,7 +165,7 @@ fn configuration(args: &Args) -> anyhow::Result<TrainConfig> {
             ..TrainConfig::default()
         },
     };
-    config.model = args.model.config(args.preset)?;
+    config.model = args.model.config(args.preset, kinematics)?;
     config.solver = args.solver.unwrap_or_else(|| args.model.usual_solver());
     config.seed = args.seed;
     config.trajectories = args.trajectories;

@@ -12,6 +12,7 @@ use crate::{
     document::{self, Fault},
     features::FeatureLayout,
     frames::{frames_fault, output_units_fault},
+    kinematics::Kinematics,
 };
 
 /// The schema that this version reads.
@@ -58,6 +59,9 @@ pub struct Manifest {
     pub sample_period: f64,
     /// T, samples a trajectory.
     pub samples: usize,
+    /// The robot's links, where the generator knows them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kinematics: Option<Kinematics>,
     /// The splits by name.
     pub splits: BTreeMap<String, SplitEntry>,
     /// Seed, versions, model, perturbation.
@@ -102,7 +106,8 @@ impl Manifest {
             .features
             .units_fault(&self.feature_units)
             .or_else(|| output_units_fault(&self.outputs, &self.output_units))
-            .or_else(|| frames_fault(&self.frames));
+            .or_else(|| frames_fault(&self.frames))
+            .or_else(|| self.kinematics.as_ref()?.fault(&self.features));
         if conventions.is_some() {
             return conventions;
         }

@@ -113,6 +113,7 @@ mod tests {
             frames: BTreeMap::from([("wrench".to_owned(), "base".to_owned())]),
             sample_period: 0.02,
             samples: 3,
+            kinematics: None,
             splits: BTreeMap::new(),
             provenance: BTreeMap::new(),
         };

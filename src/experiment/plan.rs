@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{
+    kinematics::Kinematics,
     model::{
         AttentionOdeConfig, CnodeConfig, Control, Encoding, LstmConfig, MlpConfig, MlpOdeConfig,
         ModelConfig, RelaxationOdeConfig, Solver,
@@ -135,9 +136,11 @@ impl Entry {
     }
 }
 
-/// Every row for forces of `outputs` components. The four models of the paper have its sizes and its raw features, h as long as
-/// the force and no linear part; beside them its other equation, ours, and a memoryless perceptron of the same size.
-pub fn entries(outputs: usize) -> Vec<Entry> {
+/// Every row for forces of `outputs` components, of a robot whose links are known or not. The four models of the paper have its
+/// sizes and its raw features, h as long as the force and no linear part; beside them its other equation, ours, ours without
+/// the closed forms, and two memoryless yardsticks: a perceptron of the paper's field, and one that is given what ours is given.
+pub fn entries(outputs: usize, kinematics: Option<&Kinematics>) -> Vec<Entry> {
+    use Solver::{DormandPrince, Euler, Rk4};
     let mlp_ode = ModelConfig::MlpOde(MlpOdeConfig {
         latent: outputs,
         encoding: Encoding::Raw,
@@ -167,86 +170,106 @@ pub fn entries(outputs: usize) -> Vec<Entry> {
         encoding: Encoding::Raw,
         ..LstmConfig::default()
     });
+    let ours = RelaxationOdeConfig::of(kinematics);
+    let informed = ModelConfig::Mlp(MlpConfig {
+        encoding: ours.encoding.clone(),
+        hidden: ours.hidden.clone(),
+        ..MlpConfig::default()
+    });
+    let plain = ModelConfig::RelaxationOde(RelaxationOdeConfig {
+        encoding: Encoding::Raw,
+        ..ours.clone()
+    });
+    let relaxation = ModelConfig::RelaxationOde(ours);
     let mlp = ModelConfig::Mlp(MlpConfig {
         encoding: Encoding::Raw,
         skip: false,
         ..MlpConfig::default()
     });
-    let relaxation = ModelConfig::RelaxationOde(RelaxationOdeConfig::default());
-    let row = |id, label, model: &ModelConfig, solver, learning_rate| Entry {
-        id,
-        label,
-        model: model.clone(),
-        solver,
-        learning_rate,
-    };
-    vec![
-        row(
-            "mlp-ode-euler",
-            "MLP-ODE, Euler",
+    let rows = [
+        ("mlp-ode-euler", "MLP-ODE, Euler", &mlp_ode, Euler),
+        ("mlp-ode-rk4", "MLP-ODE, RK4", &mlp_ode, Rk4),
+        (
+            "mlp-ode-dopri5",
+            "MLP-ODE, Dormand-Prince",
             &mlp_ode,
-            Solver::Euler,
-            1e-3,
+            DormandPrince,
         ),
-        row("mlp-ode-rk4", "MLP-ODE, RK4", &mlp_ode, Solver::Rk4, 1e-3),
-        row(
+        (
             "attention-ode-euler",
             "Attention-ODE, Euler",
             &attention,
-            Solver::Euler,
-            1e-3,
+            Euler,
         ),
-        row(
-            "attention-ode-rk4",
-            "Attention-ODE, RK4",
+        ("attention-ode-rk4", "Attention-ODE, RK4", &attention, Rk4),
+        (
+            "attention-ode-dopri5",
+            "Attention-ODE, Dormand-Prince",
             &attention,
-            Solver::Rk4,
-            1e-3,
+            DormandPrince,
         ),
-        row(
+        (
             "attention-ode-sum",
             "Attention-ODE, field without F",
             &sum,
-            Solver::Euler,
-            1e-3,
+            Euler,
         ),
-        row(
+        (
             "cnode-natural-rk4",
             "CNODE, natural spline, RK4",
             &natural,
-            Solver::Rk4,
-            1e-3,
+            Rk4,
         ),
-        row(
+        (
             "cnode-hermite-rk4",
             "CNODE, causal Hermite, RK4",
             &hermite,
-            Solver::Rk4,
-            1e-3,
+            Rk4,
         ),
-        row(
+        (
             "cnode-hermite-euler",
             "CNODE, causal Hermite, Euler",
             &hermite,
-            Solver::Euler,
-            1e-3,
+            Euler,
         ),
-        row("lstm", "LSTM", &lstm, Solver::Euler, 1e-3),
-        row(
+        ("lstm", "LSTM", &lstm, Euler),
+        (
             "relaxation-ode",
             "Relaxation-ODE (ours)",
             &relaxation,
-            Solver::Euler,
-            2e-3,
+            Euler,
         ),
-        row(
-            "mlp",
-            "memoryless MLP (yardstick)",
-            &mlp,
-            Solver::Euler,
-            1e-3,
+        (
+            "relaxation-ode-raw",
+            "Relaxation-ODE, raw features",
+            &plain,
+            Euler,
         ),
-    ]
+        ("mlp", "memoryless MLP (yardstick)", &mlp, Euler),
+        (
+            "mlp-informed",
+            "memoryless MLP, our features (yardstick)",
+            &informed,
+            Euler,
+        ),
+    ];
+    rows.into_iter()
+        .map(|(id, label, model, solver)| Entry {
+            id,
+            label,
+            model: model.clone(),
+            solver,
+            learning_rate: learning_rate(model),
+        })
+        .collect()
+}
+
+/// Largest learning rate of a kind.
+fn learning_rate(model: &ModelConfig) -> f64 {
+    match model {
+        ModelConfig::AttentionOde(_) | ModelConfig::MlpOde(_) | ModelConfig::Cnode(_) => 1e-3,
+        ModelConfig::Lstm(_) | ModelConfig::RelaxationOde(_) | ModelConfig::Mlp(_) => 2e-3,
+    }
 }
 
 /// One training and its examination.
@@ -293,7 +316,7 @@ mod tests {
     #[test]
     fn entries_have_names_of_their_own_and_can_be_built_and_trained() {
         for outputs in [2, 6] {
-            let entries = entries(outputs);
+            let entries = entries(outputs, None);
             let ids: BTreeSet<&str> = entries.iter().map(|entry| entry.id).collect();
             let labels: BTreeSet<&str> = entries.iter().map(|entry| entry.label).collect();
             assert_eq!((ids.len(), labels.len()), (entries.len(), entries.len()));

@@ -125,7 +125,7 @@ pub struct Comparison {
 }
 
 /// Who is claimed to be better than whom, by [`Entry::id`]: the paper's orderings, then ours.
-const CLAIMS: [(&str, &str); 11] = [
+const CLAIMS: [(&str, &str); 13] = [
     ("attention-ode-euler", "mlp-ode-euler"),
     ("attention-ode-rk4", "mlp-ode-rk4"),
     ("mlp-ode-rk4", "mlp-ode-euler"),
@@ -137,6 +137,8 @@ const CLAIMS: [(&str, &str); 11] = [
     ("relaxation-ode", "cnode-hermite-rk4"),
     ("relaxation-ode", "lstm"),
     ("relaxation-ode", "mlp"),
+    ("relaxation-ode", "mlp-informed"),
+    ("relaxation-ode-raw", "attention-ode-rk4"),
 ];
 
 /// Rows and orderings of some results.
@@ -332,7 +334,7 @@ mod tests {
 
     #[test]
     fn claims_are_about_entries() {
-        let entries = super::super::plan::entries(6);
+        let entries = super::super::plan::entries(6, None);
         for (better, worse) in CLAIMS {
             for id in [better, worse] {
                 assert!(entries.iter().any(|entry| entry.id == id), "{id}");

@@ -2,10 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::features::{Feature, FeatureLayout};
+use crate::{
+    features::{Feature, FeatureLayout},
+    kinematics::{BoundKinematics, Kinematics, cross, scaled},
+};
 
 /// How a sample reaches the network.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Encoding {
     /// The features as they are, quaternion and all: the paper's.
@@ -21,6 +24,25 @@ pub enum Encoding {
     /// added mass feels: rho v_i w_j (Coriolis forces), rho v_i v_j (Munk moments), rho w_i w_j (gyroscopic moments).
     /// A form whose features the layout lacks is left out; without a density rho is 1.
     Hydrodynamic,
+    /// [`Encoding::Hydrodynamic`], and behind it those of every link, as wrenches on the base about its origin: with u the
+    /// velocity of the link's centre r and a its long axis, rho |u| u and rho |u| (u . a) a with their moments (drag of
+    /// a strip across and along it), and the moment of rho up (its buoyancy).
+    Links(Kinematics),
+}
+
+impl Encoding {
+    /// What it asks of a layout that this one does not have, if anything.
+    pub fn fault(&self, layout: &FeatureLayout) -> Option<String> {
+        match self {
+            Self::Links(kinematics) => kinematics.fault(layout),
+            Self::Raw | Self::Up | Self::Hydrodynamic => None,
+        }
+    }
+
+    /// Whether the attitude enters as the up direction, whatever the quaternion's sign.
+    pub fn replaces_quaternion(&self) -> bool {
+        *self != Self::Raw
+    }
 }
 
 /// An encoding of one feature layout: n raw features in, [`Encoder::len`] numbers out.
@@ -44,10 +66,14 @@ struct Forms {
     linear: Vec<usize>,
     angular: Vec<usize>,
     joints: Vec<usize>,
+    links: Option<BoundKinematics>,
 }
 
+/// Numbers that a link adds.
+const PER_LINK: usize = 15;
+
 impl Forms {
-    fn new(layout: &FeatureLayout) -> Self {
+    fn new(layout: &FeatureLayout, links: Option<&Kinematics>) -> Self {
         let all = |wanted: fn(&Feature) -> bool| {
             let features = layout.features().iter().enumerate();
             features
@@ -61,6 +87,7 @@ impl Forms {
             linear: all(|feature| matches!(feature, Feature::LinearVelocity(_))),
             angular: all(|feature| matches!(feature, Feature::AngularVelocity(_))),
             joints: all(|feature| matches!(feature, Feature::JointVelocity(_))),
+            links: links.map(|links| links.bound(layout)),
         }
     }
 
@@ -74,6 +101,7 @@ impl Forms {
             + w
             + pairs(w)
             + self.joints.len()
+            + PER_LINK * self.links.as_ref().map_or(0, BoundKinematics::len)
     }
 
     /// Calls `put(index, value)` for each form of the raw sample `x`.
@@ -87,8 +115,9 @@ impl Forms {
             put(index, density * value);
             index += 1;
         };
+        let mut up = [0.0, 0.0, 1.0];
         if let Some(at) = self.quaternion {
-            let up = up_in_base([x(at), x(at + 1), x(at + 2), x(at + 3)]);
+            up = up_in_base([x(at), x(at + 1), x(at + 2), x(at + 3)]);
             up.into_iter().for_each(&mut next);
         }
         for (i, v) in self.linear.iter().map(|at| x(*at)).enumerate() {
@@ -103,19 +132,34 @@ impl Forms {
         }
         let joints = self.joints.iter().map(|at| x(*at));
         joints.for_each(|velocity| next(velocity.abs() * velocity));
+        let Some(links) = &self.links else { return };
+        links.motions(x, |link| {
+            let [u, a] = [link.velocity, link.along];
+            let speed = u.iter().map(|u| u * u).sum::<f64>().sqrt();
+            let across = scaled(u, speed);
+            let along = scaled(a, speed * (u[0] * a[0] + u[1] * a[1] + u[2] * a[2]));
+            for force in [across, along] {
+                force.into_iter().for_each(&mut next);
+                cross(link.centre, force).into_iter().for_each(&mut next);
+            }
+            cross(link.centre, up).into_iter().for_each(&mut next);
+        });
     }
 }
 
 impl Encoder {
     /// For a layout; [`Encoding::Up`] changes nothing where there is no quaternion.
-    pub fn new(encoding: Encoding, layout: &FeatureLayout) -> Self {
+    pub fn new(encoding: &Encoding, layout: &FeatureLayout) -> Self {
         Self {
             inputs: layout.len(),
-            quaternion: match encoding {
-                Encoding::Raw => None,
-                Encoding::Up | Encoding::Hydrodynamic => layout.quaternion(),
+            quaternion: layout
+                .quaternion()
+                .filter(|_| encoding.replaces_quaternion()),
+            forms: match encoding {
+                Encoding::Raw | Encoding::Up => None,
+                Encoding::Hydrodynamic => Some(Forms::new(layout, None)),
+                Encoding::Links(links) => Some(Forms::new(layout, Some(links))),
             },
-            forms: (encoding == Encoding::Hydrodynamic).then(|| Forms::new(layout)),
         }
     }
 
@@ -196,7 +240,7 @@ mod tests {
 
     fn encoded(encoding: Encoding, x: &[f64]) -> Vec<f64> {
         let layout = FeatureLayout::floating_base(&["a".into()]).expect("valid");
-        let encoder = Encoder::new(encoding, &layout);
+        let encoder = Encoder::new(&encoding, &layout);
         let mut out = vec![f64::NAN; encoder.len()];
         encoder.encode(x, |index, value| out[index] = value);
         out
@@ -210,7 +254,7 @@ mod tests {
         assert_eq!(up.len(), 12);
         assert_eq!((&up[..2], &up[5..]), (&x[..2], &x[6..]));
         let layout = FeatureLayout::floating_base(&["a".into()]).expect("valid");
-        let encoder = Encoder::new(Encoding::Up, &layout);
+        let encoder = Encoder::new(&Encoding::Up, &layout);
         for (raw, value) in x.iter().enumerate() {
             let kept = !(2..6).contains(&raw);
             assert_eq!(
@@ -254,11 +298,35 @@ mod tests {
         ];
         let features = names.map(|name| name.parse().expect("known")).to_vec();
         let layout = FeatureLayout::new(features).expect("valid");
-        let encoder = Encoder::new(Encoding::Hydrodynamic, &layout);
+        let encoder = Encoder::new(&Encoding::Hydrodynamic, &layout);
         let mut out = vec![f64::NAN; encoder.len()];
         encoder.encode(&[0.1, 0.2, 3.0, -4.0], |index, value| out[index] = value);
         assert_eq!(out, [0.1, 0.2, 3.0, -4.0, 15.0, 9.0, -12.0, -20.0, -16.0]);
         assert_eq!(encoder.index_of(3), Some(3));
+    }
+
+    /// A link fixed to the base, a metre ahead, long along y, by hand.
+    #[test]
+    fn a_links_forms_are_wrenches_about_the_base() {
+        let link = serde_json::json!({"links": [{"name": "head", "origin": [1.0, 0.0, 0.0], "rotation": [1.0, 0.0, 0.0, 0.0],
+            "centre": [0.0, 0.0, 0.0], "along": [0.0, 1.0, 0.0]}]});
+        let links = Encoding::Links(serde_json::from_value(link).expect("a tree"));
+        // Upright, turning about z at 2, moving ahead at 1.5, in water of 10.
+        let x = [
+            0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 1.5, 0.0, 0.0, 10.0,
+        ];
+        let before = encoded(Encoding::Hydrodynamic, &x);
+        let found = encoded(links.clone(), &x);
+        assert_eq!(found[..before.len()], before);
+        // The head moves at (1.5, 2, 0), speed 2.5.
+        let across = [37.5, 50.0, 0.0, 0.0, 0.0, 50.0];
+        let along = [0.0, 50.0, 0.0, 0.0, 0.0, 50.0];
+        let buoyancy = [0.0, -10.0, 0.0];
+        let expected = [&across[..], &along, &buoyancy].concat();
+        assert_eq!(found[before.len()..], expected);
+        let layout = FeatureLayout::floating_base(&["a".into()]).expect("valid");
+        assert_eq!(links.fault(&layout), None);
+        assert!(links.replaces_quaternion() && !Encoding::Raw.replaces_quaternion());
     }
 
     proptest! {

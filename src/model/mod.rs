@@ -90,14 +90,14 @@ impl ModelConfig {
     }
 
     /// How a sample enters.
-    pub fn encoding(&self) -> Encoding {
+    pub fn encoding(&self) -> &Encoding {
         match self {
-            Self::AttentionOde(config) => config.encoding,
-            Self::MlpOde(config) => config.encoding,
-            Self::RelaxationOde(config) => config.encoding,
-            Self::Cnode(config) => config.encoding,
-            Self::Lstm(config) => config.encoding,
-            Self::Mlp(config) => config.encoding,
+            Self::AttentionOde(config) => &config.encoding,
+            Self::MlpOde(config) => &config.encoding,
+            Self::RelaxationOde(config) => &config.encoding,
+            Self::Cnode(config) => &config.encoding,
+            Self::Lstm(config) => &config.encoding,
+            Self::Mlp(config) => &config.encoding,
         }
     }
 
@@ -140,6 +140,12 @@ impl ModelConfig {
             Self::Lstm(config) => config.fault(),
             Self::Mlp(config) => config.fault(),
         };
+        fault.map_or(Ok(()), |reason| Err(ModelError::Config { reason }))
+    }
+
+    /// Refuses features from which a sample cannot be encoded.
+    pub fn check_features(&self, layout: &FeatureLayout) -> Result<(), ModelError> {
+        let fault = self.encoding().fault(layout);
         fault.map_or(Ok(()), |reason| Err(ModelError::Config { reason }))
     }
 
@@ -321,6 +327,7 @@ impl ForceModel {
     ) -> Result<Self, ModelError> {
         config.check()?;
         config.check_solver(solver)?;
+        config.check_features(layout)?;
         let encoder = Encoder::new(config.encoding(), layout);
         let outputs = normaliser.output_mean.len();
         if let Some(reason) = normaliser.fault(encoder.len(), outputs) {
@@ -440,7 +447,7 @@ mod tests {
             (
                 ModelConfig::MlpOde(MlpOdeConfig {
                     latent: 6,
-                    encoding: raw,
+                    encoding: raw.clone(),
                     skip: false,
                     ..MlpOdeConfig::default()
                 }),
@@ -449,7 +456,7 @@ mod tests {
             (
                 ModelConfig::AttentionOde(AttentionOdeConfig {
                     latent: 6,
-                    encoding: raw,
+                    encoding: raw.clone(),
                     skip: false,
                     ..AttentionOdeConfig::default()
                 }),
@@ -457,14 +464,14 @@ mod tests {
             ),
             (
                 ModelConfig::Cnode(CnodeConfig {
-                    encoding: raw,
+                    encoding: raw.clone(),
                     ..CnodeConfig::default()
                 }),
                 636_626,
             ),
             (
                 ModelConfig::Lstm(LstmConfig {
-                    encoding: raw,
+                    encoding: raw.clone(),
                     ..LstmConfig::default()
                 }),
                 828_422,

@@ -11,8 +11,8 @@
 //! product, and what is left is a scan (`relaxation.rs`). The differences of samples let the target hold added
 //! mass and what is left of the step's own acceleration.
 //!
-//! With [`Encoding::Hydrodynamic`] z holds the closed forms of buoyancy, drag and constant added mass, and A their learned
-//! coefficients; the network has what they leave.
+//! With [`Encoding::Hydrodynamic`] or [`Encoding::Links`] z holds the closed forms of buoyancy, drag and constant added mass,
+//! and A their learned coefficients; the network has what they leave.
 //!
 //! Time: the force at sample k uses the motion up to sample k; until the next sample it is held.
 
@@ -26,6 +26,7 @@ use super::{
     operations::Operations,
     relaxation::relax,
 };
+use crate::kinematics::Kinematics;
 
 /// Sizes of a Relaxation-ODE.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -53,6 +54,15 @@ impl Default for RelaxationOdeConfig {
 }
 
 impl RelaxationOdeConfig {
+    /// The usual sizes, with the links' motion where it is known.
+    pub fn of(kinematics: Option<&Kinematics>) -> Self {
+        let usual = Self::default();
+        Self {
+            encoding: kinematics.map_or(usual.encoding, |links| Encoding::Links(links.clone())),
+            ..usual
+        }
+    }
+
     /// What is wrong with the sizes, if anything.
     pub(crate) fn fault(&self) -> Option<String> {
         (self.window == 0 || self.hidden.contains(&0))

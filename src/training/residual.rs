@@ -328,6 +328,7 @@ fn manifest(lesson: &Lesson, axes: &[usize], samples: usize) -> Manifest {
             .collect(),
         sample_period: lesson.sample_period,
         samples,
+        kinematics: None,
         splits: BTreeMap::new(),
         provenance: BTreeMap::from([("seed".to_owned(), json!(lesson.seed))]),
     }

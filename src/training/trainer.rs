@@ -165,6 +165,7 @@ impl Trainer {
             }
         }
         let manifest = dataset.manifest().clone();
+        config.model.check_features(&manifest.features)?;
         let encoder = Encoder::new(config.model.encoding(), &manifest.features);
         let normaliser = measure(&train, &encoder, config.labels);
         let (inputs, outputs) = (encoder.len(), manifest.outputs.len());

@@ -77,11 +77,10 @@ pub(super) struct Batch {
 }
 
 /// Where the quaternion's sign matters: it is canonical at the start of a window.
-pub(super) fn signed_quaternion(encoding: Encoding, layout: &FeatureLayout) -> Option<usize> {
-    match encoding {
-        Encoding::Raw => layout.quaternion(),
-        Encoding::Up | Encoding::Hydrodynamic => None,
-    }
+pub(super) fn signed_quaternion(encoding: &Encoding, layout: &FeatureLayout) -> Option<usize> {
+    layout
+        .quaternion()
+        .filter(|_| !encoding.replaces_quaternion())
 }
 
 impl Batch {

@@ -8,6 +8,7 @@ use std::{
 use anyhow::{Context as _, bail};
 use hydro_plugin::{
     dataset::{Dataset, Split},
+    kinematics::Kinematics,
     rollouts::Rollouts,
 };
 use sha2::{Digest as _, Sha256};
@@ -73,6 +74,13 @@ impl Inputs {
                 "the data sets have forces of {counts:?} components, expected the same of all"
             ),
         }
+    }
+
+    /// The robot's links, where its data set knows them.
+    pub(super) fn kinematics(&self) -> Option<&Kinematics> {
+        self.data
+            .values()
+            .find_map(|set| set.manifest().kinematics.as_ref())
     }
 
     /// Names and digests of what a model is examined on beside its test split.

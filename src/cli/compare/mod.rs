@@ -85,7 +85,7 @@ struct Plan {
 /// Runs the command.
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let inputs = Inputs::open(args)?;
-    let plan = plan(args, inputs.outputs()?)?;
+    let plan = plan(args, &inputs)?;
     let folder = Folder::new(&args.out);
     if let Some(job) = &args.only {
         if !plan.jobs.contains(job) {
@@ -109,8 +109,8 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     tables::write(args, &inputs, &plan, &folder)
 }
 
-fn plan(args: &Args, outputs: usize) -> anyhow::Result<Plan> {
-    let mut entries = entries(outputs);
+fn plan(args: &Args, inputs: &Inputs) -> anyhow::Result<Plan> {
+    let mut entries = entries(inputs.outputs()?, inputs.kinematics());
     if let Some(wanted) = &args.entries {
         let known: Vec<&str> = entries.iter().map(|entry| entry.id).collect();
         if let Some(unknown) = wanted.iter().find(|id| !known.contains(&id.as_str())) {
