@@ -81,8 +81,8 @@ impl Budget {
         Self {
             epochs: match experiment {
                 // A trajectory of the towing tank is one or two windows, of swimming eight.
-                Experiment::Task1 => 60,
-                Experiment::Task2 => 12,
+                Experiment::Task1 => 40,
+                Experiment::Task2 => 6,
             },
             trajectories: None,
             batch: 32,
