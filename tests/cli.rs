@@ -13,7 +13,7 @@ use std::{
 
 use common::tiny::{FEATURES, T, dataset, sha256};
 use hydro_plugin::checkpoint::Checkpoint;
-use safetensors::{Dtype, SafeTensors, tensor::TensorView};
+use safetensors::{SafeTensors, tensor::TensorView};
 
 fn hydro(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_hydro"))

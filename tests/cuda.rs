@@ -133,6 +133,7 @@ fn relaxation(folder: &Path) -> Dataset {
         frames: BTreeMap::new(),
         sample_period: 0.01,
         samples: 80,
+        kinematics: None,
         splits: BTreeMap::new(),
         provenance: BTreeMap::new(),
     };

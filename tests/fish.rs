@@ -168,7 +168,7 @@ fn a_turning_body_keeps_its_quaternions_sign_in_every_engine() {
         let ModelConfig::AttentionOde(config) = &mut recipe.model else {
             unreachable!("the recipe's model has memory");
         };
-        config.encoding = encoding;
+        config.encoding = encoding.clone();
         let path = recipe.save(folder.path(), &format!("{encoding:?}"));
         let checkpoint = Checkpoint::load(&path).unwrap();
         let card = &checkpoint.card;
