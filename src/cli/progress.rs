@@ -71,9 +71,19 @@ impl Progress {
         if due || done == self.total {
             log.printed = Some(Instant::now());
             let elapsed = log.started.elapsed().as_secs_f64();
-            let left = elapsed / (done.max(1) as f64) * (self.total.saturating_sub(done)) as f64;
+            // Before the first part is done nobody knows how long the others will take.
+            let left = match done {
+                0 => String::new(),
+                _ => {
+                    let pace = elapsed / done as f64;
+                    format!(
+                        ", {:.0} s left",
+                        pace * self.total.saturating_sub(done) as f64
+                    )
+                }
+            };
             eprintln!(
-                "{}: {done}/{} in {elapsed:.0} s, {left:.0} s left  {words}",
+                "{}: {done}/{} in {elapsed:.0} s{left}  {words}",
                 self.what, self.total
             );
         }

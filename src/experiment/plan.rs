@@ -76,13 +76,14 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// That of the tables.
-    pub fn full(experiment: Experiment) -> Self {
+    /// That of the tables, by the name of the data set: about a thousand steps everywhere.
+    pub fn full(data: &str) -> Self {
         Self {
-            epochs: match experiment {
-                // A trajectory of the towing tank is one or two windows, of swimming eight.
-                Experiment::Task1 => 40,
-                Experiment::Task2 => 6,
+            epochs: match data {
+                // 154 trajectories of one or two windows; 1600 of one; 800 of eight.
+                "1.1" => 120,
+                "1.2" | "1.3" => 20,
+                _ => 6,
             },
             trajectories: None,
             batch: 32,
@@ -90,15 +91,16 @@ impl Budget {
         }
     }
 
-    /// A look in a quarter of an hour: a tenth of the data.
-    pub fn quick(experiment: Experiment) -> Self {
+    /// A look in a quarter of an hour: a tenth of the data, few passes.
+    pub fn quick(data: &str) -> Self {
         Self {
-            epochs: match experiment {
-                Experiment::Task1 => 8,
-                Experiment::Task2 => 3,
+            epochs: match data {
+                "1.1" => 10,
+                "1.2" | "1.3" => 6,
+                _ => 3,
             },
             trajectories: Some(96),
-            ..Self::full(experiment)
+            ..Self::full(data)
         }
     }
 }
@@ -321,8 +323,11 @@ mod tests {
             let labels: BTreeSet<&str> = entries.iter().map(|entry| entry.label).collect();
             assert_eq!((ids.len(), labels.len()), (entries.len(), entries.len()));
             for entry in entries {
-                for experiment in Experiment::ALL {
-                    for budget in [Budget::full(experiment), Budget::quick(experiment)] {
+                for data in Experiment::ALL
+                    .iter()
+                    .flat_map(|experiment| experiment.data())
+                {
+                    for budget in [Budget::full(data), Budget::quick(data)] {
                         entry.training(&budget, 3).check().expect("valid settings");
                     }
                 }

@@ -9,7 +9,7 @@ mod jobs;
 mod swimming;
 mod tables;
 
-use std::path::PathBuf;
+use std::{collections::BTreeMap, path::PathBuf};
 
 use anyhow::bail;
 use hydro_plugin::experiment::{Budget, Entry, Experiment, JobId, entries};
@@ -78,7 +78,8 @@ pub(super) struct Args {
 /// What is to be done, checked before any work.
 struct Plan {
     entries: Vec<Entry>,
-    budget: Budget,
+    /// By the name of the data set.
+    budgets: BTreeMap<String, Budget>,
     jobs: Vec<JobId>,
 }
 
@@ -121,17 +122,20 @@ fn plan(args: &Args, inputs: &Inputs) -> anyhow::Result<Plan> {
         }
         entries.retain(|entry| wanted.iter().any(|id| id == entry.id));
     }
-    let mut budget = if args.quick {
-        Budget::quick(args.experiment)
-    } else {
-        Budget::full(args.experiment)
+    let budget = |data: &str| {
+        let mut budget = if args.quick {
+            Budget::quick(data)
+        } else {
+            Budget::full(data)
+        };
+        budget.epochs = args.epochs.unwrap_or(budget.epochs);
+        budget.trajectories = args.trajectories.or(budget.trajectories);
+        budget
     };
-    if let Some(epochs) = args.epochs {
-        budget.epochs = epochs;
-    }
-    if args.trajectories.is_some() {
-        budget.trajectories = args.trajectories;
-    }
+    let names = args.experiment.data().iter();
+    let budgets = names
+        .map(|name| ((*name).to_owned(), budget(name)))
+        .collect();
     let mut seeds = args.seeds.clone();
     seeds.sort_unstable();
     seeds.dedup();
@@ -151,7 +155,7 @@ fn plan(args: &Args, inputs: &Inputs) -> anyhow::Result<Plan> {
     }
     Ok(Plan {
         entries,
-        budget,
+        budgets,
         jobs,
     })
 }
