@@ -162,6 +162,11 @@ impl Table {
         self.values.is_empty()
     }
 
+    /// Keeps the first `rows` rows.
+    pub fn truncate(&mut self, rows: usize) {
+        self.values.truncate(rows * self.columns);
+    }
+
     /// How many columns.
     pub fn columns(&self) -> usize {
         self.columns
@@ -191,6 +196,26 @@ pub struct Rollout {
     pub wrench: Table,
     /// The buoyancy part of `wrench`, `[N + 1, 6]`.
     pub hydrostatic: Table,
+}
+
+impl Rollout {
+    /// Keeps the first `samples` samples, two at least.
+    pub fn truncate(&mut self, samples: usize) {
+        let samples = samples.max(2);
+        self.time.truncate(samples);
+        for table in [&mut self.ctrl, &mut self.push] {
+            table.truncate(samples - 1);
+        }
+        for table in [
+            &mut self.qpos,
+            &mut self.qvel,
+            &mut self.x,
+            &mut self.wrench,
+            &mut self.hydrostatic,
+        ] {
+            table.truncate(samples);
+        }
+    }
 }
 
 /// A folder of runs.

@@ -30,19 +30,22 @@ pub struct Timed {
 pub struct Cost {
     /// [`super::Entry::id`].
     pub entry: String,
+    /// The processor.
+    pub machine: String,
     /// One trajectory, by the engine that a simulation uses.
     pub one: Timed,
     /// 64 trajectories together.
     pub many: Timed,
 }
 
-/// Times engines on a trajectory made of the split's first samples, over and over; `tick` is told after each round.
+/// Times engines, on a processor of that name, on a trajectory made of the split's first samples, over and over; `tick` is told after each round.
 ///
 /// # Errors
 /// An engine of other features.
 pub fn time(
     engines: &[(String, Box<dyn Engine>)],
     split: &Split,
+    machine: &str,
     tick: &dyn Fn(usize),
 ) -> Result<Vec<Cost>, ModelError> {
     let mut times = vec![[Vec::new(), Vec::new()]; engines.len()];
@@ -66,6 +69,7 @@ pub fn time(
         .zip(times)
         .map(|((entry, _), [one, many])| Cost {
             entry: entry.clone(),
+            machine: machine.to_owned(),
             one: timed(one),
             many: timed(many),
         })

@@ -79,7 +79,8 @@ pub(super) fn energy(
         work[1] += true_work.powi(2);
     }
     let variance = square / count - (sum / count).powi(2);
-    Some(Energy {
+    // Without work or power there is nothing to compare with.
+    (work[1] > 0.0 && variance > 0.0).then(|| Energy {
         work_error: (work[0] / work[1]).sqrt(),
         power_error: (power_error / count / variance).sqrt(),
         gives: gives / count,

@@ -37,7 +37,7 @@ pub struct Examination {
     /// The drag part's work.
     pub energy: Option<Energy>,
     /// Power above the truth's bandwidth, over the truth's.
-    pub fluctuation: f64,
+    pub fluctuation: Option<f64>,
     /// Errors under noise on the features.
     pub noise: Vec<Noisy>,
     /// Errors on data outside the training range.

@@ -27,8 +27,8 @@ fn spectrum(planner: &mut FftPlanner<f64>, values: impl Iterator<Item = f64>) ->
 }
 
 /// Power above the truth's bandwidth (that holds 99 % of the true power of an axis, over all trajectories), predicted over
-/// true; the mean over axes weighs each by its true power. 1 is as calm as the truth.
-pub(super) fn fluctuation(split: &Split, forces: &[Vec<f64>]) -> f64 {
+/// true; the mean over axes weighs each by its true power. 1 is as calm as the truth. None where the truth has no power there.
+pub(super) fn fluctuation(split: &Split, forces: &[Vec<f64>]) -> Option<f64> {
     let (f, mut planner) = (split.outputs(), FftPlanner::new());
     let bins = split.samples() / 2;
     let (mut predicted, mut actual) = (0.0, 0.0);
@@ -54,6 +54,9 @@ pub(super) fn fluctuation(split: &Split, forces: &[Vec<f64>]) -> f64 {
             }
         }
         let whole: f64 = truth.iter().sum();
+        if whole <= 0.0 {
+            continue;
+        }
         let mut below = 0.0;
         let edge = truth.iter().position(|power| {
             below += power;
@@ -63,5 +66,5 @@ pub(super) fn fluctuation(split: &Split, forces: &[Vec<f64>]) -> f64 {
         predicted += model[above..].iter().sum::<f64>() / whole;
         actual += truth[above..].iter().sum::<f64>() / whole;
     }
-    predicted / actual
+    (actual > 0.0).then(|| predicted / actual)
 }

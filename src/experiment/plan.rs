@@ -218,7 +218,7 @@ pub fn entries(outputs: usize, kinematics: Option<&Kinematics>) -> Vec<Entry> {
         ),
         (
             "cnode-natural-rk4",
-            "CNODE, natural spline, RK4",
+            "CNODE, natural spline, RK4 (sees the whole trajectory)",
             &natural,
             Rk4,
         ),

@@ -7,6 +7,10 @@ use crate::{
     training::{InitialForce, TrainError, predict_split},
 };
 
+/// Standard deviations beyond which a force counts as that far off: one that is infinite or no number is lost, and its
+/// errors shall be large and not unreadable.
+const LOST: f64 = 1e9;
+
 /// A model and its engine.
 pub(super) struct Predictor {
     model: ForceModel,
@@ -30,10 +34,40 @@ impl Predictor {
         split: &Split,
         start: InitialForce,
     ) -> Result<Vec<Vec<f64>>, TrainError> {
-        if self.model.config.needs_the_future() {
-            predict_split(&self.model, split, start)
+        let mut forces = if self.model.config.needs_the_future() {
+            predict_split(&self.model, split, start)?
         } else {
-            Ok(predict_all(self.engine.as_ref(), split, start)?)
+            predict_all(self.engine.as_ref(), split, start)?
+        };
+        let std = &self.model.normaliser.output_std;
+        for row in forces
+            .iter_mut()
+            .flat_map(|all| all.chunks_exact_mut(std.len()))
+        {
+            for (force, std) in row.iter_mut().zip(std) {
+                *force = held(*force, LOST * std);
+            }
         }
+        Ok(forces)
+    }
+}
+
+/// A force within `bound`; what is no number is on it.
+fn held(force: f64, bound: f64) -> f64 {
+    if force.is_nan() {
+        bound
+    } else {
+        force.clamp(-bound, bound)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::held;
+
+    #[test]
+    fn a_lost_force_is_far_off_and_finite() {
+        let found = [1.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY].map(|force| held(force, 5.0));
+        assert_eq!(found, [1.0, 5.0, 5.0, -5.0]);
     }
 }

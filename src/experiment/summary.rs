@@ -8,7 +8,7 @@ use super::{
     cost::Cost,
     examination::{Examination, Noisy},
     ordering::{Ordering, order},
-    plan::{Entry, Experiment, JobId},
+    plan::{Budget, Entry, Experiment, JobId},
 };
 use crate::training::{Errors, TrainConfig};
 
@@ -47,8 +47,8 @@ pub struct TrainingNote {
     pub threads: usize,
     /// Greatest resident memory of the process, data and all [MiB]; None where the system does not say.
     pub peak_memory_mib: Option<f64>,
-    /// Best pooled nRMSE on the validation split.
-    pub validation: f64,
+    /// Best pooled nRMSE on the validation split; None where none was a number.
+    pub validation: Option<f64>,
 }
 
 /// Mean and standard deviation over seeds.
@@ -87,6 +87,10 @@ pub struct Row {
     pub label: String,
     /// Numbers in the weights; None where no seed was trained.
     pub parameters: Option<usize>,
+    /// Largest learning rate.
+    pub learning_rate: f64,
+    /// True where whole trajectories are predicted with samples to come: beside the others, not among them.
+    pub sees_the_future: bool,
     /// Seeds that were trained.
     pub seeds: Vec<u64>,
     /// Mean and spread by name.
@@ -110,12 +114,12 @@ pub struct Comparison {
     pub experiment: Experiment,
     /// The command that made it.
     pub command: String,
+    /// What everybody was given, by data set.
+    pub budgets: BTreeMap<String, Budget>,
     /// Data sets by name: sha256 of the manifest.
     pub data: BTreeMap<String, String>,
     /// Names of the force components.
     pub outputs: Vec<String>,
-    /// The processor on which costs were taken.
-    pub machine: String,
     /// Rows, data set after data set.
     pub rows: Vec<Row>,
     /// Claims, the paper's and ours.
@@ -222,6 +226,8 @@ fn row(data: &str, entry: &Entry, results: &[&JobResult], cost: Option<&Cost>) -
         entry: entry.id.to_owned(),
         label: entry.label.to_owned(),
         parameters: results.first().map(|result| result.parameters),
+        learning_rate: entry.learning_rate,
+        sees_the_future: entry.model.needs_the_future(),
         seeds: results.iter().map(|result| result.job.seed).collect(),
         values: all
             .into_iter()
@@ -234,7 +240,12 @@ fn row(data: &str, entry: &Entry, results: &[&JobResult], cost: Option<&Cost>) -
             .map(|(level, nrmse)| Noisy { level, nrmse })
             .collect(),
         attention: first.and_then(|of| of.attention.clone()),
-        example: first.map_or_else(Vec::new, |of| of.example.clone()),
+        example: results
+            .iter()
+            .map(|result| &result.examination.example)
+            .find(|example| !example.is_empty())
+            .cloned()
+            .unwrap_or_default(),
     }
 }
 
@@ -272,7 +283,7 @@ fn figures(result: &JobResult) -> Vec<(Metric, f64)> {
     );
     put("nrmse_zero", start("zero").map(|errors| errors.pooled));
     put("first_force", Some(seen.estimate_error));
-    put("fluctuation", Some(seen.fluctuation));
+    put("fluctuation", seen.fluctuation);
     put("work_error", seen.energy.map(|energy| energy.work_error));
     put("power_error", seen.energy.map(|energy| energy.power_error));
     put("gives", seen.energy.map(|energy| energy.gives));

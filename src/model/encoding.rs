@@ -58,6 +58,9 @@ pub struct Encoder {
 /// Features beyond this are held there, so that no product of three leaves the range of f64.
 const WILD: f64 = 1e60;
 
+/// The same for links.
+const WILD_LINK: f64 = 1e30;
+
 /// Where the features of the closed forms stand among the raw ones.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Forms {
@@ -133,6 +136,8 @@ impl Forms {
         let joints = self.joints.iter().map(|at| x(*at));
         joints.for_each(|velocity| next(velocity.abs() * velocity));
         let Some(links) = &self.links else { return };
+        // A slide's way is multiplied by a rate, squared and multiplied by the way again.
+        let x = |at: usize| x(at).clamp(-WILD_LINK, WILD_LINK);
         links.motions(x, |link| {
             let [u, a] = [link.velocity, link.along];
             let speed = u.iter().map(|u| u * u).sum::<f64>().sqrt();

@@ -364,7 +364,8 @@ impl Trainer {
         if !value.is_finite() {
             return Err(diverged(value));
         }
-        // An estimate of the first force has weights of its own, so the trajectory's gradient stays what it was.
+        // An estimate of the first force has weights of its own: the trajectory's gradient stays what it was, but for the
+        // clip, which looks at all of them.
         let network = &self.model.network;
         let whole = match network.estimate_loss(&batch.z, &batch.start)? {
             Some(estimate) => (loss + estimate)?,
@@ -394,7 +395,7 @@ impl Trainer {
         let place = &mut self.place;
         if place
             .best
-            .is_none_or(|best| validation.errors.pooled < best)
+            .is_none_or(|best| best.is_nan() || validation.errors.pooled < best)
         {
             place.best = Some(validation.errors.pooled);
             place.since_best = 0;

@@ -6,10 +6,23 @@ use std::{
 };
 
 use anyhow::{Context as _, bail};
-use hydro_plugin::experiment::{JobId, JobResult, SCHEMA, TrainingNote};
+use hydro_plugin::{
+    experiment::{JobId, JobResult, SCHEMA, TrainingNote},
+    training::TrainConfig,
+};
+use serde::{Deserialize, Serialize};
 
 use super::{Inputs, Plan};
 use crate::cli::write_whole;
+
+/// `training.json`: what a job's training was, and what it took so far.
+#[derive(Serialize, Deserialize)]
+struct Training {
+    settings: TrainConfig,
+    data_sha256: String,
+    #[serde(flatten)]
+    note: TrainingNote,
+}
 
 /// The folder of an experiment.
 pub(super) struct Folder(PathBuf);
@@ -68,35 +81,75 @@ impl Folder {
                 result.schema
             );
         }
-        let settings = plan.training(job)?;
-        let sha256 = inputs.data[&job.data].sha256();
-        let other = if result.settings != settings {
-            Some("settings")
-        } else if result.data_sha256 != sha256 {
-            Some("data")
-        } else {
-            None
-        };
-        if let Some(what) = other {
-            bail!(
-                "{}: made with other {what}; give another --out, or remove {}",
-                path.display(),
-                self.job(job).display()
-            );
-        }
+        let made = (&result.settings, result.data_sha256.as_str());
+        self.refuse_other(&path, job, plan, inputs, made)?;
         Ok((result.examined_on == inputs.examined_on()).then_some(result))
     }
 
-    /// What training took so far.
-    pub(super) fn training(&self, job: &JobId) -> Option<TrainingNote> {
-        let bytes = fs::read(self.job(job).join("training.json")).ok()?;
-        serde_json::from_slice(&bytes).ok()
+    /// What training took so far, if it was with these settings on these data.
+    ///
+    /// # Errors
+    /// A training of other settings or data.
+    pub(super) fn training(
+        &self,
+        job: &JobId,
+        plan: &Plan,
+        inputs: &Inputs,
+    ) -> anyhow::Result<Option<TrainingNote>> {
+        let path = self.job(job).join("training.json");
+        if !path.is_file() {
+            return Ok(None);
+        }
+        let bytes = fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
+        let found: Training = serde_json::from_slice(&bytes)
+            .with_context(|| format!("{}: not the note of a training", path.display()))?;
+        self.refuse_other(
+            &path,
+            job,
+            plan,
+            inputs,
+            (&found.settings, &found.data_sha256),
+        )?;
+        Ok(Some(found.note))
     }
 
     /// Notes what training took so far.
-    pub(super) fn note_training(&self, job: &JobId, note: &TrainingNote) -> anyhow::Result<()> {
+    pub(super) fn note_training(
+        &self,
+        job: &JobId,
+        settings: &TrainConfig,
+        data_sha256: &str,
+        note: &TrainingNote,
+    ) -> anyhow::Result<()> {
         let path = self.job(job).join("training.json");
-        write_whole(&path, serde_json::to_string_pretty(note)?.as_bytes())
+        let training = Training {
+            settings: settings.clone(),
+            data_sha256: data_sha256.to_owned(),
+            note: *note,
+        };
+        write_whole(&path, serde_json::to_string_pretty(&training)?.as_bytes())
+    }
+
+    fn refuse_other(
+        &self,
+        path: &Path,
+        job: &JobId,
+        plan: &Plan,
+        inputs: &Inputs,
+        (settings, sha256): (&TrainConfig, &str),
+    ) -> anyhow::Result<()> {
+        let other = if *settings != plan.training(job)? {
+            "settings"
+        } else if sha256 != inputs.data[&job.data].sha256() {
+            "data"
+        } else {
+            return Ok(());
+        };
+        bail!(
+            "{}: made with other {other}; give another --out, or remove {}",
+            path.display(),
+            self.job(job).display()
+        );
     }
 
     /// Notes a job as done.

@@ -25,7 +25,13 @@ pub(super) struct Inputs {
     pub(super) rollouts: Option<Rollouts>,
     /// One long run.
     pub(super) long: Option<Rollouts>,
+    /// Of the scene in which models swim.
+    scene_sha256: Option<String>,
+    quick: bool,
 }
+
+/// Of `--quick`: test trajectories, of each set; runs of the closed loop; samples of the long run.
+const QUICK: (usize, usize, usize) = (16, 4, 6000);
 
 impl Inputs {
     pub(super) fn open(args: &Args) -> anyhow::Result<Self> {
@@ -51,12 +57,49 @@ impl Inputs {
             }
             beyond.push((name.to_owned(), set));
         }
-        let rollouts = |folder: Option<&Path>| folder.map(Rollouts::load).transpose();
+        let features = &data[names[0]].manifest().features;
+        let rollouts = |flag: &str, folder: Option<&Path>| -> anyhow::Result<Option<Rollouts>> {
+            let Some(folder) = folder else {
+                return Ok(None);
+            };
+            if cfg!(not(mujoco_plugins)) {
+                bail!("{flag}: this build has no MuJoCo to swim in");
+            }
+            let found = Rollouts::load(folder)?;
+            if found.index.features != *features {
+                bail!(
+                    "{flag} {}: its features are not those of --data",
+                    folder.display()
+                );
+            }
+            Ok(Some(found))
+        };
+        let mut runs = rollouts("--rollouts", args.rollouts.as_deref())?;
+        let mut long = rollouts("--long", args.long.as_deref())?;
+        if args.quick {
+            if let Some(runs) = &mut runs {
+                runs.runs.truncate(QUICK.1);
+            }
+            for run in long.iter_mut().flat_map(|long| &mut long.runs) {
+                run.truncate(QUICK.2);
+            }
+        }
+        let scene = match &runs {
+            Some(_) => {
+                let path = args.scenes.join("b1_swim.xml");
+                let bytes =
+                    std::fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
+                Some(hexadecimal(&Sha256::digest(bytes)))
+            }
+            None => None,
+        };
         Ok(Self {
             data,
             beyond,
-            rollouts: rollouts(args.rollouts.as_deref())?,
-            long: rollouts(args.long.as_deref())?,
+            rollouts: runs,
+            long,
+            scene_sha256: scene,
+            quick: args.quick,
         })
     }
 
@@ -83,6 +126,11 @@ impl Inputs {
             .find_map(|set| set.manifest().kinematics.as_ref())
     }
 
+    /// How many trajectories of a test split a model is examined on; all without a number.
+    pub(super) fn most_tested(&self) -> Option<usize> {
+        self.quick.then_some(QUICK.0)
+    }
+
     /// Names and digests of what a model is examined on beside its test split.
     pub(super) fn examined_on(&self) -> BTreeMap<String, String> {
         let runs = |name: &str, rollouts: &Rollouts| {
@@ -90,17 +138,22 @@ impl Inputs {
             for entry in &rollouts.index.rollouts {
                 digest.update(entry.sha256.as_bytes());
             }
-            let text = digest
-                .finalize()
-                .into_iter()
-                .map(|byte| format!("{byte:02x}"));
-            (name.to_owned(), text.collect::<String>())
+            (name.to_owned(), hexadecimal(&digest.finalize()))
         };
         self.beyond
             .iter()
             .map(|(name, set)| (format!("beyond.{name}"), set.sha256().to_owned()))
             .chain(self.rollouts.iter().map(|of| runs("rollouts", of)))
             .chain(self.long.iter().map(|of| runs("long", of)))
+            .chain(
+                self.scene_sha256
+                    .iter()
+                    .map(|sha| ("scene".to_owned(), sha.clone())),
+            )
+            .chain(
+                self.quick
+                    .then(|| ("quick".to_owned(), format!("{QUICK:?}"))),
+            )
             .collect()
     }
 
@@ -110,10 +163,14 @@ impl Inputs {
             .iter()
             .map(|(name, set)| {
                 let split = set
-                    .split("test", None)
+                    .split("test", self.most_tested())
                     .with_context(|| format!("--beyond {name}"))?;
                 Ok((name.clone(), set.sha256().to_owned(), split))
             })
             .collect()
     }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

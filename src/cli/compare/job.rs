@@ -34,10 +34,10 @@ pub(super) fn run(
     }
     let checkpoint = trained(inputs, plan, folder, job)?;
     let training = folder
-        .training(job)
+        .training(job, plan, inputs)?
         .with_context(|| format!("{job}: training.json is lost; remove its folder"))?;
     let data = &inputs.data[&job.data];
-    let test = data.split("test", None)?;
+    let test = data.split("test", inputs.most_tested())?;
     let mut examination = examine(&checkpoint, &test, &inputs.read_beyond()?)?;
     #[cfg(mujoco_plugins)]
     if inputs.rollouts.is_some() {
@@ -79,7 +79,9 @@ fn trained(
     folder: &Folder,
     job: &JobId,
 ) -> anyhow::Result<Checkpoint> {
-    let mut trainer = Trainer::new(plan.training(job)?, &inputs.data[&job.data])?;
+    let (settings, data) = (plan.training(job)?, &inputs.data[&job.data]);
+    let before = folder.training(job, plan, inputs)?;
+    let mut trainer = Trainer::new(settings.clone(), data)?;
     let path = folder.checkpoint(job);
     if path.join("card.json").is_file() {
         let checkpoint = Checkpoint::load(&path)?;
@@ -87,12 +89,14 @@ fn trained(
         return Ok(checkpoint);
     }
     let resumed = trainer.resume(&folder.run(job))?;
-    let before = folder.training(job).filter(|_| resumed);
+    let before = before.filter(|_| resumed);
     let cancel = cancel_on_signal()?;
     let mut watch = Watch {
         progress: Progress::new(&job.to_string(), trainer.steps() as u64),
         folder,
         job,
+        settings,
+        data_sha256: data.sha256(),
         seconds: before.map_or(0.0, |note| note.seconds),
         peak: before.and_then(|note| note.peak_memory_mib),
         began: Instant::now(),
@@ -118,6 +122,8 @@ struct Watch<'a> {
     progress: Progress,
     folder: &'a Folder,
     job: &'a JobId,
+    settings: TrainConfig,
+    data_sha256: &'a str,
     /// Of runs that were interrupted.
     seconds: f64,
     peak: Option<f64>,
@@ -144,9 +150,12 @@ impl Observer for Watch<'_> {
                 .map_or(1, Into::into)
                 .min(threads()),
             peak_memory_mib: peak_memory().into_iter().chain(self.peak).reduce(f64::max),
-            validation: record.best,
+            validation: Some(record.best).filter(|best| best.is_finite()),
         };
-        if let Err(fault) = self.folder.note_training(self.job, &note) {
+        if let Err(fault) =
+            self.folder
+                .note_training(self.job, &self.settings, self.data_sha256, &note)
+        {
             self.fault.get_or_insert(fault);
         }
     }

@@ -1,26 +1,29 @@
 //! Runs the jobs that are not done, some at a time, each in a process of its own.
 
 use std::{
+    collections::VecDeque,
     io::{BufRead as _, BufReader},
-    process::{Command, Stdio},
+    process::{Child, Command, Stdio},
     sync::{
         Mutex,
         atomic::{AtomicBool, AtomicU64, Ordering},
     },
 };
 
-use anyhow::{Context as _, anyhow, bail};
+use anyhow::{Context as _, bail};
 use hydro_plugin::experiment::JobId;
+use rustix::process::{Pid, Signal, kill_process};
 
 use super::{Args, Folder, Inputs, Plan};
 use crate::cli::{cancel::cancel_on_signal, progress::Progress};
 
+/// What was said last by each job that failed: the others are done all the same.
 pub(super) fn run(
     args: &Args,
     inputs: &Inputs,
     plan: &Plan,
     folder: &Folder,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<Vec<String>> {
     let mut waiting = Vec::new();
     for job in &plan.jobs {
         if folder.done(job, plan, inputs)?.is_none() {
@@ -28,7 +31,7 @@ pub(super) fn run(
         }
     }
     if waiting.is_empty() {
-        return Ok(());
+        return Ok(Vec::new());
     }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let places = args.parallel.map_or(cores, usize::from).min(waiting.len());
@@ -40,48 +43,54 @@ pub(super) fn run(
     );
     let cancel = cancel_on_signal()?;
     let progress = Progress::new("jobs", plan.jobs.len() as u64);
-    let (finished, failed) = (AtomicU64::new(done as u64), AtomicBool::new(false));
+    let (finished, failed) = (AtomicU64::new(done as u64), Mutex::new(Vec::new()));
     waiting.reverse();
     let waiting = Mutex::new(waiting);
     let next = || waiting.lock().ok()?.pop();
-    let errors: Vec<anyhow::Error> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..places)
-            .map(|_| {
-                scope.spawn(|| {
-                    while !cancel.load(Ordering::Relaxed) && !failed.load(Ordering::Relaxed) {
-                        let Some(job) = next() else { break };
-                        let words = |line: &str| {
-                            progress.at(finished.load(Ordering::Relaxed), line);
-                        };
-                        child(args, &job, threads, &words).inspect_err(|_| {
-                            failed.store(true, Ordering::Relaxed);
-                        })?;
-                        finished.fetch_add(1, Ordering::Relaxed);
-                        words(&format!("{job} done"));
+    std::thread::scope(|scope| {
+        for _ in 0..places {
+            scope.spawn(|| {
+                while !cancel.load(Ordering::Relaxed) {
+                    let Some(job) = next() else { break };
+                    let words = |line: &str| {
+                        progress.at(finished.load(Ordering::Relaxed), line);
+                    };
+                    match child(args, &job, threads, &cancel, &words) {
+                        Ok(()) => {
+                            finished.fetch_add(1, Ordering::Relaxed);
+                            words(&format!("{job} done"));
+                        }
+                        Err(error) => {
+                            if !cancel.load(Ordering::Relaxed) {
+                                progress.say(&format!("{error:#}"));
+                            }
+                            if let Ok(mut failed) = failed.lock() {
+                                failed.push(format!("{error:#}"));
+                            }
+                        }
                     }
-                    Ok(())
-                })
-            })
-            .collect();
-        workers
-            .into_iter()
-            .filter_map(|worker| {
-                let ended = worker
-                    .join()
-                    .unwrap_or_else(|_| Err(anyhow!("a worker panicked")));
-                ended.err()
-            })
-            .collect()
+                }
+            });
+        }
     });
     progress.finish();
     if cancel.load(Ordering::Relaxed) {
         bail!("interrupted; the same command goes on where it was");
     }
-    errors.into_iter().next().map_or(Ok(()), Err)
+    Ok(failed.into_inner().unwrap_or_default())
 }
 
-/// One job in a process of its own; `words` hears its last line.
-fn child(args: &Args, job: &JobId, threads: usize, words: &dyn Fn(&str)) -> anyhow::Result<()> {
+/// Lines of a failed job that are told.
+const LAST_LINES: usize = 3;
+
+/// One job in a process of its own; `words` hears its last line. A signal that this process got alone is passed on.
+fn child(
+    args: &Args,
+    job: &JobId,
+    threads: usize,
+    cancel: &AtomicBool,
+    words: &dyn Fn(&str),
+) -> anyhow::Result<()> {
     let program = std::env::current_exe().context("finding this program")?;
     let mut command = Command::new(program);
     command.arg("compare").arg(args.experiment.to_string());
@@ -119,16 +128,31 @@ fn child(args: &Args, job: &JobId, threads: usize, words: &dyn Fn(&str)) -> anyh
         .stdout(Stdio::null())
         .stderr(Stdio::piped());
     let mut child = command.spawn().with_context(|| format!("starting {job}"))?;
-    let mut last = String::new();
+    let mut last = VecDeque::new();
     if let Some(stderr) = child.stderr.take() {
         for line in BufReader::new(stderr).lines().map_while(Result::ok) {
+            if cancel.load(Ordering::Relaxed) {
+                interrupt(&child);
+            }
             words(&line);
-            last = line;
+            last.push_back(line);
+            if last.len() > LAST_LINES {
+                last.pop_front();
+            }
         }
     }
     let status = child.wait().with_context(|| format!("waiting for {job}"))?;
     if !status.success() {
-        bail!("{job} failed ({status}): {last}");
+        let last: Vec<String> = last.into();
+        bail!("{job} failed ({status}): {}", last.join(" / "));
     }
     Ok(())
+}
+
+/// Asks a job to stop: it leaves what it can go on from.
+fn interrupt(child: &Child) {
+    if let Some(id) = Pid::from_raw(child.id().cast_signed()) {
+        // It may have ended by itself.
+        let _ = kill_process(id, Signal::INT);
+    }
 }

@@ -32,7 +32,7 @@ pub(super) struct Args {
     #[arg(long)]
     rollouts: Option<PathBuf>,
     /// A folder with one long rollout: are speeds, rates and wrench bounded?
-    #[arg(long)]
+    #[arg(long, requires = "rollouts")]
     long: Option<PathBuf>,
     /// A data set outside the training range, of Task 2; may be given more than once.
     #[arg(long, value_name = "NAME=FOLDER")]
@@ -104,10 +104,16 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     if args.list {
         return list(args, &inputs, &plan, &folder);
     }
-    if !args.tables {
-        jobs::run(args, &inputs, &plan, &folder)?;
+    let failed = if args.tables {
+        Vec::new()
+    } else {
+        jobs::run(args, &inputs, &plan, &folder)?
+    };
+    tables::write(args, &inputs, &plan, &folder)?;
+    if !failed.is_empty() {
+        bail!("{} jobs failed: {}", failed.len(), failed.join("; "));
     }
-    tables::write(args, &inputs, &plan, &folder)
+    Ok(())
 }
 
 fn plan(args: &Args, inputs: &Inputs) -> anyhow::Result<Plan> {

@@ -10,17 +10,12 @@ use hydro_plugin::{
     model::{Engine, EngineKind},
     report::experiment::{figures, page},
 };
-use serde::{Deserialize, Serialize};
 
 use super::{Args, Folder, Inputs, Plan};
 use crate::cli::{command_line, print_json, progress::Progress, write_whole};
 
-/// Times by data set, and the processor they were taken on.
-#[derive(Default, Serialize, Deserialize)]
-struct Costs {
-    machine: String,
-    data: BTreeMap<String, Vec<Cost>>,
-}
+/// Times by data set.
+type Costs = BTreeMap<String, Vec<Cost>>;
 
 pub(super) fn write(
     args: &Args,
@@ -33,7 +28,7 @@ pub(super) fn write(
         results.extend(folder.done(job, plan, inputs)?);
     }
     let costs = costs(args, inputs, plan, folder)?;
-    let (rows, orderings) = summarise(args.experiment, &plan.entries, &results, &costs.data);
+    let (rows, orderings) = summarise(args.experiment, &plan.entries, &results, &costs);
     let comparison = Comparison {
         experiment: args.experiment,
         command: command(),
@@ -43,7 +38,7 @@ pub(super) fn write(
             .map(|(name, set)| (name.clone(), set.sha256().to_owned()))
             .collect(),
         outputs: outputs(inputs),
-        machine: costs.machine,
+        budgets: plan.budgets.clone(),
         rows,
         orderings,
         truth: truths(inputs, &results)?,
@@ -106,35 +101,25 @@ fn truths(
     Ok(found)
 }
 
-/// Times of `--out`, those that are missing taken now.
+/// Times of `--out`; of a data set whose models are all trained, those that are missing taken now: before, jobs may run beside.
 fn costs(args: &Args, inputs: &Inputs, plan: &Plan, folder: &Folder) -> anyhow::Result<Costs> {
     let path = folder.file("cost.json");
-    let machine = machine();
-    let known: Option<Costs> = match fs::read(&path) {
-        Ok(bytes) if !args.retime => Some(
-            serde_json::from_slice(&bytes)
-                .with_context(|| format!("{}: not times; try --retime", path.display()))?,
-        ),
-        _ => None,
+    let mut costs: Costs = match fs::read(&path) {
+        Ok(bytes) if !args.retime => serde_json::from_slice(&bytes)
+            .with_context(|| format!("{}: not times; try --retime", path.display()))?,
+        _ => Costs::new(),
     };
-    let mut costs = known.unwrap_or_default();
-    let mut taken = false;
     for (name, set) in &inputs.data {
         let wanted = engines(plan, folder, name)?;
-        let known = costs.data.get(name).map_or(&[][..], Vec::as_slice);
+        let known = costs.get(name).map_or(&[][..], Vec::as_slice);
         let all_known = wanted
             .iter()
             .all(|(id, _)| known.iter().any(|cost| cost.entry == *id));
         // All in one go, or their ratios mean nothing.
-        if !wanted.is_empty() && !all_known {
-            let found = timed(set, &wanted)?;
-            costs.data.insert(name.clone(), found);
-            taken = true;
+        if wanted.len() == plan.entries.len() && !all_known {
+            costs.insert(name.clone(), timed(set, &wanted)?);
+            write_whole(&path, serde_json::to_string_pretty(&costs)?.as_bytes())?;
         }
-    }
-    if taken {
-        costs.machine = machine;
-        write_whole(&path, serde_json::to_string_pretty(&costs)?.as_bytes())?;
     }
     Ok(costs)
 }
@@ -142,7 +127,7 @@ fn costs(args: &Args, inputs: &Inputs, plan: &Plan, folder: &Folder) -> anyhow::
 fn timed(set: &Dataset, engines: &[(String, Box<dyn Engine>)]) -> anyhow::Result<Vec<Cost>> {
     let test = set.split("test", Some(64))?;
     let progress = Progress::new("rounds", ROUNDS as u64 + 1);
-    let found = time(engines, &test, &|round| {
+    let found = time(engines, &test, &machine(), &|round| {
         progress.at(round as u64 + 1, "times, everybody in turn");
     })?;
     progress.finish();

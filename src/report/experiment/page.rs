@@ -47,9 +47,40 @@ fn provenance(text: &mut String, comparison: &Comparison) {
          standard deviation of the clean wrench.\n"
     );
     for (name, sha256) in &comparison.data {
-        let _ = writeln!(text, "Data {name}: manifest sha256 `{sha256}`.");
+        let _ = write!(text, "Data {name}: manifest sha256 `{sha256}`");
+        if let Some(budget) = comparison.budgets.get(name) {
+            let trajectories = budget
+                .trajectories
+                .map_or_else(|| "all".to_owned(), |count| count.to_string());
+            let _ = write!(
+                text,
+                "; everybody has {} passes over {trajectories} training trajectories, {} windows of {} samples a step",
+                budget.epochs, budget.batch, budget.horizon
+            );
+        }
+        text.push_str(".\n");
     }
-    text.push('\n');
+    let mut rates: Vec<(f64, Vec<&str>)> = Vec::new();
+    for row in rows(comparison, comparison.experiment.data()[0]) {
+        match rates
+            .iter_mut()
+            .find(|known| known.0.total_cmp(&row.learning_rate).is_eq())
+        {
+            Some(known) => known.1.push(&row.label),
+            None => rates.push((row.learning_rate, vec![&row.label])),
+        }
+    }
+    let rates: Vec<String> = rates
+        .iter()
+        .map(|(rate, labels)| format!("{rate} of {}", labels.join("; ")))
+        .collect();
+    let _ = writeln!(
+        text,
+        "Largest learning rate: {}. MLP-ODE and Attention-ODE predict the force one sample ahead of what they are told; the \
+         others give the force at the newest sample. A model that sees the whole trajectory is in no contest; in closed loop, \
+         and where times are taken, it has the causal path.\n",
+        rates.join(", ")
+    );
 }
 
 fn rows<'a>(comparison: &'a Comparison, data: &'a str) -> impl Iterator<Item = &'a Row> + Clone {
@@ -74,12 +105,10 @@ fn towing(text: &mut String, comparison: &Comparison) {
                 Column::new("nRMSE, estimated start", "nrmse_estimate"),
                 Column::new("start from zero", "nrmse_zero"),
                 Column::new("error of the work", "work_error"),
-                Column::unranked("tremble", "fluctuation"),
             ],
         );
         text.push('\n');
     }
-    *text += "Tremble: power above the truth's bandwidth (99 % of its power), over the truth's there.\n\n";
     cost(text, comparison, "1.2");
 }
 
@@ -98,7 +127,8 @@ fn swimming(text: &mut String, comparison: &Comparison) {
             Column::new("without buoyancy", "nrmse_hydrodynamic"),
             Column::new("error of the drag's work", "work_error"),
             Column::new("of its power", "power_error"),
-            Column::unranked("tremble", "fluctuation"),
+            Column::unranked("gives energy", "gives"),
+            Column::unranked("fluctuation", "fluctuation"),
         ],
     );
     let truth = rows().find_map(|row| row.values.get("gives_truth"));
@@ -107,11 +137,11 @@ fn swimming(text: &mut String, comparison: &Comparison) {
     if let Some(truth) = truth {
         let _ = write!(
             text,
-            "In the truth that wrench gives the base energy in {:.1} % of the samples, for the legs push; ",
-            100.0 * truth.mean
+            "gives energy: share of the samples in which that wrench drives the base, in the truth {:.3}, for the legs push; ",
+            truth.mean
         );
     }
-    *text += "tremble: power above the truth's bandwidth (99 % of its power), over the truth's there.\n\n";
+    *text += "fluctuation: power above the truth's bandwidth (99 % of its power), over the truth's there.\n\n";
 
     *text += "## The force at the start\n\n";
     *text += &figures_of(
@@ -170,9 +200,9 @@ fn swimming(text: &mut String, comparison: &Comparison) {
                 .zip(&beyond)
                 .map(|(head, key)| Column::new(head, key)),
         );
-        columns.push(Column::new("10 % noise on every feature", "noise.0.1"));
+        columns.push(Column::new("10 % noise", "noise.0.1"));
         *text += &figures_of(rows(), &columns);
-        *text += "\nnRMSE, each by the standard deviations of its own data.\n\n";
+        *text += "\nnRMSE, each by the standard deviations of its own data. Noise: of a tenth of each feature's standard deviation, the density excepted.\n\n";
     }
     cost(text, comparison, "2");
 }
@@ -232,11 +262,13 @@ fn cost(text: &mut String, comparison: &Comparison, data: &str) {
         })
         .collect();
     *text += &markdown(&head, &cells);
+    let machine = rows(comparison, data)
+        .find_map(|row| row.cost.as_ref())
+        .map_or_else(String::new, |cost| format!(", {}", cost.machine));
     let _ = writeln!(
         text,
-        "\nTimes: our engine on one thread, median and quartiles, everybody in turn, {}. A CNODE on a natural spline is timed, and \
-         drives the plugin, on its causal path. Training: wall clock, other jobs may have run beside it.\n",
-        comparison.machine
+        "\nTimes: our engine on one thread, median and quartiles, everybody in turn{machine}. Training: wall clock, other jobs may have \
+         run beside it.\n"
     );
 }
 
@@ -267,7 +299,9 @@ fn orderings(text: &mut String, comparison: &Comparison) {
         })
         .collect();
     *text += &markdown(&head, &cells);
-    *text += "\nBelow 1 the claim holds. Bootstrap over seeds and over test trajectories.\n\n";
+    *text += "\nBelow 1 the claim holds; its probability is one-sided. Student's interval of the logarithm, from the spread over seeds \
+              (Welch) and over test trajectories (bootstrap); each claim by itself, so that of twenty such probabilities of 95 % one may \
+              be luck.\n\n";
 }
 
 fn pictures(text: &mut String, comparison: &Comparison) {

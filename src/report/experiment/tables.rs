@@ -52,8 +52,7 @@ pub(super) fn figures_of<'a>(
         .collect();
     let least = |key: &str| {
         rows.clone()
-            .filter_map(|row| row.values.get(key))
-            .map(|value| value.mean)
+            .filter_map(|row| ranked(row, key))
             .fold(f64::INFINITY, f64::min)
     };
     let cells: Vec<Vec<String>> = rows
@@ -64,8 +63,12 @@ pub(super) fn figures_of<'a>(
                 .map(|column| match row.values.get(column.key) {
                     None => "\u{2013}".to_owned(),
                     Some(value) => {
-                        let text = spread(value);
-                        if column.ranked && value.mean <= least(column.key) {
+                        let mut text = spread(value);
+                        if value.count < row.seeds.len() {
+                            text += &format!(" ({} of {} seeds)", value.count, row.seeds.len());
+                        }
+                        let rank = ranked(row, column.key).filter(|_| column.ranked);
+                        if rank.is_some_and(|mean| mean <= least(column.key)) {
                             format!("**{text}**")
                         } else {
                             text
@@ -76,6 +79,12 @@ pub(super) fn figures_of<'a>(
         })
         .collect();
     markdown(&head, &cells)
+}
+
+/// The mean, of a row that has one for every seed and is one of the competitors.
+fn ranked(row: &Row, key: &str) -> Option<f64> {
+    let value = row.values.get(key)?;
+    (value.count == row.seeds.len() && !row.sees_the_future).then_some(value.mean)
 }
 
 /// Mean and standard deviation over seeds, to three digits of the mean.
@@ -110,7 +119,9 @@ mod tests {
             entry: label.to_owned(),
             label: label.to_owned(),
             parameters: None,
-            seeds: Vec::new(),
+            learning_rate: 1e-3,
+            sees_the_future: false,
+            seeds: (0..3).collect(),
             values: BTreeMap::from([(
                 "nrmse".to_owned(),
                 MeanSd {
@@ -134,7 +145,7 @@ mod tests {
         assert_eq!(
             figures_of(rows.iter(), &columns),
             "|  | nRMSE | again | none |\n|---|---:|---:|---:|\n\
-             | a | **0.123 \u{b1} 0.010** | 0.123 \u{b1} 0.010 | \u{2013} |\n| b | 12.3 | 12.3 | \u{2013} |\n"
+             | a | **0.123 \u{b1} 0.010** | 0.123 \u{b1} 0.010 | \u{2013} |\n| b | 12.3 (1 of 3 seeds) | 12.3 (1 of 3 seeds) | \u{2013} |\n"
         );
     }
 }
