@@ -3,7 +3,8 @@
 - A coefficient without a column exerts no force in any tow.
 - The null space holds what trades without any trace: exact relations between columns.
 - The data outweigh the prior where they say more of a coefficient than it does: its standard deviation falls
-  below 1/sqrt(2) of the prior's. Whether it is identified also depends on other priors, see `result`.
+  below 1/sqrt(2) of the prior's, and next to nothing of its prior variance lies in the null space. Whether it is identified
+  also depends on its bounds and on other priors, see `result`.
 """
 
 from dataclasses import dataclass
@@ -16,6 +17,8 @@ from .fit import Fit, Tank, whitened
 
 #: Standard deviation after over before, below which the data outweigh the prior.
 OUTWEIGHED = np.sqrt(0.5)
+#: Share of its prior variance in the null space, up to which a coefficient is seen.
+UNSEEN = 0.05
 #: Singular values below this share of the largest are none; members of a relation below this are left out.
 NOTHING, MEMBER = 1e-6, 0.02
 #: Why a coefficient exerts no force in a tow.
@@ -44,7 +47,7 @@ class Analysis:
 
     def outweighs(self, name: str) -> bool:
         """Whether the data say more of it than the prior."""
-        return name in self.kept and bool(self.kept[name] < OUTWEIGHED)
+        return name in self.kept and bool(self.kept[name] < OUTWEIGHED and self.unseen.get(name, 0.0) < UNSEEN)
 
 
 def _relations(columns: np.ndarray, spread: np.ndarray, names: tuple[str, ...]) -> dict[str, dict[str, float]]:

@@ -174,7 +174,8 @@ def markdown(report: dict) -> str:
         _about_prior(report), "", *_priors(report), _about_form(report), "",
         "## What the data cannot identify", "", *_unidentified(report),
         "A coefficient is called identified where the tows say more of it than the prior (its standard deviation falls below "
-        "0.71 of the prior's) and the other priors above leave it within its intervals.", "",
+        "0.71 of the prior's, at most 5 % of whose variance lies where the tows leave no trace), its intervals end at no bound and the "
+        "other priors above leave it within them.", "",
         f"The tows measure {seen} combinations of the {len(combinations)} coefficients that act (strength above 1: more than "
         "the prior; 0: no trace at all):", "", *_combinations(report),
         "Exact relations, a force of one at coefficient 1 made up of others (blunt and slender of a part raised together drag "

@@ -64,7 +64,7 @@ def _prior(prior: Prior) -> str:
 def _free(study: Study) -> list[dict]:
     """Every acting coefficient and offset: value, both intervals, prior, how much the data say.
 
-    Identified: the data outweigh the prior, and no other prior takes the value out of both intervals.
+    Identified: the data outweigh the prior, no interval ends at a bound, and no other prior takes the value out of both.
     """
     fit, analysis = study.fit, study.analysis
     low, high = np.percentile(study.replicates, (2.5, 97.5), axis=0)
@@ -81,7 +81,8 @@ def _free(study: Study) -> list[dict]:
                "sd_after_over_before": analysis.kept[name], "outweighs": analysis.outweighs(name)}
         elsewhere = [found.solution.values[name] for _, found, _ in study.others]
         row |= {"other_priors": [min(elsewhere), max(elsewhere)]}
-        row |= {"identified": row["outweighs"] and min(row["ci95"][0], row["ci95_blocks"][0]) <= min(elsewhere)
+        inside = least < min(row["ci95"][0], row["ci95_blocks"][0]) and max(row["ci95"][1], row["ci95_blocks"][1]) < most
+        row |= {"identified": row["outweighs"] and inside and min(row["ci95"][0], row["ci95_blocks"][0]) <= min(elsewhere)
                 and max(elsewhere) <= max(row["ci95"][1], row["ci95_blocks"][1])}
         if name in analysis.alike:
             other, cosine = analysis.alike[name]
