@@ -165,9 +165,40 @@ fn results_of_other_settings_are_kept_and_refused() {
         "{message}"
     );
     assert_eq!(before, fs::read(&result).unwrap());
+    // Trained, and interrupted before it was examined: its checkpoint is of other settings all the same.
+    fs::remove_file(&result).unwrap();
+    let message = place.refusal(&["--seeds", "0", "--entries", "lstm", "--trajectories", "5"]);
+    assert!(
+        message.contains("made with other settings") && message.contains("training.json"),
+        "{message}"
+    );
+    place.succeeds(&["--seeds", "0", "--entries", "lstm"]);
+    // What cannot be read is named.
     fs::write(&result, "{\"schema\": \"hydro-compare-job/1\"}").unwrap();
     let message = place.refusal(&["--seeds", "0", "--entries", "lstm"]);
     assert!(message.contains("not the result of a job"), "{message}");
+}
+
+/// A job that cannot be done stops nobody, is named at the end, and the tables hold the others.
+#[test]
+fn a_job_that_fails_does_not_end_the_night() {
+    let place = Place::new();
+    let folder = place.out().join("jobs/2/lstm/seed-0");
+    fs::create_dir_all(folder.join("checkpoint")).unwrap();
+    fs::write(folder.join("checkpoint/card.json"), "{}").unwrap();
+    let message = place.refusal(&["--seeds", "0", "--parallel", "1"]);
+    assert!(
+        message.contains("1 jobs failed: 2/lstm/seed-0 failed") && message.contains("card.json"),
+        "{message}"
+    );
+    let page = fs::read_to_string(place.out().join("README.md")).unwrap();
+    assert!(page.contains("| LSTM | \u{2013} |"), "{page}");
+    assert!(
+        place
+            .out()
+            .join("jobs/2/relaxation-ode/seed-0/result.json")
+            .exists()
+    );
 }
 
 #[test]

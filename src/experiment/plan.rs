@@ -91,15 +91,14 @@ impl Budget {
         }
     }
 
-    /// A look in a quarter of an hour: a tenth of the data, few passes.
+    /// A look: little of the data, some thirty steps.
     pub fn quick(data: &str) -> Self {
         Self {
             epochs: match data {
-                "1.1" => 10,
-                "1.2" | "1.3" => 6,
-                _ => 3,
+                "1.1" | "1.2" | "1.3" => 12,
+                _ => 2,
             },
-            trajectories: Some(96),
+            trajectories: Some(64),
             ..Self::full(data)
         }
     }

@@ -107,7 +107,7 @@ fn child(
     for beyond in &args.beyond {
         command.arg("--beyond").arg(beyond);
     }
-    let seeds: Vec<String> = args.seeds.iter().map(ToString::to_string).collect();
+    let seeds: Vec<String> = args.seeds().iter().map(ToString::to_string).collect();
     command.arg("--seeds").arg(seeds.join(","));
     if args.quick {
         command.arg("--quick");

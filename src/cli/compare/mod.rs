@@ -37,13 +37,14 @@ pub(super) struct Args {
     /// A data set outside the training range, of Task 2; may be given more than once.
     #[arg(long, value_name = "NAME=FOLDER")]
     beyond: Vec<String>,
-    /// Seeds of the trainings.
-    #[arg(long, value_delimiter = ',', default_values_t = [0, 1, 2])]
-    seeds: Vec<u64>,
+    /// Seeds of the trainings; 0,1,2 if left out, with --quick 0,1.
+    #[arg(long, value_delimiter = ',')]
+    seeds: Option<Vec<u64>>,
     /// Rows of the table, as lstm,relaxation-ode; all if left out.
     #[arg(long, value_delimiter = ',')]
     entries: Option<Vec<String>>,
-    /// A small part of the data and few epochs: a quarter of an hour on two cores.
+    /// A small part of the data, few passes, two seeds, less of everything that is asked of a model: about a quarter of an hour
+    /// on two cores.
     #[arg(long)]
     quick: bool,
     /// Passes over the training split in place of the usual ones, the same for all.
@@ -73,6 +74,17 @@ pub(super) struct Args {
     /// Print one JSON value at the end and nothing else on standard output.
     #[arg(long)]
     json: bool,
+}
+
+impl Args {
+    fn seeds(&self) -> Vec<u64> {
+        let usual = if self.quick {
+            vec![0, 1]
+        } else {
+            vec![0, 1, 2]
+        };
+        self.seeds.clone().unwrap_or(usual)
+    }
 }
 
 /// What is to be done, checked before any work.
@@ -142,7 +154,7 @@ fn plan(args: &Args, inputs: &Inputs) -> anyhow::Result<Plan> {
     let budgets = names
         .map(|name| ((*name).to_owned(), budget(name)))
         .collect();
-    let mut seeds = args.seeds.clone();
+    let mut seeds = args.seeds();
     seeds.sort_unstable();
     seeds.dedup();
     if seeds.is_empty() {

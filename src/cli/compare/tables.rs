@@ -27,7 +27,7 @@ pub(super) fn write(
     for job in &plan.jobs {
         results.extend(folder.done(job, plan, inputs)?);
     }
-    let costs = costs(args, inputs, plan, folder)?;
+    let costs = costs(args, inputs, plan, folder, &results)?;
     let (rows, orderings) = summarise(args.experiment, &plan.entries, &results, &costs);
     let comparison = Comparison {
         experiment: args.experiment,
@@ -102,7 +102,13 @@ fn truths(
 }
 
 /// Times of `--out`; of a data set whose models are all trained, those that are missing taken now: before, jobs may run beside.
-fn costs(args: &Args, inputs: &Inputs, plan: &Plan, folder: &Folder) -> anyhow::Result<Costs> {
+fn costs(
+    args: &Args,
+    inputs: &Inputs,
+    plan: &Plan,
+    folder: &Folder,
+    results: &[JobResult],
+) -> anyhow::Result<Costs> {
     let path = folder.file("cost.json");
     let mut costs: Costs = match fs::read(&path) {
         Ok(bytes) if !args.retime => serde_json::from_slice(&bytes)
@@ -110,7 +116,7 @@ fn costs(args: &Args, inputs: &Inputs, plan: &Plan, folder: &Folder) -> anyhow::
         _ => Costs::new(),
     };
     for (name, set) in &inputs.data {
-        let wanted = engines(plan, folder, name)?;
+        let wanted = engines(plan, folder, name, results)?;
         let known = costs.get(name).map_or(&[][..], Vec::as_slice);
         let all_known = wanted
             .iter()
@@ -134,19 +140,20 @@ fn timed(set: &Dataset, engines: &[(String, Box<dyn Engine>)]) -> anyhow::Result
     Ok(found)
 }
 
-/// One engine an entry, of the first seed that was trained.
+/// One engine an entry, of the first seed that is done.
 fn engines(
     plan: &Plan,
     folder: &Folder,
     data: &str,
+    results: &[JobResult],
 ) -> anyhow::Result<Vec<(String, Box<dyn Engine>)>> {
     let mut found = Vec::new();
     for entry in &plan.entries {
-        let checkpoint = plan
-            .jobs
+        // A result may have come without its weights.
+        let checkpoint = results
             .iter()
-            .filter(|job| job.data == data && job.entry == entry.id)
-            .map(|job| folder.checkpoint(job))
+            .filter(|result| result.job.data == data && result.job.entry == entry.id)
+            .map(|result| folder.checkpoint(&result.job))
             .find(|path| path.join("card.json").is_file());
         if let Some(path) = checkpoint {
             let engine = Checkpoint::load(&path)?.engine(EngineKind::Fused, None)?;
