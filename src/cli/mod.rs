@@ -33,6 +33,7 @@ use std::path::Path;
 
 use anyhow::Context as _;
 use clap::{Parser, Subcommand};
+use sha2::{Digest as _, Sha256};
 
 /// Learned hydrodynamics for MuJoCo.
 #[derive(Debug, Parser)]
@@ -113,6 +114,12 @@ fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
             let _ = std::fs::remove_file(&beside);
         })
         .with_context(|| format!("writing {}", path.display()))
+}
+
+/// In hexadecimal digits.
+fn sha256(bytes: &[u8]) -> String {
+    let digest = Sha256::digest(bytes);
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The command as it was typed, for cards and reports.

@@ -18,18 +18,15 @@ pub struct Detail {
     pub pooled_si: (f64, f64),
 }
 
-/// Standard deviation of each axis of the clean wrench.
-fn scale(split: &Split) -> Vec<f64> {
-    let f = split.outputs();
-    let mut moments = Moments::new(f);
-    for index in 0..split.len() {
-        for row in split.clean(index).chunks_exact(f) {
-            moments.add(
-                &row.iter()
-                    .map(|value| f64::from(*value))
-                    .collect::<Vec<_>>(),
-            );
-        }
+/// Standard deviation of each of `width` columns over all rows of all trajectories.
+pub(super) fn deviations<'a>(
+    width: usize,
+    trajectories: impl Iterator<Item = &'a [f32]>,
+) -> Vec<f64> {
+    let mut moments = Moments::new(width);
+    for row in trajectories.flat_map(|rows| rows.chunks_exact(width)) {
+        let row: Vec<f64> = row.iter().map(|value| f64::from(*value)).collect();
+        moments.add(&row);
     }
     moments.std()
 }
@@ -37,7 +34,7 @@ fn scale(split: &Split) -> Vec<f64> {
 /// Of predicted trajectories `[M][T * f]`; the first sample is given and does not count.
 pub(super) fn detail(split: &Split, forces: &[Vec<f64>]) -> Detail {
     let (f, samples) = (split.outputs(), split.samples());
-    let std = scale(split);
+    let std = deviations(f, (0..split.len()).map(|index| split.clean(index)));
     let mut by_trajectory = Vec::with_capacity(forces.len());
     let mut by_sample = vec![0.0; samples];
     let (mut absolute, mut square, mut count) = (0.0, 0.0, 0.0);

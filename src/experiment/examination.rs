@@ -124,17 +124,22 @@ pub fn examine(
             _ => (),
         }
     }
-    let noise = LEVELS
-        .iter()
-        .map(|level| {
-            let forces =
-                predictor.forces(&noisy(test, &card.features, *level), InitialForce::Clean)?;
-            Ok(Noisy {
-                level: *level,
-                nrmse: errors(test, &forces).pooled,
-            })
+    let clean = starts.get(&InitialForce::Clean.to_string());
+    let mut noise: Vec<Noisy> = clean
+        .map(|errors| Noisy {
+            level: 0.0,
+            nrmse: errors.pooled,
         })
-        .collect::<Result<_, TrainError>>()?;
+        .into_iter()
+        .collect();
+    for level in LEVELS {
+        let shaken = noisy(test, &card.features, level);
+        let forces = predictor.forces(&shaken, InitialForce::Clean)?;
+        noise.push(Noisy {
+            level,
+            nrmse: errors(test, &forces).pooled,
+        });
+    }
     let beyond = beyond
         .iter()
         .map(|(name, sha256, split)| {

@@ -3,10 +3,11 @@
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
-use crate::{dataset::Split, features::FeatureLayout, model::normaliser::Moments};
+use super::detail::deviations;
+use crate::{dataset::Split, features::FeatureLayout};
 
-/// Standard deviations of the noise, as shares of each feature's own.
-pub(super) const LEVELS: [f64; 5] = [0.0, 0.02, 0.05, 0.1, 0.2];
+/// Standard deviations of the noise, as shares of each feature's own; beside them there is none.
+pub(super) const LEVELS: [f64; 4] = [0.02, 0.05, 0.1, 0.2];
 
 /// Numbers that noise is drawn from; everybody has the same noise.
 const SEED: u64 = 20;
@@ -14,18 +15,8 @@ const SEED: u64 = 20;
 /// The split with white Gaussian noise of `level` standard deviations on every feature but the density, which is set and not
 /// measured. A quaternion is one again afterwards.
 pub(super) fn noisy(split: &Split, layout: &FeatureLayout, level: f64) -> Split {
-    let n = split.inputs();
-    let mut moments = Moments::new(n);
-    for index in 0..split.len() {
-        for row in split.x(index).chunks_exact(n) {
-            moments.add(
-                &row.iter()
-                    .map(|value| f64::from(*value))
-                    .collect::<Vec<_>>(),
-            );
-        }
-    }
-    let mut scale: Vec<f64> = moments.std().into_iter().map(|std| level * std).collect();
+    let std = deviations(split.inputs(), (0..split.len()).map(|index| split.x(index)));
+    let mut scale: Vec<f64> = std.into_iter().map(|std| level * std).collect();
     if let Some(density) = layout.density() {
         scale[density] = 0.0;
     }

@@ -124,8 +124,17 @@ pub struct Comparison {
     pub rows: Vec<Row>,
     /// Claims, the paper's and ours.
     pub orderings: Vec<Ordering>,
-    /// Sample times [s] and the true force along the first test trajectory, by data set.
-    pub truth: BTreeMap<String, (Vec<f32>, Vec<Vec<f32>>)>,
+    /// Of the first test trajectory, by data set.
+    pub truth: BTreeMap<String, Truth>,
+}
+
+/// A trajectory that predictions are drawn beside.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Truth {
+    /// Sample times [s].
+    pub time: Vec<f32>,
+    /// The true force, one row a sample [N, N m].
+    pub force: Vec<Vec<f32>>,
 }
 
 /// Who is claimed to be better than whom, by [`Entry::id`]: the paper's orderings, then ours.

@@ -11,13 +11,14 @@
 //! 4^(1-head): the first head starts out with the newest sample, the others look further back (after
 //! O. Press, N. Smith, M. Lewis, "Train Short, Test Long", arXiv:2108.12409); `bias` is learned.
 
-use candle_core::{CpuStorage, CustomOp2, D, DType, Layout, Result, Shape, Tensor, WithDType as _};
+use candle_core::{CpuStorage, CustomOp2, D, DType, Layout, Result, Shape, Tensor};
 use candle_nn::{Init, VarBuilder};
 use rayon::prelude::*;
 
 use super::{
     kernel::{Real, dot, sum_in_order},
     operations::Operations,
+    typed::{in_either_precision, numbers},
 };
 
 /// Sizes of an attention layer.
@@ -389,15 +390,7 @@ impl CustomOp2 for Window {
         let shape = Shape::from((batch, samples + 1 - self.0.window, self.0.embedding));
         let size = (batch, samples);
         let storage =
-            match (s1, s2) {
-                (CpuStorage::F32(qkv), CpuStorage::F32(bias)) => f32::to_cpu_storage_owned(
-                    self.run(contiguous(qkv, l1)?, contiguous(bias, l2)?, size),
-                ),
-                (CpuStorage::F64(qkv), CpuStorage::F64(bias)) => f64::to_cpu_storage_owned(
-                    self.run(contiguous(qkv, l1)?, contiguous(bias, l2)?, size),
-                ),
-                _ => candle_core::bail!("{} takes f32 or f64", self.name()),
-            };
+            in_either_precision!(self, s1, self.run(numbers(s1, l1)?, numbers(s2, l2)?, size));
         Ok((storage, shape))
     }
 
@@ -413,14 +406,6 @@ impl CustomOp2 for Window {
             _ => self.backward::<f32>(qkv, lag_bias, gradient)?,
         };
         Ok((Some(d_qkv), Some(d_bias)))
-    }
-}
-
-/// The numbers of a contiguous tensor.
-pub(crate) fn contiguous<'a, T>(values: &'a [T], layout: &Layout) -> Result<&'a [T]> {
-    match layout.contiguous_offsets() {
-        Some((start, end)) => Ok(&values[start..end]),
-        None => candle_core::bail!("the operation takes contiguous tensors"),
     }
 }
 

@@ -9,16 +9,16 @@
 //! evaluates the stages of a segment again, and the batch is cut in chunks that it sets alone. The control is data: no
 //! gradient is made of it.
 
-use candle_core::{CpuStorage, CustomOp3, DType, Layout, Result, Shape, Tensor, WithDType as _};
+use candle_core::{CpuStorage, CustomOp3, DType, Layout, Result, Shape, Tensor};
 use rayon::prelude::*;
 
 use super::{
-    attention::contiguous,
     field::{Field, FieldConfig},
     field_rows::{FieldRows, Tape, Work},
     kernel::{Real, sum_in_order},
     operations::Operations,
     solver::Tableau,
+    typed::{in_either_precision, numbers},
 };
 
 /// Trajectories that a thread integrates together.
@@ -330,25 +330,11 @@ impl CustomOp3 for Controlled {
     ) -> Result<(CpuStorage, Shape)> {
         let sizes = self.sizes(l2.shape())?;
         let shape = Shape::from((l1.dims()[0], sizes.steps + 1, sizes.state));
-        let storage = match (s1, s2, s3) {
-            (CpuStorage::F32(start), CpuStorage::F32(slopes), CpuStorage::F32(flat)) => {
-                f32::to_cpu_storage_owned(self.run(
-                    contiguous(start, l1)?,
-                    contiguous(slopes, l2)?,
-                    contiguous(flat, l3)?,
-                    sizes,
-                ))
-            }
-            (CpuStorage::F64(start), CpuStorage::F64(slopes), CpuStorage::F64(flat)) => {
-                f64::to_cpu_storage_owned(self.run(
-                    contiguous(start, l1)?,
-                    contiguous(slopes, l2)?,
-                    contiguous(flat, l3)?,
-                    sizes,
-                ))
-            }
-            _ => candle_core::bail!("{} takes f32 or f64", self.name()),
-        };
+        let storage = in_either_precision!(
+            self,
+            s1,
+            self.run(numbers(s1, l1)?, numbers(s2, l2)?, numbers(s3, l3)?, sizes)
+        );
         Ok((storage, shape))
     }
 

@@ -13,13 +13,13 @@
 //! Only the transposed product walks the time in order. The batch is cut in chunks of a fixed size, summed in their
 //! order: the result does not depend on the number of threads.
 
-use candle_core::{CpuStorage, CustomOp2, DType, Layout, Result, Shape, Tensor, WithDType as _};
+use candle_core::{CpuStorage, CustomOp2, DType, Layout, Result, Shape, Tensor};
 use rayon::prelude::*;
 
 use super::{
-    attention::contiguous,
     kernel::{Panels, Real, pack_rows, sum_in_order},
     operations::Operations,
+    typed::{in_either_precision, numbers},
 };
 
 /// Trajectories that a thread walks together.
@@ -272,17 +272,11 @@ impl CustomOp2 for Recurrence {
     ) -> Result<(CpuStorage, Shape)> {
         let sizes = Sizes::of(l1.shape())?;
         let shape = Shape::from((l1.dims()[0], sizes.samples, sizes.width));
-        let storage = match (s1, s2) {
-            (CpuStorage::F32(driven), CpuStorage::F32(recurrent)) => {
-                let (driven, recurrent) = (contiguous(driven, l1)?, contiguous(recurrent, l2)?);
-                f32::to_cpu_storage_owned(Self::run(sizes, driven, recurrent))
-            }
-            (CpuStorage::F64(driven), CpuStorage::F64(recurrent)) => {
-                let (driven, recurrent) = (contiguous(driven, l1)?, contiguous(recurrent, l2)?);
-                f64::to_cpu_storage_owned(Self::run(sizes, driven, recurrent))
-            }
-            _ => candle_core::bail!("{} takes f32 or f64", self.name()),
-        };
+        let storage = in_either_precision!(
+            self,
+            s1,
+            Self::run(sizes, numbers(s1, l1)?, numbers(s2, l2)?)
+        );
         Ok((storage, shape))
     }
 

@@ -34,6 +34,7 @@ mod tensor_trajectory;
 #[cfg(test)]
 mod testing;
 mod trajectory;
+mod typed;
 
 use candle_core::{Device, Tensor};
 use candle_nn::VarBuilder;

@@ -15,9 +15,13 @@
 //! trajectory is therefore a parallel scan in tensor operations (W. D. Hillis and G. L. Steele, "Data Parallel
 //! Algorithms", CACM 29(12), 1986).
 
-use candle_core::{CpuStorage, CustomOp3, DType, Layout, Result, Shape, Tensor, WithDType as _};
+use candle_core::{CpuStorage, CustomOp3, DType, Layout, Result, Shape, Tensor};
 
-use super::{attention::contiguous, kernel::Real, operations::Operations};
+use super::{
+    kernel::Real,
+    operations::Operations,
+    typed::{in_either_precision, numbers},
+};
 
 /// F_0 [B, f], s [B, S, f], G [B, S, f] -> F [B, S+1, f].
 pub(crate) fn relax(
@@ -134,27 +138,17 @@ impl CustomOp3 for Relaxation {
         l3: &Layout,
     ) -> Result<(CpuStorage, Shape)> {
         let (batch, steps, width) = sizes(l2.shape())?;
-        let storage = match (s1, s2, s3) {
-            (CpuStorage::F32(start), CpuStorage::F32(share), CpuStorage::F32(target)) => {
-                f32::to_cpu_storage_owned(forward(
-                    contiguous(start, l1)?,
-                    contiguous(share, l2)?,
-                    contiguous(target, l3)?,
-                    steps,
-                    width,
-                ))
-            }
-            (CpuStorage::F64(start), CpuStorage::F64(share), CpuStorage::F64(target)) => {
-                f64::to_cpu_storage_owned(forward(
-                    contiguous(start, l1)?,
-                    contiguous(share, l2)?,
-                    contiguous(target, l3)?,
-                    steps,
-                    width,
-                ))
-            }
-            _ => candle_core::bail!("{} takes f32 or f64", self.name()),
-        };
+        let storage = in_either_precision!(
+            self,
+            s1,
+            forward(
+                numbers(s1, l1)?,
+                numbers(s2, l2)?,
+                numbers(s3, l3)?,
+                steps,
+                width
+            )
+        );
         Ok((storage, Shape::from((batch, steps + 1, width))))
     }
 

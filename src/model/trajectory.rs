@@ -28,17 +28,17 @@
 //! The batch is cut in chunks, summed in their order; its size alone sets theirs, so the result does not depend on
 //! the number of threads. The products over rows are [`super::field_rows`]'s.
 
-use candle_core::{CpuStorage, CustomOp3, DType, Layout, Result, Shape, Tensor, WithDType as _};
+use candle_core::{CpuStorage, CustomOp3, DType, Layout, Result, Shape, Tensor};
 use rayon::prelude::*;
 
 use super::{
     adjoint::Adjoint,
-    attention::contiguous,
     field::FieldConfig,
     field_rows::{FieldRows, Tape, Work},
     kept::{Kept, Mark, worth_keeping},
     kernel::{Real, sum_in_order},
     solver::Tableau,
+    typed::{in_either_precision, numbers},
 };
 
 /// Steps times stages whose activations are held at a time: with 16 rows each, one block of the kernel.
@@ -463,25 +463,11 @@ impl CustomOp3 for Trajectory {
     ) -> Result<(CpuStorage, Shape)> {
         let sizes = Sizes::of(l1.shape(), l2.shape())?;
         let shape = Shape::from((l1.dims()[0], sizes.steps + 1, sizes.force));
-        let storage = match (s1, s2, s3) {
-            (CpuStorage::F32(start), CpuStorage::F32(latent), CpuStorage::F32(flat)) => {
-                f32::to_cpu_storage_owned(self.run(
-                    contiguous(start, l1)?,
-                    contiguous(latent, l2)?,
-                    contiguous(flat, l3)?,
-                    sizes,
-                ))
-            }
-            (CpuStorage::F64(start), CpuStorage::F64(latent), CpuStorage::F64(flat)) => {
-                f64::to_cpu_storage_owned(self.run(
-                    contiguous(start, l1)?,
-                    contiguous(latent, l2)?,
-                    contiguous(flat, l3)?,
-                    sizes,
-                ))
-            }
-            _ => candle_core::bail!("{} takes f32 or f64", self.name()),
-        };
+        let storage = in_either_precision!(
+            self,
+            s1,
+            self.run(numbers(s1, l1)?, numbers(s2, l2)?, numbers(s3, l3)?, sizes)
+        );
         Ok((storage, shape))
     }
 

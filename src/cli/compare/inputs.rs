@@ -11,9 +11,9 @@ use hydro_plugin::{
     kinematics::Kinematics,
     rollouts::Rollouts,
 };
-use sha2::{Digest as _, Sha256};
 
 use super::Args;
+use crate::cli::sha256;
 
 /// Opened, not yet read.
 pub(super) struct Inputs {
@@ -89,7 +89,7 @@ impl Inputs {
                 let path = args.scenes.join("b1_swim.xml");
                 let bytes =
                     std::fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
-                Some(hexadecimal(&Sha256::digest(bytes)))
+                Some(sha256(&bytes))
             }
             None => None,
         };
@@ -134,11 +134,9 @@ impl Inputs {
     /// Names and digests of what a model is examined on beside its test split.
     pub(super) fn examined_on(&self) -> BTreeMap<String, String> {
         let runs = |name: &str, rollouts: &Rollouts| {
-            let mut digest = Sha256::new();
-            for entry in &rollouts.index.rollouts {
-                digest.update(entry.sha256.as_bytes());
-            }
-            (name.to_owned(), hexadecimal(&digest.finalize()))
+            let runs = rollouts.index.rollouts.iter();
+            let all: String = runs.map(|entry| entry.sha256.as_str()).collect();
+            (name.to_owned(), sha256(all.as_bytes()))
         };
         self.beyond
             .iter()
@@ -169,8 +167,4 @@ impl Inputs {
             })
             .collect()
     }
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

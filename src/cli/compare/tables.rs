@@ -6,9 +6,9 @@ use anyhow::Context as _;
 use hydro_plugin::{
     checkpoint::Checkpoint,
     dataset::Dataset,
-    experiment::{Comparison, Cost, JobResult, ROUNDS, summarise, time},
+    experiment::{Comparison, Cost, JobResult, ROUNDS, Truth, summarise, time},
     model::{Engine, EngineKind},
-    report::experiment::{figures, page},
+    report::experiment::{figures, pictures, tables},
 };
 
 use super::{Args, Folder, Inputs, Plan};
@@ -47,16 +47,18 @@ pub(super) fn write(
         &folder.file("compare.json"),
         serde_json::to_string(&comparison)?.as_bytes(),
     )?;
-    for (name, svg) in figures(&comparison) {
+    let mut drawn = figures(&comparison);
+    drawn.retain(|(_, svg)| !svg.is_empty());
+    for (name, svg) in &drawn {
         write_whole(&folder.file("figures").join(name), svg.as_bytes())?;
     }
-    let text = page(&comparison);
-    write_whole(&folder.file("README.md"), text.as_bytes())?;
+    let text = tables(&comparison);
+    let page = text.clone() + &pictures(drawn.iter().map(|(name, _)| name.as_str()));
+    write_whole(&folder.file("README.md"), page.as_bytes())?;
     if args.json {
         return print_json(&comparison);
     }
-    let tables = text.split("## Pictures").next().unwrap_or_default();
-    say!("{tables}");
+    say!("{text}");
     say!(
         "{} of {} jobs done; {}",
         results.len(),
@@ -81,11 +83,7 @@ fn outputs(inputs: &Inputs) -> Vec<String> {
 }
 
 /// The true force along the first test trajectory of every data set that a job was done on.
-#[expect(clippy::type_complexity, reason = "the type of the field it fills")]
-fn truths(
-    inputs: &Inputs,
-    results: &[JobResult],
-) -> anyhow::Result<BTreeMap<String, (Vec<f32>, Vec<Vec<f32>>)>> {
+fn truths(inputs: &Inputs, results: &[JobResult]) -> anyhow::Result<BTreeMap<String, Truth>> {
     let mut found = BTreeMap::new();
     for (name, set) in &inputs.data {
         if !results.iter().any(|result| result.job.data == *name) {
@@ -96,7 +94,11 @@ fn truths(
             .clean(0)
             .chunks_exact(test.outputs())
             .map(<[f32]>::to_vec);
-        found.insert(name.clone(), (test.time().to_vec(), rows.collect()));
+        let truth = Truth {
+            time: test.time().to_vec(),
+            force: rows.collect(),
+        };
+        found.insert(name.clone(), truth);
     }
     Ok(found)
 }

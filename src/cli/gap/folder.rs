@@ -11,7 +11,8 @@ use std::{
 use anyhow::{Context as _, bail};
 use hydro_plugin::gap::stages::{Added, Found, Named, Verified};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
-use sha2::{Digest as _, Sha256};
+
+use crate::cli::sha256;
 
 /// Name of the file that says what the folder was made from.
 const RUN: &str = "run.json";
@@ -338,12 +339,4 @@ fn replace(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
         fs::rename(&beside, path)
     };
     write().with_context(|| format!("writing {}", path.display()))
-}
-
-/// In hexadecimal digits.
-pub(super) fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes)
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
 }

@@ -13,7 +13,8 @@ use anyhow::Context as _;
 use hydro_plugin::trial::{self, Listed, Split};
 use serde::{Deserialize, Serialize};
 
-use super::{folder::sha256, settings::Flags};
+use super::settings::Flags;
+use crate::cli::sha256;
 
 /// A file, without its content.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

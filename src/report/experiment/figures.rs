@@ -1,7 +1,7 @@
 //! The pictures.
 
 use crate::{
-    experiment::{Comparison, Row},
+    experiment::{Comparison, Row, Truth},
     report::plot::{Axes, Panel, Series, panels},
 };
 
@@ -44,8 +44,8 @@ pub fn figures(comparison: &Comparison) -> Vec<(String, String)> {
 
 /// Truth and prediction, axis by axis.
 fn wrench(comparison: &Comparison, row: &Row) -> String {
-    let none = (Vec::new(), Vec::new());
-    let (time, truth) = comparison.truth.get(&row.data).unwrap_or(&none);
+    let none = Truth::default();
+    let Truth { time, force } = comparison.truth.get(&row.data).unwrap_or(&none);
     let line = |name: &str, values: &[Vec<f32>], axis: usize| Series {
         name: name.to_owned(),
         points: time
@@ -78,7 +78,7 @@ fn wrench(comparison: &Comparison, row: &Row) -> String {
                 equal: false,
             },
             series: vec![
-                line("truth", truth, axis),
+                line("truth", force, axis),
                 line(&row.label, &row.example, axis),
             ],
         })

@@ -4,4 +4,7 @@ mod figures;
 mod page;
 mod tables;
 
-pub use self::{figures::figures, page::page};
+pub use self::{
+    figures::figures,
+    page::{pictures, tables},
+};

@@ -1,15 +1,12 @@
-//! The page: what was done, the tables, the pictures.
+//! The page: what was done, the tables, then the pictures.
 
 use std::fmt::Write as _;
 
-use super::{
-    figures::figures,
-    tables::{Column, digits, figures_of, markdown},
-};
+use super::tables::{Column, digits, figures_of, markdown};
 use crate::experiment::{Comparison, Experiment, Row};
 
-/// Renders the page; pictures are looked for in `figures/` beside it.
-pub fn page(comparison: &Comparison) -> String {
+/// Renders the tables.
+pub fn tables(comparison: &Comparison) -> String {
     let mut text = format!("# {}\n\n", title(comparison.experiment));
     provenance(&mut text, comparison);
     match comparison.experiment {
@@ -17,7 +14,16 @@ pub fn page(comparison: &Comparison) -> String {
         Experiment::Task2 => swimming(&mut text, comparison),
     }
     orderings(&mut text, comparison);
-    pictures(&mut text, comparison);
+    text
+}
+
+/// Shows pictures, by the names of their files in `figures/` beside the page.
+pub fn pictures<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let mut text = "## Pictures\n\n".to_owned();
+    for name in names {
+        let alt = name.trim_end_matches(".svg").replace('-', " ");
+        let _ = writeln!(text, "![{alt}](figures/{name})\n");
+    }
     text
 }
 
@@ -302,14 +308,4 @@ fn orderings(text: &mut String, comparison: &Comparison) {
     *text += "\nBelow 1 the claim holds; its probability is one-sided. Student's interval of the logarithm, from the spread over seeds \
               (Welch) and over test trajectories (bootstrap); each claim by itself, so that of twenty such probabilities of 95 % one may \
               be luck.\n\n";
-}
-
-fn pictures(text: &mut String, comparison: &Comparison) {
-    *text += "## Pictures\n\n";
-    for (name, svg) in figures(comparison) {
-        if !svg.is_empty() {
-            let alt = name.trim_end_matches(".svg").replace('-', " ");
-            let _ = writeln!(text, "![{alt}](figures/{name})\n");
-        }
-    }
 }
