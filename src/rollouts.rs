@@ -95,6 +95,8 @@ pub struct Index {
     pub schema: String,
     /// MJCF of the truth, relative to the project.
     pub model: String,
+    /// Digest of that file.
+    pub model_sha256: String,
     /// Physics step [s].
     pub timestep: f64,
     /// Sample period [s].
@@ -383,7 +385,7 @@ mod tests {
 
     fn index_with(schema: &str, file: &str, sha256: &str) -> String {
         format!(
-            r#"{{"schema":"{schema}","model":"m.xml","timestep":0.002,"sample_period":0.01,"seed":0,
+            r#"{{"schema":"{schema}","model":"m.xml","model_sha256":"0a","timestep":0.002,"sample_period":0.01,"seed":0,
             "command":"c","mujoco":"4.0.0","features":["density"],"joints":[],
             "rollouts":[{{"file":"{file}","sha256":"{sha256}","density":1000,"duration":0.01}}]}}"#
         )

@@ -23,6 +23,8 @@ mod inspect;
 mod model_flags;
 mod progress;
 #[cfg(mujoco_plugins)]
+mod references;
+#[cfg(mujoco_plugins)]
 mod simulate;
 #[cfg(mujoco_plugins)]
 mod swim;

@@ -9,37 +9,29 @@ use anyhow::{Context as _, bail};
 use hydro_plugin::{
     checkpoint::Checkpoint,
     comparison::{
-        Contender, OpenLoop, Summary, Water, bounds, closed_loop,
-        closed_loop::WrenchAtState,
-        open_loop,
-        open_loop::{Predict, drag_contender, fit_drag, predict_all, predicted},
+        Contender, OpenLoop, Summary, bounds, closed_loop, open_loop,
+        open_loop::{Predict, drag_contender, predict_all, predicted},
         step_times,
     },
     dataset::{Dataset, Split},
     drag::Drag,
     features::{Feature, FeatureLayout},
-    frames::{Wrench, to_world},
+    frames::to_world,
     model::EngineKind,
-    mujoco::{
-        simulator::{Model, SimulatorError},
-        swimmer::Swimmer,
-    },
+    mujoco::swimmer::Swimmer,
     report::page::{Video, render},
     rollouts::{Rollout, Rollouts},
-    sim::Simulator,
     training::InitialForce,
 };
 
 use super::{
     command_line, print_json,
     progress::Progress,
+    references::{BOX_FLUID, RIVALS, Scenes, buoyant_model, drags, references},
     swim::{BOUND, HORIZONS, in_plugin},
     table::table,
     write_whole,
 };
-
-/// Whom the learned wrench must beat.
-const RIVALS: [&str; 3] = ["fitted drag, coupled", "fitted drag, by axis", "box fluid"];
 
 /// Flags of `hydro simulate`.
 #[derive(Debug, clap::Args)]
@@ -59,7 +51,7 @@ pub(super) struct Args {
     /// A folder with one long rollout: are speeds, rates and wrench bounded?
     #[arg(long)]
     long: Option<PathBuf>,
-    /// Folder of the scenes b1_swim.xml, b1_box_fluid.xml, b1_truth_default.xml and b1.xml.
+    /// Folder of the scenes b1_swim.xml, b1_box_fluid.xml, b1.xml, and of the one that the rollouts were recorded in.
     #[arg(long, default_value = "mjcf")]
     scenes: PathBuf,
     /// How the plugin evaluates the network: fused, fused-f16 or candle.
@@ -74,14 +66,6 @@ pub(super) struct Args {
     /// Print one JSON value and nothing else.
     #[arg(long)]
     json: bool,
-}
-
-/// Scenes of the comparison, read once.
-struct Scenes {
-    swim: String,
-    box_fluid: PathBuf,
-    bare: PathBuf,
-    truth: PathBuf,
 }
 
 /// A data set with what the comparison takes from it.
@@ -99,6 +83,8 @@ struct Setup {
     mlp: Option<Checkpoint>,
     rollouts: Rollouts,
     data: Option<Data>,
+    /// Text of the scene that the plugin stands in.
+    swim: String,
     scenes: Scenes,
 }
 
@@ -161,13 +147,9 @@ fn read(args: &Args) -> anyhow::Result<Setup> {
         );
     }
     let swim = args.scenes.join("b1_swim.xml");
-    let scenes = Scenes {
-        swim: std::fs::read_to_string(&swim)
-            .with_context(|| format!("scene {}", swim.display()))?,
-        box_fluid: args.scenes.join("b1_box_fluid.xml"),
-        bare: args.scenes.join("b1.xml"),
-        truth: args.scenes.join("b1_truth_default.xml"),
-    };
+    let swim =
+        std::fs::read_to_string(&swim).with_context(|| format!("scene {}", swim.display()))?;
+    let scenes = Scenes::of(&args.scenes, &rollouts)?;
     let data = args
         .data
         .as_deref()
@@ -179,6 +161,7 @@ fn read(args: &Args) -> anyhow::Result<Setup> {
         mlp,
         rollouts,
         data,
+        swim,
         scenes,
     })
 }
@@ -193,18 +176,9 @@ fn read_data(folder: &Path, checkpoint: &Checkpoint) -> anyhow::Result<Data> {
             folder.display()
         );
     }
-    let fit = fit_drag(layout, &dataset.split("train", None)?).with_context(|| {
-        format!(
-            "{}: its features hold no base twist to fit a drag on",
-            folder.display()
-        )
-    })?;
-    let coupled = fit
-        .solve()
-        .with_context(|| format!("{}: fitting the drag rival", folder.display()))?;
     Ok(Data {
         test: dataset.split("test", None)?,
-        drags: vec![(RIVALS[0], coupled), (RIVALS[1], fit.solve_diagonal())],
+        drags: drags(&dataset)?,
         dataset,
     })
 }
@@ -217,76 +191,19 @@ fn contenders<'a>(
         &setup.subject,
         &args.checkpoint,
         args.engine,
-        &setup.scenes.swim,
+        &setup.swim,
     )?];
     if let (Some(folder), Some(mlp)) = (&args.mlp, &setup.mlp) {
         all.push(in_plugin(
             &format!("memoryless {}", mlp.card.model.kind()),
             folder,
             args.engine,
-            &setup.scenes.swim,
+            &setup.swim,
         )?);
     }
-    for (name, drag) in setup.data.iter().flat_map(|data| &data.drags) {
-        all.push(Contender {
-            name: (*name).to_owned(),
-            simulator: Box::new(|run| buoyant(&setup.scenes.box_fluid, run.density, false)),
-            water: Water::Law(Box::new(|twist, density| drag.wrench(twist, density))),
-        });
-    }
-    all.push(Contender {
-        name: RIVALS[2].to_owned(),
-        simulator: Box::new(|run| buoyant(&setup.scenes.box_fluid, run.density, true)),
-        water: Water::OfTheScene,
-    });
-    let bare = || {
-        Box::new(|_: &Rollout| {
-            Ok(Box::new(Swimmer::new(Model::load(&setup.scenes.bare)?)?) as Box<dyn Simulator>)
-        })
-    };
-    // Loaded once here, so that a fault in the scene is an error and not a panic in the loop.
-    buoyant_model(&setup.scenes.truth, 1000.0, true)?;
-    all.push(Contender {
-        name: "oracle, at its own state".to_owned(),
-        simulator: bare(),
-        water: Water::Truth(Box::new(|run| {
-            true_wrench(&setup.scenes.truth, run.density)
-        })),
-    });
-    all.push(Contender {
-        name: "oracle, replayed".to_owned(),
-        simulator: bare(),
-        water: Water::Replayed,
-    });
+    let drags = setup.data.as_ref().map_or(&[][..], |data| &data.drags);
+    all.extend(references(&setup.scenes, drags));
     Ok(all)
-}
-
-/// A scene with exact buoyancy at a density, with or without MuJoCo's own fluid.
-fn buoyant(scene: &Path, density: f64, fluid: bool) -> anyhow::Result<Box<dyn Simulator>> {
-    Ok(Box::new(Swimmer::new(buoyant_model(
-        scene, density, fluid,
-    )?)?))
-}
-
-/// The truth's base wrench at any state; a scene that cannot be built any more gives none.
-fn true_wrench(scene: &Path, density: f64) -> Box<WrenchAtState> {
-    let mut truth = buoyant_model(scene, density, true)
-        .and_then(Swimmer::new)
-        .ok();
-    Box::new(move |qpos, qvel| {
-        truth.as_mut().map_or(Wrench::default(), |truth| {
-            truth.passive_wrench_at(qpos, qvel)
-        })
-    })
-}
-
-fn buoyant_model(scene: &Path, density: f64, fluid: bool) -> Result<Model, SimulatorError> {
-    let mut model = Model::load(scene)?;
-    model.set_density(density)?;
-    if !fluid {
-        model.set_fluid(0.0, 0.0);
-    }
-    Ok(model)
 }
 
 /// Open-loop errors on the test split, from the true force at the start as in the paper.
@@ -316,7 +233,7 @@ fn open(setup: &Setup, data: &Data, engine: EngineKind) -> anyhow::Result<OpenLo
         rows.push(((*name).to_owned(), drag_contender(drag, layout)));
     }
     rows.push((
-        RIVALS[2].to_owned(),
+        BOX_FLUID.to_owned(),
         predicted(box_fluid(&setup.scenes.box_fluid, layout, test)?),
     ));
     let progress = Progress::new("open loop", rows.len() as u64);
@@ -406,12 +323,7 @@ fn long_run(
         .runs
         .first()
         .with_context(|| format!("{}: holds no rollout", folder.display()))?;
-    let contender = in_plugin(
-        &setup.subject,
-        &args.checkpoint,
-        args.engine,
-        &setup.scenes.swim,
-    )?;
+    let contender = in_plugin(&setup.subject, &args.checkpoint, args.engine, &setup.swim)?;
     let mut simulator = (contender.simulator)(run)?;
     Ok(bounds(simulator.as_mut(), run))
 }

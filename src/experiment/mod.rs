@@ -31,5 +31,8 @@ pub use self::{
     examination::{Beyond, Examination, Noisy, Swimming, examine},
     ordering::{Ordering, order},
     plan::{Budget, Entry, Experiment, JobId, UnknownExperiment, entries},
-    summary::{Comparison, JobResult, MeanSd, Metric, Row, SCHEMA, TrainingNote, Truth, summarise},
+    summary::{
+        Comparison, JobResult, MeanSd, Metric, Reference, Row, SCHEMA, TrainingNote, Truth,
+        summarise,
+    },
 };

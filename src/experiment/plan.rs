@@ -139,7 +139,8 @@ impl Entry {
 
 /// Every row for forces of `outputs` components, of a robot whose links are known or not. The four models of the paper have its
 /// sizes and its raw features, h as long as the force and no linear part; beside them its other equation, ours, ours without
-/// the closed forms, and two memoryless yardsticks: a perceptron of the paper's field, and one that is given what ours is given.
+/// the closed forms, the paper's four given what ours is given (what is the equation's merit, and what the features'?), and two
+/// memoryless yardsticks: a perceptron of the paper's field, and one that is given what ours is given.
 pub fn entries(outputs: usize, kinematics: Option<&Kinematics>) -> Vec<Entry> {
     use Solver::{DormandPrince, Euler, Rk4};
     let mlp_ode = ModelConfig::MlpOde(MlpOdeConfig {
@@ -172,8 +173,26 @@ pub fn entries(outputs: usize, kinematics: Option<&Kinematics>) -> Vec<Entry> {
         ..LstmConfig::default()
     });
     let ours = RelaxationOdeConfig::of(kinematics);
+    let encoding = || ours.encoding.clone();
+    let mlp_ode_informed = ModelConfig::MlpOde(MlpOdeConfig {
+        encoding: encoding(),
+        ..MlpOdeConfig::default()
+    });
+    let attention_informed = ModelConfig::AttentionOde(AttentionOdeConfig {
+        encoding: encoding(),
+        ..AttentionOdeConfig::default()
+    });
+    // Its field has a column for every number that it is given: with those of the links, four times the weights.
+    let cnode_informed = ModelConfig::Cnode(CnodeConfig {
+        encoding: Encoding::Hydrodynamic,
+        ..CnodeConfig::default()
+    });
+    let lstm_informed = ModelConfig::Lstm(LstmConfig {
+        encoding: encoding(),
+        ..LstmConfig::default()
+    });
     let informed = ModelConfig::Mlp(MlpConfig {
-        encoding: ours.encoding.clone(),
+        encoding: encoding(),
         hidden: ours.hidden.clone(),
         ..MlpConfig::default()
     });
@@ -246,6 +265,25 @@ pub fn entries(outputs: usize, kinematics: Option<&Kinematics>) -> Vec<Entry> {
             &plain,
             Euler,
         ),
+        (
+            "mlp-ode-informed",
+            "MLP-ODE, our features",
+            &mlp_ode_informed,
+            Euler,
+        ),
+        (
+            "attention-ode-informed",
+            "Attention-ODE, our features",
+            &attention_informed,
+            Euler,
+        ),
+        (
+            "cnode-informed",
+            "CNODE, our features of the base",
+            &cnode_informed,
+            Euler,
+        ),
+        ("lstm-informed", "LSTM, our features", &lstm_informed, Euler),
         ("mlp", "memoryless MLP (yardstick)", &mlp, Euler),
         (
             "mlp-informed",

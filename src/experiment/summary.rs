@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     cost::Cost,
-    examination::{Examination, Noisy},
+    examination::{Examination, Noisy, Swimming},
     ordering::{Ordering, order},
     plan::{Budget, Entry, Experiment, JobId},
 };
@@ -77,7 +77,7 @@ impl MeanSd {
 pub type Metric = String;
 
 /// One model with one solver on one data set.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Name of the data set.
     pub data: String,
@@ -89,8 +89,8 @@ pub struct Row {
     pub parameters: Option<usize>,
     /// Largest learning rate.
     pub learning_rate: f64,
-    /// True where whole trajectories are predicted with samples to come: beside the others, not among them.
-    pub sees_the_future: bool,
+    /// False where it stands beside the others, not among them: whole trajectories are predicted with samples to come.
+    pub competes: bool,
     /// Seeds that were trained.
     pub seeds: Vec<u64>,
     /// Mean and spread by name.
@@ -122,10 +122,35 @@ pub struct Comparison {
     pub outputs: Vec<String>,
     /// Rows, data set after data set.
     pub rows: Vec<Row>,
+    /// Whom the closed loop is measured by: rivals, and the true wrench.
+    pub references: Vec<Reference>,
     /// Claims, the paper's and ours.
     pub orderings: Vec<Ordering>,
     /// Of the first test trajectory, by data set.
     pub truth: BTreeMap<String, Truth>,
+}
+
+/// One that is not trained, in closed loop.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reference {
+    /// Name in the table.
+    pub label: String,
+    /// What it does.
+    pub swimming: Swimming,
+}
+
+impl Reference {
+    /// As a row of the closed loop's table, in no contest.
+    pub fn row(&self) -> Row {
+        let values = swum(&self.swimming).into_iter();
+        Row {
+            label: self.label.clone(),
+            values: values
+                .filter_map(|(name, value)| Some((name, MeanSd::of(&[value?])?)))
+                .collect(),
+            ..Row::default()
+        }
+    }
 }
 
 /// A trajectory that predictions are drawn beside.
@@ -138,7 +163,7 @@ pub struct Truth {
 }
 
 /// Who is claimed to be better than whom, by [`Entry::id`]: the paper's orderings, then ours.
-const CLAIMS: [(&str, &str); 13] = [
+const CLAIMS: [(&str, &str); 19] = [
     ("attention-ode-euler", "mlp-ode-euler"),
     ("attention-ode-rk4", "mlp-ode-rk4"),
     ("mlp-ode-rk4", "mlp-ode-euler"),
@@ -151,6 +176,12 @@ const CLAIMS: [(&str, &str); 13] = [
     ("relaxation-ode", "lstm"),
     ("relaxation-ode", "mlp"),
     ("relaxation-ode", "mlp-informed"),
+    ("relaxation-ode", "mlp-ode-informed"),
+    ("relaxation-ode", "attention-ode-informed"),
+    ("relaxation-ode", "cnode-informed"),
+    ("relaxation-ode", "lstm-informed"),
+    ("attention-ode-informed", "mlp-ode-informed"),
+    ("attention-ode-informed", "mlp-informed"),
     ("relaxation-ode-raw", "attention-ode-rk4"),
 ];
 
@@ -236,7 +267,7 @@ fn row(data: &str, entry: &Entry, results: &[&JobResult], cost: Option<&Cost>) -
         label: entry.label.to_owned(),
         parameters: results.first().map(|result| result.parameters),
         learning_rate: entry.learning_rate,
-        sees_the_future: entry.model.needs_the_future(),
+        competes: !entry.model.needs_the_future(),
         seeds: results.iter().map(|result| result.job.seed).collect(),
         values: all
             .into_iter()
@@ -306,24 +337,32 @@ fn figures(result: &JobResult) -> Vec<(Metric, f64)> {
             Some(beyond.errors.pooled),
         );
     }
-    if let Some(swimming) = &seen.swimming {
-        for (at, horizon) in swimming.horizons.iter().enumerate() {
-            put(&format!("position.{horizon}"), swimming.position[at]);
-            put(&format!("attitude.{horizon}"), swimming.attitude[at]);
-        }
-        put("diverged", Some(swimming.diverged as f64));
-        put("runs", Some(swimming.runs as f64));
-        put(
-            "bounded",
-            swimming.bounded.map(|bounded| f64::from(u8::from(bounded))),
-        );
-        for (at, name) in ["speed", "rate", "force", "torque"].iter().enumerate() {
-            let peak = swimming.peaks.and_then(|peaks| peaks[at]);
-            put(&format!("peak.{name}"), peak);
-        }
+    for (name, value) in seen.swimming.iter().flat_map(swum) {
+        put(&name, value);
     }
     put("train_seconds", Some(result.training.seconds));
     put("peak_memory", result.training.peak_memory_mib);
+    found
+}
+
+/// Figures of the closed loop, by name; None of what blew up.
+fn swum(swimming: &Swimming) -> Vec<(Metric, Option<f64>)> {
+    let mut found = vec![
+        ("diverged".to_owned(), Some(swimming.diverged as f64)),
+        ("runs".to_owned(), Some(swimming.runs as f64)),
+        (
+            "bounded".to_owned(),
+            swimming.bounded.map(|bounded| f64::from(u8::from(bounded))),
+        ),
+    ];
+    for (at, horizon) in swimming.horizons.iter().enumerate() {
+        found.push((format!("position.{horizon}"), swimming.position[at]));
+        found.push((format!("attitude.{horizon}"), swimming.attitude[at]));
+    }
+    for (at, name) in ["speed", "rate", "force", "torque"].iter().enumerate() {
+        let peak = swimming.peaks.and_then(|peaks| peaks[at]);
+        found.push((format!("peak.{name}"), peak));
+    }
     found
 }
 

@@ -6,7 +6,7 @@ use anyhow::Context as _;
 use hydro_plugin::{
     checkpoint::Checkpoint,
     dataset::Dataset,
-    experiment::{Comparison, Cost, JobResult, ROUNDS, Truth, summarise, time},
+    experiment::{Comparison, Cost, JobResult, ROUNDS, Reference, Truth, summarise, time},
     model::{Engine, EngineKind},
     report::experiment::{figures, pictures, tables},
 };
@@ -40,6 +40,7 @@ pub(super) fn write(
         outputs: outputs(inputs),
         budgets: plan.budgets.clone(),
         rows,
+        references: references(args, inputs)?,
         orderings,
         truth: truths(inputs, &results)?,
     };
@@ -80,6 +81,17 @@ fn command() -> String {
 fn outputs(inputs: &Inputs) -> Vec<String> {
     let first = inputs.data.values().next();
     first.map_or_else(Vec::new, |set| set.manifest().outputs.clone())
+}
+
+#[cfg(mujoco_plugins)]
+fn references(args: &Args, inputs: &Inputs) -> anyhow::Result<Vec<Reference>> {
+    super::swimming::swim_references(args, inputs)
+}
+
+/// Without MuJoCo nobody swims.
+#[cfg(not(mujoco_plugins))]
+fn references(_: &Args, _: &Inputs) -> anyhow::Result<Vec<Reference>> {
+    Ok(Vec::new())
 }
 
 /// The true force along the first test trajectory of every data set that a job was done on.

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::tables::{Column, digits, figures_of, markdown};
-use crate::experiment::{Comparison, Experiment, Row};
+use crate::experiment::{Comparison, Experiment, Reference, Row};
 
 /// Renders the tables.
 pub fn tables(comparison: &Comparison) -> String {
@@ -162,8 +162,9 @@ fn swimming(text: &mut String, comparison: &Comparison) {
     *text += "\nThe error of the estimate is that of the first force, in standard deviations.\n\n";
 
     *text += "## Closed loop: the plugin drives MuJoCo\n\n";
+    let references: Vec<Row> = comparison.references.iter().map(Reference::row).collect();
     *text += &figures_of(
-        rows(),
+        rows().chain(&references),
         &[
             Column::new("1 s [m]", "position.1"),
             Column::new("2 s [m]", "position.2"),
@@ -191,6 +192,10 @@ fn swimming(text: &mut String, comparison: &Comparison) {
             })
             .collect();
         let _ = writeln!(text, "Seeds that stayed in bounds: {}.", bounded.join("; "));
+        if !references.is_empty() {
+            *text += "The last rows are not trained, or on the base's velocity alone (drag): they show what a wrench on the base \
+                      can be worth. The oracle is the true wrench; what it misses are the water's torques on the joints.\n";
+        }
     }
 
     if !beyond.is_empty() {

@@ -84,7 +84,7 @@ pub(super) fn figures_of<'a>(
 /// The mean, of a row that has one for every seed and is one of the competitors.
 fn ranked(row: &Row, key: &str) -> Option<f64> {
     let value = row.values.get(key)?;
-    (value.count == row.seeds.len() && !row.sees_the_future).then_some(value.mean)
+    (value.count == row.seeds.len() && row.competes).then_some(value.mean)
 }
 
 /// Mean and standard deviation over seeds, to three digits of the mean.
@@ -118,9 +118,7 @@ mod tests {
             data: "2".to_owned(),
             entry: label.to_owned(),
             label: label.to_owned(),
-            parameters: None,
-            learning_rate: 1e-3,
-            sees_the_future: false,
+            competes: true,
             seeds: (0..3).collect(),
             values: BTreeMap::from([(
                 "nrmse".to_owned(),
@@ -130,11 +128,7 @@ mod tests {
                     count,
                 },
             )]),
-            cost: None,
-            by_horizon: Vec::new(),
-            noise: Vec::new(),
-            attention: None,
-            example: Vec::new(),
+            ..Row::default()
         };
         let rows = [row("a", 0.123_44, 3), row("b", 12.3, 1)];
         let columns = [
