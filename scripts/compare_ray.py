@@ -4,8 +4,9 @@
     .venv-ray/bin/python scripts/compare_ray.py --ray auto -- task2 --data data/task2 --out out/task2
 
 What follows `--` is for `hydro compare`. Jobs that --out holds are not done again. Nodes need the `hydro` program, the
-data and the rollouts at the same paths as here; files come back and only this process writes. A training gives the same
-weights wherever it runs, as long as the processors have the same instructions. --ray here does it in this process.
+data and the rollouts at the same paths as here; a job's own files go along and come back, and only this process writes.
+A training gives the same weights wherever it runs, as long as the processors have the same instructions. --ray here does
+it in this process.
 """
 
 import argparse
@@ -19,7 +20,7 @@ from pathlib import Path
 from fanout import FanoutError
 from fanout.cluster import Cluster
 from fanout.here import Here
-from fanout.program import HERE, Program, unpack
+from fanout.program import HERE, Job, Program, packed, unpack
 
 #: Flags of `hydro compare` that name files, which nodes must find from wherever they are.
 PATHS = ("--data", "--rollouts", "--long", "--scenes")
@@ -63,7 +64,9 @@ def main() -> int:
     if listed.returncode:
         return listed.returncode
     away = [HERE if words[at - 1] == "--out" else word for at, word in enumerate(words)]
-    jobs = {job["job"]: [*compare, *away, "--only", job["job"]] for job in json.loads(listed.stdout) if not job["done"]}
+    names = [job["job"] for job in json.loads(listed.stdout) if not job["done"]]
+    # What --out holds of a job goes along: a model that is only examined again is not trained again.
+    jobs = {name: Job([*compare, *away, "--only", name], packed(out, f"jobs/{name}")) for name in names}
     work = Program((("RAYON_NUM_THREADS", "1"),))
     try:
         with Here() if args.ray == "here" else Cluster(args.ray, packages=[]) as executor:

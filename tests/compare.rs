@@ -6,8 +6,10 @@ mod common;
 
 use std::{
     fs,
+    io::Read as _,
     path::{Path, PathBuf},
-    process::{Command, Output},
+    process::{Command, Output, Stdio},
+    time::Duration,
 };
 
 use common::tiny::dataset;
@@ -31,21 +33,24 @@ impl Place {
         self.folder.path().join("out")
     }
 
-    fn compare(&self, more: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_hydro"))
+    fn command(&self, more: &[&str]) -> Command {
+        let usual = |flag: &str, words: &'static [&'static str]| {
+            if more.contains(&flag) { &[] } else { words }
+        };
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hydro"));
+        command
             .args(["compare", "task2", "--data"])
             .arg(self.folder.path().join("data"))
             .arg("--out")
             .arg(self.out())
-            .args(["--epochs", "1"])
-            .args(if more.contains(&"--entries") {
-                &[][..]
-            } else {
-                &ENTRIES
-            })
-            .args(more)
-            .output()
-            .unwrap()
+            .args(usual("--epochs", &["--epochs", "1"]))
+            .args(usual("--entries", &ENTRIES))
+            .args(more);
+        command
+    }
+
+    fn compare(&self, more: &[&str]) -> Output {
+        self.command(more).output().unwrap()
     }
 
     fn succeeds(&self, more: &[&str]) -> String {
@@ -153,6 +158,51 @@ fn the_same_seed_gives_the_same_figures_wherever_a_job_runs() {
     assert_eq!(of(&here), of(&there));
 }
 
+/// Ctrl-C in the middle of a training: nothing is lost, and the same command goes on to the same model.
+#[test]
+fn an_interrupted_comparison_goes_on_to_the_same_results() {
+    let flags = [
+        "--seeds",
+        "0",
+        "--epochs",
+        "60",
+        "--entries",
+        "relaxation-ode",
+    ];
+    let (whole, cut) = (Place::new(), Place::new());
+    whole.succeeds(&flags);
+    let mut child = cut
+        .command(&flags)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let job = cut.out().join("jobs/2/relaxation-ode/seed-0");
+    for _ in 0..400 {
+        if job.join("run/state.safetensors").exists() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    let mut words = String::new();
+    let mut stderr = child.stderr.take().unwrap();
+    stderr.read_to_string(&mut words).unwrap();
+    // A very fast machine may finish first, and then there is nothing to go on with, which must hold too.
+    if !child.wait().unwrap().success() {
+        assert!(words.contains("goes on where it was"), "{words}");
+        assert!(!job.join("result.json").exists());
+    }
+    cut.succeeds(&flags);
+    let of = |place: &Place| json(&place.out().join("jobs/2/relaxation-ode/seed-0/result.json"));
+    let (whole, cut) = (of(&whole), of(&cut));
+    assert_eq!(whole["examination"], cut["examination"]);
+    assert_eq!(whole["training"]["epochs"], cut["training"]["epochs"]);
+}
+
 #[test]
 fn results_of_other_settings_are_kept_and_refused() {
     let place = Place::new();
@@ -221,5 +271,21 @@ fn flags_that_mean_nothing_are_named() {
     ] {
         let message = place.refusal(&flags);
         assert!(message.contains(words), "{flags:?}: {message}");
+    }
+    // Towed robots do not swim.
+    for flag in ["--rollouts", "--beyond"] {
+        let output = Command::new(env!("CARGO_BIN_EXE_hydro"))
+            .args([
+                "compare", "task1", "--data", "/nowhere", "--out", "/nowhere",
+            ])
+            .args([flag, "fast=/nowhere"])
+            .output()
+            .unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        let words = format!("{flag}: of task2 alone");
+        assert!(
+            !output.status.success() && message.contains(&words),
+            "{message}"
+        );
     }
 }

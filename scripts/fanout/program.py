@@ -1,4 +1,4 @@
-"""A job that is a command line: run in an empty folder, what it leaves there comes back, packed.
+"""A job that is a command line: run in a folder of its own, what it leaves there comes back, packed.
 
 The program and what it reads must be on the nodes, at the paths that the command line names.
 """
@@ -13,21 +13,31 @@ from pathlib import Path
 
 from . import FanoutError
 
-#: Stands for the empty folder in a command line.
+#: Stands for the folder in a command line.
 HERE = "{here}"
 #: Lines of a failed program's last words that are told.
 LAST_LINES = 3
 
 
 @dataclass(frozen=True)
+class Job:
+    """A command line, and the packed files that its folder holds when it begins."""
+
+    words: list[str]
+    files: bytes | None = None
+
+
+@dataclass(frozen=True)
 class Program:
-    """Work for an executor: a job is a list of words, `environment` is added to the node's own."""
+    """Work for an executor; `environment` is added to the node's own."""
 
     environment: tuple[tuple[str, str], ...] = ()
 
-    def __call__(self, words: list[str]) -> bytes:
+    def __call__(self, job: Job) -> bytes:
         with tempfile.TemporaryDirectory() as folder:
-            command = [word.replace(HERE, folder) for word in words]
+            if job.files is not None:
+                unpack(job.files, Path(folder))
+            command = [word.replace(HERE, folder) for word in job.words]
             try:
                 done = subprocess.run(command, env=os.environ | dict(self.environment), stdin=subprocess.DEVNULL,
                                       stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, check=False)
@@ -39,11 +49,11 @@ class Program:
             return packed(Path(folder))
 
 
-def packed(folder: Path) -> bytes:
-    """The files below a folder, in the order of their names."""
+def packed(folder: Path, below: str = "") -> bytes:
+    """The files below a folder, or those of them that stand below `below`, in the order of their names."""
     out = io.BytesIO()
     with tarfile.open(fileobj=out, mode="w") as archive:
-        for path in sorted(folder.rglob("*")):
+        for path in sorted((folder / below).rglob("*")):
             if path.is_file():
                 archive.add(path, arcname=str(path.relative_to(folder)), recursive=False)
     return out.getvalue()

@@ -16,7 +16,7 @@ import paths
 from fanout import FanoutError
 from fanout.here import Here
 from fanout.processes import Processes
-from fanout.program import HERE, Program, packed, unpack
+from fanout.program import HERE, Job, Program, packed, unpack
 
 #: Writes its environment and first word below the folder that it is given.
 WRITES = ("import os, pathlib, sys; out = pathlib.Path(sys.argv[1]) / 'a' / 'b'; out.mkdir(parents=True); "
@@ -33,14 +33,16 @@ elif "--tables" in words:
 else:
     job = words[words.index("--only") + 1]
     assert words[words.index("--data") + 1].startswith("/"), words
-    (out / "jobs" / job).mkdir(parents=True)
+    (out / "jobs" / job).mkdir(parents=True, exist_ok=True)
+    if (out / "jobs" / job / "weights").is_file():
+        words.append("trained before")
     (out / "jobs" / job / "result.json").write_text(json.dumps(words))
 """
 
 
 class Programs(unittest.TestCase):
     def test_files_come_back_from_here_and_from_processes(self):
-        jobs = {word: [sys.executable, "-c", WRITES, HERE, word] for word in ("sea", "lake")}
+        jobs = {word: Job([sys.executable, "-c", WRITES, HERE, word]) for word in ("sea", "lake")}
         for executor in (Here(), Processes(2)):
             with tempfile.TemporaryDirectory() as folder:
                 for _, content in executor.run(Program((("COLOUR", " blue"),)), jobs):
@@ -56,13 +58,13 @@ class Programs(unittest.TestCase):
         self.assertEqual(names, ["a", "b"])
 
     def test_a_failure_tells_the_last_words(self):
-        job = {"job": [sys.executable, "-c", "import sys; sys.exit('no water')"]}
+        job = {"job": Job([sys.executable, "-c", "import sys; sys.exit('no water')"])}
         with self.assertRaisesRegex(FanoutError, "^job: exit status 1: no water"):
             list(Here().run(Program(), job))
 
     def test_a_program_that_is_not_there_is_named(self):
         with self.assertRaisesRegex(FanoutError, "/nowhere/hydro: No such file or directory on this node"):
-            list(Here().run(Program(), {"job": ["/nowhere/hydro"]}))
+            list(Here().run(Program(), {"job": Job(["/nowhere/hydro"])}))
 
     def test_files_outside_the_folder_are_refused(self):
         out = io.BytesIO()
@@ -87,6 +89,15 @@ class Compare(unittest.TestCase):
             self.assertEqual(done.stdout.strip(), "tables of ['jobs/2/b/seed-0/result.json']")
             words = json.loads((Path(folder) / "out/jobs/2/b/seed-0/result.json").read_text())
             self.assertEqual(words[:2], ["compare", "task2"])
+
+    def test_what_a_job_has_already_goes_along(self):
+        with tempfile.TemporaryDirectory() as folder:
+            before = Path(folder) / "out/jobs/2/b/seed-0"
+            before.mkdir(parents=True)
+            (before / "weights").write_text("1 2 3")
+            done = self.run_it(Path(folder), "task2", "--data", "data", "--out", "out")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(json.loads((before / "result.json").read_text())[-1], "trained before")
 
     def test_words_without_out_are_refused(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
 use hydro_plugin::{
-    comparison::{Contender, Water, closed_loop::WrenchAtState, open_loop::fit_drag},
+    comparison::{Contender, ORACLE, Water, closed_loop::WrenchAtState, open_loop::fit_drag},
     dataset::Dataset,
     drag::Drag,
     frames::Wrench,
@@ -99,7 +99,7 @@ pub(super) fn references<'a>(
         })
     };
     all.push(Contender {
-        name: "oracle, at its own state".to_owned(),
+        name: ORACLE.to_owned(),
         simulator: bare(),
         water: Water::Truth(Box::new(|run| true_wrench(&scenes.truth, run.density))),
     });

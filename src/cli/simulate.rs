@@ -9,7 +9,7 @@ use anyhow::{Context as _, bail};
 use hydro_plugin::{
     checkpoint::Checkpoint,
     comparison::{
-        Contender, OpenLoop, Summary, bounds, closed_loop, open_loop,
+        BOUND, Contender, OpenLoop, Summary, bounds, closed_loop, open_loop,
         open_loop::{Predict, drag_contender, predict_all, predicted},
         step_times,
     },
@@ -28,7 +28,7 @@ use super::{
     command_line, print_json,
     progress::Progress,
     references::{BOX_FLUID, RIVALS, Scenes, buoyant_model, drags, references},
-    swim::{BOUND, HORIZONS, in_plugin},
+    swim::{HORIZONS, in_plugin},
     table::table,
     write_whole,
 };
@@ -325,7 +325,7 @@ fn long_run(
         .with_context(|| format!("{}: holds no rollout", folder.display()))?;
     let contender = in_plugin(&setup.subject, &args.checkpoint, args.engine, &setup.swim)?;
     let mut simulator = (contender.simulator)(run)?;
-    Ok(bounds(simulator.as_mut(), run))
+    Ok(bounds(simulator.as_mut(), &contender.water, run))
 }
 
 fn provenance(setup: &Setup) -> Vec<(String, String)> {

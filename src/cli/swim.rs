@@ -11,8 +11,6 @@ use hydro_plugin::{
 
 /// Times at which closed-loop errors are read [s].
 pub(super) const HORIZONS: [f64; 3] = [1.0, 2.0, 4.0];
-/// How far beyond the truth's peaks a long run may go.
-pub(super) const BOUND: f64 = 1.5;
 
 /// A contender that swims in `scene` (the text of b1_swim.xml) under a checkpoint.
 pub(super) fn in_plugin<'a>(

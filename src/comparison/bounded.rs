@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 use super::closed_loop::{Water, drive};
 use crate::{frames::Wrench, rollouts::Rollout, sim::Simulator};
 
+/// How far beyond the truth's peaks a long run may go.
+pub const BOUND: f64 = 1.5;
+
 /// A greatest value beside the truth's.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Peak {
@@ -52,14 +55,14 @@ impl Bounds {
     }
 }
 
-/// Runs a simulator whose scene holds the water through a long run.
-pub fn bounds(simulator: &mut dyn Simulator, run: &Rollout) -> Bounds {
+/// Runs a simulator through a long run.
+pub fn bounds(simulator: &mut dyn Simulator, water: &Water<'_>, run: &Rollout) -> Bounds {
     let mut reached = [0.0f64; 4];
     let mut diverged = false;
-    drive(simulator, run, &Water::OfTheScene, &mut |simulator| {
+    drive(simulator, run, water, &mut |simulator, wrench| {
         // After a blow-up MuJoCo resets itself, and the state looks calm again.
         diverged |= simulator.diverged();
-        keep_peaks(&mut reached, simulator.qvel(), simulator.water_wrench());
+        keep_peaks(&mut reached, simulator.qvel(), wrench);
     });
     if diverged {
         reached = [f64::INFINITY; 4];
@@ -122,11 +125,28 @@ mod tests {
             wrench: still(3, 6).expect("whole rows"),
             hydrostatic: still(3, 6).expect("whole rows"),
         };
-        let calm = bounds(&mut PointMass::new(1.0, 0.002), &run);
+        let calm = bounds(&mut PointMass::new(1.0, 0.002), &Water::OfTheScene, &run);
         assert_eq!(calm.speed.reached, 0.0);
         let mut broken = PointMass::new(1.0, 0.002);
         broken.break_at(0.011);
-        assert_eq!(bounds(&mut broken, &run).speed.reached, f64::INFINITY);
+        let broken = bounds(&mut broken, &Water::OfTheScene, &run);
+        assert_eq!(broken.speed.reached, f64::INFINITY);
+        // The wrench that a law gives counts as the scene's own does.
+        let law = |_: &crate::frames::Twist, density: f64| Wrench {
+            force: [0.0, 0.003 * density, 0.0],
+            torque: [0.0, 0.0, 0.5],
+        };
+        let pulled = bounds(
+            &mut PointMass::new(1.0, 0.002),
+            &Water::Law(Box::new(law)),
+            &run,
+        );
+        assert!((pulled.force.reached - 3.0).abs() < 1e-12);
+        assert!((pulled.torque.reached - 0.5).abs() < 1e-12);
+        assert!(
+            (pulled.speed.reached - 3.0 * 0.02).abs() < 1e-12,
+            "{pulled:?}"
+        );
     }
 
     #[test]

@@ -19,6 +19,9 @@ pub type WrenchAtState = dyn FnMut(&[f64], &[f64]) -> Wrench;
 /// Builds the truth for a run (its density is part of the scene).
 pub type MakeTruth<'a> = dyn Fn(&Rollout) -> Box<WrenchAtState> + 'a;
 
+/// Name of the contender with the true base wrench at its own state: nobody who gives a base wrench can do better.
+pub const ORACLE: &str = "oracle, at its own state";
+
 /// Where a contender's base wrench comes from.
 pub enum Water<'a> {
     /// The scene's own: a plugin, or MuJoCo's fluid.
@@ -151,7 +154,7 @@ pub fn closed_loop<E>(
         let mut diverged = 0;
         for (index, run) in runs.iter().enumerate() {
             let mut simulator = (contender.simulator)(run)?;
-            let driven = drive(simulator.as_mut(), run, &contender.water, &mut |_| ());
+            let driven = drive(simulator.as_mut(), run, &contender.water, &mut |_, _| ());
             for (h, horizon) in horizons.iter().enumerate() {
                 let Some(k) = sample_at(run, *horizon) else {
                     continue;
@@ -189,15 +192,16 @@ pub fn closed_loop<E>(
 
 /// Drives a simulator through a run; returns its base pose (7 numbers) at every sample.
 ///
-/// `watch` sees the simulator after every sample.
+/// `watch` sees the simulator after every sample, and the water's wrench on the base in the last step.
 pub fn drive(
     simulator: &mut dyn Simulator,
     run: &Rollout,
     water: &Water<'_>,
-    watch: &mut dyn FnMut(&dyn Simulator),
+    watch: &mut dyn FnMut(&dyn Simulator, Wrench),
 ) -> Vec<[f64; 7]> {
     simulator.restart(run.qpos.row(0), run.qvel.row(0));
     let mut poses = vec![base_pose(simulator.qpos())];
+    let mut given = None;
     let mut truth = match water {
         Water::Truth(build) => Some(build(run)),
         _ => None,
@@ -208,22 +212,19 @@ pub fn drive(
         simulator.set_control(run.ctrl.row(k));
         simulator.set_push(run.push.row(k));
         for step in 0..steps {
-            match water {
-                Water::OfTheScene => (),
-                Water::Law(law) => {
-                    let twist = base_twist(simulator);
-                    simulator.set_base_wrench(law(&twist, run.density));
-                }
-                Water::Truth(_) => {
-                    if let Some(truth) = &mut truth {
-                        let wrench = truth(simulator.qpos(), simulator.qvel());
-                        simulator.set_base_wrench(wrench);
-                    }
-                }
+            given = match water {
+                Water::OfTheScene => None,
+                Water::Law(law) => Some(law(&base_twist(simulator), run.density)),
+                Water::Truth(_) => truth
+                    .as_mut()
+                    .map(|truth| truth(simulator.qpos(), simulator.qvel())),
                 Water::Replayed => {
                     let part = step as f64 / steps as f64;
-                    simulator.set_base_wrench(recorded_wrench(run, k, part));
+                    Some(recorded_wrench(run, k, part))
                 }
+            };
+            if let Some(wrench) = given {
+                simulator.set_base_wrench(wrench);
             }
             simulator.step();
         }
@@ -232,7 +233,7 @@ pub fn drive(
         } else {
             base_pose(simulator.qpos())
         });
-        watch(simulator);
+        watch(simulator, given.unwrap_or_else(|| simulator.water_wrench()));
     }
     poses
 }

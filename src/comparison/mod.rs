@@ -7,8 +7,8 @@ pub mod open_loop;
 pub mod step_time;
 pub mod summary;
 
-pub use bounded::{Bounds, Peak, bounds};
-pub use closed_loop::{ClosedLoop, Contender, Spread, Water, closed_loop};
+pub use bounded::{BOUND, Bounds, Peak, bounds};
+pub use closed_loop::{ClosedLoop, Contender, ORACLE, Spread, Water, closed_loop};
 pub use open_loop::{OpenLoop, OpenLoopRow, open_loop};
 pub use step_time::step_times;
 pub use summary::{StepTime, Summary};

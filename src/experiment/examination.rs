@@ -92,6 +92,19 @@ pub struct Swimming {
     pub bounded: Option<bool>,
 }
 
+impl Swimming {
+    /// Whether the long run's peaks stay within `factor` of another's, or of the truth's where those are greater; None
+    /// without a long run.
+    pub fn within(&self, factor: f64, other: &Self) -> Option<bool> {
+        let (ours, theirs) = (self.peaks?, other.peaks?);
+        let pairs = ours.into_iter().zip(theirs);
+        Some(pairs.into_iter().all(|(ours, theirs)| {
+            let allowed = factor * theirs.map_or(1.0, |peak| peak.max(1.0));
+            ours.is_some_and(|peak| peak <= allowed)
+        }))
+    }
+}
+
 /// Examines a checkpoint on a test split and on sets outside its training range (name, sha256, split).
 ///
 /// # Errors

@@ -10,7 +10,10 @@ use super::{
     ordering::{Ordering, order},
     plan::{Budget, Entry, Experiment, JobId},
 };
-use crate::training::{Errors, TrainConfig};
+use crate::{
+    comparison::{BOUND, ORACLE},
+    training::{Errors, TrainConfig},
+};
 
 /// Of a job's result.
 pub const SCHEMA: &str = "hydro-compare-job/1";
@@ -191,7 +194,10 @@ pub fn summarise(
     entries: &[Entry],
     results: &[JobResult],
     costs: &BTreeMap<String, Vec<Cost>>,
+    references: &[Reference],
 ) -> (Vec<Row>, Vec<Ordering>) {
+    let oracle = references.iter().find(|of| of.label == ORACLE);
+    let oracle = oracle.map(|oracle| &oracle.swimming);
     let (mut rows, mut orderings) = (Vec::new(), Vec::new());
     for data in experiment.data() {
         let of = |entry: &str| -> Vec<&JobResult> {
@@ -205,7 +211,7 @@ pub fn summarise(
         let costs = costs.get(*data).map_or(&[][..], Vec::as_slice);
         rows.extend(entries.iter().map(|entry| {
             let cost = costs.iter().find(|cost| cost.entry == entry.id);
-            row(data, entry, &of(entry.id), cost)
+            row(data, entry, &of(entry.id), cost, oracle)
         }));
         let label = |id: &str| {
             let entry = entries.iter().find(|entry| entry.id == id);
@@ -228,10 +234,16 @@ pub fn summarise(
     (rows, orderings)
 }
 
-fn row(data: &str, entry: &Entry, results: &[&JobResult], cost: Option<&Cost>) -> Row {
+fn row(
+    data: &str,
+    entry: &Entry,
+    results: &[&JobResult],
+    cost: Option<&Cost>,
+    oracle: Option<&Swimming>,
+) -> Row {
     let mut all: BTreeMap<Metric, Vec<f64>> = BTreeMap::new();
     for result in results {
-        for (name, value) in figures(result) {
+        for (name, value) in figures(result, oracle) {
             all.entry(name).or_default().push(value);
         }
     }
@@ -290,7 +302,7 @@ fn row(data: &str, entry: &Entry, results: &[&JobResult], cost: Option<&Cost>) -
 }
 
 /// Every figure of one job, by name.
-fn figures(result: &JobResult) -> Vec<(Metric, f64)> {
+fn figures(result: &JobResult, oracle: Option<&Swimming>) -> Vec<(Metric, f64)> {
     let seen = &result.examination;
     let mut found: Vec<(Metric, f64)> = Vec::new();
     let mut put = |name: &str, value: Option<f64>| {
@@ -340,6 +352,12 @@ fn figures(result: &JobResult) -> Vec<(Metric, f64)> {
     for (name, value) in seen.swimming.iter().flat_map(swum) {
         put(&name, value);
     }
+    let bounded = seen.swimming.as_ref().zip(oracle);
+    let bounded = bounded.and_then(|(ours, oracle)| ours.within(BOUND, oracle));
+    put(
+        "bounded_as_oracle",
+        bounded.map(|is| f64::from(u8::from(is))),
+    );
     put("train_seconds", Some(result.training.seconds));
     put("peak_memory", result.training.peak_memory_mib);
     found

@@ -8,6 +8,7 @@ use std::{
 use anyhow::{Context as _, bail};
 use hydro_plugin::{
     dataset::{Dataset, Split},
+    experiment::Experiment,
     kinematics::Kinematics,
     rollouts::Rollouts,
 };
@@ -35,6 +36,17 @@ const QUICK: (usize, usize, usize) = (16, 4, 6000);
 
 impl Inputs {
     pub(super) fn open(args: &Args) -> anyhow::Result<Self> {
+        if args.experiment != Experiment::Task2 {
+            // --long asks for --rollouts itself.
+            for (flag, given) in [
+                ("--rollouts", args.rollouts.is_some()),
+                ("--beyond", !args.beyond.is_empty()),
+            ] {
+                if given {
+                    bail!("{flag}: of task2 alone; a towed robot does not swim");
+                }
+            }
+        }
         let names = args.experiment.data();
         let mut data = BTreeMap::new();
         for name in names {

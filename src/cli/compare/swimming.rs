@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use anyhow::Context as _;
 use hydro_plugin::{
-    comparison::{ClosedLoop, Spread, bounds, closed_loop, closed_loop::Errors},
+    comparison::{BOUND, ClosedLoop, Contender, Spread, bounds, closed_loop, closed_loop::Errors},
     experiment::{Reference, Swimming},
     model::EngineKind,
 };
@@ -13,9 +13,10 @@ use super::{Args, Inputs};
 use crate::cli::{
     progress::Progress,
     references::{Scenes, drags, references},
-    swim::{BOUND, HORIZONS, in_plugin},
+    swim::{HORIZONS, in_plugin},
 };
 
+/// Of a checkpoint in the plugin.
 pub(super) fn swim(args: &Args, inputs: &Inputs, checkpoint: &Path) -> anyhow::Result<Swimming> {
     let path = args.scenes.join("b1_swim.xml");
     let scene = fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
@@ -25,26 +26,10 @@ pub(super) fn swim(args: &Args, inputs: &Inputs, checkpoint: &Path) -> anyhow::R
         .as_ref()
         .map_or(&[][..], |rollouts| &rollouts.runs);
     let swum = closed_loop(std::slice::from_ref(&contender), runs, &HORIZONS, &|_| ())?;
-    let long = inputs
-        .long
-        .as_ref()
-        .and_then(|rollouts| rollouts.runs.first());
-    let long = match long {
-        Some(run) => Some(bounds((contender.simulator)(run)?.as_mut(), run)),
-        None => None,
-    };
-    Ok(Swimming {
-        minutes: long.as_ref().map(|bounds| bounds.duration / 60.0),
-        peaks: long.as_ref().map(|bounds| {
-            [bounds.speed, bounds.rate, bounds.force, bounds.torque]
-                .map(|peak| finite(peak.ratio()))
-        }),
-        bounded: long.as_ref().map(|bounds| bounds.within(BOUND)),
-        ..short(&swum, &swum.rows[0])
-    })
+    figures(inputs, &contender, &swum, &swum.rows[0])
 }
 
-/// Those that are not trained, through the same runs; none without runs.
+/// Of those that are not trained; of nobody where there is nothing to swim in.
 pub(super) fn swim_references(args: &Args, inputs: &Inputs) -> anyhow::Result<Vec<Reference>> {
     let Some(rollouts) = &inputs.rollouts else {
         return Ok(Vec::new());
@@ -55,40 +40,51 @@ pub(super) fn swim_references(args: &Args, inputs: &Inputs) -> anyhow::Result<Ve
         laws.extend(drags(data)?);
     }
     let contenders = references(&scenes, &laws);
-    let progress = Progress::new(
-        "references",
-        (contenders.len() * rollouts.runs.len()) as u64,
-    );
+    let each = rollouts.runs.len() + usize::from(inputs.long.is_some());
+    let progress = Progress::new("references", (contenders.len() * each) as u64);
     let swum = closed_loop(&contenders, &rollouts.runs, &HORIZONS, &|name| {
         progress.tick(name);
     })?;
-    progress.finish();
-    let rows = swum.rows.iter();
-    Ok(rows
-        .map(|row| Reference {
+    let mut found = Vec::new();
+    for (contender, row) in contenders.iter().zip(&swum.rows) {
+        found.push(Reference {
             label: row.name.clone(),
-            swimming: short(&swum, row),
-        })
-        .collect())
+            swimming: figures(inputs, contender, &swum, row)?,
+        });
+        progress.tick(&row.name);
+    }
+    progress.finish();
+    Ok(found)
 }
 
-/// A contender's figures but for the long run's.
-fn short(swum: &ClosedLoop, row: &Errors) -> Swimming {
-    let medians = |spreads: &[Spread]| -> Vec<Option<f64>> {
-        spreads.iter().map(|spread| finite(spread.median)).collect()
+/// What a contender did in the short runs, and what it does in the long one.
+fn figures(
+    inputs: &Inputs,
+    contender: &Contender<'_, anyhow::Error>,
+    swum: &ClosedLoop,
+    row: &Errors,
+) -> anyhow::Result<Swimming> {
+    let long = match inputs.long.as_ref().and_then(|long| long.runs.first()) {
+        Some(run) => {
+            let mut simulator = (contender.simulator)(run)?;
+            Some(bounds(simulator.as_mut(), &contender.water, run))
+        }
+        None => None,
     };
-    Swimming {
+    let finite = |value: f64| value.is_finite().then_some(value);
+    let medians =
+        |spreads: &[Spread]| -> Vec<_> { spreads.iter().map(|of| finite(of.median)).collect() };
+    Ok(Swimming {
         horizons: swum.horizons.clone(),
         position: medians(&row.position),
         attitude: medians(&row.attitude),
         runs: swum.runs,
         diverged: row.diverged,
-        minutes: None,
-        peaks: None,
-        bounded: None,
-    }
-}
-
-fn finite(value: f64) -> Option<f64> {
-    value.is_finite().then_some(value)
+        minutes: long.as_ref().map(|bounds| bounds.duration / 60.0),
+        peaks: long.as_ref().map(|bounds| {
+            [bounds.speed, bounds.rate, bounds.force, bounds.torque]
+                .map(|peak| finite(peak.ratio()))
+        }),
+        bounded: long.as_ref().map(|bounds| bounds.within(BOUND)),
+    })
 }

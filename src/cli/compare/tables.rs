@@ -10,6 +10,7 @@ use hydro_plugin::{
     model::{Engine, EngineKind},
     report::experiment::{figures, pictures, tables},
 };
+use serde::{Deserialize, Serialize};
 
 use super::{Args, Folder, Inputs, Plan};
 use crate::cli::{command_line, print_json, progress::Progress, write_whole};
@@ -28,7 +29,14 @@ pub(super) fn write(
         results.extend(folder.done(job, plan, inputs)?);
     }
     let costs = costs(args, inputs, plan, folder, &results)?;
-    let (rows, orderings) = summarise(args.experiment, &plan.entries, &results, &costs);
+    let references = references(args, inputs, folder)?;
+    let (rows, orderings) = summarise(
+        args.experiment,
+        &plan.entries,
+        &results,
+        &costs,
+        &references,
+    );
     let comparison = Comparison {
         experiment: args.experiment,
         command: command(),
@@ -40,7 +48,7 @@ pub(super) fn write(
         outputs: outputs(inputs),
         budgets: plan.budgets.clone(),
         rows,
-        references: references(args, inputs)?,
+        references,
         orderings,
         truth: truths(inputs, &results)?,
     };
@@ -83,14 +91,46 @@ fn outputs(inputs: &Inputs) -> Vec<String> {
     first.map_or_else(Vec::new, |set| set.manifest().outputs.clone())
 }
 
+/// `references.json`: whom the closed loop is measured by, and what that was measured on.
+#[derive(Serialize, Deserialize)]
+struct References {
+    on: BTreeMap<String, String>,
+    found: Vec<Reference>,
+}
+
+/// Those of `--out`; measured now where it has none, or others.
+fn references(args: &Args, inputs: &Inputs, folder: &Folder) -> anyhow::Result<Vec<Reference>> {
+    let path = folder.file("references.json");
+    let mut on = inputs.examined_on();
+    // Drag laws are fitted on the data.
+    let data = inputs.data.iter();
+    on.extend(data.map(|(name, set)| (format!("data.{name}"), set.sha256().to_owned())));
+    if let Ok(bytes) = fs::read(&path) {
+        let known: References = serde_json::from_slice(&bytes)
+            .with_context(|| format!("{}: not references; take it away", path.display()))?;
+        if known.on == on {
+            return Ok(known.found);
+        }
+    }
+    let found = measured(args, inputs)?;
+    if !found.is_empty() {
+        let known = References {
+            on,
+            found: found.clone(),
+        };
+        write_whole(&path, serde_json::to_string_pretty(&known)?.as_bytes())?;
+    }
+    Ok(found)
+}
+
 #[cfg(mujoco_plugins)]
-fn references(args: &Args, inputs: &Inputs) -> anyhow::Result<Vec<Reference>> {
+fn measured(args: &Args, inputs: &Inputs) -> anyhow::Result<Vec<Reference>> {
     super::swimming::swim_references(args, inputs)
 }
 
 /// Without MuJoCo nobody swims.
 #[cfg(not(mujoco_plugins))]
-fn references(_: &Args, _: &Inputs) -> anyhow::Result<Vec<Reference>> {
+fn measured(_: &Args, _: &Inputs) -> anyhow::Result<Vec<Reference>> {
     Ok(Vec::new())
 }
 
