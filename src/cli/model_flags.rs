@@ -200,6 +200,7 @@ impl ModelFlags {
             }
             Kind::Lstm => ModelConfig::Lstm(LstmConfig {
                 encoding: encoding(LstmConfig::default().encoding)?,
+                skip: !self.without_skip,
                 hidden,
             }),
             Kind::Mlp => ModelConfig::Mlp(MlpConfig {
@@ -211,7 +212,7 @@ impl ModelFlags {
     }
 
     fn refuse_idle_flags(&self) -> anyhow::Result<()> {
-        use Kind::{AttentionOde, Cnode, Mlp, MlpOde, RelaxationOde};
+        use Kind::{AttentionOde, Cnode, Lstm, Mlp, MlpOde, RelaxationOde};
         let flags: [(&str, bool, &[Kind]); 7] = [
             (
                 "--window",
@@ -238,7 +239,7 @@ impl ModelFlags {
             (
                 "--without-skip",
                 self.without_skip,
-                &[AttentionOde, MlpOde, RelaxationOde, Mlp],
+                &[AttentionOde, MlpOde, RelaxationOde, Lstm, Mlp],
             ),
         ];
         for (flag, given, kinds) in flags {

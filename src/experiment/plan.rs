@@ -170,6 +170,7 @@ pub fn entries(outputs: usize, kinematics: Option<&Kinematics>) -> Vec<Entry> {
     let (natural, hermite) = (cnode(Control::Natural), cnode(Control::Hermite));
     let lstm = ModelConfig::Lstm(LstmConfig {
         encoding: Encoding::Raw,
+        skip: false,
         ..LstmConfig::default()
     });
     let ours = RelaxationOdeConfig::of(kinematics);

@@ -1,11 +1,12 @@
 //! LSTM: layers of long short-term memory read the motion, a linear layer gives the force.
 //!
 //! ```text
-//! h^1_k = layer_1(z_0 .. z_k),  h^2_k = layer_2(h^1_0 .. h^1_k), ..     F_k = W_o h_k + b_o
+//! h^1_k = layer_1(z_0 .. z_k),  h^2_k = layer_2(h^1_0 .. h^1_k), ..     F_k = W_o h_k + b_o + A z_k
 //! ```
 //!
-//! The paper's recurrent rival (2 layers of 256). It integrates nothing: F_0 is not among its inputs, and its memory
-//! at the first sample is empty.
+//! The paper's recurrent rival (2 layers of 256, without A). It integrates nothing: F_0 is not among its inputs, and its
+//! memory at the first sample is empty. |h| < 1, so without A the force is bounded however fast the motion: no drag then
+//! holds a robot that has become faster than those of the training data.
 
 use candle_core::{Result, Tensor};
 use candle_nn::{Init, VarBuilder};
@@ -25,6 +26,9 @@ pub struct LstmConfig {
     pub hidden: Vec<usize>,
     /// How a sample enters.
     pub encoding: Encoding,
+    /// Whether there is the linear part A; cards that do not say have none.
+    #[serde(default)]
+    pub skip: bool,
 }
 
 impl Default for LstmConfig {
@@ -32,6 +36,7 @@ impl Default for LstmConfig {
         Self {
             hidden: vec![256; 2],
             encoding: Encoding::Up,
+            skip: true,
         }
     }
 }
@@ -68,6 +73,8 @@ pub struct Lstm {
     pub(crate) layers: Vec<Layer>,
     /// W_o [f, H], b_o [f].
     pub(crate) output: (Tensor, Tensor),
+    /// A [f, n].
+    pub(crate) skip: Option<Tensor>,
 }
 
 impl Lstm {
@@ -87,6 +94,14 @@ impl Lstm {
             depth = width;
         }
         let up = 1.0 / (depth as f64).sqrt();
+        let skip = if config.skip {
+            let up = 0.1 / (inputs as f64).sqrt();
+            let uniform = Init::Uniform { lo: -up, up };
+            let vb = vb.pp("skip");
+            Some(vb.get_with_hints((outputs, inputs), "weight", uniform)?)
+        } else {
+            None
+        };
         let vb = vb.pp("output");
         let uniform = Init::Uniform { lo: -up, up };
         Ok(Self {
@@ -95,12 +110,13 @@ impl Lstm {
                 vb.get_with_hints((outputs, depth), "weight", uniform)?,
                 vb.get_with_hints(outputs, "bias", Init::Const(0.0))?,
             ),
+            skip,
         })
     }
 
     /// z [B, T, n] -> F [B, T, f].
     pub fn forward(&self, z: &Tensor) -> Result<Tensor> {
-        let (batch, samples, _) = z.dims3()?;
+        let (batch, samples, inputs) = z.dims3()?;
         let operations = Operations::of(z.device());
         let mut x = z.clone();
         for layer in &self.layers {
@@ -112,13 +128,19 @@ impl Lstm {
             x = recur(operations, &driven, &layer.recurrent)?;
         }
         let rows = x.reshape((batch * samples, x.dim(2)?))?;
-        self.read(&rows)?
+        self.read(&rows, &z.reshape((batch * samples, inputs))?)?
             .reshape((batch, samples, self.output.1.dim(0)?))
     }
 
-    /// h [rows, H] of the last layer -> F [rows, f].
-    pub(crate) fn read(&self, h: &Tensor) -> Result<Tensor> {
-        h.matmul(&self.output.0.t()?)?.broadcast_add(&self.output.1)
+    /// h [rows, H] of the last layer and the samples z [rows, n] -> F [rows, f].
+    pub(crate) fn read(&self, h: &Tensor, z: &Tensor) -> Result<Tensor> {
+        let force = h
+            .matmul(&self.output.0.t()?)?
+            .broadcast_add(&self.output.1)?;
+        match &self.skip {
+            Some(linear) => force + z.matmul(&linear.t()?)?,
+            None => Ok(force),
+        }
     }
 
     /// Numbers of memory: h and c of every layer.

@@ -473,6 +473,7 @@ mod tests {
             (
                 ModelConfig::Lstm(LstmConfig {
                     encoding: raw.clone(),
+                    skip: false,
                     ..LstmConfig::default()
                 }),
                 828_422,

@@ -259,6 +259,7 @@ fn every_kind_of_model_learns_the_lag() {
         }),
         ModelConfig::Lstm(LstmConfig {
             hidden: vec![12, 12],
+            skip: false,
             ..LstmConfig::default()
         }),
     ];

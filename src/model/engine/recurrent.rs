@@ -1,4 +1,4 @@
-//! An LSTM by our own products. Memory: h and c of every layer.
+//! An LSTM by our own products. Memory: h and c of every layer, then the linear part's force (standardised), where there is one.
 
 use candle_core::Result;
 use pulp::Arch;
@@ -34,6 +34,8 @@ pub(super) struct RecurrentEngine {
     layers: Vec<Layer>,
     /// W_o^T and b_o, always in f32.
     output: (Panels<f32>, Vec<f32>),
+    /// A^T, always in f32.
+    skip: Option<Panels<f32>>,
 }
 
 impl RecurrentEngine {
@@ -64,6 +66,14 @@ impl RecurrentEngine {
         let (weight, bias) = &lstm.output;
         let (outputs, depth) = weight.dims2()?;
         let read = weight.flatten_all()?.to_vec1::<f32>()?;
+        let skip = match &lstm.skip {
+            Some(linear) => {
+                let (outputs, inputs) = linear.dims2()?;
+                let linear = linear.flatten_all()?.to_vec1::<f32>()?;
+                Some(Panels::transposed(&linear, inputs, outputs))
+            }
+            None => None,
+        };
         Ok(Self {
             arch,
             encoder: model.encoder.clone(),
@@ -73,7 +83,13 @@ impl RecurrentEngine {
                 Panels::transposed(&read, depth, outputs),
                 bias.to_vec1::<f32>()?,
             ),
+            skip,
         })
+    }
+
+    /// h and c of every layer.
+    fn state_len(&self) -> usize {
+        self.layers.iter().map(|layer| 2 * layer.width).sum()
     }
 
     /// The most that a layer takes of something.
@@ -102,7 +118,7 @@ impl Engine for RecurrentEngine {
     }
 
     fn memory_len(&self) -> usize {
-        self.layers.iter().map(|layer| 2 * layer.width).sum()
+        self.state_len() + self.skip.as_ref().map_or(0, |_| self.outputs())
     }
 
     fn start(&self, x: &[f64], _: &[f64], memory: &mut [f64], scratch: &mut Scratch) {
@@ -114,7 +130,15 @@ impl Engine for RecurrentEngine {
         let (input, rest) = scratch.take(self.scratch()).split_at_mut(self.input_len());
         self.encoder
             .encode(x, |i, value| input[i] = self.normaliser.input(i, value));
-        let mut memory = memory;
+        let (mut memory, linear) = memory.split_at_mut(self.state_len());
+        if let Some(skip) = &self.skip {
+            let force = &mut rest[..linear.len()];
+            force.fill(0.0);
+            multiply_row(self.arch, force, &input[..self.encoder.len()], skip);
+            for (slot, force) in linear.iter_mut().zip(force.iter()) {
+                *slot = f64::from(*force);
+            }
+        }
         for layer in &self.layers {
             let (own, others) = memory.split_at_mut(2 * layer.width);
             memory = others;
@@ -157,11 +181,15 @@ impl Engine for RecurrentEngine {
         let width = self.layers.last().map_or(0, |layer| layer.width);
         let (h, rest) = scratch.take(self.scratch()).split_at_mut(width);
         let force = &mut rest[..now.len()];
-        let last = memory.len() - 2 * width;
-        for (slot, h) in h.iter_mut().zip(&memory[last..]) {
+        let (state, linear) = memory.split_at(self.state_len());
+        let last = state.len() - 2 * width;
+        for (slot, h) in h.iter_mut().zip(&state[last..]) {
             *slot = *h as f32;
         }
         force.copy_from_slice(&self.output.1);
+        for (force, linear) in force.iter_mut().zip(linear) {
+            *force += *linear as f32;
+        }
         multiply_row(self.arch, force, h, &self.output.0);
         for (i, (now, force)) in now.iter_mut().zip(force.iter()).enumerate() {
             *now = self.normaliser.to_si(i, *force);

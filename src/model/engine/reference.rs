@@ -76,7 +76,7 @@ impl CandleEngine {
                 let width = network.layers.last().map_or(0, |layer| layer.width());
                 let last = memory.state.len() - 2 * width;
                 let h = Tensor::from_slice(&memory.state[last..][..width], (1, width), z.device())?;
-                network.read(&h.to_dtype(z.dtype())?)?
+                network.read(&h.to_dtype(z.dtype())?, &z.narrow(0, z.dim(0)? - 1, 1)?)?
             }
             Network::Cnode(_) => {
                 let force = memory.state[..force.dim(1)?].to_vec();

@@ -72,6 +72,11 @@ fn configs() -> Vec<ModelConfig> {
             hidden: vec![33, 50],
             ..LstmConfig::default()
         }),
+        ModelConfig::Lstm(LstmConfig {
+            hidden: vec![33, 50],
+            skip: false,
+            ..LstmConfig::default()
+        }),
         ModelConfig::Mlp(MlpConfig {
             hidden: vec![33, 200],
             ..MlpConfig::default()
