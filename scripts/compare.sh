@@ -14,13 +14,12 @@ source scripts/setup.sh
 
 out=${HYDRO_COMPARE_OUT:-out/compare}
 python=.venv/bin/python
-truth=mjcf/b1_truth.xml
 mkdir -p "$out"
 cargo build --release --quiet
 
 # record FOLDER FLAGS...: unless it is there.
 record() {
-  [ -e "$1/rollouts.json" ] || "$python" scripts/record_rollouts.py --out "$1" "${@:2}" --model "$truth"
+  [ -e "$1/rollouts.json" ] || "$python" scripts/record_rollouts.py --out "$1" "${@:2}"
 }
 
 case $task in
@@ -29,10 +28,10 @@ task1)
   flags=(--data "$out/task1-data")
   ;;
 task2)
-  "$python" scripts/gen_task2.py --out "$out/task2" --trials 1000 --seed 0 --model "$truth" --resume
+  "$python" scripts/gen_task2.py --out "$out/task2" --trials 1000 --seed 0 --resume
   flags=(--data "$out/task2")
   for regime in speeds densities gaits; do
-    "$python" scripts/gen_task2.py --out "$out/task2-$regime" --regime "$regime" --trials 60 --seed 0 --model "$truth" --resume
+    "$python" scripts/gen_task2.py --out "$out/task2-$regime" --regime "$regime" --trials 60 --seed 0 --resume
     flags+=(--beyond "$regime=$out/task2-$regime")
   done
   record "$out/rollouts" --count 20 --duration 4 --seed 100

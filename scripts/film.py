@@ -2,7 +2,7 @@
 """Film the swimming robot offscreen, with the water's force drawn as arrows.
 
     python scripts/film.py --out out/swim.mp4                               # the plugin's water
-    python scripts/film.py --out out/truth.mp4 --scene mjcf/b1_truth_default.xml
+    python scripts/film.py --out out/truth.mp4 --scene mjcf/b1_truth.xml
     python scripts/film.py --out out/run.mp4 --rollouts out/rollouts --index 3
 
 Pale arrow: the whole force of the water on the base, 1 m for 1000 N. Orange: what is left of it

@@ -3,7 +3,7 @@
 
     python scripts/simulate.py --rollouts out/rollouts                       # the plugin's water
     python scripts/simulate.py --rollouts out/rollouts --scene mjcf/b1_box_fluid.xml
-    python scripts/simulate.py --rollouts out/rollouts --scene mjcf/b1_truth_default.xml   # no error
+    python scripts/simulate.py --rollouts out/rollouts --scene mjcf/b1_truth.xml   # no error
 
 Start, joint targets and pushes are those of the recording; only the water differs. Position error:
 distance of the base origins [m]. Attitude error: angle of the rotation between the base frames

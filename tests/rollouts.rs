@@ -26,7 +26,7 @@ fn recorded() -> Rollouts {
 }
 
 fn truth() -> String {
-    fs::read_to_string(root().join("mjcf/b1_truth_default.xml")).unwrap()
+    fs::read_to_string(root().join("mjcf/b1_truth.xml")).unwrap()
 }
 
 /// The truth scene with the plugin on the trunk and its wrench as a sensor.

@@ -11,7 +11,7 @@ from . import DataError
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 #: The truth of Task 2, relative to the repository.
-TRUTH = "mjcf/b1_truth_default.xml"
+TRUTH = "mjcf/b1_truth.xml"
 #: Seconds between samples.
 SAMPLE_PERIOD = 0.01
 #: Body whose frame is the base frame.

@@ -24,7 +24,7 @@ from fanout.two_nodes import TwoNodes
 from hydro_data import DataError, dataset, proof, task2
 
 SETTINGS = dataset.Settings(name="t", trials=40, seed=5, samples=60, splits=(0.5, 0.25, 0.25), shard_size=5,
-                            model="mjcf/b1_truth_default.xml")
+                            model="mjcf/b1_truth.xml")
 SHARDS = 8
 RAY = importlib.util.find_spec("ray")
 

@@ -9,7 +9,8 @@ use anyhow::{Context as _, bail};
 use hydro_plugin::{
     checkpoint::Checkpoint,
     comparison::{
-        BOUND, Contender, OpenLoop, Summary, bounds, closed_loop, open_loop,
+        BOUND, Bounds, Contender, LongRun, ORACLE, OpenLoop, Summary, bounds, closed_loop,
+        open_loop,
         open_loop::{Predict, drag_contender, predict_all, predicted},
         step_times,
     },
@@ -20,7 +21,7 @@ use hydro_plugin::{
     model::EngineKind,
     mujoco::swimmer::Swimmer,
     report::page::{Video, render},
-    rollouts::{Rollout, Rollouts},
+    rollouts::Rollouts,
     training::InitialForce,
 };
 
@@ -105,17 +106,16 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         Some(data) => Some(open(&setup, data, args.engine)?),
         None => None,
     };
-    let bounds = args
-        .long
-        .as_deref()
-        .map(|folder| long_run(args, &setup, folder))
-        .transpose()?;
+    let long = match &args.long {
+        Some(folder) => Some(long_run(&setup, folder, &contenders)?),
+        None => None,
+    };
 
     let summary = Summary {
         subject: setup.subject.clone(),
         open_loop: open,
         closed_loop: closed,
-        bounds,
+        long,
         step_times,
         provenance: provenance(&setup),
     };
@@ -313,19 +313,34 @@ impl StateMap {
     }
 }
 
+/// The subject and the oracle through the long run.
 fn long_run(
-    args: &Args,
     setup: &Setup,
     folder: &Path,
-) -> anyhow::Result<hydro_plugin::comparison::Bounds> {
+    contenders: &[Contender<'_, anyhow::Error>],
+) -> anyhow::Result<LongRun> {
     let rollouts = Rollouts::load(folder)?;
-    let run: &Rollout = rollouts
+    let run = rollouts
         .runs
         .first()
         .with_context(|| format!("{}: holds no rollout", folder.display()))?;
-    let contender = in_plugin(&setup.subject, &args.checkpoint, args.engine, &setup.swim)?;
-    let mut simulator = (contender.simulator)(run)?;
-    Ok(bounds(simulator.as_mut(), &contender.water, run))
+    let progress = Progress::new("long run", 2);
+    let of = |name: &str| -> anyhow::Result<Bounds> {
+        let contender = contenders
+            .iter()
+            .find(|contender| contender.name == name)
+            .with_context(|| format!("no contender {name}"))?;
+        let mut simulator = (contender.simulator)(run)?;
+        let found = bounds(simulator.as_mut(), &contender.water, run);
+        progress.tick(name);
+        Ok(found)
+    };
+    let long = LongRun {
+        subject: of(&setup.subject)?,
+        oracle: of(ORACLE)?,
+    };
+    progress.finish();
+    Ok(long)
 }
 
 fn provenance(setup: &Setup) -> Vec<(String, String)> {
@@ -429,20 +444,25 @@ fn show(summary: &Summary) -> anyhow::Result<()> {
         false => format!("NOT better than {}", ahead.join(", ")),
     };
     say!("\n{}: {verdict}", summary.subject);
-    if let Some(bounds) = &summary.bounds {
-        let verdict = if bounds.within(BOUND) {
+    if let Some(long) = &summary.long {
+        let peaks = |bounds: &Bounds| {
+            let ratios =
+                [bounds.speed, bounds.rate, bounds.force, bounds.torque].map(|peak| peak.ratio());
+            let [speed, rate, force, torque] = ratios;
+            format!("speed {speed:.2}, rate {rate:.2}, force {force:.2}, torque {torque:.2}")
+        };
+        let verdict = if long.within(BOUND) {
             "bounded"
         } else {
             "NOT bounded"
         };
         say!(
-            "\n{:.0} minutes under {}: {verdict}; greatest over the truth's: speed {:.2}, rate {:.2}, force {:.2}, torque {:.2} (at most {BOUND})",
-            bounds.duration / 60.0,
+            "\n{:.0} minutes under {}: {verdict}; greatest over the truth's: {}; the oracle's: {} (at most {BOUND} times the greater of \
+             truth and oracle)",
+            long.subject.duration / 60.0,
             summary.subject,
-            bounds.speed.ratio(),
-            bounds.rate.ratio(),
-            bounds.force.ratio(),
-            bounds.torque.ratio()
+            peaks(&long.subject),
+            peaks(&long.oracle),
         );
     }
     Ok(())

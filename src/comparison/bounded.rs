@@ -46,13 +46,29 @@ pub struct Bounds {
     pub torque: Peak,
 }
 
+/// Peaks over the truth's: speed, rate, force, torque; None of a run that diverged.
+pub type Ratios = [Option<f64>; 4];
+
 impl Bounds {
+    /// How far beyond the truth.
+    pub fn ratios(&self) -> Ratios {
+        let finite = |peak: Peak| Some(peak.ratio()).filter(|ratio| ratio.is_finite());
+        [self.speed, self.rate, self.force, self.torque].map(finite)
+    }
+
     /// True where no peak is more than `factor` times the truth's.
     pub fn within(&self, factor: f64) -> bool {
-        [self.speed, self.rate, self.force, self.torque]
-            .iter()
-            .all(|peak| peak.ratio() <= factor)
+        within(&self.ratios(), &[Some(1.0); 4], factor)
     }
+}
+
+/// True where no ratio is more than `factor` times another's, or the truth's where that is greater. The oracle is one to be
+/// measured by: legs that the water does not brake move faster than the truth's, whoever gives the base its wrench.
+pub fn within(ratios: &Ratios, others: &Ratios, factor: f64) -> bool {
+    ratios.iter().zip(others).all(|(ratio, other)| {
+        let allowed = factor * other.map_or(1.0, |other| other.max(1.0));
+        ratio.is_some_and(|ratio| ratio <= allowed)
+    })
 }
 
 /// Runs a simulator through a long run.
@@ -186,5 +202,19 @@ mod tests {
             }
             .within(1e300)
         );
+    }
+
+    #[test]
+    fn bounds_are_the_others_or_the_truths_whichever_are_wider() {
+        let of = |torque: Option<f64>| [Some(1.0), Some(1.4), Some(0.5), torque];
+        let oracle = of(Some(1.6));
+        assert!(within(&of(Some(2.3)), &oracle, 1.5));
+        assert!(!within(&of(Some(2.5)), &oracle, 1.5));
+        assert!(!within(&of(None), &oracle, 1.5), "it blew up");
+        // An oracle that is calmer than the truth narrows nothing, and one that blew up widens nothing.
+        for other in [Some(0.1), None] {
+            assert!(within(&of(Some(1.4)), &of(other), 1.5));
+            assert!(!within(&of(Some(1.6)), &of(other), 1.5));
+        }
     }
 }

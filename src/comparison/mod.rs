@@ -7,8 +7,8 @@ pub mod open_loop;
 pub mod step_time;
 pub mod summary;
 
-pub use bounded::{BOUND, Bounds, Peak, bounds};
+pub use bounded::{BOUND, Bounds, Peak, Ratios, bounds, within};
 pub use closed_loop::{ClosedLoop, Contender, ORACLE, Spread, Water, closed_loop};
 pub use open_loop::{OpenLoop, OpenLoopRow, open_loop};
 pub use step_time::step_times;
-pub use summary::{StepTime, Summary};
+pub use summary::{LongRun, StepTime, Summary};

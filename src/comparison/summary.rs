@@ -2,7 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{bounded::Bounds, closed_loop::ClosedLoop, open_loop::OpenLoop};
+use super::{
+    bounded::{Bounds, within},
+    closed_loop::ClosedLoop,
+    open_loop::OpenLoop,
+};
 
 /// Time of one physics step of a contender's scene.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -23,11 +27,27 @@ pub struct Summary {
     /// Errors when driving the simulation.
     pub closed_loop: ClosedLoop,
     /// The long run, where one was given.
-    pub bounds: Option<Bounds>,
+    pub long: Option<LongRun>,
     /// Times of a physics step.
     pub step_times: Vec<StepTime>,
     /// Where it all comes from: name and value.
     pub provenance: Vec<(String, String)>,
+}
+
+/// Peaks of a long run.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct LongRun {
+    /// Under the subject.
+    pub subject: Bounds,
+    /// Under the true wrench at the robot's own state.
+    pub oracle: Bounds,
+}
+
+impl LongRun {
+    /// True where the subject stays within `factor` times the oracle's peaks, or the truth's where those are greater.
+    pub fn within(&self, factor: f64) -> bool {
+        within(&self.subject.ratios(), &self.oracle.ratios(), factor)
+    }
 }
 
 impl Summary {

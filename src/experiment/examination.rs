@@ -14,6 +14,7 @@ use super::{
 };
 use crate::{
     checkpoint::Checkpoint,
+    comparison::Ratios,
     dataset::Split,
     training::{Errors, InitialForce, Sums, TrainError},
 };
@@ -87,22 +88,9 @@ pub struct Swimming {
     /// Length of the long run [s].
     pub minutes: Option<f64>,
     /// Greatest speed, rate, force and torque of the long run over the truth's; None where it diverged.
-    pub peaks: Option<[Option<f64>; 4]>,
+    pub peaks: Option<Ratios>,
     /// True where all four stay within 1.5.
     pub bounded: Option<bool>,
-}
-
-impl Swimming {
-    /// Whether the long run's peaks stay within `factor` of another's, or of the truth's where those are greater; None
-    /// without a long run.
-    pub fn within(&self, factor: f64, other: &Self) -> Option<bool> {
-        let (ours, theirs) = (self.peaks?, other.peaks?);
-        let pairs = ours.into_iter().zip(theirs);
-        Some(pairs.into_iter().all(|(ours, theirs)| {
-            let allowed = factor * theirs.map_or(1.0, |peak| peak.max(1.0));
-            ours.is_some_and(|peak| peak <= allowed)
-        }))
-    }
 }
 
 /// Examines a checkpoint on a test split and on sets outside its training range (name, sha256, split).

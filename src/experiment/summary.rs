@@ -11,7 +11,7 @@ use super::{
     plan::{Budget, Entry, Experiment, JobId},
 };
 use crate::{
-    comparison::{BOUND, ORACLE},
+    comparison::{BOUND, ORACLE, within},
     training::{Errors, TrainConfig},
 };
 
@@ -352,8 +352,10 @@ fn figures(result: &JobResult, oracle: Option<&Swimming>) -> Vec<(Metric, f64)> 
     for (name, value) in seen.swimming.iter().flat_map(swum) {
         put(&name, value);
     }
-    let bounded = seen.swimming.as_ref().zip(oracle);
-    let bounded = bounded.and_then(|(ours, oracle)| ours.within(BOUND, oracle));
+    let peaks = |of: Option<&Swimming>| of.and_then(|swimming| swimming.peaks);
+    let bounded = peaks(seen.swimming.as_ref())
+        .zip(peaks(oracle))
+        .map(|(ours, oracle)| within(&ours, &oracle, BOUND));
     put(
         "bounded_as_oracle",
         bounded.map(|is| f64::from(u8::from(is))),

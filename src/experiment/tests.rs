@@ -1,6 +1,6 @@
 //! Measures against closed forms.
 
-use super::{Swimming, detail::detail, energy::energy, fluctuation::fluctuation, noise::noisy};
+use super::{detail::detail, energy::energy, fluctuation::fluctuation, noise::noisy};
 use crate::{
     dataset::{Dataset, Manifest, SCHEMA, Split, Trajectory, write},
     features::{Feature, FeatureLayout},
@@ -158,26 +158,4 @@ fn noise_has_the_level_asked_for_and_leaves_density_and_quaternions_whole() {
     assert!((found / expected - 1.0).abs() < 0.12, "{found} {expected}");
     let none = noisy(&split, &layout(), 0.0);
     assert_eq!(none.x(1)[4..6], split.x(1)[4..6]);
-}
-
-#[test]
-fn bounds_are_the_others_or_the_truths_whichever_are_wider() {
-    let swimming = |peaks: Option<[Option<f64>; 4]>| Swimming {
-        horizons: Vec::new(),
-        position: Vec::new(),
-        attitude: Vec::new(),
-        runs: 0,
-        diverged: 0,
-        minutes: Some(10.0),
-        peaks,
-        bounded: None,
-    };
-    let of = |torque: Option<f64>| swimming(Some([Some(1.0), Some(1.4), Some(0.5), torque]));
-    let oracle = of(Some(1.6));
-    assert_eq!(of(Some(2.3)).within(1.5, &oracle), Some(true));
-    assert_eq!(of(Some(2.5)).within(1.5, &oracle), Some(false));
-    assert_eq!(of(None).within(1.5, &oracle), Some(false), "it blew up");
-    // An oracle that is calmer than the truth narrows nothing.
-    assert_eq!(of(Some(1.4)).within(1.5, &of(Some(0.1))), Some(true));
-    assert_eq!(swimming(None).within(1.5, &oracle), None);
 }

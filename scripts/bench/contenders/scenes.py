@@ -6,7 +6,7 @@ from .. import LIBRARY, ROOT, BenchError
 
 INTEGRATORS = {"euler": mujoco.mjtIntegrator.mjINT_EULER, "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
                "rk4": mujoco.mjtIntegrator.mjINT_RK4}
-BARE, FLUID, SWIM = (ROOT / "mjcf" / name for name in ("b1.xml", "b1_truth_default.xml", "b1_swim.xml"))
+BARE, FLUID, SWIM = (ROOT / "mjcf" / name for name in ("b1.xml", "b1_truth.xml", "b1_swim.xml"))
 #: As `mjcf/b1_swim.xml` names it.
 RELEASED = '<config key="checkpoint" value="models/b1-task2"/>'
 

@@ -46,7 +46,7 @@ class Robot(unittest.TestCase):
 
   def test_the_waterline_weighs_the_hull_alone(self):
     swim = self.spec('b1_swim.xml', waterline='0.05', initial_force='0 0 100 0 0 0')
-    truth = self.spec('b1_truth_default.xml')
+    truth = self.spec('b1_truth.xml')
     truth.option.density = truth.option.viscosity = 0
     truth.activate_plugin('hydro.wrench')
     water = truth.add_plugin(name='water', plugin_name='hydro.wrench', active=True)

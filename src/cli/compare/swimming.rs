@@ -4,7 +4,9 @@ use std::{fs, path::Path};
 
 use anyhow::Context as _;
 use hydro_plugin::{
-    comparison::{BOUND, ClosedLoop, Contender, Spread, bounds, closed_loop, closed_loop::Errors},
+    comparison::{
+        BOUND, Bounds, ClosedLoop, Contender, Spread, bounds, closed_loop, closed_loop::Errors,
+    },
     experiment::{Reference, Swimming},
     model::EngineKind,
 };
@@ -81,10 +83,7 @@ fn figures(
         runs: swum.runs,
         diverged: row.diverged,
         minutes: long.as_ref().map(|bounds| bounds.duration / 60.0),
-        peaks: long.as_ref().map(|bounds| {
-            [bounds.speed, bounds.rate, bounds.force, bounds.torque]
-                .map(|peak| finite(peak.ratio()))
-        }),
+        peaks: long.as_ref().map(Bounds::ratios),
         bounded: long.as_ref().map(|bounds| bounds.within(BOUND)),
     })
 }
