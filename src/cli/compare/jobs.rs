@@ -3,11 +3,13 @@
 use std::{
     collections::VecDeque,
     io::{BufRead as _, BufReader},
-    process::{Child, Command, Stdio},
+    os::unix::process::CommandExt as _,
+    process::{Command, Stdio},
     sync::{
         Mutex,
         atomic::{AtomicBool, AtomicU64, Ordering},
     },
+    time::Duration,
 };
 
 use anyhow::{Context as _, bail};
@@ -47,15 +49,17 @@ pub(super) fn run(
     waiting.reverse();
     let waiting = Mutex::new(waiting);
     let next = || waiting.lock().ok()?.pop();
+    let (running, over) = (Running::default(), AtomicBool::new(false));
     std::thread::scope(|scope| {
-        for _ in 0..places {
+        scope.spawn(|| running.watch(&cancel, &over));
+        let worker = || {
             scope.spawn(|| {
                 while !cancel.load(Ordering::Relaxed) {
                     let Some(job) = next() else { break };
                     let words = |line: &str| {
                         progress.at(finished.load(Ordering::Relaxed), line);
                     };
-                    match child(args, &job, threads, &cancel, &words) {
+                    match child(args, &job, threads, &running, &words) {
                         Ok(()) => {
                             finished.fetch_add(1, Ordering::Relaxed);
                             words(&format!("{job} done"));
@@ -70,8 +74,14 @@ pub(super) fn run(
                         }
                     }
                 }
-            });
+            })
+        };
+        let workers: Vec<_> = (0..places).map(|_| worker()).collect();
+        for worker in workers {
+            // One that panicked is raised again where the scope ends.
+            let _ = worker.join();
         }
+        over.store(true, Ordering::Relaxed);
     });
     progress.finish();
     if cancel.load(Ordering::Relaxed) {
@@ -83,12 +93,48 @@ pub(super) fn run(
 /// Lines of a failed job that are told.
 const LAST_LINES: usize = 3;
 
-/// One job in a process of its own; `words` hears its last line. A signal that this process got alone is passed on.
+/// The jobs under way.
+#[derive(Default)]
+struct Running(Mutex<Vec<Pid>>);
+
+/// Time between two looks at whether to stop.
+const LOOK: Duration = Duration::from_millis(50);
+
+impl Running {
+    /// Until all is over, passes a signal on to the jobs, once: a second one would end them before they have saved anything.
+    fn watch(&self, cancel: &AtomicBool, over: &AtomicBool) {
+        while !over.load(Ordering::Relaxed) {
+            if cancel.load(Ordering::Relaxed) {
+                for job in self.0.lock().iter_mut().flat_map(|jobs| jobs.drain(..)) {
+                    // It may have ended by itself.
+                    let _ = kill_process(job, Signal::INT);
+                }
+            }
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    fn add(&self, job: Option<Pid>) {
+        if let Ok(mut jobs) = self.0.lock() {
+            jobs.extend(job);
+        }
+    }
+
+    /// Before its number may be another's.
+    fn remove(&self, job: Option<Pid>) {
+        if let Ok(mut jobs) = self.0.lock() {
+            jobs.retain(|known| Some(*known) != job);
+        }
+    }
+}
+
+/// One job in a process of its own, and of a group of its own, so that a terminal's Ctrl-C reaches it through [`Running`] alone;
+/// `words` hears its last line.
 fn child(
     args: &Args,
     job: &JobId,
     threads: usize,
-    cancel: &AtomicBool,
+    running: &Running,
     words: &dyn Fn(&str),
 ) -> anyhow::Result<()> {
     let program = std::env::current_exe().context("finding this program")?;
@@ -126,14 +172,14 @@ fn child(
         .env("RAYON_NUM_THREADS", threads.to_string())
         .stdin(Stdio::null())
         .stdout(Stdio::null())
-        .stderr(Stdio::piped());
+        .stderr(Stdio::piped())
+        .process_group(0);
     let mut child = command.spawn().with_context(|| format!("starting {job}"))?;
+    let pid = Pid::from_raw(child.id().cast_signed());
+    running.add(pid);
     let mut last = VecDeque::new();
     if let Some(stderr) = child.stderr.take() {
         for line in BufReader::new(stderr).lines().map_while(Result::ok) {
-            if cancel.load(Ordering::Relaxed) {
-                interrupt(&child);
-            }
             words(&line);
             last.push_back(line);
             if last.len() > LAST_LINES {
@@ -141,18 +187,11 @@ fn child(
             }
         }
     }
+    running.remove(pid);
     let status = child.wait().with_context(|| format!("waiting for {job}"))?;
     if !status.success() {
         let last: Vec<String> = last.into();
         bail!("{job} failed ({status}): {}", last.join(" / "));
     }
     Ok(())
-}
-
-/// Asks a job to stop: it leaves what it can go on from.
-fn interrupt(child: &Child) {
-    if let Some(id) = Pid::from_raw(child.id().cast_signed()) {
-        // It may have ended by itself.
-        let _ = kill_process(id, Signal::INT);
-    }
 }
