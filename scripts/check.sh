@@ -21,7 +21,7 @@ cargo test --quiet
 step 'tests without MuJoCo'
 # Its own folder: a build without the feature leaves a library without entry points.
 scripts/lend_build.sh target/pure
-# Searches of `gap` take minutes and know no MuJoCo: they have run above.
-cargo test --quiet --no-default-features --features cli --lib --bins --target-dir target/pure -- --skip gap::tests
+# What knows no MuJoCo and takes minutes has run above.
+cargo test --quiet --no-default-features --features cli --lib --bins --target-dir target/pure -- --skip gap::tests --skip model:: --skip training:: --skip effects::
 step 'training on a graphics card'
 scripts/test_cuda.sh
