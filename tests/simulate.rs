@@ -141,6 +141,38 @@ fn what_does_not_fit_is_refused_by_name() {
     assert_eq!(names_in(folder.path()), ["clip.gif", "fish", "model"]);
 }
 
+/// The true wrench is only true in the scene that the rollouts were recorded in.
+#[test]
+fn a_truth_that_is_not_the_recorded_one_is_refused() {
+    let (folder, checkpoint) = place();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(ROLLOUTS);
+    let copy = folder.path().join("rollouts");
+    fs::create_dir(&copy).unwrap();
+    for name in names_in(&root) {
+        fs::copy(root.join(&name), copy.join(&name)).unwrap();
+    }
+    let file = copy.join("rollouts.json");
+    let index: Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
+    let recorded = index["model_sha256"].as_str().unwrap();
+    let refused = |key: &str, value: &str| {
+        let mut index = index.clone();
+        index[key] = value.into();
+        fs::write(&file, index.to_string()).unwrap();
+        refusal(&checkpoint, text(&copy), &[])
+    };
+    let other = "0".repeat(64);
+    let message = refused("model_sha256", &other);
+    assert!(
+        message.contains("b1_truth.xml") && message.contains(&other) && message.contains(recorded),
+        "{message}"
+    );
+    let message = refused("model", "mjcf/no_such_scene.xml");
+    assert!(
+        message.contains("the rollouts' model") && message.contains("no_such_scene.xml"),
+        "{message}"
+    );
+}
+
 #[test]
 fn a_report_that_cannot_be_written_leaves_nothing() {
     let (folder, checkpoint) = place();

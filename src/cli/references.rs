@@ -63,12 +63,12 @@ impl Scenes {
 
 /// Drag laws fitted on the training split, by the names of [`RIVALS`].
 pub(super) fn drags(data: &Dataset) -> anyhow::Result<Vec<(&'static str, Drag)>> {
-    let name = &data.manifest().name;
+    let folder = data.folder().display();
     let fit = fit_drag(&data.manifest().features, &data.split("train", None)?)
-        .with_context(|| format!("{name}: its features hold no base twist to fit a drag on"))?;
+        .with_context(|| format!("{folder}: its features hold no base twist to fit a drag on"))?;
     let coupled = fit
         .solve()
-        .with_context(|| format!("{name}: fitting the drag rival"))?;
+        .with_context(|| format!("{folder}: fitting the drag rival"))?;
     Ok(vec![
         (RIVALS[0], coupled),
         (RIVALS[1], fit.solve_diagonal()),

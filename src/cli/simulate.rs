@@ -446,9 +446,7 @@ fn show(summary: &Summary) -> anyhow::Result<()> {
     say!("\n{}: {verdict}", summary.subject);
     if let Some(long) = &summary.long {
         let peaks = |bounds: &Bounds| {
-            let ratios =
-                [bounds.speed, bounds.rate, bounds.force, bounds.torque].map(|peak| peak.ratio());
-            let [speed, rate, force, torque] = ratios;
+            let [speed, rate, force, torque] = bounds.peaks().map(|peak| peak.ratio());
             format!("speed {speed:.2}, rate {rate:.2}, force {force:.2}, torque {torque:.2}")
         };
         let verdict = if long.within(BOUND) {

@@ -53,7 +53,12 @@ impl Bounds {
     /// How far beyond the truth.
     pub fn ratios(&self) -> Ratios {
         let finite = |peak: Peak| Some(peak.ratio()).filter(|ratio| ratio.is_finite());
-        [self.speed, self.rate, self.force, self.torque].map(finite)
+        self.peaks().map(finite)
+    }
+
+    /// Speed, rate, force and torque, as in [`Ratios`].
+    pub fn peaks(&self) -> [Peak; 4] {
+        [self.speed, self.rate, self.force, self.torque]
     }
 
     /// True where no peak is more than `factor` times the truth's.

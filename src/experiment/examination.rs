@@ -85,7 +85,7 @@ pub struct Swimming {
     pub runs: usize,
     /// How many blew up.
     pub diverged: usize,
-    /// Length of the long run [s].
+    /// Length of the long run [min].
     pub minutes: Option<f64>,
     /// Greatest speed, rate, force and torque of the long run over the truth's; None where it diverged.
     pub peaks: Option<Ratios>,

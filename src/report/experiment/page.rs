@@ -3,8 +3,10 @@
 use std::fmt::Write as _;
 
 use super::tables::{Column, digits, figures_of, markdown};
-use crate::comparison::BOUND;
-use crate::experiment::{Comparison, Experiment, Reference, Row};
+use crate::{
+    comparison::BOUND,
+    experiment::{Comparison, Experiment, Reference, Row},
+};
 
 /// Renders the tables.
 pub fn tables(comparison: &Comparison) -> String {
