@@ -25,11 +25,11 @@ step 'rollouts that no model was trained on: 20 of 4 s, one of 10 minutes'
 [ -e "$out/long/rollouts.json" ] ||
   "$python" scripts/record_rollouts.py --out "$out/long" --count 1 --minutes 10 --seed 101 --overwrite
 
-step 'training the attention-ODE'
-"$hydro" train --data "$out/task2" --out "$out/model" --preset demo --resume
+step 'training our Relaxation-ODE'
+"$hydro" train --data "$out/task2" --out "$out/model" --model relaxation-ode --preset demo --resume
 
-step 'training the memoryless MLP beside it'
-"$hydro" train --data "$out/task2" --out "$out/mlp" --model mlp --preset demo --resume
+step 'training a memoryless MLP beside it, given the same'
+"$hydro" train --data "$out/task2" --out "$out/mlp" --model mlp --encoding links --preset demo --resume
 
 step 'filming the robot under the learned wrench'
 "$python" scripts/film.py --rollouts "$out/rollouts" --index 3 --seconds 4 --checkpoint "$out/model" --out "$out/swim.mp4" ||
