@@ -6,6 +6,7 @@ pub mod dataset;
 mod document;
 pub mod drag;
 pub mod effects;
+pub mod envelope;
 pub mod experiment;
 pub mod features;
 pub mod frames;

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::error::CheckpointError;
 use crate::{
     document::{self, Fault},
+    envelope::Envelope,
     features::FeatureLayout,
     frames::{frames_fault, output_units_fault},
     model::{Encoder, ModelConfig, Normaliser, Solver},
@@ -57,6 +58,9 @@ pub struct Card {
     pub solver: Solver,
     /// Means and deviations of inputs and forces.
     pub normaliser: Normaliser,
+    /// The range of its training split, which the plugin holds it to; without, it is asked anything.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub envelope: Option<Envelope>,
     /// Where it was trained.
     pub dataset: Option<DatasetNote>,
     /// Errors on the test split, as the training room reports them.
@@ -106,6 +110,11 @@ pub(super) fn check_card(card: &Card, path: &Path) -> Result<(), CheckpointError
             "sample_period is {} s, expected a positive time",
             card.sample_period
         ));
+    }
+    let envelope = card.envelope.as_ref();
+    if let Some(reason) = envelope.and_then(|it| it.fault(card.features.len(), card.outputs.len()))
+    {
+        return refuse(reason);
     }
     let named = card.features.joints();
     if card.joints != named {

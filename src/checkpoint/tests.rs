@@ -40,6 +40,7 @@ fn checkpoint(model: ModelConfig) -> Checkpoint {
         frames: BTreeMap::from([("wrench".to_owned(), "base".to_owned())]),
         sample_period: 0.01,
         residual: false,
+        envelope: None,
         solver: Solver::Euler,
         normaliser: Normaliser::identity(inputs, 2),
         dataset: None,
@@ -329,7 +330,7 @@ fn a_weight_that_is_not_a_number_is_found() {
 #[test]
 fn malformed_cards_say_what_is_wrong() {
     type Change = fn(&mut serde_json::Value);
-    let cases: [(Change, &str); 12] = [
+    let cases: [(Change, &str); 13] = [
         (
             |card| card["schema"] = "hydro-checkpoint/9".into(),
             "schema is \"hydro-checkpoint/9\", expected",
@@ -357,6 +358,14 @@ fn malformed_cards_say_what_is_wrong() {
         (
             |card| card["normaliser"]["output_std"][1] = 0.0.into(),
             "normaliser.output_std[1] is 0",
+        ),
+        (
+            |card| {
+                card["envelope"] = serde_json::json!(
+                    {"least": [0.0], "most": [1.0], "least_force": [0.0], "most_force": [1.0]}
+                );
+            },
+            "envelope.least has 1 numbers, not 13",
         ),
         (
             |card| card["features"][0] = "speed".into(),

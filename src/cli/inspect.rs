@@ -3,7 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use hydro_plugin::{checkpoint::Checkpoint, dataset::Dataset, robot::Robot, rollouts::Rollouts};
+use hydro_plugin::{
+    checkpoint::{Card, Checkpoint},
+    dataset::Dataset,
+    robot::Robot,
+    rollouts::Rollouts,
+};
 
 use super::{print_json, table::table};
 
@@ -88,6 +93,7 @@ fn checkpoint(checkpoint: &Checkpoint) -> anyhow::Result<()> {
         ),
         ("joints", joined(&card.joints)),
         ("outputs", joined(&card.outputs)),
+        ("trained in", trained_in(card)),
         (
             "trained on",
             card.dataset.as_ref().map_or("nothing".to_owned(), |d| {
@@ -101,6 +107,23 @@ fn checkpoint(checkpoint: &Checkpoint) -> anyhow::Result<()> {
         ("command", card.command.clone()),
         ("metrics", card.metrics.to_string()),
     ])
+}
+
+/// The range of the training split, a feature and a force after the other.
+fn trained_in(card: &Card) -> String {
+    let Some(envelope) = &card.envelope else {
+        return "not known: the plugin holds it to nothing".to_owned();
+    };
+    let range = |name: String, least: f64, most: f64| format!("{name} {least:.3} to {most:.3}");
+    let features = card.features.features().iter().map(ToString::to_string);
+    let features = features.zip(envelope.least.iter().zip(&envelope.most));
+    let forces = envelope.least_force.iter().zip(&envelope.most_force);
+    let forces = card.outputs.iter().cloned().zip(forces);
+    features
+        .chain(forces)
+        .map(|(name, (least, most))| range(name, *least, *most))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 fn dataset(data: &Dataset) -> anyhow::Result<()> {

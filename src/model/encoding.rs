@@ -39,6 +39,14 @@ impl Encoding {
         }
     }
 
+    /// Whether closed forms of the water's force are among the inputs.
+    pub fn has_closed_forms(&self) -> bool {
+        match self {
+            Self::Raw | Self::Up => false,
+            Self::Hydrodynamic | Self::Links(_) => true,
+        }
+    }
+
     /// Whether the attitude enters as the up direction, whatever the quaternion's sign.
     pub fn replaces_quaternion(&self) -> bool {
         *self != Self::Raw

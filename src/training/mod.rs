@@ -8,6 +8,7 @@
 mod adamw;
 mod config;
 mod device;
+mod envelope;
 mod log;
 mod metrics;
 mod residual;
@@ -24,6 +25,7 @@ pub use self::{
     adamw::{AdamW, Step},
     config::{Labels, TrainConfig},
     device::{TrainDevice, UnknownDevice},
+    envelope::measure_envelope,
     log::LogRecord,
     metrics::{
         Errors, Evaluation, InitialForce, Sums, UnknownInitialForce, evaluate, predict,

@@ -154,6 +154,49 @@ fn a_linear_relaxation_is_learned_to_near_nothing() {
 }
 
 #[test]
+fn the_card_says_in_what_range_it_was_trained() {
+    let (_root, dataset, _) = fixture();
+    let config = TrainConfig {
+        trajectories: Some(2),
+        ..config()
+    };
+    let trainer = Trainer::new(config, &dataset).expect("a trainer");
+    let card = trainer.checkpoint("drawn", "test").expect("valid").card;
+    let envelope = card.envelope.expect("measured");
+    let column = |rows: &dyn Fn(usize) -> Vec<f32>, at: usize| -> Vec<f64> {
+        let both = [rows(0), rows(1)].concat();
+        both.chunks_exact(2).map(|row| f64::from(row[at])).collect()
+    };
+    let train = &trainer.train;
+    let ranges = [
+        (
+            column(&|i| train.x(i).to_vec(), 0),
+            envelope.least[0],
+            envelope.most[0],
+        ),
+        (
+            column(&|i| train.x(i).to_vec(), 1),
+            envelope.least[1],
+            envelope.most[1],
+        ),
+        (
+            column(&|i| train.wrench(i).to_vec(), 0),
+            envelope.least_force[0],
+            envelope.most_force[0],
+        ),
+        (
+            column(&|i| train.wrench(i).to_vec(), 1),
+            envelope.least_force[1],
+            envelope.most_force[1],
+        ),
+    ];
+    for (values, least, most) in ranges {
+        assert!(values.iter().all(|value| (least..=most).contains(value)));
+        assert!(values.contains(&least) && values.contains(&most) && least < most);
+    }
+}
+
+#[test]
 fn the_continuous_adjoint_trains_too_and_says_how_far_its_gradient_is_off() {
     let (_root, dataset, run) = fixture();
     let errors = |solver: Solver, adjoint| {

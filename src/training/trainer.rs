@@ -13,6 +13,7 @@ use candle_core::{Device, Tensor, backprop::GradStore};
 use super::{
     Evaluation, InitialForce, Labels, LogRecord, TrainConfig, TrainDevice, TrainError,
     adamw::{AdamW, Step},
+    envelope::measure_envelope,
     log,
     metrics::evaluate_model,
     schedule::learning_rate,
@@ -452,6 +453,7 @@ impl Trainer {
             joints: manifest.features.joints(),
             sample_period: manifest.sample_period,
             residual: false,
+            envelope: Some(measure_envelope(&self.train)),
             solver: self.config.solver,
             normaliser: self.model.normaliser.clone(),
             dataset: Some(DatasetNote {

@@ -176,6 +176,7 @@ impl Recipe {
             frames: BTreeMap::from([("wrench".to_owned(), "base".to_owned())]),
             sample_period: 0.01,
             residual: false,
+            envelope: None,
             solver: Solver::Euler,
             normaliser,
             dataset: None,
