@@ -12,6 +12,7 @@ use std::{path::Path, sync::Arc};
 use common::Asks;
 use hydro_plugin::{
     checkpoint::Checkpoint,
+    envelope::Envelope,
     frames,
     model::{Encoding, EngineKind, ModelConfig},
     mujoco::simulator::{Data, Model, SimulatorError},
@@ -160,6 +161,43 @@ fn every_kind_of_model_acts_in_the_scene_in_every_engine() {
 
 /// A body that turns over and over: its quaternion is continuous in the features, whatever sign MuJoCo gives it and
 /// whatever the engine remembers, at samples and between them.
+/// Thrown in at many times what its network knows, and driven on by it; with and without the range of its training in the
+/// card.
+#[test]
+fn a_robot_faster_than_its_training_is_braked_back_into_it() {
+    let root = tempfile::tempdir().unwrap();
+    let driving = common::Recipe {
+        mean: vec![30.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        ..common::lively(&["fin"])
+    };
+    let bare = driving.checkpoint();
+    let mut held = bare.clone();
+    let features = bare.card.features.len();
+    held.card.envelope = Some(Envelope {
+        least: vec![-0.5; features],
+        most: vec![0.5; features],
+        least_force: vec![-5.0; 6],
+        most_force: vec![5.0; 6],
+    });
+    let speeds_after = |checkpoint: &Checkpoint, name: &str| {
+        let path = root.path().join(name);
+        checkpoint.save(&path).unwrap();
+        let mut data = scene(&path, &[], "Euler").unwrap();
+        data.qvel_mut()[..6].copy_from_slice(&[8.0, -5.0, 3.0, 6.0, -4.0, 9.0]);
+        for _ in 0..5000 {
+            data.step();
+        }
+        let norm = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+        (norm(&data.qvel()[..3]), norm(&data.qvel()[3..6]))
+    };
+    let (speed, rate) = speeds_after(&held, "held");
+    // Twice the range along every axis.
+    let most = 2.0 * 0.5 * 3f64.sqrt();
+    assert!(speed < most && rate < most, "{speed} m/s, {rate} rad/s");
+    let (speed, _) = speeds_after(&bare, "bare");
+    assert!(speed > 2.0 * most, "the network alone: {speed} m/s");
+}
+
 #[test]
 fn a_turning_body_keeps_its_quaternions_sign_in_every_engine() {
     let folder = tempfile::tempdir().unwrap();
