@@ -184,7 +184,8 @@ fn swimming(text: &mut String, comparison: &Comparison) {
         let _ = write!(
             text,
             "\nMedian distance and angle from the truth over {:.0} runs; how many diverged; greatest values of ten minutes over the \
-             truth's (a run that blew up has none). ",
+             truth's (a run that blew up has none). Beyond the velocities of its training the plugin holds a network to the \
+             nearest that it knows and brakes what is left (open loop, below as above, it is asked as it is). ",
             runs.mean
         );
         let within = |key: &str| -> String {
