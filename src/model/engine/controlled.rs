@@ -5,7 +5,7 @@ use pulp::Arch;
 use super::{
     super::{
         ForceModel,
-        cnode::{Cnode, stages},
+        cnode::{Cnode, STATE_LIMIT, stages},
         control::{CLOCK, causal},
         encoding::Encoder,
         kernel::{Panels, multiply_row},
@@ -140,7 +140,7 @@ impl Engine for ControlledEngine {
             }
         }
         for (state, change) in state.iter_mut().zip(&*change) {
-            *state = f64::from(*state as f32 + *change);
+            *state = f64::from(*state as f32 + *change).clamp(-STATE_LIMIT, STATE_LIMIT);
         }
         for ((older, newer), z) in older.iter_mut().zip(newer).zip(&*z) {
             *older = *newer;

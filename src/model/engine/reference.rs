@@ -7,7 +7,7 @@
 use candle_core::{Device, Result, Tensor};
 
 use super::{
-    super::{ForceModel, Network},
+    super::{ForceModel, Network, cnode::STATE_LIMIT},
     Engine, SETTLED, SETTLING_STEPS, Scratch,
 };
 
@@ -117,7 +117,8 @@ impl CandleEngine {
             Network::Cnode(network) => {
                 let before = Tensor::from_slice(state, (1, state.len()), &Device::Cpu)?;
                 let before = before.to_dtype(z.dtype())?;
-                keep(&network.follow(&before, &z, self.0.solver)?, state)
+                let after = network.follow(&before, &z, self.0.solver)?;
+                keep(&after.clamp(-STATE_LIMIT, STATE_LIMIT)?, state)
             }
             _ => Ok(()),
         }

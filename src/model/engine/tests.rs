@@ -9,6 +9,7 @@ use super::{
         AttentionOdeConfig, CnodeConfig, Control, Encoder, Encoding, ForceModel, LstmConfig,
         MlpConfig, MlpOdeConfig, ModelConfig, ModelError, Normaliser, Parameters,
         RelaxationOdeConfig, Solver,
+        cnode::STATE_LIMIT,
         kernel::{instruction_sets, rounded},
     },
     CandleEngine, Engine, EngineKind, Precision, Scratch,
@@ -330,6 +331,36 @@ fn the_memory_forgets_what_left_the_window() {
             difference(&one, &other, &model.normaliser.output_std) < 1e-6,
             "{kind}"
         );
+    }
+}
+
+/// Nothing in a CNODE's equation brings its state back: thrown to and fro for long, it would be no number.
+#[test]
+fn a_controlled_state_stays_a_number() {
+    let config = configs()
+        .into_iter()
+        .find(|config| matches!(config, ModelConfig::Cnode(_)))
+        .expect("a CNODE");
+    for solver in Solver::FIXED {
+        let model = model(&config, solver);
+        for kind in EngineKind::ALL {
+            let engine = model.engine(kind).expect("an engine");
+            let mut memory = vec![0.0; engine.memory_len()];
+            let mut scratch = Scratch::default();
+            let sample = |step: usize| vec![if step % 3 == 0 { 1e6 } else { -1e6 }; model.inputs()];
+            engine.start(&sample(0), &START, &mut memory, &mut scratch);
+            let mut limited = false;
+            for step in 1..600 {
+                engine.observe(&sample(step), &mut memory, &mut scratch);
+                limited |= memory.iter().any(|value| value.abs() == STATE_LIMIT);
+            }
+            let (mut now, mut next) = ([0.0; 6], [0.0; 6]);
+            engine.sample(&memory, &START, &mut now, &mut next, &mut scratch);
+            assert!(
+                limited && now.iter().all(|value| value.is_finite()),
+                "{solver} {kind}: {now:?}"
+            );
+        }
     }
 }
 
