@@ -3,7 +3,9 @@
 Independent of the plugin's code: written from the architecture's equations. Samples stand every 10 ms; at
 sample k the window of the last W samples gives a latent h_k, and F_{k+1} = F_k + field([F_k; h_k]) in
 standard deviations; between samples the force is the line between the two. A run starts with a window
-filled with its first sample and the force that the field settles to there.
+filled with its first sample and the force that the field settles to there. Where the card has the range of
+its training (`envelope`), velocities and forces are held to it, and a base velocity that is d out of a range
+2 h wide meets a drag of the greatest force along it times s^2, s = d / h, and from s = 1 on times 2 s - 1.
 """
 
 import json
@@ -40,6 +42,7 @@ class Checkpoint:
         self.qkv = w["attention.qkv.weight"], w["attention.qkv.bias"]
         self.mix = w["mix.weight"], w["mix.bias"]
         self.latent = w["latent.weight"], w["latent.bias"]
+        self.envelope = {name: np.array(values) for name, values in card.get("envelope", {}).items()}
         depth = len(config["hidden"]) + 1
         self.layers = [(w[f"field.{i}.weight"], w[f"field.{i}.bias"]) for i in range(depth)]
         skip = w["field.skip.weight"].copy()
@@ -56,6 +59,29 @@ class Checkpoint:
         up = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], 1)
         z = (np.concatenate([sample[:, :24], up, sample[:, 28:]], 1) - self.mean) / self.std
         return np.clip(z, -LIMIT, LIMIT)
+
+    def held(self, sample: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Raw features [M, 35] with velocities in the range of the training, and the drag [M, 6] for what is not."""
+        if not self.envelope:
+            return sample, np.zeros((len(sample), 6))
+        least, most = self.envelope["least"], self.envelope["most"]
+        velocity = np.r_[12:24, 28:34]
+        held = sample.copy()
+        held[:, velocity] = np.clip(sample[:, velocity], least[velocity], most[velocity])
+        along = np.r_[31:34, 28:31]
+        half = (most - least)[along].reshape(2, 3) / 2
+        half = np.maximum(half, 0.1 * half.max(1, keepdims=True)).ravel()
+        s = (sample - held)[:, along] / half
+        greatest = np.maximum(np.abs(self.envelope["least_force"]), np.abs(self.envelope["most_force"]))
+        return held, -greatest * np.sign(s) * np.where(np.abs(s) < 1, s**2, 2 * np.abs(s) - 1)
+
+    def held_force(self, force: np.ndarray) -> np.ndarray:
+        """A force [M, 6] in standard deviations within the range of the training."""
+        if not self.envelope:
+            return force
+        newtons = self.out_mean + self.out_std * force
+        newtons = np.clip(newtons, self.envelope["least_force"], self.envelope["most_force"])
+        return (newtons - self.out_mean) / self.out_std
 
     def embedded(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Embedding [M, E] and its queries, keys and values [M, 3 E]."""
@@ -106,7 +132,7 @@ class LearnedWater:
     def __init__(self, checkpoint: Checkpoint, body: int, *, density: float = 1000.0):
         self.checkpoint, self.body, self.density = checkpoint, body, density
         self.keys: np.ndarray | None = None
-        self.force = self.next = np.zeros((0, 6))
+        self.force = self.next = self.drag = np.zeros((0, 6))
         self.sign: np.ndarray | None = None
         self.ticks = 0
 
@@ -126,11 +152,12 @@ class LearnedWater:
         part = (self.ticks % per_sample) / per_sample
         self.ticks += 1
         normal = self.force * (1 - part) + self.next * part
-        wrench = self.checkpoint.out_mean + self.checkpoint.out_std * normal
+        wrench = self.checkpoint.out_mean + self.checkpoint.out_std * normal + self.drag
         plant.add_wrench(self.body, wrench[:, :3], wrench[:, 3:])
 
     def _take(self, sample: np.ndarray) -> None:
         net = self.checkpoint
+        sample, self.drag = net.held(sample)
         embedding, qkv = net.embedded(net.standardised(sample))
         if self.keys is None:
             self.keys = np.full((len(qkv), net.window, qkv.shape[1]), np.nan)
@@ -142,7 +169,8 @@ class LearnedWater:
         self.force = self.next.copy()
         if cold.any():
             self.force[cold] = net.settled(latent[cold])
-        self.next = self.force + net.slope(self.force, latent)
+        carried, self.force = self.force, net.held_force(self.force)
+        self.next = net.held_force(carried + net.slope(carried, latent))
 
     def copy_members(self, members: np.ndarray) -> "LearnedWater":
         """Its memory just before a sample is due, of some members."""
