@@ -414,6 +414,7 @@ impl Instance {
             (finite(&now) && finite(&next)).then_some(Start {
                 time: moment.time,
                 sample,
+                carried,
                 now,
                 next,
             })
@@ -432,7 +433,7 @@ impl Instance {
         previous.copy_from_slice(&start.sample);
         WORKSPACE.with_borrow_mut(|work| {
             self.engine
-                .start(&start.sample, &start.now, memory, &mut work.scratch);
+                .start(&start.sample, &start.carried, memory, &mut work.scratch);
         });
     }
 
