@@ -4,8 +4,9 @@ Independent of the plugin's code: written from the architecture's equations. Sam
 sample k the window of the last W samples gives a latent h_k, and F_{k+1} = F_k + field([F_k; h_k]) in
 standard deviations; between samples the force is the line between the two. A run starts with a window
 filled with its first sample and the force that the field settles to there. Where the card has the range of
-its training (`envelope`), velocities and forces are held to it, and a base velocity that is d out of a range
-2 h wide meets a drag of the greatest force along it times s^2, s = d / h, and from s = 1 on times 2 s - 1.
+its training (`envelope`), velocities and forces are held to it, and a base velocity that is d out of its range
+meets a drag of the greatest force along it times s^2, and from s = 1 on times 2 s - 1, where s = d / h and 2 h is
+the width of the widest range of its kind. Rest is in every range.
 """
 
 import json
@@ -64,13 +65,13 @@ class Checkpoint:
         """Raw features [M, 35] with velocities in the range of the training, and the drag [M, 6] for what is not."""
         if not self.envelope:
             return sample, np.zeros((len(sample), 6))
-        least, most = self.envelope["least"], self.envelope["most"]
+        least, most = np.minimum(self.envelope["least"], 0), np.maximum(self.envelope["most"], 0)
         velocity = np.r_[12:24, 28:34]
         held = sample.copy()
         held[:, velocity] = np.clip(sample[:, velocity], least[velocity], most[velocity])
         along = np.r_[31:34, 28:31]
         half = (most - least)[along].reshape(2, 3) / 2
-        half = np.maximum(half, 0.1 * half.max(1, keepdims=True)).ravel()
+        half = half.max(1).repeat(3)
         s = (sample - held)[:, along] / half
         greatest = np.maximum(np.abs(self.envelope["least_force"]), np.abs(self.envelope["most_force"]))
         return held, -greatest * np.sign(s) * np.where(np.abs(s) < 1, s**2, 2 * np.abs(s) - 1)

@@ -145,6 +145,8 @@ drive = system.drive(np.random.default_rng(0), plain, Schedule(2, 50, 0.01), 'no
 # Within the speeds of its training, and thrown in faster.
 for thrown in (0.0, 2.5):
     drive.qvel[:, :6] += thrown * np.array([1.0, -0.8, 0.6, 1.5, -1.2, 2.0])
+    faster = drive.qvel[0] > np.array([9.0] * 3 + [2.7] * 3 + [99.0] * 12)
+    assert faster.any() == (thrown > 0), drive.qvel[0]
     plant = Plant(plain, [], qpos=drive.qpos, qvel=drive.qvel, start=np.zeros(2), water=system.water(2))
     record = plant.run(50, 0.01, drive.policy)
     data = mujoco.MjData(model); data.qpos[:] = drive.qpos[0]; data.qvel[:] = drive.qvel[0]

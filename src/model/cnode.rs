@@ -29,8 +29,8 @@ use super::{
 /// Width of the perceptron that estimates a first force.
 const ESTIMATE: usize = 64;
 
-/// In a simulation the numbers of the state (deviations) are held within this: changes add up, nothing in the equation brings a
-/// state back, and after some minutes it would be no number.
+/// Every engine holds the numbers of the state (deviations) within this: changes add up, nothing in the equation brings a state
+/// back, and after some minutes of a simulation it would be no number. Training does not.
 pub(super) const STATE_LIMIT: f64 = 100.0;
 
 /// Sizes of a CNODE.

@@ -4,7 +4,7 @@
 //! of the model, their names prefixed, beside the body that the water acts on:
 //!
 //! ```xml
-//! <size nuserdata="1066"/>
+//! <size nuserdata="400"/>
 //! <custom>
 //!   <text name="hydro.body" data="trunk"/>
 //!   <text name="hydro.checkpoint" data="models/b1-task2"/>

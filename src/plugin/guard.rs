@@ -6,10 +6,10 @@ use crate::{
     model::{Engine, Scratch},
 };
 
-/// How many times the range of its training a model is asked in that is given closed forms of the water's force: what it
-/// learned to weigh goes on to hold. On Task 2 at speeds beyond (`gen_task2.py --regime speeds`) nRMSE of such a perceptron
-/// is 0.31 with this, 0.31 if asked anywhere, and 0.48 if held to the range itself; without closed forms an LSTM's is 0.72
-/// held to the range and 0.80 if asked anywhere.
+/// How many times the range of its training a model is asked in that is given closed forms of the water's force (the range
+/// of forces grows by the square): what it learned to weigh goes on to hold. Open loop, on Task 2 at speeds beyond
+/// (`gen_task2.py --regime speeds`), nRMSE of such a perceptron was 0.31 with this, 0.31 if asked anywhere, and 0.48 if held
+/// to the range itself; without closed forms an LSTM's was 0.72 held to the range and 0.80 if asked anywhere.
 const CLOSED_FORMS_REACH: f64 = 2.0;
 
 /// Most components of a wrench.

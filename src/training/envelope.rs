@@ -1,12 +1,16 @@
 //! The range of a training split.
 
+use super::Labels;
 use crate::{dataset::Split, envelope::Envelope};
 
-/// Least and greatest features and forces of a split.
-pub fn measure_envelope(train: &Split) -> Envelope {
+/// Least and greatest features and forces of a split, as a network is shown them.
+pub(super) fn measure_envelope(train: &Split, labels: Labels) -> Envelope {
     let (least, most) = range(train.inputs(), (0..train.len()).map(|at| train.x(at)));
-    let (least_force, most_force) =
-        range(train.outputs(), (0..train.len()).map(|at| train.wrench(at)));
+    let forces = (0..train.len()).map(|at| match labels {
+        Labels::Perturbed => train.wrench(at),
+        Labels::Clean => train.clean(at),
+    });
+    let (least_force, most_force) = range(train.outputs(), forces);
     Envelope {
         least,
         most,

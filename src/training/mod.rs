@@ -25,7 +25,6 @@ pub use self::{
     adamw::{AdamW, Step},
     config::{Labels, TrainConfig},
     device::{TrainDevice, UnknownDevice},
-    envelope::measure_envelope,
     log::LogRecord,
     metrics::{
         Errors, Evaluation, InitialForce, Sums, UnknownInitialForce, evaluate, predict,

@@ -453,7 +453,7 @@ impl Trainer {
             joints: manifest.features.joints(),
             sample_period: manifest.sample_period,
             residual: false,
-            envelope: Some(measure_envelope(&self.train)),
+            envelope: Some(measure_envelope(&self.train, self.config.labels)),
             solver: self.config.solver,
             normaliser: self.model.normaliser.clone(),
             dataset: Some(DatasetNote {
