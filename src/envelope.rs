@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::features::{Feature, FeatureLayout};
 
 /// Least and greatest values of a training split.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Envelope {
     /// Least value of each feature [n] (SI), in the layout's order.
@@ -84,8 +84,8 @@ impl Envelope {
     }
 }
 
-/// An envelope tied to the features and forces of a card.
-#[derive(Clone, Debug)]
+/// An envelope tied to the features and forces of a card; that of default holds to nothing.
+#[derive(Clone, Debug, Default)]
 pub struct Limits {
     envelope: Envelope,
     /// Indices of the velocities among the features.
@@ -144,6 +144,7 @@ impl Limits {
 
     /// The drag [f] of the velocities in `x` [n] that are out of range.
     pub fn drag(&self, x: &[f64], force: &mut [f64]) {
+        force.fill(0.0);
         for (force, drag) in force.iter_mut().zip(&self.drags) {
             *force = drag.map_or(0.0, |drag| {
                 let share = (x[drag.at] - self.held(drag.at, x[drag.at])) / drag.width;

@@ -8,23 +8,20 @@ use std::path::Path;
 use allocation_counter::measure;
 use hydro_plugin::{
     checkpoint::Checkpoint,
-    model::{Engine, EngineKind, Scratch, Solver},
-    plugin::{Registry, Settings, search::SearchPath},
+    envelope::Limits,
+    model::{EngineKind, Scratch, Solver},
 };
 
 /// What the allocator is asked for while a fresh start and 50 samples are evaluated.
 fn allocations(checkpoint: &Checkpoint, kind: EngineKind, solver: Solver) -> u64 {
-    counted(&*checkpoint.engine(kind, Some(solver)).unwrap())
-}
-
-fn counted(engine: &dyn Engine) -> u64 {
+    let engine = checkpoint.engine(kind, Some(solver)).unwrap();
     let (mut memory, mut scratch) = (vec![0.0; engine.memory_len()], Scratch::default());
     let mut x = vec![0.1; engine.inputs()];
     let (mut carried, mut now, mut next) = ([0.0; 6], [0.0; 6], [0.0; 6]);
     engine.start(&x, &carried, &mut memory, &mut scratch);
     engine.observe(&x, &mut memory, &mut scratch);
     engine.sample(&memory, &carried, &mut now, &mut next, &mut scratch);
-    let info = measure(|| {
+    let counted = measure(|| {
         engine.start(&x, &carried, &mut memory, &mut scratch);
         for step in 0..50 {
             x[3] = 0.01 * f64::from(step);
@@ -33,7 +30,7 @@ fn counted(engine: &dyn Engine) -> u64 {
             engine.sample(&memory, &carried, &mut now, &mut next, &mut scratch);
         }
     });
-    info.count_total
+    counted.count_total
 }
 
 #[test]
@@ -59,17 +56,18 @@ fn samples_are_taken_and_evaluated_without_allocation() {
     }
 }
 
-/// As the plugin has it: held within the range of its training.
+/// What the plugin does at every sample beside the engine.
 #[test]
 fn nor_is_there_any_in_what_holds_a_network_to_its_range() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/b1-task2");
-    let registry = Registry::default();
-    let loaded = registry.checkpoint(&folder).unwrap();
-    assert!(loaded.checkpoint.card.envelope.is_some());
-    let text = |name| (name == "checkpoint").then(|| folder.display().to_string());
-    let settings = Settings::parse(text, &SearchPath::default()).unwrap();
-    let engine = registry.engine(&loaded, &settings).unwrap();
-    let bare = loaded.checkpoint.engine(settings.engine, None).unwrap();
-    assert!(engine.memory_len() > bare.memory_len());
-    assert_eq!(counted(&*engine), 0);
+    let card = Checkpoint::load(&folder).unwrap().card;
+    let limits = Limits::new(card.envelope.unwrap(), &card.features, &card.outputs);
+    let (mut x, mut drag, mut force) = ([9.0; 35], [0.0; 6], [1e6; 6]);
+    let counted = measure(|| {
+        limits.drag(&x, &mut drag);
+        limits.hold(&mut x);
+        limits.hold_force(&mut force);
+    });
+    assert!(drag[0] < 0.0 && x[31] < 9.0 && force[0] < 1e6);
+    assert_eq!(counted.count_total, 0);
 }

@@ -41,10 +41,7 @@ fn asks(checkpoint: &Checkpoint) -> Asks {
                 .into_iter()
                 .map(|kind| memory_in(checkpoint, kind))
                 .max()
-                .unwrap()
-                // What holds it to its range: drag twice, and the features.
-                + 12
-                + checkpoint.card.features.len(),
+                .unwrap(),
         }
     }
 }

@@ -23,12 +23,12 @@ pub(super) struct Start {
     pub(super) time: f64,
     /// The first sample [n].
     pub(super) sample: Vec<f64>,
-    /// Force that is carried to the first sample, before the network and what holds it have seen it [f].
-    pub(super) carried: Vec<f64>,
     /// Force at the first sample [f].
     pub(super) now: Vec<f64>,
     /// Force one sample period later [f].
     pub(super) next: Vec<f64>,
+    /// Drag of the velocities that are out of the network's range [f].
+    pub(super) drag: Vec<f64>,
 }
 
 thread_local! {

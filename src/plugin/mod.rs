@@ -17,7 +17,6 @@ pub mod bound;
 pub mod carrier;
 mod cold_start;
 pub mod features;
-mod guard;
 pub mod handle;
 pub mod instance;
 pub mod native_fluid;

@@ -25,7 +25,6 @@ use super::{
     body::{Body, BodyError},
     bound::Bound,
     carrier::Carrier,
-    guard::guarded,
     instance::Instance,
 };
 use crate::{
@@ -274,7 +273,7 @@ impl Registry {
                 path: settings.checkpoint.clone().unwrap_or_default(),
                 source: Box::new(source),
             })?;
-        let engine: Arc<dyn Engine> = Arc::from(guarded(engine, &loaded.checkpoint.card));
+        let engine: Arc<dyn Engine> = Arc::from(engine);
         let mut engines = self.engines.lock().unwrap_or_else(PoisonError::into_inner);
         engines.retain(|_, engine| engine.strong_count() > 0);
         engines.insert(key, Arc::downgrade(&engine));
