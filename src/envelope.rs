@@ -88,10 +88,21 @@ impl Envelope {
 #[derive(Clone, Debug, Default)]
 pub struct Limits {
     envelope: Envelope,
-    /// Indices of the velocities among the features.
-    velocities: Vec<usize>,
+    /// The velocities, and where each is among the features.
+    velocities: Vec<(usize, Feature)>,
     /// Of each output [f], what opposes a velocity along it that is out of range.
     drags: Vec<Option<Drag>>,
+}
+
+/// A velocity out of its range.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Excess {
+    /// Which one.
+    pub velocity: Feature,
+    /// What it is [m/s, rad/s].
+    pub found: f64,
+    /// Least and most that the network is told [m/s, rad/s].
+    pub range: (f64, f64),
 }
 
 /// Drag along an axis, outside the range.
@@ -108,11 +119,10 @@ struct Drag {
 impl Limits {
     /// Of features in the order of `layout` and forces in that of `outputs`; the envelope's ranges are as long.
     pub fn new(mut envelope: Envelope, layout: &FeatureLayout, outputs: &[String]) -> Self {
-        let velocities = layout.features().iter().enumerate();
-        let velocities = velocities.filter(|(_, feature)| is_velocity(feature));
-        let velocities: Vec<usize> = velocities.map(|(at, _)| at).collect();
+        let velocities = layout.features().iter().cloned().enumerate();
+        let velocities: Vec<_> = velocities.filter(|(_, of)| is_velocity(of)).collect();
         // Trained on the move alone: a drag towards that range would drive a robot at rest.
-        for at in &velocities {
+        for (at, _) in &velocities {
             envelope.least[*at] = envelope.least[*at].min(0.0);
             envelope.most[*at] = envelope.most[*at].max(0.0);
         }
@@ -161,9 +171,20 @@ impl Limits {
 
     /// Holds the velocities of `x` [n] within the range.
     pub fn hold(&self, x: &mut [f64]) {
-        for at in &self.velocities {
+        for (at, _) in &self.velocities {
             x[*at] = self.held(*at, x[*at]);
         }
+    }
+
+    /// The first velocity of `x` [n] that is out of its range.
+    pub fn excess(&self, x: &[f64]) -> Option<Excess> {
+        let mut velocities = self.velocities.iter();
+        let (at, velocity) = velocities.find(|(at, _)| self.held(*at, x[*at]) != x[*at])?;
+        Some(Excess {
+            velocity: velocity.clone(),
+            found: x[*at],
+            range: (self.envelope.least[*at], self.envelope.most[*at]),
+        })
     }
 
     /// Holds a force [f] within the range.

@@ -9,11 +9,12 @@
 //! | 1 | 1 | samples taken since the start |
 //! | 2 | 1 | time of the latest sample [s] |
 //! | 3 | 1 | time of the latest step's end [s] |
-//! | 4 | f | force at the latest sample [N, N m] |
-//! | 4 + f | f | force one sample period later |
-//! | 4 + 2f | f | drag of the velocities at the latest sample that are out of the network's range |
-//! | 4 + 3f | n | features at the latest step's end |
-//! | 4 + 3f + n | M | the engine's memory of what came before |
+//! | 4 | 1 | 1 once a velocity was out of the network's range, else 0 |
+//! | 5 | f | force at the latest sample [N, N m] |
+//! | 5 + f | f | force one sample period later |
+//! | 5 + 2f | f | drag of the velocities at the latest sample that are out of the network's range |
+//! | 5 + 3f | n | features at the latest step's end |
+//! | 5 + 3f + n | M | the engine's memory of what came before |
 //!
 //! A model that does not predict the next force gives the one at the sample: both forces are then that one.
 //! The force at any time between two samples is the linear interpolation of the two forces, so
@@ -31,7 +32,7 @@ use super::{
 };
 use crate::{
     checkpoint::{Card, Checkpoint},
-    envelope::Limits,
+    envelope::{Excess, Limits},
     frames::Wrench,
     model::{Encoder, Engine, Scratch},
 };
@@ -45,7 +46,8 @@ const PHASE: usize = 0;
 const SAMPLES: usize = 1;
 const SAMPLE_TIME: usize = 2;
 const STEP_TIME: usize = 3;
-const FORCES: usize = 4;
+const OUT_OF_RANGE: usize = 4;
+const FORCES: usize = 5;
 
 /// The state's first number.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -112,10 +114,12 @@ impl Moment<'_> {
 
 /// What a user should hear of. That a fault or a start is told once, the memory in the state sees to:
 /// each notice comes with a change of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Notice {
     /// The step does not divide the sample period: features are interpolated.
     StepDoesNotDivide,
+    /// A velocity is out of the network's range, for the first time since the start.
+    OutOfRange(Excess),
     /// A state or a prediction that is no number: zero wrench until a reset.
     NotFinite,
     /// The engine's own fluid acts as well.
@@ -144,6 +148,18 @@ impl Notice {
                 "the step of {timestep} s does not divide the checkpoint's sample period of {sample_period} s; \
                  samples are interpolated"
             ),
+            Self::OutOfRange(Excess {
+                velocity,
+                found,
+                range: (least, most),
+            }) => {
+                let unit = velocity.unit();
+                format!(
+                    "`{velocity}` is {found:.3} {unit} at t = {time} s; the checkpoint's network is asked between {least:.3} \
+                     and {most:.3} {unit} alone (`envelope` of its card): it is told the nearest, and a drag acts on what is \
+                     left of a base velocity; take the force for a guess while it is out there"
+                )
+            }
             Self::NotFinite => format!(
                 "the state or the predicted force is not a number at t = {time} s; the wrench is zero until the \
                  simulation is reset"
@@ -297,8 +313,8 @@ impl Instance {
         (native_fluid && !self.residual)
             .then_some(Notice::FluidCountedTwice)
             .into_iter()
-            .chain(self.density_notice)
-            .chain(self.control_notice)
+            .chain(self.density_notice.clone())
+            .chain(self.control_notice.clone())
     }
 
     /// The wrench at a moment, of a fully submerged robot; changes nothing. Zero where the moment is no
@@ -443,6 +459,7 @@ impl Instance {
         state[SAMPLES] = 1.0;
         state[SAMPLE_TIME] = start.time;
         state[STEP_TIME] = start.time;
+        state[OUT_OF_RANGE] = 0.0;
         let mut rest = &mut state[FORCES..];
         for part in [&start.now, &start.next, &start.drag, &start.sample] {
             let (slot, after) = rest.split_at_mut(part.len());
@@ -504,6 +521,13 @@ impl Instance {
                     }
                 }
                 head[SAMPLES] += 1.0;
+                if head[OUT_OF_RANGE] == 0.0
+                    && notice.is_none()
+                    && let Some(excess) = self.limits.excess(between)
+                {
+                    head[OUT_OF_RANGE] = 1.0;
+                    notice = Some(Notice::OutOfRange(excess));
+                }
                 self.limits.drag(between, drag);
                 self.limits.hold(between);
                 self.engine.observe(between, memory, scratch);

@@ -179,10 +179,10 @@ class Swim(System):
         return LearnedWater(_checkpoint(), 1)
 
     def plugin_state(self):
-        # Phase, count, two times, two forces and the drag beyond the training range, the latest features; the newest slot and the
-        # window of inputs. Zeros: cold.
+        # Phase, count, two times and whether it was out of range; two forces and the drag out there; the latest features; the newest
+        # slot and the window of inputs. Zeros: cold.
         net = _checkpoint()
-        return 4 + 18 + net.features + 1 + net.window * len(net.mean)
+        return 5 + 18 + net.features + 1 + net.window * len(net.mean)
 
     def drive(self, rng, model, schedule, style):
         m, rows, period = schedule.trials, schedule.rows, schedule.period * schedule.speed

@@ -97,7 +97,7 @@ class Force(unittest.TestCase):
       rows = []
       for _ in range(50):
         mujoco.mj_step(model, data)
-        rows.append(data.plugin_state[4:16].copy())
+        rows.append(data.plugin_state[5:17].copy())
       results[integrator] = np.array(rows)
     for integrator in ('RK4', 'implicitfast'):
       np.testing.assert_allclose(results[integrator], results['Euler'], rtol=0, atol=1e-5)
@@ -119,7 +119,7 @@ class Force(unittest.TestCase):
         for k in range(round(0.3 / timestep)):
           mujoco.mj_step(model, data)
           if (k + 1) % round(0.01 / timestep) == 0:
-            rows.append(data.plugin_state[4:16].copy())
+            rows.append(data.plugin_state[5:17].copy())
       self.assertEqual(texts, [])
       samples[timestep] = np.array(rows)
     scale = np.sqrt(np.mean(samples[0.002] ** 2, axis=0))
@@ -170,7 +170,7 @@ class Force(unittest.TestCase):
       model = fish(attributes)
       data = start(model)
       steps(model, data, 100)
-      return data.plugin_state[4:16].copy()
+      return data.plugin_state[5:17].copy()
 
     ends = {solver: end(engine='fused', solver=solver) for solver in ('euler', 'rk4')}
     for solver, expected in ends.items():
@@ -186,7 +186,7 @@ class Force(unittest.TestCase):
     data = start(model)
     for _ in range(23):
       mujoco.mj_step(model, data)
-    np.testing.assert_array_equal(data.plugin_state[4:10], data.plugin_state[10:16])
+    np.testing.assert_array_equal(data.plugin_state[5:11], data.plugin_state[11:17])
 
   def test_arrows_in_the_viewer(self):
     model = fish()

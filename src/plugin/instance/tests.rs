@@ -97,24 +97,24 @@ fn pump(limits: Limits, initial_force: InitialForce) -> Instance {
 fn run(instance: &Instance, speeds: &[f64]) -> (Vec<f64>, f64) {
     let mut state = vec![0.0; instance.state_len()];
     Instance::reset(&mut state);
-    let at = |sample: usize, speed: &f64, state: &mut [f64]| {
+    let forces = speeds.iter().enumerate().map(|(sample, speed)| {
         let qvel = [*speed];
-        let moment = Moment {
-            time: 0.01 * sample as f64,
-            timestep: 0.01,
-            runge_kutta: false,
-            qpos: &[0.0],
-            qvel: &qvel,
-            water: [0.0; 3],
-        };
-        instance.follow_clock(state, moment);
-        instance.wrench(state, moment).force[0]
-    };
-    let speeds = speeds.iter().enumerate();
-    let forces = speeds
-        .map(|(sample, speed)| at(sample, speed, &mut state))
-        .collect();
-    (forces, state[FORCES + 1])
+        let moment = at(sample, &qvel);
+        instance.follow_clock(&mut state, moment);
+        instance.wrench(&state, moment).force[0]
+    });
+    (forces.collect(), state[FORCES + 1])
+}
+
+fn at(sample: usize, qvel: &[f64]) -> Moment<'_> {
+    Moment {
+        time: 0.01 * sample as f64,
+        timestep: 0.01,
+        runge_kutta: false,
+        qpos: &[0.0],
+        qvel,
+        water: [0.0; 3],
+    }
 }
 
 fn from_rest() -> InitialForce {
@@ -145,6 +145,33 @@ fn outside_the_drag_is_added_once_and_not_carried_on() {
     // From the first sample on.
     let (forces, _) = run(&pump(range(), from_rest()), &[2.0, 0.5]);
     close(&forces, &[-100.0, 10.0]);
+}
+
+#[test]
+fn being_out_of_range_is_told_once_a_start() {
+    let instance = pump(range(), from_rest());
+    let mut state = vec![0.0; instance.state_len()];
+    let speeds = [0.5, 1.0, 2.0, 0.5, 3.0];
+    for _ in 0..2 {
+        Instance::reset(&mut state);
+        let told: Vec<_> = speeds
+            .iter()
+            .enumerate()
+            .map(|(sample, speed)| instance.follow_clock(&mut state, at(sample, &[*speed])))
+            .collect();
+        let Some(Notice::OutOfRange(excess)) = &told[2] else {
+            panic!("{told:?}");
+        };
+        assert_eq!((excess.found, excess.range), (2.0, (-1.0, 1.0)));
+        assert_eq!(told.iter().flatten().count(), 1, "{told:?}");
+        let text = told[2].clone().unwrap().text(0.02, 0.01, 0.01);
+        for part in [
+            "`linear_velocity.x` is 2.000 m/s at t = 0.02 s",
+            "between -1.000 and 1.000 m/s",
+        ] {
+            assert!(text.contains(part), "{text}");
+        }
+    }
 }
 
 #[test]
