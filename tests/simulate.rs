@@ -91,6 +91,7 @@ fn the_comparison_is_json_and_a_page_of_its_own() {
     ];
     assert_eq!(names, expected);
     // The recorded runs are shorter than the first horizon: the error is read at the end of the path.
+    assert_eq!(closed["horizons"], Value::Array(Vec::new()));
     let truth = path(&closed["truth_path"]);
     let oracle = path(&rows[2]["path"]);
     assert_eq!(oracle.len(), truth.len());
@@ -110,6 +111,21 @@ fn the_comparison_is_json_and_a_page_of_its_own() {
         );
     }
     assert_eq!(names_in(report.parent().unwrap()), ["page.html"]);
+}
+
+#[test]
+fn runs_too_short_for_a_distance_give_no_verdict() {
+    let (_folder, checkpoint) = place();
+    let output = simulate(&checkpoint, ROLLOUTS, &[]);
+    let told = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{told}");
+    for part in ["No run lasts 1 s", "no rival took part"] {
+        assert!(told.contains(part), "{told}");
+    }
+    assert!(
+        !told.contains("better than") && !told.contains("NaN"),
+        "{told}"
+    );
 }
 
 #[test]

@@ -438,10 +438,20 @@ fn show(summary: &Summary) -> anyhow::Result<()> {
         })
         .collect();
     say!("{}", table(&head, &rows));
-    let ahead = summary.not_beaten(&RIVALS, 2.0);
-    let verdict = match ahead.is_empty() {
-        true => "better than the box fluid and the fitted drags, in open loop and after 2 s in closed loop".to_owned(),
-        false => format!("NOT better than {}", ahead.join(", ")),
+    if closed.horizons.is_empty() {
+        say!(
+            "No run lasts {} s, the first time at which a distance is read.",
+            HORIZONS[0]
+        );
+    }
+    let standing = summary.standing(&RIVALS, 2.0);
+    let verdict = match (&standing.compared[..], &standing.not_beaten[..]) {
+        ([], _) => "no rival took part, for there is no `--data`, and no run lasts 2 s".to_owned(),
+        (compared, []) => format!(
+            "better than the box fluid and the fitted drags that took part, in {}",
+            compared.join(", ")
+        ),
+        (_, ahead) => format!("NOT better than {}", ahead.join(", ")),
     };
     say!("\n{}: {verdict}", summary.subject);
     if let Some(long) = &summary.long {

@@ -124,7 +124,7 @@ pub struct Errors {
 /// The whole comparison.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ClosedLoop {
-    /// Times after the start at which errors are read [s].
+    /// Times after the start at which errors are read, and that a run reaches [s].
     pub horizons: Vec<f64>,
     /// How many runs.
     pub runs: usize,
@@ -136,7 +136,8 @@ pub struct ClosedLoop {
     pub rows: Vec<Errors>,
 }
 
-/// Runs every contender through every run. `tick` is called after each (contender, run).
+/// Runs every contender through every run; errors are read at those of `horizons` [s] that a run reaches. `tick` is called
+/// after each (contender, run).
 ///
 /// # Errors
 /// Whatever building a simulator returns.
@@ -146,6 +147,8 @@ pub fn closed_loop<E>(
     horizons: &[f64],
     tick: &dyn Fn(&str),
 ) -> Result<ClosedLoop, E> {
+    let reached = |horizon: &f64| runs.iter().any(|run| sample_at(run, *horizon).is_some());
+    let horizons: Vec<f64> = horizons.iter().copied().filter(reached).collect();
     let mut rows = Vec::new();
     for contender in contenders {
         let mut position = vec![Vec::new(); horizons.len()];
@@ -179,7 +182,7 @@ pub fn closed_loop<E>(
         });
     }
     Ok(ClosedLoop {
-        horizons: horizons.to_vec(),
+        horizons,
         runs: runs.len(),
         truth_path: runs
             .first()
@@ -341,7 +344,8 @@ mod tests {
                 })),
             ),
         ];
-        let result = closed_loop(&contenders, &[run()], &[1.0, 2.0], &|_| ()).unwrap();
+        let result = closed_loop(&contenders, &[run()], &[1.0, 2.0, 4.0], &|_| ()).unwrap();
+        assert_eq!(result.horizons, [1.0, 2.0], "the run lasts 2 s");
         assert!(result.rows[0].position[1].median < 1e-9);
         assert!((result.rows[1].position[0].median - 0.25).abs() < 1e-9);
         assert!((result.rows[1].position[1].median - 1.0).abs() < 1e-9);

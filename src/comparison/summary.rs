@@ -50,11 +50,20 @@ impl LongRun {
     }
 }
 
+/// Where a subject was held against its rivals.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Standing {
+    /// What was compared.
+    pub compared: Vec<String>,
+    /// Rivals that are at least as good as the subject, and in what.
+    pub not_beaten: Vec<String>,
+}
+
 impl Summary {
-    /// Rivals that are at least as good as the subject somewhere: pooled open-loop error with and without
-    /// hydrostatics, median closed-loop position error at `horizon` [s]. Empty where the subject leads.
-    pub fn not_beaten(&self, rivals: &[&str], horizon: f64) -> Vec<String> {
-        let mut ahead = Vec::new();
+    /// The subject beside those of `rivals` that took part: pooled open-loop error with and without hydrostatics, median
+    /// closed-loop position error at `horizon` [s].
+    pub fn standing(&self, rivals: &[&str], horizon: f64) -> Standing {
+        let mut standing = Standing::default();
         let mut compare = |what: &str, errors: &[(&str, f64)]| {
             let of = |name: &str| {
                 errors
@@ -63,9 +72,16 @@ impl Summary {
                     .map(|(_, error)| *error)
             };
             let subject = of(&self.subject).unwrap_or(f64::INFINITY);
-            for rival in rivals {
-                if of(rival).is_some_and(|error| error <= subject) {
-                    ahead.push(format!("{rival} in {what}"));
+            let met: Vec<_> = rivals
+                .iter()
+                .filter_map(|rival| Some((rival, of(rival)?)))
+                .collect();
+            if !met.is_empty() {
+                standing.compared.push(what.to_owned());
+            }
+            for (rival, error) in met {
+                if error <= subject {
+                    standing.not_beaten.push(format!("{rival} in {what}"));
                 }
             }
         };
@@ -94,8 +110,8 @@ impl Summary {
                 .iter()
                 .map(|row| (row.name.as_str(), row.position[h].median))
                 .collect();
-            compare("closed loop", &position);
+            compare(&format!("closed loop after {horizon} s"), &position);
         }
-        ahead
+        standing
     }
 }
