@@ -133,6 +133,8 @@ fn a_small_model_is_trained_evaluated_and_described() {
         described.contains("attention-ode") && described.contains("position.thigh"),
         "{described}"
     );
+    let widest = described.lines().map(|line| line.chars().count()).max();
+    assert!(widest.unwrap() < 500, "{described}");
     let card = Checkpoint::load(out).unwrap().card;
     assert!(
         card.command.starts_with("hydro train --data"),

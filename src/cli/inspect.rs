@@ -3,14 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use hydro_plugin::{
-    checkpoint::{Card, Checkpoint},
-    dataset::Dataset,
-    robot::Robot,
-    rollouts::Rollouts,
-};
+use hydro_plugin::{checkpoint::Checkpoint, dataset::Dataset, robot::Robot, rollouts::Rollouts};
 
 use super::{print_json, table::table};
+
+mod checkpoint;
 
 /// Flags of `hydro inspect`.
 #[derive(Debug, clap::Args)]
@@ -33,7 +30,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         return if args.json {
             print_json(&card.card)
         } else {
-            checkpoint(&card)
+            checkpoint::show(&card)
         };
     }
     if path.join("manifest.json").exists() {
@@ -63,67 +60,6 @@ fn facts(rows: &[(&str, String)]) -> anyhow::Result<()> {
         say!("{name:>18}  {value}");
     }
     Ok(())
-}
-
-fn checkpoint(checkpoint: &Checkpoint) -> anyhow::Result<()> {
-    let card = &checkpoint.card;
-    let joined = |names: &[String]| names.join(" ");
-    facts(&[
-        ("checkpoint", card.name.clone()),
-        ("kind", card.model.kind().to_owned()),
-        (
-            "configuration",
-            serde_json::to_value(&card.model)?["config"].to_string(),
-        ),
-        ("parameters", checkpoint.parameter_count().to_string()),
-        ("solver", card.solver.to_string()),
-        ("sample period", format!("{} s", card.sample_period)),
-        (
-            "features",
-            format!(
-                "{}: {}",
-                card.features.len(),
-                card.features
-                    .features()
-                    .iter()
-                    .map(ToString::to_string)
-                    .collect::<Vec<_>>()
-                    .join(" ")
-            ),
-        ),
-        ("joints", joined(&card.joints)),
-        ("outputs", joined(&card.outputs)),
-        ("trained in", trained_in(card)),
-        (
-            "trained on",
-            card.dataset.as_ref().map_or("nothing".to_owned(), |d| {
-                format!(
-                    "{}, {} trajectories, manifest sha256 {}",
-                    d.name, d.trajectories, d.sha256
-                )
-            }),
-        ),
-        ("weights sha256", card.weights_sha256.clone()),
-        ("command", card.command.clone()),
-        ("metrics", card.metrics.to_string()),
-    ])
-}
-
-/// The range of the training split, a feature and a force after the other.
-fn trained_in(card: &Card) -> String {
-    let Some(envelope) = &card.envelope else {
-        return "not known: the plugin holds it to nothing".to_owned();
-    };
-    let range = |name: String, least: f64, most: f64| format!("{name} {least:.3} to {most:.3}");
-    let features = card.features.features().iter().map(ToString::to_string);
-    let features = features.zip(envelope.least.iter().zip(&envelope.most));
-    let forces = envelope.least_force.iter().zip(&envelope.most_force);
-    let forces = card.outputs.iter().cloned().zip(forces);
-    features
-        .chain(forces)
-        .map(|(name, (least, most))| range(name, *least, *most))
-        .collect::<Vec<_>>()
-        .join(", ")
 }
 
 fn dataset(data: &Dataset) -> anyhow::Result<()> {
