@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     dataset::Split,
-    model::{Engine, ModelError, Scratch},
+    model::{Engine, ModelError, Scratch, one_by_one},
 };
 
 /// Samples of the trajectory that is timed, as in the paper's table.
 const STEPS: usize = 400;
-/// Trajectories at a time.
-const BATCHES: [usize; 2] = [1, 64];
+/// Trajectories at a time, beside one.
+const MANY: usize = 64;
 /// Rounds; everybody has a turn in each, so that a slow moment of the machine strikes all.
 pub const ROUNDS: usize = 5;
 
@@ -32,9 +32,11 @@ pub struct Cost {
     pub entry: String,
     /// The processor.
     pub machine: String,
-    /// One trajectory, by the engine that a simulation uses.
+    /// One trajectory, a sample at a time as in a simulation.
+    pub stepped: Timed,
+    /// One recorded trajectory, in the engine's own way: what no force feeds back into is one product of many samples.
     pub one: Timed,
-    /// 64 trajectories together.
+    /// 64 of them.
     pub many: Timed,
 }
 
@@ -48,28 +50,37 @@ pub fn time(
     machine: &str,
     tick: &dyn Fn(usize),
 ) -> Result<Vec<Cost>, ModelError> {
-    let mut times = vec![[Vec::new(), Vec::new()]; engines.len()];
+    let mut times = vec![[Vec::new(), Vec::new(), Vec::new()]; engines.len()];
     let mut scratch = Scratch::default();
+    let (one, many) = (input(split, 1), input(split, MANY));
     for round in 0..=ROUNDS {
         for ((_, engine), times) in engines.iter().zip(&mut times) {
-            for (batch, times) in BATCHES.iter().zip(times) {
-                let (x, start) = input(split, *batch);
+            let mut timed = |slot: usize, run: &mut dyn FnMut() -> Result<Vec<f64>, ModelError>| {
                 let began = Instant::now();
-                std::hint::black_box(engine.trajectories(&x, &start, &mut scratch)?);
+                std::hint::black_box(run()?);
                 // The first round warms up.
                 if round > 0 {
-                    times.push(1e3 * began.elapsed().as_secs_f64());
+                    times[slot].push(1e3 * began.elapsed().as_secs_f64());
                 }
-            }
+                Ok::<_, ModelError>(())
+            };
+            timed(0, &mut || {
+                one_by_one(&**engine, &one.0, &one.1, &mut scratch)
+            })?;
+            timed(1, &mut || engine.trajectories(&one.0, &one.1, &mut scratch))?;
+            timed(2, &mut || {
+                engine.trajectories(&many.0, &many.1, &mut scratch)
+            })?;
         }
         tick(round);
     }
     Ok(engines
         .iter()
         .zip(times)
-        .map(|((entry, _), [one, many])| Cost {
+        .map(|((entry, _), [stepped, one, many])| Cost {
             entry: entry.clone(),
             machine: machine.to_owned(),
+            stepped: timed(stepped),
             one: timed(one),
             many: timed(many),
         })

@@ -48,7 +48,7 @@ pub use self::{
     cnode::{Cnode, CnodeConfig},
     control::Control,
     encoding::{Encoder, Encoding},
-    engine::{Engine, EngineKind, Scratch, TOGETHER},
+    engine::{Engine, EngineKind, Scratch, TOGETHER, one_by_one},
     lstm::{Lstm, LstmConfig},
     mlp::{Mlp, MlpConfig},
     mlp_ode::{MlpOde, MlpOdeConfig},

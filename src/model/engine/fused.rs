@@ -1,4 +1,4 @@
-//! A field stepped by our own products, or evaluated where it is memoryless: no allocation, no threads, no Candle.
+//! A field stepped by our own products: no allocation, no threads, no Candle.
 
 use pulp::Arch;
 
@@ -26,8 +26,7 @@ pub(crate) struct FusedEngine {
     encoder: Encoder,
     pub(super) normaliser: Normaliser,
     pub(super) field: Perceptron,
-    /// None for a memoryless model.
-    pub(super) ode: Option<Ode>,
+    pub(super) ode: Ode,
 }
 
 /// What makes a force of the field's slopes.
@@ -115,50 +114,40 @@ impl FusedEngine {
         precision: Precision,
         arch: Arch,
     ) -> candle_core::Result<Self> {
-        let driven = match &model.network {
+        let (ode, latent) = match &model.network {
             Network::AttentionOde(network) => {
-                Some((&network.ode, Latent::Attention(Past::new(network)?)))
+                (&network.ode, Latent::Attention(Past::new(network)?))
             }
             // Small beside the field, and what it makes drives the field: always in f32.
             Network::MlpOde(network) => {
                 let latent = Perceptron::new(&network.latent, Precision::Single)?;
-                Some((&network.ode, Latent::Perceptron(latent)))
+                (&network.ode, Latent::Perceptron(latent))
             }
-            _ => None,
-        };
-        let field = match (&driven, &model.network) {
-            (Some((ode, _)), _) => &ode.field,
-            (None, Network::Mlp(network)) => &network.field,
-            (None, other) => candle_core::bail!("{other:?} is not stepped by a field"),
+            other => candle_core::bail!("{other:?} is not stepped by a field"),
         };
         Ok(Self {
             arch,
             encoder: model.encoder.clone(),
             normaliser: model.normaliser.clone(),
-            field: Perceptron::new(field, precision)?,
-            ode: driven.map(|(ode, latent)| Ode {
+            field: Perceptron::new(&ode.field, precision)?,
+            ode: Ode {
                 solver: model.solver,
                 field_sees_force: ode.field_sees_force,
                 latent,
-            }),
+            },
         })
     }
 
     /// W.
     fn window(&self) -> usize {
-        self.ode.as_ref().map_or(1, |ode| ode.latent.window())
+        self.ode.latent.window()
     }
 
     /// Numbers of scratch in all: field input, force, slopes, layers, and what the latent takes.
     fn scratch(&self) -> usize {
-        let latent = self.ode.as_ref().map_or(0, |ode| ode.latent.scratch());
         let field = &self.field.config;
-        field.inputs + (2 + self.slopes()) * field.outputs + self.field.scratch() + latent
-    }
-
-    /// See [`Ode::slopes`].
-    pub(super) fn slopes(&self) -> usize {
-        self.ode.as_ref().map_or(1, Ode::slopes)
+        let stages = 2 + self.ode.slopes();
+        field.inputs + stages * field.outputs + self.field.scratch() + self.ode.latent.scratch()
     }
 
     /// z of a raw sample.
@@ -168,7 +157,7 @@ impl FusedEngine {
         });
     }
 
-    /// Force after `steps` at most from `force` (in place), or g(x).
+    /// Force after `steps` at most from `force` (in place).
     fn advance(
         &self,
         memory: &[f64],
@@ -177,43 +166,32 @@ impl FusedEngine {
         scratch: &mut Scratch,
         start: impl Fn(usize, f64) -> f32,
     ) {
-        let field = &self.field.config;
+        let (ode, field) = (&self.ode, &self.field.config);
         let scratch = scratch.take(self.scratch());
         let (input, rest) = scratch.split_at_mut(field.inputs);
         let (now, rest) = rest.split_at_mut(field.outputs);
-        let (slope, rest) = rest.split_at_mut(self.slopes() * field.outputs);
+        let (slope, rest) = rest.split_at_mut(ode.slopes() * field.outputs);
         let (change, rest) = rest.split_at_mut(field.outputs);
         let (layers, rest) = rest.split_at_mut(self.field.scratch());
-        match &self.ode {
-            None => {
-                let z = &memory[1..];
-                for (slot, z) in input.iter_mut().zip(z) {
-                    *slot = *z as f32;
-                }
-                self.field.evaluate(self.arch, input, now, layers);
-            }
-            Some(ode) => {
-                let latent = field.inputs - ode.latent.len();
-                ode.latent
-                    .evaluate(self.arch, memory, &mut input[latent..], rest);
-                for (i, (slot, value)) in now.iter_mut().zip(force.iter()).enumerate() {
-                    *slot = start(i, *value);
-                }
-                let mut clocks = [Clock::default()];
-                for _ in 0..steps {
-                    let stepped = Stepped {
-                        force: &mut *now,
-                        slope: &mut *slope,
-                        change: &mut *change,
-                        clocks: &mut clocks,
-                    };
-                    ode.step(stepped, field.outputs, input, |x, y| {
-                        self.field.evaluate(self.arch, x, y, layers);
-                    });
-                    if change.iter().all(|change| change.abs() < SETTLED) {
-                        break;
-                    }
-                }
+        let latent = field.inputs - ode.latent.len();
+        ode.latent
+            .evaluate(self.arch, memory, &mut input[latent..], rest);
+        for (i, (slot, value)) in now.iter_mut().zip(force.iter()).enumerate() {
+            *slot = start(i, *value);
+        }
+        let mut clocks = [Clock::default()];
+        for _ in 0..steps {
+            let stepped = Stepped {
+                force: &mut *now,
+                slope: &mut *slope,
+                change: &mut *change,
+                clocks: &mut clocks,
+            };
+            ode.step(stepped, field.outputs, input, |x, y| {
+                self.field.evaluate(self.arch, x, y, layers);
+            });
+            if change.iter().all(|change| change.abs() < SETTLED) {
+                break;
             }
         }
         for (i, (slot, value)) in force.iter_mut().zip(now.iter()).enumerate() {
@@ -255,7 +233,7 @@ impl Engine for FusedEngine {
         self.advance(memory, next, 1, scratch, |i, value| {
             self.normaliser.force(i, value)
         });
-        now.copy_from_slice(if self.ode.is_some() { force } else { next });
+        now.copy_from_slice(force);
     }
 
     fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch) {

@@ -3,6 +3,7 @@
 mod controlled;
 mod fused;
 mod latent;
+mod memoryless;
 mod past;
 mod perceptron;
 mod recurrent;
@@ -18,8 +19,9 @@ use pulp::Arch;
 use thiserror::Error;
 
 use self::{
-    controlled::ControlledEngine, fused::FusedEngine, perceptron::Precision,
-    recurrent::RecurrentEngine, reference::CandleEngine, relaxing::RelaxingEngine,
+    controlled::ControlledEngine, fused::FusedEngine, memoryless::MemorylessEngine,
+    perceptron::Precision, recurrent::RecurrentEngine, reference::CandleEngine,
+    relaxing::RelaxingEngine,
 };
 use super::{ForceModel, ModelError, Network};
 
@@ -75,29 +77,42 @@ pub trait Engine: Send + Sync + fmt::Debug {
         start: &[f64],
         scratch: &mut Scratch,
     ) -> Result<Vec<f64>, ModelError> {
-        let (inputs, outputs) = (self.inputs(), self.outputs());
-        let samples = samples(self, x, start)?;
-        let mut memory = vec![0.0; self.memory_len()];
-        let (mut now, mut next) = (vec![0.0; outputs], vec![0.0; outputs]);
-        let mut forces = Vec::with_capacity(samples * start.len());
-        let mut carried = vec![0.0; outputs];
-        for (x, start) in x
-            .chunks_exact((samples * inputs).max(1))
-            .zip(start.chunks_exact(outputs))
-        {
-            carried.copy_from_slice(start);
-            self.start(&x[..inputs], &carried, &mut memory, scratch);
-            for (index, x) in x.chunks_exact(inputs).enumerate() {
-                if index > 0 {
-                    self.observe(x, &mut memory, scratch);
-                }
-                self.sample(&memory, &carried, &mut now, &mut next, scratch);
-                forces.extend_from_slice(&now);
-                carried.copy_from_slice(&next);
-            }
-        }
-        Ok(forces)
+        one_by_one(self, x, start, scratch)
     }
+}
+
+/// [`Engine::trajectories`], a sample at a time as a simulation asks for them.
+///
+/// # Errors
+/// Numbers that are not whole trajectories.
+pub fn one_by_one(
+    engine: &(impl Engine + ?Sized),
+    x: &[f64],
+    start: &[f64],
+    scratch: &mut Scratch,
+) -> Result<Vec<f64>, ModelError> {
+    let (inputs, outputs) = (engine.inputs(), engine.outputs());
+    let samples = samples(engine, x, start)?;
+    let mut memory = vec![0.0; engine.memory_len()];
+    let (mut now, mut next) = (vec![0.0; outputs], vec![0.0; outputs]);
+    let mut forces = Vec::with_capacity(samples * start.len());
+    let mut carried = vec![0.0; outputs];
+    for (x, start) in x
+        .chunks_exact((samples * inputs).max(1))
+        .zip(start.chunks_exact(outputs))
+    {
+        carried.copy_from_slice(start);
+        engine.start(&x[..inputs], &carried, &mut memory, scratch);
+        for (index, x) in x.chunks_exact(inputs).enumerate() {
+            if index > 0 {
+                engine.observe(x, &mut memory, scratch);
+            }
+            engine.sample(&memory, &carried, &mut now, &mut next, scratch);
+            forces.extend_from_slice(&now);
+            carried.copy_from_slice(&next);
+        }
+    }
+    Ok(forces)
 }
 
 /// The engine of a model.
@@ -116,9 +131,10 @@ fn fused(
     arch: Arch,
 ) -> candle_core::Result<Box<dyn Engine>> {
     Ok(match &model.network {
-        Network::AttentionOde(_) | Network::MlpOde(_) | Network::Mlp(_) => {
+        Network::AttentionOde(_) | Network::MlpOde(_) => {
             Box::new(FusedEngine::new(model, precision, arch)?)
         }
+        Network::Mlp(mlp) => Box::new(MemorylessEngine::new(model, mlp, precision, arch)?),
         Network::RelaxationOde(ode) => Box::new(RelaxingEngine::new(model, ode, precision, arch)?),
         Network::Cnode(cnode) => Box::new(ControlledEngine::new(model, cnode, precision, arch)?),
         Network::Lstm(lstm) => Box::new(RecurrentEngine::new(model, lstm, precision, arch)?),

@@ -65,7 +65,7 @@ impl<'a> Together<'a> {
         for numbers in [&mut self.now, &mut self.change] {
             numbers.resize(rows * outputs, 0.0);
         }
-        self.slope.resize(engine.slopes() * rows * outputs, 0.0);
+        self.slope.resize(engine.ode.slopes() * rows * outputs, 0.0);
         self.clocks.resize(rows, Clock::default());
         let put = |forces: &mut [f64], sample: usize, values: &[f64]| {
             for (row, values) in values.chunks_exact(outputs).enumerate() {
@@ -82,17 +82,12 @@ impl<'a> Together<'a> {
                     engine.observe(x, memory, scratch);
                 }
             }
-            if engine.ode.is_some() {
-                put(forces, sample, &carried);
-            }
+            put(forces, sample, &carried);
             self.step(&mut carried, scratch);
-            if engine.ode.is_none() {
-                put(forces, sample, &carried);
-            }
         }
     }
 
-    /// `carried` [rows, f] becomes the force at the next sample, or g(x).
+    /// `carried` [rows, f] becomes the force at the next sample.
     fn step(&mut self, carried: &mut [f64], scratch: &mut Scratch) {
         let Self {
             engine,
@@ -109,39 +104,28 @@ impl<'a> Together<'a> {
         let outputs = engine.outputs();
         let width = engine.field.config.inputs;
         let normaliser = &engine.normaliser;
-        let rows = input
+        let ode = &engine.ode;
+        let latent = scratch.take(ode.latent.scratch());
+        let sees = width - ode.latent.len();
+        for (input, memory) in input
             .chunks_exact_mut(width)
-            .zip(memory.chunks_exact(engine.memory_len()));
-        match &engine.ode {
-            None => {
-                for (input, memory) in rows {
-                    for (slot, z) in input.iter_mut().zip(&memory[1..]) {
-                        *slot = *z as f32;
-                    }
-                }
-                field.evaluate(engine.arch, input, now, buffers);
-            }
-            Some(ode) => {
-                let scratch = scratch.take(ode.latent.scratch());
-                let sees = width - ode.latent.len();
-                for (input, memory) in rows {
-                    ode.latent
-                        .evaluate(engine.arch, memory, &mut input[sees..], scratch);
-                }
-                for (index, (now, carried)) in now.iter_mut().zip(carried.iter()).enumerate() {
-                    *now = normaliser.force(index % outputs, *carried);
-                }
-                let stepped = Stepped {
-                    force: now,
-                    slope,
-                    change,
-                    clocks,
-                };
-                ode.step(stepped, outputs, input, |x, y| {
-                    field.evaluate(engine.arch, x, y, buffers);
-                });
-            }
+            .zip(memory.chunks_exact(engine.memory_len()))
+        {
+            ode.latent
+                .evaluate(engine.arch, memory, &mut input[sees..], latent);
         }
+        for (index, (now, carried)) in now.iter_mut().zip(carried.iter()).enumerate() {
+            *now = normaliser.force(index % outputs, *carried);
+        }
+        let stepped = Stepped {
+            force: now,
+            slope,
+            change,
+            clocks,
+        };
+        ode.step(stepped, outputs, input, |x, y| {
+            field.evaluate(engine.arch, x, y, buffers);
+        });
         for (index, (carried, now)) in carried.iter_mut().zip(now.iter()).enumerate() {
             *carried = normaliser.to_si(index % outputs, *now);
         }

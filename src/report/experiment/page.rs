@@ -252,8 +252,9 @@ fn cost(text: &mut String, comparison: &Comparison, data: &str) {
     let head = [
         "",
         "parameters",
-        "400 steps [ms]",
-        "64 x 400 steps [ms]",
+        "400 steps, one by one [ms]",
+        "400 recorded [ms]",
+        "64 x 400 recorded [ms]",
         "training [s]",
         "its peak memory [MiB]",
     ]
@@ -282,6 +283,7 @@ fn cost(text: &mut String, comparison: &Comparison, data: &str) {
                 row.label.clone(),
                 row.parameters
                     .map_or_else(|| "\u{2013}".to_owned(), |count| count.to_string()),
+                timed(|cost| cost.stepped),
                 timed(|cost| cost.one),
                 timed(|cost| cost.many),
                 figure("train_seconds"),
@@ -295,7 +297,8 @@ fn cost(text: &mut String, comparison: &Comparison, data: &str) {
         .map_or_else(String::new, |cost| format!(", {}", cost.machine));
     let _ = writeln!(
         text,
-        "\nTimes: our engine on one thread, median and quartiles, everybody in turn{machine}. Training: wall clock, other jobs may have \
+        "\nTimes: our engine on one thread, median and quartiles, everybody in turn{machine}. One by one as in a simulation; recorded, \
+         a model into which no force feeds back may take many samples as one product. Training: wall clock, other jobs may have \
          run beside it.\n"
     );
 }
