@@ -12,6 +12,7 @@ use super::{
     },
     Engine, SETTLED, SETTLING_STEPS, Scratch,
     latent::Latent,
+    one_by_one,
     past::{self, Past},
     perceptron::{Perceptron, Precision},
     samples,
@@ -249,6 +250,9 @@ impl Engine for FusedEngine {
         scratch: &mut Scratch,
     ) -> Result<Vec<f64>, ModelError> {
         let samples = samples(self, x, start)?;
+        if start.len() == self.outputs() {
+            return one_by_one(self, x, start, scratch);
+        }
         Ok(Together::new(self, samples).run_all(x, start, scratch))
     }
 }
