@@ -7,21 +7,19 @@ use super::{
         ForceModel,
         cnode::{Cnode, STATE_LIMIT, stages},
         control::{CLOCK, causal},
-        encoding::Encoder,
         kernel::{Panels, multiply_row},
-        normaliser::Normaliser,
         solver::{Solver, Tableau},
     },
     Engine, Scratch,
     perceptron::{Perceptron, Precision},
+    units::Units,
 };
 
 /// See the module.
 #[derive(Clone, Debug)]
 pub(super) struct ControlledEngine {
     arch: Arch,
-    encoder: Encoder,
-    normaliser: Normaliser,
+    units: Units,
     solver: Solver,
     tableau: Tableau,
     /// W_g^T and b_g, in f32: they are read once a run.
@@ -44,8 +42,7 @@ impl ControlledEngine {
         let lift = cnode.lift.0.flatten_all()?.to_vec1::<f32>()?;
         Ok(Self {
             arch,
-            encoder: model.encoder.clone(),
-            normaliser: model.normaliser.clone(),
+            units: Units::of(model),
             solver: model.solver,
             tableau: stages(model.solver)?,
             lift: (
@@ -66,7 +63,7 @@ impl ControlledEngine {
 
 impl Engine for ControlledEngine {
     fn inputs(&self) -> usize {
-        self.encoder.inputs()
+        self.units.features()
     }
 
     fn outputs(&self) -> usize {
@@ -74,21 +71,18 @@ impl Engine for ControlledEngine {
     }
 
     fn memory_len(&self) -> usize {
-        2 * self.encoder.len() + self.state()
+        2 * self.units.encoded() + self.state()
     }
 
     fn start(&self, x: &[f64], force: &[f64], memory: &mut [f64], scratch: &mut Scratch) {
-        let n = self.encoder.len();
+        let n = self.units.encoded();
         let lifted = self.lift.1.len();
         let (seen, rest) = scratch
             .take(self.outputs + n + lifted)
             .split_at_mut(self.outputs + n);
-        for (i, (slot, force)) in seen.iter_mut().zip(force).enumerate() {
-            *slot = self.normaliser.force(i, *force);
-        }
-        let z = &mut seen[self.outputs..];
-        self.encoder
-            .encode(x, |i, value| z[i] = self.normaliser.input(i, value));
+        let (standard, z) = seen.split_at_mut(self.outputs);
+        self.units.standardise(force, standard);
+        self.units.encode(x, z);
         rest.copy_from_slice(&self.lift.1);
         multiply_row(self.arch, rest, seen, &self.lift.0);
         let (older, others) = memory.split_at_mut(n);
@@ -106,7 +100,7 @@ impl Engine for ControlledEngine {
     }
 
     fn observe(&self, x: &[f64], memory: &mut [f64], scratch: &mut Scratch) {
-        let (n, width) = (self.encoder.len(), self.state());
+        let (n, width) = (self.units.encoded(), self.state());
         let matrix = self.field.config.outputs;
         let scratch = scratch.take(n + 3 * width + matrix + n + 1 + self.field.scratch());
         let (z, rest) = scratch.split_at_mut(n);
@@ -115,8 +109,7 @@ impl Engine for ControlledEngine {
         let (change, rest) = rest.split_at_mut(width);
         let (found, rest) = rest.split_at_mut(matrix);
         let (control, layers) = rest.split_at_mut(n + 1);
-        self.encoder
-            .encode(x, |i, value| z[i] = self.normaliser.input(i, value));
+        self.units.encode(x, z);
         let (older, others) = memory.split_at_mut(n);
         let (newer, state) = others.split_at_mut(n);
         let tableau = self.tableau;
@@ -156,23 +149,19 @@ impl Engine for ControlledEngine {
         next: &mut [f64],
         _: &mut Scratch,
     ) {
-        let force = &memory[2 * self.encoder.len()..];
-        for (i, (now, force)) in now.iter_mut().zip(force).enumerate() {
-            *now = self.normaliser.to_si(i, *force as f32);
-        }
+        let force = &memory[2 * self.units.encoded()..];
+        self.units
+            .to_si(force.iter().map(|force| *force as f32), now);
         next.copy_from_slice(now);
     }
 
     fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch) {
-        let n = self.encoder.len();
+        let n = self.units.encoded();
         let scratch = scratch.take(n + self.outputs + self.estimate.scratch());
         let (z, rest) = scratch.split_at_mut(n);
         let (found, layers) = rest.split_at_mut(self.outputs);
-        self.encoder
-            .encode(x, |i, value| z[i] = self.normaliser.input(i, value));
+        self.units.encode(x, z);
         self.estimate.evaluate(self.arch, z, found, layers);
-        for (i, (force, found)) in force.iter_mut().zip(&*found).enumerate() {
-            *force = self.normaliser.to_si(i, *found);
-        }
+        self.units.to_si(found.iter().copied(), force);
     }
 }

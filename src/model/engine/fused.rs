@@ -6,8 +6,6 @@ use super::{
     super::{
         ForceModel, ModelError, Network,
         adaptive::{Clock, Period, STAGES},
-        encoding::Encoder,
-        normaliser::Normaliser,
         solver::Solver,
     },
     Engine, SETTLED, SETTLING_STEPS, Scratch,
@@ -17,6 +15,7 @@ use super::{
     perceptron::{Perceptron, Precision},
     samples,
     together::Together,
+    units::Units,
 };
 
 /// See the module.
@@ -24,8 +23,7 @@ use super::{
 pub(crate) struct FusedEngine {
     /// The instructions of this machine, or those that a test asks for.
     pub(super) arch: Arch,
-    encoder: Encoder,
-    pub(super) normaliser: Normaliser,
+    pub(super) units: Units,
     pub(super) field: Perceptron,
     pub(super) ode: Ode,
 }
@@ -128,8 +126,7 @@ impl FusedEngine {
         };
         Ok(Self {
             arch,
-            encoder: model.encoder.clone(),
-            normaliser: model.normaliser.clone(),
+            units: Units::of(model),
             field: Perceptron::new(&ode.field, precision)?,
             ode: Ode {
                 solver: model.solver,
@@ -147,25 +144,18 @@ impl FusedEngine {
     /// Numbers of scratch in all: field input, force, slopes, layers, and what the latent takes.
     fn scratch(&self) -> usize {
         let field = &self.field.config;
-        let stages = 2 + self.ode.slopes();
-        field.inputs + stages * field.outputs + self.field.scratch() + self.ode.latent.scratch()
+        let forces = 2 + self.ode.slopes();
+        field.inputs + forces * field.outputs + self.field.scratch() + self.ode.latent.scratch()
     }
 
-    /// z of a raw sample.
-    fn encode(&self, x: &[f64], z: &mut [f64]) {
-        self.encoder.encode(x, |i, value| {
-            z[i] = f64::from(self.normaliser.input(i, value));
-        });
-    }
-
-    /// Force after `steps` at most from `force` (in place).
+    /// `force` [f] after `steps` at most from `start` [f], or from the training mean.
     fn advance(
         &self,
         memory: &[f64],
+        start: Option<&[f64]>,
         force: &mut [f64],
         steps: usize,
         scratch: &mut Scratch,
-        start: impl Fn(usize, f64) -> f32,
     ) {
         let (ode, field) = (&self.ode, &self.field.config);
         let scratch = scratch.take(self.scratch());
@@ -177,8 +167,9 @@ impl FusedEngine {
         let latent = field.inputs - ode.latent.len();
         ode.latent
             .evaluate(self.arch, memory, &mut input[latent..], rest);
-        for (i, (slot, value)) in now.iter_mut().zip(force.iter()).enumerate() {
-            *slot = start(i, *value);
+        match start {
+            Some(start) => self.units.standardise(start, now),
+            None => now.fill(0.0),
         }
         let mut clocks = [Clock::default()];
         for _ in 0..steps {
@@ -195,15 +186,13 @@ impl FusedEngine {
                 break;
             }
         }
-        for (i, (slot, value)) in force.iter_mut().zip(now.iter()).enumerate() {
-            *slot = self.normaliser.to_si(i, *value);
-        }
+        self.units.to_si(now.iter().copied(), force);
     }
 }
 
 impl Engine for FusedEngine {
     fn inputs(&self) -> usize {
-        self.encoder.inputs()
+        self.units.features()
     }
 
     fn outputs(&self) -> usize {
@@ -211,15 +200,15 @@ impl Engine for FusedEngine {
     }
 
     fn memory_len(&self) -> usize {
-        past::memory_len(self.window(), self.encoder.len())
+        past::memory_len(self.window(), self.units.encoded())
     }
 
     fn start(&self, x: &[f64], _: &[f64], memory: &mut [f64], _: &mut Scratch) {
-        past::fill(memory, self.encoder.len(), |z| self.encode(x, z));
+        past::fill(memory, self.units.encoded(), |z| self.units.encode(x, z));
     }
 
     fn observe(&self, x: &[f64], memory: &mut [f64], _: &mut Scratch) {
-        past::push(memory, self.encoder.len(), |z| self.encode(x, z));
+        past::push(memory, self.units.encoded(), |z| self.units.encode(x, z));
     }
 
     fn sample(
@@ -230,17 +219,14 @@ impl Engine for FusedEngine {
         next: &mut [f64],
         scratch: &mut Scratch,
     ) {
-        next.copy_from_slice(force);
-        self.advance(memory, next, 1, scratch, |i, value| {
-            self.normaliser.force(i, value)
-        });
         now.copy_from_slice(force);
+        self.advance(memory, Some(force), next, 1, scratch);
     }
 
     fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch) {
         let mut memory = vec![0.0; self.memory_len()];
         self.start(x, &[], &mut memory, scratch);
-        self.advance(&memory, force, SETTLING_STEPS, scratch, |_, _| 0.0);
+        self.advance(&memory, None, force, SETTLING_STEPS, scratch);
     }
 
     fn trajectories(

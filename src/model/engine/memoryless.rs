@@ -3,10 +3,11 @@
 use pulp::Arch;
 
 use super::{
-    super::{ForceModel, ModelError, encoding::Encoder, mlp::Mlp, normaliser::Normaliser},
+    super::{ForceModel, ModelError, mlp::Mlp},
     Engine, Scratch,
     perceptron::{Buffers, Perceptron, Precision},
     samples,
+    units::Units,
 };
 
 /// Samples whose forces are one product.
@@ -16,8 +17,7 @@ const BLOCK: usize = 256;
 #[derive(Clone, Debug)]
 pub(super) struct MemorylessEngine {
     arch: Arch,
-    encoder: Encoder,
-    normaliser: Normaliser,
+    units: Units,
     field: Perceptron,
 }
 
@@ -30,22 +30,15 @@ impl MemorylessEngine {
     ) -> candle_core::Result<Self> {
         Ok(Self {
             arch,
-            encoder: model.encoder.clone(),
-            normaliser: model.normaliser.clone(),
+            units: Units::of(model),
             field: Perceptron::new(&mlp.field, precision)?,
         })
-    }
-
-    fn to_si(&self, found: &[f32], force: &mut [f64]) {
-        for (i, (force, found)) in force.iter_mut().zip(found).enumerate() {
-            *force = self.normaliser.to_si(i, *found);
-        }
     }
 }
 
 impl Engine for MemorylessEngine {
     fn inputs(&self) -> usize {
-        self.encoder.inputs()
+        self.units.features()
     }
 
     fn outputs(&self) -> usize {
@@ -53,7 +46,7 @@ impl Engine for MemorylessEngine {
     }
 
     fn memory_len(&self) -> usize {
-        self.encoder.len()
+        self.units.encoded()
     }
 
     fn start(&self, x: &[f64], _: &[f64], memory: &mut [f64], scratch: &mut Scratch) {
@@ -61,9 +54,7 @@ impl Engine for MemorylessEngine {
     }
 
     fn observe(&self, x: &[f64], memory: &mut [f64], _: &mut Scratch) {
-        self.encoder.encode(x, |i, value| {
-            memory[i] = f64::from(self.normaliser.input(i, value));
-        });
+        self.units.encode(x, memory);
     }
 
     fn sample(
@@ -82,7 +73,7 @@ impl Engine for MemorylessEngine {
             *slot = *z as f32;
         }
         self.field.evaluate(self.arch, input, found, layers);
-        self.to_si(found, now);
+        self.units.to_si(found.iter().copied(), now);
         next.copy_from_slice(now);
     }
 
@@ -101,7 +92,7 @@ impl Engine for MemorylessEngine {
         _: &mut Scratch,
     ) -> Result<Vec<f64>, ModelError> {
         let samples = samples(self, x, start)?;
-        let (inputs, outputs, width) = (self.inputs(), self.outputs(), self.encoder.len());
+        let (inputs, outputs, width) = (self.inputs(), self.outputs(), self.units.encoded());
         let (field, mut buffers) = (self.field.batched(), Buffers::default());
         let mut forces = vec![0.0; samples * start.len()];
         let (mut z, mut found) = (Vec::new(), Vec::new());
@@ -111,17 +102,9 @@ impl Engine for MemorylessEngine {
         {
             z.resize(x.len() / inputs * width, 0.0);
             found.resize(forces.len(), 0.0);
-            for (x, z) in x.chunks_exact(inputs).zip(z.chunks_exact_mut(width)) {
-                self.encoder
-                    .encode(x, |i, value| z[i] = self.normaliser.input(i, value));
-            }
+            self.units.encode(x, &mut z);
             field.evaluate(self.arch, &z, &mut found, &mut buffers);
-            for (found, force) in found
-                .chunks_exact(outputs)
-                .zip(forces.chunks_exact_mut(outputs))
-            {
-                self.to_si(found, force);
-            }
+            self.units.to_si(found.iter().copied(), forces);
         }
         Ok(forces)
     }

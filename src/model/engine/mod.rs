@@ -12,6 +12,7 @@ mod relaxing;
 #[cfg(test)]
 mod tests;
 mod together;
+mod units;
 
 use std::{fmt, str::FromStr};
 

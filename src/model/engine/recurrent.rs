@@ -6,14 +6,13 @@ use pulp::Arch;
 use super::{
     super::{
         ForceModel,
-        encoding::Encoder,
         kernel::{Panels, multiply_row, sigmoid},
         lstm::Lstm,
         lstm_layer::{activate, tanh},
-        normaliser::Normaliser,
     },
     Engine, Scratch,
     perceptron::{Precision, Weight},
+    units::Units,
 };
 
 /// [W R]^T and b of a layer.
@@ -29,8 +28,7 @@ struct Layer {
 #[derive(Clone, Debug)]
 pub(super) struct RecurrentEngine {
     arch: Arch,
-    encoder: Encoder,
-    normaliser: Normaliser,
+    units: Units,
     layers: Vec<Layer>,
     /// W_o^T and b_o, always in f32.
     output: (Panels<f32>, Vec<f32>),
@@ -76,8 +74,7 @@ impl RecurrentEngine {
         };
         Ok(Self {
             arch,
-            encoder: model.encoder.clone(),
-            normaliser: model.normaliser.clone(),
+            units: Units::of(model),
             layers: layers.collect::<Result<_>>()?,
             output: (
                 Panels::transposed(&read, depth, outputs),
@@ -110,7 +107,7 @@ impl RecurrentEngine {
 
 impl Engine for RecurrentEngine {
     fn inputs(&self) -> usize {
-        self.encoder.inputs()
+        self.units.features()
     }
 
     fn outputs(&self) -> usize {
@@ -128,13 +125,12 @@ impl Engine for RecurrentEngine {
 
     fn observe(&self, x: &[f64], memory: &mut [f64], scratch: &mut Scratch) {
         let (input, rest) = scratch.take(self.scratch()).split_at_mut(self.input_len());
-        self.encoder
-            .encode(x, |i, value| input[i] = self.normaliser.input(i, value));
+        self.units.encode(x, input);
         let (mut memory, linear) = memory.split_at_mut(self.state_len());
         if let Some(skip) = &self.skip {
             let force = &mut rest[..linear.len()];
             force.fill(0.0);
-            multiply_row(self.arch, force, &input[..self.encoder.len()], skip);
+            multiply_row(self.arch, force, &input[..self.units.encoded()], skip);
             for (slot, force) in linear.iter_mut().zip(force.iter()) {
                 *slot = f64::from(*force);
             }
@@ -191,9 +187,7 @@ impl Engine for RecurrentEngine {
             *force += *linear as f32;
         }
         multiply_row(self.arch, force, h, &self.output.0);
-        for (i, (now, force)) in now.iter_mut().zip(force.iter()).enumerate() {
-            *now = self.normaliser.to_si(i, *force);
-        }
+        self.units.to_si(force.iter().copied(), now);
         next.copy_from_slice(now);
     }
 

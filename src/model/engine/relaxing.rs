@@ -6,13 +6,11 @@
 use pulp::Arch;
 
 use super::{
-    super::{
-        ForceModel, ModelError, encoding::Encoder, kernel::sigmoid, normaliser::Normaliser,
-        relaxation_ode::RelaxationOde,
-    },
+    super::{ForceModel, ModelError, kernel::sigmoid, relaxation_ode::RelaxationOde},
     Engine, Scratch, past,
     perceptron::{Buffers, Perceptron, Precision},
     samples,
+    units::Units,
 };
 
 /// In the place of the newest slot, and like nothing there below zero: the memory holds the first sample alone.
@@ -24,8 +22,7 @@ const BLOCK: usize = 256;
 #[derive(Clone, Debug)]
 pub(super) struct RelaxingEngine {
     arch: Arch,
-    encoder: Encoder,
-    normaliser: Normaliser,
+    units: Units,
     window: usize,
     /// h [W n] -> [F_inf; kappa] [2 f].
     field: Perceptron,
@@ -40,22 +37,15 @@ impl RelaxingEngine {
     ) -> candle_core::Result<Self> {
         Ok(Self {
             arch,
-            encoder: model.encoder.clone(),
-            normaliser: model.normaliser.clone(),
+            units: Units::of(model),
             window: ode.window,
             field: Perceptron::new(&ode.field, precision)?,
         })
     }
 
-    fn encode(&self, x: &[f64], z: &mut [f64]) {
-        self.encoder.encode(x, |i, value| {
-            z[i] = f64::from(self.normaliser.input(i, value));
-        });
-    }
-
     /// h [W n], of the samples that `lagged` gives: element `i` of the sample so many steps back.
     fn latent(&self, h: &mut [f32], lagged: impl Fn(usize, usize) -> f32) {
-        for (lag, part) in h.chunks_exact_mut(self.encoder.len()).enumerate() {
+        for (lag, part) in h.chunks_exact_mut(self.units.encoded()).enumerate() {
             for (i, slot) in part.iter_mut().enumerate() {
                 *slot = if lag == 0 {
                     lagged(0, i)
@@ -68,7 +58,7 @@ impl RelaxingEngine {
 
     /// [F_inf; share of the way] [2 f] of a memory.
     fn evaluate<'a>(&self, memory: &[f64], scratch: &'a mut Scratch) -> &'a [f32] {
-        let (width, inputs) = (self.encoder.len(), self.field.config.inputs);
+        let (width, inputs) = (self.units.encoded(), self.field.config.inputs);
         let found = self.field.config.outputs;
         let scratch = scratch.take(inputs + found + self.field.scratch());
         let (h, rest) = scratch.split_at_mut(inputs);
@@ -87,18 +77,13 @@ impl RelaxingEngine {
     /// `force` [f] after a step.
     fn relax(&self, force: &mut [f64], found: &[f32]) {
         let (target, share) = found.split_at(force.len());
-        for (i, (force, (target, share))) in
-            force.iter_mut().zip(target.iter().zip(share)).enumerate()
-        {
-            let before = self.normaliser.force(i, *force);
-            *force = self.normaliser.to_si(i, before + share * (target - before));
-        }
+        self.units.relax(force, target, share);
     }
 }
 
 impl Engine for RelaxingEngine {
     fn inputs(&self) -> usize {
-        self.encoder.inputs()
+        self.units.features()
     }
 
     fn outputs(&self) -> usize {
@@ -106,16 +91,16 @@ impl Engine for RelaxingEngine {
     }
 
     fn memory_len(&self) -> usize {
-        past::memory_len(self.window, self.encoder.len())
+        past::memory_len(self.window, self.units.encoded())
     }
 
     fn start(&self, x: &[f64], _: &[f64], memory: &mut [f64], _: &mut Scratch) {
-        past::fill(memory, self.encoder.len(), |z| self.encode(x, z));
+        past::fill(memory, self.units.encoded(), |z| self.units.encode(x, z));
         memory[0] = FRESH;
     }
 
     fn observe(&self, x: &[f64], memory: &mut [f64], _: &mut Scratch) {
-        past::push(memory, self.encoder.len(), |z| self.encode(x, z));
+        past::push(memory, self.units.encoded(), |z| self.units.encode(x, z));
     }
 
     fn sample(
@@ -138,9 +123,7 @@ impl Engine for RelaxingEngine {
         let mut memory = vec![0.0; self.memory_len()];
         self.start(x, &[], &mut memory, scratch);
         let found = self.evaluate(&memory, scratch);
-        for (i, (force, target)) in force.iter_mut().zip(found).enumerate() {
-            *force = self.normaliser.to_si(i, *target);
-        }
+        self.units.to_si(found.iter().copied(), force);
     }
 
     /// Targets and rates of many samples are one product; bit for bit those of the single step.
@@ -151,7 +134,7 @@ impl Engine for RelaxingEngine {
         _: &mut Scratch,
     ) -> Result<Vec<f64>, ModelError> {
         let samples = samples(self, x, start)?;
-        let (inputs, outputs, width) = (self.inputs(), self.outputs(), self.encoder.len());
+        let (inputs, outputs, width) = (self.inputs(), self.outputs(), self.units.encoded());
         let (field, mut buffers) = (self.field.batched(), Buffers::default());
         let mut forces = Vec::with_capacity(samples * start.len());
         let mut z = vec![0.0f32; samples * width];
@@ -160,10 +143,7 @@ impl Engine for RelaxingEngine {
             .chunks_exact((samples * inputs).max(1))
             .zip(start.chunks_exact(outputs))
         {
-            for (x, z) in x.chunks_exact(inputs).zip(z.chunks_exact_mut(width)) {
-                self.encoder
-                    .encode(x, |i, value| z[i] = self.normaliser.input(i, value));
-            }
+            self.units.encode(x, &mut z);
             let mut force = start.to_vec();
             forces.extend_from_slice(&force);
             for first in (1..samples).step_by(BLOCK) {

@@ -195,6 +195,20 @@ fn with_stages() -> Vec<(ModelConfig, Solver)> {
     all
 }
 
+/// Longer than what the engines take as one product.
+#[test]
+fn a_long_trajectory_is_the_same_in_blocks() {
+    for config in configs() {
+        let model = model(&config, Solver::Euler);
+        let x = motion(600, model.inputs());
+        let engine = fused(&model, Precision::Single, Arch::new());
+        let whole = engine
+            .trajectories(&x, &START, &mut Scratch::default())
+            .expect("a whole trajectory");
+        assert_eq!(whole, stepped(&*engine, &x, &START), "{config:?}");
+    }
+}
+
 /// Says nothing where the machine has a single vector unit.
 #[test]
 fn the_vector_units_give_the_same_numbers() {

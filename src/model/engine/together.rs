@@ -103,20 +103,17 @@ impl<'a> Together<'a> {
         } = self;
         let outputs = engine.outputs();
         let width = engine.field.config.inputs;
-        let normaliser = &engine.normaliser;
         let ode = &engine.ode;
-        let latent = scratch.take(ode.latent.scratch());
+        let scratch = scratch.take(ode.latent.scratch());
         let sees = width - ode.latent.len();
         for (input, memory) in input
             .chunks_exact_mut(width)
             .zip(memory.chunks_exact(engine.memory_len()))
         {
             ode.latent
-                .evaluate(engine.arch, memory, &mut input[sees..], latent);
+                .evaluate(engine.arch, memory, &mut input[sees..], scratch);
         }
-        for (index, (now, carried)) in now.iter_mut().zip(carried.iter()).enumerate() {
-            *now = normaliser.force(index % outputs, *carried);
-        }
+        engine.units.standardise(carried, now);
         let stepped = Stepped {
             force: now,
             slope,
@@ -126,8 +123,6 @@ impl<'a> Together<'a> {
         ode.step(stepped, outputs, input, |x, y| {
             field.evaluate(engine.arch, x, y, buffers);
         });
-        for (index, (carried, now)) in carried.iter_mut().zip(now.iter()).enumerate() {
-            *carried = normaliser.to_si(index % outputs, *now);
-        }
+        engine.units.to_si(now.iter().copied(), carried);
     }
 }

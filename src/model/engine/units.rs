@@ -1,0 +1,66 @@
+//! Between what a card speaks of, features and forces in SI, and what a network sees: encoded and standardised.
+
+use super::super::{ForceModel, encoding::Encoder, normaliser::Normaliser};
+
+/// See the module.
+#[derive(Clone, Debug)]
+pub(super) struct Units {
+    encoder: Encoder,
+    normaliser: Normaliser,
+}
+
+impl Units {
+    pub(super) fn of(model: &ForceModel) -> Self {
+        Self {
+            encoder: model.encoder.clone(),
+            normaliser: model.normaliser.clone(),
+        }
+    }
+
+    /// Features a sample.
+    pub(super) fn features(&self) -> usize {
+        self.encoder.inputs()
+    }
+
+    /// n, numbers of an encoded sample.
+    pub(super) fn encoded(&self) -> usize {
+        self.encoder.len()
+    }
+
+    /// z [rows, n] of samples x [rows, features].
+    pub(super) fn encode<T: From<f32>>(&self, x: &[f64], z: &mut [T]) {
+        for (x, z) in x
+            .chunks_exact(self.features())
+            .zip(z.chunks_exact_mut(self.encoded()))
+        {
+            self.encoder
+                .encode(x, |i, value| z[i] = self.normaliser.input(i, value).into());
+        }
+    }
+
+    /// Forces [rows, f] in deviations.
+    pub(super) fn standardise(&self, force: &[f64], into: &mut [f32]) {
+        let outputs = self.normaliser.output_mean.len();
+        for (index, (into, force)) in into.iter_mut().zip(force).enumerate() {
+            *into = self.normaliser.force(index % outputs, *force);
+        }
+    }
+
+    /// Forces [rows, f] from deviations.
+    pub(super) fn to_si(&self, found: impl IntoIterator<Item = f32>, force: &mut [f64]) {
+        let outputs = self.normaliser.output_mean.len();
+        for (index, (force, found)) in force.iter_mut().zip(found).enumerate() {
+            *force = self.normaliser.to_si(index % outputs, found);
+        }
+    }
+
+    /// `force` [f] goes a share of the way to a target [f], in deviations.
+    pub(super) fn relax(&self, force: &mut [f64], target: &[f32], share: &[f32]) {
+        for (i, (force, (target, share))) in
+            force.iter_mut().zip(target.iter().zip(share)).enumerate()
+        {
+            let before = self.normaliser.force(i, *force);
+            *force = self.normaliser.to_si(i, before + share * (target - before));
+        }
+    }
+}
