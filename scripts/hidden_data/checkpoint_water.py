@@ -170,8 +170,8 @@ class LearnedWater:
         self.force = self.next.copy()
         if cold.any():
             self.force[cold] = net.settled(latent[cold])
-        carried, self.force = self.force, net.held_force(self.force)
-        self.next = net.held_force(carried + net.slope(carried, latent))
+        self.force = net.held_force(self.force)
+        self.next = net.held_force(self.force + net.slope(self.force, latent))
 
     def copy_members(self, members: np.ndarray) -> "LearnedWater":
         """Its memory just before a sample is due, of some members."""

@@ -118,7 +118,7 @@ impl Moment<'_> {
 pub enum Notice {
     /// The step does not divide the sample period: features are interpolated.
     StepDoesNotDivide,
-    /// A velocity is out of the network's range, for the first time since the start.
+    /// A velocity is out of the network's range, for the first time since the start's own sample.
     OutOfRange(Excess),
     /// A state or a prediction that is no number: zero wrench until a reset.
     NotFinite,
@@ -156,8 +156,8 @@ impl Notice {
                 let unit = velocity.unit();
                 format!(
                     "`{velocity}` is {found:.3} {unit} at t = {time} s; the checkpoint's network is asked between {least:.3} \
-                     and {most:.3} {unit} alone (`envelope` of its card): it is told the nearest, and a drag acts on what is \
-                     left of a base velocity; take the force for a guess while it is out there"
+                     and {most:.3} {unit} alone, which its card's `envelope` sets: it is told the nearest, and a drag acts on \
+                     what is left of a base velocity; take the force for a guess while it is out there"
                 )
             }
             Self::NotFinite => format!(
@@ -437,14 +437,16 @@ impl Instance {
                     self.engine.estimate(&held, &mut carried, &mut work.scratch)
                 }
             }
+            self.limits.hold_force(&mut carried);
             let mut memory = vec![0.0; self.engine.memory_len()];
             self.engine
                 .start(&held, &carried, &mut memory, &mut work.scratch);
             self.engine
                 .sample(&memory, &carried, &mut now, &mut next, &mut work.scratch);
+            let sound = finite(&now) && finite(&next) && finite(&drag);
             self.limits.hold_force(&mut now);
             self.limits.hold_force(&mut next);
-            (finite(&now) && finite(&next) && finite(&drag)).then_some(Start {
+            sound.then_some(Start {
                 time: moment.time,
                 sample,
                 now,
@@ -534,11 +536,12 @@ impl Instance {
                 let (now, next) = forces.split_at_mut(outputs);
                 carried.copy_from_slice(next);
                 self.engine.sample(memory, carried, now, next, scratch);
-                self.limits.hold_force(now);
-                self.limits.hold_force(next);
+                // Before they are held: an infinite force is no great one.
                 if !finite(now) || !finite(next) || !finite(drag) {
                     return Some(self.fault(state));
                 }
+                self.limits.hold_force(now);
+                self.limits.hold_force(next);
             }
             state[STEP_TIME] = moment.time;
             let previous = FORCES + 3 * outputs;

@@ -1,10 +1,14 @@
 """The force that a model adds: frames, water, timing."""
 
+import json
+import pathlib
+import shutil
+import tempfile
 import unittest
 
 import mujoco
 import numpy as np
-from scene import CHECKPOINTS, TANK, Warnings, fish, start, steps
+from scene import CHECKPOINTS, TANK, Warnings, fish, start, state_of, steps
 
 
 class Force(unittest.TestCase):
@@ -139,6 +143,32 @@ class Force(unittest.TestCase):
       self.assertIn('0.003 s does not divide', text)
     self.assertAlmostEqual(data.plugin_state[1], 31)
     self.assertAlmostEqual(data.plugin_state[2], 0.3)
+
+  def test_a_velocity_out_of_range_is_braked_and_told_once_a_start(self):
+    with tempfile.TemporaryDirectory() as folder:
+      known = pathlib.Path(folder) / 'known'
+      shutil.copytree(CHECKPOINTS / 'lively', known)
+      card = json.loads((known / 'card.json').read_text())
+      inputs, outputs = len(card['features']), len(card['outputs'])
+      card['envelope'] = dict(least=[-0.5] * inputs, most=[0.5] * inputs, least_force=[-20] * outputs, most_force=[20] * outputs)
+      (known / 'card.json').write_text(json.dumps(card))
+      for integrator in ('Euler', 'implicitfast', 'RK4'):
+        model, bare = (fish({'checkpoint': str(c)}, integrator=integrator) for c in (known, CHECKPOINTS / 'lively'))
+        with Warnings() as texts:
+          data, other = start(model), start(bare)
+          for one in (data, other):
+            one.qvel[:3] = 0, 0, 3
+          steps(bare, other, 50)
+          self.assertEqual(texts, [])
+          steps(model, data, 25)
+          self.assertEqual(len(texts), 1)
+          self.assertIn('asked between -0.500 and 0.500 m/s alone', texts[0])
+          # What was told, and the drag, are in the state.
+          restored = mujoco.MjData(model)
+          mujoco.mj_setState(model, restored, state_of(model, data), mujoco.mjtState.mjSTATE_INTEGRATION)
+          np.testing.assert_array_equal(steps(model, restored, 25), steps(model, data, 25))
+          self.assertEqual(len(texts), 1)
+        self.assertLess(np.linalg.norm(data.qvel[:3]), 0.8 * np.linalg.norm(other.qvel[:3]))
 
   def test_initial_force_and_the_current(self):
     given = '1 2 3 0.4 0.5 0.6'

@@ -180,9 +180,33 @@ fn its_force_stays_within_what_was_shown() {
     close(&[forces[9], forces[29], carried], &[90.0, 100.0, 100.0]);
     let (forces, _) = run(&pump(range(), InitialForce::Estimate), &[0.7]);
     close(&forces, &[0.7]);
+    // What the network starts from is held as well.
+    let given = InitialForce::Given(vec![1e6]);
+    close(
+        &run(&pump(range(), given), &[-1.0; 3]).0,
+        &[100.0, 90.0, 80.0],
+    );
     // 7 m/s: 6 half widths outside, and an estimate for 1 m/s.
     let (forces, _) = run(&pump(range(), InitialForce::Estimate), &[7.0]);
     close(&forces, &[1.0 - 100.0 * 11.0]);
+}
+
+#[test]
+fn an_infinite_force_is_a_fault_and_no_great_one() {
+    let burst = InitialForce::Given(vec![f64::MAX]);
+    let wide = Envelope {
+        least: vec![-f64::MAX],
+        most: vec![f64::MAX],
+        least_force: vec![-f64::MAX],
+        most_force: vec![f64::MAX],
+    };
+    let instance = pump(Limits::new(wide, &layout(), &["force.x".to_owned()]), burst);
+    let mut state = vec![0.0; instance.state_len()];
+    assert_eq!(
+        instance.follow_clock(&mut state, at(0, &[1e307])),
+        Some(Notice::NotFinite)
+    );
+    assert_eq!(instance.wrench(&state, at(0, &[1e307])), Wrench::default());
 }
 
 #[test]
