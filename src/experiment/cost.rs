@@ -34,7 +34,7 @@ pub struct Cost {
     pub machine: String,
     /// One trajectory, a sample at a time as in a simulation.
     pub stepped: Timed,
-    /// One recorded trajectory, in the engine's own way: what no force feeds back into is one product of many samples.
+    /// One recorded trajectory, in the engine's own way: a Relaxation-ODE and what has no memory take many samples as one product.
     pub one: Timed,
     /// 64 of them.
     pub many: Timed,
@@ -55,7 +55,7 @@ pub fn time(
     let (one, many) = (input(split, 1), input(split, MANY));
     for round in 0..=ROUNDS {
         for ((_, engine), times) in engines.iter().zip(&mut times) {
-            let mut timed = |slot: usize, run: &mut dyn FnMut() -> Result<Vec<f64>, ModelError>| {
+            let mut take = |slot: usize, run: &mut dyn FnMut() -> Result<Vec<f64>, ModelError>| {
                 let began = Instant::now();
                 std::hint::black_box(run()?);
                 // The first round warms up.
@@ -64,11 +64,11 @@ pub fn time(
                 }
                 Ok::<_, ModelError>(())
             };
-            timed(0, &mut || {
+            take(0, &mut || {
                 one_by_one(&**engine, &one.0, &one.1, &mut scratch)
             })?;
-            timed(1, &mut || engine.trajectories(&one.0, &one.1, &mut scratch))?;
-            timed(2, &mut || {
+            take(1, &mut || engine.trajectories(&one.0, &one.1, &mut scratch))?;
+            take(2, &mut || {
                 engine.trajectories(&many.0, &many.1, &mut scratch)
             })?;
         }

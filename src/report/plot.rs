@@ -53,8 +53,10 @@ pub struct Panel<'a> {
     pub series: Vec<Series>,
 }
 
-/// Height of a picture's legend [px].
-const LEGEND: u32 = 30;
+/// Height of a line of a picture's legend [px].
+const LEGEND_LINE: u32 = 18;
+/// What is left below the last [px].
+const LEGEND_MARGIN: u32 = 12;
 
 /// Draws panels row by row, so many a row, and one legend below; the text is a self-contained `<svg>` on white. Empty where
 /// there is nothing to draw.
@@ -68,15 +70,17 @@ pub fn panels(all: &[Panel<'_>], columns: usize) -> String {
         first.axes.size.0 * columns as u32,
         first.axes.size.1 * rows as u32,
     );
+    let (places, legend_height) = legend_places(&first.series, width);
     let mut svg = String::new();
-    let area = SVGBackend::with_string(&mut svg, (width, height + LEGEND)).into_drawing_area();
+    let size = (width, height + legend_height);
+    let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
     let paint = || {
         area.fill(&WHITE)?;
         let (plots, below) = area.split_vertically(height);
         for (area, panel) in plots.split_evenly((rows, columns)).iter().zip(all) {
             draw(area, &panel.axes, &panel.series)?;
         }
-        legend(&below, &first.series)?;
+        legend(&below, &first.series, &places)?;
         area.present()
     };
     let drawn = paint();
@@ -84,22 +88,38 @@ pub fn panels(all: &[Panel<'_>], columns: usize) -> String {
     if drawn.is_err() { String::new() } else { svg }
 }
 
-/// Names beside strokes of their colours, in one line.
+/// Where each name's stroke begins [px], in as many lines as a picture of that width needs, and their height.
+fn legend_places(series: &[Series], width: u32) -> (Vec<(i32, i32)>, u32) {
+    let margin = 12;
+    let (mut x, mut line) = (margin, 0);
+    let places = series.iter().map(|named| {
+        // Sans-serif letters of 12 px are about 6.5 px wide; a stroke and two gaps beside them.
+        let taken = 40 + (6.5 * named.name.chars().count() as f64) as i32;
+        if x > margin && x + taken > width as i32 {
+            (x, line) = (margin, line + 1);
+        }
+        let place = (x, 12 + (line * LEGEND_LINE) as i32);
+        x += taken;
+        place
+    });
+    let places = places.collect();
+    (places, (line + 1) * LEGEND_LINE + LEGEND_MARGIN)
+}
+
+/// Names beside strokes of their colours.
 fn legend<'a>(
     area: &DrawingArea<SVGBackend<'a>, Shift>,
     series: &[Series],
+    places: &[(i32, i32)],
 ) -> Result<(), DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>> {
-    let mut x = 12;
-    for (index, line) in series.iter().enumerate() {
+    for (index, (line, (x, y))) in series.iter().zip(places).enumerate() {
         let colour = PALETTE[index % PALETTE.len()];
         area.draw(&PathElement::new(
-            [(x, 12), (x + 18, 12)],
+            [(*x, *y), (x + 18, *y)],
             colour.stroke_width(3),
         ))?;
         let style = ("sans-serif", 12).into_font().color(&RGBColor(40, 40, 40));
-        area.draw(&Text::new(line.name.clone(), (x + 23, 6), style))?;
-        // Sans-serif letters of 12 px are about 6.5 px wide.
-        x += 40 + (6.5 * line.name.chars().count() as f64) as i32;
+        area.draw(&Text::new(line.name.clone(), (x + 23, y - 6), style))?;
     }
     Ok(())
 }
@@ -257,6 +277,28 @@ mod tests {
             "{svg}"
         );
         assert_eq!(panels(&[], 2), "");
+    }
+
+    #[test]
+    fn a_long_legend_takes_more_lines_and_stays_inside() {
+        let names = [
+            "a",
+            "a name of thirty letters and so",
+            "another one of thirty letters.",
+        ];
+        let series: Vec<Series> = names
+            .iter()
+            .map(|name| Series {
+                name: (*name).to_owned(),
+                points: Vec::new(),
+            })
+            .collect();
+        assert_eq!(legend_places(&series, 800).1, 30);
+        let (places, height) = legend_places(&series, 400);
+        assert_eq!(height, 48);
+        assert_eq!((places[1].1, places[2]), (12, (12, 30)));
+        // One that is wider than the picture has a line of its own all the same.
+        assert_eq!(legend_places(&series, 100).1, 66);
     }
 
     #[test]

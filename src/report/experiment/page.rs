@@ -298,8 +298,8 @@ fn cost(text: &mut String, comparison: &Comparison, data: &str) {
     let _ = writeln!(
         text,
         "\nTimes: our engine on one thread, median and quartiles, everybody in turn{machine}. One by one as in a simulation; recorded, \
-         a model into which no force feeds back takes many samples as one product, MLP-ODE and Attention-ODE many trajectories, \
-         LSTM and CNODE neither. Training: wall clock, other jobs may have \
+         the Relaxation-ODE and the memoryless take many samples as one product, MLP-ODE and Attention-ODE many trajectories, LSTM and \
+         CNODE neither. Training: wall clock, other jobs may have \
          run beside it.\n"
     );
 }
