@@ -133,6 +133,9 @@ fn a_small_model_is_trained_evaluated_and_described() {
         described.contains("attention-ode") && described.contains("position.thigh"),
         "{described}"
     );
+    for part in ["MAE", "first force: clean", "linear_velocity.x"] {
+        assert!(described.contains(part), "{part}: {described}");
+    }
     let widest = described.lines().map(|line| line.chars().count()).max();
     assert!(widest.unwrap() < 500, "{described}");
     let card = Checkpoint::load(out).unwrap().card;

@@ -16,7 +16,7 @@ pub(super) fn show(checkpoint: &Checkpoint) -> anyhow::Result<()> {
     });
     facts(&[
         ("checkpoint", card.name.clone()),
-        ("kind", card.model.kind().to_owned()),
+        ("kind", kind(card)),
         (
             "configuration",
             brief(&serde_json::to_value(&card.model)?["config"]),
@@ -33,13 +33,30 @@ pub(super) fn show(checkpoint: &Checkpoint) -> anyhow::Result<()> {
         say!("(not known: the plugin holds the network to nothing)");
     }
     say!("{}", features(card));
-    say!("\nForces, and the errors on the test split");
+    say!("\nForces: range and deviation of the training data, errors on the test split");
     say!("{}", forces(card));
     let pooled = |key: &str| card.metrics[key].as_f64();
-    if let (Some(error), Some(without)) = (pooled("pooled"), pooled("pooled_hydrodynamic")) {
-        say!("nRMSE over all axes {error:.3}, without buoyancy {without:.3}");
+    match (pooled("pooled"), pooled("pooled_hydrodynamic")) {
+        (Some(error), Some(without)) => {
+            let start = card.metrics["start"].as_str().unwrap_or("unknown");
+            say!(
+                "nRMSE over all axes {}, without buoyancy {}; first force: {start}",
+                short(error),
+                short(without)
+            );
+        }
+        // A residual is judged otherwise.
+        _ => say!("metrics: {}", card.metrics),
     }
     Ok(())
+}
+
+fn kind(card: &Card) -> String {
+    let kind = card.model.kind();
+    match card.residual {
+        true => format!("{kind}, of what another model of the water lacks"),
+        false => kind.to_owned(),
+    }
 }
 
 /// A configuration on one line; of a list of objects, how many they are.
@@ -105,5 +122,44 @@ fn forces(card: &Card) -> String {
 }
 
 fn number(value: Option<f64>) -> String {
-    value.map_or("-".to_owned(), |value| format!("{value:.3}"))
+    value.map_or("-".to_owned(), short)
+}
+
+/// Three digits or more, small numbers too.
+fn short(value: f64) -> String {
+    let size = value.abs();
+    let decimals = match size {
+        _ if size == 0.0 || size >= 0.1 => 3,
+        _ => 2 + (-size.log10()).ceil().min(15.0) as usize,
+    };
+    format!("{value:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_forces_keep_their_digits() {
+        let found = [133.9561, 0.25, 0.021, -0.00123, 4.5e-7, 0.0].map(short);
+        let expected = [
+            "133.956",
+            "0.250",
+            "0.0210",
+            "-0.00123",
+            "0.000000450",
+            "0.000",
+        ];
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn a_configuration_is_a_line_and_a_list_of_links_its_number() {
+        let links = serde_json::json!({"links": {"links": [{"name": "trunk"}, {"name": "calf"}]}});
+        let config = serde_json::json!({"encoding": links, "hidden": [256, 128], "skip": true});
+        assert_eq!(
+            brief(&config),
+            "encoding links links 2, hidden 256-128, skip true"
+        );
+    }
 }
