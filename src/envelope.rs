@@ -156,16 +156,17 @@ impl Limits {
     pub fn drag(&self, x: &[f64], force: &mut [f64]) {
         force.fill(0.0);
         for (force, drag) in force.iter_mut().zip(&self.drags) {
-            *force = drag.map_or(0.0, |drag| {
-                let share = (x[drag.at] - self.held(drag.at, x[drag.at])) / drag.width;
-                let size = share.abs();
-                let grown = if size < 1.0 {
-                    size * size
-                } else {
-                    2.0 * size - 1.0
-                };
-                -drag.force * grown * share.signum()
-            });
+            let Some(drag) = drag else {
+                continue;
+            };
+            let share = (x[drag.at] - self.held(drag.at, x[drag.at])) / drag.width;
+            let size = share.abs();
+            let grown = if size < 1.0 {
+                size * size
+            } else {
+                2.0 * size - 1.0
+            };
+            *force = -drag.force * grown * share.signum();
         }
     }
 

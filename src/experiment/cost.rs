@@ -53,24 +53,19 @@ pub fn time(
     let mut times = vec![[Vec::new(), Vec::new(), Vec::new()]; engines.len()];
     let mut scratch = Scratch::default();
     let (one, many) = (input(split, 1), input(split, MANY));
+    let stepped: Run = |engine, x, start, scratch| one_by_one(engine, x, start, scratch);
+    let whole: Run = |engine, x, start, scratch| engine.trajectories(x, start, scratch);
     for round in 0..=ROUNDS {
         for ((_, engine), times) in engines.iter().zip(&mut times) {
-            let mut take = |slot: usize, run: &mut dyn FnMut() -> Result<Vec<f64>, ModelError>| {
+            let runs = [(stepped, &one), (whole, &one), (whole, &many)];
+            for ((run, (x, start)), times) in runs.into_iter().zip(times) {
                 let began = Instant::now();
-                std::hint::black_box(run()?);
+                std::hint::black_box(run(&**engine, x, start, &mut scratch)?);
                 // The first round warms up.
                 if round > 0 {
-                    times[slot].push(1e3 * began.elapsed().as_secs_f64());
+                    times.push(1e3 * began.elapsed().as_secs_f64());
                 }
-                Ok::<_, ModelError>(())
-            };
-            take(0, &mut || {
-                one_by_one(&**engine, &one.0, &one.1, &mut scratch)
-            })?;
-            take(1, &mut || engine.trajectories(&one.0, &one.1, &mut scratch))?;
-            take(2, &mut || {
-                engine.trajectories(&many.0, &many.1, &mut scratch)
-            })?;
+            }
         }
         tick(round);
     }
@@ -86,6 +81,9 @@ pub fn time(
         })
         .collect())
 }
+
+/// Runs an engine through x [B, 400, n] from F_0 [B, f].
+type Run = fn(&dyn Engine, &[f64], &[f64], &mut Scratch) -> Result<Vec<f64>, ModelError>;
 
 /// x [B, 400, n] and F_0 [B, f].
 fn input(split: &Split, batch: usize) -> (Vec<f64>, Vec<f64>) {

@@ -1,6 +1,9 @@
 //! What a checkpoint is: sizes, where it comes from, and what it was trained on, axis by axis.
 
-use hydro_plugin::checkpoint::{Card, Checkpoint};
+use hydro_plugin::{
+    checkpoint::{Card, Checkpoint},
+    report::gap::number,
+};
 use serde_json::Value;
 
 use super::{super::table::table, facts};
@@ -41,8 +44,8 @@ pub(super) fn show(checkpoint: &Checkpoint) -> anyhow::Result<()> {
             let start = card.metrics["start"].as_str().unwrap_or("unknown");
             say!(
                 "nRMSE over all axes {}, without buoyancy {}; first force: {start}",
-                short(error),
-                short(without)
+                number(error),
+                number(without)
             );
         }
         // A residual is judged otherwise.
@@ -83,8 +86,8 @@ fn features(card: &Card) -> String {
         vec![
             feature.to_string(),
             card.feature_units[at].clone(),
-            number(range.map(|range| range.least[at])),
-            number(range.map(|range| range.most[at])),
+            shown(range.map(|range| range.least[at])),
+            shown(range.map(|range| range.most[at])),
         ]
     });
     let rows: Vec<_> = rows.collect();
@@ -98,13 +101,13 @@ fn forces(card: &Card) -> String {
         vec![
             output.clone(),
             card.output_units[at].clone(),
-            number(range.map(|range| range.least_force[at])),
-            number(range.map(|range| range.most_force[at])),
-            number(Some(card.normaliser.output_std[at])),
-            number(error("mae", at)),
-            number(error("rmse", at)),
-            number(error("nrmse", at)),
-            number(error("nrmse_hydrodynamic", at)),
+            shown(range.map(|range| range.least_force[at])),
+            shown(range.map(|range| range.most_force[at])),
+            shown(Some(card.normaliser.output_std[at])),
+            shown(error("mae", at)),
+            shown(error("rmse", at)),
+            shown(error("nrmse", at)),
+            shown(error("nrmse_hydrodynamic", at)),
         ]
     });
     let head = [
@@ -121,37 +124,13 @@ fn forces(card: &Card) -> String {
     table(&head, &rows.collect::<Vec<_>>()).to_string()
 }
 
-fn number(value: Option<f64>) -> String {
-    value.map_or("-".to_owned(), short)
-}
-
-/// Three digits or more, small numbers too.
-fn short(value: f64) -> String {
-    let size = value.abs();
-    let decimals = match size {
-        _ if size == 0.0 || size >= 0.1 => 3,
-        _ => 2 + (-size.log10()).ceil().min(15.0) as usize,
-    };
-    format!("{value:.decimals$}")
+fn shown(value: Option<f64>) -> String {
+    number(value.unwrap_or(f64::NAN))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn small_forces_keep_their_digits() {
-        let found = [133.9561, 0.25, 0.021, -0.00123, 4.5e-7, 0.0].map(short);
-        let expected = [
-            "133.956",
-            "0.250",
-            "0.0210",
-            "-0.00123",
-            "0.000000450",
-            "0.000",
-        ];
-        assert_eq!(found, expected);
-    }
 
     #[test]
     fn a_configuration_is_a_line_and_a_list_of_links_its_number() {

@@ -136,11 +136,6 @@ impl FusedEngine {
         })
     }
 
-    /// W.
-    fn window(&self) -> usize {
-        self.ode.latent.window()
-    }
-
     /// Numbers of scratch in all: field input, force, slopes, layers, and what the latent takes.
     fn scratch(&self) -> usize {
         let field = &self.field.config;
@@ -200,7 +195,7 @@ impl Engine for FusedEngine {
     }
 
     fn memory_len(&self) -> usize {
-        past::memory_len(self.window(), self.units.encoded())
+        past::memory_len(self.ode.latent.window(), self.units.encoded())
     }
 
     fn start(&self, x: &[f64], _: &[f64], memory: &mut [f64], _: &mut Scratch) {
@@ -235,10 +230,11 @@ impl Engine for FusedEngine {
         start: &[f64],
         scratch: &mut Scratch,
     ) -> Result<Vec<f64>, ModelError> {
-        let samples = samples(self, x, start)?;
+        // The products of many rows are slower for a single one.
         if start.len() == self.outputs() {
             return one_by_one(self, x, start, scratch);
         }
+        let samples = samples(self, x, start)?;
         Ok(Together::new(self, samples).run_all(x, start, scratch))
     }
 }

@@ -4,14 +4,11 @@ use pulp::Arch;
 
 use super::{
     super::{ForceModel, ModelError, mlp::Mlp},
-    Engine, Scratch,
+    BLOCK, Engine, Scratch,
     perceptron::{Buffers, Perceptron, Precision},
     samples,
     units::Units,
 };
-
-/// Samples whose forces are one product.
-const BLOCK: usize = 256;
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -75,13 +72,6 @@ impl Engine for MemorylessEngine {
         self.field.evaluate(self.arch, input, found, layers);
         self.units.to_si(found.iter().copied(), now);
         next.copy_from_slice(now);
-    }
-
-    fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch) {
-        let mut memory = vec![0.0; self.memory_len()];
-        self.observe(x, &mut memory, scratch);
-        let mut held = vec![0.0; force.len()];
-        self.sample(&memory, &[], force, &mut held, scratch);
     }
 
     /// Many samples are one product; bit for bit the numbers of the single step.

@@ -63,8 +63,13 @@ pub trait Engine: Send + Sync + fmt::Debug {
 
     /// What the model predicts for a past in which every sample was `x` [n]: the force that the ODE settles to with h
     /// held, from the training mean in at most [`SETTLING_STEPS`]; what it gives for a first sample; or, of a CNODE,
-    /// which settles nowhere, what it learned of first samples beside the rest.
-    fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch);
+    /// which settles nowhere, what it learned of first samples beside the rest. By itself, what it gives for a first sample.
+    fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch) {
+        let mut memory = vec![0.0; self.memory_len()];
+        self.start(x, &[], &mut memory, scratch);
+        let mut next = vec![0.0; force.len()];
+        self.sample(&memory, &[], force, &mut next, scratch);
+    }
 
     /// Whole trajectories of one length: `x` [B, T, n] and the forces carried to the first samples, `start` [B, f],
     /// -> the forces at the samples [B, T, f]. The past of the first sample is that sample. Some engines step them
@@ -141,6 +146,9 @@ fn fused(
         Network::Lstm(lstm) => Box::new(RecurrentEngine::new(model, lstm, precision, arch)?),
     })
 }
+
+/// Samples of a trajectory that are one product, where no force feeds back into what is multiplied.
+const BLOCK: usize = 256;
 
 /// Trajectories that are best given to [`Engine::trajectories`] at a time.
 pub const TOGETHER: usize = 16;

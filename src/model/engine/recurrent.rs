@@ -190,11 +190,4 @@ impl Engine for RecurrentEngine {
         self.units.to_si(force.iter().copied(), now);
         next.copy_from_slice(now);
     }
-
-    fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch) {
-        let mut memory = vec![0.0; self.memory_len()];
-        self.start(x, &[], &mut memory, scratch);
-        let mut next = vec![0.0; force.len()];
-        self.sample(&memory, &[], force, &mut next, scratch);
-    }
 }

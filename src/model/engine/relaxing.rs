@@ -7,7 +7,7 @@ use pulp::Arch;
 
 use super::{
     super::{ForceModel, ModelError, kernel::sigmoid, relaxation_ode::RelaxationOde},
-    Engine, Scratch, past,
+    BLOCK, Engine, Scratch, past,
     perceptron::{Buffers, Perceptron, Precision},
     samples,
     units::Units,
@@ -15,8 +15,6 @@ use super::{
 
 /// In the place of the newest slot, and like nothing there below zero: the memory holds the first sample alone.
 const FRESH: f64 = -1.0;
-/// Samples of a trajectory whose targets are one product.
-const BLOCK: usize = 256;
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -77,7 +75,13 @@ impl RelaxingEngine {
     /// `force` [f] after a step.
     fn relax(&self, force: &mut [f64], found: &[f32]) {
         let (target, share) = found.split_at(force.len());
-        self.units.relax(force, target, share);
+        let normaliser = &self.units.normaliser;
+        for (i, (force, (target, share))) in
+            force.iter_mut().zip(target.iter().zip(share)).enumerate()
+        {
+            let before = normaliser.force(i, *force);
+            *force = normaliser.to_si(i, before + share * (target - before));
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use super::super::{ForceModel, encoding::Encoder, normaliser::Normaliser};
 #[derive(Clone, Debug)]
 pub(super) struct Units {
     encoder: Encoder,
-    normaliser: Normaliser,
+    pub(super) normaliser: Normaliser,
 }
 
 impl Units {
@@ -51,16 +51,6 @@ impl Units {
         let outputs = self.normaliser.output_mean.len();
         for (index, (force, found)) in force.iter_mut().zip(found).enumerate() {
             *force = self.normaliser.to_si(index % outputs, found);
-        }
-    }
-
-    /// `force` [f] goes a share of the way to a target [f], in deviations.
-    pub(super) fn relax(&self, force: &mut [f64], target: &[f32], share: &[f32]) {
-        for (i, (force, (target, share))) in
-            force.iter_mut().zip(target.iter().zip(share)).enumerate()
-        {
-            let before = self.normaliser.force(i, *force);
-            *force = self.normaliser.to_si(i, before + share * (target - before));
         }
     }
 }
