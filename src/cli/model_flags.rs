@@ -22,6 +22,10 @@ pub(super) struct ModelFlags {
     /// Samples of the past that the attention sees, or that a Relaxation-ODE takes differences of.
     #[arg(long)]
     window: Option<usize>,
+    /// Modes of a Relaxation-ODE whose sum is the force; several remember over several times, as towed legs in each other's
+    /// wakes ask for.
+    #[arg(long)]
+    modes: Option<usize>,
     /// Attention heads.
     #[arg(long)]
     heads: Option<usize>,
@@ -53,7 +57,7 @@ enum Kind {
     AttentionOde,
     /// The paper's plain ODE: a perceptron of the present sample in the place of the attention.
     MlpOde,
-    /// Ours: the force relaxes to a target, closed forms and a network, at a learned rate.
+    /// Ours: the force, or each of its modes, relaxes to a target, closed forms and a network, at a learned rate.
     RelaxationOde,
     /// The paper's controlled rival: the force follows the changes of the motion.
     Cnode,
@@ -186,6 +190,7 @@ impl ModelFlags {
                     window: self.window.unwrap_or(sizes.window),
                     encoding: encoding(sizes.encoding)?,
                     skip: !self.without_skip,
+                    modes: self.modes.unwrap_or(sizes.modes),
                     hidden,
                 })
             }
@@ -213,12 +218,13 @@ impl ModelFlags {
 
     fn refuse_idle_flags(&self) -> anyhow::Result<()> {
         use Kind::{AttentionOde, Cnode, Lstm, Mlp, MlpOde, RelaxationOde};
-        let flags: [(&str, bool, &[Kind]); 7] = [
+        let flags: [(&str, bool, &[Kind]); 8] = [
             (
                 "--window",
                 self.window.is_some(),
                 &[AttentionOde, RelaxationOde],
             ),
+            ("--modes", self.modes.is_some(), &[RelaxationOde]),
             ("--heads", self.heads.is_some(), &[AttentionOde]),
             (
                 "--embedding",

@@ -166,7 +166,7 @@ pub struct Truth {
 }
 
 /// Who is claimed to be better than whom, by [`Entry::id`]: the paper's orderings, then ours.
-const CLAIMS: [(&str, &str); 19] = [
+const CLAIMS: [(&str, &str); 26] = [
     ("attention-ode-euler", "mlp-ode-euler"),
     ("attention-ode-rk4", "mlp-ode-rk4"),
     ("mlp-ode-rk4", "mlp-ode-euler"),
@@ -183,6 +183,13 @@ const CLAIMS: [(&str, &str); 19] = [
     ("relaxation-ode", "attention-ode-informed"),
     ("relaxation-ode", "cnode-informed"),
     ("relaxation-ode", "lstm-informed"),
+    ("relaxation-ode-modes", "relaxation-ode"),
+    ("relaxation-ode-modes", "mlp-ode-rk4"),
+    ("relaxation-ode-modes", "attention-ode-rk4"),
+    ("relaxation-ode-modes", "cnode-hermite-rk4"),
+    ("relaxation-ode-modes", "lstm"),
+    ("relaxation-ode-modes", "lstm-informed"),
+    ("relaxation-ode-modes", "mlp-informed"),
     ("attention-ode-informed", "mlp-ode-informed"),
     ("attention-ode-informed", "mlp-informed"),
     ("relaxation-ode-raw", "attention-ode-rk4"),
@@ -413,7 +420,7 @@ mod tests {
 
     #[test]
     fn claims_are_about_entries() {
-        let entries = super::super::plan::entries(6, None);
+        let entries = super::super::plan::entries(Experiment::Task2, 6, None);
         for (better, worse) in CLAIMS {
             for id in [better, worse] {
                 assert!(entries.iter().any(|entry| entry.id == id), "{id}");

@@ -1,15 +1,18 @@
-//! Relaxation-ODE: the force relaxes to a target at a rate, both of the motion alone.
+//! Relaxation-ODE: the force is a sum of modes, each relaxing to a target at a rate, both of the motion alone.
 //!
 //! ```text
-//! dF/dt = K(h) (F_inf(h) - F),   K = softplus(kappa) / Dt > 0,   h = [z_k; z_k - z_{k-1}; ..]
-//! [F_inf; kappa] = A h + network(h)
-//! F_k = F_{k-1} + sigmoid(kappa_k) (F_inf,k - F_{k-1})            the exact step, for 1 - e^(-softplus(x)) = sigmoid(x)
+//! F = S_1 + .. + S_J,   dS_j/dt = K_j(h) (T_j(h) - S_j),   K_j = softplus(kappa_j) / Dt > 0,   h = [z_k; z_k - z_{k-1}; ..]
+//! [T_1 .. T_J; kappa_1 .. kappa_J] = A h + network(h) - [0; .. 0; 0, 2, .. 2 (J - 1)]
+//! S_j,k = S_j,k-1 + sigmoid(kappa_j,k) (T_j,k - S_j,k-1)          the exact step, for 1 - e^(-softplus(x)) = sigmoid(x)
 //! ```
 //!
 //! Ours, not the paper's. For a given motion two forces approach each other at every step, so an error at the start
-//! is forgotten and the force cannot drift. K and F_inf do not depend on F: those of a whole trajectory are one
+//! is forgotten and the force cannot drift. Rates and targets do not depend on F: those of a whole trajectory are one
 //! product, and what is left is a scan (`relaxation.rs`). The differences of samples let the target hold added
-//! mass and what is left of the step's own acceleration.
+//! mass and what is left of the step's own acceleration. Several modes are a fading memory of several time scales, as the
+//! state-space form of radiation forces has it (T. Perez and T. I. Fossen, "Time- vs. frequency-domain identification of
+//! parametric radiation force models", MIC 29(1), 2008), with rates that the motion sets: each mode begins training a
+//! factor e^2 slower than the one before. At the start the slower modes have settled and the first has the rest of F_0.
 //!
 //! With [`Encoding::Hydrodynamic`] or [`Encoding::Links`] z holds the closed forms of buoyancy, drag and constant added mass,
 //! and A their learned coefficients; the network has what they leave.
@@ -40,6 +43,8 @@ pub struct RelaxationOdeConfig {
     pub encoding: Encoding,
     /// Whether there is the linear part A.
     pub skip: bool,
+    /// J, modes whose sum is the force.
+    pub modes: usize,
 }
 
 impl Default for RelaxationOdeConfig {
@@ -49,6 +54,7 @@ impl Default for RelaxationOdeConfig {
             hidden: vec![256; 2],
             encoding: Encoding::Hydrodynamic,
             skip: true,
+            modes: 1,
         }
     }
 }
@@ -65,16 +71,22 @@ impl RelaxationOdeConfig {
 
     /// What is wrong with the sizes, if anything.
     pub(crate) fn fault(&self) -> Option<String> {
-        (self.window == 0 || self.hidden.contains(&0))
-            .then(|| "window and hidden sizes must be at least 1".to_owned())
+        (self.window == 0 || self.modes == 0 || self.hidden.contains(&0))
+            .then(|| "window, modes and hidden sizes must be at least 1".to_owned())
     }
+}
+
+/// What is taken from kappa of mode `mode`, counted from zero.
+pub(crate) fn slower(mode: usize) -> f32 {
+    2.0 * mode as f32
 }
 
 /// The model in Candle; all in standardised units.
 #[derive(Clone, Debug)]
 pub struct RelaxationOde {
     pub(crate) window: usize,
-    /// h [W n] -> [F_inf; kappa] [2 f].
+    pub(crate) modes: usize,
+    /// h [W n] -> [T; kappa], kappa as it is before modes are told apart [2 J f].
     pub(crate) field: Field,
 }
 
@@ -88,13 +100,14 @@ impl RelaxationOde {
     ) -> Result<Self> {
         let field = FieldConfig {
             inputs: config.window * inputs,
-            outputs: 2 * outputs,
+            outputs: 2 * config.modes * outputs,
             hidden: config.hidden.clone(),
             skip: config.skip,
             relaxing: false,
         };
         Ok(Self {
             window: config.window,
+            modes: config.modes,
             field: Field::new(field, vb.pp("field"))?,
         })
     }
@@ -110,40 +123,84 @@ impl RelaxationOde {
         if steps == 0 {
             return start.unsqueeze(1);
         }
-        let lagged = |lag: usize| z.narrow(1, self.window - lag, steps);
-        let mut parts = vec![lagged(0)?];
-        for lag in 1..self.window {
-            parts.push((lagged(lag - 1)? - lagged(lag)?)?);
-        }
-        let rows = Tensor::cat(&parts, 2)?.reshape((batch * steps, self.window * inputs))?;
-        let (share, target) = self.share_and_target(&rows)?;
-        let shape = (batch, steps, target.dim(1)?);
-        relax(
-            operations,
-            start,
-            &share.reshape(shape)?,
-            &target.reshape(shape)?,
-        )
+        let rows = batch * (steps + 1);
+        let lagged = |lag: usize| z.narrow(1, self.window - 1 - lag, steps + 1);
+        let h = differences(self.window, lagged)?.reshape((rows, self.window * inputs))?;
+        let (share, target) = self.share_and_target(&h)?;
+        let width = target.dim(1)?;
+        let per_sample = |rows: Tensor| rows.reshape((batch, steps + 1, width));
+        let (share, target) = (per_sample(share)?, per_sample(target)?);
+        let begin = self.begin(start, &target.narrow(1, 0, 1)?.squeeze(1)?)?;
+        let later = |rows: Tensor| rows.narrow(1, 1, steps);
+        let states = relax(operations, &begin, &later(share)?, &later(target)?)?;
+        self.force(&states)
     }
 
-    /// h [rows, W n] -> what part of the way a step goes, and where to [rows, f].
+    /// h [rows, W n] -> what part of the way a step goes, and where to [rows, J f].
     fn share_and_target(&self, h: &Tensor) -> Result<(Tensor, Tensor)> {
         let found = self.field.forward(h)?;
         let width = found.dim(1)? / 2;
-        let share = sigmoid(&found.narrow(1, width, width)?.contiguous()?)?;
-        Ok((share, found.narrow(1, 0, width)?.contiguous()?))
+        let outputs = width / self.modes;
+        let slower: Vec<f32> = (0..width).map(|i| slower(i / outputs)).collect();
+        let slower = Tensor::from_vec(slower, width, h.device())?.to_dtype(h.dtype())?;
+        let kappa = found.narrow(1, width, width)?.broadcast_sub(&slower)?;
+        let target = found.narrow(1, 0, width)?.contiguous()?;
+        Ok((sigmoid(&kappa)?, target))
     }
 
-    /// As [`RelaxationOde::share_and_target`], of one window z [W, n]: [1, f].
-    pub(crate) fn single(&self, z: &Tensor) -> Result<(Tensor, Tensor)> {
-        let newest = self.window - 1;
-        let row = |lag: usize| z.narrow(0, newest - lag, 1);
-        let mut parts = vec![row(0)?];
-        for lag in 1..self.window {
-            parts.push((row(lag - 1)? - row(lag)?)?);
+    /// S_0 [B, J f] of F_0 [B, f] and the first targets [B, J f].
+    fn begin(&self, force: &Tensor, target: &Tensor) -> Result<Tensor> {
+        let outputs = force.dim(1)?;
+        let settled = target.narrow(1, outputs, (self.modes - 1) * outputs)?;
+        let mut first = force.clone();
+        for mode in 0..self.modes - 1 {
+            first = (first - settled.narrow(1, mode * outputs, outputs)?)?;
         }
-        self.share_and_target(&Tensor::cat(&parts, 1)?)
+        Tensor::cat(&[first, settled], 1)
     }
+
+    /// S [.., J f] -> F [.., f].
+    pub(crate) fn force(&self, states: &Tensor) -> Result<Tensor> {
+        let last = states.rank() - 1;
+        let outputs = states.dim(last)? / self.modes;
+        let mut force = states.narrow(last, 0, outputs)?;
+        for mode in 1..self.modes {
+            force = (force + states.narrow(last, mode * outputs, outputs)?)?;
+        }
+        Ok(force)
+    }
+
+    /// h [1, W n] of one window z [W, n].
+    fn latent(&self, z: &Tensor) -> Result<Tensor> {
+        differences(self.window, |lag| z.narrow(0, self.window - 1 - lag, 1))
+    }
+
+    /// S [1, J f] at a first sample, where the force is F_0 [1, f], of the window z [W, n].
+    pub(crate) fn start(&self, force: &Tensor, z: &Tensor) -> Result<Tensor> {
+        let (_, target) = self.share_and_target(&self.latent(z)?)?;
+        self.begin(force, &target)
+    }
+
+    /// S [1, J f] one sample on, of the window z [W, n] that ends there.
+    pub(crate) fn follow(&self, states: &Tensor, z: &Tensor) -> Result<Tensor> {
+        let (share, target) = self.share_and_target(&self.latent(z)?)?;
+        states + (share * (target - states)?)?
+    }
+
+    /// F [1, f] that the window z [W, n] held for ever settles to.
+    pub(crate) fn settled(&self, z: &Tensor) -> Result<Tensor> {
+        self.force(&self.share_and_target(&self.latent(z)?)?.1)
+    }
+}
+
+/// [z_0, z_0 - z_1, ..] of what `lagged` gives so many steps back, side by side.
+fn differences(window: usize, lagged: impl Fn(usize) -> Result<Tensor>) -> Result<Tensor> {
+    let mut parts = vec![lagged(0)?];
+    for lag in 1..window {
+        parts.push((lagged(lag - 1)? - lagged(lag)?)?);
+    }
+    let last = parts[0].rank() - 1;
+    Tensor::cat(&parts, last)
 }
 
 #[cfg(test)]
@@ -153,9 +210,10 @@ mod tests {
     use super::*;
     use crate::model::testing::{check_gradient, in_f64, numbers, ramp, weighted};
 
-    fn model(window: usize) -> (RelaxationOde, Vec<(String, Var)>) {
+    fn model(window: usize, modes: usize) -> (RelaxationOde, Vec<(String, Var)>) {
         let config = RelaxationOdeConfig {
             window,
+            modes,
             hidden: vec![9, 7],
             ..RelaxationOdeConfig::default()
         };
@@ -164,25 +222,27 @@ mod tests {
 
     #[test]
     fn the_gradient_agrees_with_finite_differences() {
-        let (model, vars) = model(2);
-        let (z, start) = (ramp(&[3, 1 + 12, 4], 0.53), ramp(&[3, 2], 0.9));
-        check_gradient(&vars, || {
-            weighted(&model.forward(&z, &start).expect("runs"))
-        });
+        for modes in [1, 3] {
+            let (model, vars) = model(2, modes);
+            let (z, start) = (ramp(&[3, 1 + 12, 4], 0.53), ramp(&[3, 2], 0.9));
+            check_gradient(&vars, || {
+                weighted(&model.forward(&z, &start).expect("runs"))
+            });
+        }
     }
 
     /// For one motion, whatever the forces at the start: they approach each other at every step.
     #[test]
     fn the_start_is_forgotten() {
-        for window in [1, 2, 3] {
-            let (model, _) = model(window);
+        for (window, modes) in [(1, 1), (2, 1), (2, 3), (3, 2)] {
+            let (model, _) = model(window, modes);
             let z = ramp(&[1, window - 1 + 60, 4], 0.53);
             let run = |value: f64| {
                 let start = Tensor::full(value, (1, 2), &Device::Cpu).expect("made");
                 numbers(&model.forward(&z, &start).expect("runs"))
             };
             let (a, b) = (run(-50.0), run(80.0));
-            assert_eq!((a[0], b[0]), (-50.0, 80.0));
+            assert!((a[0] + 50.0).abs() < 1e-12 && (b[0] - 80.0).abs() < 1e-12);
             for k in 1..60 {
                 for axis in 0..2 {
                     let apart = |k: usize| (a[2 * k + axis] - b[2 * k + axis]).abs();
@@ -192,9 +252,47 @@ mod tests {
         }
     }
 
+    /// Each mode by itself, sample by sample, and their sum.
+    #[test]
+    fn the_force_is_the_sum_of_modes_that_relax_each_at_its_own_rate() {
+        let (steps, modes, outputs) = (25, 3, 2);
+        let (model, _) = model(2, modes);
+        let z = ramp(&[1, 1 + steps + 1, 4], 0.53);
+        let start = [0.9, -1.7];
+        let found = model
+            .forward(&z, &Tensor::new(&[start], &Device::Cpu).expect("made"))
+            .map(|forces| numbers(&forces))
+            .expect("runs");
+
+        let z = numbers(&z);
+        let mut states = vec![0.0; modes * outputs];
+        for k in 0..=steps {
+            let (before, newest) = (&z[4 * k..][..4], &z[4 * (k + 1)..][..4]);
+            let mut h = newest.to_vec();
+            h.extend(newest.iter().zip(before).map(|(new, old)| new - old));
+            let h = Tensor::from_vec(h, (1, 8), &Device::Cpu).expect("made");
+            let row = numbers(&model.field.forward(&h).expect("runs"));
+            let (target, kappa) = row.split_at(modes * outputs);
+            for i in 0..modes * outputs {
+                let rate = (1.0 + (kappa[i] - 2.0 * (i / outputs) as f64).exp()).ln();
+                let kept = if k > 0 { (-rate).exp() } else { 0.0 };
+                states[i] = target[i] + kept * (states[i] - target[i]);
+            }
+            for axis in 0..outputs {
+                if k == 0 {
+                    states[axis] =
+                        start[axis] - states[outputs + axis] - states[2 * outputs + axis];
+                }
+                let sum: f64 = (0..modes).map(|mode| states[mode * outputs + axis]).sum();
+                let error = (found[k * outputs + axis] - sum).abs();
+                assert!(error < 1e-12, "sample {k}, axis {axis}: {error}");
+            }
+        }
+    }
+
     #[test]
     fn the_past_alone_decides() {
-        let (model, _) = model(2);
+        let (model, _) = model(2, 3);
         let z = ramp(&[1, 1 + 20, 4], 0.53);
         let start = ramp(&[1, 2], 0.9);
         let before = numbers(&model.forward(&z, &start).expect("runs"));
@@ -208,7 +306,7 @@ mod tests {
 
     #[test]
     fn without_a_step_the_start_is_all_there_is() {
-        let (model, _) = model(2);
+        let (model, _) = model(2, 3);
         let start = ramp(&[1, 2], 0.9);
         let forces = model.forward(&ramp(&[1, 2, 4], 0.5), &start).expect("runs");
         assert_eq!(

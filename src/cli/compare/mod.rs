@@ -129,7 +129,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 fn plan(args: &Args, inputs: &Inputs) -> anyhow::Result<Plan> {
-    let mut entries = entries(inputs.outputs()?, inputs.kinematics());
+    let mut entries = entries(args.experiment, inputs.outputs()?, inputs.kinematics());
     if let Some(wanted) = &args.entries {
         let known: Vec<&str> = entries.iter().map(|entry| entry.id).collect();
         if let Some(unknown) = wanted.iter().find(|id| !known.contains(&id.as_str())) {

@@ -1,8 +1,8 @@
 //! A model stepped through Candle at batch 1: the reference for the fused engines.
 //!
 //! Only plain operations on one row: Candle's products stay below the size from which they start threads in
-//! the host process. Memory: whether the first sample is the only one, the window's raw samples [W, n], oldest
-//! first, and the state of an LSTM or a CNODE.
+//! the host process. Memory: the window's raw samples [W, n], oldest first, and the state of a Relaxation-ODE, an LSTM
+//! or a CNODE.
 
 use candle_core::{Device, Result, Tensor};
 
@@ -17,7 +17,6 @@ pub(super) struct CandleEngine(pub(super) ForceModel);
 
 /// The parts of a memory.
 struct Parts<'a> {
-    first: bool,
     window: &'a [f64],
     state: &'a [f64],
 }
@@ -25,16 +24,12 @@ struct Parts<'a> {
 impl CandleEngine {
     /// Where the state's numbers begin.
     fn state_at(&self) -> usize {
-        1 + self.0.window() * self.0.inputs()
+        self.0.window() * self.0.inputs()
     }
 
     fn parts<'a>(&self, memory: &'a [f64]) -> Parts<'a> {
-        let (head, state) = memory.split_at(self.state_at());
-        Parts {
-            first: head[0] != 0.0,
-            window: &head[1..],
-            state,
-        }
+        let (window, state) = memory.split_at(self.state_at());
+        Parts { window, state }
     }
 
     /// z [W, n] of a raw window.
@@ -67,21 +62,14 @@ impl CandleEngine {
                 let latent = network.latent.forward(&z)?;
                 network.ode.step(&force, &latent, self.0.solver)?
             }
-            Network::RelaxationOde(_) if memory.first => force,
-            Network::RelaxationOde(network) => {
-                let (share, target) = network.single(&z)?;
-                (&force + (share * (target - &force)?)?)?
-            }
+            Network::RelaxationOde(network) => network.force(&row(memory.state, &z)?)?,
             Network::Lstm(network) => {
                 let width = network.layers.last().map_or(0, |layer| layer.width());
                 let last = memory.state.len() - 2 * width;
-                let h = Tensor::from_slice(&memory.state[last..][..width], (1, width), z.device())?;
-                network.read(&h.to_dtype(z.dtype())?, &z.narrow(0, z.dim(0)? - 1, 1)?)?
+                let h = row(&memory.state[last..][..width], &z)?;
+                network.read(&h, &z.narrow(0, z.dim(0)? - 1, 1)?)?
             }
-            Network::Cnode(_) => {
-                let force = memory.state[..force.dim(1)?].to_vec();
-                Tensor::from_vec(force, (1, self.0.outputs()), z.device())?.to_dtype(z.dtype())?
-            }
+            Network::Cnode(_) => row(&memory.state[..self.0.outputs()], &z)?,
             Network::Mlp(mlp) => mlp.field.forward(&z)?,
         };
         next.flatten_all()?.to_vec1()
@@ -94,17 +82,18 @@ impl CandleEngine {
             .unwrap_or_else(|_| vec![f32::NAN; force.len()])
     }
 
-    /// The state at a first sample x [n], where the force is `force` [f].
-    fn first_state(&self, x: &[f64], force: &[f64], state: &mut [f64]) -> Result<()> {
+    /// The state at a first sample, of the window that holds nothing else, where the force is `force` [f].
+    fn first_state(&self, window: &[f64], force: &[f64], state: &mut [f64]) -> Result<()> {
+        let z = self.window_tensor(window)?;
+        let sample = z.narrow(0, 0, 1)?;
+        let standard: Vec<f32> = (0..force.len())
+            .map(|i| self.0.normaliser.force(i, force[i]))
+            .collect();
+        let force = Tensor::from_vec(standard, (1, force.len()), &Device::Cpu)?;
         match &self.0.network {
-            Network::Lstm(network) => network.observe(&self.window_tensor(x)?, state),
-            Network::Cnode(network) => {
-                let standard: Vec<f32> = (0..force.len())
-                    .map(|i| self.0.normaliser.force(i, force[i]))
-                    .collect();
-                let force = Tensor::from_vec(standard, (1, force.len()), &Device::Cpu)?;
-                keep(&network.start(&force, &self.window_tensor(x)?)?, state)
-            }
+            Network::RelaxationOde(network) => keep(&network.start(&force, &z)?, state),
+            Network::Lstm(network) => network.observe(&sample, state),
+            Network::Cnode(network) => keep(&network.start(&force, &sample)?, state),
             _ => Ok(()),
         }
     }
@@ -113,16 +102,24 @@ impl CandleEngine {
     fn next_state(&self, samples: &[f64], state: &mut [f64]) -> Result<()> {
         let z = self.window_tensor(samples)?;
         match &self.0.network {
+            Network::RelaxationOde(network) => {
+                let newest = z.narrow(0, 1, self.0.window())?;
+                keep(&network.follow(&row(state, &z)?, &newest)?, state)
+            }
             Network::Lstm(network) => network.observe(&z.narrow(0, z.dim(0)? - 1, 1)?, state),
             Network::Cnode(network) => {
-                let before = Tensor::from_slice(state, (1, state.len()), &Device::Cpu)?;
-                let before = before.to_dtype(z.dtype())?;
+                let before = row(state, &z)?;
                 let after = network.follow(&before, &z, self.0.solver)?;
                 keep(&after.clamp(-STATE_LIMIT, STATE_LIMIT)?, state)
             }
             _ => Ok(()),
         }
     }
+}
+
+/// A state's numbers as one row [1, n], of the kind that `like` has.
+fn row(state: &[f64], like: &Tensor) -> Result<Tensor> {
+    Tensor::from_slice(state, (1, state.len()), like.device())?.to_dtype(like.dtype())
 }
 
 /// Writes a tensor's numbers into a state.
@@ -144,6 +141,7 @@ impl Engine for CandleEngine {
     fn memory_len(&self) -> usize {
         self.state_at()
             + match &self.0.network {
+                Network::RelaxationOde(network) => network.modes * self.0.outputs(),
                 Network::Lstm(network) => network.memory_len(),
                 Network::Cnode(network) => network.field.config().inputs,
                 _ => 0,
@@ -151,22 +149,19 @@ impl Engine for CandleEngine {
     }
 
     fn start(&self, x: &[f64], force: &[f64], memory: &mut [f64], _: &mut Scratch) {
-        let (head, state) = memory.split_at_mut(self.state_at());
-        head[0] = 1.0;
-        for slot in head[1..].chunks_exact_mut(x.len()) {
+        let (window, state) = memory.split_at_mut(self.state_at());
+        for slot in window.chunks_exact_mut(x.len()) {
             slot.copy_from_slice(x);
         }
         state.fill(0.0);
-        if self.first_state(x, force, state).is_err() {
+        if self.first_state(window, force, state).is_err() {
             state.fill(f64::NAN);
         }
     }
 
     fn observe(&self, x: &[f64], memory: &mut [f64], _: &mut Scratch) {
-        let (head, state) = memory.split_at_mut(self.state_at());
-        head[0] = 0.0;
-        let window = &mut head[1..];
-        if self.next_state(&[window, x].concat(), state).is_err() {
+        let (window, state) = memory.split_at_mut(self.state_at());
+        if self.next_state(&[&*window, x].concat(), state).is_err() {
             state.fill(f64::NAN);
         }
         window.copy_within(x.len().., 0);
@@ -204,7 +199,7 @@ impl Engine for CandleEngine {
         if let Network::RelaxationOde(network) = &self.0.network {
             let target = self
                 .window_tensor(parts.window)
-                .and_then(|z| network.single(&z)?.1.flatten_all()?.to_vec1());
+                .and_then(|z| network.settled(&z)?.flatten_all()?.to_vec1());
             now = target.unwrap_or_else(|_| vec![f32::NAN; force.len()]);
         } else if let Network::Cnode(network) = &self.0.network {
             let found = self.window_tensor(parts.window).and_then(|z| {

@@ -1,20 +1,20 @@
-//! A Relaxation-ODE: targets and rates by our own products, then the exact step.
+//! A Relaxation-ODE: targets and rates by our own products, then the exact step of every mode.
 //!
-//! Memory: a ring as [`super::past`] has it; its first number is [`FRESH`] until a second sample came, for F_0 is the
-//! force at the first.
+//! Memory: a ring as [`super::past`] has it, and the modes S [J f] (standardised). What is carried as the force is in them.
 
 use pulp::Arch;
 
 use super::{
-    super::{ForceModel, ModelError, kernel::sigmoid, relaxation_ode::RelaxationOde},
+    super::{
+        ForceModel, ModelError,
+        kernel::sigmoid,
+        relaxation_ode::{RelaxationOde, slower},
+    },
     BLOCK, Engine, Scratch, past,
     perceptron::{Buffers, Perceptron, Precision},
     samples,
     units::Units,
 };
-
-/// In the place of the newest slot, and like nothing there below zero: the memory holds the first sample alone.
-const FRESH: f64 = -1.0;
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -22,7 +22,8 @@ pub(super) struct RelaxingEngine {
     arch: Arch,
     units: Units,
     window: usize,
-    /// h [W n] -> [F_inf; kappa] [2 f].
+    modes: usize,
+    /// h [W n] -> [T; kappa], kappa as it is before modes are told apart [2 J f].
     field: Perceptron,
 }
 
@@ -37,6 +38,7 @@ impl RelaxingEngine {
             arch,
             units: Units::of(model),
             window: ode.window,
+            modes: ode.modes,
             field: Perceptron::new(&ode.field, precision)?,
         })
     }
@@ -54,34 +56,77 @@ impl RelaxingEngine {
         }
     }
 
-    /// [F_inf; share of the way] [2 f] of a memory.
-    fn evaluate<'a>(&self, memory: &[f64], scratch: &'a mut Scratch) -> &'a [f32] {
+    /// Numbers of the ring, before those of the modes.
+    fn ring_len(&self) -> usize {
+        past::memory_len(self.window, self.units.encoded())
+    }
+
+    /// [T; share of the way] [2 J f] of a ring.
+    fn evaluate<'a>(&self, ring: &[f64], scratch: &'a mut Scratch) -> &'a [f32] {
         let (width, inputs) = (self.units.encoded(), self.field.config.inputs);
         let found = self.field.config.outputs;
         let scratch = scratch.take(inputs + found + self.field.scratch());
         let (h, rest) = scratch.split_at_mut(inputs);
         let (found, layers) = rest.split_at_mut(found);
-        let newest = past::newest(memory, self.window);
+        let newest = past::newest(ring, self.window);
         self.latent(h, |lag, i| {
             let slot = (newest + self.window - lag) % self.window;
-            memory[1 + slot * width + i] as f32
+            ring[1 + slot * width + i] as f32
         });
         self.field.evaluate(self.arch, h, found, layers);
-        let outputs = found.len() / 2;
-        sigmoid(self.arch, &mut found[outputs..]);
+        self.share(found);
         found
     }
 
-    /// `force` [f] after a step.
-    fn relax(&self, force: &mut [f64], found: &[f32]) {
-        let (target, share) = found.split_at(force.len());
-        let normaliser = &self.units.normaliser;
-        for (i, (force, (target, share))) in
-            force.iter_mut().zip(target.iter().zip(share)).enumerate()
-        {
-            let before = normaliser.force(i, *force);
-            *force = normaliser.to_si(i, before + share * (target - before));
+    /// [T; kappa] -> [T; share of the way] [2 J f].
+    fn share(&self, found: &mut [f32]) {
+        let (_, kappa) = found.split_at_mut(found.len() / 2);
+        let outputs = kappa.len() / self.modes;
+        for (mode, kappa) in kappa.chunks_exact_mut(outputs).enumerate() {
+            for kappa in kappa {
+                *kappa -= slower(mode);
+            }
         }
+        sigmoid(self.arch, kappa);
+    }
+
+    /// S [J f] at the start, where the force is `force` [f] (SI).
+    fn begin(&self, force: &[f64], found: &[f32], modes: &mut [f64]) {
+        let (first, settled) = modes.split_at_mut(force.len());
+        for (mode, target) in settled.iter_mut().zip(&found[force.len()..]) {
+            *mode = f64::from(*target);
+        }
+        for (i, first) in first.iter_mut().enumerate() {
+            let rest = settled.iter().skip(i).step_by(force.len());
+            *first = f64::from(
+                rest.fold(self.units.normaliser.force(i, force[i]), |left, mode| {
+                    left - *mode as f32
+                }),
+            );
+        }
+    }
+
+    /// S [J f] after a step.
+    fn relax(modes: &mut [f64], found: &[f32]) {
+        let (target, share) = found.split_at(modes.len());
+        for (mode, (target, share)) in modes.iter_mut().zip(target.iter().zip(share)) {
+            let before = *mode as f32;
+            *mode = f64::from(before + share * (target - before));
+        }
+    }
+
+    /// The force [f] (SI) of modes, or of their targets.
+    fn force<T: Copy>(&self, modes: &[T], force: &mut [f64], number: impl Fn(T) -> f32) {
+        let outputs = force.len();
+        let sum = |i| {
+            modes
+                .iter()
+                .skip(i)
+                .step_by(outputs)
+                .map(|mode| number(*mode))
+                .sum()
+        };
+        self.units.to_si((0..outputs).map(sum), force);
     }
 }
 
@@ -91,43 +136,42 @@ impl Engine for RelaxingEngine {
     }
 
     fn outputs(&self) -> usize {
-        self.field.config.outputs / 2
+        self.field.config.outputs / (2 * self.modes)
     }
 
     fn memory_len(&self) -> usize {
-        past::memory_len(self.window, self.units.encoded())
+        self.ring_len() + self.field.config.outputs / 2
     }
 
-    fn start(&self, x: &[f64], _: &[f64], memory: &mut [f64], _: &mut Scratch) {
-        past::fill(memory, self.units.encoded(), |z| self.units.encode(x, z));
-        memory[0] = FRESH;
+    fn start(&self, x: &[f64], force: &[f64], memory: &mut [f64], scratch: &mut Scratch) {
+        let (ring, modes) = memory.split_at_mut(self.ring_len());
+        past::fill(ring, self.units.encoded(), |z| self.units.encode(x, z));
+        self.begin(force, self.evaluate(ring, scratch), modes);
     }
 
-    fn observe(&self, x: &[f64], memory: &mut [f64], _: &mut Scratch) {
-        past::push(memory, self.units.encoded(), |z| self.units.encode(x, z));
+    fn observe(&self, x: &[f64], memory: &mut [f64], scratch: &mut Scratch) {
+        let (ring, modes) = memory.split_at_mut(self.ring_len());
+        past::push(ring, self.units.encoded(), |z| self.units.encode(x, z));
+        Self::relax(modes, self.evaluate(ring, scratch));
     }
 
     fn sample(
         &self,
         memory: &[f64],
-        force: &[f64],
+        _: &[f64],
         now: &mut [f64],
         next: &mut [f64],
-        scratch: &mut Scratch,
+        _: &mut Scratch,
     ) {
-        now.copy_from_slice(force);
-        let fresh = memory[0] < 0.0;
-        if !fresh {
-            self.relax(now, self.evaluate(memory, scratch));
-        }
+        self.force(&memory[self.ring_len()..], now, |mode| mode as f32);
         next.copy_from_slice(now);
     }
 
     fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch) {
-        let mut memory = vec![0.0; self.memory_len()];
-        self.start(x, &[], &mut memory, scratch);
-        let found = self.evaluate(&memory, scratch);
-        self.units.to_si(found.iter().copied(), force);
+        let mut ring = vec![0.0; self.ring_len()];
+        past::fill(&mut ring, self.units.encoded(), |z| self.units.encode(x, z));
+        let found = self.evaluate(&ring, scratch);
+        self.force(&found[..found.len() / 2], force, |target| target);
     }
 
     /// Targets and rates of many samples are one product; bit for bit those of the single step.
@@ -140,28 +184,37 @@ impl Engine for RelaxingEngine {
         let samples = samples(self, x, start)?;
         let (inputs, outputs, width) = (self.inputs(), self.outputs(), self.units.encoded());
         let (field, mut buffers) = (self.field.batched(), Buffers::default());
-        let mut forces = Vec::with_capacity(samples * start.len());
+        let mut forces = vec![0.0; samples * start.len()];
         let mut z = vec![0.0f32; samples * width];
         let (mut h, mut found) = (Vec::new(), Vec::new());
-        for (x, start) in x
+        let mut modes = vec![0.0; self.modes * outputs];
+        for ((x, start), forces) in x
             .chunks_exact((samples * inputs).max(1))
             .zip(start.chunks_exact(outputs))
+            .zip(forces.chunks_exact_mut((samples * outputs).max(1)))
         {
             self.units.encode(x, &mut z);
-            let mut force = start.to_vec();
-            forces.extend_from_slice(&force);
-            for first in (1..samples).step_by(BLOCK) {
-                let rows = BLOCK.min(samples - first);
+            for (block, forces) in forces.chunks_mut(BLOCK * outputs).enumerate() {
+                let first = block * BLOCK;
+                let rows = forces.len() / outputs;
                 h.resize(rows * self.field.config.inputs, 0.0);
-                found.resize(rows * 2 * outputs, 0.0);
+                found.resize(rows * self.field.config.outputs, 0.0);
                 for (row, h) in h.chunks_exact_mut(self.field.config.inputs).enumerate() {
                     self.latent(h, |lag, i| z[(first + row).saturating_sub(lag) * width + i]);
                 }
                 field.evaluate(self.arch, &h, &mut found, &mut buffers);
-                for found in found.chunks_exact_mut(2 * outputs) {
-                    sigmoid(self.arch, &mut found[outputs..]);
-                    self.relax(&mut force, found);
-                    forces.extend_from_slice(&force);
+                for (row, (found, force)) in found
+                    .chunks_exact_mut(self.field.config.outputs)
+                    .zip(forces.chunks_exact_mut(outputs))
+                    .enumerate()
+                {
+                    self.share(found);
+                    if first + row == 0 {
+                        self.begin(start, found, &mut modes);
+                    } else {
+                        Self::relax(&mut modes, found);
+                    }
+                    self.force(&modes, force, |mode| mode as f32);
                 }
             }
         }

@@ -63,6 +63,11 @@ fn configs() -> Vec<ModelConfig> {
             hidden: vec![33, 200],
             ..RelaxationOdeConfig::default()
         }),
+        ModelConfig::RelaxationOde(RelaxationOdeConfig {
+            hidden: vec![33, 200],
+            modes: 3,
+            ..RelaxationOdeConfig::default()
+        }),
         ModelConfig::Cnode(CnodeConfig {
             hidden: vec![33, 200],
             // The path that a simulation has; the other needs the whole trajectory.

@@ -6,7 +6,8 @@ use crate::{
 };
 
 /// Rows that stand in pictures of many: one a model, so that lines can be told apart; the first is drawn thick.
-const SHOWN: [&str; 7] = [
+const SHOWN: [&str; 8] = [
+    "relaxation-ode-modes",
     "relaxation-ode",
     "mlp-ode-rk4",
     "attention-ode-rk4",
