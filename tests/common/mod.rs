@@ -78,6 +78,7 @@ pub fn zoo(joints: &[&str]) -> Vec<Recipe> {
         }),
         ModelConfig::RelaxationOde(RelaxationOdeConfig {
             hidden: hidden(),
+            modes: 3,
             ..RelaxationOdeConfig::default()
         }),
         ModelConfig::Cnode(CnodeConfig {
