@@ -325,7 +325,9 @@ fn learning_rate(experiment: Experiment, model: &ModelConfig) -> f64 {
     use Experiment::{Task1, Task2};
     match (model, experiment) {
         (ModelConfig::AttentionOde(_) | ModelConfig::MlpOde(_), Task1) => 4e-3,
-        (ModelConfig::AttentionOde(_) | ModelConfig::MlpOde(_), Task2) => 1e-3,
+        (ModelConfig::MlpOde(config), Task2) if config.encoding == Encoding::Raw => 4e-3,
+        (ModelConfig::MlpOde(_), Task2) => 2e-3,
+        (ModelConfig::AttentionOde(_), Task2) => 1e-3,
         (ModelConfig::Cnode(_), Task1) => 2e-3,
         (ModelConfig::Cnode(_), Task2) => 1e-3,
         (ModelConfig::Lstm(_) | ModelConfig::RelaxationOde(_), Task1) => 16e-3,

@@ -97,12 +97,9 @@ impl RelaxingEngine {
             *mode = f64::from(*target);
         }
         for (i, first) in first.iter_mut().enumerate() {
+            let whole = self.units.normaliser.force(i, force[i]);
             let rest = settled.iter().skip(i).step_by(force.len());
-            *first = f64::from(
-                rest.fold(self.units.normaliser.force(i, force[i]), |left, mode| {
-                    left - *mode as f32
-                }),
-            );
+            *first = f64::from(rest.fold(whole, |left, mode| left - *mode as f32));
         }
     }
 
@@ -115,17 +112,10 @@ impl RelaxingEngine {
         }
     }
 
-    /// The force [f] (SI) of modes, or of their targets.
-    fn force<T: Copy>(&self, modes: &[T], force: &mut [f64], number: impl Fn(T) -> f32) {
+    /// The force [f] (SI) of modes [J f], or what their targets sum up to.
+    fn force(&self, modes: impl Iterator<Item = f32> + Clone, force: &mut [f64]) {
         let outputs = force.len();
-        let sum = |i| {
-            modes
-                .iter()
-                .skip(i)
-                .step_by(outputs)
-                .map(|mode| number(*mode))
-                .sum()
-        };
+        let sum = |i| modes.clone().skip(i).step_by(outputs).sum();
         self.units.to_si((0..outputs).map(sum), force);
     }
 }
@@ -163,7 +153,10 @@ impl Engine for RelaxingEngine {
         next: &mut [f64],
         _: &mut Scratch,
     ) {
-        self.force(&memory[self.ring_len()..], now, |mode| mode as f32);
+        self.force(
+            memory[self.ring_len()..].iter().map(|mode| *mode as f32),
+            now,
+        );
         next.copy_from_slice(now);
     }
 
@@ -171,7 +164,7 @@ impl Engine for RelaxingEngine {
         let mut ring = vec![0.0; self.ring_len()];
         past::fill(&mut ring, self.units.encoded(), |z| self.units.encode(x, z));
         let found = self.evaluate(&ring, scratch);
-        self.force(&found[..found.len() / 2], force, |target| target);
+        self.force(found[..found.len() / 2].iter().copied(), force);
     }
 
     /// Targets and rates of many samples are one product; bit for bit those of the single step.
@@ -214,7 +207,7 @@ impl Engine for RelaxingEngine {
                     } else {
                         Self::relax(&mut modes, found);
                     }
-                    self.force(&modes, force, |mode| mode as f32);
+                    self.force(modes.iter().map(|mode| *mode as f32), force);
                 }
             }
         }
