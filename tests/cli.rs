@@ -384,6 +384,10 @@ fn flags_out_of_range_are_named() {
         (["--learning-rate", "0"], "learning_rate is 0"),
         (["--heads", "3"], "not divisible by 3 heads"),
         (["--trajectories", "0"], "trajectories is 0"),
+        (
+            ["--modes", "2"],
+            "--modes means nothing to the model attention-ode; it is for relaxation-ode",
+        ),
     ];
     for (flags, expected) in cases {
         let message = refusal(&train(text(data), text(out), &flags));

@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn every_bound_is_named() {
         type Change = fn(&mut TrainConfig);
-        let cases: [(Change, &str); 9] = [
+        let cases: [(Change, &str); 10] = [
             (
                 |c| {
                     c.adjoint = Adjoint::Continuous;
@@ -169,6 +169,15 @@ mod tests {
                 },
                 "model configuration: solver is dopri5, expected euler or rk4: a CNODE's path has its slopes at the \
                  times of fixed steps",
+            ),
+            (
+                |c| {
+                    c.model = ModelConfig::RelaxationOde(crate::model::RelaxationOdeConfig {
+                        modes: 0,
+                        ..crate::model::RelaxationOdeConfig::default()
+                    });
+                },
+                "model configuration: window, modes and hidden sizes must be at least 1",
             ),
             (|c| c.epochs = 0, "epochs is 0, expected at least 1"),
             (|c| c.horizon = 1, "horizon is 1, expected at least 2"),
