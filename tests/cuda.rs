@@ -14,7 +14,10 @@ use hydro_plugin::{
     checkpoint::Checkpoint,
     dataset::{self, Dataset, Manifest, Trajectory},
     features::{Feature, FeatureLayout},
-    model::{AttentionOdeConfig, MlpConfig, ModelConfig, Network, Parameters, Solver},
+    model::{
+        AttentionOdeConfig, MlpConfig, ModelConfig, Network, Parameters, RelaxationOdeConfig,
+        Solver,
+    },
     training::{
         InitialForce, Observer, Outcome, Progress, TrainConfig, TrainDevice, Trainer, evaluate,
     },
@@ -76,11 +79,21 @@ fn models() -> Vec<ModelConfig> {
         ModelConfig::AttentionOde(ode),
         ModelConfig::AttentionOde(sum),
         ModelConfig::AttentionOde(plain),
+        relaxation_ode(1),
+        relaxation_ode(3),
         ModelConfig::Mlp(MlpConfig {
             hidden: vec![64, 48],
             ..MlpConfig::default()
         }),
     ]
+}
+
+fn relaxation_ode(modes: usize) -> ModelConfig {
+    ModelConfig::RelaxationOde(RelaxationOdeConfig {
+        hidden: vec![64, 48],
+        modes,
+        ..RelaxationOdeConfig::default()
+    })
 }
 
 #[test]

@@ -166,7 +166,7 @@ pub struct Truth {
 }
 
 /// Who is claimed to be better than whom, by [`Entry::id`]: the paper's orderings, then ours.
-const CLAIMS: [(&str, &str); 26] = [
+const CLAIMS: [(&str, &str); 30] = [
     ("attention-ode-euler", "mlp-ode-euler"),
     ("attention-ode-rk4", "mlp-ode-rk4"),
     ("mlp-ode-rk4", "mlp-ode-euler"),
@@ -188,8 +188,12 @@ const CLAIMS: [(&str, &str); 26] = [
     ("relaxation-ode-modes", "attention-ode-rk4"),
     ("relaxation-ode-modes", "cnode-hermite-rk4"),
     ("relaxation-ode-modes", "lstm"),
-    ("relaxation-ode-modes", "lstm-informed"),
+    ("relaxation-ode-modes", "mlp"),
     ("relaxation-ode-modes", "mlp-informed"),
+    ("relaxation-ode-modes", "mlp-ode-informed"),
+    ("relaxation-ode-modes", "attention-ode-informed"),
+    ("relaxation-ode-modes", "cnode-informed"),
+    ("relaxation-ode-modes", "lstm-informed"),
     ("attention-ode-informed", "mlp-ode-informed"),
     ("attention-ode-informed", "mlp-informed"),
     ("relaxation-ode-raw", "attention-ode-rk4"),

@@ -10,9 +10,10 @@
 //! is forgotten and the force cannot drift. Rates and targets do not depend on F: those of a whole trajectory are one
 //! product, and what is left is a scan (`relaxation.rs`). The differences of samples let the target hold added
 //! mass and what is left of the step's own acceleration. Several modes are a fading memory of several time scales, as the
-//! state-space form of radiation forces has it (T. Perez and T. I. Fossen, "Time- vs. frequency-domain identification of
-//! parametric radiation force models", MIC 29(1), 2008), with rates that the motion sets: each mode begins training a
-//! factor e^2 slower than the one before. At the start the slower modes have settled and the first has the rest of F_0.
+//! state-space models of wave radiation forces are (T. Perez and T. I. Fossen, "Time- vs. frequency-domain identification of
+//! parametric radiation force models for marine structures at zero speed", MIC 29(1), 2008), but with real rates that the
+//! motion sets; each mode begins training some six times slower than the one before. At the start the slower modes have
+//! settled, and the first has the rest of F_0.
 //!
 //! With [`Encoding::Hydrodynamic`] or [`Encoding::Links`] z holds the closed forms of buoyancy, drag and constant added mass,
 //! and A their learned coefficients; the network has what they leave.
@@ -77,7 +78,7 @@ impl RelaxationOdeConfig {
 }
 
 /// What is taken from kappa of mode `mode`, counted from zero.
-pub(crate) fn slower(mode: usize) -> f32 {
+pub(crate) fn kappa_offset(mode: usize) -> f32 {
     2.0 * mode as f32
 }
 
@@ -112,7 +113,7 @@ impl RelaxationOde {
         })
     }
 
-    /// z [B, W-1+T, n], F_0 [B, f] -> F [B, T, f]; the first force is F_0 itself.
+    /// z [B, W-1+T, n], F_0 [B, f] -> F [B, T, f]; the first force is F_0, within rounding.
     pub fn forward(&self, z: &Tensor, start: &Tensor) -> Result<Tensor> {
         self.forward_by(Operations::of(z.device()), z, start)
     }
@@ -141,26 +142,29 @@ impl RelaxationOde {
         let found = self.field.forward(h)?;
         let width = found.dim(1)? / 2;
         let outputs = width / self.modes;
-        let slower: Vec<f32> = (0..width).map(|i| slower(i / outputs)).collect();
-        let slower = Tensor::from_vec(slower, width, h.device())?.to_dtype(h.dtype())?;
-        let kappa = found.narrow(1, width, width)?.broadcast_sub(&slower)?;
+        let mut kappa = Vec::with_capacity(self.modes);
+        for mode in 0..self.modes {
+            let kappa_0 = found.narrow(1, width + mode * outputs, outputs)?;
+            kappa.push(kappa_0.affine(1.0, -f64::from(kappa_offset(mode)))?);
+        }
         let target = found.narrow(1, 0, width)?.contiguous()?;
-        Ok((sigmoid(&kappa)?, target))
+        Ok((sigmoid(&Tensor::cat(&kappa, 1)?)?, target))
     }
 
     /// S_0 [B, J f] of F_0 [B, f] and the first targets [B, J f].
     fn begin(&self, force: &Tensor, target: &Tensor) -> Result<Tensor> {
         let outputs = force.dim(1)?;
-        let settled = target.narrow(1, outputs, (self.modes - 1) * outputs)?;
-        let mut first = force.clone();
-        for mode in 0..self.modes - 1 {
-            first = (first - settled.narrow(1, mode * outputs, outputs)?)?;
+        let mut states = vec![force.clone()];
+        for mode in 1..self.modes {
+            let settled = target.narrow(1, mode * outputs, outputs)?;
+            states[0] = (&states[0] - &settled)?;
+            states.push(settled);
         }
-        Tensor::cat(&[first, settled], 1)
+        Tensor::cat(&states, 1)
     }
 
     /// S [.., J f] -> F [.., f].
-    pub(crate) fn force(&self, states: &Tensor) -> Result<Tensor> {
+    fn force(&self, states: &Tensor) -> Result<Tensor> {
         let last = states.rank() - 1;
         let outputs = states.dim(last)? / self.modes;
         let mut force = states.narrow(last, 0, outputs)?;
@@ -175,16 +179,39 @@ impl RelaxationOde {
         differences(self.window, |lag| z.narrow(0, self.window - 1 - lag, 1))
     }
 
-    /// S [1, J f] at a first sample, where the force is F_0 [1, f], of the window z [W, n].
-    pub(crate) fn start(&self, force: &Tensor, z: &Tensor) -> Result<Tensor> {
+    /// Of the window z [W, n] at a first sample: S_2 .. S_J, and a and b of F_0 = a F_0 + b [1, (J + 1) f].
+    pub(crate) fn start(&self, z: &Tensor) -> Result<Tensor> {
         let (_, target) = self.share_and_target(&self.latent(z)?)?;
-        self.begin(force, &target)
+        let outputs = target.dim(1)? / self.modes;
+        let settled = target.narrow(1, outputs, (self.modes - 1) * outputs)?;
+        let first = target.narrow(1, 0, outputs)?;
+        Tensor::cat(&[settled, first.ones_like()?, first.zeros_like()?], 1)
     }
 
-    /// S [1, J f] one sample on, of the window z [W, n] that ends there.
-    pub(crate) fn follow(&self, states: &Tensor, z: &Tensor) -> Result<Tensor> {
+    /// What [`RelaxationOde::start`] has, one sample on, of the window z [W, n] that ends there: F_k = a F_{k-1} + b.
+    pub(crate) fn follow(&self, state: &Tensor, z: &Tensor) -> Result<Tensor> {
         let (share, target) = self.share_and_target(&self.latent(z)?)?;
-        states + (share * (target - states)?)?
+        let outputs = target.dim(1)? / self.modes;
+        let mode = |of: &Tensor, mode: usize| of.narrow(1, mode * outputs, outputs);
+        let first = mode(&share, 0)?;
+        let (a, mut b) = (first.affine(-1.0, 1.0)?, (&first * mode(&target, 0)?)?);
+        let mut after = Vec::with_capacity(self.modes + 1);
+        for slower in 1..self.modes {
+            let before = mode(state, slower - 1)?;
+            let step = (mode(&share, slower)? * (mode(&target, slower)? - &before)?)?;
+            let now = (&before + step)?;
+            b = ((b + &now)? - (&a * before)?)?;
+            after.push(now);
+        }
+        after.extend([a, b]);
+        Tensor::cat(&after, 1)
+    }
+
+    /// F_k [1, f] of F_{k-1} and a state of [`RelaxationOde::start`] or [`RelaxationOde::follow`].
+    pub(crate) fn step(&self, state: &Tensor, force: &Tensor) -> Result<Tensor> {
+        let outputs = force.dim(1)?;
+        let part = |of: usize| state.narrow(1, (self.modes - 1 + of) * outputs, outputs);
+        (part(0)? * force)? + part(1)?
     }
 
     /// F [1, f] that the window z [W, n] held for ever settles to.
@@ -286,6 +313,31 @@ mod tests {
                 let sum: f64 = (0..modes).map(|mode| states[mode * outputs + axis]).sum();
                 let error = (found[k * outputs + axis] - sum).abs();
                 assert!(error < 1e-12, "sample {k}, axis {axis}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn in_tensor_operations_it_is_the_same() {
+        for modes in [1, 3] {
+            let (model, vars) = model(2, modes);
+            let (z, start) = (ramp(&[3, 1 + 12, 4], 0.53), ramp(&[3, 2], 0.9));
+            let run = |operations| {
+                let forces = model.forward_by(operations, &z, &start).expect("runs");
+                let gradients = weighted(&forces).backward().expect("derives");
+                let mut found = numbers(&forces);
+                for (_, var) in &vars {
+                    found.extend(numbers(gradients.get(var).expect("a gradient")));
+                }
+                found
+            };
+            let (kernels, tensors) = (run(Operations::Kernels), run(Operations::Tensors));
+            assert_eq!(kernels.len(), tensors.len());
+            for (a, b) in kernels.iter().zip(&tensors) {
+                assert!(
+                    (a - b).abs() < 1e-10 * (1.0 + a.abs()),
+                    "{modes} modes: {a} against {b}"
+                );
             }
         }
     }

@@ -62,7 +62,7 @@ impl CandleEngine {
                 let latent = network.latent.forward(&z)?;
                 network.ode.step(&force, &latent, self.0.solver)?
             }
-            Network::RelaxationOde(network) => network.force(&row(memory.state, &z)?)?,
+            Network::RelaxationOde(network) => network.step(&row(memory.state, &z)?, &force)?,
             Network::Lstm(network) => {
                 let width = network.layers.last().map_or(0, |layer| layer.width());
                 let last = memory.state.len() - 2 * width;
@@ -91,7 +91,7 @@ impl CandleEngine {
             .collect();
         let force = Tensor::from_vec(standard, (1, force.len()), &Device::Cpu)?;
         match &self.0.network {
-            Network::RelaxationOde(network) => keep(&network.start(&force, &z)?, state),
+            Network::RelaxationOde(network) => keep(&network.start(&z)?, state),
             Network::Lstm(network) => network.observe(&sample, state),
             Network::Cnode(network) => keep(&network.start(&force, &sample)?, state),
             _ => Ok(()),
@@ -141,7 +141,7 @@ impl Engine for CandleEngine {
     fn memory_len(&self) -> usize {
         self.state_at()
             + match &self.0.network {
-                Network::RelaxationOde(network) => network.modes * self.0.outputs(),
+                Network::RelaxationOde(network) => (network.modes + 1) * self.0.outputs(),
                 Network::Lstm(network) => network.memory_len(),
                 Network::Cnode(network) => network.field.config().inputs,
                 _ => 0,

@@ -1,6 +1,13 @@
 //! A Relaxation-ODE: targets and rates by our own products, then the exact step of every mode.
 //!
-//! Memory: a ring as [`super::past`] has it, and the modes S [J f] (standardised). What is carried as the force is in them.
+//! A step is an affine map of the force that is carried, so what the caller holds it to is what the first mode relaxes from:
+//!
+//! ```text
+//! F_k = a F_{k-1} + b,   a = 1 - s_1,   b = s_1 T_1 - a R_{k-1} + R_k,   R = S_2 + .. + S_J
+//! ```
+//!
+//! Memory: a ring as [`super::past`] has it; then S_2 .. S_J, a and b, (J + 1) f numbers (standardised). Of a first sample the
+//! map is the identity.
 
 use pulp::Arch;
 
@@ -8,7 +15,7 @@ use super::{
     super::{
         ForceModel, ModelError,
         kernel::sigmoid,
-        relaxation_ode::{RelaxationOde, slower},
+        relaxation_ode::{RelaxationOde, kappa_offset},
     },
     BLOCK, Engine, Scratch, past,
     perceptron::{Buffers, Perceptron, Precision},
@@ -56,9 +63,14 @@ impl RelaxingEngine {
         }
     }
 
-    /// Numbers of the ring, before those of the modes.
+    /// Numbers of the ring; what comes behind it is the state.
     fn ring_len(&self) -> usize {
         past::memory_len(self.window, self.units.encoded())
+    }
+
+    /// Numbers of the state [S_2 .. S_J; a; b].
+    fn state_len(&self) -> usize {
+        (self.modes + 1) * self.outputs()
     }
 
     /// [T; share of the way] [2 J f] of a ring.
@@ -81,42 +93,54 @@ impl RelaxingEngine {
     /// [T; kappa] -> [T; share of the way] [2 J f].
     fn share(&self, found: &mut [f32]) {
         let (_, kappa) = found.split_at_mut(found.len() / 2);
-        let outputs = kappa.len() / self.modes;
-        for (mode, kappa) in kappa.chunks_exact_mut(outputs).enumerate() {
+        for (mode, kappa) in kappa.chunks_exact_mut(self.outputs()).enumerate() {
             for kappa in kappa {
-                *kappa -= slower(mode);
+                *kappa -= kappa_offset(mode);
             }
         }
         sigmoid(self.arch, kappa);
     }
 
-    /// S [J f] at the start, where the force is `force` [f] (SI).
-    fn begin(&self, force: &[f64], found: &[f32], modes: &mut [f64]) {
-        let (first, settled) = modes.split_at_mut(force.len());
-        for (mode, target) in settled.iter_mut().zip(&found[force.len()..]) {
+    /// The state at a first sample.
+    fn begin(&self, found: &[f32], state: &mut [f64]) {
+        let outputs = self.outputs();
+        let (settled, map) = state.split_at_mut((self.modes - 1) * outputs);
+        for (mode, target) in settled.iter_mut().zip(&found[outputs..]) {
             *mode = f64::from(*target);
         }
-        for (i, first) in first.iter_mut().enumerate() {
-            let whole = self.units.normaliser.force(i, force[i]);
-            let rest = settled.iter().skip(i).step_by(force.len());
-            *first = f64::from(rest.fold(whole, |left, mode| left - *mode as f32));
+        let (a, b) = map.split_at_mut(outputs);
+        a.fill(1.0);
+        b.fill(0.0);
+    }
+
+    /// The state one sample on.
+    fn follow(&self, found: &[f32], state: &mut [f64]) {
+        let outputs = self.outputs();
+        let (target, share) = found.split_at(self.modes * outputs);
+        let (slower, map) = state.split_at_mut((self.modes - 1) * outputs);
+        let (a, b) = map.split_at_mut(outputs);
+        for i in 0..outputs {
+            let share_of = |mode: usize| f64::from(share[mode * outputs + i]);
+            let target_of = |mode: usize| f64::from(target[mode * outputs + i]);
+            a[i] = 1.0 - share_of(0);
+            b[i] = share_of(0) * target_of(0);
+            for (mode, slower) in slower.iter_mut().skip(i).step_by(outputs).enumerate() {
+                let before = *slower;
+                *slower += share_of(mode + 1) * (target_of(mode + 1) - before);
+                b[i] += *slower - a[i] * before;
+            }
         }
     }
 
-    /// S [J f] after a step.
-    fn relax(modes: &mut [f64], found: &[f32]) {
-        let (target, share) = found.split_at(modes.len());
-        for (mode, (target, share)) in modes.iter_mut().zip(target.iter().zip(share)) {
-            let before = *mode as f32;
-            *mode = f64::from(before + share * (target - before));
-        }
-    }
-
-    /// The force [f] (SI) of modes [J f], or what their targets sum up to.
-    fn force(&self, modes: impl Iterator<Item = f32> + Clone, force: &mut [f64]) {
+    /// The force [f] (SI) at the sample of `state`, from that which was carried to it.
+    fn step(&self, state: &[f64], force: &mut [f64]) {
         let outputs = force.len();
-        let sum = |i| modes.clone().skip(i).step_by(outputs).sum();
-        self.units.to_si((0..outputs).map(sum), force);
+        let (a, b) = state[(self.modes - 1) * outputs..].split_at(outputs);
+        let normaliser = &self.units.normaliser;
+        for (i, force) in force.iter_mut().enumerate() {
+            let (mean, std) = (normaliser.output_mean[i], normaliser.output_std[i]);
+            *force = mean + a[i] * (*force - mean) + b[i] * std;
+        }
     }
 }
 
@@ -130,41 +154,41 @@ impl Engine for RelaxingEngine {
     }
 
     fn memory_len(&self) -> usize {
-        self.ring_len() + self.field.config.outputs / 2
+        self.ring_len() + self.state_len()
     }
 
-    fn start(&self, x: &[f64], force: &[f64], memory: &mut [f64], scratch: &mut Scratch) {
-        let (ring, modes) = memory.split_at_mut(self.ring_len());
+    fn start(&self, x: &[f64], _: &[f64], memory: &mut [f64], scratch: &mut Scratch) {
+        let (ring, state) = memory.split_at_mut(self.ring_len());
         past::fill(ring, self.units.encoded(), |z| self.units.encode(x, z));
-        self.begin(force, self.evaluate(ring, scratch), modes);
+        self.begin(self.evaluate(ring, scratch), state);
     }
 
     fn observe(&self, x: &[f64], memory: &mut [f64], scratch: &mut Scratch) {
-        let (ring, modes) = memory.split_at_mut(self.ring_len());
+        let (ring, state) = memory.split_at_mut(self.ring_len());
         past::push(ring, self.units.encoded(), |z| self.units.encode(x, z));
-        Self::relax(modes, self.evaluate(ring, scratch));
+        self.follow(self.evaluate(ring, scratch), state);
     }
 
     fn sample(
         &self,
         memory: &[f64],
-        _: &[f64],
+        force: &[f64],
         now: &mut [f64],
         next: &mut [f64],
         _: &mut Scratch,
     ) {
-        self.force(
-            memory[self.ring_len()..].iter().map(|mode| *mode as f32),
-            now,
-        );
+        now.copy_from_slice(force);
+        self.step(&memory[self.ring_len()..], now);
         next.copy_from_slice(now);
     }
 
     fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch) {
         let mut ring = vec![0.0; self.ring_len()];
         past::fill(&mut ring, self.units.encoded(), |z| self.units.encode(x, z));
-        let found = self.evaluate(&ring, scratch);
-        self.force(found[..found.len() / 2].iter().copied(), force);
+        let target = &self.evaluate(&ring, scratch)[..self.modes * force.len()];
+        let outputs = force.len();
+        let sum = |i| target.iter().skip(i).step_by(outputs).sum();
+        self.units.to_si((0..outputs).map(sum), force);
     }
 
     /// Targets and rates of many samples are one product; bit for bit those of the single step.
@@ -177,37 +201,36 @@ impl Engine for RelaxingEngine {
         let samples = samples(self, x, start)?;
         let (inputs, outputs, width) = (self.inputs(), self.outputs(), self.units.encoded());
         let (field, mut buffers) = (self.field.batched(), Buffers::default());
-        let mut forces = vec![0.0; samples * start.len()];
+        let mut forces = Vec::with_capacity(samples * start.len());
         let mut z = vec![0.0f32; samples * width];
         let (mut h, mut found) = (Vec::new(), Vec::new());
-        let mut modes = vec![0.0; self.modes * outputs];
-        for ((x, start), forces) in x
+        let mut state = vec![0.0; self.state_len()];
+        for (x, start) in x
             .chunks_exact((samples * inputs).max(1))
             .zip(start.chunks_exact(outputs))
-            .zip(forces.chunks_exact_mut((samples * outputs).max(1)))
         {
             self.units.encode(x, &mut z);
-            for (block, forces) in forces.chunks_mut(BLOCK * outputs).enumerate() {
-                let first = block * BLOCK;
-                let rows = forces.len() / outputs;
+            let mut force = start.to_vec();
+            for first in (0..samples).step_by(BLOCK) {
+                let rows = BLOCK.min(samples - first);
                 h.resize(rows * self.field.config.inputs, 0.0);
                 found.resize(rows * self.field.config.outputs, 0.0);
                 for (row, h) in h.chunks_exact_mut(self.field.config.inputs).enumerate() {
                     self.latent(h, |lag, i| z[(first + row).saturating_sub(lag) * width + i]);
                 }
                 field.evaluate(self.arch, &h, &mut found, &mut buffers);
-                for (row, (found, force)) in found
+                for (row, found) in found
                     .chunks_exact_mut(self.field.config.outputs)
-                    .zip(forces.chunks_exact_mut(outputs))
                     .enumerate()
                 {
                     self.share(found);
                     if first + row == 0 {
-                        self.begin(start, found, &mut modes);
+                        self.begin(found, &mut state);
                     } else {
-                        Self::relax(&mut modes, found);
+                        self.follow(found, &mut state);
                     }
-                    self.force(modes.iter().map(|mode| *mode as f32), force);
+                    self.step(&state, &mut force);
+                    forces.extend_from_slice(&force);
                 }
             }
         }

@@ -419,6 +419,49 @@ fn a_broken_memory_is_not_hidden() {
     }
 }
 
+/// Where the plugin holds a force back, that is what the next one is relaxed from, and the slower modes know nothing of it.
+#[test]
+fn a_relaxation_goes_on_from_the_force_that_it_is_given() {
+    for modes in [1, 3] {
+        let config = ModelConfig::RelaxationOde(RelaxationOdeConfig {
+            hidden: vec![33, 200],
+            modes,
+            ..RelaxationOdeConfig::default()
+        });
+        let model = model(&config, Solver::Euler);
+        let (n, mut scratch) = (model.inputs(), Scratch::default());
+        let x = motion(3, n);
+        for kind in EngineKind::ALL {
+            let engine = model.engine(kind).expect("an engine");
+            let mut memory = vec![0.0; engine.memory_len()];
+            let force = |memory: &[f64], given: [f64; 6]| {
+                let (mut now, mut next) = ([0.0; 6], [0.0; 6]);
+                engine.sample(memory, &given, &mut now, &mut next, &mut Scratch::default());
+                assert_eq!(now, next);
+                now
+            };
+            engine.start(&x[..n], &START, &mut memory, &mut scratch);
+            let first = force(&memory, START);
+            let std = &model.normaliser.output_std;
+            assert!(difference(&first, &START, std) < 1e-6, "{kind}: {first:?}");
+            for x in x[n..].chunks_exact(n) {
+                engine.observe(x, &mut memory, &mut scratch);
+                let (low, high) = (
+                    force(&memory, START),
+                    force(&memory, START.map(|f| f + 10.0)),
+                );
+                for (low, high) in low.iter().zip(&high) {
+                    let left = (high - low) / 10.0;
+                    assert!(
+                        (0.01..0.99).contains(&left),
+                        "{modes} modes, {kind}: {left}"
+                    );
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn the_estimate_is_a_fixed_point_and_the_same_in_every_engine() {
     for config in configs() {

@@ -5,10 +5,10 @@ use crate::{
     report::plot::{Axes, Panel, Series, panels},
 };
 
-/// Rows that stand in pictures of many: one a model, so that lines can be told apart; the first is drawn thick.
+/// Rows that stand in pictures of many: few, so that lines can be told apart; the first is drawn thick.
 const SHOWN: [&str; 8] = [
-    "relaxation-ode-modes",
     "relaxation-ode",
+    "relaxation-ode-modes",
     "mlp-ode-rk4",
     "attention-ode-rk4",
     "cnode-natural-rk4",
