@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what is missing on Debian 12: a C toolchain, libclang (bindgen), EGL (offscreen video), the
-# project's .venv with MuJoCo. Sourced by demo.sh and test.sh; safe to run again.
+# project's .venv with MuJoCo. Sourced by the scripts beside it; safe to run again.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

@@ -248,6 +248,12 @@ mod tests {
     }
 
     #[test]
+    fn a_card_that_names_no_modes_has_one() {
+        let config: RelaxationOdeConfig = serde_json::from_str("{\"window\": 3}").expect("parses");
+        assert_eq!((config.window, config.modes), (3, 1));
+    }
+
+    #[test]
     fn the_gradient_agrees_with_finite_differences() {
         for modes in [1, 3] {
             let (model, vars) = model(2, modes);

@@ -78,6 +78,10 @@ pub fn zoo(joints: &[&str]) -> Vec<Recipe> {
         }),
         ModelConfig::RelaxationOde(RelaxationOdeConfig {
             hidden: hidden(),
+            ..RelaxationOdeConfig::default()
+        }),
+        ModelConfig::RelaxationOde(RelaxationOdeConfig {
+            hidden: hidden(),
             modes: 3,
             ..RelaxationOdeConfig::default()
         }),
