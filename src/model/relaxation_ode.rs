@@ -72,10 +72,20 @@ impl RelaxationOdeConfig {
 
     /// What is wrong with the sizes, if anything.
     pub(crate) fn fault(&self) -> Option<String> {
-        (self.window == 0 || self.modes == 0 || self.hidden.contains(&0))
-            .then(|| "window, modes and hidden sizes must be at least 1".to_owned())
+        if self.window == 0 || self.hidden.contains(&0) {
+            return Some("window and hidden sizes must be at least 1".to_owned());
+        }
+        (!(1..=MOST_MODES).contains(&self.modes)).then(|| {
+            format!(
+                "modes is {}, expected from 1 to {MOST_MODES}: each begins some six times slower than the one before",
+                self.modes
+            )
+        })
     }
 }
+
+/// The slowest of so many begins with a three-thousandth of the way a sample; one slower still would not move in a trajectory.
+const MOST_MODES: usize = 5;
 
 /// What is taken from kappa of mode `mode`, counted from zero.
 pub(crate) fn kappa_offset(mode: usize) -> f32 {

@@ -177,7 +177,8 @@ mod tests {
                         ..crate::model::RelaxationOdeConfig::default()
                     });
                 },
-                "model configuration: window, modes and hidden sizes must be at least 1",
+                "model configuration: modes is 0, expected from 1 to 5: each begins some six times slower than the \
+                 one before",
             ),
             (|c| c.epochs = 0, "epochs is 0, expected at least 1"),
             (|c| c.horizon = 1, "horizon is 1, expected at least 2"),
