@@ -139,8 +139,9 @@ impl Entry {
 
 /// Every row for forces of `outputs` components, of a robot whose links are known or not. The four models of the paper have its
 /// sizes and its raw features, h as long as the force and no linear part; beside them its other equation, ours with one mode
-/// and with three, ours without the closed forms, the paper's four given what ours is given (what is the equation's merit, and what the features'?), and two
-/// memoryless yardsticks: a perceptron of the paper's field, and one that is given what ours is given.
+/// and with three, ours without the closed forms, the paper's four given what ours is given (what is the equation's merit, and
+/// what the features'?), and two memoryless yardsticks: a perceptron of the paper's field, and one that is given what ours is
+/// given.
 pub fn entries(
     experiment: Experiment,
     outputs: usize,

@@ -154,8 +154,8 @@ impl RelaxationOde {
         let outputs = width / self.modes;
         let mut kappa = Vec::with_capacity(self.modes);
         for mode in 0..self.modes {
-            let kappa_0 = found.narrow(1, width + mode * outputs, outputs)?;
-            kappa.push(kappa_0.affine(1.0, -f64::from(kappa_offset(mode)))?);
+            let own = found.narrow(1, width + mode * outputs, outputs)?;
+            kappa.push(own.affine(1.0, -f64::from(kappa_offset(mode)))?);
         }
         let target = found.narrow(1, 0, width)?.contiguous()?;
         Ok((sigmoid(&Tensor::cat(&kappa, 1)?)?, target))
