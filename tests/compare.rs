@@ -229,6 +229,21 @@ fn results_of_other_settings_are_kept_and_refused() {
     assert!(message.contains("not the result of a job"), "{message}");
 }
 
+/// Another rate than a row's own reaches the training, in a process of its own too.
+#[test]
+fn a_learning_rate_replaces_that_of_every_row() {
+    let place = Place::new();
+    place.succeeds(&["--seeds", "0", "--learning-rate", "0.0005"]);
+    for entry in ["lstm", "relaxation-ode"] {
+        let result = json(
+            &place
+                .out()
+                .join(format!("jobs/2/{entry}/seed-0/result.json")),
+        );
+        assert_eq!(result["settings"]["learning_rate"], 0.0005, "{entry}");
+    }
+}
+
 /// A job that cannot be done stops nobody, is named at the end, and the tables hold the others.
 #[test]
 fn a_job_that_fails_does_not_end_the_night() {
@@ -268,6 +283,10 @@ fn flags_that_mean_nothing_are_named() {
         (vec!["--beyond", "fast=/nowhere"], "no data set at /nowhere"),
         (vec!["--rollouts", "/nowhere"], "/nowhere/rollouts.json"),
         (vec!["--parallel", "0"], "--parallel"),
+        (
+            vec!["--learning-rate", "0", "--only", "2/lstm/seed-0"],
+            "learning_rate",
+        ),
     ] {
         let message = place.refusal(&flags);
         assert!(message.contains(words), "{flags:?}: {message}");

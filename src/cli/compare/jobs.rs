@@ -166,6 +166,9 @@ fn child(
             command.arg(flag).arg(number.to_string());
         }
     }
+    if let Some(rate) = args.learning_rate {
+        command.arg("--learning-rate").arg(rate.to_string());
+    }
     command.arg("--scenes").arg(&args.scenes);
     command.arg("--only").arg(job.to_string());
     command

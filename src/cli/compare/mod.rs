@@ -53,6 +53,9 @@ pub(super) struct Args {
     /// Train on the first so many trajectories.
     #[arg(long)]
     trajectories: Option<usize>,
+    /// Largest learning rate in place of each row's own, the same for all.
+    #[arg(long)]
+    learning_rate: Option<f64>,
     /// Jobs at a time; they share the cores. As many as there are cores if left out.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     parallel: Option<u16>,
@@ -139,6 +142,11 @@ fn plan(args: &Args, inputs: &Inputs) -> anyhow::Result<Plan> {
             );
         }
         entries.retain(|entry| wanted.iter().any(|id| id == entry.id));
+    }
+    if let Some(rate) = args.learning_rate {
+        for entry in &mut entries {
+            entry.learning_rate = rate;
+        }
     }
     let budget = |data: &str| {
         let mut budget = if args.quick {
