@@ -46,6 +46,9 @@ fn the_library_in_python() {
     let folder = tempfile::tempdir().unwrap();
     common::lively(&["fin"]).save(folder.path(), "lively");
     common::memoryless(&["fin"]).save(folder.path(), "memoryless");
+    for (number, recipe) in common::zoo(&["fin"]).iter().enumerate() {
+        recipe.save(&folder.path().join("kinds"), &number.to_string());
+    }
     common::constant().save(folder.path(), "constant");
     common::towing().save(folder.path(), "towing");
     let joints: Vec<String> = ["FR", "FL", "RR", "RL"]

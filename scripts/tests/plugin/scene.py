@@ -1,7 +1,8 @@
 """The library in the MuJoCo wheel, and scenes: a fish in water that it makes, a trunk on a load cell.
 
 Needs HYDRO_TEST_LIBRARY (libhydro_plugin.so) and HYDRO_TEST_CHECKPOINTS (a folder with the test checkpoints
-lively, memoryless, constant, towing and b1); `cargo test --test plugin_python` sets both and runs every file here.
+lively, memoryless, constant, towing and b1, and with kinds, a folder of one of every kind of model);
+`cargo test --test plugin_python` sets both and runs every file here.
 """
 
 import os
@@ -15,6 +16,7 @@ if 'HYDRO_TEST_LIBRARY' not in os.environ:
   raise unittest.SkipTest('run by cargo test --test plugin_python, which makes the checkpoints')
 LIBRARY = os.environ['HYDRO_TEST_LIBRARY']
 CHECKPOINTS = pathlib.Path(os.environ['HYDRO_TEST_CHECKPOINTS'])
+KINDS = sorted((CHECKPOINTS / 'kinds').iterdir())
 
 mujoco.mj_loadPluginLibrary(LIBRARY)
 

@@ -12,7 +12,7 @@ import mujoco
 import mujoco.rollout
 import numpy as np
 from mujoco import batch
-from scene import LIBRARY, fish, fish_xml, start, state_of, steps
+from scene import KINDS, LIBRARY, fish, fish_xml, start, state_of, steps
 
 
 class Memory(unittest.TestCase):
@@ -36,6 +36,21 @@ class Memory(unittest.TestCase):
       saved = state_of(model, data)
       expected = steps(model, data, 60)
       other = mujoco.MjData(model)
+      for target in (data, other):
+        mujoco.mj_setState(model, target, saved, mujoco.mjtState.mjSTATE_INTEGRATION)
+        np.testing.assert_array_equal(steps(model, target, 60), expected)
+
+  def test_every_kind_of_model_goes_on_bit_for_bit(self):
+    self.assertGreater(len(KINDS), 5)
+    for checkpoint in KINDS:
+      model = fish({'checkpoint': str(checkpoint)})
+      data = start(model)
+      steps(model, data, 38)
+      twin, saved = copy.copy(data), state_of(model, data)
+      expected = steps(model, data, 60)
+      np.testing.assert_array_equal(steps(model, twin, 60), expected)
+      other = start(model, seed=1)
+      steps(model, other, 23)
       for target in (data, other):
         mujoco.mj_setState(model, target, saved, mujoco.mjtState.mjSTATE_INTEGRATION)
         np.testing.assert_array_equal(steps(model, target, 60), expected)
