@@ -258,6 +258,15 @@ fn a_job_that_fails_does_not_end_the_night() {
     );
     let page = fs::read_to_string(place.out().join("README.md")).unwrap();
     assert!(page.contains("| LSTM | \u{2013} |"), "{page}");
+    // Times are of everybody in one go, or of nobody.
+    let output = place.compare(&["--seeds", "0", "--tables", "--retime"]);
+    let words = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        output.status.success()
+            && words.contains("no times are taken")
+            && words.contains("no weights of lstm;"),
+        "{words}"
+    );
     assert!(
         place
             .out()

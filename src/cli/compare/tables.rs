@@ -6,7 +6,7 @@ use anyhow::Context as _;
 use hydro_plugin::{
     checkpoint::Checkpoint,
     dataset::Dataset,
-    experiment::{Comparison, Cost, JobResult, ROUNDS, Reference, Truth, summarise, time},
+    experiment::{Comparison, Cost, Entry, JobResult, ROUNDS, Reference, Truth, summarise, time},
     model::{Engine, EngineKind},
     report::experiment::{figures, pictures, tables},
 };
@@ -176,7 +176,22 @@ fn costs(
             .iter()
             .all(|(id, _)| known.iter().any(|cost| cost.entry == *id));
         // All in one go, or their ratios mean nothing.
-        if wanted.len() == plan.entries.len() && !all_known {
+        if wanted.len() < plan.entries.len() {
+            if args.retime {
+                let lacks = |entry: &&Entry| wanted.iter().all(|(id, _)| id != entry.id);
+                let lacking: Vec<_> = plan
+                    .entries
+                    .iter()
+                    .filter(lacks)
+                    .map(|entry| entry.id)
+                    .collect();
+                eprintln!(
+                    "{name}: no times are taken, for {} has no weights of {}; --entries leaves rows out",
+                    folder.file("jobs").display(),
+                    lacking.join(", ")
+                );
+            }
+        } else if !all_known {
             costs.insert(name.clone(), timed(set, &wanted)?);
             write_whole(&path, serde_json::to_string_pretty(&costs)?.as_bytes())?;
         }
