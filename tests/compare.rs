@@ -292,9 +292,10 @@ fn flags_that_mean_nothing_are_named() {
         (vec!["--beyond", "fast=/nowhere"], "no data set at /nowhere"),
         (vec!["--rollouts", "/nowhere"], "/nowhere/rollouts.json"),
         (vec!["--parallel", "0"], "--parallel"),
+        (vec!["--epochs", "0"], "epochs is 0"),
         (
-            vec!["--learning-rate", "0", "--only", "2/lstm/seed-0"],
-            "learning_rate",
+            vec!["--learning-rate", "0"],
+            "learning_rate is 0, expected above 0 and at most 1",
         ),
     ] {
         let message = place.refusal(&flags);

@@ -47,7 +47,8 @@ fn the_library_in_python() {
     common::lively(&["fin"]).save(folder.path(), "lively");
     common::memoryless(&["fin"]).save(folder.path(), "memoryless");
     for (number, recipe) in common::zoo(&["fin"]).iter().enumerate() {
-        recipe.save(&folder.path().join("kinds"), &number.to_string());
+        let name = format!("{number}-{}", recipe.model.kind());
+        recipe.save(&folder.path().join("kinds"), &name);
     }
     common::constant().save(folder.path(), "constant");
     common::towing().save(folder.path(), "towing");

@@ -30,7 +30,7 @@ pub use self::{
     energy::Energy,
     examination::{Beyond, Examination, Noisy, Swimming, examine},
     ordering::{Ordering, order},
-    plan::{Budget, Entry, Experiment, JobId, UnknownExperiment, entries},
+    plan::{Budget, Entry, Experiment, JobId, LearningRates, UnknownExperiment, entries},
     summary::{
         Comparison, JobResult, MeanSd, Metric, Reference, Row, SCHEMA, TrainingNote, Truth,
         summarise,

@@ -115,17 +115,49 @@ pub struct Entry {
     pub model: ModelConfig,
     /// How its equation is stepped.
     pub solver: Solver,
-    /// Largest learning rate.
-    pub learning_rate: f64,
+    /// Largest learning rates.
+    pub learning_rates: LearningRates,
+}
+
+/// Largest learning rates of a row, by validation: `models/compare/README.md` has what was tried, `scripts/learning_rates.py`
+/// tries it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LearningRates {
+    /// On 1.1.
+    pub constant: f64,
+    /// On 1.2, and on 1.3, which is 1.2 with noise.
+    pub changing: f64,
+    /// On Task 2.
+    pub swimming: f64,
+}
+
+impl LearningRates {
+    /// The same everywhere.
+    pub fn same(rate: f64) -> Self {
+        Self {
+            constant: rate,
+            changing: rate,
+            swimming: rate,
+        }
+    }
+
+    /// On the data set of this name.
+    pub fn on(&self, data: &str) -> f64 {
+        match data {
+            "1.1" => self.constant,
+            "1.2" | "1.3" => self.changing,
+            _ => self.swimming,
+        }
+    }
 }
 
 impl Entry {
-    /// Settings of its training.
-    pub fn training(&self, budget: &Budget, seed: u64) -> TrainConfig {
+    /// Settings of its training on the data set of this name.
+    pub fn training(&self, data: &str, budget: &Budget, seed: u64) -> TrainConfig {
         TrainConfig {
             model: self.model.clone(),
             solver: self.solver,
-            learning_rate: self.learning_rate,
+            learning_rate: self.learning_rates.on(data),
             seed,
             epochs: budget.epochs,
             patience: budget.epochs,
@@ -142,11 +174,7 @@ impl Entry {
 /// and with three, ours without the closed forms, the paper's four given what ours is given (what is the equation's merit, and
 /// what the features'?), and two memoryless yardsticks: a perceptron of the paper's field, and one that is given what ours is
 /// given.
-pub fn entries(
-    experiment: Experiment,
-    outputs: usize,
-    kinematics: Option<&Kinematics>,
-) -> Vec<Entry> {
+pub fn entries(outputs: usize, kinematics: Option<&Kinematics>) -> Vec<Entry> {
     use Solver::{DormandPrince, Euler, Rk4};
     let mlp_ode = ModelConfig::MlpOde(MlpOdeConfig {
         latent: outputs,
@@ -217,124 +245,156 @@ pub fn entries(
         ..MlpConfig::default()
     });
     let rows = [
-        ("mlp-ode-euler", "MLP-ODE, Euler", &mlp_ode, Euler),
-        ("mlp-ode-rk4", "MLP-ODE, RK4", &mlp_ode, Rk4),
+        (
+            "mlp-ode-euler",
+            "MLP-ODE, Euler",
+            &mlp_ode,
+            Euler,
+            [4e-3, 4e-3, 2e-3],
+        ),
+        (
+            "mlp-ode-rk4",
+            "MLP-ODE, RK4",
+            &mlp_ode,
+            Rk4,
+            [4e-3, 4e-3, 2e-3],
+        ),
         (
             "mlp-ode-dopri5",
             "MLP-ODE, Dormand-Prince",
             &mlp_ode,
             DormandPrince,
+            [4e-3, 4e-3, 2e-3],
         ),
         (
             "attention-ode-euler",
             "Attention-ODE, Euler",
             &attention,
             Euler,
+            [2e-3, 2e-3, 1e-3],
         ),
-        ("attention-ode-rk4", "Attention-ODE, RK4", &attention, Rk4),
+        (
+            "attention-ode-rk4",
+            "Attention-ODE, RK4",
+            &attention,
+            Rk4,
+            [2e-3, 2e-3, 1e-3],
+        ),
         (
             "attention-ode-dopri5",
             "Attention-ODE, Dormand-Prince",
             &attention,
             DormandPrince,
+            [2e-3, 2e-3, 1e-3],
         ),
         (
             "attention-ode-sum",
             "Attention-ODE, field without F",
             &sum,
             Euler,
+            [2e-3, 2e-3, 1e-3],
         ),
         (
             "cnode-natural-rk4",
             "CNODE, natural spline, RK4 (sees the whole trajectory)",
             &natural,
             Rk4,
+            [2e-3, 2e-3, 1e-3],
         ),
         (
             "cnode-hermite-rk4",
             "CNODE, causal Hermite, RK4",
             &hermite,
             Rk4,
+            [2e-3, 2e-3, 1e-3],
         ),
         (
             "cnode-hermite-euler",
             "CNODE, causal Hermite, Euler",
             &hermite,
             Euler,
+            [2e-3, 2e-3, 1e-3],
         ),
-        ("lstm", "LSTM", &lstm, Euler),
+        ("lstm", "LSTM", &lstm, Euler, [32e-3, 32e-3, 4e-3]),
         (
             "relaxation-ode",
             "Relaxation-ODE (ours)",
             &relaxation,
             Euler,
+            [16e-3, 16e-3, 4e-3],
         ),
         (
             "relaxation-ode-modes",
             "Relaxation-ODE, three modes (ours)",
             &modes,
             Euler,
+            [16e-3, 16e-3, 2e-3],
         ),
         (
             "relaxation-ode-raw",
             "Relaxation-ODE, raw features",
             &plain,
             Euler,
+            [16e-3, 16e-3, 4e-3],
         ),
         (
             "mlp-ode-informed",
             "MLP-ODE, our features",
             &mlp_ode_informed,
             Euler,
+            [4e-3, 4e-3, 2e-3],
         ),
         (
             "attention-ode-informed",
             "Attention-ODE, our features",
             &attention_informed,
             Euler,
+            [2e-3, 2e-3, 1e-3],
         ),
         (
             "cnode-informed",
             "CNODE, our features of the base",
             &cnode_informed,
             Euler,
+            [2e-3, 2e-3, 1e-3],
         ),
-        ("lstm-informed", "LSTM, our features", &lstm_informed, Euler),
-        ("mlp", "memoryless MLP (yardstick)", &mlp, Euler),
+        (
+            "lstm-informed",
+            "LSTM, our features",
+            &lstm_informed,
+            Euler,
+            [32e-3, 32e-3, 4e-3],
+        ),
+        (
+            "mlp",
+            "memoryless MLP (yardstick)",
+            &mlp,
+            Euler,
+            [1e-3, 1e-3, 4e-3],
+        ),
         (
             "mlp-informed",
             "memoryless MLP, our features (yardstick)",
             &informed,
             Euler,
+            [1e-3, 1e-3, 4e-3],
         ),
     ];
     rows.into_iter()
-        .map(|(id, label, model, solver)| Entry {
-            id,
-            label,
-            model: model.clone(),
-            solver,
-            learning_rate: learning_rate(experiment, model),
-        })
+        .map(
+            |(id, label, model, solver, [constant, changing, swimming])| Entry {
+                id,
+                label,
+                model: model.clone(),
+                solver,
+                learning_rates: LearningRates {
+                    constant,
+                    changing,
+                    swimming,
+                },
+            },
+        )
         .collect()
-}
-
-/// Largest learning rate of a kind on Tasks 1 and 2: of those that came within 3 % of the least validation error of seed 0 (on
-/// Task 1, that of 1.2) and diverged with no solver, the smallest. `models/compare/README.md` has them all.
-fn learning_rate(experiment: Experiment, model: &ModelConfig) -> f64 {
-    let [task1, task2] = match model {
-        ModelConfig::MlpOde(_) => [4e-3, 2e-3],
-        ModelConfig::AttentionOde(_) => [2e-3, 1e-3],
-        ModelConfig::Cnode(_) => [2e-3, 1e-3],
-        ModelConfig::Lstm(_) => [32e-3, 4e-3],
-        ModelConfig::RelaxationOde(config) if config.modes > 1 => [16e-3, 2e-3],
-        ModelConfig::RelaxationOde(_) => [16e-3, 4e-3],
-        ModelConfig::Mlp(_) => [1e-3, 4e-3],
-    };
-    match experiment {
-        Experiment::Task1 => task1,
-        Experiment::Task2 => task2,
-    }
 }
 
 /// One training and its examination.
@@ -381,14 +441,17 @@ mod tests {
     #[test]
     fn entries_have_names_of_their_own_and_can_be_built_and_trained() {
         for (experiment, outputs) in [(Experiment::Task1, 2), (Experiment::Task2, 6)] {
-            let entries = entries(experiment, outputs, None);
+            let entries = entries(outputs, None);
             let ids: BTreeSet<&str> = entries.iter().map(|entry| entry.id).collect();
             let labels: BTreeSet<&str> = entries.iter().map(|entry| entry.label).collect();
             assert_eq!((ids.len(), labels.len()), (entries.len(), entries.len()));
             for entry in entries {
                 for data in experiment.data() {
                     for budget in [Budget::full(data), Budget::quick(data)] {
-                        entry.training(&budget, 3).check().expect("valid settings");
+                        entry
+                            .training(data, &budget, 3)
+                            .check()
+                            .expect("valid settings");
                     }
                 }
             }

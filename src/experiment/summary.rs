@@ -289,7 +289,7 @@ fn row(
         entry: entry.id.to_owned(),
         label: entry.label.to_owned(),
         parameters: results.first().map(|result| result.parameters),
-        learning_rate: entry.learning_rate,
+        learning_rate: entry.learning_rates.on(data),
         competes: !entry.model.needs_the_future(),
         seeds: results.iter().map(|result| result.job.seed).collect(),
         values: all
@@ -424,7 +424,7 @@ mod tests {
 
     #[test]
     fn claims_are_about_entries() {
-        let entries = super::super::plan::entries(Experiment::Task2, 6, None);
+        let entries = super::super::plan::entries(6, None);
         for (better, worse) in CLAIMS {
             for id in [better, worse] {
                 assert!(entries.iter().any(|entry| entry.id == id), "{id}");

@@ -12,8 +12,8 @@
 //! mass and what is left of the step's own acceleration. Several modes are a fading memory of several time scales, as the
 //! state-space models of wave radiation forces are (T. Perez and T. I. Fossen, "Time- vs. frequency-domain identification of
 //! parametric radiation force models for marine structures at zero speed", MIC 29(1), 2008), but with real rates that the
-//! motion sets; each mode begins training some six times slower than the one before. At the start the slower modes have
-//! settled, and the first has the rest of F_0.
+//! motion sets; each mode begins training five to seven times slower than the one before. At the start the slower modes are
+//! taken to have settled, and the first has the rest of F_0; where they had not, that is forgotten at their own rates.
 //!
 //! With [`Encoding::Hydrodynamic`] or [`Encoding::Links`] z holds the closed forms of buoyancy, drag and constant added mass,
 //! and A their learned coefficients; the network has what they leave.
@@ -75,16 +75,13 @@ impl RelaxationOdeConfig {
         if self.window == 0 || self.hidden.contains(&0) {
             return Some("window and hidden sizes must be at least 1".to_owned());
         }
-        (!(1..=MOST_MODES).contains(&self.modes)).then(|| {
-            format!(
-                "modes is {}, expected from 1 to {MOST_MODES}: each begins some six times slower than the one before",
-                self.modes
-            )
-        })
+        (!(1..=MOST_MODES).contains(&self.modes))
+            .then(|| format!("modes is {}, expected from 1 to {MOST_MODES}", self.modes))
     }
 }
 
-/// The slowest of so many begins with a three-thousandth of the way a sample; one slower still would not move in a trajectory.
+/// The slowest of so many begins with a three-thousandth of the way a sample; one slower still would stand still in a window of
+/// training.
 const MOST_MODES: usize = 5;
 
 /// What is taken from kappa of mode `mode`, counted from zero.
@@ -202,13 +199,13 @@ impl RelaxationOde {
     pub(crate) fn follow(&self, state: &Tensor, z: &Tensor) -> Result<Tensor> {
         let (share, target) = self.share_and_target(&self.latent(z)?)?;
         let outputs = target.dim(1)? / self.modes;
-        let mode = |of: &Tensor, mode: usize| of.narrow(1, mode * outputs, outputs);
-        let first = mode(&share, 0)?;
-        let (a, mut b) = (first.affine(-1.0, 1.0)?, (&first * mode(&target, 0)?)?);
+        let part = |of: &Tensor, at: usize| of.narrow(1, at * outputs, outputs);
+        let first = part(&share, 0)?;
+        let (a, mut b) = (first.affine(-1.0, 1.0)?, (&first * part(&target, 0)?)?);
         let mut after = Vec::with_capacity(self.modes + 1);
-        for slower in 1..self.modes {
-            let before = mode(state, slower - 1)?;
-            let step = (mode(&share, slower)? * (mode(&target, slower)? - &before)?)?;
+        for mode in 1..self.modes {
+            let before = part(state, mode - 1)?;
+            let step = (part(&share, mode)? * (part(&target, mode)? - &before)?)?;
             let now = (&before + step)?;
             b = ((b + &now)? - (&a * before)?)?;
             after.push(now);

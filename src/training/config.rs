@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn every_bound_is_named() {
         type Change = fn(&mut TrainConfig);
-        let cases: [(Change, &str); 10] = [
+        let cases: [(Change, &str); 11] = [
             (
                 |c| {
                     c.adjoint = Adjoint::Continuous;
@@ -177,8 +177,16 @@ mod tests {
                         ..crate::model::RelaxationOdeConfig::default()
                     });
                 },
-                "model configuration: modes is 0, expected from 1 to 5: each begins some six times slower than the \
-                 one before",
+                "model configuration: modes is 0, expected from 1 to 5",
+            ),
+            (
+                |c| {
+                    c.model = ModelConfig::RelaxationOde(crate::model::RelaxationOdeConfig {
+                        modes: 6,
+                        ..crate::model::RelaxationOdeConfig::default()
+                    });
+                },
+                "model configuration: modes is 6, expected from 1 to 5",
             ),
             (|c| c.epochs = 0, "epochs is 0, expected at least 1"),
             (|c| c.horizon = 1, "horizon is 1, expected at least 2"),

@@ -17,7 +17,7 @@ impl Plan {
     pub(super) fn training(&self, job: &JobId) -> anyhow::Result<TrainConfig> {
         let entry = self.entries.iter().find(|entry| entry.id == job.entry);
         let entry = entry.with_context(|| format!("job {job}: no such entry"))?;
-        Ok(entry.training(&self.budgets[&job.data], job.seed))
+        Ok(entry.training(&job.data, &self.budgets[&job.data], job.seed))
     }
 }
 

@@ -12,7 +12,7 @@ mod tables;
 use std::{collections::BTreeMap, path::PathBuf};
 
 use anyhow::bail;
-use hydro_plugin::experiment::{Budget, Entry, Experiment, JobId, entries};
+use hydro_plugin::experiment::{Budget, Entry, Experiment, JobId, LearningRates, entries};
 
 use self::{folder::Folder, inputs::Inputs};
 use super::print_json;
@@ -132,7 +132,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 fn plan(args: &Args, inputs: &Inputs) -> anyhow::Result<Plan> {
-    let mut entries = entries(args.experiment, inputs.outputs()?, inputs.kinematics());
+    let mut entries = entries(inputs.outputs()?, inputs.kinematics());
     if let Some(wanted) = &args.entries {
         let known: Vec<&str> = entries.iter().map(|entry| entry.id).collect();
         if let Some(unknown) = wanted.iter().find(|id| !known.contains(&id.as_str())) {
@@ -145,7 +145,7 @@ fn plan(args: &Args, inputs: &Inputs) -> anyhow::Result<Plan> {
     }
     if let Some(rate) = args.learning_rate {
         for entry in &mut entries {
-            entry.learning_rate = rate;
+            entry.learning_rates = LearningRates::same(rate);
         }
     }
     let budget = |data: &str| {
@@ -179,11 +179,16 @@ fn plan(args: &Args, inputs: &Inputs) -> anyhow::Result<Plan> {
             }));
         }
     }
-    Ok(Plan {
+    let plan = Plan {
         entries,
         budgets,
         jobs,
-    })
+    };
+    // What no training would take is refused before any work.
+    for job in &plan.jobs {
+        plan.training(job)?.check()?;
+    }
+    Ok(plan)
 }
 
 /// One line a job.

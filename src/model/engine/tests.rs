@@ -419,7 +419,7 @@ fn a_broken_memory_is_not_hidden() {
     }
 }
 
-/// Where the plugin holds a force back, that is what the next one is relaxed from, and the slower modes know nothing of it.
+/// Where the plugin holds a force back, that is what the next one is relaxed from, and every engine leaves the same share of it.
 #[test]
 fn a_relaxation_goes_on_from_the_force_that_it_is_given() {
     for modes in [1, 3] {
@@ -431,9 +431,11 @@ fn a_relaxation_goes_on_from_the_force_that_it_is_given() {
         let model = model(&config, Solver::Euler);
         let (n, mut scratch) = (model.inputs(), Scratch::default());
         let x = motion(3, n);
+        let mut shares = Vec::new();
         for kind in EngineKind::ALL {
             let engine = model.engine(kind).expect("an engine");
             let mut memory = vec![0.0; engine.memory_len()];
+            let mut own = Vec::new();
             let force = |memory: &[f64], given: [f64; 6]| {
                 let (mut now, mut next) = ([0.0; 6], [0.0; 6]);
                 engine.sample(memory, &given, &mut now, &mut next, &mut Scratch::default());
@@ -456,7 +458,18 @@ fn a_relaxation_goes_on_from_the_force_that_it_is_given() {
                         (0.01..0.99).contains(&left),
                         "{modes} modes, {kind}: {left}"
                     );
+                    own.push(left);
                 }
+            }
+            shares.push(own);
+        }
+        let [first, others @ ..] = &shares[..] else {
+            panic!("no engine")
+        };
+        assert!(!others.is_empty());
+        for other in others {
+            for (one, other) in first.iter().zip(other) {
+                assert!((one - other).abs() < 1e-5, "{modes} modes: {one} {other}");
             }
         }
     }

@@ -67,10 +67,23 @@ fn provenance(text: &mut String, comparison: &Comparison) {
                 budget.epochs, budget.batch, budget.horizon
             );
         }
-        text.push_str(".\n");
+        let _ = writeln!(
+            text,
+            ". Largest learning rate: {}.",
+            learning_rates(comparison, name)
+        );
     }
+    text.push_str(
+        "MLP-ODE and Attention-ODE predict the force one sample ahead of what they are told; the others give the force at the \
+         newest sample. A model that sees the whole trajectory is in no contest; in closed loop, and where times are taken, it \
+         has the causal path.\n\n",
+    );
+}
+
+/// Every rate with the rows that have it.
+fn learning_rates(comparison: &Comparison, data: &str) -> String {
     let mut rates: Vec<(f64, Vec<&str>)> = Vec::new();
-    for row in rows(comparison, comparison.experiment.data()[0]) {
+    for row in rows(comparison, data) {
         match rates
             .iter_mut()
             .find(|known| known.0.total_cmp(&row.learning_rate).is_eq())
@@ -83,13 +96,7 @@ fn provenance(text: &mut String, comparison: &Comparison) {
         .iter()
         .map(|(rate, labels)| format!("{rate} of {}", labels.join("; ")))
         .collect();
-    let _ = writeln!(
-        text,
-        "Largest learning rate: {}. MLP-ODE and Attention-ODE predict the force one sample ahead of what they are told; the \
-         others give the force at the newest sample. A model that sees the whole trajectory is in no contest; in closed loop, \
-         and where times are taken, it has the causal path.\n",
-        rates.join(", ")
-    );
+    rates.join(", ")
 }
 
 fn rows<'a>(comparison: &'a Comparison, data: &'a str) -> impl Iterator<Item = &'a Row> + Clone {
