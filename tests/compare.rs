@@ -275,6 +275,26 @@ fn a_job_that_fails_does_not_end_the_night() {
     );
 }
 
+/// Results that came without their weights: fixed steps take as long with any.
+#[test]
+fn times_are_taken_without_trained_weights() {
+    let place = Place::new();
+    place.succeeds(&["--seeds", "0"]);
+    for entry in ["lstm", "relaxation-ode"] {
+        let job = place.out().join(format!("jobs/2/{entry}/seed-0"));
+        fs::remove_dir_all(job.join("checkpoint")).unwrap();
+    }
+    let path = place.out().join("cost.json");
+    fs::remove_file(&path).unwrap();
+    place.succeeds(&["--seeds", "0", "--tables"]);
+    let costs = json(&path);
+    let timed: Vec<_> = costs["2"].as_array().unwrap().iter().collect();
+    assert_eq!(timed.len(), 2);
+    for cost in timed {
+        assert!(cost["stepped"]["median"].as_f64().unwrap() > 0.0, "{cost}");
+    }
+}
+
 #[test]
 fn flags_that_mean_nothing_are_named() {
     let place = Place::new();

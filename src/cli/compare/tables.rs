@@ -7,8 +7,9 @@ use hydro_plugin::{
     checkpoint::Checkpoint,
     dataset::Dataset,
     experiment::{Comparison, Cost, Entry, JobResult, ROUNDS, Reference, Truth, summarise, time},
-    model::{Engine, EngineKind},
+    model::{Engine, EngineKind, Solver},
     report::experiment::{figures, pictures, tables},
+    training::Trainer,
 };
 use serde::{Deserialize, Serialize};
 
@@ -170,7 +171,7 @@ fn costs(
         _ => Costs::new(),
     };
     for (name, set) in &inputs.data {
-        let wanted = engines(plan, folder, name, results)?;
+        let wanted = engines(plan, folder, (name, set), results)?;
         let known = costs.get(name).map_or(&[][..], Vec::as_slice);
         let all_known = wanted
             .iter()
@@ -209,25 +210,34 @@ fn timed(set: &Dataset, engines: &[(String, Box<dyn Engine>)]) -> anyhow::Result
     Ok(found)
 }
 
-/// One engine an entry, of the first seed that is done.
+/// One engine an entry, of the first seed that has weights. A result may have come without them: fixed steps take as long with
+/// the weights that a training begins with, an adaptive solver's do not.
 fn engines(
     plan: &Plan,
     folder: &Folder,
-    data: &str,
+    (data, set): (&str, &Dataset),
     results: &[JobResult],
 ) -> anyhow::Result<Vec<(String, Box<dyn Engine>)>> {
     let mut found = Vec::new();
     for entry in &plan.entries {
-        // A result may have come without its weights.
-        let checkpoint = results
+        let jobs: Vec<_> = results
             .iter()
-            .filter(|result| result.job.data == data && result.job.entry == entry.id)
-            .map(|result| folder.checkpoint(&result.job))
+            .map(|result| &result.job)
+            .filter(|job| job.data == data && job.entry == entry.id)
+            .collect();
+        let trained = jobs
+            .iter()
+            .map(|job| folder.checkpoint(job))
             .find(|path| path.join("card.json").is_file());
-        if let Some(path) = checkpoint {
-            let engine = Checkpoint::load(&path)?.engine(EngineKind::Fused, None)?;
-            found.push((entry.id.to_owned(), engine));
-        }
+        let checkpoint = match (trained, jobs.first()) {
+            (Some(path), _) => Checkpoint::load(&path)?,
+            (None, Some(job)) if entry.solver != Solver::DormandPrince => {
+                Trainer::new(plan.training(job)?, set)?.checkpoint(entry.id, &command())?
+            }
+            _ => continue,
+        };
+        let engine = checkpoint.engine(EngineKind::Fused, None)?;
+        found.push((entry.id.to_owned(), engine));
     }
     Ok(found)
 }
