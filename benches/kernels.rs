@@ -6,12 +6,9 @@
 
 use candle_core::{Device, Tensor};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use hydro_plugin::{
-    features::FeatureLayout,
-    model::{
-        AttentionOdeConfig, Encoding, EngineKind, ForceModel, MlpConfig, ModelConfig, Normaliser,
-        Parameters, Scratch, Solver,
-    },
+use hydro_model::{
+    AttentionOdeConfig, Encoding, EngineKind, ForceModel, MlpConfig, ModelConfig, Normaliser,
+    Parameters, Scratch, Solver, features::FeatureLayout,
 };
 
 const INPUTS: usize = 12;

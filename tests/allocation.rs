@@ -6,11 +6,8 @@ mod common;
 use std::path::Path;
 
 use allocation_counter::measure;
-use hydro_plugin::{
-    checkpoint::Checkpoint,
-    envelope::Limits,
-    features::Feature,
-    model::{EngineKind, Scratch, Solver},
+use hydro_model::{
+    EngineKind, Scratch, Solver, checkpoint::Checkpoint, envelope::Limits, features::Feature,
 };
 
 /// What the allocator is asked for while a fresh start and 50 samples are evaluated.

@@ -12,7 +12,7 @@ use std::{
 };
 
 use common::tiny::{FEATURES, T, dataset, sha256};
-use hydro_plugin::checkpoint::Checkpoint;
+use hydro_model::checkpoint::Checkpoint;
 use safetensors::{SafeTensors, tensor::TensorView};
 
 fn hydro(arguments: &[&str]) -> Output {

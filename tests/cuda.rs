@@ -10,17 +10,15 @@ use std::{
 };
 
 use candle_core::{Device, Tensor};
-use hydro_plugin::{
+use hydro_model::{
+    AttentionOdeConfig, MlpConfig, ModelConfig, Network, Parameters, RelaxationOdeConfig, Solver,
     checkpoint::Checkpoint,
-    dataset::{self, Dataset, Manifest, Trajectory},
     features::{Feature, FeatureLayout},
-    model::{
-        AttentionOdeConfig, MlpConfig, ModelConfig, Network, Parameters, RelaxationOdeConfig,
-        Solver,
-    },
-    training::{
-        InitialForce, Observer, Outcome, Progress, TrainConfig, TrainDevice, Trainer, evaluate,
-    },
+};
+use hydro_training::{
+    InitialForce, Observer, Outcome, Progress, TrainConfig, TrainDevice, Trainer,
+    dataset::{self, Dataset, Manifest, Trajectory},
+    evaluate,
 };
 
 /// The first card, if there is one.

@@ -3,11 +3,8 @@
 
 use std::path::Path;
 
-use hydro_plugin::{
-    checkpoint::Checkpoint,
-    model::{EngineKind, Scratch, Solver},
-    rollouts::Rollouts,
-};
+use hydro_model::{EngineKind, Scratch, Solver, checkpoint::Checkpoint};
+use hydro_training::rollouts::Rollouts;
 
 /// Forces [T, f] of each recorded run, in one engine, carried from the estimate at its start.
 fn forces(checkpoint: &Checkpoint, kind: EngineKind, solver: Solver) -> Vec<Vec<f64>> {

@@ -10,11 +10,9 @@ mod reference;
 use std::{path::Path, sync::Arc};
 
 use common::Asks;
+use hydro_frames as frames;
+use hydro_model::{Encoding, EngineKind, ModelConfig, checkpoint::Checkpoint, envelope::Envelope};
 use hydro_plugin::{
-    checkpoint::Checkpoint,
-    envelope::Envelope,
-    frames,
-    model::{Encoding, EngineKind, ModelConfig},
     mujoco::simulator::{Data, Model, SimulatorError},
     plugin::{FeatureMap, instance},
 };

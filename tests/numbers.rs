@@ -9,12 +9,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use hydro_plugin::{
-    effects::{Entry, Id, Target, effect},
-    mujoco::plant::MujocoPlant,
+use hydro_effects::{Entry, Id, Target, effect};
+use hydro_gap::{
     patch::{self, Patched, Request},
-    sim::plant::{Knob, Plant, PlantDescription, Quantity, Simulation},
+    plant::{Knob, Plant, PlantDescription, Quantity, Simulation},
 };
+use hydro_plugin::mujoco::plant::MujocoPlant;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -29,7 +29,7 @@ const SAME: f64 = 1e-8;
 
 /// Names of an effect's parameters.
 fn names(id: Id) -> Vec<String> {
-    use hydro_plugin::effects::TargetKind;
+    use hydro_effects::TargetKind;
     // They do not depend on sizes; a plant of everything has one of each kind.
     thread_local! {
         static SIZES: MujocoPlant = load(ANY, &tempfile::tempdir().unwrap());

@@ -4,13 +4,13 @@
 
 use std::{fs, path::Path, process::Command};
 
-use hydro_plugin::{
-    effects::{
-        Entry, Id,
-        card::{BodyScale, JointScale},
-    },
+use hydro_effects::{
+    Entry, Id,
+    card::{BodyScale, JointScale},
+};
+use hydro_gap::{
     patch::{self, Request},
-    sim::plant::{Inertial, PlantBody, PlantDescription, PlantJoint},
+    plant::{Inertial, PlantBody, PlantDescription, PlantJoint},
 };
 use serde_json::{Value, json};
 

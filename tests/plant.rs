@@ -5,14 +5,12 @@
 
 use std::{fs, path::PathBuf, sync::Arc};
 
-use hydro_plugin::{
-    effects::{Entry, Id},
-    frames::Wrench,
-    mujoco::{
-        plant::MujocoPlant,
-        simulator::{Data, Model},
-    },
-    sim::plant::{KnobClass, Plant, Quantity, SensorKind, Simulation},
+use hydro_effects::{Entry, Id};
+use hydro_frames::Wrench;
+use hydro_gap::plant::{KnobClass, Plant, Quantity, SensorKind, Simulation};
+use hydro_plugin::mujoco::{
+    plant::MujocoPlant,
+    simulator::{Data, Model},
 };
 use rayon::prelude::*;
 
@@ -551,7 +549,8 @@ fn wake(plant: &MujocoPlant, body: &str) -> Vec<f64> {
 
 /// Values of an effect on a body that make it felt.
 fn values(plant: &MujocoPlant, id: Id, body: &str) -> Vec<f64> {
-    use hydro_plugin::effects::{Target, effect};
+    use hydro_effects::Target;
+    use hydro_effects::effect;
     let body = plant
         .description()
         .bodies
@@ -700,7 +699,8 @@ fn a_fitted_effect_written_to_a_file_acts_as_it_did() {
 
 /// An entry as an `effects.json` has it.
 fn json(plant: &MujocoPlant, entry: &Entry) -> String {
-    use hydro_plugin::effects::{Target, card::ActuatorScale, effect};
+    use hydro_effects::Target;
+    use hydro_effects::{card::ActuatorScale, effect};
     let body = plant
         .description()
         .bodies

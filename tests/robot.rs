@@ -5,9 +5,8 @@
 
 use std::path::{Path, PathBuf};
 
-use hydro_plugin::{
-    features::FeatureLayout, mujoco::simulator::Model, plugin::JointKind, robot::Robot,
-};
+use hydro_model::{features::FeatureLayout, robot::Robot};
+use hydro_plugin::{mujoco::simulator::Model, plugin::JointKind};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 fn project(path: &str) -> PathBuf {

@@ -8,13 +8,13 @@ mod reference;
 
 use std::{fs, path::Path, sync::Arc};
 
+use hydro_frames as frames;
+use hydro_model::EngineKind;
 use hydro_plugin::{
-    frames,
-    model::EngineKind,
     mujoco::simulator::{Data, Integrator, Model},
     plugin::FeatureMap,
-    rollouts::{Rollout, Rollouts},
 };
+use hydro_training::rollouts::{Rollout, Rollouts};
 use reference::Reference;
 
 fn root() -> &'static Path {
@@ -140,7 +140,7 @@ fn replay(
 fn the_wrench_inside_a_step_is_the_model_on_the_recorded_features() {
     let folder = tempfile::tempdir().unwrap();
     let path = b1_checkpoint(folder.path());
-    let checkpoint = hydro_plugin::checkpoint::Checkpoint::load(&path).unwrap();
+    let checkpoint = hydro_model::checkpoint::Checkpoint::load(&path).unwrap();
     for kind in EngineKind::ALL {
         let engine = kind.to_string();
         for run in &recorded().runs {

@@ -10,7 +10,7 @@ use std::{
     process::{Command, Output},
 };
 
-use hydro_plugin::rollouts::Rollouts;
+use hydro_training::rollouts::Rollouts;
 use serde_json::Value;
 
 const ROLLOUTS: &str = "tests/data/rollouts";

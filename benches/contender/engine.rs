@@ -2,10 +2,7 @@
 
 use std::{hint::black_box, path::Path, time::Instant};
 
-use hydro_plugin::{
-    checkpoint::Checkpoint,
-    model::{Engine, EngineKind, Scratch},
-};
+use hydro_model::{Engine, EngineKind, Scratch, checkpoint::Checkpoint};
 
 use crate::{
     block::{Block, Contender},

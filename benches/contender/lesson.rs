@@ -3,10 +3,8 @@
 use std::collections::BTreeMap;
 
 use candle_core::{Tensor, Var};
-use hydro_plugin::{
-    model::{AttentionOde, AttentionOdeConfig, Parameters, Solver},
-    training::{AdamW, Step},
-};
+use hydro_model::{AttentionOde, AttentionOdeConfig, Parameters, Solver};
+use hydro_training::{AdamW, Step};
 
 use crate::{error::Result, files, task::LessonFiles};
 

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use candle_core::Tensor;
-use hydro_plugin::model::Adjoint;
+use hydro_model::Adjoint;
 
 use crate::{
     block::{Block, Contender},

@@ -2,7 +2,7 @@
 
 use candle_core::{D, Tensor};
 use candle_nn::{Linear, Module as _, ops::softmax};
-use hydro_plugin::model::{AttentionOdeConfig, Parameters, Solver};
+use hydro_model::{AttentionOdeConfig, Parameters, Solver};
 
 use crate::error::Result;
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use hydro_plugin::model::{Adjoint, AttentionOdeConfig, Solver};
+use hydro_model::{Adjoint, AttentionOdeConfig, Solver};
 use serde::Deserialize;
 
 use crate::{

@@ -2,7 +2,7 @@
 
 use std::{hint::black_box, time::Instant};
 
-use hydro_plugin::model::Adjoint;
+use hydro_model::Adjoint;
 
 use crate::{
     block::{Block, Contender},

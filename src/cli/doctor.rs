@@ -44,7 +44,8 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
 
 #[cfg(feature = "mujoco")]
 fn find() -> Findings {
-    use hydro_plugin::mujoco::{LIBRARY, VERSION, register, simulator::Model};
+    use hydro_plugin::mujoco::LIBRARY;
+    use hydro_plugin::mujoco::{VERSION, register, simulator::Model};
 
     const PROBE: &str =
         "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>";

@@ -3,15 +3,14 @@
 use std::{convert::Infallible, path::PathBuf};
 
 use anyhow::bail;
-use hydro_plugin::{
-    checkpoint::Checkpoint,
+use hydro_model::{EngineKind, Solver, checkpoint::Checkpoint};
+use hydro_training::{
+    InitialForce,
     comparison::{
         open_loop,
         open_loop::{Predict, predict_all, predicted},
     },
     dataset::Dataset,
-    model::{EngineKind, Solver},
-    training::InitialForce,
 };
 
 use super::{print_json, table::table};

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use hydro_plugin::{checkpoint::Checkpoint, dataset::Dataset, robot::Robot, rollouts::Rollouts};
+use hydro_model::{checkpoint::Checkpoint, robot::Robot};
+use hydro_training::{dataset::Dataset, rollouts::Rollouts};
 
 use super::{print_json, table::table};
 

@@ -2,12 +2,9 @@
 
 use anyhow::bail;
 use clap::ValueEnum;
-use hydro_plugin::{
-    kinematics::Kinematics,
-    model::{
-        AttentionOdeConfig, CnodeConfig, Control, Encoding, LstmConfig, MlpConfig, MlpOdeConfig,
-        ModelConfig, RelaxationOdeConfig, Solver,
-    },
+use hydro_model::{
+    AttentionOdeConfig, CnodeConfig, Control, Encoding, LstmConfig, MlpConfig, MlpOdeConfig,
+    ModelConfig, RelaxationOdeConfig, Solver, kinematics::Kinematics,
 };
 
 /// What to build.

@@ -3,17 +3,17 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
-use hydro_plugin::{
+use hydro_frames::Wrench;
+use hydro_plugin::mujoco::{
+    simulator::{Model, SimulatorError},
+    swimmer::Swimmer,
+};
+use hydro_training::{
     comparison::{Contender, ORACLE, Water, closed_loop::WrenchAtState, open_loop::fit_drag},
     dataset::Dataset,
     drag::Drag,
-    frames::Wrench,
-    mujoco::{
-        simulator::{Model, SimulatorError},
-        swimmer::Swimmer,
-    },
     rollouts::{Rollout, Rollouts},
-    sim::Simulator,
+    simulator::Simulator,
 };
 
 use super::sha256;

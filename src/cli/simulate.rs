@@ -6,8 +6,18 @@ use std::{
 };
 
 use anyhow::{Context as _, bail};
-use hydro_plugin::{
+use hydro_frames::to_world;
+use hydro_model::{
+    EngineKind,
     checkpoint::Checkpoint,
+    features::{Feature, FeatureLayout},
+};
+use hydro_plugin::{
+    mujoco::swimmer::Swimmer,
+    report::page::{Video, render},
+};
+use hydro_training::{
+    InitialForce,
     comparison::{
         BOUND, Bounds, Contender, LongRun, ORACLE, OpenLoop, Summary, bounds, closed_loop,
         open_loop,
@@ -16,13 +26,7 @@ use hydro_plugin::{
     },
     dataset::{Dataset, Split},
     drag::Drag,
-    features::{Feature, FeatureLayout},
-    frames::to_world,
-    model::EngineKind,
-    mujoco::swimmer::Swimmer,
-    report::page::{Video, render},
     rollouts::Rollouts,
-    training::InitialForce,
 };
 
 use super::{

@@ -3,11 +3,9 @@
 use std::path::Path;
 
 use anyhow::Context as _;
-use hydro_plugin::{
-    comparison::{Contender, Water},
-    model::EngineKind,
-    mujoco::{scene::with_attribute, simulator::Model, swimmer::Swimmer},
-};
+use hydro_model::EngineKind;
+use hydro_plugin::mujoco::{scene::with_attribute, simulator::Model, swimmer::Swimmer};
+use hydro_training::comparison::{Contender, Water};
 
 /// Times at which closed-loop errors are read [s].
 pub(super) const HORIZONS: [f64; 3] = [1.0, 2.0, 4.0];

@@ -3,15 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
-use hydro_plugin::{
-    checkpoint::Checkpoint,
-    dataset::Dataset,
-    kinematics::Kinematics,
-    model::{Adjoint, Solver},
-    training::{
-        Evaluation, InitialForce, LogRecord, Observer, Outcome, Progress as Place, TrainConfig,
-        TrainDevice, Trainer, evaluate,
-    },
+use hydro_model::{Adjoint, Solver, checkpoint::Checkpoint, kinematics::Kinematics};
+use hydro_training::{
+    Evaluation, InitialForce, LogRecord, Observer, Outcome, Progress as Place, TrainConfig,
+    TrainDevice, Trainer, dataset::Dataset, evaluate,
 };
 
 use super::{

@@ -1,14 +1,13 @@
 //! A wrench on a body, in joint space: `qfrc += J^T w`.
 
+use hydro_frames as frames;
+use hydro_frames::Wrench;
 #[cfg(mujoco_plugins)]
 use nalgebra::Matrix3;
 use nalgebra::Vector3;
 
 use super::views::{DataView, ModelView};
-use crate::{
-    frames::{self, Wrench},
-    plugin::{Base, native_fluid::EllipsoidCoefficients, waterline},
-};
+use crate::plugin::{Base, native_fluid::EllipsoidCoefficients, waterline};
 
 /// A rotation of MuJoCo's (nine numbers by rows).
 #[cfg(mujoco_plugins)]

@@ -2,6 +2,7 @@
 
 use std::{ffi::c_int, ptr};
 
+use hydro_frames as frames;
 use nalgebra::Vector3;
 
 use super::{
@@ -12,7 +13,6 @@ use super::{
     views::{ModelView, view_mut},
     wrench::{applied, both, with_effects_of},
 };
-use crate::frames;
 
 /// Two arrows at the base origin, force and torque, as long as MuJoCo draws its own
 /// (`<visual><map force torque/>`), while the viewer shows perturbations (`mjVIS_PERTOBJ`, on by default).

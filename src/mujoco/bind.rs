@@ -1,5 +1,8 @@
 //! From named effects to a model's numbers, with every refusal.
 
+use hydro_effects::{
+    Entry, Id, Motion, Part, Target, TargetKind, Targets, card::ActuatorScale, effect,
+};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -14,12 +17,9 @@ use super::{
     views::ModelView,
     walls,
 };
-use crate::{
-    effects::{Entry, Id, Motion, Part, Target, TargetKind, Targets, card::ActuatorScale, effect},
-    plugin::{
-        Bound,
-        bound::{Acting, ChangedActuator, Displacing, MovedJoint, WetBody},
-    },
+use crate::plugin::{
+    Bound,
+    bound::{Acting, ChangedActuator, Displacing, MovedJoint, WetBody},
 };
 
 /// Why an effect on a sensor is refused.

@@ -1,15 +1,13 @@
 //! From a compiled model to what a card is tied to: the base body, how it is held, and the joints.
 
+use hydro_frames as frames;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{
     bindings::{mjJNT_BALL, mjJNT_FREE, mjJNT_SLIDE, mjOBJ_BODY, mjOBJ_JOINT},
     views::ModelView,
 };
-use crate::{
-    frames,
-    plugin::{Base, Body, Joint, JointKind},
-};
+use crate::plugin::{Base, Body, Joint, JointKind};
 
 /// All joints of the model, in order.
 pub(super) fn joints(model: ModelView<'_>) -> Vec<Joint> {

@@ -14,6 +14,8 @@
 //! the passive stage, made anew each time, so that constraints, integrators and accelerometers know it.
 //! Inverse dynamics, which MuJoCo does without that matrix, does not.
 
+use hydro_effects::{Id, Motion};
+use hydro_frames as frames;
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 
 use super::{
@@ -26,13 +28,9 @@ use super::{
     water::Water,
     wrench,
 };
-use crate::{
-    effects::{Id, Motion},
-    frames,
-    plugin::{
-        Bound,
-        bound::{Acting, WetBody},
-    },
+use crate::plugin::{
+    Bound,
+    bound::{Acting, WetBody},
 };
 
 /// Effects whose force turns with the body's own motion and resists nothing: the derivative is no drag,

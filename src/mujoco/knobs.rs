@@ -11,6 +11,9 @@
 //! | timing | all commands | earlier by so many steps |
 //! | timing | forces read inside a step | with so much of the jump that its last command makes |
 
+use hydro_effects::{Entry, TargetKind, effect};
+use hydro_gap::plant::{Knob, KnobClass, Quantity};
+
 use super::{
     bind,
     bindings::{
@@ -21,11 +24,7 @@ use super::{
     simulator::{Model, SimulatorError},
     views::{ModelView, NBIAS, NGAIN, actuators, view_mut},
 };
-use crate::{
-    effects::{Entry, TargetKind, effect},
-    plugin::{Settings, native_fluid::EllipsoidCoefficients},
-    sim::plant::{Knob, KnobClass, Quantity},
-};
+use crate::plugin::{Settings, native_fluid::EllipsoidCoefficients};
 
 /// An instance of `hydro.wrench` in the nominal model.
 #[derive(Clone, Debug)]

@@ -25,6 +25,8 @@ use std::{
     },
 };
 
+use hydro_frames::Wrench;
+
 use super::{
     api::{Api, own_folder},
     apply,
@@ -34,10 +36,7 @@ use super::{
     views::{DataView, ModelView, view},
     warn::warn,
 };
-use crate::{
-    frames::Wrench,
-    plugin::{Carrier, Instance, Registry, Settings, search::SearchPath},
-};
+use crate::plugin::{Carrier, Instance, Registry, Settings, search::SearchPath};
 
 /// Type of the callback.
 type Passive = unsafe extern "C" fn(*const mjModel, *mut mjData);

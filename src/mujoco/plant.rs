@@ -9,6 +9,9 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
+use hydro_effects::{Entry, Id, Part, TargetKind, effect};
+use hydro_gap::plant::{FreeBase, Plant, PlantDescription, PlantError, Simulation};
+
 use super::{
     bind::{self, Surroundings},
     bindings::{
@@ -25,11 +28,7 @@ use super::{
     views::ModelView,
     walls, wrench,
 };
-use crate::{
-    effects::{Entry, Id, Part, TargetKind, effect},
-    plugin::{JointKind, bound::Acting},
-    sim::plant::{FreeBase, Plant, PlantDescription, PlantError, Simulation},
-};
+use crate::plugin::{JointKind, bound::Acting};
 
 mod play;
 mod simulation;

@@ -1,5 +1,7 @@
 //! What a model's sensors, bodies, joints and actuators are to `hydro gap`.
 
+use hydro_gap::plant::{Inertial, PlantActuator, PlantBody, PlantJoint, PlantSensor, SensorKind};
+
 use super::{
     apply,
     bindings::{
@@ -11,7 +13,6 @@ use super::{
     scale,
     views::{DataView, ModelView, NBIAS},
 };
-use crate::sim::plant::{Inertial, PlantActuator, PlantBody, PlantJoint, PlantSensor, SensorKind};
 
 /// A body weighs in its tree from this part of the tree's mass on.
 pub(super) const WEIGHTY: f64 = 0.02;

@@ -1,5 +1,10 @@
 //! Sizes of bodies, joints and actuators, as priors and effects need them.
 
+use hydro_effects::{
+    Target,
+    card::{ActuatorScale, BodyScale, JointScale},
+};
+use hydro_frames as frames;
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use super::{
@@ -10,14 +15,7 @@ use super::{
     },
     views::{ModelView, NGAIN},
 };
-use crate::{
-    effects::{
-        Target,
-        card::{ActuatorScale, BodyScale, JointScale},
-    },
-    frames,
-    plugin::{native_fluid::EllipsoidCoefficients, waterline},
-};
+use crate::plugin::{native_fluid::EllipsoidCoefficients, waterline};
 
 /// Density of fresh water [kg/m^3].
 pub(super) const FRESH_WATER: f64 = 1000.0;

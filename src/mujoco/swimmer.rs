@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
+use hydro_frames::{Wrench, base_from_world, to_world};
+use hydro_training::simulator::Simulator;
+
 use super::simulator::{Data, Model, SimulatorError};
-use crate::{
-    frames::{Wrench, base_from_world, to_world},
-    sim::Simulator,
-};
 
 /// Speed [m/s, rad/s] beyond which a simulation has blown up; it is not stepped any further.
 const RUNAWAY: f64 = 1e3;

@@ -1,5 +1,6 @@
 //! Walls that stand still: planes and boxes of the world.
 
+use hydro_gap::wall::{self, way_out};
 use nalgebra::{Isometry3, Rotation3, Vector3};
 
 use super::{
@@ -7,10 +8,7 @@ use super::{
     bindings::{mjGEOM_BOX, mjGEOM_PLANE},
     views::{DataView, ModelView},
 };
-use crate::{
-    plugin::bound::{Wall, WallShape},
-    sim::wall::{self, way_out},
-};
+use crate::plugin::bound::{Wall, WallShape};
 
 /// Opacity below which a geom that touches nothing is taken for a drawing of the water's surface.
 const OPAQUE: f32 = 1.0;

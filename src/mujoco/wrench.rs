@@ -13,6 +13,9 @@ use std::{
     },
 };
 
+use hydro_effects::{EffectSet, Entry};
+use hydro_frames::Wrench;
+
 use super::{
     api::{Api, own_folder},
     apply, arrows, bind,
@@ -27,13 +30,9 @@ use super::{
     views::{DataView, ModelView, view_mut},
     warn::warn,
 };
-use crate::{
-    effects::{EffectSet, Entry},
-    frames::Wrench,
-    plugin::{
-        Base, Bound, Carrier, Handle, Instance, InstanceKey, Notice, Registry, Settings,
-        SetupError, attributes, instance, search::SearchPath,
-    },
+use crate::plugin::{
+    Base, Bound, Carrier, Handle, Instance, InstanceKey, Notice, Registry, Settings, SetupError,
+    attributes, instance, search::SearchPath,
 };
 
 /// Name in the `plugin=` attribute.

@@ -18,10 +18,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use hydro_model::{EngineKind, Solver};
 use thiserror::Error;
 
 use super::search::SearchPath;
-use crate::model::{EngineKind, Solver};
 
 /// Every attribute, in the order of the table above.
 pub const NAMES: [&str; 10] = [

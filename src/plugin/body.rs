@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::frames;
+use hydro_frames as frames;
 
 /// How a joint moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

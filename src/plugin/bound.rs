@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::effects::{ActuatorPart, BodyPart, Effect, JointPart, Part, WaterPart};
+use hydro_effects::{ActuatorPart, BodyPart, Effect, JointPart, Part, WaterPart};
 
 /// One effect with its values.
 #[derive(Clone, Debug)]

@@ -3,11 +3,10 @@
 //! Derived fields of `mjData` would be those of the step's start when the plugin advances; `qpos` and
 //! `qvel` are right wherever the plugin is called.
 
+use hydro_frames as frames;
+use hydro_model::features::{Feature, FeatureLayout};
+
 use super::body::{Base, Body, BodyError, JointKind};
-use crate::{
-    features::{Feature, FeatureLayout},
-    frames,
-};
 
 /// Where one feature comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -67,7 +67,8 @@ thread_local! {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::plugin::{Base, Body, Settings, search::SearchPath};
+    use crate::plugin::Base;
+    use crate::plugin::{Body, Settings, search::SearchPath};
 
     /// An instance of effects alone, another for every density.
     fn made(density: usize) -> InstanceKey {

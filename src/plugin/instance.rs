@@ -24,17 +24,18 @@
 
 use std::{cell::RefCell, sync::Arc};
 
+use hydro_frames::Wrench;
+use hydro_model::{
+    Encoder, Engine, Scratch,
+    checkpoint::{Card, Checkpoint},
+    envelope::{Excess, Limits},
+};
+
 use super::{
     attributes::{FRESH_WATER, InitialForce, Settings},
     body::{Body, BodyError},
     cold_start::{self, Place, Start},
     features::FeatureMap,
-};
-use crate::{
-    checkpoint::{Card, Checkpoint},
-    envelope::{Excess, Limits},
-    frames::Wrench,
-    model::{Encoder, Engine, Scratch},
 };
 
 /// Names of the outputs a card may have, in the order of a wrench.

@@ -17,6 +17,11 @@ use std::{
     time::SystemTime,
 };
 
+use hydro_model::{
+    Engine, EngineKind, Solver,
+    checkpoint::{Checkpoint, CheckpointError},
+    document::hexadecimal,
+};
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
@@ -26,11 +31,6 @@ use super::{
     bound::Bound,
     carrier::Carrier,
     instance::Instance,
-};
-use crate::{
-    checkpoint::{Checkpoint, CheckpointError},
-    document::hexadecimal,
-    model::{Engine, EngineKind, Solver},
 };
 
 /// Instances without an `mjData` that are kept, so that making one again loads nothing.

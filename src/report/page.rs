@@ -3,12 +3,12 @@
 use std::fmt::Write as _;
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
+use hydro_training::comparison::{BOUND, ClosedLoop, LongRun, OpenLoop, Summary};
 
 use super::{
     html::escape,
     plot::{self, Axes, Series},
 };
-use crate::comparison::{BOUND, ClosedLoop, LongRun, OpenLoop, Summary};
 
 const STYLE: &str = "
 body{font:15px/1.5 system-ui,sans-serif;color:#1a1a1a;max-width:1080px;margin:2em auto;padding:0 1em}
@@ -191,7 +191,7 @@ fn closed_loop_section(html: &mut String, closed_loop: &ClosedLoop, subject: &st
     );
     let rows = closed_loop.rows.iter().map(|row| {
         let mut cells = vec![row.name.clone()];
-        let spread = |s: &crate::comparison::Spread, digits: usize| {
+        let spread = |s: &hydro_training::comparison::Spread, digits: usize| {
             if !s.mean.is_finite() {
                 return format!(
                     "{:.digits$} ({} of {} diverged)",

@@ -8,13 +8,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use hydro_plugin::{
+use hydro_model::{
+    AttentionOdeConfig, CnodeConfig, Encoder, LstmConfig, MlpConfig, MlpOdeConfig, ModelConfig,
+    Network, Normaliser, Parameters, RelaxationOdeConfig, Solver,
     checkpoint::{Card, Checkpoint, SCHEMA},
     features::{Feature, FeatureLayout},
-    model::{
-        AttentionOdeConfig, CnodeConfig, Encoder, LstmConfig, MlpConfig, MlpOdeConfig, ModelConfig,
-        Network, Normaliser, Parameters, RelaxationOdeConfig, Solver,
-    },
 };
 
 pub const WRENCH: [&str; 6] = [

@@ -2,10 +2,7 @@
 //! sample, the line between two samples.
 #![allow(dead_code, missing_docs, unreachable_pub, clippy::unwrap_used)]
 
-use hydro_plugin::{
-    checkpoint::Checkpoint,
-    model::{Engine, EngineKind, Scratch},
-};
+use hydro_model::{Engine, EngineKind, Scratch, checkpoint::Checkpoint};
 
 pub struct Reference {
     engine: Box<dyn Engine>,

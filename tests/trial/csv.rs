@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use hydro_plugin::trial::{Part, Remark, RemarkKind, read, write_csv};
+use hydro_gap::trial::{Part, Remark, RemarkKind, read, write_csv};
 
 use crate::fixture::{
     Folder, HEADER, accepted_csv, kinds, names, refused, refused_csv, rows, signature,

@@ -5,7 +5,7 @@ use std::{
     process::Command,
 };
 
-use hydro_plugin::trial::{Part, RemarkKind, SensorQuantity, Signature, Trial, read, write_npz};
+use hydro_gap::trial::{Part, RemarkKind, SensorQuantity, Signature, Trial, read, write_npz};
 
 use crate::fixture::{Folder, names, sensor};
 

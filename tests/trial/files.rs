@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use hydro_plugin::trial::{
+use hydro_gap::trial::{
     RemarkKind, Series, Signature, Trial, list, read, read_folder, write_csv, write_npz,
 };
 use zip::CompressionMethod;

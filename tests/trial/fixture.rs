@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use hydro_plugin::trial::{
+use hydro_gap::trial::{
     Remark, RemarkKind, SensorQuantity, SensorSignature, Signature, Trial, read,
 };
 use npyz::{WriterBuilder as _, npz::NpzWriter};

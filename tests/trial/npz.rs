@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use hydro_plugin::trial::{Part, RemarkKind, read};
+use hydro_gap::trial::{Part, RemarkKind, read};
 use zip::CompressionMethod;
 
 use crate::fixture::{Arrays, Folder, kinds, names, npy, refused, signature, with_raw};

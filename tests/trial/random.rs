@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use hydro_plugin::trial::{Series, Trial, read, write_csv, write_npz};
+use hydro_gap::trial::{Series, Trial, read, write_csv, write_npz};
 use proptest::prelude::*;
 use zip::CompressionMethod;
 

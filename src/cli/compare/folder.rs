@@ -6,9 +6,9 @@ use std::{
 };
 
 use anyhow::{Context as _, bail};
-use hydro_plugin::{
+use hydro_training::{
+    TrainConfig,
     experiment::{JobId, JobResult, SCHEMA, TrainingNote},
-    training::TrainConfig,
 };
 use serde::{Deserialize, Serialize};
 

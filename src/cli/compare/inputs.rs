@@ -6,10 +6,10 @@ use std::{
 };
 
 use anyhow::{Context as _, bail};
-use hydro_plugin::{
+use hydro_model::kinematics::Kinematics;
+use hydro_training::{
     dataset::{Dataset, Split},
     experiment::Experiment,
-    kinematics::Kinematics,
     rollouts::Rollouts,
 };
 

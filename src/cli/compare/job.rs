@@ -3,10 +3,10 @@
 use std::{fs, time::Instant};
 
 use anyhow::{Context as _, bail};
-use hydro_plugin::{
-    checkpoint::Checkpoint,
+use hydro_model::checkpoint::Checkpoint;
+use hydro_training::{
+    Evaluation, LogRecord, Observer, Outcome, Progress as Place, TrainConfig, Trainer,
     experiment::{JobId, JobResult, SCHEMA, TrainingNote, examine},
-    training::{Evaluation, LogRecord, Observer, Outcome, Progress as Place, TrainConfig, Trainer},
 };
 
 use super::{Args, Folder, Inputs, Plan};

@@ -13,7 +13,7 @@ use std::{
 };
 
 use anyhow::{Context as _, bail};
-use hydro_plugin::experiment::JobId;
+use hydro_training::experiment::JobId;
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::{Args, Folder, Inputs, Plan};

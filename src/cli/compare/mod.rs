@@ -12,7 +12,7 @@ mod tables;
 use std::{collections::BTreeMap, path::PathBuf};
 
 use anyhow::bail;
-use hydro_plugin::experiment::{Budget, Entry, Experiment, JobId, LearningRates, entries};
+use hydro_training::experiment::{Budget, Entry, Experiment, JobId, LearningRates, entries};
 
 use self::{folder::Folder, inputs::Inputs};
 use super::print_json;

@@ -3,12 +3,12 @@
 use std::{fs, path::Path};
 
 use anyhow::Context as _;
-use hydro_plugin::{
+use hydro_model::EngineKind;
+use hydro_training::{
     comparison::{
         BOUND, Bounds, ClosedLoop, Contender, Spread, bounds, closed_loop, closed_loop::Errors,
     },
     experiment::{Reference, Swimming},
-    model::EngineKind,
 };
 
 use super::{Args, Inputs};

@@ -3,13 +3,12 @@
 use std::{collections::BTreeMap, fs};
 
 use anyhow::Context as _;
-use hydro_plugin::{
-    checkpoint::Checkpoint,
+use hydro_model::{Engine, EngineKind, Solver, checkpoint::Checkpoint};
+use hydro_plugin::report::experiment::{figures, pictures, tables};
+use hydro_training::{
+    Trainer,
     dataset::Dataset,
     experiment::{Comparison, Cost, Entry, JobResult, ROUNDS, Reference, Truth, summarise, time},
-    model::{Engine, EngineKind, Solver},
-    report::experiment::{figures, pictures, tables},
-    training::Trainer,
 };
 use serde::{Deserialize, Serialize};
 

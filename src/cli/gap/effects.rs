@@ -1,6 +1,6 @@
 //! `hydro gap effects`: the catalogue.
 
-use hydro_plugin::effects::{
+use hydro_effects::{
     Card, Id, Parameter, Placement, Target, TargetKind,
     card::{ActuatorScale, BodyScale, JointScale, SensorScale},
     effect,

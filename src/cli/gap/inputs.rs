@@ -10,7 +10,7 @@ use std::{
 };
 
 use anyhow::Context as _;
-use hydro_plugin::trial::{self, Listed, Split};
+use hydro_gap::trial::{self, Listed, Split};
 use serde::{Deserialize, Serialize};
 
 use super::settings::Flags;

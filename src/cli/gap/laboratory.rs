@@ -11,22 +11,20 @@ use std::{
 };
 
 use anyhow::{Context as _, bail};
-use hydro_plugin::{
-    effects::{
-        Id,
-        card::{Target, TargetKind},
-        effect,
-    },
-    gap::{
-        self, Bench, Naming, Settings, Study, Uncertainty, Watch,
-        stages::{Added, Refitted, Verified},
-        verdict::Outcome,
-    },
-    mujoco::plant::MujocoPlant,
-    patch,
-    sim::plant::{Knob, Plant, PlantDescription, Quantity, SensorKind},
-    trial::{self, Listed, SensorQuantity, SensorSignature, Signature, Trial},
+use hydro_effects::{
+    Id,
+    card::{Target, TargetKind},
+    effect,
 };
+use hydro_gap as gap;
+use hydro_gap::{
+    Bench, Naming, Settings, Study, Uncertainty, Watch, patch,
+    plant::{Knob, Plant, PlantDescription, Quantity, SensorKind},
+    stages::{Added, Refitted, Verified},
+    trial::{self, Listed, SensorQuantity, SensorSignature, Signature, Trial},
+    verdict::Outcome,
+};
+use hydro_plugin::mujoco::plant::MujocoPlant;
 
 use super::{
     bars::Bars,

@@ -2,12 +2,9 @@
 
 use std::path::Path;
 
-use hydro_plugin::{
-    gap::stages::{Added, Found, Named, Record},
-    report::gap::{
-        Standing, effect_on, headline, interval, number, percent, place, probability, regime,
-        with_unit,
-    },
+use hydro_gap::stages::{Added, Found, Named, Record};
+use hydro_plugin::report::gap::{
+    Standing, effect_on, headline, interval, number, percent, place, probability, regime, with_unit,
 };
 
 use super::folder::{PATCHED, REPORT};

@@ -4,15 +4,19 @@
 use std::{cell::Cell, fs, path::Path};
 
 use anyhow::{Context as _, bail};
-use hydro_plugin::{
+use hydro_gap as gap;
+use hydro_gap::{
+    MissingWrench, Residual, Study, Watch,
+    patch::{self, PatchError},
+    plant::{Knob, PlantDescription},
+    stages::Added,
+};
+use hydro_model::{
     checkpoint::Checkpoint,
     features::{Feature, FeatureLayout},
-    gap::{self, MissingWrench, Residual, Study, Watch, stages::Added},
-    patch::{self, PatchError},
-    plugin::{Base, Body, FeatureMap, Joint, JointKind},
-    sim::plant::{Knob, PlantDescription},
-    training::{Learned, Lesson, Recorded, learn_residual},
 };
+use hydro_plugin::plugin::{Base, Body, FeatureMap, Joint, JointKind};
+use hydro_training::{Learned, Lesson, Recorded, learn_residual};
 
 use super::{
     folder::{RESIDUAL, RESIDUAL_FILES},

@@ -4,13 +4,11 @@
 use std::{collections::BTreeMap, path::Path, sync::atomic::Ordering, time::Instant};
 
 use anyhow::{Context as _, bail};
-use hydro_plugin::{
-    gap::{
-        Watch, conclude,
-        stages::{Added, Found, Named, Record, Verified},
-    },
-    report::gap::page,
+use hydro_gap::{
+    Watch, conclude,
+    stages::{Added, Found, Named, Record, Verified},
 };
+use hydro_plugin::report::gap::page;
 use serde::{Deserialize, Serialize};
 
 use super::folder::{

@@ -9,13 +9,11 @@ use std::{
 };
 
 use clap::Parser as _;
-use hydro_plugin::{
-    effects::Id,
-    gap::{
-        Watch,
-        stages::{Added, Found, Named, Verified},
-        verdict::{FittedEffect, FittedParameter, Gap, Outcome},
-    },
+use hydro_effects::Id;
+use hydro_gap::{
+    Watch,
+    stages::{Added, Found, Named, Verified},
+    verdict::{FittedEffect, FittedParameter, Gap, Outcome},
 };
 
 use super::{
@@ -201,7 +199,7 @@ impl Fake {
         let flags = self.flags(more);
         let mut folder = laboratory::open(&flags)?;
         let note =
-            |inputs: &mut Inputs| inputs.note_held_out(&hydro_plugin::trial::list(&flags.trials)?);
+            |inputs: &mut Inputs| inputs.note_held_out(&hydro_gap::trial::list(&flags.trials)?);
         sequence::run(&mut folder, &stages, until, &watch, note)
     }
 

@@ -1,9 +1,7 @@
 //! What a checkpoint is: sizes, where it comes from, and what it was trained on, axis by axis.
 
-use hydro_plugin::{
-    checkpoint::{Card, Checkpoint},
-    report::gap::number,
-};
+use hydro_model::checkpoint::{Card, Checkpoint};
+use hydro_plugin::report::gap::number;
 use serde_json::Value;
 
 use super::{super::table::table, facts};

@@ -1,11 +1,10 @@
 //! A simulation with play in joints, seen as one of the nominal model: the extra coordinates are hidden.
 
+use hydro_frames::Wrench;
+use hydro_gap::plant::Simulation;
+
 use super::simulation::MujocoSimulation;
-use crate::{
-    frames::Wrench,
-    mujoco::{spec::Play, views::ModelView},
-    sim::plant::Simulation,
-};
+use crate::mujoco::{spec::Play, views::ModelView};
 
 /// Where the nominal's coordinates stand among those of the model with play.
 #[derive(Clone, Debug)]

@@ -1,21 +1,20 @@
 //! One simulation of a plant.
 
+use hydro_frames as frames;
+use hydro_frames::Wrench;
+use hydro_gap::plant::Simulation;
 use nalgebra::Vector3;
 
 use super::{FATAL, is_dry};
-use crate::{
-    frames::{self, Wrench},
-    mujoco::{
-        actuation,
-        apply::{rotation, vector},
-        bindings::{mjOBJ_SITE, mjSTATE_FULLPHYSICS},
-        effect_forces,
-        run::{self, Run},
-        simulator::Data,
-        views::ModelView,
-        wrench,
-    },
-    sim::plant::Simulation,
+use crate::mujoco::{
+    actuation,
+    apply::{rotation, vector},
+    bindings::{mjOBJ_SITE, mjSTATE_FULLPHYSICS},
+    effect_forces,
+    run::{self, Run},
+    simulator::Data,
+    views::ModelView,
+    wrench,
 };
 
 /// Speeds [m/s, rad/s] and accelerations beyond which a simulation has blown up; it is not stepped any

@@ -1,10 +1,8 @@
 #![allow(clippy::unwrap_used)]
+use hydro_model::{envelope::Envelope, features::FeatureLayout};
+
 use super::*;
-use crate::{
-    envelope::Envelope,
-    features::FeatureLayout,
-    plugin::{Base, search::SearchPath},
-};
+use crate::plugin::{Base, search::SearchPath};
 
 /// Predicts the next force: the one before and ten times the speed. Its memory is the speed.
 #[derive(Debug)]

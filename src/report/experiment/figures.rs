@@ -1,9 +1,8 @@
 //! The pictures.
 
-use crate::{
-    experiment::{Comparison, Row, Truth},
-    report::plot::{Axes, Panel, Series, panels},
-};
+use hydro_training::experiment::{Comparison, Row, Truth};
+
+use crate::report::plot::{Axes, Panel, Series, panels};
 
 /// Rows that stand in pictures of many: few, so that lines can be told apart; the first is drawn thick.
 const SHOWN: [&str; 8] = [

@@ -2,11 +2,12 @@
 
 use std::fmt::Write as _;
 
-use super::tables::{Column, digits, figures_of, markdown};
-use crate::{
+use hydro_training::{
     comparison::BOUND,
     experiment::{Comparison, Experiment, Reference, Row},
 };
+
+use super::tables::{Column, digits, figures_of, markdown};
 
 /// Renders the tables.
 pub fn tables(comparison: &Comparison) -> String {
@@ -268,7 +269,9 @@ fn cost(text: &mut String, comparison: &Comparison, data: &str) {
     .map(str::to_owned);
     let cells: Vec<Vec<String>> = rows(comparison, data)
         .map(|row| {
-            let timed = |pick: fn(&crate::experiment::Cost) -> crate::experiment::Timed| {
+            let timed = |pick: fn(
+                &hydro_training::experiment::Cost,
+            ) -> hydro_training::experiment::Timed| {
                 row.cost.as_ref().map(pick).map_or_else(
                     || "\u{2013}".to_owned(),
                     |timed| {

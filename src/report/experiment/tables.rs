@@ -1,6 +1,6 @@
 //! Tables in Markdown.
 
-use crate::experiment::{MeanSd, Row};
+use hydro_training::experiment::{MeanSd, Row};
 
 /// One figure of a table.
 pub(super) struct Column<'a> {

@@ -2,14 +2,13 @@
 
 use std::fmt::Write as _;
 
-use super::numbers::{fine, number};
-use crate::{
-    gap::{
-        stages::{Added, Refitted},
-        verdict::{Bias, Patch, SensorPatch},
-    },
-    report::html::escape,
+use hydro_gap::{
+    stages::{Added, Refitted},
+    verdict::{Bias, Patch, SensorPatch},
 };
+
+use super::numbers::{fine, number};
+use crate::report::html::escape;
 
 /// Bytes of the diff that the page shows; the file has it all.
 const MOST_BYTES: usize = 150_000;

@@ -2,11 +2,13 @@
 
 use std::fmt::Write as _;
 
+use hydro_gap::stages::Verified;
+
 use super::{
     numbers::{bare_percent, number, percent},
     svg,
 };
-use crate::{gap::stages::Verified, report::html::escape};
+use crate::report::html::escape;
 
 /// One line of a table of errors.
 struct Row {

@@ -2,14 +2,13 @@
 
 use std::fmt::Write as _;
 
+use hydro_gap::{LEVEL, stages::Record};
+
 use super::{
     numbers::{bare_percent, number, p_value, percent},
     sentence,
 };
-use crate::{
-    gap::{LEVEL, stages::Record},
-    report::html::escape,
-};
+use crate::report::html::escape;
 
 /// The figures below the verdict.
 pub(super) fn key_figures(html: &mut String, record: &Record) {
@@ -168,7 +167,7 @@ pub(super) fn undecided(html: &mut String, record: &Record) {
         );
     }
     // Without a gap there is nothing of which a part could be left.
-    if !record.named.ranking.is_empty() && verdict.verdict != crate::gap::verdict::Outcome::NoGap {
+    if !record.named.ranking.is_empty() && verdict.verdict != hydro_gap::verdict::Outcome::NoGap {
         let _ = write!(
             html,
             "<p>Left unexplained by the best set: {} of the excess (p {}, had the set been all).</p>",

@@ -2,18 +2,17 @@
 
 use std::{collections::BTreeMap, fmt::Write as _};
 
+use hydro_gap::{
+    stages::{Found, HeatMap},
+    verdict::Place,
+};
+
 use super::{
     numbers::{number, p_value, percent},
     sentence,
     svg::{self, Anchor, Scale},
 };
-use crate::{
-    gap::{
-        stages::{Found, HeatMap},
-        verdict::Place,
-    },
-    report::html::escape,
-};
+use crate::report::html::escape;
 
 /// Steps of colour.
 const LEVELS: usize = 8;

@@ -2,11 +2,13 @@
 
 use std::fmt::Write as _;
 
+use hydro_gap::stages::Overlay;
+
 use super::{
     numbers::number,
     svg::{self, Anchor, Scale},
 };
-use crate::{gap::stages::Overlay, report::html::escape};
+use crate::report::html::escape;
 
 /// Size of a plot [px].
 const SIZE: (f64, f64) = (360.0, 170.0);

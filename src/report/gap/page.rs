@@ -2,14 +2,13 @@
 
 use std::fmt::Write as _;
 
+use hydro_gap::stages::{Record, Verified};
+
 use super::{
     diff, errors, facts, heat_map, overlay, parameters, ranking,
     sentence::{self, Standing},
 };
-use crate::{
-    gap::stages::{Record, Verified},
-    report::html::escape,
-};
+use crate::report::html::escape;
 
 const STYLE: &str = include_str!("style.css");
 

@@ -2,19 +2,18 @@
 
 use std::fmt::Write as _;
 
+use hydro_gap::{
+    FORM_ERROR,
+    stages::Record,
+    verdict::{FittedEffect, FittedParameter},
+};
+
 use super::{
     numbers::{interval, number, with_unit},
     sentence::effect_name,
     svg::{self, Scale},
 };
-use crate::{
-    gap::{
-        FORM_ERROR,
-        stages::Record,
-        verdict::{FittedEffect, FittedParameter},
-    },
-    report::html::escape,
-};
+use crate::report::html::escape;
 
 /// Size of a drawn interval [px].
 const SIZE: (f64, f64) = (200.0, 22.0);

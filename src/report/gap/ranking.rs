@@ -2,18 +2,17 @@
 
 use std::fmt::Write as _;
 
+use hydro_gap::{
+    stages::Named,
+    verdict::{FittedEffect, Verdict},
+};
+
 use super::{
     numbers::{number, percent, short_probability},
     sentence::effect_name,
     svg,
 };
-use crate::{
-    gap::{
-        stages::Named,
-        verdict::{FittedEffect, Verdict},
-    },
-    report::html::escape,
-};
+use crate::report::html::escape;
 
 /// Sets that are shown at once; the others unfold.
 const OPEN_SETS: usize = 8;
@@ -90,7 +89,7 @@ pub(super) fn sets(html: &mut String, named: &Named) {
     );
 }
 
-fn table(html: &mut String, sets: &[crate::gap::stages::Hypothesis]) {
+fn table(html: &mut String, sets: &[hydro_gap::stages::Hypothesis]) {
     html.push_str(
         "<div class=\"wide\"><table><tr><th class=\"t\">set</th><th></th><th>probability</th>\
          <th>evidence [nat]</th><th>left</th></tr>",

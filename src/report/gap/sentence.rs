@@ -2,14 +2,13 @@
 //!
 //! Names of people's things stand between backticks.
 
-use super::numbers::{bare_percent, number, percent, probability};
-use crate::{
-    effects::{Id, TargetKind, catalogue},
-    gap::{
-        stages::Record,
-        verdict::{FittedEffect, Gap, Outcome, Place, Regime, Verdict},
-    },
+use hydro_effects::{Id, TargetKind, catalogue};
+use hydro_gap::{
+    stages::Record,
+    verdict::{FittedEffect, Gap, Outcome, Place, Regime, Verdict},
 };
+
+use super::numbers::{bare_percent, number, percent, probability};
 
 /// How firmly the verdict stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,7 +146,7 @@ fn listed(words: &[String], last: &str) -> String {
 }
 
 /// The verdict in one sentence, or two where a second thing must be said. `chosen` are the effects that
-/// were fitted together ([`Named::chosen`](crate::gap::stages::Named)): a verdict whose name is not
+/// were fitted together ([`Named::chosen`](hydro_gap::stages::Named)): a verdict whose name is not
 /// verified does not hold them.
 pub fn headline(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
     match Standing::of(verdict) {

@@ -1,20 +1,19 @@
 //! The page of every outcome, from one made-up record.
 #![allow(clippy::unwrap_used)]
 
-use super::{headline, page};
-use crate::{
-    effects::Id,
-    gap::{
-        stages::{
-            Added, Channel, Found, HeatMap, Horizon, Hypothesis, Named, Overlay, Record, Refitted,
-            Verified,
-        },
-        verdict::{
-            Bias, FittedEffect, FittedParameter, Gap, Outcome, Patch, Place, Regime, SCHEMA,
-            SensorGap, SensorPatch, Verdict,
-        },
+use hydro_effects::Id;
+use hydro_gap::{
+    stages::{
+        Added, Channel, Found, HeatMap, Horizon, Hypothesis, Named, Overlay, Record, Refitted,
+        Verified,
+    },
+    verdict::{
+        Bias, FittedEffect, FittedParameter, Gap, Outcome, Patch, Place, Regime, SCHEMA, SensorGap,
+        SensorPatch, Verdict,
     },
 };
+
+use super::{headline, page};
 
 fn effect(
     effect: Id,

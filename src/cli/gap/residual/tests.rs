@@ -4,13 +4,15 @@
 
 use std::{f64::consts::TAU, sync::atomic::AtomicBool};
 
-use hydro_plugin::{
-    frames::{self, Wrench},
-    gap::{Examined, Settings, Uncertainty, verify},
-    mujoco::plant::MujocoPlant,
-    sim::plant::Plant,
+use hydro_frames as frames;
+use hydro_frames::Wrench;
+use hydro_gap::{
+    Examined, Settings, Uncertainty,
+    plant::Plant,
     trial::{Series, Trial},
+    verify,
 };
+use hydro_plugin::mujoco::plant::MujocoPlant;
 
 use super::*;
 

@@ -1,0 +1,281 @@
+//! Short windows along a trial: cut, run under a constant base wrench, differentiated.
+
+use hydro_frames::Wrench;
+use nalgebra::{DMatrix, DVector};
+
+use super::super::{
+    error::GapError,
+    measured::{Channels, Measured, rotation_between},
+    shooting::{self, Correction, Segment, Trace, Track, WarmUp},
+    start::{self, whiten},
+};
+use crate::plant::{FreeBase, Plant, PlantDescription, Simulation};
+
+/// Length of a window [s]: short beside what moves a vehicle, long enough for a sensor to see its push.
+const WINDOW: f64 = 0.2;
+/// Rows of a window at least.
+const LEAST_ROWS: usize = 3;
+
+/// What all windows share.
+pub(super) struct Ground<'a> {
+    pub(super) plant: &'a dyn Plant,
+    pub(super) model: &'a PlantDescription,
+    pub(super) base: &'a FreeBase,
+    pub(super) channels: &'a Channels,
+    /// Values of `PlantDescription::knobs`.
+    pub(super) knobs: &'a [f64],
+    /// Steps of the difference quotients by the wrench [N, N m].
+    pub(super) wrench_step: [f64; 6],
+}
+
+/// What a window gives at a point.
+#[derive(Clone, Debug)]
+pub(super) struct Ran {
+    /// Whitened residuals [readings].
+    pub(super) residual: DVector<f64>,
+    /// State where the next window starts.
+    pub(super) qpos: Vec<f64>,
+    pub(super) qvel: Vec<f64>,
+}
+
+/// How that changes with the start (a tangent [2 nv]) and the wrench [6].
+#[derive(Clone, Debug)]
+pub(super) struct Slopes {
+    /// Of the whitened prediction [readings, 2 nv + 6].
+    pub(super) readings: DMatrix<f64>,
+    /// Of the end, as a tangent [2 nv, 2 nv + 6].
+    pub(super) end: DMatrix<f64>,
+}
+
+/// A state of the plant on its way.
+pub(super) struct Sample {
+    pub(super) time: f64,
+    pub(super) qpos: Vec<f64>,
+    pub(super) qvel: Vec<f64>,
+}
+
+/// A simulation led through what comes before a window, and the memory that it has there.
+struct Prepared {
+    simulation: Box<dyn Simulation>,
+    memory: Vec<f64>,
+    trace: Trace,
+}
+
+impl Ground<'_> {
+    /// Cuts a trial into windows that follow each other without a gap, starting on its track; `most` at
+    /// most.
+    pub(super) fn cut(
+        &self,
+        trial: &Measured,
+        track: &Track,
+        most: usize,
+    ) -> Result<Vec<Segment>, GapError> {
+        let mut simulation = self.plant.simulation(self.knobs, &[])?;
+        let step = self.model.timestep;
+        let rows = trial.times.len();
+        let (qpos, qvel) = track.motion(0);
+        let mut next = (track.times[0], qpos.to_vec(), qvel.to_vec());
+        let mut windows = Vec::new();
+        let mut first = 0;
+        while first < rows && windows.len() < most {
+            let end = shooting::window_end(trial, first, WINDOW, LEAST_ROWS);
+            let (start, qpos, qvel) = next;
+            windows.push(Segment {
+                trial: 0,
+                rows: first..end,
+                start,
+                qpos,
+                qvel,
+            });
+            // The next one starts where this one ends, a little after its last row.
+            let over = start + shooting::steps(trial, end, start, step) as f64 * step;
+            let (qpos, qvel) = track.motion(end - 1);
+            simulation.set_motion(track.times[end - 1], qpos, qvel);
+            let mut control = vec![0.0; trial.control.width()];
+            while simulation.time() < over - 0.5 * step && !simulation.diverged() {
+                trial.control.interpolate(simulation.time(), &mut control);
+                simulation.set_control(&control);
+                simulation.step();
+            }
+            next = (over, simulation.qpos().to_vec(), simulation.qvel().to_vec());
+            first = end;
+        }
+        Ok(windows)
+    }
+
+    fn prepare(
+        &self,
+        trial: &Measured,
+        track: &Track,
+        window: &Segment,
+    ) -> Result<Prepared, GapError> {
+        let mut simulation = self.plant.simulation(self.knobs, &[])?;
+        let warm_up = WarmUp::of(self.model, &[]);
+        let step = self.model.timestep;
+        shooting::lead_in(simulation.as_mut(), trial, window, track, warm_up, step);
+        Ok(Prepared {
+            memory: simulation.save(),
+            simulation,
+            trace: Trace::default(),
+        })
+    }
+
+    /// Runs a window; none where it blew up.
+    fn roll(
+        &self,
+        prepared: &mut Prepared,
+        trial: &Measured,
+        window: &Segment,
+        tangent: Option<&[f64]>,
+        wrench: [f64; 6],
+    ) -> Option<Ran> {
+        let step = self.model.timestep;
+        let simulation = prepared.simulation.as_mut();
+        simulation.load(&prepared.memory);
+        simulation.set_base_wrench(Wrench::from_array(wrench));
+        let trace = &mut prepared.trace;
+        if !shooting::roll(simulation, trial, window, step, tangent, trace) {
+            return None;
+        }
+        let none = vec![Correction::NONE; self.model.sensors.len()];
+        let mut residual = Vec::new();
+        shooting::residuals(
+            trace,
+            trial,
+            window,
+            self.channels,
+            &none,
+            step,
+            &mut residual,
+        );
+        whiten(self.channels, &mut residual);
+        let simulation = prepared.simulation.as_ref();
+        Some(Ran {
+            residual: DVector::from_vec(residual),
+            qpos: simulation.qpos().to_vec(),
+            qvel: simulation.qvel().to_vec(),
+        })
+    }
+
+    /// Runs a window.
+    pub(super) fn run(
+        &self,
+        trial: &Measured,
+        track: &Track,
+        window: &Segment,
+        wrench: [f64; 6],
+    ) -> Result<Option<Ran>, GapError> {
+        let mut prepared = self.prepare(trial, track, window)?;
+        Ok(self.roll(&mut prepared, trial, window, None, wrench))
+    }
+
+    /// Runs a window and looks along every direction.
+    pub(super) fn differentiate(
+        &self,
+        trial: &Measured,
+        track: &Track,
+        window: &Segment,
+        wrench: [f64; 6],
+    ) -> Result<Option<(Ran, Slopes)>, GapError> {
+        let mut prepared = self.prepare(trial, track, window)?;
+        let Some(ran) = self.roll(&mut prepared, trial, window, None, wrench) else {
+            return Ok(None);
+        };
+        let (nv, tangents) = (self.model.nv, 2 * self.model.nv);
+        let mut slopes = Slopes {
+            readings: DMatrix::zeros(ran.residual.len(), tangents + 6),
+            end: DMatrix::zeros(tangents, tangents + 6),
+        };
+        for column in 0..tangents + 6 {
+            let (mut tangent, mut pushed) = (vec![0.0; tangents], wrench);
+            let step = if column < tangents {
+                tangent[column] = start::STEP[column / nv];
+                tangent[column]
+            } else {
+                pushed[column - tangents] += self.wrench_step[column - tangents];
+                self.wrench_step[column - tangents]
+            };
+            let moved = self.roll(&mut prepared, trial, window, Some(&tangent), pushed);
+            let Some(moved) = moved else {
+                return Ok(None);
+            };
+            let change = (&ran.residual - &moved.residual) / step;
+            slopes.readings.set_column(column, &change);
+            let end = self.tangent((&ran.qpos, &ran.qvel), (&moved.qpos, &moved.qvel)) / step;
+            slopes.end.set_column(column, &end);
+        }
+        Ok(Some((ran, slopes)))
+    }
+
+    /// The states at every `every`-th step of a window, counted on from `count`; the count at its end.
+    #[expect(clippy::too_many_arguments)]
+    pub(super) fn sample(
+        &self,
+        trial: &Measured,
+        track: &Track,
+        window: &Segment,
+        wrench: [f64; 6],
+        every: usize,
+        count: usize,
+        samples: &mut Vec<Sample>,
+    ) -> Result<usize, GapError> {
+        let Prepared { mut simulation, .. } = self.prepare(trial, track, window)?;
+        let step = self.model.timestep;
+        let mut control = vec![0.0; trial.control.width()];
+        simulation.set_motion(window.start, &window.qpos, &window.qvel);
+        simulation.set_base_wrench(Wrench::from_array(wrench));
+        let steps = shooting::steps(trial, window.rows.end, window.start, step);
+        for at in 0..steps {
+            let time = window.start + at as f64 * step;
+            if (count + at).is_multiple_of(every) {
+                samples.push(Sample {
+                    time,
+                    qpos: simulation.qpos().to_vec(),
+                    qvel: simulation.qvel().to_vec(),
+                });
+            }
+            trial.control.interpolate(time, &mut control);
+            simulation.set_control(&control);
+            simulation.step();
+        }
+        Ok(count + steps)
+    }
+
+    /// The start of a window moved along a tangent.
+    pub(super) fn moved(
+        &self,
+        simulation: &mut dyn Simulation,
+        window: &Segment,
+        tangent: &[f64],
+    ) -> Segment {
+        simulation.set_motion(window.start, &window.qpos, &window.qvel);
+        simulation.retract(tangent);
+        Segment {
+            qpos: simulation.qpos().to_vec(),
+            qvel: simulation.qvel().to_vec(),
+            ..window.clone()
+        }
+    }
+
+    /// The tangent [2 nv] from one state to another, of a free base with hinges and slides.
+    pub(super) fn tangent(&self, from: (&[f64], &[f64]), to: (&[f64], &[f64])) -> DVector<f64> {
+        let nv = self.model.nv;
+        let mut tangent = DVector::zeros(2 * nv);
+        let FreeBase { qpos, dof, .. } = *self.base;
+        for axis in 0..3 {
+            tangent[dof + axis] = to.0[qpos + axis] - from.0[qpos + axis];
+        }
+        let attitude = qpos + 3..qpos + 7;
+        let turn = rotation_between(&from.0[attitude.clone()], &to.0[attitude]);
+        for (axis, angle) in turn.into_iter().enumerate() {
+            tangent[dof + 3 + axis] = angle;
+        }
+        for joint in &self.model.joints {
+            tangent[joint.dof] = to.0[joint.qpos] - from.0[joint.qpos];
+        }
+        for dof in 0..nv {
+            tangent[nv + dof] = to.1[dof] - from.1[dof];
+        }
+        tangent
+    }
+}

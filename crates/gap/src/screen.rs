@@ -1,0 +1,266 @@
+//! The screen: what every candidate would change about a fit, to first order.
+
+use std::sync::atomic::AtomicUsize;
+
+use hydro_effects as effects;
+use hydro_effects::{Entry, Id, Parameter, Part};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::{
+    bench::{Bench, Differencing},
+    column::{STEP, inward, quotient},
+    error::GapError,
+    fit::{Fit, Point},
+    information::Quadratic,
+    shooting::{self, Trace, WarmUp},
+    watch::Watch,
+};
+
+/// A screen only chooses what is fitted to all segments: it looks at so many seconds of them at most ...
+const SCREENED: f64 = 72.0;
+/// ... and at fewer where a step is dear: seconds times degrees of freedom.
+const SCREENED_FREEDOMS: f64 = 400.0;
+/// The phase of an oscillation: amplitudes at two phases a quarter of a turn apart make any, and are one choice.
+pub(super) const PHASE: &str = "phase";
+/// Factors on a shape's usual value that are tried.
+const SHAPES: [f64; 3] = [1.0 / 3.0, 1.0, 3.0];
+/// Places of a payload that are tried along each axis, in standard deviations of their prior: where a mass sits shows
+/// only once there is one.
+const PLACES: [f64; 2] = [-1.5, 1.5];
+/// Factors on a frequency's usual value that are tried.
+const FREQUENCIES: [f64; 4] = [0.4, 0.8, 1.6, 3.0];
+/// What a screen looks along: one parameter of one candidate, with the others at `base`.
+#[derive(Clone, Debug)]
+pub(super) struct Direction {
+    pub(super) candidate: usize,
+    pub(super) parameter: usize,
+    /// Values of the candidate about which it is looked at.
+    pub(super) base: Vec<f64>,
+    /// Step in the parameter's unit.
+    pub(super) step: f64,
+    /// True where the step goes off a null that has no derivatives.
+    pub(super) secant: bool,
+}
+
+/// Columns of every candidate about a fit: (knobs, the fit's own parameters, directions).
+#[derive(Debug)]
+pub(super) struct Screen {
+    pub(super) quadratic: Quadratic,
+    pub(super) directions: Vec<Direction>,
+    /// Parameters before the directions: knobs and the fit's own.
+    pub(super) before: usize,
+}
+
+impl Bench<'_> {
+    /// Directions of a candidate: its amplitudes, for several shapes where it has any (a frequency says
+    /// nothing while the amplitude is zero, so a few are tried).
+    pub(super) fn directions(&self, candidate: usize) -> Vec<Direction> {
+        let of = &self.candidates[candidate];
+        let mut bases = vec![of.null()];
+        for (at, p) in of.parameters.iter().enumerate() {
+            let factors: &[f64] = match p.name.as_str() {
+                "frequency" => &FREQUENCIES,
+                "rate" | "length" => &SHAPES,
+                _ => continue,
+            };
+            bases = factors
+                .iter()
+                .flat_map(|factor| {
+                    bases.iter().map(move |base| {
+                        let mut base = base.clone();
+                        base[at] = (base[at] * factor).clamp(p.lower, p.upper);
+                        base
+                    })
+                })
+                .collect();
+        }
+        let is_payload = of.effect == Id::Payload;
+        let shapes = |(_, p): &(usize, &Parameter)| p.shapes;
+        let all = || of.parameters.iter().enumerate();
+        for (at, p) in all().filter(|of| is_payload && shapes(of)) {
+            for place in PLACES {
+                let mut base = of.null();
+                base[at] += place * p.prior_sd;
+                bases.push(base);
+            }
+        }
+        if let Some(at) = of.parameters.iter().position(|p| p.name == PHASE) {
+            bases = bases
+                .into_iter()
+                .flat_map(|base| {
+                    let mut quarter = base.clone();
+                    quarter[at] += std::f64::consts::FRAC_PI_2;
+                    [base, quarter]
+                })
+                .collect();
+        }
+        let amplitudes: Vec<(usize, f64)> = all()
+            .filter(|of| !shapes(of))
+            .map(|(parameter, p)| {
+                // A start off the null: there the effect has no derivative, and a secant stands for it.
+                let step = if p.start == p.null {
+                    inward(p.null, STEP * p.prior_sd, p.upper)
+                } else {
+                    p.start - p.null
+                };
+                (parameter, step)
+            })
+            .collect();
+        bases
+            .iter()
+            .flat_map(|base| {
+                amplitudes.iter().map(|(parameter, step)| Direction {
+                    candidate,
+                    parameter: *parameter,
+                    base: base.clone(),
+                    step: *step,
+                    // Where it sits is given, so a mass has a slope.
+                    secant: !is_payload
+                        && of.parameters[*parameter].start != of.parameters[*parameter].null,
+                })
+            })
+            .collect()
+    }
+
+    /// Looks along every direction about a fit.
+    pub(super) fn screen(
+        &self,
+        fit: &Fit,
+        directions: Vec<Direction>,
+        watch: &Watch<'_>,
+    ) -> Result<Screen, GapError> {
+        let done = AtomicUsize::new(0);
+        let count = self.segments.len();
+        let total = self.screened();
+        let z = self.normalised(&fit.point);
+        let entries = self.entries(&fit.point);
+        // An effect that a knob imitates stands out by what little differs in their columns, so those of knobs that
+        // are seen well are of this point.
+        let seen = self.well_seen();
+        let grams: Vec<DMatrix<f64>> = (0..total)
+            .into_par_iter()
+            .map(|among| {
+                let at = among * count / total;
+                let residual = &fit.residuals[at];
+                let own = fit.columns[at].own.map(f64::from);
+                let trace = self.trace(at, &fit.point, &entries)?;
+                let from = self.differencing(at, &fit.point, residual)?;
+                let mut columns = DMatrix::zeros(residual.len(), own.ncols() + directions.len());
+                columns.view_mut((0, 0), own.shape()).copy_from(&own);
+                let looked: Vec<DVector<f64>> = directions
+                    .par_iter()
+                    .map(|direction| {
+                        watch.check()?;
+                        self.along(at, fit, direction, &trace, &from)
+                    })
+                    .collect::<Result<_, GapError>>()?;
+                for (column, found) in looked.iter().enumerate() {
+                    columns.set_column(own.ncols() + column, found);
+                }
+                let mut padded = DVector::zeros(z.len() + directions.len());
+                padded.rows_mut(0, z.len()).copy_from(&z);
+                let known = fit.columns[at].knobs.as_ref();
+                let nuisances = self.renewed_knobs(at, known, &seen, &fit.point, &from)?;
+                let gram = self.gram(
+                    at,
+                    &fit.point,
+                    &padded,
+                    residual,
+                    Some(&nuisances),
+                    &columns,
+                );
+                watch.count("screening effects", &done, total);
+                Ok(gram)
+            })
+            .collect::<Result<_, GapError>>()?;
+        let whole = grams
+            .into_iter()
+            .reduce(|a, b| a + b)
+            .unwrap_or_else(|| DMatrix::zeros(1, 1));
+        // As if every segment had been looked at.
+        let whole = whole * (count as f64 / total.max(1) as f64);
+        Ok(Screen {
+            quadratic: Quadratic::from_gram(&whole),
+            directions,
+            before: z.len(),
+        })
+    }
+
+    /// How many segments a screen looks at.
+    fn screened(&self) -> usize {
+        let all = self.seconds();
+        let most = SCREENED.min(SCREENED_FREEDOMS / self.model.nv.max(1) as f64);
+        let part = (most / all.max(f64::MIN_POSITIVE)).min(1.0);
+        ((part * self.segments.len() as f64).ceil() as usize).max(1)
+    }
+
+    /// Readings of a segment at every step.
+    fn trace(&self, at: usize, point: &Point, entries: &[Entry]) -> Result<Trace, GapError> {
+        let segment = &self.segments[at];
+        let knobs = self.knob_values(point);
+        let mut simulation = self.plant.simulation(&knobs, entries)?;
+        let mut trace = Trace::default();
+        shooting::run(
+            simulation.as_mut(),
+            &self.trials[segment.trial],
+            segment,
+            &self.tracks[segment.trial],
+            WarmUp::of(self.model, entries),
+            self.model.timestep,
+            Some(point.starts[at].as_slice()),
+            &mut trace,
+        );
+        Ok(trace)
+    }
+
+    fn along(
+        &self,
+        at: usize,
+        fit: &Fit,
+        direction: &Direction,
+        trace: &Trace,
+        from: &Differencing<'_>,
+    ) -> Result<DVector<f64>, GapError> {
+        let candidate = &self.candidates[direction.candidate];
+        let sd = candidate.parameters[direction.parameter].prior_sd;
+        let moved = |step: f64| {
+            let mut point = fit.point.clone();
+            let mut values = direction.base.clone();
+            values[direction.parameter] += step * sd;
+            point.candidates.push(direction.candidate);
+            point.values.push(values);
+            point
+        };
+        let step = direction.step / sd;
+        let residual = &fit.residuals[at];
+        if !self.is_measurement(direction.candidate) {
+            // Off the null, a secant stands for what has no slope.
+            return match direction.secant {
+                true => self.column(at, &moved(step), step, from),
+                false => self.slope(at, &moved, step, None, from),
+            };
+        }
+        let point = moved(step);
+        // The motion is the same; only what the sensors say of it changes.
+        let segment = &self.segments[at];
+        let mut other = Vec::new();
+        shooting::residuals(
+            trace,
+            &self.trials[segment.trial],
+            segment,
+            self.channels,
+            &shooting::corrections(self.model, &self.entries(&point)),
+            self.model.timestep,
+            &mut other,
+        );
+        self.whiten(at, &mut other);
+        Ok(quotient(residual, &other, step))
+    }
+
+    /// True where a candidate changes only what sensors report.
+    pub(super) fn is_measurement(&self, candidate: usize) -> bool {
+        let effect = effects::catalogue::effect(self.candidates[candidate].effect);
+        matches!(effect.part(), Part::Sensor(_))
+    }
+}

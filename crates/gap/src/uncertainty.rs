@@ -1,0 +1,124 @@
+//! How well the nominal model is known: `nominal.toml`.
+//!
+//! ```toml
+//! mass = 0.03      # relative standard deviations by class
+//! inertia = 0.03
+//! com_m = 0.005    # of each coordinate of a centre of mass [m]
+//! fluid = 0.03
+//! gain = 0.03
+//! damping = 0.03
+//!
+//! [elements]       # by element of the MJCF, or by a single knob
+//! hull = 0.01
+//! "thruster_1.gain" = 0.1
+//! ```
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::error::GapError;
+use crate::plant::{Knob, KnobClass, Quantity};
+
+/// Standard deviation of when within a step a force is read, in steps of the model: the real thing has no steps.
+const READING: f64 = 0.5;
+/// The same of when a command acts, which the time convention of trials says: what is left is how a step of the
+/// model shares it out.
+const COMMAND: f64 = 0.06;
+
+/// Standard deviations of the nominal model's numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Uncertainty {
+    /// Masses, relative.
+    pub mass: f64,
+    /// Moments of inertia, relative.
+    pub inertia: f64,
+    /// Coordinates of centres of mass [m].
+    pub com_m: f64,
+    /// Coefficients of the nominal's fluid, relative.
+    pub fluid: f64,
+    /// Actuator gains, relative.
+    pub gain: f64,
+    /// Joint damping, relative.
+    pub damping: f64,
+    /// By element of the MJCF or by knob; these go first.
+    pub elements: BTreeMap<String, f64>,
+}
+
+impl Default for Uncertainty {
+    fn default() -> Self {
+        Self {
+            mass: 0.03,
+            inertia: 0.03,
+            com_m: 0.005,
+            fluid: 0.03,
+            gain: 0.03,
+            damping: 0.03,
+            elements: BTreeMap::new(),
+        }
+    }
+}
+
+impl Uncertainty {
+    /// From the text of a `nominal.toml`.
+    ///
+    /// # Errors
+    /// A key that does not exist (with those that do), or a value that is no standard deviation.
+    pub fn parse(text: &str, knobs: &[Knob]) -> Result<Self, GapError> {
+        let read: Self =
+            toml::from_str(text).map_err(|fault| GapError::Uncertainty(fault.to_string()))?;
+        let classes = [
+            ("mass", read.mass),
+            ("inertia", read.inertia),
+            ("com_m", read.com_m),
+            ("fluid", read.fluid),
+            ("gain", read.gain),
+            ("damping", read.damping),
+        ];
+        let elements = read.elements.iter().map(|(key, sd)| (key.as_str(), *sd));
+        for (key, sd) in classes.into_iter().chain(elements) {
+            if !(sd.is_finite() && sd >= 0.0) {
+                return Err(GapError::Uncertainty(format!(
+                    "`{key}` is {sd}; expected a standard deviation, zero or more"
+                )));
+            }
+        }
+        for key in read.elements.keys() {
+            if !knobs
+                .iter()
+                .any(|knob| knob.element == *key || knob.name == *key)
+            {
+                let mut exists: Vec<&str> = knobs
+                    .iter()
+                    .flat_map(|knob| [knob.element.as_str(), knob.name.as_str()])
+                    .collect();
+                exists.sort_unstable();
+                exists.dedup();
+                return Err(GapError::Uncertainty(format!(
+                    "[elements] names `{key}`, which the model does not have; it has: {}",
+                    exists.join(", ")
+                )));
+            }
+        }
+        Ok(read)
+    }
+
+    /// Standard deviation of a knob, in the knob's own unit.
+    pub fn of(&self, knob: &Knob) -> f64 {
+        let named = self
+            .elements
+            .get(&knob.name)
+            .or_else(|| self.elements.get(&knob.element));
+        named.copied().unwrap_or(match knob.class {
+            KnobClass::Mass => self.mass,
+            KnobClass::Inertia => self.inertia,
+            KnobClass::CentreOfMass => self.com_m,
+            KnobClass::Fluid => self.fluid,
+            KnobClass::Gain => self.gain,
+            KnobClass::Damping => self.damping,
+            KnobClass::Timing if knob.quantity == Quantity::CommandLead => COMMAND,
+            KnobClass::Timing => READING,
+        })
+    }
+}

@@ -1,0 +1,135 @@
+//! `card.json`: what a model is, apart from its weights.
+
+use std::{collections::BTreeMap, path::Path};
+
+use hydro_frames::{frames_fault, output_units_fault};
+use serde::{Deserialize, Serialize};
+
+use super::error::CheckpointError;
+use crate::{
+    Encoder, ModelConfig, Normaliser, Solver,
+    document::{self, Fault},
+    envelope::Envelope,
+    features::FeatureLayout,
+};
+
+/// The schema that this version writes and reads.
+pub const SCHEMA: &str = "hydro-checkpoint/1";
+
+/// Where a model was trained.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DatasetNote {
+    /// Name of the data set.
+    pub name: String,
+    /// Of the bytes of its `manifest.json`, hexadecimal.
+    pub sha256: String,
+    /// Training trajectories.
+    pub trajectories: usize,
+}
+
+/// `card.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Card {
+    /// [`SCHEMA`].
+    pub schema: String,
+    /// What the model is called in tables.
+    pub name: String,
+    /// Kind and sizes.
+    #[serde(flatten)]
+    pub model: ModelConfig,
+    /// Inputs, in order.
+    pub features: FeatureLayout,
+    /// Their units.
+    pub feature_units: Vec<String>,
+    /// Force components, in order.
+    pub outputs: Vec<String>,
+    /// Their units.
+    pub output_units: Vec<String>,
+    /// Which frame each vector is expressed in.
+    pub frames: BTreeMap<String, String>,
+    /// Joints that the features name.
+    pub joints: Vec<String>,
+    /// Time between samples, in seconds.
+    pub sample_period: f64,
+    /// True where the force is only what another model of the water lacks: it acts beside that one.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub residual: bool,
+    /// How the ODE is stepped.
+    pub solver: Solver,
+    /// Means and deviations of inputs and forces.
+    pub normaliser: Normaliser,
+    /// The range of its training split, which the plugin holds it to; without, it is asked anything.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub envelope: Option<Envelope>,
+    /// Where it was trained.
+    pub dataset: Option<DatasetNote>,
+    /// Errors on the test split, as the training room reports them.
+    #[serde(default)]
+    pub metrics: serde_json::Value,
+    /// The command that made it.
+    pub command: String,
+    /// Version of this package that made it.
+    pub hydro: String,
+    /// Of the bytes of `weights.safetensors`, hexadecimal; filled in on saving.
+    #[serde(default)]
+    pub weights_sha256: String,
+}
+
+/// Reads a card; another schema is refused first.
+pub(super) fn parse_card(bytes: &[u8], path: &Path) -> Result<Card, CheckpointError> {
+    let path = path.to_owned();
+    document::parse(bytes, SCHEMA).map_err(|fault| match fault {
+        Fault::Schema(found) => CheckpointError::Schema { path, found },
+        Fault::Malformed(error) => CheckpointError::Card {
+            path,
+            reason: error.to_string(),
+        },
+    })
+}
+
+/// Refuses a card whose parts do not fit together.
+pub(super) fn check_card(card: &Card, path: &Path) -> Result<(), CheckpointError> {
+    let refuse = |reason: String| {
+        Err(CheckpointError::Card {
+            path: path.to_owned(),
+            reason,
+        })
+    };
+    card.model.check()?;
+    card.model.check_solver(card.solver)?;
+    card.model.check_features(&card.features)?;
+    let inputs = Encoder::new(card.model.encoding(), &card.features).len();
+    if card.outputs.is_empty() {
+        return refuse("outputs is empty".to_owned());
+    }
+    if let Some(reason) = card.normaliser.fault(inputs, card.outputs.len()) {
+        return refuse(reason);
+    }
+    if !(card.sample_period.is_finite() && card.sample_period > 0.0) {
+        return refuse(format!(
+            "sample_period is {} s, expected a positive time",
+            card.sample_period
+        ));
+    }
+    let envelope = card.envelope.as_ref();
+    if let Some(reason) = envelope.and_then(|it| it.fault(card.features.len(), card.outputs.len()))
+    {
+        return refuse(reason);
+    }
+    let named = card.features.joints();
+    if card.joints != named {
+        return refuse(format!(
+            "joints are {:?}, but the features name {named:?}",
+            card.joints
+        ));
+    }
+    let fault = card
+        .features
+        .units_fault(&card.feature_units)
+        .or_else(|| output_units_fault(&card.outputs, &card.output_units))
+        .or_else(|| frames_fault(&card.frames));
+    if let Some(reason) = fault {
+        return refuse(reason);
+    }
+    Ok(())
+}

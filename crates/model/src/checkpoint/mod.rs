@@ -1,0 +1,247 @@
+//! A trained model on disk: a folder with `weights.safetensors` and `card.json`.
+//!
+//! The card is all that the plugin knows of a model: feature order, units, frames, joints, sample period, sizes,
+//! solver, normaliser, where it was trained and how well it did. Loading refuses, by name, whatever does not fit;
+//! saving writes a folder beside the target and renames it.
+
+mod card;
+mod error;
+mod replacement;
+#[cfg(test)]
+mod tests;
+mod weights;
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs, io,
+    path::Path,
+};
+
+use candle_core::{DType, Tensor};
+use sha2::{Digest as _, Sha256};
+
+pub use self::{
+    card::{Card, DatasetNote, SCHEMA},
+    error::CheckpointError,
+};
+use self::{
+    replacement::{Partial, remove_abandoned, replace},
+    weights::numbers,
+};
+use crate::{
+    Encoder, Engine, EngineKind, ForceModel, ModelError, Network, Parameters, Solver,
+    document::{hexadecimal, names_in},
+    parameters,
+};
+
+/// Name of the weights inside the folder.
+const WEIGHTS: &str = "weights.safetensors";
+/// Name of the card inside the folder.
+const CARD: &str = "card.json";
+
+/// A loaded or trained model.
+///
+/// ```no_run
+/// use hydro_plugin::{checkpoint::Checkpoint, model::{EngineKind, Scratch}};
+///
+/// let checkpoint = Checkpoint::load("models/b1-task2".as_ref())?;
+/// let engine = checkpoint.engine(EngineKind::Fused, None)?;
+/// let mut force = vec![0.0; engine.outputs()];
+/// engine.estimate(&vec![0.0; engine.inputs()], &mut force, &mut Scratch::default());
+/// # Ok::<(), hydro_plugin::checkpoint::CheckpointError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Checkpoint {
+    /// What the model is.
+    pub card: Card,
+    weights: BTreeMap<String, Tensor>,
+}
+
+impl Checkpoint {
+    /// From a card and weights by name, checked as on loading.
+    pub fn new(card: Card, weights: BTreeMap<String, Tensor>) -> Result<Self, CheckpointError> {
+        Self::checked(card, weights, Path::new("<memory>"))
+    }
+
+    /// Reads and checks a folder.
+    pub fn load(folder: &Path) -> Result<Self, CheckpointError> {
+        let missing = |missing: &str, found: Vec<String>| CheckpointError::Missing {
+            folder: folder.to_owned(),
+            missing: missing.to_owned(),
+            found,
+        };
+        if !folder.is_dir() {
+            let beside = folder
+                .parent()
+                .filter(|parent| !parent.as_os_str().is_empty());
+            return Err(missing(
+                "the folder",
+                names_in(beside.unwrap_or(Path::new("."))),
+            ));
+        }
+        for name in [CARD, WEIGHTS] {
+            if !folder.join(name).is_file() {
+                return Err(missing(name, names_in(folder)));
+            }
+        }
+        let read = |name: &str| {
+            let path = folder.join(name);
+            fs::read(&path).map_err(|source| CheckpointError::Io { path, source })
+        };
+        let card = card::parse_card(&read(CARD)?, &folder.join(CARD))?;
+        let path = folder.join(WEIGHTS);
+        let bytes = read(WEIGHTS)?;
+        let found = hexadecimal(&Sha256::digest(&bytes));
+        if found != card.weights_sha256 {
+            return Err(CheckpointError::Damaged {
+                path,
+                bytes: bytes.len(),
+                found,
+                expected: card.weights_sha256,
+            });
+        }
+        let weights = weights::parse(&bytes, &path)?;
+        Self::checked(card, weights, folder)
+    }
+
+    /// Writes the folder beside `folder` and renames it; an older checkpoint there is replaced, and stays
+    /// whole and in its place until then. What runs that died while saving left beside it is removed.
+    pub fn save(&self, folder: &Path) -> Result<(), CheckpointError> {
+        let io = |path: &Path| {
+            let path = path.to_owned();
+            move |source| CheckpointError::Io { path, source }
+        };
+        let parent = folder
+            .parent()
+            .filter(|parent| !parent.as_os_str().is_empty())
+            .unwrap_or(Path::new("."));
+        fs::create_dir_all(parent).map_err(io(parent))?;
+        let name = folder.file_name().unwrap_or_default().to_string_lossy();
+        let partial = parent.join(format!(".{name}.{}.partial", std::process::id()));
+        let partial = Partial::new(partial.clone()).map_err(io(&partial))?;
+        let new = partial.folder.join("new");
+        fs::create_dir_all(&new).map_err(io(&new))?;
+
+        let weights = weights::serialise(&self.weights)?;
+        let mut card = self.card.clone();
+        card.weights_sha256 = hexadecimal(&Sha256::digest(&weights));
+        let text = serde_json::to_string_pretty(&card).map_err(|error| CheckpointError::Card {
+            path: folder.join(CARD),
+            reason: error.to_string(),
+        })?;
+        for (name, bytes) in [(WEIGHTS, weights.as_slice()), (CARD, text.as_bytes())] {
+            let path = new.join(name);
+            let write = || {
+                let mut file = fs::File::create(&path)?;
+                io::Write::write_all(&mut file, bytes)?;
+                file.sync_all()
+            };
+            write().map_err(io(&path))?;
+        }
+
+        replace(&new, folder, &partial.folder.join("old")).map_err(io(folder))?;
+        // Only now: a run killed in a file system without exchange may have left its only copy there.
+        remove_abandoned(parent, &name);
+        Ok(())
+    }
+
+    /// The weights by name.
+    pub fn weights(&self) -> &BTreeMap<String, Tensor> {
+        &self.weights
+    }
+
+    /// How many numbers the weights hold.
+    pub fn parameter_count(&self) -> usize {
+        self.weights.values().map(Tensor::elem_count).sum()
+    }
+
+    /// The model, with the card's solver or another.
+    pub fn model(&self, solver: Option<Solver>) -> Result<ForceModel, CheckpointError> {
+        let card = &self.card;
+        let vb = parameters::builder(&self.weights);
+        let solver = solver.unwrap_or(card.solver);
+        Ok(ForceModel::new(
+            &card.model,
+            &card.features,
+            card.normaliser.clone(),
+            solver,
+            vb,
+        )?)
+    }
+
+    /// The single-step evaluator, with the card's solver or another.
+    pub fn engine(
+        &self,
+        kind: EngineKind,
+        solver: Option<Solver>,
+    ) -> Result<Box<dyn Engine>, CheckpointError> {
+        Ok(self.model(solver)?.engine(kind)?)
+    }
+
+    /// Names the content: equal for equal cards and weights, on any machine.
+    pub fn digest(&self) -> [u8; 32] {
+        let mut hash = Sha256::new();
+        let mut card = self.card.clone();
+        card.weights_sha256.clear();
+        // A card is plain data with text keys; it always serialises.
+        hash.update(serde_json::to_vec(&card).unwrap_or_default());
+        for (name, tensor) in &self.weights {
+            hash.update(name);
+            for value in numbers(tensor).unwrap_or_default() {
+                hash.update(value.to_le_bytes());
+            }
+        }
+        hash.finalize().into()
+    }
+
+    fn checked(
+        card: Card,
+        weights: BTreeMap<String, Tensor>,
+        folder: &Path,
+    ) -> Result<Self, CheckpointError> {
+        card::check_card(&card, &folder.join(CARD))?;
+        let path = folder.join(WEIGHTS);
+        // Building the model once with drawn weights names every tensor it has, with its shape.
+        let inputs = Encoder::new(card.model.encoding(), &card.features).len();
+        let (_, expected) = Parameters::draw(0, |vb| {
+            Network::new(&card.model, inputs, card.outputs.len(), vb)
+        })
+        .map_err(ModelError::from)?;
+        let names: BTreeSet<&str> = expected.iter().map(|(name, _)| name).collect();
+        for (name, var) in expected.iter() {
+            let Some(tensor) = weights.get(name) else {
+                return Err(CheckpointError::MissingTensor {
+                    path,
+                    name: name.to_owned(),
+                    expected: var.dims().to_vec(),
+                    found: weights.keys().cloned().collect(),
+                });
+            };
+            if tensor.dims() != var.dims() || tensor.dtype() != DType::F32 {
+                return Err(CheckpointError::Shape {
+                    path,
+                    name: name.to_owned(),
+                    found: format!("{:?} {:?}", tensor.dtype(), tensor.dims()),
+                    expected: var.dims().to_vec(),
+                });
+            }
+            let values = numbers(tensor).map_err(ModelError::from)?;
+            if let Some(index) = values.iter().position(|value| !value.is_finite()) {
+                return Err(CheckpointError::NonFinite {
+                    path,
+                    name: name.to_owned(),
+                    index,
+                    value: values[index],
+                });
+            }
+        }
+        if let Some(name) = weights.keys().find(|name| !names.contains(name.as_str())) {
+            return Err(CheckpointError::UnknownTensor {
+                path,
+                name: name.clone(),
+                expected: names.into_iter().map(str::to_owned).collect(),
+            });
+        }
+        Ok(Self { card, weights })
+    }
+}
