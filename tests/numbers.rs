@@ -1,5 +1,5 @@
 //! The contract of refitted numbers: a model with numbers and effects written into it moves as the nominal
-//! does with its knobs turned and the effects added.
+//! does with its nuisance parameters turned and the effects added.
 #![cfg(mujoco_plugins)]
 #![allow(missing_docs, clippy::unwrap_used)]
 
@@ -12,7 +12,7 @@ use std::{
 use hydro_effects::{Entry, Id, Target, effect};
 use hydro_gap::{
     patch::{self, Patched, Request},
-    plant::{Knob, Plant, PlantDescription, Quantity, Simulation},
+    plant::{Nuisance, Plant, PlantDescription, Quantity, Simulation},
 };
 use hydro_plugin::mujoco::plant::MujocoPlant;
 use rand::{RngExt, SeedableRng};
@@ -69,8 +69,8 @@ fn entry(effect: Id, target: &str, parameters: &[f64]) -> Entry {
     }
 }
 
-/// Values of knobs such that every body keeps moments that a body can have.
-fn turned(plant: &MujocoPlant, seed: u64, wanted: impl Fn(&Knob) -> bool) -> Vec<f64> {
+/// Values of nuisance parameters such that every body keeps moments that a body can have.
+fn turned(plant: &MujocoPlant, seed: u64, wanted: impl Fn(&Nuisance) -> bool) -> Vec<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let description = plant.description();
     let mut moments: BTreeMap<&str, [f64; 3]> = BTreeMap::new();
@@ -89,9 +89,9 @@ fn turned(plant: &MujocoPlant, seed: u64, wanted: impl Fn(&Knob) -> bool) -> Vec
             }
         }
     }
-    let value = |knob: &Knob| match knob.quantity {
+    let value = |nuisance: &Nuisance| match nuisance.quantity {
         Quantity::Inertia(axis) => moments
-            .get(knob.element.as_str())
+            .get(nuisance.element.as_str())
             .map_or(0.0, |of| of[axis]),
         Quantity::CentreOfMass(_) => rng.random_range(-WAY..WAY),
         // No number of a model: the patch says so and writes none.
@@ -100,22 +100,22 @@ fn turned(plant: &MujocoPlant, seed: u64, wanted: impl Fn(&Knob) -> bool) -> Vec
     };
     let mut value = value;
     description
-        .knobs
+        .nuisances
         .iter()
-        .map(|knob| {
-            let value = value(knob);
-            if wanted(knob) { value } else { 0.0 }
+        .map(|nuisance| {
+            let value = value(nuisance);
+            if wanted(nuisance) { value } else { 0.0 }
         })
         .collect()
 }
 
-fn written(path: &Path, plant: &MujocoPlant, knobs: &[f64], entries: &[Entry]) -> Patched {
-    let numbers: Vec<(Knob, f64)> = plant
+fn written(path: &Path, plant: &MujocoPlant, nuisances: &[f64], entries: &[Entry]) -> Patched {
+    let numbers: Vec<(Nuisance, f64)> = plant
         .description()
-        .knobs
+        .nuisances
         .iter()
         .cloned()
-        .zip(knobs.iter().copied())
+        .zip(nuisances.iter().copied())
         .collect();
     patch::patch(&Request {
         nominal: path,
@@ -172,15 +172,15 @@ fn difference(one: &[Vec<f64>], other: &[Vec<f64>]) -> f64 {
 }
 
 /// Writes numbers and effects into the model of a file, and holds the two against each other.
-fn check(path: &Path, entries: &[Entry], seed: u64, wanted: impl Fn(&Knob) -> bool) -> Patched {
+fn check(path: &Path, entries: &[Entry], seed: u64, wanted: impl Fn(&Nuisance) -> bool) -> Patched {
     let plant = MujocoPlant::load(path).unwrap();
-    let knobs = turned(&plant, seed, wanted);
-    let patched = written(path, &plant, &knobs, entries);
+    let nuisances = turned(&plant, seed, wanted);
+    let patched = written(path, &plant, &nuisances, entries);
     let folder = tempfile::tempdir().unwrap();
     let after = load(&patched.xml, &folder);
-    let mut wanted = plant.simulation(&knobs, entries).unwrap();
+    let mut wanted = plant.simulation(&nuisances, entries).unwrap();
     let mut found = after
-        .simulation(&vec![0.0; after.description().knobs.len()], &[])
+        .simulation(&vec![0.0; after.description().nuisances.len()], &[])
         .unwrap();
     let wanted = run(wanted.as_mut(), &plant);
     let found = run(found.as_mut(), &plant);
@@ -191,7 +191,7 @@ fn check(path: &Path, entries: &[Entry], seed: u64, wanted: impl Fn(&Knob) -> bo
         path.display(),
         patched.xml
     );
-    let turned = knobs.iter().filter(|value| **value != 0.0).count();
+    let turned = nuisances.iter().filter(|value| **value != 0.0).count();
     assert_eq!(patched.numbers.len(), turned, "{:?}", patched.remarks);
     patched
 }
@@ -369,7 +369,7 @@ fn a_box_fluid_and_effects_of_the_nominal() {
 fn numbers_at_zero_leave_the_text_as_it_is() {
     let path = nominal("leg.xml");
     let plant = MujocoPlant::load(&path).unwrap();
-    let zeros = vec![0.0; plant.description().knobs.len()];
+    let zeros = vec![0.0; plant.description().nuisances.len()];
     let patched = written(&path, &plant, &zeros, &[]);
     assert_eq!(patched.xml, fs::read_to_string(&path).unwrap());
     assert!(patched.numbers.is_empty() && patched.remarks.is_empty());
@@ -380,8 +380,8 @@ fn what_cannot_be_written_is_said() {
     let folder = tempfile::tempdir().unwrap();
     let patched = |text: &str| {
         let plant = load(text, &folder);
-        let knobs = vec![0.1; plant.description().knobs.len()];
-        let patched = written(&folder.path().join("model.xml"), &plant, &knobs, &[]);
+        let nuisances = vec![0.1; plant.description().nuisances.len()];
+        let patched = written(&folder.path().join("model.xml"), &plant, &nuisances, &[]);
         (plant, patched)
     };
     // A rod: its greatest moments are equal, and ten per cent more of all stay so; one alone breaks it.
@@ -389,12 +389,12 @@ fn what_cannot_be_written_is_said() {
         diaginertia="1 1 0.01"/></body></worldbody></mujoco>"#;
     let plant = load(rod, &folder);
     let description = plant.description();
-    let knobs: Vec<f64> = description
-        .knobs
+    let nuisances: Vec<f64> = description
+        .nuisances
         .iter()
-        .map(|knob| f64::from(u8::from(knob.quantity == Quantity::Inertia(0))) * 0.1)
+        .map(|nuisance| f64::from(u8::from(nuisance.quantity == Quantity::Inertia(0))) * 0.1)
         .collect();
-    let bent = written(&folder.path().join("model.xml"), &plant, &knobs, &[]);
+    let bent = written(&folder.path().join("model.xml"), &plant, &nuisances, &[]);
     assert!(
         bent.remarks[0].contains("none that a body can have"),
         "{:?}",
@@ -404,7 +404,7 @@ fn what_cannot_be_written_is_said() {
     let unnamed = r#"<mujoco><worldbody><body><joint damping="1"/><geom size="0.1"/></body></worldbody></mujoco>"#;
     let (plant, kept) = patched(unnamed);
     assert_eq!(kept.xml, unnamed);
-    assert_eq!(kept.remarks.len(), plant.description().knobs.len());
+    assert_eq!(kept.remarks.len(), plant.description().nuisances.len());
     assert!(
         kept.remarks[0].contains("names no body"),
         "{:?}",
@@ -443,8 +443,8 @@ fn a_checkpoints_wrench_is_scaled_and_its_effects_are_not() {
             .find(|sensor| sensor.name == "water")
             .unwrap()
             .start;
-        let knobs = vec![0.0; plant.description().knobs.len()];
-        let mut simulation = plant.simulation(&knobs, &[]).unwrap();
+        let nuisances = vec![0.0; plant.description().nuisances.len()];
+        let mut simulation = plant.simulation(&nuisances, &[]).unwrap();
         let start = simulation.qpos().to_vec();
         simulation.set_motion(0.0, &start, &vec![0.3; simulation.qvel().len()]);
         simulation.step();

@@ -111,7 +111,7 @@ fn description() -> PlantDescription {
         joints: vec![joint("rail", 7, 2.0, true), joint("hinge", 8, 0.007, false)],
         actuators: Vec::new(),
         sensors: Vec::new(),
-        knobs: Vec::new(),
+        nuisances: Vec::new(),
         carriers: Vec::new(),
         waterline: 0.0,
         walls: Vec::new(),

@@ -7,7 +7,7 @@ use std::{fs, path::PathBuf, sync::Arc};
 
 use hydro_effects::{Entry, Id};
 use hydro_frames::Wrench;
-use hydro_gap::plant::{KnobClass, Plant, Quantity, SensorKind, Simulation};
+use hydro_gap::plant::{NuisanceClass, Plant, Quantity, SensorKind, Simulation};
 use hydro_plugin::mujoco::{
     plant::MujocoPlant,
     simulator::{Data, Model},
@@ -43,8 +43,8 @@ fn entry(effect: Id, target: &str, parameters: &[f64]) -> Entry {
 }
 
 fn simulation(plant: &MujocoPlant, effects: &[Entry]) -> Box<dyn Simulation> {
-    let knobs = vec![0.0; plant.description().knobs.len()];
-    plant.simulation(&knobs, effects).unwrap()
+    let nuisances = vec![0.0; plant.description().nuisances.len()];
+    plant.simulation(&nuisances, effects).unwrap()
 }
 
 /// A box of 2 kg in nothing, with an accelerometer and a thruster along x.
@@ -335,7 +335,7 @@ fn current_is_the_wind_of_a_native_fluid_and_relative_velocity_elsewhere() {
 }
 
 #[test]
-fn knobs_change_what_they_say() {
+fn nuisances_change_what_they_say() {
     let text = r#"<mujoco><option density="1000" viscosity="0.01"/><worldbody>
         <body name="hull" gravcomp="1.1"><freejoint/>
           <geom type="ellipsoid" size="0.3 0.2 0.1" mass="10" fluidshape="ellipsoid"/>
@@ -344,8 +344,11 @@ fn knobs_change_what_they_say() {
         </body></worldbody>
         <actuator><position name="elbow" joint="elbow" kp="5"/></actuator></mujoco>"#;
     let plant = plant(text);
-    let known = plant.description().knobs.clone();
-    let names: Vec<&str> = known.iter().map(|knob| knob.name.as_str()).collect();
+    let known = plant.description().nuisances.clone();
+    let names: Vec<&str> = known
+        .iter()
+        .map(|nuisance| nuisance.name.as_str())
+        .collect();
     for wanted in [
         "hull.mass",
         "hull.inertia.x",
@@ -359,9 +362,9 @@ fn knobs_change_what_they_say() {
         assert!(names.contains(&wanted), "{names:?}");
     }
     let turned = |name: &str, value: f64| {
-        let mut knobs = vec![0.0; known.len()];
-        knobs[names.iter().position(|known| *known == name).unwrap()] = value;
-        let mut simulation = plant.simulation(&knobs, &[]).unwrap();
+        let mut nuisances = vec![0.0; known.len()];
+        nuisances[names.iter().position(|known| *known == name).unwrap()] = value;
+        let mut simulation = plant.simulation(&nuisances, &[]).unwrap();
         simulation.step();
         simulation.qvel().to_vec()
     };
@@ -381,7 +384,11 @@ fn knobs_change_what_they_say() {
         turned("elbow.gain", 0.5),
         nominal.clone().iter().map(|v| v + 1.0).collect::<Vec<_>>()
     );
-    assert!(known.iter().any(|knob| knob.class == KnobClass::Damping));
+    assert!(
+        known
+            .iter()
+            .any(|nuisance| nuisance.class == NuisanceClass::Damping)
+    );
 }
 
 /// A ramp that acts a step early is the ramp a step further on.
@@ -390,12 +397,12 @@ fn commands_may_act_early() {
     let text = r#"<mujoco><worldbody><body><joint name="rail" type="slide"/><geom size="0.1" mass="1"/></body>
         </worldbody><actuator><motor name="push" joint="rail"/></actuator></mujoco>"#;
     let plant = plant(text);
-    let knobs = &plant.description().knobs;
-    let lead = knobs
+    let nuisances = &plant.description().nuisances;
+    let lead = nuisances
         .iter()
-        .position(|knob| knob.quantity == Quantity::CommandLead);
+        .position(|nuisance| nuisance.quantity == Quantity::CommandLead);
     let speed = |early: f64, ahead: usize| {
-        let mut values = vec![0.0; knobs.len()];
+        let mut values = vec![0.0; nuisances.len()];
         values[lead.unwrap()] = early;
         let mut simulation = plant.simulation(&values, &[]).unwrap();
         for step in 0..20 {
@@ -417,8 +424,8 @@ fn a_look_shows_forces_under_the_command_that_is_held() {
         <actuator><position name="servo" joint="rail" kp="50"/></actuator>
         <sensor><force name="force" site="cell"/><jointpos name="place" joint="rail"/></sensor></mujoco>"#;
     let plant = plant(text);
-    let knobs = vec![0.0; plant.description().knobs.len()];
-    let mut simulation = plant.simulation(&knobs, &[]).unwrap();
+    let nuisances = vec![0.0; plant.description().nuisances.len()];
+    let mut simulation = plant.simulation(&nuisances, &[]).unwrap();
     let stepped = |simulation: &mut dyn Simulation, command: f64| {
         simulation.set_control(&[command]);
         simulation.step();
@@ -435,7 +442,7 @@ fn a_look_shows_forces_under_the_command_that_is_held() {
     assert!((held[2] - jumped[2]).abs() > 1.0, "{held:?} {jumped:?}");
 }
 
-/// Derivatives by a knob over half a second agree between Runge-Kutta and the cheaper integrator to a per cent.
+/// Derivatives by a nuisance parameter over half a second agree between Runge-Kutta and the cheaper integrator to a per cent.
 #[test]
 fn the_cheaper_plant_has_the_same_derivatives() {
     let text = |integrator: &str| {
@@ -450,13 +457,13 @@ fn the_cheaper_plant_has_the_same_derivatives() {
     let cheaper = exact.cheaper().unwrap();
     assert_eq!(cheaper.description(), exact.description());
     let after = |plant: &dyn Plant, mass: f64| {
-        let known = &plant.description().knobs;
+        let known = &plant.description().nuisances;
         let of = known
             .iter()
-            .position(|knob| knob.quantity == Quantity::Mass);
-        let mut knobs = vec![0.0; known.len()];
-        knobs[of.unwrap()] = mass;
-        let mut simulation = plant.simulation(&knobs, &[]).unwrap();
+            .position(|nuisance| nuisance.quantity == Quantity::Mass);
+        let mut nuisances = vec![0.0; known.len()];
+        nuisances[of.unwrap()] = mass;
+        let mut simulation = plant.simulation(&nuisances, &[]).unwrap();
         simulation.set_control(&[0.5]);
         (0..250).for_each(|_| simulation.step());
         simulation.qpos()[0]
@@ -567,8 +574,8 @@ fn values(plant: &MujocoPlant, id: Id, body: &str) -> Vec<f64> {
 #[test]
 fn refusals_say_what_is_there() {
     let plant = plant(&leg("", ""));
-    let knobs = vec![0.0; plant.description().knobs.len()];
-    let refusal = |effect: Entry| match plant.simulation(&knobs, &[effect]) {
+    let nuisances = vec![0.0; plant.description().nuisances.len()];
+    let refusal = |effect: Entry| match plant.simulation(&nuisances, &[effect]) {
         Ok(_) => panic!("not refused"),
         Err(fault) => fault.to_string(),
     };
@@ -584,11 +591,11 @@ fn refusals_say_what_is_there() {
     );
     let text = refusal(entry(Id::JointDamping, "ankle", &[0.0]));
     assert!(text.contains("hip, knee"), "{text}");
-    let text = match plant.simulation(&knobs[1..], &[]) {
+    let text = match plant.simulation(&nuisances[1..], &[]) {
         Ok(_) => panic!("not refused"),
         Err(fault) => fault.to_string(),
     };
-    assert!(text.contains("values of knobs"), "{text}");
+    assert!(text.contains("values of nuisance parameters"), "{text}");
     let missing = MujocoPlant::load(&PathBuf::from("/no/such.xml")).unwrap_err();
     assert!(missing.to_string().contains("/no/such.xml"), "{missing}");
 }
@@ -768,23 +775,23 @@ fn what_it_costs() {
         let step = timed(200_000, Box::new(move || simulation.step()));
         eprintln!("{name}: {step:.2} us a step");
     }
-    let mut knobs = vec![0.0; still.description().knobs.len()];
+    let mut nuisances = vec![0.0; still.description().nuisances.len()];
     let effects = [entry(Id::AddedMass, "hull", &[1.0; 6])];
     let plain = {
-        let (still, knobs, effects) = (&still, knobs.clone(), effects.clone());
+        let (still, nuisances, effects) = (&still, nuisances.clone(), effects.clone());
         let start = std::time::Instant::now();
         for _ in 0..1000 {
-            drop(still.simulation(&knobs, &effects).unwrap());
+            drop(still.simulation(&nuisances, &effects).unwrap());
         }
         start.elapsed().as_secs_f64() * 1e3
     };
     let start = std::time::Instant::now();
     for turn in 0..1000 {
-        knobs[0] = 1e-4 * f64::from(turn);
-        drop(still.simulation(&knobs, &effects).unwrap());
+        nuisances[0] = 1e-4 * f64::from(turn);
+        drop(still.simulation(&nuisances, &effects).unwrap());
     }
     let turned = start.elapsed().as_secs_f64() * 1e3;
-    eprintln!("simulation(): {plain:.1} us, with a mass knob {turned:.1} us");
+    eprintln!("simulation(): {plain:.1} us, with a mass nuisance parameter {turned:.1} us");
 }
 
 /// Play is a joint in series: the body lags behind the motor by half of it on either side.

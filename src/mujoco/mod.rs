@@ -8,7 +8,7 @@
 //! passive_callback  the same force in Debian's 2.2.2
 //! bind              named effects -> numbers of a model          scale, walls  sizes; what is around
 //! effect_forces     where effects act, for plugin and plant      water, native, actuation  its parts
-//! plant, knobs, readings, spec, run   a nominal model as `hydro gap` sees it
+//! plant, nuisance parameters, readings, spec, run   a nominal model as `hydro gap` sees it
 //! simulator         owned models and simulations, for `hydro` and tests
 //! scene, swimmer    a scene's plugin attributes; a robot in it, as comparisons see it
 //! ```
@@ -26,13 +26,13 @@ mod boundary;
 mod describe;
 #[cfg(mujoco_plugins)]
 mod effect_forces;
-#[cfg(mujoco_plugins)]
-mod knobs;
 mod load;
 #[cfg(mujoco_plugins)]
 mod load_cell;
 #[cfg(mujoco_plugins)]
 mod native;
+#[cfg(mujoco_plugins)]
+mod nuisances;
 #[cfg(not(mujoco_plugins))]
 mod passive_callback;
 #[cfg(mujoco_plugins)]

@@ -1,4 +1,4 @@
-//! A MuJoCo model as `hydro gap` sees it: knobs to turn, effects to add, simulations to step.
+//! A MuJoCo model as `hydro gap` sees it: nuisance parameters to turn, effects to add, simulations to step.
 //!
 //! What a simulation adds to the model acts in the very stage of MuJoCo in which `hydro.wrench` applies
 //! the attribute `effects`, through the same code, so that a fitted effect written to a file acts as it
@@ -19,7 +19,7 @@ use super::{
         mjWARN_BADQPOS, mjWARN_BADQVEL,
     },
     describe,
-    knobs::{self, Nominal, Turn},
+    nuisances::{self, Nominal, Turn},
     readings, run,
     run::Run,
     scale,
@@ -46,7 +46,7 @@ const ROTOR: f64 = 0.05;
 pub struct MujocoPlant {
     model: Arc<Model>,
     description: PlantDescription,
-    /// Number of the body, joint or actuator that each knob is of.
+    /// Number of the body, joint or actuator that each nuisance parameter is of.
     ids: Vec<usize>,
     /// The instances of `hydro.wrench` and their attributes.
     nominal: Vec<Nominal>,
@@ -56,7 +56,7 @@ pub struct MujocoPlant {
     path: PathBuf,
     /// Models with play in these joints.
     played: Mutex<Vec<Played>>,
-    /// The latest copy with these knobs, gains and winds, for the many simulations that differ in effects
+    /// The latest copy with these nuisance parameters, gains and winds, for the many simulations that differ in effects
     /// alone.
     latest: Mutex<Option<(CopyKey, Copied)>>,
     /// What replaces the integrator of the MJCF.
@@ -68,11 +68,11 @@ pub struct MujocoPlant {
 /// A model with play in joints.
 type Played = (Vec<Play>, Arc<MujocoPlant>);
 
-/// What makes a copy of the model differ: turned knobs, gains of actuators, the wind, and the halves of
+/// What makes a copy of the model differ: changed nuisance parameters, gains of actuators, the wind, and the halves of
 /// plays by joint [rad or m].
 #[derive(Clone, Debug, Default, PartialEq)]
 struct CopyKey {
-    knobs: Vec<f64>,
+    nuisances: Vec<f64>,
     gains: Vec<(usize, f64)>,
     wind: [f64; 3],
     plays: Vec<(usize, f64)>,
@@ -132,7 +132,7 @@ impl MujocoPlant {
             current: first.map_or([0.0; 3], |settings| settings.current),
             commands_before_step: true,
         };
-        let (knobs, ids) = knobs::find(view, &nominal).into_iter().unzip();
+        let (nuisances, ids) = nuisances::find(view, &nominal).into_iter().unzip();
         let loads = LoadSensor::of(view);
         let model = Arc::new(model);
         let mut data = Data::new(&model).map_err(fault)?;
@@ -149,7 +149,7 @@ impl MujocoPlant {
             joints: readings::joints(view),
             actuators: readings::actuators(view),
             sensors: readings::sensors(view),
-            knobs,
+            nuisances,
             carriers: wrench::carrying_bodies(view),
             waterline: around.waterline.unwrap_or(0.0),
             walls: walls::standing(&data.view()),
@@ -173,7 +173,7 @@ impl MujocoPlant {
     /// The model with these changes; the nominal itself where there are none.
     fn copy(&self, key: &CopyKey) -> Result<Copied, SimulatorError> {
         let none = CopyKey {
-            knobs: vec![0.0; key.knobs.len()],
+            nuisances: vec![0.0; key.nuisances.len()],
             ..CopyKey::default()
         };
         if *key == none {
@@ -191,11 +191,11 @@ impl MujocoPlant {
             }
         }
         let mut model = self.model.try_clone()?;
-        let turned = self.turned(&key.knobs, true);
-        let mut beside = knobs::Beside::default();
-        knobs::turn(&mut model, &turned, &mut beside)?;
+        let turned = self.turned(&key.nuisances, true);
+        let mut beside = nuisances::Beside::default();
+        nuisances::turn(&mut model, &turned, &mut beside)?;
         for (actuator, factor) in &key.gains {
-            knobs::scale_gain(&mut model, *actuator, *factor);
+            nuisances::scale_gain(&mut model, *actuator, *factor);
         }
         model.add_wind(key.wind);
         model.set_ranges(&key.plays);
@@ -208,17 +208,17 @@ impl MujocoPlant {
         Ok(copied)
     }
 
-    /// The knobs that are not at zero, of the model or beside it.
+    /// The nuisance parameters that are not at zero, of the model or beside it.
     fn turned(&self, values: &[f64], of_model: bool) -> Vec<Turn> {
-        let knobs = self.description.knobs.iter().zip(&self.ids);
-        knobs
+        let nuisances = self.description.nuisances.iter().zip(&self.ids);
+        nuisances
             .zip(values)
-            .map(|((knob, id), value)| Turn {
-                quantity: knob.quantity,
+            .map(|((nuisance, id), value)| Turn {
+                quantity: nuisance.quantity,
                 id: *id,
                 value: *value,
             })
-            .filter(|turn| turn.value != 0.0 && knobs::is_of_model(turn.quantity) == of_model)
+            .filter(|turn| turn.value != 0.0 && nuisances::is_of_model(turn.quantity) == of_model)
             .collect()
     }
 
@@ -263,20 +263,23 @@ impl MujocoPlant {
         effects: &[Entry],
         plays: Vec<(usize, f64)>,
     ) -> Result<MujocoSimulation, PlantError> {
-        let known = &self.description.knobs;
+        let known = &self.description.nuisances;
         if values.len() != known.len() {
             return Err(PlantError(format!(
-                "{} values of knobs for a model with {}",
+                "{} values of nuisance parameters for a model with {}",
                 values.len(),
                 known.len()
             )));
         }
-        if let Some((knob, value)) = known
+        if let Some((nuisance, value)) = known
             .iter()
             .zip(values)
             .find(|(_, value)| !value.is_finite())
         {
-            return Err(PlantError(format!("knob `{}` is {value}", knob.name)));
+            return Err(PlantError(format!(
+                "nuisance parameter `{}` is {value}",
+                nuisance.name
+            )));
         }
         let moving: Vec<Entry> = effects
             .iter()
@@ -290,7 +293,7 @@ impl MujocoPlant {
             .joints
             .retain(|joint| joint.acting.effect.card().id != Id::JointBacklash);
         let mut key = CopyKey {
-            knobs: values.to_vec(),
+            nuisances: values.to_vec(),
             plays,
             ..CopyKey::default()
         };
@@ -315,7 +318,7 @@ impl MujocoPlant {
                 }
             }
         }
-        let beside = knobs::turn_beside(&self.turned(values, false), &self.nominal);
+        let beside = nuisances::turn_beside(&self.turned(values, false), &self.nominal);
         let copied = self.copy(&key).map_err(fault)?;
         let mut nominal = Vec::new();
         for (instance, entries) in beside.effects {
@@ -398,18 +401,18 @@ impl Plant for MujocoPlant {
 
     fn simulation(
         &self,
-        knobs: &[f64],
+        nuisances: &[f64],
         effects: &[Entry],
     ) -> Result<Box<dyn Simulation>, PlantError> {
         let (plays, amounts): (Vec<Play>, Vec<f64>) = self.plays(effects).into_iter().unzip();
         if plays.is_empty() {
-            return Ok(Box::new(self.simulate(knobs, effects, Vec::new())?));
+            return Ok(Box::new(self.simulate(nuisances, effects, Vec::new())?));
         }
         let plant = self.played(&plays)?;
         let (layout, joints) = Layout::new(self.model.view(), plant.model.view(), &plays);
         let halves = amounts.iter().map(|amount| 0.5 * amount);
         let plays = joints.into_iter().zip(halves).collect();
-        let inner = plant.simulate(knobs, effects, plays)?;
+        let inner = plant.simulate(nuisances, effects, plays)?;
         Ok(Box::new(PlayedSimulation::new(inner, layout)))
     }
 }

@@ -35,7 +35,7 @@ pub(super) struct Run {
     pub(super) command_lead: f64,
     /// Part of a step's last jump that forces show inside it.
     pub(super) reading_lead: f64,
-    /// Effects that the nominal's instances have, with knobs turned.
+    /// Effects that the nominal's instances have, with nuisance parameters turned.
     pub(super) nominal: Vec<(usize, Bound)>,
     /// Bodies whose centre of mass was moved: buoyancy stays where it was. Number, way of the centre of
     /// mass in the body's frame [m], and buoyancy over gravity [kg].

@@ -16,7 +16,7 @@ use super::{
     study::Study,
     verdict::{Bias, FittedParameter, SensorPatch},
 };
-use crate::plant::Knob;
+use crate::plant::Nuisance;
 
 /// Schema of [`Added`].
 const SCHEMA: &str = "hydro-gap-add/1";
@@ -35,7 +35,7 @@ pub struct Addition {
     pub entries: Vec<Entry>,
     /// Numbers of the nominal for the patched model, as the same fit has them: relative, or metres for a
     /// centre of mass. Effects and numbers were fitted together, and are right only together.
-    pub numbers: Vec<(Knob, f64)>,
+    pub numbers: Vec<(Nuisance, f64)>,
     /// Standard deviation of each number, in its unit.
     pub deviations: Vec<f64>,
 }
@@ -49,14 +49,17 @@ pub fn add(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Option<Addi
     }
     let (entries, sensors) = split(bench, bench.entries(&scored.fit.point));
     let draws = bootstrap(study, bench, naming);
-    let values = bench.knob_values(&scored.fit.point);
-    let moved = bench.knobs.iter().enumerate();
-    let moved = moved.filter(|(_, (knob, prior))| values[*knob].abs() >= MOVED * prior);
+    let values = bench.nuisance_values(&scored.fit.point);
+    let moved = bench.nuisances.iter().enumerate();
+    let moved = moved.filter(|(_, (nuisance, prior))| values[*nuisance].abs() >= MOVED * prior);
     let (numbers, deviations) = moved
-        .map(|(at, (knob, prior))| {
+        .map(|(at, (nuisance, prior))| {
             let fitted = naming.named.nuisances.get(at);
             let deviation = fitted.map_or(*prior, |(_, _, deviation)| *deviation);
-            ((bench.model.knobs[*knob].clone(), values[*knob]), deviation)
+            (
+                (bench.model.nuisances[*nuisance].clone(), values[*nuisance]),
+                deviation,
+            )
         })
         .unzip();
     Some(Addition {
@@ -67,7 +70,7 @@ pub fn add(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Option<Addi
             bootstrap: draws,
             numbers: Vec::new(),
             cross_fit: cross_fit(study, bench, naming),
-            recalibrated: bench.knob_values(&search.scored[0].fit.point),
+            recalibrated: bench.nuisance_values(&search.scored[0].fit.point),
             model: None,
             diff: String::new(),
             remarks: Vec::new(),
@@ -120,13 +123,13 @@ fn cross_fit(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Vec<Witho
             let (nominal, alone) = without(empty, all_alone, out)?;
             Some(WithoutTrial {
                 trial: study.trials[trials[out]].name.clone(),
-                knobs: bench.knob_values(&point),
+                nuisances: bench.nuisance_values(&point),
                 effects: bench
                     .entries(&point)
                     .into_iter()
                     .map(|entry| (entry.effect, entry.target, entry.parameters))
                     .collect(),
-                recalibrated: bench.knob_values(&nominal),
+                recalibrated: bench.nuisance_values(&nominal),
                 gain: density - alone,
             })
         })
@@ -184,7 +187,7 @@ fn bootstrap(
         })
         .map(|optimum| optimum.z)
         .collect();
-    let mut at = bench.knobs.len();
+    let mut at = bench.nuisances.len();
     let mut intervals = Vec::new();
     for candidate in &fit.point.candidates {
         let of = &bench.candidates[*candidate];

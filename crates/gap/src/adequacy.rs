@@ -4,7 +4,7 @@
 //! sum of squares drowns in noise. For every sensor and block length the squared block means are added up
 //! and compared with the same of simulated residuals, and the largest deviation is judged by its own
 //! simulated distribution (maxT). A simulated residual is noise, plus an error of form where the fit holds
-//! effects (the catalogue's forms are only about nature's), less what starts, knobs and parameters absorb.
+//! effects (the catalogue's forms are only about nature's), less what starts, nuisance parameters and parameters absorb.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;

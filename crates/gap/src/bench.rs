@@ -1,5 +1,5 @@
 //! Trials cut into segments, and what every hypothesis shares: how each segment's readings change with its
-//! start and with the uncertain numbers of the nominal ("knobs").
+//! start and with the uncertain numbers of the nominal ("nuisance parameters").
 
 use std::sync::{OnceLock, atomic::AtomicUsize};
 
@@ -45,14 +45,14 @@ pub struct Bench<'a> {
     pub(super) candidates: &'a [Candidate],
     /// What the prior gives each of them among single effects, logarithm.
     pub(super) log_shares: Vec<f64>,
-    /// Uncertain numbers in use (row of `PlantDescription::knobs`) and the standard deviation of each.
-    pub(super) knobs: Vec<(usize, f64)>,
+    /// Uncertain numbers in use (row of `PlantDescription::nuisances`) and the standard deviation of each.
+    pub(super) nuisances: Vec<(usize, f64)>,
     pub(super) segments: Vec<Segment>,
     /// Per segment: factors on the whitened residuals [readings], about the base.
     weights: Vec<Vec<f64>>,
-    /// Per segment: projection off its start, and the sensitivity to the knobs.
+    /// Per segment: projection off its start, and the sensitivity to the nuisance parameters.
     pub(super) shared: Vec<(StartProjection, DMatrix<f32>)>,
-    /// Knobs about which those are taken, in standard deviations.
+    /// Nuisance parameters about which those are taken, in standard deviations.
     pub(super) base: DVector<f64>,
     pub(super) precision: DVector<f64>,
     /// The fit of the empty set; none where the nominal blows up.
@@ -84,15 +84,15 @@ pub(super) struct Material<'a> {
     pub(super) channels: &'a Channels,
     pub(super) candidates: &'a [Candidate],
     /// As in [`Bench`].
-    pub(super) knobs: Vec<(usize, f64)>,
+    pub(super) nuisances: Vec<(usize, f64)>,
 }
 
 impl<'a> Bench<'a> {
-    /// Finds how every segment depends on its start and on the knobs.
+    /// Finds how every segment depends on its start and on the nuisance parameters.
     ///
     /// The nominal may be so far off that its sensitivities hold only nearby. So its numbers are fitted to
     /// a few short segments, `first`, and every segment is looked at about what comes out, from a start that
-    /// suits it; again where its fit moves the numbers far. An effect that a knob imitates is told from it by
+    /// suits it; again where its fit moves the numbers far. An effect that a nuisance parameter imitates is told from it by
     /// their priors alone, so the columns of both must be of one point.
     pub(super) fn new(
         material: Material<'a>,
@@ -100,10 +100,10 @@ impl<'a> Bench<'a> {
         segments: Vec<Segment>,
         watch: &Watch<'_>,
     ) -> Result<Self, GapError> {
-        let nominal = DVector::zeros(material.knobs.len());
+        let nominal = DVector::zeros(material.nuisances.len());
         let mut bench = Self::about(material, nominal, first, "first sensitivities", watch)?;
         if let Some(fit) = bench.fit_far(bench.origin(), watch)? {
-            bench.base = fit.point.knobs;
+            bench.base = fit.point.nuisances;
         }
         bench.forget_unseen(&segments);
         bench.segments = segments;
@@ -111,10 +111,10 @@ impl<'a> Bench<'a> {
         bench.linearise("sensitivities", true, watch)?;
         bench.empty = bench.fit(bench.origin(), watch)?;
         if let Some(fit) = &bench.empty
-            && (&fit.point.knobs - &bench.base).amax() > NEAR
+            && (&fit.point.nuisances - &bench.base).amax() > NEAR
         {
             let point = fit.point.clone();
-            bench.base = point.knobs;
+            bench.base = point.nuisances;
             bench.move_starts(&point.starts)?;
             bench.linearise("sensitivities about the refitted nominal", true, watch)?;
             bench.empty = bench.fit(bench.origin(), watch)?;
@@ -122,7 +122,7 @@ impl<'a> Bench<'a> {
         Ok(bench)
     }
 
-    /// Moves every segment's start to where it fits its readings best, the knobs at their base.
+    /// Moves every segment's start to where it fits its readings best, the nuisance parameters at their base.
     fn settle_starts(&mut self, watch: &Watch<'_>) -> Result<(), GapError> {
         self.linearise("starts", false, watch)?;
         let settled: Vec<DVector<f64>> = (0..self.segments.len())
@@ -137,7 +137,7 @@ impl<'a> Bench<'a> {
         let projection = self.projection(at);
         let mut simulation = self
             .plant
-            .simulation(&self.knob_values(&self.origin()), &[])?;
+            .simulation(&self.nuisance_values(&self.origin()), &[])?;
         let mut look = |start: &DVector<f64>| {
             let mut residual = Vec::new();
             let whole = self.shoot(simulation.as_mut(), at, start, &[], &mut residual);
@@ -167,7 +167,7 @@ impl<'a> Bench<'a> {
     fn move_starts(&mut self, tangents: &[DVector<f64>]) -> Result<(), GapError> {
         let mut simulation = self
             .plant
-            .simulation(&self.knob_values(&self.origin()), &[])?;
+            .simulation(&self.nuisance_values(&self.origin()), &[])?;
         for (segment, tangent) in self.segments.iter_mut().zip(tangents) {
             simulation.set_motion(segment.start, &segment.qpos, &segment.qvel);
             simulation.retract(tangent.as_slice());
@@ -177,7 +177,7 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// The same about knobs that are known, without a fit of the empty set.
+    /// The same about nuisance parameters that are known, without a fit of the empty set.
     pub(super) fn about(
         material: Material<'a>,
         base: DVector<f64>,
@@ -194,7 +194,7 @@ impl<'a> Bench<'a> {
             channels: material.channels,
             candidates: material.candidates,
             log_shares: candidates::log_shares(material.candidates),
-            knobs: material.knobs,
+            nuisances: material.nuisances,
             segments,
             weights: Vec::new(),
             shared: Vec::new(),
@@ -207,15 +207,15 @@ impl<'a> Bench<'a> {
         Ok(bench)
     }
 
-    /// Leaves out the knobs that no segment sees, where `all` will be looked at.
+    /// Leaves out the nuisance parameters that no segment sees, where `all` will be looked at.
     fn forget_unseen(&mut self, all: &[Segment]) {
         let seen = (self.shared.iter())
-            .map(|(projection, knobs)| projection.gram(&knobs.map(f64::from)).diagonal())
-            .fold(DVector::zeros(self.knobs.len()), |sum, more| sum + more);
+            .map(|(projection, nuisances)| projection.gram(&nuisances.map(f64::from)).diagonal())
+            .fold(DVector::zeros(self.nuisances.len()), |sum, more| sum + more);
         let rows = |of: &[Segment]| of.iter().map(|s| s.rows.len()).sum::<usize>() as f64;
         let least = UNSEEN * UNSEEN * rows(&self.segments) / rows(all);
         let kept: Vec<usize> = (0..seen.len()).filter(|at| seen[*at] >= least).collect();
-        self.knobs = kept.iter().map(|at| self.knobs[*at]).collect();
+        self.nuisances = kept.iter().map(|at| self.nuisances[*at]).collect();
         self.base = DVector::from_iterator(kept.len(), kept.iter().map(|at| self.base[*at]));
     }
 
@@ -269,10 +269,15 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Sensitivities of every segment about the base. One whose start or knobs make the nominal blow up
-    /// says nothing reliable and is left out. Without `knobs` to the starts alone.
-    fn linearise(&mut self, what: &str, knobs: bool, watch: &Watch<'_>) -> Result<(), GapError> {
-        let base = self.knob_values(&self.origin());
+    /// Sensitivities of every segment about the base. One whose start or nuisance parameters make the nominal blow up
+    /// says nothing reliable and is left out. Without `nuisances` to the starts alone.
+    fn linearise(
+        &mut self,
+        what: &str,
+        nuisances: bool,
+        watch: &Watch<'_>,
+    ) -> Result<(), GapError> {
+        let base = self.nuisance_values(&self.origin());
         let looked: Vec<Option<Looked>> = (0..self.segments.len())
             .into_par_iter()
             .map(|at| self.look_alone(at, &base))
@@ -293,7 +298,7 @@ impl<'a> Bench<'a> {
             .into_par_iter()
             .map(|at| {
                 watch.check()?;
-                let shared = self.sensitivities(at, knobs, &residuals[at])?;
+                let shared = self.sensitivities(at, nuisances, &residuals[at])?;
                 watch.count(what, &done, total);
                 Ok(shared)
             })
@@ -362,7 +367,7 @@ impl<'a> Bench<'a> {
     ) -> Result<Differencing<'_>, GapError> {
         if let Some(cheaper) = self.plant.cheaper() {
             let entries = self.entries(point);
-            let mut simulation = cheaper.simulation(&self.knob_values(point), &entries)?;
+            let mut simulation = cheaper.simulation(&self.nuisance_values(point), &entries)?;
             let mut before = Vec::new();
             let start = &point.starts[at];
             if self.shoot(simulation.as_mut(), at, start, &entries, &mut before) {
@@ -379,14 +384,14 @@ impl<'a> Bench<'a> {
     fn sensitivities(
         &self,
         at: usize,
-        knobs: bool,
+        nuisances: bool,
         residual: &[f64],
     ) -> Result<Option<(StartProjection, DMatrix<f32>)>, GapError> {
         let origin = self.origin();
         let from = self.differencing(at, &origin, residual)?;
         let (plant, before) = &from;
         let nv = self.model.nv;
-        let mut simulation = plant.simulation(&self.knob_values(&origin), &[])?;
+        let mut simulation = plant.simulation(&self.nuisance_values(&origin), &[])?;
         let mut sensitivity = DMatrix::zeros(residual.len(), 2 * nv);
         let mut moved = Vec::new();
         for axis in 0..2 * nv {
@@ -401,18 +406,18 @@ impl<'a> Bench<'a> {
         let Some(projection) = StartProjection::new(&sensitivity, &self.precision) else {
             return Ok(None);
         };
-        let every: Vec<usize> = (0..self.knobs.len()).collect();
-        let nuisances = if knobs {
-            self.knob_columns(at, &origin, &every, None, &from)?
+        let every: Vec<usize> = (0..self.nuisances.len()).collect();
+        let nuisances = if nuisances {
+            self.nuisance_columns(at, &origin, &every, None, &from)?
         } else {
             DMatrix::zeros(residual.len(), every.len())
         };
         Ok(Some((projection, nuisances)))
     }
 
-    /// Change of the whitened predictions of a segment with some knobs, a standard deviation each; `known`: what was
+    /// Change of the whitened predictions of a segment with some nuisance parameters, a standard deviation each; `known`: what was
     /// found elsewhere.
-    fn knob_columns(
+    fn nuisance_columns(
         &self,
         at: usize,
         point: &Point,
@@ -422,13 +427,13 @@ impl<'a> Bench<'a> {
     ) -> Result<DMatrix<f32>, GapError> {
         let found: Vec<DVector<f32>> = which
             .par_iter()
-            .map(|knob| {
+            .map(|nuisance| {
                 let moved = |step: f64| {
                     let mut moved = point.clone();
-                    moved.knobs[*knob] += step;
+                    moved.nuisances[*nuisance] += step;
                     moved
                 };
-                let length = known.map(|known| f64::from(known.column(*knob).norm()));
+                let length = known.map(|known| f64::from(known.column(*nuisance).norm()));
                 let found = self.slope(at, &moved, STEP, length, from)?;
                 Ok(found.map(|value| value as f32))
             })
@@ -440,8 +445,8 @@ impl<'a> Bench<'a> {
         Ok(columns)
     }
 
-    /// Columns of all knobs: those of `known`, or the shared ones, with those of `fresh` made anew.
-    pub(super) fn renewed_knobs(
+    /// Columns of all nuisance parameters: those of `known`, or the shared ones, with those of `fresh` made anew.
+    pub(super) fn renewed_nuisances(
         &self,
         at: usize,
         known: Option<&DMatrix<f32>>,
@@ -450,23 +455,23 @@ impl<'a> Bench<'a> {
         from: &Differencing<'_>,
     ) -> Result<DMatrix<f32>, GapError> {
         let mut all = known.unwrap_or(&self.shared[at].1).clone();
-        let found = self.knob_columns(at, point, fresh, Some(&all), from)?;
-        for (column, knob) in found.column_iter().zip(fresh) {
-            all.set_column(*knob, &column);
+        let found = self.nuisance_columns(at, point, fresh, Some(&all), from)?;
+        for (column, nuisance) in found.column_iter().zip(fresh) {
+            all.set_column(*nuisance, &column);
         }
         Ok(all)
     }
 
-    /// Knobs whose columns are so long that what is wrong in them matters.
+    /// Nuisance parameters whose columns are so long that what is wrong in them matters.
     pub(super) fn well_seen(&self) -> Vec<usize> {
         let squares = (self.shared.iter())
-            .map(|(_, knobs)| {
-                let square = |column| f64::from(knobs.column(column).norm_squared());
-                DVector::from_fn(knobs.ncols(), |row, _| square(row))
+            .map(|(_, nuisances)| {
+                let square = |column| f64::from(nuisances.column(column).norm_squared());
+                DVector::from_fn(nuisances.ncols(), |row, _| square(row))
             })
-            .fold(DVector::zeros(self.knobs.len()), |sum, more| sum + more);
+            .fold(DVector::zeros(self.nuisances.len()), |sum, more| sum + more);
         (0..squares.len())
-            .filter(|knob| squares[*knob] > WELL_SEEN * WELL_SEEN)
+            .filter(|nuisance| squares[*nuisance] > WELL_SEEN * WELL_SEEN)
             .collect()
     }
 
@@ -520,7 +525,7 @@ impl<'a> Bench<'a> {
         Point {
             candidates: Vec::new(),
             values: Vec::new(),
-            knobs: self.base.clone(),
+            nuisances: self.base.clone(),
             starts: vec![DVector::zeros(2 * self.model.nv); self.segments.len()],
         }
     }
@@ -534,16 +539,16 @@ impl<'a> Bench<'a> {
             .collect()
     }
 
-    /// Knobs of the model at a point.
-    pub(super) fn knob_values(&self, point: &Point) -> Vec<f64> {
-        let mut knobs = vec![0.0; self.model.knobs.len()];
-        for ((knob, sd), z) in self.knobs.iter().zip(point.knobs.iter()) {
-            knobs[*knob] = sd * z;
+    /// Nuisance parameters of the model at a point.
+    pub(super) fn nuisance_values(&self, point: &Point) -> Vec<f64> {
+        let mut nuisances = vec![0.0; self.model.nuisances.len()];
+        for ((nuisance, sd), z) in self.nuisances.iter().zip(point.nuisances.iter()) {
+            nuisances[*nuisance] = sd * z;
         }
-        knobs
+        nuisances
     }
 
-    /// Values of a point in units of priors: knobs, then parameters.
+    /// Values of a point in units of priors: nuisance parameters, then parameters.
     pub(super) fn normalised(&self, point: &Point) -> DVector<f64> {
         let parameters =
             point
@@ -557,14 +562,14 @@ impl<'a> Bench<'a> {
                         .zip(values)
                         .map(|(p, value)| (value - p.null) / p.prior_sd)
                 });
-        let all: Vec<f64> = point.knobs.iter().copied().chain(parameters).collect();
+        let all: Vec<f64> = point.nuisances.iter().copied().chain(parameters).collect();
         DVector::from_vec(all)
     }
 
-    /// Sets knobs and parameters of a point from units of priors.
+    /// Sets nuisance parameters and parameters of a point from units of priors.
     pub(super) fn set(&self, point: &mut Point, z: &DVector<f64>) {
-        point.knobs = z.rows(0, self.knobs.len()).into_owned();
-        let mut at = self.knobs.len();
+        point.nuisances = z.rows(0, self.nuisances.len()).into_owned();
+        let mut at = self.nuisances.len();
         for (candidate, values) in point.candidates.iter().zip(&mut point.values) {
             for (p, value) in self.candidates[*candidate].parameters.iter().zip(values) {
                 *value = (p.null + z[at] * p.prior_sd).clamp(p.lower, p.upper);
@@ -574,7 +579,7 @@ impl<'a> Bench<'a> {
     }
 
     pub(super) fn bounds(&self, candidates: &[usize]) -> Vec<Bounds> {
-        let mut bounds = vec![Bounds::FREE; self.knobs.len()];
+        let mut bounds = vec![Bounds::FREE; self.nuisances.len()];
         for candidate in candidates {
             bounds.extend(
                 self.candidates[*candidate]

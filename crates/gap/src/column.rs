@@ -58,7 +58,7 @@ impl Bench<'_> {
     ) -> Result<DVector<f64>, GapError> {
         let (plant, before) = from;
         let entries = self.entries(moved);
-        let mut simulation = plant.simulation(&self.knob_values(moved), &entries)?;
+        let mut simulation = plant.simulation(&self.nuisance_values(moved), &entries)?;
         let mut other = Vec::new();
         let start = &moved.starts[at];
         if !self.shoot(simulation.as_mut(), at, start, &entries, &mut other) {

@@ -155,7 +155,7 @@ fn distance(
     // What is compared are two simulations, so any integrator serves, if it is the same.
     let plant = bench.plant.cheaper().unwrap_or(bench.plant);
     let mut simulation =
-        plant.simulation(&vec![0.0; bench.model.knobs.len()], &bench.entries(one))?;
+        plant.simulation(&vec![0.0; bench.model.nuisances.len()], &bench.entries(one))?;
     let Some((trial, track)) = perform(bench, simulation.as_mut(), one, manoeuvre, commands) else {
         return Ok(None);
     };
@@ -169,10 +169,10 @@ fn distance(
         tracks: &tracks,
         channels: bench.channels,
         candidates: bench.candidates,
-        knobs: bench.knobs.clone(),
+        nuisances: bench.nuisances.clone(),
     };
     // The other explanation is fitted from the numbers of its own fit.
-    let base = other.knobs.clone();
+    let base = other.nuisances.clone();
     let simulated = Bench::about(material, base, segments, "sensitivities", &quiet);
     let simulated = match simulated {
         Ok(simulated) => simulated,

@@ -6,7 +6,7 @@ use hydro_frames::Wrench;
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 
 use crate::plant::{
-    FreeBase, Inertial, Knob, KnobClass, Plant, PlantActuator, PlantBody, PlantDescription,
+    FreeBase, Inertial, Nuisance, NuisanceClass, Plant, PlantActuator, PlantBody, PlantDescription,
     PlantError, PlantSensor, Quantity, SensorKind, Simulation,
 };
 
@@ -47,7 +47,7 @@ impl RigidBody {
             frame_of: Some("hull".to_owned()),
             joint: None,
         };
-        let knob = |name: &str, class, quantity| Knob {
+        let nuisance = |name: &str, class, quantity| Nuisance {
             name: format!("hull.{name}"),
             element: "hull".to_owned(),
             class,
@@ -93,9 +93,9 @@ impl RigidBody {
                     sensor("dvl", SensorKind::LinearVelocity, 7, 3, 0.01, "m/s"),
                     sensor("gyro", SensorKind::AngularVelocity, 10, 3, 0.01, "rad/s"),
                 ],
-                knobs: vec![
-                    knob("mass", KnobClass::Mass, Quantity::Mass),
-                    knob("drag", KnobClass::Fluid, Quantity::FluidCoefficient(0)),
+                nuisances: vec![
+                    nuisance("mass", NuisanceClass::Mass, Quantity::Mass),
+                    nuisance("drag", NuisanceClass::Fluid, Quantity::FluidCoefficient(0)),
                 ],
                 carriers: Vec::new(),
                 waterline: 0.0,
@@ -132,7 +132,7 @@ impl Plant for RigidBody {
 
     fn simulation(
         &self,
-        knobs: &[f64],
+        nuisances: &[f64],
         effects: &[Entry],
     ) -> Result<Box<dyn Simulation>, PlantError> {
         let memory = effects
@@ -146,8 +146,8 @@ impl Plant for RigidBody {
             )
             .collect();
         Ok(Box::new(Swim {
-            mass: MASS * (1.0 + knobs[0]),
-            drag: self.drag.map(|d| d * (1.0 + knobs[1])),
+            mass: MASS * (1.0 + nuisances[0]),
+            drag: self.drag.map(|d| d * (1.0 + nuisances[1])),
             effects: effects.to_vec(),
             memory,
             time: 0.0,

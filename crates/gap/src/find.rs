@@ -1,6 +1,6 @@
 //! Find: where and when the nominal fails.
 //!
-//! The nominal is fitted to every segment within its own uncertainty (knobs and starts); what stays is
+//! The nominal is fitted to every segment within its own uncertainty (nuisance parameters and starts); what stays is
 //! whitened and added up by window and sensor. The largest window is judged against windows of simulated
 //! noise (maxT), so that the number of windows looked at is paid for. Structure too weak for any one window
 //! is judged over all of them (`adequacy`).

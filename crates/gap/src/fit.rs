@@ -1,9 +1,9 @@
 //! The fit of a hypothesis by multiple shooting.
 //!
-//! A hypothesis is a set of effects. Its parameters, the knobs and the start of every segment are fitted
+//! A hypothesis is a set of effects. Its parameters, the nuisance parameters and the start of every segment are fitted
 //! together by Gauss-Newton on whitened output errors, a chord method: a rollout costs as much as a column,
 //! so columns are kept as long as steps bring what they promise. Starts keep the sensitivities of the
-//! bench, and so do knobs unless they go far or fresh columns of the effects do not help.
+//! bench, and so do nuisance parameters unless they go far or fresh columns of the effects do not help.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -19,9 +19,9 @@ use super::{
     watch::Watch,
 };
 
-/// A knob farther than this from where its column was made [standard deviations] needs a new one.
+/// A nuisance parameter farther than this from where its column was made [standard deviations] needs a new one.
 const FAR: f64 = 3.0;
-/// A knob whose predictions correlate with an effect's by more than this is told from it by what little differs
+/// A nuisance parameter whose predictions correlate with an effect's by more than this is told from it by what little differs
 /// in their columns, so both must be of one point.
 const AKIN: f64 = 0.5;
 /// Rollouts of all segments at most, columns not counted: most fits need ten, one from a point where a law bends
@@ -34,7 +34,7 @@ const CONVERGED_RELATIVE: f64 = 1e-5;
 const TRUSTED: f64 = 0.7;
 /// ... and are made anew at the end where the steps since have changed the cost by more than this.
 const MOVED: f64 = 2.0;
-/// Disappointments before the one at which the columns of all knobs are made anew.
+/// Disappointments before the one at which the columns of all nuisance parameters are made anew.
 const ALL_ANEW: usize = 1;
 /// Halvings of a step that leads uphill.
 const HALVINGS: usize = 3;
@@ -46,8 +46,8 @@ pub(super) struct Point {
     pub(super) candidates: Vec<usize>,
     /// Values of each candidate, in the order of its parameters.
     pub(super) values: Vec<Vec<f64>>,
-    /// Knobs in standard deviations.
-    pub(super) knobs: DVector<f64>,
+    /// Nuisance parameters in standard deviations.
+    pub(super) nuisances: DVector<f64>,
     /// Start of each segment, as a tangent from where the bench has it.
     pub(super) starts: Vec<DVector<f64>>,
 }
@@ -73,12 +73,12 @@ impl Point {
 #[derive(Clone, Debug)]
 pub(super) struct Fit {
     pub(super) point: Point,
-    /// About zero in (knobs, parameters); per trial, so that trials can be drawn again.
+    /// About zero in (nuisance parameters, parameters); per trial, so that trials can be drawn again.
     pub(super) quadratics: Vec<Quadratic>,
     pub(super) bounds: Vec<Bounds>,
     /// Squared whitened residuals at the point.
     pub(super) misfit: f64,
-    /// What the priors of knobs and parameters charge for the point.
+    /// What the priors of nuisance parameters and parameters charge for the point.
     pub(super) penalty: f64,
     /// The same of the starts.
     arrival: f64,
@@ -86,7 +86,7 @@ pub(super) struct Fit {
     pub(super) residuals: Vec<Vec<f64>>,
     /// Change of the whitened predictions, by segment.
     pub(super) columns: Vec<Columns>,
-    /// Knobs about which the columns of the knobs were made.
+    /// Nuisance parameters about which the columns of the nuisance parameters were made.
     about: DVector<f64>,
     /// Readings that count.
     pub(super) readings: usize,
@@ -97,8 +97,8 @@ pub(super) struct Fit {
 pub(super) struct Columns {
     /// With its own [readings, parameters].
     pub(super) own: DMatrix<f32>,
-    /// With the knobs, where the shared ones do not serve.
-    pub(super) knobs: Option<DMatrix<f32>>,
+    /// With the nuisance parameters, where the shared ones do not serve.
+    pub(super) nuisances: Option<DMatrix<f32>>,
 }
 
 impl Fit {
@@ -117,20 +117,20 @@ impl Fit {
         self.misfit + self.penalty + self.arrival
     }
 
-    /// Knobs that predict much the same as one of the effects' parameters.
+    /// Nuisance parameters that predict much the same as one of the effects' parameters.
     fn akin(&self) -> Vec<usize> {
-        let (knobs, all) = (self.point.knobs.len(), self.bounds.len());
+        let (nuisances, all) = (self.point.nuisances.len(), self.bounds.len());
         let a = self.quadratic().a;
-        let alike = |knob: usize, own: usize| {
-            a[(knob, own)].powi(2) > AKIN * AKIN * a[(knob, knob)] * a[(own, own)]
+        let alike = |nuisance: usize, own: usize| {
+            a[(nuisance, own)].powi(2) > AKIN * AKIN * a[(nuisance, nuisance)] * a[(own, own)]
         };
-        (0..knobs)
-            .filter(|knob| (knobs..all).any(|own| alike(*knob, own)))
+        (0..nuisances)
+            .filter(|nuisance| (nuisances..all).any(|own| alike(*nuisance, own)))
             .collect()
     }
 
     fn is_far(&self) -> bool {
-        !far(&self.point.knobs, &self.about).is_empty()
+        !far(&self.point.nuisances, &self.about).is_empty()
     }
 }
 
@@ -175,10 +175,10 @@ impl Bench<'_> {
         let Some(residuals) = self.look(&first)? else {
             return Ok(None);
         };
-        let fresh = far(&first.knobs, &self.base);
+        let fresh = far(&first.nuisances, &self.base);
         let known = vec![None; self.segments.len()];
         let columns = self.columns(&first, &residuals, known, &fresh)?;
-        let about = moved(&self.base, &first.knobs, &fresh);
+        let about = moved(&self.base, &first.nuisances, &fresh);
         let mut fit = self.assemble(first, residuals, columns, about);
         if exact && !fit.akin().is_empty() {
             fit = self.renewed(fit, false)?;
@@ -186,8 +186,8 @@ impl Bench<'_> {
         // What the steps since the columns were made have brought; none: none was made.
         let mut since: Option<f64> = None;
         // Columns that did not hold what they promised were made anew so many times: the effects' and what is akin
-        // to them, then all, once; in a large model those of all knobs cost more than everything else.
-        // A fit of nothing but knobs has no others.
+        // to them, then all, once; in a large model those of all nuisance parameters cost more than everything else.
+        // A fit of nothing but nuisance parameters has no others.
         let alone = fit.point.candidates.is_empty();
         let mut disappointments = usize::from(alone);
         loop {
@@ -254,19 +254,19 @@ impl Bench<'_> {
         Ok((None, left.min(HALVINGS + 1)))
     }
 
-    /// The same fit with columns about its point: those of the knobs too that are far from where theirs were
+    /// The same fit with columns about its point: those of the nuisance parameters too that are far from where theirs were
     /// made or akin to an effect, or of all if asked for.
     fn renewed(&self, fit: Fit, all: bool) -> Result<Fit, GapError> {
         let fresh: Vec<usize> = if all {
-            (0..self.knobs.len()).collect()
+            (0..self.nuisances.len()).collect()
         } else {
-            let (far, akin) = (far(&fit.point.knobs, &fit.about), fit.akin());
-            let either = |knob: &usize| far.contains(knob) || akin.contains(knob);
-            (0..self.knobs.len()).filter(either).collect()
+            let (far, akin) = (far(&fit.point.nuisances, &fit.about), fit.akin());
+            let either = |nuisance: &usize| far.contains(nuisance) || akin.contains(nuisance);
+            (0..self.nuisances.len()).filter(either).collect()
         };
-        let known = fit.columns.into_iter().map(|of| of.knobs).collect();
+        let known = fit.columns.into_iter().map(|of| of.nuisances).collect();
         let columns = self.columns(&fit.point, &fit.residuals, known, &fresh)?;
-        let about = moved(&fit.about, &fit.point.knobs, &fresh);
+        let about = moved(&fit.about, &fit.point.nuisances, &fresh);
         Ok(self.assemble(fit.point, fit.residuals, columns, about))
     }
 
@@ -275,17 +275,18 @@ impl Bench<'_> {
         let mut next = fit.point.clone();
         self.set(&mut next, z);
         let change = self.normalised(&next) - self.normalised(&fit.point);
-        let knobs = self.knobs.len();
+        let nuisances = self.nuisances.len();
         next.starts = (0..self.segments.len())
             .into_par_iter()
             .map(|at| {
                 let (projection, shared) = &self.shared[at];
                 let columns = &fit.columns[at];
-                let nuisances = columns.knobs.as_ref().unwrap_or(shared);
+                let nuisance_columns = columns.nuisances.as_ref().unwrap_or(shared);
                 let readings = &fit.residuals[at];
                 let mut residual = DMatrix::from_column_slice(readings.len(), 1, readings);
-                residual -= nuisances.map(f64::from) * change.rows(0, knobs);
-                residual -= columns.own.map(f64::from) * change.rows(knobs, change.len() - knobs);
+                residual -= nuisance_columns.map(f64::from) * change.rows(0, nuisances);
+                residual -=
+                    columns.own.map(f64::from) * change.rows(nuisances, change.len() - nuisances);
                 projection.start(residual, &fit.point.starts[at])
             })
             .collect();
@@ -295,7 +296,7 @@ impl Bench<'_> {
     /// Whitened residuals at a point; none where a segment blows up.
     fn look(&self, point: &Point) -> Result<Option<Vec<Vec<f64>>>, GapError> {
         let entries = self.entries(point);
-        let knobs = self.knob_values(point);
+        let nuisances = self.nuisance_values(point);
         let blown = AtomicBool::new(false);
         let residuals: Vec<Option<Vec<f64>>> = (0..self.segments.len())
             .into_par_iter()
@@ -303,7 +304,7 @@ impl Bench<'_> {
                 if blown.load(Ordering::Relaxed) {
                     return Ok(None);
                 }
-                let mut simulation = self.plant.simulation(&knobs, &entries)?;
+                let mut simulation = self.plant.simulation(&nuisances, &entries)?;
                 let mut residual = Vec::new();
                 let start = &point.starts[at];
                 if self.shoot(simulation.as_mut(), at, start, &entries, &mut residual) {
@@ -332,7 +333,7 @@ impl Bench<'_> {
         point.starts.iter().map(charge).sum()
     }
 
-    /// Change of the whitened predictions of every segment about a point. `known`: columns of the knobs, none
+    /// Change of the whitened predictions of every segment about a point. `known`: columns of the nuisance parameters, none
     /// for the shared ones; those of `fresh` are made anew.
     fn columns(
         &self,
@@ -344,19 +345,25 @@ impl Bench<'_> {
         known
             .into_par_iter()
             .enumerate()
-            .map(|(at, mut knobs)| {
+            .map(|(at, mut nuisances)| {
                 if point.candidates.is_empty() && fresh.is_empty() {
                     let own = DMatrix::zeros(residuals[at].len(), 0);
-                    return Ok(Columns { own, knobs });
+                    return Ok(Columns { own, nuisances });
                 }
                 let from = self.differencing(at, point, &residuals[at])?;
                 let own = self.own_columns(at, point, &from)?;
                 if !fresh.is_empty() {
-                    knobs = Some(self.renewed_knobs(at, knobs.as_ref(), fresh, point, &from)?);
+                    nuisances = Some(self.renewed_nuisances(
+                        at,
+                        nuisances.as_ref(),
+                        fresh,
+                        point,
+                        &from,
+                    )?);
                 }
                 Ok(Columns {
                     own: own.map(|value| value as f32),
-                    knobs,
+                    nuisances,
                 })
             })
             .collect()
@@ -380,7 +387,7 @@ impl Bench<'_> {
                     &point,
                     &z,
                     &residuals[at],
-                    columns[at].knobs.as_ref(),
+                    columns[at].nuisances.as_ref(),
                     &own,
                 )
             })
@@ -417,24 +424,24 @@ impl Bench<'_> {
         }
     }
 
-    /// Gram matrix of (residual carried back to zero, knobs, columns), off the start.
+    /// Gram matrix of (residual carried back to zero, nuisance parameters, columns), off the start.
     pub(super) fn gram(
         &self,
         at: usize,
         point: &Point,
         z: &DVector<f64>,
         residual: &[f64],
-        nuisances: Option<&DMatrix<f32>>,
+        nuisance_columns: Option<&DMatrix<f32>>,
         columns: &DMatrix<f64>,
     ) -> DMatrix<f64> {
         let (projection, shared) = &self.shared[at];
-        let nuisances = nuisances.unwrap_or(shared);
-        let knobs = self.knobs.len();
-        let mut all = DMatrix::zeros(residual.len(), 1 + knobs + columns.ncols());
+        let nuisance_columns = nuisance_columns.unwrap_or(shared);
+        let nuisances = self.nuisances.len();
+        let mut all = DMatrix::zeros(residual.len(), 1 + nuisances + columns.ncols());
         all.column_mut(0).copy_from_slice(residual);
-        all.view_mut((0, 1), nuisances.shape())
-            .copy_from(&nuisances.map(f64::from));
-        all.view_mut((0, 1 + knobs), columns.shape())
+        all.view_mut((0, 1), nuisance_columns.shape())
+            .copy_from(&nuisance_columns.map(f64::from));
+        all.view_mut((0, 1 + nuisances), columns.shape())
             .copy_from(columns);
         let carried =
             all.columns(1, z.len()) * z + projection.sensitivity.map(f64::from) * &point.starts[at];
@@ -472,19 +479,19 @@ impl Bench<'_> {
     }
 }
 
-/// Knobs that are far from where their columns were made.
-fn far(knobs: &DVector<f64>, about: &DVector<f64>) -> Vec<usize> {
-    let apart = knobs - about;
+/// Nuisance parameters that are far from where their columns were made.
+fn far(nuisances: &DVector<f64>, about: &DVector<f64>) -> Vec<usize> {
+    let apart = nuisances - about;
     (0..apart.len())
         .filter(|at| apart[*at].abs() > FAR)
         .collect()
 }
 
-/// The point `about`, at `knobs` along some of its axes.
-fn moved(about: &DVector<f64>, knobs: &DVector<f64>, axes: &[usize]) -> DVector<f64> {
+/// The point `about`, at `nuisances` along some of its axes.
+fn moved(about: &DVector<f64>, nuisances: &DVector<f64>, axes: &[usize]) -> DVector<f64> {
     let mut about = about.clone();
     for axis in axes {
-        about[*axis] = knobs[*axis];
+        about[*axis] = nuisances[*axis];
     }
     about
 }
@@ -499,7 +506,7 @@ fn midway(a: &Point, b: &Point) -> Point {
             .zip(&b.values)
             .map(|(a, b)| a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect())
             .collect(),
-        knobs: 0.5 * (&a.knobs + &b.knobs),
+        nuisances: 0.5 * (&a.nuisances + &b.nuisances),
         starts: a
             .starts
             .iter()

@@ -27,7 +27,7 @@ pub(super) fn parameters(
     let quadratic = fit.quadratic().tempered(factor);
     let best = quadratic.best(&fit.bounds);
     let of = &bench.candidates[candidate];
-    let first = bench.knobs.len() + fit.point.values[..row].iter().map(Vec::len).sum::<usize>();
+    let first = bench.nuisances.len() + fit.point.values[..row].iter().map(Vec::len).sum::<usize>();
     let interval = |parameter: usize, z: f64| {
         let best = best.as_ref()?;
         let at = first + parameter;
@@ -60,19 +60,19 @@ pub(super) fn parameters(
     of.parameters.iter().enumerate().map(fitted).collect()
 }
 
-/// Name, value and standard deviation of every knob, in the knob's unit.
+/// Name, value and standard deviation of every nuisance parameter, in the nuisance parameter's unit.
 pub(super) fn nuisances(bench: &Bench<'_>, fit: &Fit, factor: f64) -> Vec<(String, f64, f64)> {
     let Some((_, optimum)) = fit.evidence(factor) else {
         return Vec::new();
     };
     bench
-        .knobs
+        .nuisances
         .iter()
         .enumerate()
-        .map(|(at, (knob, sd))| {
+        .map(|(at, (nuisance, sd))| {
             let spread = optimum.covariance[(at, at)].max(0.0).sqrt();
-            let name = bench.model.knobs[*knob].name.clone();
-            (name, fit.point.knobs[at] * sd, spread * sd)
+            let name = bench.model.nuisances[*nuisance].name.clone();
+            (name, fit.point.nuisances[at] * sd, spread * sd)
         })
         .collect()
 }
@@ -134,8 +134,8 @@ mod tests {
             point.values.push(vec![1.5, 0.25, -0.1, 0.05]);
             let fit = bench.fit(point, watch).expect("fits").expect("stands");
             let best = fit.quadratic().best(&fit.bounds).expect("positive");
-            // After knobs and the lift's own.
-            let first = bench.knobs.len() + bench.candidates[lift].parameters.len();
+            // After nuisance parameters and the lift's own.
+            let first = bench.nuisances.len() + bench.candidates[lift].parameters.len();
             let scale: Vec<f64> = (bench.candidates[load].parameters.iter())
                 .map(|p| p.prior_sd)
                 .collect();

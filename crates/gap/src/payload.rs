@@ -90,7 +90,7 @@ mod tests {
         Point {
             candidates: vec![0, 1],
             values: vec![drag, payload.to_vec()],
-            knobs: DVector::zeros(2),
+            nuisances: DVector::zeros(2),
             starts: Vec::new(),
         }
     }

@@ -12,9 +12,9 @@ use crate::wall::Wall;
 #[error("{0}")]
 pub struct PlantError(pub String);
 
-/// Which uncertainty of the nominal model a [`Knob`] stands for (keys of `nominal.toml`).
+/// Which uncertainty of the nominal model a [`Nuisance`] stands for (keys of `nominal.toml`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum KnobClass {
+pub enum NuisanceClass {
     /// Masses, relative.
     Mass,
     /// Moments of inertia, relative.
@@ -31,7 +31,7 @@ pub enum KnobClass {
     Timing,
 }
 
-/// What a [`Knob`] turns.
+/// What a [`Nuisance`] turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Mass of a body, relative. Its gravity compensation is a force, and stays.
@@ -75,13 +75,13 @@ pub enum Quantity {
 /// One uncertain number of the nominal model. Zero is the nominal; 0.03 is three per cent more, or, for
 /// a centre of mass, 3 cm along its axis.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Knob {
+pub struct Nuisance {
     /// `hull.mass`, `hull.inertia.x`, `thruster_1.gain`.
     pub name: String,
     /// Element of the MJCF that it belongs to.
     pub element: String,
     /// Which uncertainty.
-    pub class: KnobClass,
+    pub class: NuisanceClass,
     /// What it turns.
     pub quantity: Quantity,
 }
@@ -248,7 +248,7 @@ pub struct PlantDescription {
     /// Sensors.
     pub sensors: Vec<PlantSensor>,
     /// Uncertain numbers.
-    pub knobs: Vec<Knob>,
+    pub nuisances: Vec<Nuisance>,
     /// Names of the bodies that carry instances of `hydro.wrench`, as [`Quantity::EffectValue`] counts them.
     pub carriers: Vec<String>,
     /// Height of the water's surface [m].
@@ -270,14 +270,14 @@ pub trait Plant: Send + Sync {
         None
     }
 
-    /// A simulation with knobs turned (`PlantDescription::knobs` long) and effects added. Effects on
+    /// A simulation with nuisance parameters turned (`PlantDescription::nuisances` long) and effects added. Effects on
     /// sensors are not applied here: they belong to the measurement.
     ///
     /// # Errors
     /// An unknown target, a wrong number of parameters, a model that MuJoCo refuses.
     fn simulation(
         &self,
-        knobs: &[f64],
+        nuisances: &[f64],
         effects: &[Entry],
     ) -> Result<Box<dyn Simulation>, PlantError>;
 }

@@ -113,7 +113,7 @@ fn a_stop_is_heeded() {
 #[test]
 fn an_uncertainty_file_that_does_not_fit_is_refused_by_key() {
     let plant = RigidBody::new();
-    let knobs = &plant.description().knobs;
+    let nuisances = &plant.description().nuisances;
     for (text, expected) in [
         ("mass = -0.1", vec!["`mass` is -0.1", "zero or more"]),
         ("weight = 0.1", vec!["weight", "mass"]),
@@ -124,11 +124,12 @@ fn an_uncertainty_file_that_does_not_fit_is_refused_by_key() {
         ),
         ("mass = ", vec!["mass"]),
     ] {
-        let said = Uncertainty::parse(text, knobs).unwrap_err().to_string();
+        let said = Uncertainty::parse(text, nuisances).unwrap_err().to_string();
         for part in expected {
             assert!(said.contains(part), "{text}: {said}");
         }
     }
-    let read = Uncertainty::parse("mass = 0.1\n[elements]\n\"hull.drag\" = 0.2", knobs).unwrap();
-    assert_eq!((read.of(&knobs[0]), read.of(&knobs[1])), (0.1, 0.2));
+    let read =
+        Uncertainty::parse("mass = 0.1\n[elements]\n\"hull.drag\" = 0.2", nuisances).unwrap();
+    assert_eq!((read.of(&nuisances[0]), read.of(&nuisances[1])), (0.1, 0.2));
 }

@@ -75,15 +75,15 @@ pub enum Residual {
     NotOffered(String),
 }
 
-/// The nominal's uncertain numbers as they were fitted where nothing is missing, by knob of the model: value
+/// The nominal's uncertain numbers as they were fitted where nothing is missing, by nuisance parameter of the model: value
 /// and standard deviation, zero where the fit hardly moved one.
 pub fn refitted(bench: &Bench<'_>, naming: &Naming) -> Vec<(f64, f64)> {
     let empty = &naming.search.scored[0].fit;
-    let mut all = vec![(0.0, 0.0); bench.model.knobs.len()];
+    let mut all = vec![(0.0, 0.0); bench.model.nuisances.len()];
     let fitted = nuisances(bench, empty, naming.search.factor);
-    for ((knob, prior), (_, value, deviation)) in bench.knobs.iter().zip(fitted) {
+    for ((nuisance, prior), (_, value, deviation)) in bench.nuisances.iter().zip(fitted) {
         if value.abs() >= MOVED * prior {
-            all[*knob] = (value, deviation);
+            all[*nuisance] = (value, deviation);
         }
     }
     all
@@ -91,12 +91,16 @@ pub fn refitted(bench: &Bench<'_>, naming: &Naming) -> Vec<(f64, f64)> {
 
 /// Estimates the wrench on the base that the nominal model lacks along every trial.
 ///
-/// `knobs` are the values of the nominal's uncertain numbers in the model to which a learned wrench will be
+/// `nuisances` are the values of the nominal's uncertain numbers in the model to which a learned wrench will be
 /// added: what they explain is not to be learned, and what is learned is right only beside them.
 ///
 /// # Errors
 /// Where the plant refuses, or a stop was asked for.
-pub fn residual(study: &Study<'_>, knobs: &[f64], watch: &Watch<'_>) -> Result<Residual, GapError> {
+pub fn residual(
+    study: &Study<'_>,
+    nuisances: &[f64],
+    watch: &Watch<'_>,
+) -> Result<Residual, GapError> {
     let model = study.plant.description();
     let not = |reason: &str| Ok(Residual::NotOffered(reason.to_owned()));
     let Some(base) = &model.base else {
@@ -130,7 +134,7 @@ pub fn residual(study: &Study<'_>, knobs: &[f64], watch: &Watch<'_>) -> Result<R
         model,
         base,
         channels: &study.channels,
-        knobs,
+        nuisances,
         wrench_step: scale.map(|of| STEP * of),
     };
     let most = (MOST_WINDOWS / study.trials.len().max(1)).max(LEAST_WINDOWS);

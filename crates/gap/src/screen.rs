@@ -43,12 +43,12 @@ pub(super) struct Direction {
     pub(super) secant: bool,
 }
 
-/// Columns of every candidate about a fit: (knobs, the fit's own parameters, directions).
+/// Columns of every candidate about a fit: (nuisance parameters, the fit's own parameters, directions).
 #[derive(Debug)]
 pub(super) struct Screen {
     pub(super) quadratic: Quadratic,
     pub(super) directions: Vec<Direction>,
-    /// Parameters before the directions: knobs and the fit's own.
+    /// Parameters before the directions: nuisance parameters and the fit's own.
     pub(super) before: usize,
 }
 
@@ -135,7 +135,7 @@ impl Bench<'_> {
         let total = self.screened();
         let z = self.normalised(&fit.point);
         let entries = self.entries(&fit.point);
-        // An effect that a knob imitates stands out by what little differs in their columns, so those of knobs that
+        // An effect that a nuisance parameter imitates stands out by what little differs in their columns, so those of nuisance parameters that
         // are seen well are of this point.
         let seen = self.well_seen();
         let grams: Vec<DMatrix<f64>> = (0..total)
@@ -160,14 +160,15 @@ impl Bench<'_> {
                 }
                 let mut padded = DVector::zeros(z.len() + directions.len());
                 padded.rows_mut(0, z.len()).copy_from(&z);
-                let known = fit.columns[at].knobs.as_ref();
-                let nuisances = self.renewed_knobs(at, known, &seen, &fit.point, &from)?;
+                let known = fit.columns[at].nuisances.as_ref();
+                let nuisance_columns =
+                    self.renewed_nuisances(at, known, &seen, &fit.point, &from)?;
                 let gram = self.gram(
                     at,
                     &fit.point,
                     &padded,
                     residual,
-                    Some(&nuisances),
+                    Some(&nuisance_columns),
                     &columns,
                 );
                 watch.count("screening effects", &done, total);
@@ -198,8 +199,8 @@ impl Bench<'_> {
     /// Readings of a segment at every step.
     fn trace(&self, at: usize, point: &Point, entries: &[Entry]) -> Result<Trace, GapError> {
         let segment = &self.segments[at];
-        let knobs = self.knob_values(point);
-        let mut simulation = self.plant.simulation(&knobs, entries)?;
+        let nuisances = self.nuisance_values(point);
+        let mut simulation = self.plant.simulation(&nuisances, entries)?;
         let mut trace = Trace::default();
         shooting::run(
             simulation.as_mut(),

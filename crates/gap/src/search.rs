@@ -123,7 +123,7 @@ pub(super) fn firsts<T>(
         .collect()
 }
 
-/// A quadratic in the directions of one screen, knobs and fitted parameters out of the way.
+/// A quadratic in the directions of one screen, nuisance parameters and fitted parameters out of the way.
 struct Linear<'s> {
     quadratic: Quadratic,
     screen: &'s Screen,
@@ -207,8 +207,8 @@ impl<'s> Linear<'s> {
     fn point(&self, bench: &Bench<'_>, from: &Point, set: &[usize]) -> Option<Point> {
         let (_, columns, z) = self.evidence(set)?;
         let mut point = from.clone();
-        // What goes with these values of the knobs and of what was fitted before, to first order: an effect that a
-        // knob nearly cancels would start far from anything without.
+        // What goes with these values of the nuisance parameters and of what was fitted before, to first order: an effect that a
+        // nuisance parameter nearly cancels would start far from anything without.
         let before = self.screen.before;
         let whole = self.screen.quadratic.tempered(self.factor);
         let mut precision = whole.a.view((0, 0), (before, before)).into_owned();

@@ -1,4 +1,4 @@
-//! What a fit would leave were it right: simulated noise, less what starts, knobs and parameters absorb of it to
+//! What a fit would leave were it right: simulated noise, less what starts, nuisance parameters and parameters absorb of it to
 //! first order.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -21,7 +21,7 @@ pub(super) struct Simulated<'a> {
     seed: u64,
     /// The fit's own parameters, in standard deviations of their priors.
     z: DVector<f64>,
-    /// Of knobs and parameters, starts out of the way.
+    /// Of nuisance parameters and parameters, starts out of the way.
     precision: Cholesky<f64, Dyn>,
 }
 
@@ -34,7 +34,7 @@ impl<'a> Simulated<'a> {
         form_error: f64,
         seed: u64,
     ) -> Option<Self> {
-        let knobs = bench.knobs.len();
+        let nuisances = bench.nuisances.len();
         let all = bench.normalised(&fit.point);
         let mut precision = fit.quadratic().a;
         for axis in 0..precision.nrows() {
@@ -46,12 +46,12 @@ impl<'a> Simulated<'a> {
             draws,
             form_error,
             seed,
-            z: all.rows(knobs, all.len() - knobs).into_owned(),
+            z: all.rows(nuisances, all.len() - nuisances).into_owned(),
             precision: precision.cholesky()?,
         })
     }
 
-    /// Knobs and parameters that fit each draw best [parameters, draws], in standard deviations of their priors.
+    /// Nuisance parameters and parameters that fit each draw best [parameters, draws], in standard deviations of their priors.
     pub(super) fn absorbed(&self, noise: &[Noise]) -> DMatrix<f64> {
         let slopes: Vec<DMatrix<f64>> = (0..self.bench.segments.len())
             .into_par_iter()
@@ -71,15 +71,15 @@ impl<'a> Simulated<'a> {
         self.draw(at, noise) - taken
     }
 
-    /// Columns of knobs and of the fit's own parameters.
+    /// Columns of nuisance parameters and of the fit's own parameters.
     fn columns(&self, at: usize) -> DMatrix<f64> {
         let (_, shared) = &self.bench.shared[at];
         let of = &self.fit.columns[at];
-        let knobs = of.knobs.as_ref().unwrap_or(shared);
-        let mut all = DMatrix::zeros(knobs.nrows(), knobs.ncols() + of.own.ncols());
-        all.view_mut((0, 0), knobs.shape())
-            .copy_from(&knobs.map(f64::from));
-        all.view_mut((0, knobs.ncols()), of.own.shape())
+        let nuisances = of.nuisances.as_ref().unwrap_or(shared);
+        let mut all = DMatrix::zeros(nuisances.nrows(), nuisances.ncols() + of.own.ncols());
+        all.view_mut((0, 0), nuisances.shape())
+            .copy_from(&nuisances.map(f64::from));
+        all.view_mut((0, nuisances.ncols()), of.own.shape())
             .copy_from(&of.own.map(f64::from));
         all
     }

@@ -162,7 +162,8 @@ pub struct WithoutTrial {
     /// Name of the trial.
     pub trial: String,
     /// Uncertain numbers of the nominal, in the model's order: relative, or metres for a centre of mass.
-    pub knobs: Vec<f64>,
+    #[serde(rename = "knobs", alias = "nuisances")]
+    pub nuisances: Vec<f64>,
     /// Effects, those of sensors too: which, on what, values in the order of the catalogue.
     pub effects: Vec<(Id, String, Vec<f64>)>,
     /// The same numbers of the nominal fitted where nothing is added.

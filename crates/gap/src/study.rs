@@ -136,13 +136,13 @@ impl<'a> Study<'a> {
 
     /// Cuts the trials into segments and finds their sensitivities.
     pub fn bench(&self, watch: &Watch<'_>) -> Result<Bench<'_>, GapError> {
-        let knobs = self
+        let nuisances = self
             .plant
             .description()
-            .knobs
+            .nuisances
             .iter()
             .enumerate()
-            .map(|(at, knob)| (at, self.settings.uncertainty.of(knob)))
+            .map(|(at, nuisance)| (at, self.settings.uncertainty.of(nuisance)))
             .filter(|(_, sd)| *sd > 0.0)
             .collect();
         let material = Material {
@@ -151,7 +151,7 @@ impl<'a> Study<'a> {
             tracks: &self.tracks,
             channels: &self.channels,
             candidates: &self.candidates,
-            knobs,
+            nuisances,
         };
         let first = self.segments(FIRST_SEGMENT, FIRST_SEGMENTS);
         let seconds = SECONDS_BY_FREEDOMS / self.plant.description().nv.max(1) as f64;

@@ -1,4 +1,4 @@
-//! A plant under a hypothesis: knobs turned and effects added.
+//! A plant under a hypothesis: nuisance parameters turned and effects added.
 
 use hydro_effects::Entry;
 
@@ -10,7 +10,7 @@ use crate::plant::{Plant, PlantDescription, Simulation};
 pub(super) struct System<'a> {
     pub(super) plant: &'a dyn Plant,
     /// One for each of the plant's.
-    pub(super) knobs: Vec<f64>,
+    pub(super) nuisances: Vec<f64>,
     pub(super) entries: Vec<Entry>,
 }
 
@@ -19,7 +19,7 @@ impl<'a> System<'a> {
     pub(super) fn plain(plant: &'a dyn Plant) -> Self {
         Self {
             plant,
-            knobs: vec![0.0; plant.description().knobs.len()],
+            nuisances: vec![0.0; plant.description().nuisances.len()],
             entries: Vec::new(),
         }
     }
@@ -29,13 +29,13 @@ impl<'a> System<'a> {
     }
 
     pub(super) fn simulation(&self) -> Result<Box<dyn Simulation>, GapError> {
-        Ok(self.plant.simulation(&self.knobs, &self.entries)?)
+        Ok(self.plant.simulation(&self.nuisances, &self.entries)?)
     }
 
     /// With a cheaper integrator, for differences; the same where there is none.
     pub(super) fn cheaper(&self) -> Result<Box<dyn Simulation>, GapError> {
         let plant = self.plant.cheaper().unwrap_or(self.plant);
-        Ok(plant.simulation(&self.knobs, &self.entries)?)
+        Ok(plant.simulation(&self.nuisances, &self.entries)?)
     }
 
     pub(super) fn warm_up(&self) -> WarmUp {

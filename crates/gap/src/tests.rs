@@ -55,8 +55,14 @@ pub(super) fn on_hull(effect: Id, parameters: Vec<f64>) -> Entry {
     }
 }
 
-pub(super) fn trial(name: &str, effects: &[Entry], knobs: &[f64], seed: u64, noise: f64) -> Trial {
-    pushed(name, effects, knobs, seed, noise, &|_, _| [0.0; 6])
+pub(super) fn trial(
+    name: &str,
+    effects: &[Entry],
+    nuisances: &[f64],
+    seed: u64,
+    noise: f64,
+) -> Trial {
+    pushed(name, effects, nuisances, seed, noise, &|_, _| [0.0; 6])
 }
 
 /// A wrench on the base that depends on positions and velocities [N, N m].
@@ -66,13 +72,13 @@ pub(super) type Push = dyn Fn(&[f64], &[f64]) -> [f64; 6];
 pub(super) fn pushed(
     name: &str,
     effects: &[Entry],
-    knobs: &[f64],
+    nuisances: &[f64],
     seed: u64,
     noise: f64,
     push: &Push,
 ) -> Trial {
     let plant = RigidBody::new();
-    let mut simulation = plant.simulation(knobs, effects).unwrap();
+    let mut simulation = plant.simulation(nuisances, effects).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let phases: Vec<f64> = (0..8).map(|_| 3.0 * normal(&mut rng)).collect();
     let mut control = Series {
@@ -161,8 +167,8 @@ fn run(effects: &[Entry]) -> super::stages::Named {
         assert_eq!(addition.numbers.len(), addition.deviations.len());
         addition.numbers.iter().zip(&addition.deviations)
     });
-    for ((knob, value), deviation) in numbers {
-        let truth = if knob.name == "hull.mass" {
+    for ((nuisance, value), deviation) in numbers {
+        let truth = if nuisance.name == "hull.mass" {
             0.02
         } else {
             -0.02
@@ -170,7 +176,7 @@ fn run(effects: &[Entry]) -> super::stages::Named {
         assert!(
             (value - truth).abs() < 4.0 * deviation && *deviation <= 0.03,
             "{} {value} {deviation}",
-            knob.name
+            nuisance.name
         );
     }
     let unseen = || -> Vec<Trial> {

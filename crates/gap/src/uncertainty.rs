@@ -8,7 +8,7 @@
 //! gain = 0.03
 //! damping = 0.03
 //!
-//! [elements]       # by element of the MJCF, or by a single knob
+//! [elements]       # by element of the MJCF, or by a single nuisance parameter
 //! hull = 0.01
 //! "thruster_1.gain" = 0.1
 //! ```
@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::error::GapError;
-use crate::plant::{Knob, KnobClass, Quantity};
+use crate::plant::{Nuisance, NuisanceClass, Quantity};
 
 /// Standard deviation of when within a step a force is read, in steps of the model: the real thing has no steps.
 const READING: f64 = 0.5;
@@ -42,7 +42,7 @@ pub struct Uncertainty {
     pub gain: f64,
     /// Joint damping, relative.
     pub damping: f64,
-    /// By element of the MJCF or by knob; these go first.
+    /// By element of the MJCF or by nuisance parameter; these go first.
     pub elements: BTreeMap<String, f64>,
 }
 
@@ -65,7 +65,7 @@ impl Uncertainty {
     ///
     /// # Errors
     /// A key that does not exist (with those that do), or a value that is no standard deviation.
-    pub fn parse(text: &str, knobs: &[Knob]) -> Result<Self, GapError> {
+    pub fn parse(text: &str, nuisances: &[Nuisance]) -> Result<Self, GapError> {
         let read: Self =
             toml::from_str(text).map_err(|fault| GapError::Uncertainty(fault.to_string()))?;
         let classes = [
@@ -85,13 +85,13 @@ impl Uncertainty {
             }
         }
         for key in read.elements.keys() {
-            if !knobs
+            if !nuisances
                 .iter()
-                .any(|knob| knob.element == *key || knob.name == *key)
+                .any(|nuisance| nuisance.element == *key || nuisance.name == *key)
             {
-                let mut exists: Vec<&str> = knobs
+                let mut exists: Vec<&str> = nuisances
                     .iter()
-                    .flat_map(|knob| [knob.element.as_str(), knob.name.as_str()])
+                    .flat_map(|nuisance| [nuisance.element.as_str(), nuisance.name.as_str()])
                     .collect();
                 exists.sort_unstable();
                 exists.dedup();
@@ -104,21 +104,21 @@ impl Uncertainty {
         Ok(read)
     }
 
-    /// Standard deviation of a knob, in the knob's own unit.
-    pub fn of(&self, knob: &Knob) -> f64 {
+    /// Standard deviation of a nuisance parameter, in the nuisance parameter's own unit.
+    pub fn of(&self, nuisance: &Nuisance) -> f64 {
         let named = self
             .elements
-            .get(&knob.name)
-            .or_else(|| self.elements.get(&knob.element));
-        named.copied().unwrap_or(match knob.class {
-            KnobClass::Mass => self.mass,
-            KnobClass::Inertia => self.inertia,
-            KnobClass::CentreOfMass => self.com_m,
-            KnobClass::Fluid => self.fluid,
-            KnobClass::Gain => self.gain,
-            KnobClass::Damping => self.damping,
-            KnobClass::Timing if knob.quantity == Quantity::CommandLead => COMMAND,
-            KnobClass::Timing => READING,
+            .get(&nuisance.name)
+            .or_else(|| self.elements.get(&nuisance.element));
+        named.copied().unwrap_or(match nuisance.class {
+            NuisanceClass::Mass => self.mass,
+            NuisanceClass::Inertia => self.inertia,
+            NuisanceClass::CentreOfMass => self.com_m,
+            NuisanceClass::Fluid => self.fluid,
+            NuisanceClass::Gain => self.gain,
+            NuisanceClass::Damping => self.damping,
+            NuisanceClass::Timing if nuisance.quantity == Quantity::CommandLead => COMMAND,
+            NuisanceClass::Timing => READING,
         })
     }
 }

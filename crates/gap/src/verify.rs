@@ -115,7 +115,7 @@ pub fn verify(
             };
             let alone = has_alone.then(|| Side {
                 system: System {
-                    knobs: recalibrated.to_vec(),
+                    nuisances: recalibrated.to_vec(),
                     ..System::plain(examined.before)
                 },
                 corrections: before.corrections.clone(),
@@ -160,7 +160,7 @@ fn left_out<'a>(plant: &'a dyn Plant, fit: &WithoutTrial) -> Side<'a> {
         corrections: shooting::corrections(plant.description(), &entries),
         system: System {
             plant,
-            knobs: fit.knobs.clone(),
+            nuisances: fit.nuisances.clone(),
             entries,
         },
     }

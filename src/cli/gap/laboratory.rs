@@ -19,7 +19,7 @@ use hydro_effects::{
 use hydro_gap as gap;
 use hydro_gap::{
     Bench, Naming, Settings, Study, Uncertainty, Watch, patch,
-    plant::{Knob, Plant, PlantDescription, Quantity, SensorKind},
+    plant::{Nuisance, Plant, PlantDescription, Quantity, SensorKind},
     stages::{Added, Refitted, Verified},
     trial::{self, Listed, SensorQuantity, SensorSignature, Signature, Trial},
     verdict::Outcome,
@@ -97,8 +97,8 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
             match gap::add(study, bench, naming) {
                 Some(addition) => laboratory.candidate(addition).map(Some),
                 None if naming.named.outcome == Outcome::Unknown && !flags.no_residual => {
-                    let knobs = gap::refitted(bench, naming);
-                    laboratory.residual(study, knobs, watch).map(Some)
+                    let nuisances = gap::refitted(bench, naming);
+                    laboratory.residual(study, nuisances, watch).map(Some)
                 }
                 None => Ok(None),
             }
@@ -150,7 +150,7 @@ fn uncertainty(flags: &Flags, model: &PlantDescription) -> anyhow::Result<Uncert
     };
     let place = || format!("--uncertainty {}", path.display());
     let text = fs::read_to_string(path).with_context(place)?;
-    Uncertainty::parse(&text, &model.knobs).with_context(place)
+    Uncertainty::parse(&text, &model.nuisances).with_context(place)
 }
 
 /// The value of a cell, made on the first call.
@@ -235,7 +235,7 @@ impl<'a> Laboratory<'a> {
     fn residual(
         &self,
         study: &Study<'_>,
-        knobs: Vec<(f64, f64)>,
+        nuisances: Vec<(f64, f64)>,
         watch: &Watch<'_>,
     ) -> anyhow::Result<Candidate> {
         let task = residual::Task {
@@ -243,7 +243,7 @@ impl<'a> Laboratory<'a> {
             model: self.plant.description(),
             out: &self.flags.out,
             seed: self.settings.seed,
-            knobs,
+            nuisances,
         };
         residual::candidate(&task, study, watch)
     }
@@ -287,7 +287,7 @@ impl<'a> Laboratory<'a> {
 pub(super) fn refit(
     added: &mut Added,
     patched: &patch::Patched,
-    numbers: &[(Knob, f64)],
+    numbers: &[(Nuisance, f64)],
     deviations: &[f64],
     beside: &str,
 ) {

@@ -8,7 +8,7 @@ use hydro_gap as gap;
 use hydro_gap::{
     MissingWrench, Residual, Study, Watch,
     patch::{self, PatchError},
-    plant::{Knob, PlantDescription},
+    plant::{Nuisance, PlantDescription},
     stages::Added,
 };
 use hydro_model::{
@@ -39,9 +39,9 @@ pub(super) struct Task<'a> {
     /// The folder of results, in which the learned residual will stand.
     pub(super) out: &'a Path,
     pub(super) seed: u64,
-    /// Uncertain numbers of the nominal as fitted, in the order of `PlantDescription::knobs`: value, standard
+    /// Uncertain numbers of the nominal as fitted, in the order of `PlantDescription::nuisances`: value, standard
     /// deviation.
-    pub(super) knobs: Vec<(f64, f64)>,
+    pub(super) nuisances: Vec<(f64, f64)>,
 }
 
 /// A candidate with a learned residual, or the remark why there is none.
@@ -50,9 +50,9 @@ pub(super) fn candidate(
     study: &Study<'_>,
     watch: &Watch<'_>,
 ) -> anyhow::Result<Candidate> {
-    let (values, deviations): (Vec<f64>, Vec<f64>) = task.knobs.iter().copied().unzip();
-    let known = task.model.knobs.iter().cloned();
-    let numbers: Vec<(Knob, f64)> = known.zip(values.iter().copied()).collect();
+    let (values, deviations): (Vec<f64>, Vec<f64>) = task.nuisances.iter().copied().unzip();
+    let known = task.model.nuisances.iter().cloned();
+    let numbers: Vec<(Nuisance, f64)> = known.zip(values.iter().copied()).collect();
     let plain = patch::patch(&patch::Request {
         nominal: task.nominal,
         entries: &[],
@@ -62,11 +62,11 @@ pub(super) fn candidate(
         search: &[],
     })?;
     // A number that the text cannot say stays the nominal's.
-    let mut knobs = vec![0.0; values.len()];
+    let mut nuisances = vec![0.0; values.len()];
     for written in &plain.numbers {
-        knobs[written.number] = values[written.number];
+        nuisances[written.number] = values[written.number];
     }
-    let missing = match gap::residual(study, &knobs, watch)? {
+    let missing = match gap::residual(study, &nuisances, watch)? {
         Residual::Found(missing) => missing,
         Residual::NotOffered(why) => return Ok(not_offered(why)),
     };

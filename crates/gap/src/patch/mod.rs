@@ -50,7 +50,7 @@ use hydro_effects::{Entry, Id};
 pub use nominal::Renumbered;
 pub use save::save;
 
-use crate::plant::{Knob, PlantDescription};
+use crate::plant::{Nuisance, PlantDescription};
 
 /// Names of the parameters of an effect on a target of a model: a body's shape may choose them.
 pub type Names = fn(&PlantDescription, Id, &str) -> Vec<String>;
@@ -65,7 +65,7 @@ pub struct Request<'a> {
     pub entries: &'a [Entry],
     /// Numbers of the nominal and how far they are turned, as `Plant::simulation` understands it: relative,
     /// or metres for a centre of mass. One at zero leaves the text as it is.
-    pub numbers: &'a [(Knob, f64)],
+    pub numbers: &'a [(Nuisance, f64)],
     /// The nominal model as compiled: masses, inertias, addresses, step.
     pub description: &'a PlantDescription,
     /// Names of an effect's parameters on a target, in their order.

@@ -25,7 +25,7 @@ use super::{
     instance::{self, Value},
     joint,
 };
-use crate::plant::{Knob, PlantBody, PlantJoint, Quantity};
+use crate::plant::{Nuisance, PlantBody, PlantJoint, Quantity};
 
 /// Unit of a number that is known as a factor alone.
 const FACTOR: &str = "x nominal";
@@ -71,7 +71,7 @@ type Outcomes<'r> = Vec<(Number<'r>, Outcome)>;
 #[derive(Clone, Copy, Debug)]
 struct Number<'r> {
     at: usize,
-    knob: &'r Knob,
+    nuisance: &'r Nuisance,
     value: f64,
 }
 
@@ -91,11 +91,15 @@ impl<'r> Writer<'r> {
     pub(super) fn numbers(&mut self) -> Result<(), PatchError> {
         let request = self.request;
         let (mut turned, mut outcomes) = (Vec::new(), Vec::new());
-        for (at, (knob, value)) in request.numbers.iter().enumerate() {
+        for (at, (nuisance, value)) in request.numbers.iter().enumerate() {
             let value = *value;
-            let number = Number { at, knob, value };
+            let number = Number {
+                at,
+                nuisance,
+                value,
+            };
             let is_way = matches!(
-                knob.quantity,
+                nuisance.quantity,
                 Quantity::CentreOfMass(_) | Quantity::CommandLead | Quantity::ReadingLead
             );
             if value == 0.0 {
@@ -112,7 +116,7 @@ impl<'r> Writer<'r> {
         outcomes.extend(self.values(&turned)?);
         outcomes.extend(self.wrenches(&turned)?);
         for number in turned {
-            let outcome = match number.knob.quantity {
+            let outcome = match number.nuisance.quantity {
                 Quantity::Density => self.option("density", "kg/m^3", number)?,
                 Quantity::Viscosity => self.option("viscosity", "Pa s", number)?,
                 Quantity::Gain => self.gain(number)?,
@@ -141,7 +145,7 @@ impl<'r> Writer<'r> {
     }
 
     fn tell(&mut self, number: Number<'_>, outcome: Outcome) {
-        let name = number.knob.name.clone();
+        let name = number.nuisance.name.clone();
         match outcome {
             Ok((from, to, unit)) => self.renumbered.push(Renumbered {
                 number: number.at,
@@ -151,7 +155,7 @@ impl<'r> Writer<'r> {
                 unit,
             }),
             Err(reason) => {
-                let fitted = match number.knob.quantity {
+                let fitted = match number.nuisance.quantity {
                     Quantity::CentreOfMass(_) => format!("{:+.4} m", number.value),
                     Quantity::CommandLead | Quantity::ReadingLead => {
                         format!("{:+.2} steps", number.value)
@@ -193,10 +197,10 @@ impl<'r> Writer<'r> {
         let mut outcomes = Outcomes::new();
         let mut left = numbers;
         while let Some(first) = left.first().copied() {
-            let element = first.knob.element.as_str();
+            let element = first.nuisance.element.as_str();
             let (own, others) = left.into_iter().partition(|number| {
                 let of: &Number<'r> = number;
-                of.knob.element == element
+                of.nuisance.element == element
             });
             left = others;
             outcomes.extend(self.body_inertia(element, own)?);
@@ -217,7 +221,7 @@ impl<'r> Writer<'r> {
     ) -> Result<Outcomes<'r>, PatchError> {
         let mut turned = Turned::NONE;
         for number in &numbers {
-            match number.knob.quantity {
+            match number.nuisance.quantity {
                 Quantity::Mass => turned.mass *= number.factor(),
                 Quantity::Inertia(axis) => turned.moments[axis] *= number.factor(),
                 Quantity::CentreOfMass(axis) => turned.way[axis] += number.value,
@@ -246,7 +250,7 @@ impl<'r> Writer<'r> {
         }
         self.mass_factors.push((element.to_owned(), turned.mass));
         let outcome = |number: Number<'r>| {
-            let found = match number.knob.quantity {
+            let found = match number.nuisance.quantity {
                 Quantity::Mass => (was.mass, was.mass * turned.mass, "kg"),
                 Quantity::Inertia(axis) => (was.moments[axis], written.moments[axis], "kg m^2"),
                 Quantity::CentreOfMass(axis) => {
@@ -297,7 +301,7 @@ impl<'r> Writer<'r> {
             left = others;
             let mut factors = [1.0; COEFFICIENTS];
             for number in &mine {
-                if let Some(place) = coefficient(number.knob.quantity) {
+                if let Some(place) = coefficient(number.nuisance.quantity) {
                     factors[place] *= number.factor();
                 }
             }
@@ -326,7 +330,11 @@ impl<'r> Writer<'r> {
 
     fn gain(&mut self, number: Number<'r>) -> Result<Outcome, PatchError> {
         let done = self.rewrite(|model| {
-            let node = only("actuator", model.section("actuator"), &number.knob.element)?;
+            let node = only(
+                "actuator",
+                model.section("actuator"),
+                &number.nuisance.element,
+            )?;
             actuator::gain(model, node, number.factor()).ok_or_else(|| {
                 let tag = node.tag_name().name();
                 format!("<{tag}> has no gain and bias that the text could scale")
@@ -336,7 +344,7 @@ impl<'r> Writer<'r> {
     }
 
     fn damping(&mut self, number: Number<'r>) -> Result<Outcome, PatchError> {
-        let element = &number.knob.element;
+        let element = &number.nuisance.element;
         let joints = &self.request.description.joints;
         let known = joints.iter().find(|joint| joint.name == *element);
         if let Some(known) = known {
@@ -369,12 +377,12 @@ impl<'r> Writer<'r> {
         });
         for (at, carrier) in request.description.carriers.iter().enumerate() {
             let (own, others): (Vec<_>, Vec<_>) = left.into_iter().partition(|number| {
-                matches!(number.knob.quantity, Quantity::EffectValue { instance, .. } if instance == at)
+                matches!(number.nuisance.quantity, Quantity::EffectValue { instance, .. } if instance == at)
             });
             left = others;
             let values: Vec<Value> = own
                 .iter()
-                .filter_map(|number| match number.knob.quantity {
+                .filter_map(|number| match number.nuisance.quantity {
                     Quantity::EffectValue { entry, value, .. } => Some(Value {
                         entry,
                         value,
@@ -404,7 +412,7 @@ impl<'r> Writer<'r> {
         );
         let mut factors = [1.0; 6];
         for number in &numbers {
-            if let Quantity::Wrench(axis) = number.knob.quantity {
+            if let Quantity::Wrench(axis) = number.nuisance.quantity {
                 factors[axis] *= number.factor();
             }
         }
@@ -431,13 +439,13 @@ fn coefficient(quantity: Quantity) -> Option<usize> {
 
 /// The geom that a coefficient is of; none: all.
 fn geom_of<'r>(number: &Number<'r>) -> Option<&'r str> {
-    let of_one = matches!(number.knob.quantity, Quantity::GeomCoefficient(_));
-    of_one.then_some(number.knob.element.as_str())
+    let of_one = matches!(number.nuisance.quantity, Quantity::GeomCoefficient(_));
+    of_one.then_some(number.nuisance.element.as_str())
 }
 
 /// The numbers of a kind.
 fn chosen<'r>(turned: &[Number<'r>], kind: impl Fn(Quantity) -> bool) -> Vec<Number<'r>> {
-    let of_kind = |number: &&Number<'r>| kind(number.knob.quantity);
+    let of_kind = |number: &&Number<'r>| kind(number.nuisance.quantity);
     turned.iter().filter(of_kind).copied().collect()
 }
 

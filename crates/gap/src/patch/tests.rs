@@ -7,7 +7,7 @@ use hydro_effects::card::{BodyScale, JointScale};
 use proptest::prelude::*;
 
 use super::*;
-use crate::plant::{Inertial, KnobClass, PlantBody, PlantJoint, Quantity};
+use crate::plant::{Inertial, NuisanceClass, PlantBody, PlantJoint, Quantity};
 
 /// Names of the parameters, as far as the tests go.
 pub(super) fn names(_: &PlantDescription, effect: Id, _: &str) -> Vec<String> {
@@ -75,7 +75,7 @@ fn description() -> PlantDescription {
         }],
         actuators: Vec::new(),
         sensors: Vec::new(),
-        knobs: Vec::new(),
+        nuisances: Vec::new(),
         carriers: Vec::new(),
         waterline: 0.0,
         walls: Vec::new(),
@@ -126,7 +126,7 @@ fn patched(text: &str, entries: &[Entry]) -> Result<Patched, PatchError> {
 fn renumbered(
     text: &str,
     entries: &[Entry],
-    numbers: &[(Knob, f64)],
+    numbers: &[(Nuisance, f64)],
 ) -> Result<Patched, PatchError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("nominal.xml");
@@ -442,7 +442,7 @@ fn element() -> impl Strategy<Value = String> {
 }
 
 /// Every kind of number, on whatever there may be.
-fn numbers() -> Vec<(Knob, f64)> {
+fn numbers() -> Vec<(Nuisance, f64)> {
     let value = Quantity::EffectValue {
         instance: 0,
         entry: 0,
@@ -462,13 +462,13 @@ fn numbers() -> Vec<(Knob, f64)> {
     ]
     .into_iter()
     .map(|(quantity, element)| {
-        let knob = Knob {
+        let nuisance = Nuisance {
             name: format!("{element}.{quantity:?}"),
             element: element.to_owned(),
-            class: KnobClass::Mass,
+            class: NuisanceClass::Mass,
             quantity,
         };
-        (knob, 0.05)
+        (nuisance, 0.05)
     })
     .collect()
 }
@@ -493,9 +493,9 @@ fn every_number_is_written_or_told_of() {
     );
     assert_eq!(patched.remarks.len(), numbers.len() - shown.len());
     assert!(patched.remarks[0].contains("stays as the nominal has it, though +5.00 % was fitted"));
-    let wrong: Vec<(Knob, f64)> = numbers
+    let wrong: Vec<(Nuisance, f64)> = numbers
         .iter()
-        .map(|(knob, _)| (knob.clone(), f64::NAN))
+        .map(|(nuisance, _)| (nuisance.clone(), f64::NAN))
         .collect();
     let kept = renumbered(&text, &[], &wrong).unwrap();
     assert_eq!(
@@ -515,7 +515,7 @@ fn an_effect_is_added_to_the_number() {
         entry(Id::NetBuoyancy, "fin", &[0.981, 0.0, 0.0, 0.0]),
     ];
     let mut numbers = numbers();
-    numbers.retain(|(knob, _)| !matches!(knob.quantity, Quantity::CentreOfMass(_)));
+    numbers.retain(|(nuisance, _)| !matches!(nuisance.quantity, Quantity::CentreOfMass(_)));
     let text = renumbered(&free, &entries, &numbers).unwrap().xml;
     for part in [
         "damping=\"0.51\"",

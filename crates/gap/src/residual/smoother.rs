@@ -212,7 +212,7 @@ impl<'a> Path<'a> {
                 .into_par_iter()
                 .map(|at| {
                     let change = part * &solved.unknowns[at];
-                    let mut simulation = ground.plant.simulation(ground.knobs, &[])?;
+                    let mut simulation = ground.plant.simulation(ground.nuisances, &[])?;
                     let tangent = &change.as_slice()[..tangents];
                     let window = ground.moved(simulation.as_mut(), &self.windows[at], tangent);
                     let wrench: [f64; 6] = std::array::from_fn(|axis| {

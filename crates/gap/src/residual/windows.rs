@@ -22,8 +22,8 @@ pub(super) struct Ground<'a> {
     pub(super) model: &'a PlantDescription,
     pub(super) base: &'a FreeBase,
     pub(super) channels: &'a Channels,
-    /// Values of `PlantDescription::knobs`.
-    pub(super) knobs: &'a [f64],
+    /// Values of `PlantDescription::nuisances`.
+    pub(super) nuisances: &'a [f64],
     /// Steps of the difference quotients by the wrench [N, N m].
     pub(super) wrench_step: [f64; 6],
 }
@@ -70,7 +70,7 @@ impl Ground<'_> {
         track: &Track,
         most: usize,
     ) -> Result<Vec<Segment>, GapError> {
-        let mut simulation = self.plant.simulation(self.knobs, &[])?;
+        let mut simulation = self.plant.simulation(self.nuisances, &[])?;
         let step = self.model.timestep;
         let rows = trial.times.len();
         let (qpos, qvel) = track.motion(0);
@@ -109,7 +109,7 @@ impl Ground<'_> {
         track: &Track,
         window: &Segment,
     ) -> Result<Prepared, GapError> {
-        let mut simulation = self.plant.simulation(self.knobs, &[])?;
+        let mut simulation = self.plant.simulation(self.nuisances, &[])?;
         let warm_up = WarmUp::of(self.model, &[]);
         let step = self.model.timestep;
         shooting::lead_in(simulation.as_mut(), trial, window, track, warm_up, step);

@@ -54,7 +54,7 @@ fn hidden(qpos: &[f64], qvel: &[f64]) -> [f64; 6] {
 fn trial(plant: &MujocoPlant, at: usize) -> Trial {
     let model = plant.description();
     let mut simulation = plant
-        .simulation(&vec![0.0; model.knobs.len()], &[])
+        .simulation(&vec![0.0; model.nuisances.len()], &[])
         .unwrap();
     let mut chance = 0.5 + at as f64;
     let mut noise = || {
@@ -133,7 +133,7 @@ fn a_learned_residual_loads_and_predicts_held_out_trials_better() {
         model: plant.description(),
         out: place.path(),
         seed: 0,
-        knobs: vec![(0.0, 0.0); plant.description().knobs.len()],
+        nuisances: vec![(0.0, 0.0); plant.description().nuisances.len()],
     };
     let made = candidate(&task, &study, &watch).unwrap();
     assert!(made.added.is_written(), "{:?}", made.added.remarks);
@@ -199,7 +199,7 @@ fn a_base_without_a_free_joint_has_none() {
         model: plant.description(),
         out: place.path(),
         seed: 0,
-        knobs: vec![(0.0, 0.0); plant.description().knobs.len()],
+        nuisances: vec![(0.0, 0.0); plant.description().nuisances.len()],
     };
     let made = candidate(&task, &study, &watch).unwrap();
     let remark = &made.added.remarks[0];
@@ -211,7 +211,7 @@ fn a_base_without_a_free_joint_has_none() {
 fn trial_of_a_rail(plant: &MujocoPlant) -> Trial {
     let model = plant.description();
     let mut simulation = plant
-        .simulation(&vec![0.0; model.knobs.len()], &[])
+        .simulation(&vec![0.0; model.nuisances.len()], &[])
         .unwrap();
     let rows: Vec<f64> = (1..=50).map(|row| 0.02 * f64::from(row)).collect();
     simulation.step();

@@ -12,7 +12,7 @@
 //! | timing | forces read inside a step | with so much of the jump that its last command makes |
 
 use hydro_effects::{Entry, TargetKind, effect};
-use hydro_gap::plant::{Knob, KnobClass, Quantity};
+use hydro_gap::plant::{Nuisance, NuisanceClass, Quantity};
 
 use super::{
     bind,
@@ -34,7 +34,7 @@ pub(super) struct Nominal {
     pub(super) effects: Vec<Entry>,
 }
 
-/// A knob that is not at zero.
+/// A nuisance parameter that is not at zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Turn {
     pub(super) quantity: Quantity,
@@ -65,18 +65,18 @@ const WRENCH: [&str; 6] = [
     "force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z",
 ];
 
-/// All knobs of a model, whose `hydro.wrench` instances have these settings, each with the number of the
+/// All nuisance parameters of a model, whose `hydro.wrench` instances have these settings, each with the number of the
 /// body, geom, joint or actuator that it is of.
-pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, usize)> {
-    let mut knobs = Vec::new();
+pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Nuisance, usize)> {
+    let mut nuisances = Vec::new();
     let mut add = |name: String, element: &str, class, quantity, id| {
-        let knob = Knob {
+        let nuisance = Nuisance {
             name,
             element: element.to_owned(),
             class,
             quantity,
         };
-        knobs.push((knob, id));
+        nuisances.push((nuisance, id));
     };
     for body in 1..model.bodies() {
         let moves = readings::has_inertia(model, body);
@@ -85,16 +85,16 @@ pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, usiz
         }
         let of = model.label(mjOBJ_BODY as i32, "body", body);
         let name = format!("{of}.mass");
-        add(name, &of, KnobClass::Mass, Quantity::Mass, body);
+        add(name, &of, NuisanceClass::Mass, Quantity::Mass, body);
         for (axis, axis_name) in AXES.iter().enumerate() {
             if moves {
                 let name = format!("{of}.inertia.{axis_name}");
                 let quantity = Quantity::Inertia(axis);
-                add(name, &of, KnobClass::Inertia, quantity, body);
+                add(name, &of, NuisanceClass::Inertia, quantity, body);
             }
             let name = format!("{of}.com.{axis_name}");
             let quantity = Quantity::CentreOfMass(axis);
-            add(name, &of, KnobClass::CentreOfMass, quantity, body);
+            add(name, &of, NuisanceClass::CentreOfMass, quantity, body);
         }
     }
     if model.has_fluid() {
@@ -115,12 +115,12 @@ pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, usiz
                         let of = name_of(*geom);
                         let name = format!("{of}.{name}");
                         let quantity = Quantity::GeomCoefficient(place);
-                        add(name, &of, KnobClass::Fluid, quantity, *geom);
+                        add(name, &of, NuisanceClass::Fluid, quantity, *geom);
                     }
                 } else if here.count() > 0 {
                     let name = format!("fluid.{name}");
                     let quantity = Quantity::FluidCoefficient(place);
-                    add(name, "fluid", KnobClass::Fluid, quantity, 0);
+                    add(name, "fluid", NuisanceClass::Fluid, quantity, 0);
                 }
             }
         } else {
@@ -131,7 +131,7 @@ pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, usiz
             ] {
                 if value > 0.0 {
                     let name = format!("fluid.{name}");
-                    add(name, "fluid", KnobClass::Fluid, quantity, 0);
+                    add(name, "fluid", NuisanceClass::Fluid, quantity, 0);
                 }
             }
         }
@@ -140,9 +140,9 @@ pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, usiz
         for (at, listed) in of.effects.iter().enumerate() {
             let card = effect(listed.effect).card();
             let class = match card.target {
-                TargetKind::Joint => KnobClass::Damping,
-                TargetKind::Actuator => KnobClass::Gain,
-                _ => KnobClass::Fluid,
+                TargetKind::Joint => NuisanceClass::Damping,
+                TargetKind::Actuator => NuisanceClass::Gain,
+                _ => NuisanceClass::Fluid,
             };
             let density = scale::density(model, Some(of.settings.density));
             let found = bind::target(model, card.target, &listed.target);
@@ -170,7 +170,7 @@ pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, usiz
     if nominal.iter().any(|of| of.settings.checkpoint.is_some()) {
         for (axis, name) in WRENCH.iter().enumerate() {
             let (name, quantity) = (format!("water.{name}"), Quantity::Wrench(axis));
-            add(name, "water", KnobClass::Fluid, quantity, 0);
+            add(name, "water", NuisanceClass::Fluid, quantity, 0);
         }
     }
     for id in 0..model.actuator_trntype().len() {
@@ -183,7 +183,7 @@ pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, usiz
         {
             let of = model.label(mjOBJ_ACTUATOR as i32, "actuator", id);
             let name = format!("{of}.gain");
-            add(name, &of, KnobClass::Gain, Quantity::Gain, id);
+            add(name, &of, NuisanceClass::Gain, Quantity::Gain, id);
         }
     }
     for joint in 0..model.jnt_type().len() {
@@ -191,22 +191,22 @@ pub(super) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Knob, usiz
         if model.dof_damping()[dof] > 0.0 {
             let of = model.label(mjOBJ_JOINT as i32, "joint", joint);
             let name = format!("{of}.damping");
-            add(name, &of, KnobClass::Damping, Quantity::Damping, joint);
+            add(name, &of, NuisanceClass::Damping, Quantity::Damping, joint);
         }
     }
     if model.raw().nu > 0 {
         let mut lead = |of: &str, quantity| {
-            add(format!("{of}.lead"), of, KnobClass::Timing, quantity, 0);
+            add(format!("{of}.lead"), of, NuisanceClass::Timing, quantity, 0);
         };
         lead("commands", Quantity::CommandLead);
         if model.sensor_needstage().contains(&(mjSTAGE_ACC as i32)) {
             lead("forces", Quantity::ReadingLead);
         }
     }
-    knobs
+    nuisances
 }
 
-/// What of turned knobs is no part of the model.
+/// What of changed nuisance parameters is no part of the model.
 #[derive(Debug, Default)]
 pub(super) struct Beside {
     pub(super) wrench_scale: Option<[f64; 6]>,
@@ -220,7 +220,7 @@ pub(super) struct Beside {
     pub(super) reading_lead: f64,
 }
 
-/// True where a knob is a number of the model itself.
+/// True where a nuisance parameter is a number of the model itself.
 pub(super) fn is_of_model(quantity: Quantity) -> bool {
     !matches!(
         quantity,
@@ -231,7 +231,7 @@ pub(super) fn is_of_model(quantity: Quantity) -> bool {
     )
 }
 
-/// Turns knobs that are no part of the model.
+/// Turns nuisance parameters that are no part of the model.
 pub(super) fn turn_beside(turned: &[Turn], nominal: &[Nominal]) -> Beside {
     let mut beside = Beside::default();
     for turn in turned {
@@ -264,7 +264,7 @@ pub(super) fn turn_beside(turned: &[Turn], nominal: &[Nominal]) -> Beside {
     beside
 }
 
-/// Turns knobs of a model, and makes what depends on them right.
+/// Turns nuisance parameters of a model, and makes what depends on them right.
 pub(super) fn turn(
     model: &mut Model,
     turned: &[Turn],
