@@ -12,4 +12,4 @@ if ! command -v nvcc > /dev/null; then
   exit 0
 fi
 # A build for another set of features would leave a library without entry points: a folder of its own.
-HYDRO_REQUIRE_CUDA=1 cargo test --quiet --no-default-features --features cuda --target-dir target/cuda --test cuda
+HYDRO_REQUIRE_CUDA=1 cargo test --quiet --no-default-features --features cuda --target-dir target/cuda --test numerics cuda::

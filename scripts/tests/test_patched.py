@@ -1,7 +1,7 @@
 """Patched models in the MuJoCo wheel: each beside its nominal, changed by hand.
 
 Needs HYDRO_TEST_PATCHED, a folder with nominal and patched models and `cases.json`: a list of
-{"name", "nominal", "patched", "effect", "target", "parameters", "native"}; `cargo test --test patch_python`
+{"name", "nominal", "patched", "effect", "target", "parameters", "native"}; `cargo test --test gap patch_python::`
 writes it and runs this file.
 """
 
@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 if 'HYDRO_TEST_PATCHED' not in os.environ:
-  raise unittest.SkipTest('run by cargo test --test patch_python, which writes the models')
+  raise unittest.SkipTest('run by cargo test --test gap patch_python::, which writes the models')
 FOLDER = pathlib.Path(os.environ['HYDRO_TEST_PATCHED'])
 CASES = json.loads((FOLDER / 'cases.json').read_text())
 STEPS = 250

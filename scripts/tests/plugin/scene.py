@@ -2,7 +2,7 @@
 
 Needs HYDRO_TEST_LIBRARY (libhydro_plugin.so) and HYDRO_TEST_CHECKPOINTS (a folder with the test checkpoints
 lively, memoryless, constant, towing and b1, and with kinds, a folder of one of every kind of model);
-`cargo test --test plugin_python` sets both and runs every file here.
+`cargo test --test plugin python::` sets both and runs every file here.
 """
 
 import os
@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 if 'HYDRO_TEST_LIBRARY' not in os.environ:
-  raise unittest.SkipTest('run by cargo test --test plugin_python, which makes the checkpoints')
+  raise unittest.SkipTest('run by cargo test --test plugin python::, which makes the checkpoints')
 LIBRARY = os.environ['HYDRO_TEST_LIBRARY']
 CHECKPOINTS = pathlib.Path(os.environ['HYDRO_TEST_CHECKPOINTS'])
 KINDS = sorted((CHECKPOINTS / 'kinds').iterdir())

@@ -4,7 +4,7 @@ use std::fs;
 
 use hydro_gap::trial::{Part, Remark, RemarkKind, read, write_csv};
 
-use crate::fixture::{
+use super::fixture::{
     Folder, HEADER, accepted_csv, kinds, names, refused, refused_csv, rows, signature,
 };
 

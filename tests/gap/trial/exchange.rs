@@ -7,7 +7,7 @@ use std::{
 
 use hydro_gap::trial::{Part, RemarkKind, SensorQuantity, Signature, Trial, read, write_npz};
 
-use crate::fixture::{Folder, names, sensor};
+use super::fixture::{Folder, names, sensor};
 
 #[expect(clippy::print_stderr, reason = "a skipped test says so")]
 fn skip(reason: &str) {

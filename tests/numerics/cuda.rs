@@ -1,7 +1,6 @@
 //! Training on a graphics card against training on the processor: the same gradients, the same run, a checkpoint like
 //! any other. Without the feature `cuda`, or without a card, each test says so and passes, unless `HYDRO_REQUIRE_CUDA` is
 //! set (`scripts/test_cuda.sh`).
-#![allow(missing_docs, clippy::unwrap_used, clippy::print_stderr)]
 
 use std::{
     collections::BTreeMap,

@@ -5,7 +5,7 @@ use std::fs;
 use hydro_gap::trial::{Part, RemarkKind, read};
 use zip::CompressionMethod;
 
-use crate::fixture::{Arrays, Folder, kinds, names, npy, refused, signature, with_raw};
+use super::fixture::{Arrays, Folder, kinds, names, npy, refused, signature, with_raw};
 
 #[test]
 fn npz_refusals_name_array_and_shape() {

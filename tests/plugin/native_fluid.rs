@@ -1,6 +1,5 @@
 //! Our words for MuJoCo's two fluid models, held against `qfrc_fluid`.
 #![cfg(mujoco_plugins)]
-#![allow(missing_docs, clippy::unwrap_used)]
 
 use std::sync::Arc;
 

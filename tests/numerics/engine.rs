@@ -1,5 +1,4 @@
 //! The released checkpoint on recorded motion: every engine against Candle.
-#![allow(missing_docs, clippy::unwrap_used)]
 
 use std::path::Path;
 

@@ -1,7 +1,6 @@
 //! Effects in MuJoCo, through the plant of `hydro gap` and through the attribute `effects`: closed forms,
 //! the same model with real masses, energy, and the two against each other.
 #![cfg(mujoco_plugins)]
-#![allow(missing_docs, clippy::unwrap_used)]
 
 use std::{fs, path::PathBuf, sync::Arc};
 

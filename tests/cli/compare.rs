@@ -1,8 +1,5 @@
 //! `hydro compare` from end to end on a small data set: jobs, what is done again and what is not, tables, refusals.
 #![cfg(feature = "cli")]
-#![allow(missing_docs, clippy::unwrap_used)]
-
-mod common;
 
 use std::{
     fs,
@@ -12,7 +9,7 @@ use std::{
     time::Duration,
 };
 
-use common::tiny::dataset;
+use crate::common::tiny::dataset;
 use serde_json::Value;
 
 /// Rows that are trained quickly.
@@ -107,7 +104,10 @@ fn jobs_are_done_once_and_the_tables_hold_all_seeds() {
             "two seeds are two trainings: {nrmse}"
         );
         assert!(row["cost"]["one"]["median"].as_f64().unwrap() > 0.0);
-        assert_eq!(row["example"].as_array().unwrap().len(), common::tiny::T);
+        assert_eq!(
+            row["example"].as_array().unwrap().len(),
+            crate::common::tiny::T
+        );
     }
     let claims = summary["orderings"].as_array().unwrap();
     assert_eq!(

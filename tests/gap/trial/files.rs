@@ -7,7 +7,7 @@ use hydro_gap::trial::{
 };
 use zip::CompressionMethod;
 
-use crate::fixture::{Arrays, Folder, kinds, rows, signature};
+use super::fixture::{Arrays, Folder, kinds, rows, signature};
 
 #[test]
 fn a_folder_is_listed_without_opening_a_trial() {

@@ -1,22 +1,17 @@
 //! One small scene, the same force whichever way the library acts: as an engine plugin, or as the
 //! passive callback of MuJoCo 2.2.2 (`MUJOCO_DIR=/usr cargo test --target-dir target/debian`).
 #![cfg(feature = "mujoco")]
-#![allow(missing_docs, clippy::unwrap_used)]
-
-mod common;
-#[path = "common/reference.rs"]
-mod reference;
 
 use std::{path::Path, sync::Arc};
 
-use common::Asks;
+use crate::common::Asks;
+use crate::reference::Reference;
 use hydro_frames as frames;
 use hydro_model::{Encoding, EngineKind, ModelConfig, checkpoint::Checkpoint, envelope::Envelope};
 use hydro_plugin::{
     mujoco::simulator::{Data, Model, SimulatorError},
     plugin::{FeatureMap, instance},
 };
-use reference::Reference;
 
 /// Memory of the test checkpoint in an engine.
 fn memory_in(checkpoint: &Checkpoint, kind: EngineKind) -> usize {
@@ -61,7 +56,11 @@ fn stepped_scene(
         attributes.push(("body", "hull"));
     }
     attributes.extend(more);
-    let mut model = Model::from_xml(&common::fish(&asks(&checkpoint), &attributes, integrator))?;
+    let mut model = Model::from_xml(&crate::common::fish(
+        &asks(&checkpoint),
+        &attributes,
+        integrator,
+    ))?;
     model.set_timestep(timestep);
     let mut data = Data::new(&Arc::new(model))?;
     data.qpos_mut()[3..7].copy_from_slice(&[0.5, -0.5, 0.5, 0.5]);
@@ -138,7 +137,7 @@ fn followed(path: &Path, kind: EngineKind) -> Data {
 #[test]
 fn the_force_is_the_networks_and_the_same_in_every_release() {
     let folder = tempfile::tempdir().unwrap();
-    let path = common::lively(&["fin"]).save(folder.path(), "lively");
+    let path = crate::common::lively(&["fin"]).save(folder.path(), "lively");
     let data = followed(&path, EngineKind::Fused);
     let end: Vec<f64> = data.qpos().iter().chain(data.qvel()).copied().collect();
     for (got, want) in end.iter().zip(AFTER_100_STEPS) {
@@ -149,7 +148,7 @@ fn the_force_is_the_networks_and_the_same_in_every_release() {
 #[test]
 fn every_kind_of_model_acts_in_the_scene_in_every_engine() {
     let folder = tempfile::tempdir().unwrap();
-    for (number, recipe) in common::zoo(&["fin"]).iter().enumerate() {
+    for (number, recipe) in crate::common::zoo(&["fin"]).iter().enumerate() {
         let path = recipe.save(folder.path(), &number.to_string());
         for kind in EngineKind::ALL {
             followed(&path, kind);
@@ -162,9 +161,9 @@ fn every_kind_of_model_acts_in_the_scene_in_every_engine() {
 #[test]
 fn a_robot_faster_than_its_training_is_braked_back_into_it() {
     let root = tempfile::tempdir().unwrap();
-    let driving = common::Recipe {
+    let driving = crate::common::Recipe {
         mean: vec![30.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        ..common::lively(&["fin"])
+        ..crate::common::lively(&["fin"])
     };
     let bare = driving.checkpoint();
     let mut held = bare.clone();
@@ -200,7 +199,7 @@ fn a_robot_faster_than_its_training_is_braked_back_into_it() {
 fn a_turning_body_keeps_its_quaternions_sign_in_every_engine() {
     let folder = tempfile::tempdir().unwrap();
     for encoding in [Encoding::Raw, Encoding::Up] {
-        let mut recipe = common::lively(&["fin"]);
+        let mut recipe = crate::common::lively(&["fin"]);
         let ModelConfig::AttentionOde(config) = &mut recipe.model else {
             unreachable!("the recipe's model has memory");
         };
@@ -256,7 +255,7 @@ fn a_turning_body_keeps_its_quaternions_sign_in_every_engine() {
 #[test]
 fn a_reset_is_a_fresh_start() {
     let folder = tempfile::tempdir().unwrap();
-    let path = common::lively(&["fin"]).save(folder.path(), "lively");
+    let path = crate::common::lively(&["fin"]).save(folder.path(), "lively");
     let mut data = scene(&path, &[], "Euler").unwrap();
     let (qpos, qvel) = (data.qpos().to_vec(), data.qvel().to_vec());
     let mut run = || {
@@ -292,7 +291,7 @@ mod callback {
     #[test]
     fn a_scene_that_asks_wrongly_gets_no_force() {
         let folder = tempfile::tempdir().unwrap();
-        let path = common::lively(&["fin"]).save(folder.path(), "lively");
+        let path = crate::common::lively(&["fin"]).save(folder.path(), "lively");
         assert!(!is_inert(scene(&path, &[], "Euler").unwrap()));
         assert!(is_inert(scene(&path, &[], "RK4").unwrap()));
         assert!(is_inert(
@@ -303,11 +302,12 @@ mod callback {
         let short = Asks::Custom {
             userdata: memory(&checkpoint) - 1,
         };
-        let small = common::fish(&short, &[("checkpoint", &text), ("body", "hull")], "Euler");
+        let small =
+            crate::common::fish(&short, &[("checkpoint", &text), ("body", "hull")], "Euler");
         assert!(is_inert(
             Data::new(&Arc::new(Model::from_xml(&small).unwrap())).unwrap()
         ));
-        let nobody = common::fish(
+        let nobody = crate::common::fish(
             &asks(&checkpoint),
             &[("checkpoint", &text), ("body", "shark")],
             "Euler",
@@ -325,11 +325,11 @@ mod callback {
             return skip("no mujoco-testspeed (apt-get install libmujoco-samples)");
         }
         let folder = tempfile::tempdir().unwrap();
-        let path = common::lively(&["fin"]).save(folder.path(), "lively");
+        let path = crate::common::lively(&["fin"]).save(folder.path(), "lively");
         let checkpoint = Checkpoint::load(&path).unwrap();
         let text = path.display().to_string();
         let run = |userdata: usize, integrator: &str| {
-            let scene = common::fish(
+            let scene = crate::common::fish(
                 &Asks::Custom { userdata },
                 &[("checkpoint", &text), ("body", "hull")],
                 integrator,

@@ -1,8 +1,5 @@
 //! The program as a user meets it: every refusal through the real binary, nothing half-written.
 #![cfg(feature = "cli")]
-#![allow(missing_docs, clippy::unwrap_used)]
-
-mod common;
 
 use std::{
     fs,
@@ -11,7 +8,7 @@ use std::{
     time::Duration,
 };
 
-use common::tiny::{FEATURES, T, dataset, sha256};
+use crate::common::tiny::{FEATURES, T, dataset, sha256};
 use hydro_model::checkpoint::Checkpoint;
 use safetensors::{SafeTensors, tensor::TensorView};
 

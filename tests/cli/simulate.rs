@@ -1,8 +1,5 @@
 //! `hydro simulate` as a user meets it, on the recorded rollouts and a model of drawn weights.
 #![cfg(all(mujoco_plugins, feature = "cli"))]
-#![allow(missing_docs, clippy::unwrap_used)]
-
-mod common;
 
 use std::{
     fs,
@@ -21,7 +18,7 @@ fn place() -> (tempfile::TempDir, PathBuf) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let joints = Rollouts::load(&root.join(ROLLOUTS)).unwrap().index.joints;
     let joints: Vec<&str> = joints.iter().map(String::as_str).collect();
-    let checkpoint = common::lively(&joints).save(folder.path(), "model");
+    let checkpoint = crate::common::lively(&joints).save(folder.path(), "model");
     (folder, checkpoint)
 }
 
@@ -134,7 +131,7 @@ fn what_does_not_fit_is_refused_by_name() {
     let message = refusal(&checkpoint, "tests/data/no-rollouts", &[]);
     assert!(message.contains("tests/data/no-rollouts"), "{message}");
 
-    let other = common::lively(&["fin"]).save(folder.path(), "fish");
+    let other = crate::common::lively(&["fin"]).save(folder.path(), "fish");
     let message = refusal(&other, ROLLOUTS, &[]);
     assert!(
         message.contains(ROLLOUTS) && message.contains("its features are not those of"),

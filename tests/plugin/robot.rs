@@ -1,7 +1,6 @@
 //! B1 twice: its URDF as urdf-rs reads it and its MJCF as MuJoCo compiles it must be the same robot.
 // Debian's 2.2.2 cannot read what newer scenes say.
 #![cfg(mujoco_plugins)]
-#![allow(missing_docs, clippy::unwrap_used)]
 
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,6 @@
 //! The contract of refitted numbers: a model with numbers and effects written into it moves as the nominal
 //! does with its nuisance parameters turned and the effects added.
 #![cfg(mujoco_plugins)]
-#![allow(missing_docs, clippy::unwrap_used)]
 
 use std::{
     collections::BTreeMap,

@@ -1,6 +1,5 @@
 //! Patched models beside nominal ones that are changed by hand, in the real Python wheel:
 //! `scripts/tests/test_patched.py`.
-#![allow(missing_docs, clippy::unwrap_used)]
 
 use std::{fs, path::Path, process::Command};
 

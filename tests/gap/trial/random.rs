@@ -6,7 +6,7 @@ use hydro_gap::trial::{Series, Trial, read, write_csv, write_npz};
 use proptest::prelude::*;
 use zip::CompressionMethod;
 
-use crate::fixture::{Arrays, Folder, HEADER, names, npy, rows, signature, with_raw};
+use super::fixture::{Arrays, Folder, HEADER, names, npy, rows, signature, with_raw};
 
 /// Strictly increasing times.
 fn times(rows: usize) -> impl Strategy<Value = Vec<f64>> {

@@ -1,13 +1,9 @@
 //! Recorded rollouts of B1, replayed through the plugin inside `mj_step`.
 #![cfg(mujoco_plugins)]
-#![allow(missing_docs, clippy::unwrap_used)]
-
-mod common;
-#[path = "common/reference.rs"]
-mod reference;
 
 use std::{fs, path::Path, sync::Arc};
 
+use crate::reference::Reference;
 use hydro_frames as frames;
 use hydro_model::EngineKind;
 use hydro_plugin::{
@@ -15,7 +11,6 @@ use hydro_plugin::{
     plugin::FeatureMap,
 };
 use hydro_training::rollouts::{Rollout, Rollouts};
-use reference::Reference;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -49,7 +44,7 @@ fn truth_with_plugin(checkpoint: &Path, density: f64, engine: &str) -> String {
 fn b1_checkpoint(folder: &Path) -> std::path::PathBuf {
     let joints = recorded().index.joints;
     let joints: Vec<&str> = joints.iter().map(String::as_str).collect();
-    let mut recipe = common::lively(&joints);
+    let mut recipe = crate::common::lively(&joints);
     recipe.mean = vec![10.0, 5.0, 30.0, 1.0, 2.0, 3.0];
     recipe.deviation = vec![60.0, 40.0, 80.0, 8.0, 12.0, 9.0];
     recipe.save(folder, "b1")

@@ -1,7 +1,4 @@
 //! A step of the fused engine takes no memory from the allocator.
-#![allow(missing_docs, clippy::unwrap_used)]
-
-mod common;
 
 use std::path::Path;
 
@@ -35,10 +32,10 @@ fn allocations(checkpoint: &Checkpoint, kind: EngineKind, solver: Solver) -> u64
 fn samples_are_taken_and_evaluated_without_allocation() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let released = Checkpoint::load(&root.join("models/b1-task2")).unwrap();
-    let others = common::zoo(&["fin"]);
+    let others = crate::common::zoo(&["fin"]);
     let checkpoints = others
         .iter()
-        .map(common::Recipe::checkpoint)
+        .map(crate::common::Recipe::checkpoint)
         .chain([released]);
     for checkpoint in checkpoints {
         let name = checkpoint.card.model.kind();

@@ -1,8 +1,5 @@
 //! The shared library in the real Python wheel: `scripts/tests/plugin`, with checkpoints made here.
 #![cfg(mujoco_plugins)]
-#![allow(missing_docs, clippy::unwrap_used)]
-
-mod common;
 
 use std::{
     collections::BTreeSet,
@@ -44,20 +41,20 @@ fn the_library_in_python() {
         return skip("no .venv (python3 -m venv .venv && .venv/bin/pip install mujoco numpy)");
     }
     let folder = tempfile::tempdir().unwrap();
-    common::lively(&["fin"]).save(folder.path(), "lively");
-    common::memoryless(&["fin"]).save(folder.path(), "memoryless");
-    for (number, recipe) in common::zoo(&["fin"]).iter().enumerate() {
+    crate::common::lively(&["fin"]).save(folder.path(), "lively");
+    crate::common::memoryless(&["fin"]).save(folder.path(), "memoryless");
+    for (number, recipe) in crate::common::zoo(&["fin"]).iter().enumerate() {
         let name = format!("{number}-{}", recipe.model.kind());
         recipe.save(&folder.path().join("kinds"), &name);
     }
-    common::constant().save(folder.path(), "constant");
-    common::towing().save(folder.path(), "towing");
+    crate::common::constant().save(folder.path(), "constant");
+    crate::common::towing().save(folder.path(), "towing");
     let joints: Vec<String> = ["FR", "FL", "RR", "RL"]
         .iter()
         .flat_map(|leg| ["hip", "thigh", "calf"].map(|joint| format!("{leg}_{joint}_joint")))
         .collect();
     let joints: Vec<&str> = joints.iter().map(String::as_str).collect();
-    common::lively(&joints).save(folder.path(), "b1");
+    crate::common::lively(&joints).save(folder.path(), "b1");
     let tests = root.join("scripts/tests/plugin");
     let entries = fs::read_dir(&tests).unwrap();
     let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());

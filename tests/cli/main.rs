@@ -1,0 +1,8 @@
+//! The program `hydro` as a user meets it: every command and every refusal through the real binary.
+#![allow(missing_docs, clippy::unwrap_used, clippy::print_stderr)]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod compare;
+mod program;
+mod simulate;

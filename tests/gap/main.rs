@@ -1,0 +1,7 @@
+//! What `hydro gap` rests on: trials on disk, effects in MuJoCo, patched models.
+#![allow(missing_docs, clippy::unwrap_used, clippy::print_stderr)]
+
+mod numbers;
+mod patch_python;
+mod plant;
+mod trial;
