@@ -1,0 +1,72 @@
+"""The rules, each a function from the repository's folder to the list of its breaches."""
+
+import re
+from pathlib import Path
+
+from .circles import circles
+from .python import python_arrows
+from .rust import arrows, crate, without_comments, without_tests
+
+#: Lines of a source file outside tests.
+LONGEST = 600
+
+
+def crates(root: Path) -> dict[str, Path]:
+    """First file of every crate of the workspace, by its name in code."""
+    found = {"hydro_plugin": root / "src/lib.rs", "hydro": root / "src/main.rs"}
+    for folder in sorted((root / "crates").iterdir()):
+        found[f"hydro_{folder.name}"] = folder / "src/lib.rs"
+    for bench in sorted((root / "benches").glob("*/main.rs")):
+        found[f"bench {bench.parent.name}"] = bench
+    return found
+
+
+def sources(root: Path) -> list[Path]:
+    """Rust sources outside tests."""
+    folders = [root / "src", *sorted((root / "crates").glob("*/src"))]
+    files = [file for folder in folders for file in sorted(folder.rglob("*.rs"))]
+    return [file for file in files if "tests" not in file.parts and file.stem != "tests"]
+
+
+def no_circles(root: Path) -> list[str]:
+    """No two files of a crate, nor of the Python tools, import each other, directly or through others."""
+    breaches = []
+    for name, first in crates(root).items():
+        modules = crate(first, name)
+        for group in circles(arrows(modules)):
+            files = [str(modules[module].path.relative_to(root)) for module in group]
+            breaches.append(f"{name}: {len(files)} files import each other: {', '.join(files)}")
+    for group in circles(python_arrows(root / "scripts", "hydro_tools")):
+        breaches.append(f"hydro_tools: {len(group)} modules import each other: {', '.join(group)}")
+    return breaches
+
+
+def no_long_files(root: Path) -> list[str]:
+    """No Rust source outside tests is longer than 600 lines."""
+    lengths = {file: len(file.read_text().splitlines()) for file in sources(root)}
+    return [f"{file.relative_to(root)}: {n} lines, {LONGEST} at most" for file, n in lengths.items() if n > LONGEST]
+
+
+def _only(root: Path, pattern: str, allowed: tuple[str, ...], what: str) -> list[str]:
+    breaches = []
+    for file in sources(root):
+        name = str(file.relative_to(root))
+        if name.startswith(allowed):
+            continue
+        for found in re.findall(pattern, without_tests(without_comments(file.read_text()))):
+            breaches.append(f"{name}: `{found}`; {what} stands only in {', '.join(allowed)}")
+    return breaches
+
+
+def unsafe_in_one_place(root: Path) -> list[str]:
+    """Unsafe code stands in src/mujoco alone."""
+    return _only(root, r"unsafe (?:\{|fn|impl|extern)", ("src/mujoco",), "unsafe code")
+
+
+def printing_in_one_place(root: Path) -> list[str]:
+    """Only the command line prints, exits and parses flags."""
+    pattern = r"\be?print(?:ln)?!|process::exit|clap::|anyhow::"
+    return _only(root, pattern, ("src/cli", "src/main.rs"), "printing, exiting and parsing flags")
+
+
+RULES = (no_circles, no_long_files, unsafe_in_one_place, printing_in_one_place)
