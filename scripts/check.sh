@@ -1,27 +1,62 @@
 #!/usr/bin/env bash
-# What CI asks of the code, in one go: format, lints, documentation, tests with and without MuJoCo.
+# Format, rules of the house, lints, documentation, tests.
+#   scripts/check.sh              the whole workspace
+#   scripts/check.sh fast [REV]   only the crates that differ from REV (default HEAD: what is not committed)
 set -euo pipefail
 cd "$(dirname "$0")/.."
-export RUSTFLAGS="${RUSTFLAGS:-}"
+source scripts/tests_of.sh
 
-step() { printf '\n== %s\n' "$*"; }
+step() { printf '\n== %s  (%d s)\n' "$*" $SECONDS; }
+python=.venv/bin/python
+[ -x "$python" ] || python=python3
 
-step 'format'
-cargo fmt --check
-step 'lints'
-cargo clippy --all-targets --quiet -- -D warnings
-step 'documentation'
-RUSTDOCFLAGS='-D warnings' cargo doc --no-deps --document-private-items --quiet
+if [ "${1:-}" = fast ]; then
+  rev=${2:-HEAD}
+  changed=$({ git diff --name-only "$rev"; git ls-files --others --exclude-standard; } | sort -u)
+  packages=()
+  for crate in frames effects gap model training; do
+    grep -q "^crates/$crate/" <<<"$changed" && packages+=(-p "hydro-$crate")
+  done
+  grep -qE '^(src|tests|benches|build\.rs)' <<<"$changed" && packages+=(-p hydro)
+  grep -qE '^Cargo\.(toml|lock)' <<<"$changed" && packages=(--workspace)
+  step 'format, rules of the house'
+  cargo fmt --all --check
+  "$python" scripts/check_house.py
+  if [ ${#packages[@]} -eq 0 ]; then
+    printf '\nNo crate differs from %s.\n' "$rev"
+  else
+    step "lints: ${packages[*]}"
+    cargo clippy "${packages[@]}" --all-targets --quiet -- -D warnings
+    step "tests: ${packages[*]}"
+    tests_of "${packages[@]}"
+  fi
+  if grep -q '^scripts/.*\.py' <<<"$changed"; then
+    step 'Python'
+    "$python" -m ruff check --quiet scripts
+    "$python" -m pytest --quiet scripts/tests
+  fi
+  printf '\nDone in %d s. scripts/test.sh checks the rest.\n' $SECONDS
+  exit
+fi
+
+step 'format, rules of the house'
+cargo fmt --all --check
+"$python" scripts/check_house.py
+"$python" -m ruff check --quiet scripts
+"$python" -m ruff format --quiet --check scripts
 step 'robot and scenes are what make_b1.py writes'
-.venv/bin/python scripts/make_b1.py --check
-.venv/bin/python scripts/make_gap_scenes.py --check
-step 'tests with MuJoCo'
+"$python" scripts/make_b1.py --check
+"$python" scripts/make_gap_scenes.py --check
+step 'lints'
+cargo clippy --workspace --all-targets --quiet -- -D warnings
+step 'lints without MuJoCo'
+cargo clippy -p hydro --no-default-features --features cli --all-targets --quiet -- -D warnings
+step 'documentation'
+RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps --document-private-items --quiet
+step 'tests'
 cargo build --quiet
-cargo test --quiet
-step 'tests without MuJoCo'
-# Its own folder: a build without the feature leaves a library without entry points.
-scripts/lend_build.sh target/pure
-# What knows no MuJoCo and takes minutes has run above.
-cargo test --quiet --no-default-features --features cli --lib --bins --target-dir target/pure -- --skip gap::tests --skip model:: --skip training:: --skip effects::
+tests_of --workspace
+step 'examples in the documentation'
+cargo test --workspace --doc --quiet
 step 'training on a graphics card'
 scripts/test_cuda.sh

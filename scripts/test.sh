@@ -1,23 +1,35 @@
 #!/usr/bin/env bash
 # Sets up and passes every test: `scripts/test.sh`.
+#   --debian   also installs Debian's MuJoCo 2.2.2 and tests with it; without, it is tested where it is installed
 set -euo pipefail
 cd "$(dirname "$0")/.."
-export HYDRO_WITH_DEBIAN_MUJOCO=1
+[ "${1:-}" != --debian ] || export HYDRO_WITH_DEBIAN_MUJOCO=1
 source scripts/setup.sh
+source scripts/tests_of.sh
+step() { printf '\n== %s  (%d s)\n' "$*" $SECONDS; }
 
-printf '\n== MuJoCo 3.17.0: the bindings fit it too\n'
+# A test in Python loads the library in this MuJoCo, whose layout is another.
 other=target/mujoco-3.17.0
 [ -d "$other/mujoco" ] ||
   .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --target "$other" mujoco==3.17.0 typing_extensions
-# `check` leaves no library behind; the tests that follow load the one of the wheel in .venv.
-MUJOCO_DIR="$PWD/$other/mujoco" cargo check --quiet --lib
 export HYDRO_TEST_OTHER_WHEEL=$PWD/$other
 
 scripts/check.sh
 
-printf '\n== Python: data, scenes, benchmark\n'
-.venv/bin/python -m unittest discover -s scripts/tests
+step 'Python: data, scenes, baselines, benchmark'
+.venv/bin/python -m pytest --quiet scripts/tests
 
-printf '\n== Debian MuJoCo 2.2.2: the same library as a passive callback\n'
-scripts/lend_build.sh target/debian
-MUJOCO_DIR=/usr cargo test --quiet --target-dir target/debian --lib --bins --test fish -- --skip gap::tests --skip model:: --skip training:: --skip effects::
+# The other releases matter to the crate that binds MuJoCo alone; what is below it comes compiled from above.
+step 'MuJoCo 3.17.0: the bindings fit it too'
+scripts/lend_build.sh target/mujoco-3.17.0-build
+MUJOCO_DIR="$PWD/$other/mujoco" cargo check -p hydro --lib --quiet --target-dir target/mujoco-3.17.0-build
+
+if [ -e /usr/include/mujoco/mujoco.h ]; then
+  step "Debian's MuJoCo 2.2.2: the same library as a passive callback"
+  scripts/lend_build.sh target/debian
+  export MUJOCO_DIR=/usr
+  tests_of -p hydro --target-dir target/debian --lib --bin hydro --test plugin
+else
+  printf '\nMuJoCo 2.2.2 is not installed: not tested (scripts/test.sh --debian installs and tests it)\n'
+fi
+printf '\nAll tests passed in %d s\n' $SECONDS
