@@ -7,63 +7,38 @@
 //! predicted open loop from a start that is fitted with it. Outputs are compared,
 //! never forces.
 
-mod add;
-mod adequacy;
-mod bench;
-mod candidates;
-mod colour;
-mod column;
-mod conclude;
+mod discrepancy;
 mod error;
-mod experiment;
-#[cfg(test)]
-mod fake;
-mod find;
 mod fit;
-mod fitted;
-mod held_out;
-mod information;
-mod leftover;
-mod measured;
-mod name;
-mod noise;
-mod normal;
+pub mod options;
+mod output;
 pub mod patch;
-mod payload;
 pub mod plant;
-#[cfg(test)]
-mod refusals;
-mod regime;
+mod problem;
+mod progress;
 mod residual;
-mod resolution;
-mod screen;
-mod search;
-mod second_look;
-mod shooting;
-mod simulated;
-pub mod stages;
-mod start;
-mod study;
-mod system;
+mod rollout;
+mod select;
+mod stage;
+mod statistics;
 #[cfg(test)]
 mod tests;
 pub mod trial;
-mod uncertainty;
-pub mod verdict;
-mod verify;
-pub mod wall;
-mod watch;
 
-pub use add::{Addition, add};
-pub use adequacy::FORM_ERROR;
-pub use bench::Bench;
-pub use conclude::conclude;
 pub use error::GapError;
-pub use find::LEVEL;
-pub use find::find;
-pub use name::{Naming, name};
-pub use residual::{MissingWrench, Residual, Series, refitted, residual};
-pub use study::{Settings, Study};
-pub use uncertainty::Uncertainty;
-pub use verify::{Examined, verify};
-pub use watch::Watch;
+pub use fit::linearized_problem::Bench;
+pub use options::Options;
+pub use output::{records, verdict};
+pub use problem::{
+    problem::{Settings, Study},
+    uncertainty::Uncertainty,
+};
+pub use progress::Watch;
+pub use residual::{MissingWrench, Residual, Series, residual};
+pub use stage::{
+    add::{Addition, add, refitted},
+    conclude::conclude,
+    locate::find,
+    name::{Naming, name},
+    verify::{Examined, verify},
+};

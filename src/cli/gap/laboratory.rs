@@ -20,7 +20,7 @@ use hydro_gap as gap;
 use hydro_gap::{
     Bench, Naming, Settings, Study, Uncertainty, Watch, patch,
     plant::{Nuisance, Plant, PlantDescription, Quantity, SensorKind},
-    stages::{Added, Refitted, Verified},
+    records::{Added, Refitted, Verified},
     trial::{self, Listed, SensorQuantity, SensorSignature, Signature, Trial},
     verdict::Outcome,
 };
@@ -37,9 +37,6 @@ use super::{
 };
 use crate::cli::{cancel::cancel_on_signal, command_line, print_json, write_line};
 
-/// With so many trials or fewer, every one is judged by a fit that left it out.
-const CROSS_FIT: usize = 10;
-
 /// Runs the stages up to one.
 pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
     if let Some(threads) = flags.threads {
@@ -54,6 +51,7 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
     let settings = Settings {
         uncertainty: uncertainty(flags, plant.description())?,
         seed: flags.seed,
+        options: gap::Options::default(),
     };
     let stop = cancel_on_signal()?;
     let bars = Bars::default();
@@ -268,7 +266,7 @@ impl<'a> Laboratory<'a> {
         let trials = self.read(&held_out)?;
         let noticed = self.remarks.take();
         let fitted = self.inputs.fit_trials();
-        let few = held_out.len() + fitted.len() <= CROSS_FIT;
+        let few = held_out.len() + fitted.len() <= self.settings.options.verify.cross_fit_trials;
         let fitted = if few && !examined.cross_fit.is_empty() {
             self.read(&fitted)?
         } else {

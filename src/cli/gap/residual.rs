@@ -9,7 +9,7 @@ use hydro_gap::{
     MissingWrench, Residual, Study, Watch,
     patch::{self, PatchError},
     plant::{Nuisance, PlantDescription},
-    stages::Added,
+    records::Added,
 };
 use hydro_model::{
     checkpoint::Checkpoint,

@@ -6,23 +6,20 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::{
-    super::{
-        error::GapError,
-        measured::Measured,
-        shooting::{Segment, Track},
-        start,
-        watch::Watch,
+use crate::{
+    error::GapError,
+    problem::{
+        channels::Measured,
+        segments::{Segment, Track},
     },
-    chain::{Chain, Solved},
-    windows::{Ground, Ran, Slopes},
+    progress::Watch,
+    residual::{
+        chain::{Chain, Solved},
+        windows::{Ground, Ran, Slopes},
+    },
+    rollout::state_estimation,
 };
 
-/// Standard deviations of the step from the end of a window to the start of the next one. Of the base:
-/// what a wrench that changes within a window moves it by. Of joints: what the model lacks at them is
-/// theirs, and no wrench of the base shall stand for it. Positions [m, rad], velocities.
-const BASE_GAP: [f64; 2] = [2e-4, 2e-3];
-const JOINT_GAP: [f64; 2] = [1e-2, 2e-1];
 /// Shortest part of a step that is tried.
 const SHORTEST: f64 = 0.1;
 
@@ -98,7 +95,8 @@ impl<'a> Path<'a> {
             .iter()
             .map(|gap| gap.component_mul(&weights).norm_squared())
             .sum();
-        let arrival = start::arrival_precision(ground.model.nv, start::ARRIVAL);
+        let arrival =
+            state_estimation::arrival_precision(ground.model.nv, ground.options.states.arrival_sd);
         let first = self
             .from_track
             .component_mul(&self.from_track)
@@ -125,7 +123,9 @@ impl<'a> Path<'a> {
         for (link, (ran, slopes)) in self.ran.iter().zip(&self.slopes).enumerate() {
             chain.add(link, &slopes.readings, &ran.residual);
         }
-        let arrival = start::arrival_precision(ground.model.nv, start::ARRIVAL).map(f64::sqrt);
+        let arrival =
+            state_estimation::arrival_precision(ground.model.nv, ground.options.states.arrival_sd)
+                .map(f64::sqrt);
         let mut to_track = DMatrix::zeros(tangents, tangents + 6);
         to_track.fill_diagonal(1.0);
         let weigh = |mut matrix: DMatrix<f64>, weights: &DVector<f64>| {
@@ -270,12 +270,13 @@ impl<'a> Path<'a> {
 /// One over the standard deviation of a gap between windows, by tangent.
 fn weights(ground: &Ground<'_>) -> DVector<f64> {
     let nv = ground.model.nv;
+    let options = &ground.options.residual;
     let base = ground.base.dof..ground.base.dof + 6;
     DVector::from_fn(2 * nv, |axis, _| {
         let sd = if base.contains(&(axis % nv)) {
-            BASE_GAP
+            options.base_gap_sd
         } else {
-            JOINT_GAP
+            options.joint_gap_sd
         };
         1.0 / sd[axis / nv]
     })

@@ -3,18 +3,21 @@
 use hydro_frames::Wrench;
 use nalgebra::{DMatrix, DVector};
 
-use super::super::{
+use crate::{
     error::GapError,
-    measured::{Channels, Measured, rotation_between},
-    shooting::{self, Correction, Segment, Trace, Track, WarmUp},
-    start::{self, whiten},
+    options::Options,
+    plant::{FreeBase, Plant, PlantDescription, Simulation},
+    problem::{
+        channels::{Channels, Measured, rotation_between},
+        segments::{self, Segment, Track},
+    },
+    rollout::{
+        sensor_correction::{self, Correction},
+        shooting::{self, Trace, WarmUp},
+        state_estimation,
+        whitening::whiten,
+    },
 };
-use crate::plant::{FreeBase, Plant, PlantDescription, Simulation};
-
-/// Length of a window [s]: short beside what moves a vehicle, long enough for a sensor to see its push.
-const WINDOW: f64 = 0.2;
-/// Rows of a window at least.
-const LEAST_ROWS: usize = 3;
 
 /// What all windows share.
 pub(super) struct Ground<'a> {
@@ -24,6 +27,7 @@ pub(super) struct Ground<'a> {
     pub(super) channels: &'a Channels,
     /// Values of `PlantDescription::nuisances`.
     pub(super) nuisances: &'a [f64],
+    pub(super) options: &'a Options,
     /// Steps of the difference quotients by the wrench [N, N m].
     pub(super) wrench_step: [f64; 6],
 }
@@ -62,6 +66,11 @@ struct Prepared {
 }
 
 impl Ground<'_> {
+    /// Steps between samples.
+    pub(super) fn sample_steps(&self) -> usize {
+        ((self.options.residual.sample_period / self.model.timestep).round() as usize).max(1)
+    }
+
     /// Cuts a trial into windows that follow each other without a gap, starting on its track; `most` at
     /// most.
     pub(super) fn cut(
@@ -71,6 +80,7 @@ impl Ground<'_> {
         most: usize,
     ) -> Result<Vec<Segment>, GapError> {
         let mut simulation = self.plant.simulation(self.nuisances, &[])?;
+        let options = &self.options.residual;
         let step = self.model.timestep;
         let rows = trial.times.len();
         let (qpos, qvel) = track.motion(0);
@@ -78,7 +88,7 @@ impl Ground<'_> {
         let mut windows = Vec::new();
         let mut first = 0;
         while first < rows && windows.len() < most {
-            let end = shooting::window_end(trial, first, WINDOW, LEAST_ROWS);
+            let end = segments::window_end(trial, first, options.window, options.least_rows);
             let (start, qpos, qvel) = next;
             windows.push(Segment {
                 trial: 0,
@@ -110,7 +120,7 @@ impl Ground<'_> {
         window: &Segment,
     ) -> Result<Prepared, GapError> {
         let mut simulation = self.plant.simulation(self.nuisances, &[])?;
-        let warm_up = WarmUp::of(self.model, &[]);
+        let warm_up = WarmUp::required(self.model, &[], &self.options.rollout);
         let step = self.model.timestep;
         shooting::lead_in(simulation.as_mut(), trial, window, track, warm_up, step);
         Ok(Prepared {
@@ -139,7 +149,7 @@ impl Ground<'_> {
         }
         let none = vec![Correction::NONE; self.model.sensors.len()];
         let mut residual = Vec::new();
-        shooting::residuals(
+        sensor_correction::residuals(
             trace,
             trial,
             window,
@@ -189,7 +199,7 @@ impl Ground<'_> {
         for column in 0..tangents + 6 {
             let (mut tangent, mut pushed) = (vec![0.0; tangents], wrench);
             let step = if column < tangents {
-                tangent[column] = start::STEP[column / nv];
+                tangent[column] = state_estimation::STEP[column / nv];
                 tangent[column]
             } else {
                 pushed[column - tangents] += self.wrench_step[column - tangents];

@@ -1,0 +1,217 @@
+//! Noise of sensors that declare none: its spread and its colour, from what a fit leaves.
+//!
+//! A first-order autoregression. What a fit leaves is less than the noise and less slow, for starts and parameters
+//! absorb of it, in short trials most. So what is left is taken for the noise once, what the fit would leave of that is
+//! simulated, and spread and time are raised by the ratio (the bootstrap's correction of a bias: B. Efron and
+//! R. J. Tibshirani, An Introduction to the Bootstrap, 1993, section 10.6). Once, not until both agree: noise that is
+//! slower than a trial looks like its start, so nothing keeps it from growing.
+
+use rayon::prelude::*;
+
+use crate::{
+    discrepancy::{
+        autocorrelation::{self, Leftover},
+        simulated_residuals::Simulated,
+    },
+    fit::{hypothesis::Fit, linearized_problem::Bench},
+};
+
+/// Spread and colour of the noise of one channel, in units of what it is taken to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Noise {
+    pub(crate) sd: f64,
+    /// Correlation of neighbouring rows.
+    pub(crate) correlation: f64,
+}
+
+impl Noise {
+    /// As declared.
+    const WHITE: Self = Self {
+        sd: 1.0,
+        correlation: 0.0,
+    };
+
+    /// From a variance and an integrated autocorrelation time [rows].
+    fn new(variance: f64, time: f64) -> Self {
+        Self {
+            sd: variance.sqrt(),
+            correlation: (time - 1.0) / (time + 1.0),
+        }
+    }
+}
+
+/// Of every channel: as declared where it is, else of what a fit leaves, corrected.
+pub(crate) fn of(bench: &Bench<'_>, fit: &Fit, seed: u64) -> Vec<Noise> {
+    let seen = autocorrelation::by_channel(
+        bench.problem.channels.len(),
+        &bench.problem.options.discrepancy,
+        &fit.residuals,
+    );
+    taken(bench, &corrected(bench, fit, &seen, seed))
+}
+
+/// What is left, taken for the noise where none is declared.
+fn taken(bench: &Bench<'_>, left: &[Leftover]) -> Vec<Noise> {
+    left.iter()
+        .zip(&bench.problem.channels.list)
+        .map(|(left, channel)| match channel.declared_noise {
+            Some(_) => Noise::WHITE,
+            None => Noise::new(left.variance, left.time),
+        })
+        .collect()
+}
+
+/// What is left by channel, as `seen`; of those that declare no noise, corrected for what the fit absorbs.
+pub(crate) fn corrected(
+    bench: &Bench<'_>,
+    fit: &Fit,
+    seen: &[Leftover],
+    seed: u64,
+) -> Vec<Leftover> {
+    let channels = &bench.problem.channels.list;
+    if channels
+        .iter()
+        .all(|channel| channel.declared_noise.is_some())
+    {
+        return seen.to_vec();
+    }
+    let Some(simulated) = Simulated::new(
+        bench,
+        fit,
+        bench.problem.options.discrepancy.noise_draws,
+        0.0,
+        seed,
+    ) else {
+        return seen.to_vec();
+    };
+    let left = left_of(&simulated, bench, &taken(bench, seen));
+    let raised = |seen: f64, left: f64| seen * (seen / left.max(f64::MIN_POSITIVE)).max(1.0);
+    seen.iter()
+        .zip(left)
+        .zip(channels)
+        .map(|((seen, left), channel)| match channel.declared_noise {
+            Some(_) => *seen,
+            None => Leftover {
+                variance: raised(seen.variance, left.variance),
+                time: raised(seen.time, left.time),
+                ..*seen
+            },
+        })
+        .collect()
+}
+
+/// What a fit leaves of simulated noise, the mean of all draws.
+fn left_of(simulated: &Simulated<'_>, bench: &Bench<'_>, noise: &[Noise]) -> Vec<Leftover> {
+    let absorbed = simulated.absorbed(noise);
+    let left: Vec<_> = (0..bench.problem.segments.len())
+        .into_par_iter()
+        .map(|at| simulated.left(at, noise, &absorbed))
+        .collect();
+    let draws: Vec<Vec<Leftover>> = (0..simulated.draws)
+        .into_par_iter()
+        .map(|draw| {
+            let residuals: Vec<Vec<f64>> = left
+                .iter()
+                .map(|of| of.column(draw).iter().copied().collect())
+                .collect();
+            autocorrelation::by_channel(
+                bench.problem.channels.len(),
+                &bench.problem.options.discrepancy,
+                &residuals,
+            )
+        })
+        .collect();
+    let mut draws = draws.into_iter();
+    let mut mean = draws.next().unwrap_or_default();
+    for (draw, of_draw) in (1..).zip(draws) {
+        for (mean, of) in mean.iter_mut().zip(of_draw) {
+            let part = 1.0 / f64::from(draw + 1);
+            mean.variance += part * (of.variance - mean.variance);
+            mean.time += part * (of.time - mean.time);
+        }
+    }
+    mean
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::statistics::standard_normal;
+    use crate::{
+        Study, Watch,
+        tests::{fake::RigidBody, settings, trial},
+    };
+
+    /// Rows of a trial: 1 s.
+    const ROWS: usize = 50;
+    const SD: f64 = 0.05;
+    const CORRELATION: f64 = 0.95;
+
+    /// Slow noise of a log that declares none: starts absorb a good part of it in a second.
+    #[test]
+    fn a_part_of_what_starts_absorb_of_slow_noise_is_put_back() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let trials = (0..16).map(|at| {
+            let mut trial = trial(&format!("trial {at}"), &[], &[0.0, 0.0], at, 0.5);
+            let columns = trial.sensors.columns.len();
+            let all = trial.sensors.columns.iter().enumerate();
+            let columns_of: Vec<usize> = all
+                .filter(|(_, name)| name.starts_with("position"))
+                .map(|(column, _)| column)
+                .collect();
+            trial.sensors.times.truncate(ROWS);
+            trial.sensors.data.truncate(ROWS * columns);
+            for column in columns_of {
+                let mut noise = SD * standard_normal(&mut rng);
+                for row in 0..ROWS {
+                    trial.sensors.data[row * columns + column] += noise;
+                    let fresh = SD * (1.0 - CORRELATION * CORRELATION).sqrt();
+                    noise = CORRELATION * noise + fresh * standard_normal(&mut rng);
+                }
+            }
+            trial
+        });
+        let plant = RigidBody::without_noise("position");
+        let stop = AtomicBool::new(false);
+        let watch = Watch::silent(&stop);
+        let study = Study::prepare(&plant, trials.collect(), settings(), &watch).unwrap();
+        let bench = study.bench(&watch).unwrap();
+        let fit = bench.empty().unwrap();
+        let observed = autocorrelation::by_channel(
+            bench.problem.channels.len(),
+            &bench.problem.options.discrepancy,
+            &fit.residuals,
+        );
+        let mean_sd = |of: &[Leftover]| {
+            let sds: Vec<f64> = of
+                .iter()
+                .zip(&bench.problem.channels.list)
+                .filter(|(_, channel)| channel.sensor == "position")
+                .map(|(of, channel)| of.variance.sqrt() * channel.noise)
+                .collect();
+            sds.iter().sum::<f64>() / sds.len() as f64
+        };
+        let corrected = corrected(&bench, fit, &observed, 0);
+        let (seen, said) = (mean_sd(&observed), mean_sd(&corrected));
+        assert!(seen < 0.75 * SD, "{seen} of {SD}");
+        // One correction goes a part of the way.
+        assert!(
+            said > 1.1 * seen && said < 1.1 * SD,
+            "{seen}, {said} of {SD}"
+        );
+        for ((corrected, observed), channel) in corrected
+            .iter()
+            .zip(&observed)
+            .zip(&bench.problem.channels.list)
+        {
+            let same = corrected.variance == observed.variance && corrected.time == observed.time;
+            assert_eq!(same, channel.declared_noise.is_some(), "{channel:?}");
+        }
+    }
+}

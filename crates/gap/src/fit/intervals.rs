@@ -1,0 +1,195 @@
+//! What a fit says of an effect's parameters and of the uncertain numbers, each with its error.
+
+use hydro_effects::{Id, Parameter, catalogue};
+
+use crate::{
+    fit::{hypothesis::Fit, linearized_problem::Bench, payload},
+    output::verdict::FittedParameter,
+};
+
+/// How far what a parameter stands for may be from the catalogue's form, as a part of the parameter.
+fn form_error(effect: Id, parameter: &Parameter, relative: f64) -> f64 {
+    let idealised = catalogue::effect(effect).card().idealised;
+    if idealised && !parameter.shapes {
+        relative
+    } else {
+        0.0
+    }
+}
+
+/// Values and intervals of one candidate in a fit: Laplace's, and the error of the effect's form.
+pub(crate) fn parameters(
+    bench: &Bench<'_>,
+    fit: &Fit,
+    candidate: usize,
+    factor: f64,
+) -> Vec<FittedParameter> {
+    let Some(row) = fit.point.candidates.iter().position(|of| *of == candidate) else {
+        return Vec::new();
+    };
+    let quadratic = fit.quadratic().tempered(factor);
+    let best = quadratic.best(&fit.bounds);
+    let of = &bench.problem.candidates[candidate];
+    let first =
+        bench.problem.nuisances.len() + fit.point.values[..row].iter().map(Vec::len).sum::<usize>();
+    let relative = bench.problem.options.discrepancy.form_error;
+    let interval = |parameter: usize, z: f64| {
+        let best = best.as_ref()?;
+        let at = first + parameter;
+        let covariance = |a: usize, b: usize| best.covariance[(a, b)];
+        let both_free = covariance(first, first) > 0.0 && covariance(at, at) > 0.0;
+        if of.effect == Id::Payload && parameter > 0 && both_free {
+            let variances = [(first, first), (first, at), (at, at)];
+            let mass = fit.point.values[row][0] / of.parameters[0].prior_sd;
+            return Some(payload::place_interval(
+                mass,
+                z,
+                variances.map(|(a, b)| covariance(a, b)),
+            ));
+        }
+        let form = form_error(of.effect, &of.parameters[parameter], relative) * z.abs();
+        Some(quadratic.interval(best, &fit.bounds, at, z, form))
+    };
+    let fitted = |(parameter, p): (usize, &Parameter)| {
+        let value = fit.point.values[row][parameter];
+        let known = interval(parameter, (value - p.null) / p.prior_sd);
+        FittedParameter {
+            name: p.name.clone(),
+            value,
+            unit: p.unit.to_owned(),
+            ci95: known.map_or([p.lower, p.upper], |interval| {
+                interval.map(|z| (p.null + p.prior_sd * z).clamp(p.lower, p.upper))
+            }),
+        }
+    };
+    of.parameters.iter().enumerate().map(fitted).collect()
+}
+
+/// Name, value and standard deviation of every nuisance parameter, in the nuisance parameter's unit.
+pub(crate) fn nuisances(bench: &Bench<'_>, fit: &Fit, factor: f64) -> Vec<(String, f64, f64)> {
+    let Some((_, optimum)) = fit.evidence(factor) else {
+        return Vec::new();
+    };
+    bench
+        .problem
+        .nuisances
+        .iter()
+        .enumerate()
+        .map(|(at, (nuisance, sd))| {
+            let spread = optimum.covariance[(at, at)].max(0.0).sqrt();
+            let name = bench.problem.model.nuisances[*nuisance].name.clone();
+            (name, fit.point.nuisances[at] * sd, spread * sd)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        plant::Plant,
+        tests::{fake::RigidBody, on_bench, on_hull, trial},
+    };
+    use hydro_effects::Target;
+    use hydro_effects::card::JointScale;
+
+    #[test]
+    fn what_idealises_is_uncertain_by_its_form_but_not_its_shape() {
+        let hull = Target::Body(RigidBody::new().description().bodies[0].scale.clone());
+        let of = |effect: Id, name: &str| {
+            let parameters = catalogue::effect(effect).parameters(&hull);
+            let named = parameters.iter().find(|p| p.name.starts_with(name));
+            form_error(effect, named.expect("the effect has it"), 0.15)
+        };
+        assert_eq!(of(Id::QuadraticDrag, "surge"), 0.15);
+        assert_eq!(of(Id::Waves, "x"), 0.15);
+        assert_eq!(of(Id::Waves, "frequency"), 0.0);
+        assert_eq!(of(Id::NetBuoyancy, "force"), 0.0);
+        let joint = Target::Joint(JointScale {
+            inertia: 1.0,
+            torque: 1.0,
+            speed: 0.5,
+            travel: 0.5,
+            slides: false,
+        });
+        let of = |effect: Id| {
+            let parameters = catalogue::effect(effect).parameters(&joint);
+            parameters
+                .iter()
+                .map(|p| form_error(effect, p, 0.15))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(of(Id::JointFriction), [0.15, 0.15, 0.0]);
+        assert_eq!(of(Id::JointStiffness), [0.15, 0.0]);
+    }
+
+    #[test]
+    fn a_payload_s_place_has_the_interval_of_a_ratio() {
+        let load = [on_hull(Id::Payload, vec![1.5, 0.25, -0.1, 0.05])];
+        let trials = (0..2).map(|seed| trial("loaded", &load, &[0.0, 0.0], seed, 1.0));
+        on_bench(&RigidBody::new(), trials.collect(), |bench, watch| {
+            let mut point = bench.origin();
+            let of = |effect: Id| {
+                bench
+                    .problem
+                    .candidates
+                    .iter()
+                    .position(|of| of.effect == effect)
+            };
+            let (lift, load) = (
+                of(Id::Lift).expect("tried"),
+                of(Id::Payload).expect("tried"),
+            );
+            point.candidates.extend([lift, load]);
+            point.values.push(bench.problem.candidates[lift].null());
+            point.values.push(vec![1.5, 0.25, -0.1, 0.05]);
+            let fit = bench.fit(point, watch).expect("fits").expect("stands");
+            let best = fit.quadratic().best(&fit.bounds).expect("positive");
+            // After nuisance parameters and the lift's own.
+            let first =
+                bench.problem.nuisances.len() + bench.problem.candidates[lift].parameters.len();
+            let scale: Vec<f64> = (bench.problem.candidates[load].parameters.iter())
+                .map(|p| p.prior_sd)
+                .collect();
+            let found = parameters(bench, &fit, load, 1.0);
+            for axis in 1..4 {
+                let (at, value) = (first + axis, found[axis].value / scale[axis]);
+                let variances =
+                    [(first, first), (first, at), (at, at)].map(|(a, b)| best.covariance[(a, b)]);
+                let expected = payload::place_interval(found[0].value / scale[0], value, variances);
+                for (end, expected) in found[axis].ci95.iter().zip(expected) {
+                    assert!(
+                        (end / scale[axis] - expected).abs() < 1e-9,
+                        "{:?}",
+                        found[axis]
+                    );
+                }
+                assert!(found[axis].ci95[0] < value * scale[axis]);
+            }
+        });
+    }
+
+    /// Much is known of a strong drag, but not what nature's differs by.
+    #[test]
+    fn the_interval_of_a_strong_effect_is_that_of_its_form() {
+        let drag = [on_hull(
+            Id::QuadraticDrag,
+            vec![60.0, 90.0, 90.0, 1.0, 1.0, 1.0],
+        )];
+        let trials = (0..2).map(|seed| trial("dragged", &drag, &[0.0, 0.0], seed, 1.0));
+        on_bench(&RigidBody::new(), trials.collect(), |bench, watch| {
+            let mut point = bench.origin();
+            let is_drag = |at: &usize| bench.problem.candidates[*at].effect == Id::QuadraticDrag;
+            let drag = (0..bench.problem.candidates.len())
+                .find(is_drag)
+                .expect("a candidate");
+            point.candidates.push(drag);
+            point.values.push(vec![60.0, 90.0, 90.0, 1.0, 1.0, 1.0]);
+            let fit = bench.fit(point, watch).expect("fits").expect("stands");
+            let surge = &parameters(bench, &fit, drag, 1.0)[0];
+            let half = 0.5 * (surge.ci95[1] - surge.ci95[0]);
+            let form = 1.96 * 0.15 * surge.value;
+            assert!(half > form && half < 1.2 * form, "{surge:?}");
+        });
+    }
+}

@@ -1,0 +1,70 @@
+//! What every stage starts from: the fit trials, their motions, the channels and the candidates.
+
+use crate::{
+    options::Options,
+    plant::Plant,
+    problem::{
+        candidates::Candidate,
+        channels::{Channels, Measured},
+        segments::{self, Segment, Track},
+        uncertainty::Uncertainty,
+    },
+};
+
+/// Multiples of it, less their whole parts, are spread evenly and repeat nothing.
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
+/// How the workflow is run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// How well the nominal is known.
+    pub uncertainty: Uncertainty,
+    /// Seed of every draw.
+    pub seed: u64,
+    /// Statistical choices.
+    pub options: Options,
+}
+
+/// Trials made ready.
+pub struct Study<'a> {
+    pub(crate) plant: &'a dyn Plant,
+    pub(crate) trials: Vec<Measured>,
+    pub(crate) tracks: Vec<Track>,
+    pub(crate) channels: Channels,
+    pub(crate) candidates: Vec<Candidate>,
+    pub(crate) settings: Settings,
+    /// Largest command of every actuator in the trials.
+    pub(crate) commands: Vec<f64>,
+    pub(crate) remarks: Vec<String>,
+}
+
+impl std::fmt::Debug for Study<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Study")
+            .field("trials", &self.trials.len())
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a> Study<'a> {
+    /// Every trial cut into segments of about `length` seconds; of more than `most`, evenly spread ones.
+    pub(crate) fn segments(&self, length: f64, most: usize) -> Vec<Segment> {
+        let least_rows = self.settings.options.segments.least_rows;
+        let all: Vec<Segment> = self
+            .trials
+            .iter()
+            .zip(&self.tracks)
+            .enumerate()
+            .flat_map(|(at, (trial, track))| segments::cut(at, trial, track, length, least_rows))
+            .collect();
+        let count = all.len();
+        if count <= most {
+            return all;
+        }
+        // Not in step with the trials: always the same part of each would see the same motion.
+        let place = |at: usize| (at as f64 + (at as f64 * GOLDEN).fract()) / most as f64;
+        (0..most)
+            .map(|at| all[((place(at) * count as f64) as usize).min(count - 1)].clone())
+            .collect()
+    }
+}

@@ -1,0 +1,59 @@
+//! Nonlinear refits of sets of effects.
+
+use hydro_effects::Id;
+
+use crate::{
+    error::GapError,
+    fit::{hypothesis::Point, intervals, linearized_problem::Bench, payload},
+    problem::channels::Measured,
+    progress::Watch,
+    select::evidence::Scored,
+};
+
+/// Refits a set; false where it does not stand.
+pub(crate) fn add(
+    bench: &Bench<'_>,
+    point: Point,
+    scored: &mut Vec<Scored>,
+    watch: &Watch<'_>,
+) -> Result<bool, GapError> {
+    let options = &bench.problem.options.search;
+    let set = point.set();
+    let Some(mut fit) = bench.fit(point, watch)? else {
+        return Ok(false);
+    };
+    for _ in 0..options.mirrored_fits {
+        let mirrored = payload::mirrored(bench.problem.candidates, &fit.point);
+        let other = mirrored.map(|point| bench.fit(point, watch)).transpose()?;
+        let Some(better) = other
+            .flatten()
+            .filter(|other| other.cost() + options.other_optimum < fit.cost())
+        else {
+            break;
+        };
+        fit = better;
+    }
+    let mut delays = set.iter().filter(|of| is_delay(bench, **of));
+    let stands = delays.all(|delay| {
+        let known = &intervals::parameters(bench, &fit, *delay, 1.0)[0];
+        is_resolved(bench, known.ci95)
+    });
+    if stands {
+        scored.push(Scored::new(set, fit));
+    }
+    Ok(stands)
+}
+
+pub(crate) fn is_delay(bench: &Bench<'_>, candidate: usize) -> bool {
+    bench.problem.candidates[candidate].effect == Id::SensorDelay
+}
+
+/// False where a sensor may be late by less than its rows or the model's steps can tell: clocks, filters and
+/// when within a step things happen are no better known. From, to [s], by the fit alone: what is left over may widen the
+/// interval that is reported.
+pub(crate) fn is_resolved(bench: &Bench<'_>, [from, to]: [f64; 2]) -> bool {
+    let period = bench.problem.trials.first().map_or(0.0, Measured::period);
+    let least =
+        (bench.problem.options.search.least_delay * period).max(bench.problem.model.timestep);
+    from >= least || to <= -least
+}
