@@ -26,19 +26,19 @@ mod tests;
 pub mod trial;
 
 pub use error::GapError;
-pub use fit::linearized_problem::Bench;
+pub use fit::linearized_problem::LinearizedProblem;
 pub use options::Options;
 pub use output::{records, verdict};
 pub use problem::{
-    problem::{Settings, Study},
+    problem::{Problem, Settings},
     uncertainty::Uncertainty,
 };
 pub use progress::Watch;
-pub use residual::{MissingWrench, Residual, Series, residual};
+pub use residual::{MissingWrench, Residual, WrenchSeries, residual};
 pub use stage::{
     add::{Addition, add, refitted},
     conclude::conclude,
-    locate::find,
+    locate::locate,
     name::{Naming, name},
-    verify::{Examined, verify},
+    verify::{VerifyInput, verify},
 };

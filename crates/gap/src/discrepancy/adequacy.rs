@@ -12,12 +12,12 @@ use rayon::prelude::*;
 use crate::{
     discrepancy::{
         noise_model::{self, Noise},
-        simulated_residuals::Simulated,
+        simulated_residuals::SimulatedResiduals,
     },
     error::GapError,
     fit::{
         hypothesis::Fit,
-        linearized_problem::{Adequacy, Bench},
+        linearized_problem::{Adequacy, LinearizedProblem},
     },
     problem::channels,
     progress::Watch,
@@ -27,33 +27,37 @@ use crate::{
 ///
 /// # Errors
 /// A stop that was asked for.
-pub(crate) fn of(
-    bench: &Bench<'_>,
+pub(crate) fn assess(
+    linearized: &LinearizedProblem<'_>,
     fit: &Fit,
     seed: u64,
     watch: &Watch<'_>,
 ) -> Result<Adequacy, GapError> {
-    let options = &bench.problem.options.discrepancy;
-    let Some(simulated) =
-        Simulated::new(bench, fit, options.adequacy_draws, options.form_error, seed)
-    else {
+    let options = &linearized.problem.options.discrepancy;
+    let Some(simulated) = SimulatedResiduals::new(
+        linearized,
+        fit,
+        options.adequacy_draws,
+        options.form_error,
+        seed,
+    ) else {
         return Ok(Adequacy {
             p_value: 1.0,
             deviation: 0.0,
         });
     };
-    let noise = believed(bench, noise_model::of(bench, fit, seed));
+    let noise = believed(linearized, noise_model::estimate(linearized, fit, seed));
     watch.check()?;
     let absorbed = simulated.absorbed(&noise);
     watch.check()?;
-    let sums: Vec<(DMatrix<f64>, DVector<f64>)> = (0..bench.problem.segments.len())
+    let sums: Vec<(DMatrix<f64>, DVector<f64>)> = (0..linearized.problem.segments.len())
         .into_par_iter()
         .map(|at| {
-            let left = simulated.left(at, &noise, &absorbed);
+            let left = simulated.remaining(at, &noise, &absorbed);
             let observed = DMatrix::from_column_slice(left.nrows(), 1, &fit.residuals[at]);
             (
-                statistics(bench, &fit.residuals[at], &left),
-                statistics(bench, &fit.residuals[at], &observed)
+                statistics(linearized, &fit.residuals[at], &left),
+                statistics(linearized, &fit.residuals[at], &observed)
                     .column(0)
                     .into_owned(),
             )
@@ -70,16 +74,16 @@ pub(crate) fn of(
 ///
 /// # Errors
 /// Where the nominal diverges, or a stop was asked for.
-pub(crate) fn of_empty(
-    bench: &Bench<'_>,
+pub(crate) fn assess_empty(
+    linearized: &LinearizedProblem<'_>,
     seed: u64,
     watch: &Watch<'_>,
 ) -> Result<Adequacy, GapError> {
-    if let Some(known) = bench.empty_adequacy.get() {
+    if let Some(known) = linearized.empty_adequacy.get() {
         return Ok(*known);
     }
-    let found = of(bench, bench.empty()?, seed, watch)?;
-    Ok(*bench.empty_adequacy.get_or_init(|| found))
+    let found = assess(linearized, linearized.empty()?, seed, watch)?;
+    Ok(*linearized.empty_adequacy.get_or_init(|| found))
 }
 
 /// The largest standardised statistic against its simulated distribution.
@@ -105,11 +109,15 @@ fn judge(nulls: &DMatrix<f64>, observed: &DVector<f64>) -> Adequacy {
 }
 
 /// Sums of squared block means [sensors and all together, times scales; columns].
-fn statistics(bench: &Bench<'_>, present: &[f64], residuals: &DMatrix<f64>) -> DMatrix<f64> {
-    let blocks = bench.problem.options.discrepancy.adequacy_blocks;
-    let width = bench.problem.channels.len();
+fn statistics(
+    linearized: &LinearizedProblem<'_>,
+    present: &[f64],
+    residuals: &DMatrix<f64>,
+) -> DMatrix<f64> {
+    let blocks = linearized.problem.options.discrepancy.adequacy_blocks;
+    let width = linearized.problem.channels.len();
     let rows = present.len() / width;
-    let sources = &bench.problem.channels.sources;
+    let sources = &linearized.problem.channels.sources;
     let mut sums = DMatrix::zeros(blocks.len() * (sources.len() + 1), residuals.ncols());
     for (scale, length) in blocks.iter().enumerate() {
         for (number, source) in sources.iter().enumerate() {
@@ -137,10 +145,10 @@ fn statistics(bench: &Bench<'_>, present: &[f64], residuals: &DMatrix<f64>) -> D
 }
 
 /// What is left of sensors that declare no noise is believed to be noise as long as it is small beside the readings.
-fn believed(bench: &Bench<'_>, noise: Vec<Noise>) -> Vec<Noise> {
-    let largest = bench.problem.options.discrepancy.largest_noise;
-    let spreads = channels::spreads(bench.problem.trials, bench.problem.channels);
-    bench
+fn believed(linearized: &LinearizedProblem<'_>, noise: Vec<Noise>) -> Vec<Noise> {
+    let largest = linearized.problem.options.discrepancy.largest_noise;
+    let spreads = channels::spreads(linearized.problem.trials, linearized.problem.channels);
+    linearized
         .problem
         .channels
         .list

@@ -4,7 +4,7 @@ use crate::options::DiscrepancyOptions;
 
 /// Variance and correlation of one channel's whitened residuals.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Leftover {
+pub(crate) struct Autocorrelation {
     /// Mean square; 1 where the noise is as declared.
     pub(crate) variance: f64,
     /// Integrated autocorrelation time in rows; 1 for white noise.
@@ -18,7 +18,7 @@ pub(crate) fn by_channel(
     width: usize,
     options: &DiscrepancyOptions,
     residuals: &[Vec<f64>],
-) -> Vec<Leftover> {
+) -> Vec<Autocorrelation> {
     (0..width)
         .map(|channel| {
             let series: Vec<Vec<f64>> = residuals
@@ -37,7 +37,7 @@ pub(crate) fn by_channel(
         .collect()
 }
 
-fn autocorrelation(series: &[Vec<f64>], options: &DiscrepancyOptions) -> Leftover {
+fn autocorrelation(series: &[Vec<f64>], options: &DiscrepancyOptions) -> Autocorrelation {
     let present = |value: &f64| *value != 0.0;
     let count = series
         .iter()
@@ -67,7 +67,7 @@ fn autocorrelation(series: &[Vec<f64>], options: &DiscrepancyOptions) -> Leftove
         }
         time += 2.0 * correlation;
     }
-    Leftover {
+    Autocorrelation {
         variance,
         time,
         count,
@@ -76,10 +76,13 @@ fn autocorrelation(series: &[Vec<f64>], options: &DiscrepancyOptions) -> Leftove
 
 /// By how much squared whitened residuals overstate what they say: variance beyond the declared noise
 /// times correlation, averaged over the channels that hold readings. One at least.
-pub(crate) fn overstatement(leftovers: &[Leftover]) -> f64 {
+pub(crate) fn noise_inflation(autocorrelations: &[Autocorrelation]) -> f64 {
     let (mut sum, mut count) = (0.0, 0_usize);
-    for leftover in leftovers.iter().filter(|leftover| leftover.count > 0) {
-        sum += leftover.variance * leftover.time;
+    for autocorrelation in autocorrelations
+        .iter()
+        .filter(|autocorrelation| autocorrelation.count > 0)
+    {
+        sum += autocorrelation.variance * autocorrelation.time;
         count += 1;
     }
     (sum / count.max(1) as f64).max(1.0)

@@ -10,10 +10,10 @@ use rayon::prelude::*;
 
 use crate::{
     discrepancy::{
-        autocorrelation::{self, Leftover},
-        simulated_residuals::Simulated,
+        autocorrelation::{self, Autocorrelation},
+        simulated_residuals::SimulatedResiduals,
     },
-    fit::{hypothesis::Fit, linearized_problem::Bench},
+    fit::{hypothesis::Fit, linearized_problem::LinearizedProblem},
 };
 
 /// Spread and colour of the noise of one channel, in units of what it is taken to be.
@@ -41,19 +41,19 @@ impl Noise {
 }
 
 /// Of every channel: as declared where it is, else of what a fit leaves, corrected.
-pub(crate) fn of(bench: &Bench<'_>, fit: &Fit, seed: u64) -> Vec<Noise> {
+pub(crate) fn estimate(linearized: &LinearizedProblem<'_>, fit: &Fit, seed: u64) -> Vec<Noise> {
     let seen = autocorrelation::by_channel(
-        bench.problem.channels.len(),
-        &bench.problem.options.discrepancy,
+        linearized.problem.channels.len(),
+        &linearized.problem.options.discrepancy,
         &fit.residuals,
     );
-    taken(bench, &corrected(bench, fit, &seen, seed))
+    taken(linearized, &corrected(linearized, fit, &seen, seed))
 }
 
 /// What is left, taken for the noise where none is declared.
-fn taken(bench: &Bench<'_>, left: &[Leftover]) -> Vec<Noise> {
+fn taken(linearized: &LinearizedProblem<'_>, left: &[Autocorrelation]) -> Vec<Noise> {
     left.iter()
-        .zip(&bench.problem.channels.list)
+        .zip(&linearized.problem.channels.list)
         .map(|(left, channel)| match channel.declared_noise {
             Some(_) => Noise::WHITE,
             None => Noise::new(left.variance, left.time),
@@ -63,35 +63,35 @@ fn taken(bench: &Bench<'_>, left: &[Leftover]) -> Vec<Noise> {
 
 /// What is left by channel, as `seen`; of those that declare no noise, corrected for what the fit absorbs.
 pub(crate) fn corrected(
-    bench: &Bench<'_>,
+    linearized: &LinearizedProblem<'_>,
     fit: &Fit,
-    seen: &[Leftover],
+    seen: &[Autocorrelation],
     seed: u64,
-) -> Vec<Leftover> {
-    let channels = &bench.problem.channels.list;
+) -> Vec<Autocorrelation> {
+    let channels = &linearized.problem.channels.list;
     if channels
         .iter()
         .all(|channel| channel.declared_noise.is_some())
     {
         return seen.to_vec();
     }
-    let Some(simulated) = Simulated::new(
-        bench,
+    let Some(simulated) = SimulatedResiduals::new(
+        linearized,
         fit,
-        bench.problem.options.discrepancy.noise_draws,
+        linearized.problem.options.discrepancy.noise_draws,
         0.0,
         seed,
     ) else {
         return seen.to_vec();
     };
-    let left = left_of(&simulated, bench, &taken(bench, seen));
+    let left = mean_remaining(&simulated, linearized, &taken(linearized, seen));
     let raised = |seen: f64, left: f64| seen * (seen / left.max(f64::MIN_POSITIVE)).max(1.0);
     seen.iter()
         .zip(left)
         .zip(channels)
         .map(|((seen, left), channel)| match channel.declared_noise {
             Some(_) => *seen,
-            None => Leftover {
+            None => Autocorrelation {
                 variance: raised(seen.variance, left.variance),
                 time: raised(seen.time, left.time),
                 ..*seen
@@ -101,13 +101,17 @@ pub(crate) fn corrected(
 }
 
 /// What a fit leaves of simulated noise, the mean of all draws.
-fn left_of(simulated: &Simulated<'_>, bench: &Bench<'_>, noise: &[Noise]) -> Vec<Leftover> {
+fn mean_remaining(
+    simulated: &SimulatedResiduals<'_>,
+    linearized: &LinearizedProblem<'_>,
+    noise: &[Noise],
+) -> Vec<Autocorrelation> {
     let absorbed = simulated.absorbed(noise);
-    let left: Vec<_> = (0..bench.problem.segments.len())
+    let left: Vec<_> = (0..linearized.problem.segments.len())
         .into_par_iter()
-        .map(|at| simulated.left(at, noise, &absorbed))
+        .map(|at| simulated.remaining(at, noise, &absorbed))
         .collect();
-    let draws: Vec<Vec<Leftover>> = (0..simulated.draws)
+    let draws: Vec<Vec<Autocorrelation>> = (0..simulated.draws)
         .into_par_iter()
         .map(|draw| {
             let residuals: Vec<Vec<f64>> = left
@@ -115,8 +119,8 @@ fn left_of(simulated: &Simulated<'_>, bench: &Bench<'_>, noise: &[Noise]) -> Vec
                 .map(|of| of.column(draw).iter().copied().collect())
                 .collect();
             autocorrelation::by_channel(
-                bench.problem.channels.len(),
-                &bench.problem.options.discrepancy,
+                linearized.problem.channels.len(),
+                &linearized.problem.options.discrepancy,
                 &residuals,
             )
         })
@@ -142,9 +146,9 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::statistics::standard_normal;
     use crate::{
-        Study, Watch,
+        Problem, Watch,
+        statistics::standard_normal,
         tests::{fake::RigidBody, settings, trial},
     };
 
@@ -180,24 +184,24 @@ mod tests {
         let plant = RigidBody::without_noise("position");
         let stop = AtomicBool::new(false);
         let watch = Watch::silent(&stop);
-        let study = Study::prepare(&plant, trials.collect(), settings(), &watch).unwrap();
-        let bench = study.bench(&watch).unwrap();
-        let fit = bench.empty().unwrap();
+        let problem = Problem::prepare(&plant, trials.collect(), settings(), &watch).unwrap();
+        let linearized = problem.linearize(&watch).unwrap();
+        let fit = linearized.empty().unwrap();
         let observed = autocorrelation::by_channel(
-            bench.problem.channels.len(),
-            &bench.problem.options.discrepancy,
+            linearized.problem.channels.len(),
+            &linearized.problem.options.discrepancy,
             &fit.residuals,
         );
-        let mean_sd = |of: &[Leftover]| {
+        let mean_sd = |of: &[Autocorrelation]| {
             let sds: Vec<f64> = of
                 .iter()
-                .zip(&bench.problem.channels.list)
+                .zip(&linearized.problem.channels.list)
                 .filter(|(_, channel)| channel.sensor == "position")
                 .map(|(of, channel)| of.variance.sqrt() * channel.noise)
                 .collect();
             sds.iter().sum::<f64>() / sds.len() as f64
         };
-        let corrected = corrected(&bench, fit, &observed, 0);
+        let corrected = corrected(&linearized, fit, &observed, 0);
         let (seen, said) = (mean_sd(&observed), mean_sd(&corrected));
         assert!(seen < 0.75 * SD, "{seen} of {SD}");
         // One correction goes a part of the way.
@@ -208,7 +212,7 @@ mod tests {
         for ((corrected, observed), channel) in corrected
             .iter()
             .zip(&observed)
-            .zip(&bench.problem.channels.list)
+            .zip(&linearized.problem.channels.list)
         {
             let same = corrected.variance == observed.variance && corrected.time == observed.time;
             assert_eq!(same, channel.declared_noise.is_some(), "{channel:?}");

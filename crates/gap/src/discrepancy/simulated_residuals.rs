@@ -8,13 +8,13 @@ use rayon::prelude::*;
 
 use crate::{
     discrepancy::noise_model::Noise,
-    fit::{hypothesis::Fit, linearized_problem::Bench},
+    fit::{hypothesis::Fit, linearized_problem::LinearizedProblem},
     statistics::standard_normal,
 };
 
 /// Residuals that are drawn as a fit would leave them.
-pub(crate) struct Simulated<'a> {
-    bench: &'a Bench<'a>,
+pub(crate) struct SimulatedResiduals<'a> {
+    linearized: &'a LinearizedProblem<'a>,
     fit: &'a Fit,
     pub(crate) draws: usize,
     /// Error of the effects' forms, as a part of what each does.
@@ -26,23 +26,23 @@ pub(crate) struct Simulated<'a> {
     precision: Cholesky<f64, Dyn>,
 }
 
-impl<'a> Simulated<'a> {
+impl<'a> SimulatedResiduals<'a> {
     /// None where the fit's curvature is not positive.
     pub(crate) fn new(
-        bench: &'a Bench<'a>,
+        linearized: &'a LinearizedProblem<'a>,
         fit: &'a Fit,
         draws: usize,
         form_error: f64,
         seed: u64,
     ) -> Option<Self> {
-        let nuisances = bench.problem.nuisances.len();
-        let all = bench.problem.normalised(&fit.point);
+        let nuisances = linearized.problem.nuisances.len();
+        let all = linearized.problem.normalised(&fit.point);
         let mut precision = fit.quadratic().a;
         for axis in 0..precision.nrows() {
             precision[(axis, axis)] += 1.0;
         }
         Some(Self {
-            bench,
+            linearized,
             fit,
             draws,
             form_error,
@@ -54,7 +54,7 @@ impl<'a> Simulated<'a> {
 
     /// Nuisance parameters and parameters that fit each draw best [parameters, draws], in standard deviations of their priors.
     pub(crate) fn absorbed(&self, noise: &[Noise]) -> DMatrix<f64> {
-        let slopes: Vec<DMatrix<f64>> = (0..self.bench.problem.segments.len())
+        let slopes: Vec<DMatrix<f64>> = (0..self.linearized.problem.segments.len())
             .into_par_iter()
             .map(|at| self.columns(at).transpose() * self.draw(at, noise))
             .collect();
@@ -64,9 +64,14 @@ impl<'a> Simulated<'a> {
     }
 
     /// What is left of each draw in one segment [readings, draws].
-    pub(crate) fn left(&self, at: usize, noise: &[Noise], absorbed: &DMatrix<f64>) -> DMatrix<f64> {
+    pub(crate) fn remaining(
+        &self,
+        at: usize,
+        noise: &[Noise],
+        absorbed: &DMatrix<f64>,
+    ) -> DMatrix<f64> {
         let taken = self
-            .bench
+            .linearized
             .projection(at)
             .project(&(self.columns(at) * absorbed));
         self.draw(at, noise) - taken
@@ -74,7 +79,7 @@ impl<'a> Simulated<'a> {
 
     /// Columns of nuisance parameters and of the fit's own parameters.
     fn columns(&self, at: usize) -> DMatrix<f64> {
-        let shared = &self.bench.sensitivities.by_segment[at].nuisances;
+        let shared = &self.linearized.sensitivities.by_segment[at].nuisances;
         let of = &self.fit.columns[at];
         let nuisances = of.nuisances.as_ref().unwrap_or(shared);
         let mut all = DMatrix::zeros(nuisances.nrows(), nuisances.ncols() + of.own.ncols());
@@ -90,7 +95,7 @@ impl<'a> Simulated<'a> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(at as u64);
         let drawn = self.noisy(at, noise, &mut rng);
-        self.bench.projection(at).project(&drawn)
+        self.linearized.projection(at).project(&drawn)
     }
 
     /// Noise and errors of form of one segment [readings, draws]; zero where there is no reading.
@@ -103,7 +108,7 @@ impl<'a> Simulated<'a> {
         } else {
             Vec::new()
         };
-        let form_rows = self.bench.problem.options.discrepancy.form_error_rows;
+        let form_rows = self.linearized.problem.options.discrepancy.form_error_rows;
         let mut all = DMatrix::zeros(present.len(), self.draws);
         let mut before = vec![0.0; width];
         for mut column in all.column_iter_mut() {

@@ -3,29 +3,34 @@
 
 use crate::{
     discrepancy::{autocorrelation, noise_model},
-    fit::{hypothesis::Fit, linearized_problem::Bench},
+    fit::{hypothesis::Fit, linearized_problem::LinearizedProblem},
     options::DiscrepancyOptions,
 };
 
 /// Squared whitened residuals count less where a strong effect is at work, whose catalogue form is only
 /// about nature's: a fraction of what it explains must not be taken for a further effect.
-pub(crate) fn form_factor(explained: f64, options: &DiscrepancyOptions) -> f64 {
+pub(crate) fn form_inflation(explained: f64, options: &DiscrepancyOptions) -> f64 {
     let unexplained = options.unexplained_form_error;
     1.0 + unexplained * unexplained * explained.max(0.0) / options.form_error_directions
 }
 
 /// The inflation under the best fit; `nothing`: misfit of the fit without effects.
-pub(crate) fn variance_inflation(bench: &Bench<'_>, best: &Fit, nothing: f64, seed: u64) -> f64 {
-    let options = &bench.problem.options.discrepancy;
+pub(crate) fn variance_inflation(
+    linearized: &LinearizedProblem<'_>,
+    best: &Fit,
+    nothing: f64,
+    seed: u64,
+) -> f64 {
+    let options = &linearized.problem.options.discrepancy;
     // What a fit leaves is slow noise that nobody declared, or an error of form: whichever may overstate more.
     let seen = autocorrelation::by_channel(
-        bench.problem.channels.len(),
-        &bench.problem.options.discrepancy,
+        linearized.problem.channels.len(),
+        &linearized.problem.options.discrepancy,
         &best.residuals,
     );
     let of_form =
-        autocorrelation::overstatement(&seen) * form_factor(nothing - best.misfit, options);
+        autocorrelation::noise_inflation(&seen) * form_inflation(nothing - best.misfit, options);
     let of_noise =
-        autocorrelation::overstatement(&noise_model::corrected(bench, best, &seen, seed));
+        autocorrelation::noise_inflation(&noise_model::corrected(linearized, best, &seen, seed));
     of_form.max(of_noise)
 }

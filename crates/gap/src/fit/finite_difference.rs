@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use crate::{
     error::GapError,
-    fit::{hypothesis::Point, linearized_problem::Bench},
+    fit::{hypothesis::Point, linearized_problem::LinearizedProblem},
     plant::Plant,
 };
 
@@ -21,7 +21,7 @@ const TOO_LITTLE: f64 = 0.1 * LITTLE;
 /// A plant, and the whitened residuals of a segment on it.
 pub(crate) type Differencing<'p> = (&'p dyn Plant, Vec<f64>);
 
-impl Bench<'_> {
+impl LinearizedProblem<'_> {
     /// The plant that differences of rollouts about a point are taken on, and the whitened residuals there: the
     /// cheaper one where there is one and it follows the other.
     pub(crate) fn differencing(
@@ -47,7 +47,7 @@ impl Bench<'_> {
         Ok((self.problem.plant, residual.to_vec()))
     }
 
-    /// As [`Bench::column`], by a finer step where the first changes much: what bends with the step would be taken for a
+    /// As [`LinearizedProblem::column`], by a finer step where the first changes much: what bends with the step would be taken for a
     /// difference between two columns that nearly cancel (a kilogram, and as much buoyancy).
     /// `length`: of a column made before, about elsewhere.
     pub(crate) fn slope(
@@ -76,7 +76,7 @@ impl Bench<'_> {
     }
 
     /// Change of the whitened prediction to a moved point, over a step; `from` is what
-    /// [`Bench::differencing`] gave.
+    /// [`LinearizedProblem::differencing`] gave.
     pub(crate) fn column(
         &self,
         at: usize,
@@ -111,7 +111,7 @@ pub(crate) fn inward(value: f64, step: f64, upper: f64) -> f64 {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::tests::{fake::RigidBody, on_bench, trial};
+    use crate::tests::{fake::RigidBody, on_linearized, trial};
     use hydro_effects::Id;
 
     /// A column is a tangent, also where a step of a hundredth of a prior bends: two of a thousand noises that
@@ -119,34 +119,34 @@ mod tests {
     #[test]
     fn a_column_that_is_long_is_a_tangent() {
         let trials = vec![trial("trial", &[], &[0.0, 0.0], 1, 0.0)];
-        on_bench(&RigidBody::new(), trials, |bench, _| {
-            let fit = bench.empty().unwrap();
-            let offset = (0..bench.problem.candidates.len())
-                .find(|at| bench.problem.candidates[*at].effect == Id::BuoyancyOffset)
+        on_linearized(&RigidBody::new(), trials, |linearized, _| {
+            let fit = linearized.empty().unwrap();
+            let offset = (0..linearized.problem.candidates.len())
+                .find(|at| linearized.problem.candidates[*at].effect == Id::BuoyancyOffset)
                 .unwrap();
-            let sd = bench.problem.candidates[offset].parameters[0].prior_sd;
+            let sd = linearized.problem.candidates[offset].parameters[0].prior_sd;
             let moved = |step: f64| {
                 let mut point = fit.point.clone();
                 point.candidates.push(offset);
                 point.values.push(vec![step * sd, 0.0, 0.0]);
                 point
             };
-            let from = bench
+            let from = linearized
                 .differencing(0, &fit.point, &fit.residuals[0])
                 .unwrap();
-            let secant = |step: f64| bench.column(0, &moved(step), step, &from).unwrap();
+            let secant = |step: f64| linearized.column(0, &moved(step), step, &from).unwrap();
             // Of fourth order.
             let central = |step: f64| 0.5 * (secant(step) + secant(-step));
             let tangent = (4.0 * central(0.001) - central(0.002)) / 3.0;
             let off = |of: &DVector<f64>| (of - &tangent).norm();
-            let slope = bench.slope(0, &moved, STEP, None, &from).unwrap();
+            let slope = linearized.slope(0, &moved, STEP, None, &from).unwrap();
             assert!(tangent.norm() * STEP > 10.0 * MUCH, "{}", tangent.norm());
             assert!(off(&secant(STEP)) > 1.0, "{}", off(&secant(STEP)));
             assert!(off(&slope) < 0.1 * off(&secant(STEP)), "{}", off(&slope));
             // The same where its length is known, or thought to be another.
             for part in [1.0, 0.1, 1e-6, 1e3] {
                 let length = Some(part * tangent.norm());
-                let known = bench.slope(0, &moved, STEP, length, &from).unwrap();
+                let known = linearized.slope(0, &moved, STEP, length, &from).unwrap();
                 assert!(off(&known) < 0.1 * off(&secant(STEP)), "{}", off(&known));
             }
         });

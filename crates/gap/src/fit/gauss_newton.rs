@@ -3,7 +3,7 @@
 //! A hypothesis is a set of effects. Its parameters, the nuisance parameters and the start of every segment are fitted
 //! together by Gauss-Newton on whitened output errors, a chord method: a rollout costs as much as a column,
 //! so columns are kept as long as steps bring what they promise. Starts keep the sensitivities of the
-//! bench, and so do nuisance parameters unless they go far or fresh columns of the effects do not help.
+//! linearized, and so do nuisance parameters unless they go stale or fresh columns of the effects do not help.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,20 +14,20 @@ use crate::{
     error::GapError,
     fit::{
         finite_difference::{Differencing, STEP, inward},
-        hypothesis::{Columns, Fit, Point, far, midway, moved},
+        hypothesis::{Columns, Fit, Point, midway, moved, stale},
         laplace::Quadratic,
-        linearized_problem::{Bench, SegmentSensitivities},
+        linearized_problem::{LinearizedProblem, SegmentSensitivities},
         payload,
     },
     progress::Watch,
 };
 
 /// Disappointments before the one at which the columns of all nuisance parameters are made anew.
-const ALL_ANEW: usize = 1;
+const RENEW_ALL_AFTER: usize = 1;
 /// Halvings of a step that leads uphill.
 const HALVINGS: usize = 3;
 
-impl Bench<'_> {
+impl LinearizedProblem<'_> {
     /// Fits a set of candidates from a first point.
     ///
     /// # Errors
@@ -36,8 +36,12 @@ impl Bench<'_> {
         self.descend(first, true, watch)
     }
 
-    /// The same from a point that may be far away, without columns about the end.
-    pub(crate) fn fit_far(&self, first: Point, watch: &Watch<'_>) -> Result<Option<Fit>, GapError> {
+    /// The same from a point that may be stale away, without columns about the end.
+    pub(crate) fn fit_roughly(
+        &self,
+        first: Point,
+        watch: &Watch<'_>,
+    ) -> Result<Option<Fit>, GapError> {
         self.descend(first, false, watch)
     }
 
@@ -48,11 +52,11 @@ impl Bench<'_> {
         watch: &Watch<'_>,
     ) -> Result<Option<Fit>, GapError> {
         let options = &self.problem.options.fit;
-        let mut looks = options.evaluations;
-        let Some(residuals) = self.look(&first)? else {
+        let mut evaluations = options.evaluations;
+        let Some(residuals) = self.evaluate(&first)? else {
             return Ok(None);
         };
-        let fresh = far(
+        let fresh = stale(
             &first.nuisances,
             &self.sensitivities.base,
             options.stale_shift,
@@ -61,16 +65,16 @@ impl Bench<'_> {
         let columns = self.columns(&first, &residuals, known, &fresh)?;
         let about = moved(&self.sensitivities.base, &first.nuisances, &fresh);
         let mut fit = self.assemble(first, residuals, columns, about);
-        if exact && !fit.akin(options.correlated).is_empty() {
+        if exact && !fit.correlated(options.correlated).is_empty() {
             fit = self.renewed(fit, false)?;
         }
         // What the steps since the columns were made have brought; none: none was made.
         let mut since: Option<f64> = None;
-        // Columns that did not hold what they promised were made anew so many times: the effects' and what is akin
+        // Columns that did not hold what they promised were made anew so many times: the effects' and what is correlated
         // to them, then all, once; in a large model those of all nuisance parameters cost more than everything else.
         // A fit of nothing but nuisance parameters has no others.
-        let alone = fit.point.candidates.is_empty();
-        let mut disappointments = usize::from(alone);
+        let nuisances_only = fit.point.candidates.is_empty();
+        let mut rejected_steps = usize::from(nuisances_only);
         loop {
             watch.check()?;
             let Some(best) = fit.quadratic().best(&fit.bounds) else {
@@ -78,11 +82,11 @@ impl Bench<'_> {
             };
             let promised = fit.cost() - best.cost;
             let little = options.converged + options.converged_relative * fit.cost();
-            if promised < little || looks == 0 {
-                if looks == 0
+            if promised < little || evaluations == 0 {
+                if evaluations == 0
                     || !exact
                     || (since.unwrap_or(0.0) <= options.stale_decrease
-                        && !fit.is_far(options.stale_shift))
+                        && !fit.is_stale(options.stale_shift))
                 {
                     return Ok(Some(fit));
                 }
@@ -90,29 +94,29 @@ impl Bench<'_> {
                 since = None;
                 continue;
             }
-            let (found, used) = self.downhill(&fit, &best.z, looks)?;
-            looks -= used;
+            let (found, used) = self.downhill(&fit, &best.z, evaluations)?;
+            evaluations -= used;
             let Some((point, residuals)) = found else {
-                if since.is_none() && disappointments > 0 {
+                if since.is_none() && rejected_steps > 0 {
                     return Ok(Some(fit));
                 }
-                fit = self.renewed(fit, alone || disappointments == ALL_ANEW)?;
+                fit = self.renewed(fit, nuisances_only || rejected_steps == RENEW_ALL_AFTER)?;
                 since = None;
-                disappointments += 1;
+                rejected_steps += 1;
                 continue;
             };
             let columns = std::mem::take(&mut fit.columns);
             let next = self.assemble(point, residuals, columns, fit.about.clone());
             let gained = fit.cost() - next.cost();
             fit = next;
-            if gained < little && since.is_none() && !fit.is_far(options.stale_shift) {
+            if gained < little && since.is_none() && !fit.is_stale(options.stale_shift) {
                 return Ok(Some(fit));
             }
             since = Some(since.unwrap_or(0.0) + gained);
             if gained < little.max(options.trusted * promised) {
-                fit = self.renewed(fit, alone || disappointments == ALL_ANEW)?;
+                fit = self.renewed(fit, nuisances_only || rejected_steps == RENEW_ALL_AFTER)?;
                 since = None;
-                disappointments += 1;
+                rejected_steps += 1;
             }
         }
     }
@@ -130,7 +134,7 @@ impl Bench<'_> {
         for used in 1..=left.min(HALVINGS + 1) {
             let point =
                 payload::at_their_moments(self.problem.candidates, &fit.point, straight.clone());
-            if let Some(residuals) = self.look(&point)?
+            if let Some(residuals) = self.evaluate(&point)?
                 && self.cost(&point, &residuals) < fit.cost()
             {
                 return Ok((Some((point, residuals)), used));
@@ -140,16 +144,17 @@ impl Bench<'_> {
         Ok((None, left.min(HALVINGS + 1)))
     }
 
-    /// The same fit with columns about its point: those of the nuisance parameters too that are far from where theirs were
-    /// made or akin to an effect, or of all if asked for.
+    /// The same fit with columns about its point: those of the nuisance parameters too that are stale from where theirs were
+    /// made or correlated to an effect, or of all if asked for.
     fn renewed(&self, fit: Fit, all: bool) -> Result<Fit, GapError> {
         let fresh: Vec<usize> = if all {
             (0..self.problem.nuisances.len()).collect()
         } else {
             let options = &self.problem.options.fit;
-            let far = far(&fit.point.nuisances, &fit.about, options.stale_shift);
-            let akin = fit.akin(options.correlated);
-            let either = |nuisance: &usize| far.contains(nuisance) || akin.contains(nuisance);
+            let stale = stale(&fit.point.nuisances, &fit.about, options.stale_shift);
+            let correlated = fit.correlated(options.correlated);
+            let either =
+                |nuisance: &usize| stale.contains(nuisance) || correlated.contains(nuisance);
             (0..self.problem.nuisances.len()).filter(either).collect()
         };
         let known = fit.columns.into_iter().map(|of| of.nuisances).collect();
@@ -185,7 +190,7 @@ impl Bench<'_> {
     }
 
     /// Whitened residuals at a point; none where a segment blows up.
-    fn look(&self, point: &Point) -> Result<Option<Vec<Vec<f64>>>, GapError> {
+    fn evaluate(&self, point: &Point) -> Result<Option<Vec<Vec<f64>>>, GapError> {
         let entries = self.problem.entries(point);
         let nuisances = self.problem.nuisance_values(point);
         let blown = AtomicBool::new(false);
@@ -210,7 +215,7 @@ impl Bench<'_> {
 
     /// [`Fit::cost`] of a point; none where it blows up.
     pub(crate) fn cost_at(&self, point: &Point) -> Result<Option<f64>, GapError> {
-        let residuals = self.look(point)?;
+        let residuals = self.evaluate(point)?;
         Ok(residuals.map(|residuals| self.cost(point, &residuals)))
     }
 

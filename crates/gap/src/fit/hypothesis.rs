@@ -10,13 +10,13 @@ use crate::fit::{
 /// A set of candidates with values.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Point {
-    /// Rows of `Bench::candidates`.
+    /// Rows of `LinearizedProblem::candidates`.
     pub(crate) candidates: Vec<usize>,
     /// Values of each candidate, in the order of its parameters.
     pub(crate) values: Vec<Vec<f64>>,
     /// Nuisance parameters in standard deviations.
     pub(crate) nuisances: DVector<f64>,
-    /// Start of each segment, as a tangent from where the bench has it.
+    /// Start of each segment, as a tangent from where the linearised problem has it.
     pub(crate) starts: Vec<DVector<f64>>,
 }
 
@@ -75,9 +75,9 @@ impl Fit {
     }
 
     /// Absolute log evidence (up to the constant of the noise) and the optimum, where every squared
-    /// residual counts `1 / factor`.
-    pub(crate) fn evidence(&self, factor: f64) -> Option<(f64, Optimum)> {
-        self.quadratic().tempered(factor).evidence(&self.bounds)
+    /// residual counts `1 / inflation`.
+    pub(crate) fn evidence(&self, inflation: f64) -> Option<(f64, Optimum)> {
+        self.quadratic().inflated(inflation).evidence(&self.bounds)
     }
 
     /// What a fit makes least: squared whitened residuals, and what the priors charge.
@@ -86,7 +86,7 @@ impl Fit {
     }
 
     /// Nuisance parameters that predict much the same as one of the effects' parameters.
-    pub(crate) fn akin(&self, correlation: f64) -> Vec<usize> {
+    pub(crate) fn correlated(&self, correlation: f64) -> Vec<usize> {
         let (nuisances, all) = (self.point.nuisances.len(), self.bounds.len());
         let a = self.quadratic().a;
         let alike = |nuisance: usize, own: usize| {
@@ -98,8 +98,8 @@ impl Fit {
             .collect()
     }
 
-    pub(crate) fn is_far(&self, shift: f64) -> bool {
-        !far(&self.point.nuisances, &self.about, shift).is_empty()
+    pub(crate) fn is_stale(&self, shift: f64) -> bool {
+        !stale(&self.point.nuisances, &self.about, shift).is_empty()
     }
 }
 
@@ -121,7 +121,7 @@ pub(crate) fn sum<'a>(quadratics: impl Iterator<Item = &'a Quadratic>) -> Quadra
 }
 
 /// Nuisance parameters that are far from where their columns were made.
-pub(crate) fn far(nuisances: &DVector<f64>, about: &DVector<f64>, shift: f64) -> Vec<usize> {
+pub(crate) fn stale(nuisances: &DVector<f64>, about: &DVector<f64>, shift: f64) -> Vec<usize> {
     let apart = nuisances - about;
     (0..apart.len())
         .filter(|at| apart[*at].abs() > shift)

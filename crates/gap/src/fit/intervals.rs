@@ -3,7 +3,7 @@
 use hydro_effects::{Id, Parameter, catalogue};
 
 use crate::{
-    fit::{hypothesis::Fit, linearized_problem::Bench, payload},
+    fit::{hypothesis::Fit, linearized_problem::LinearizedProblem, payload},
     output::verdict::FittedParameter,
 };
 
@@ -19,20 +19,20 @@ fn form_error(effect: Id, parameter: &Parameter, relative: f64) -> f64 {
 
 /// Values and intervals of one candidate in a fit: Laplace's, and the error of the effect's form.
 pub(crate) fn parameters(
-    bench: &Bench<'_>,
+    linearized: &LinearizedProblem<'_>,
     fit: &Fit,
     candidate: usize,
-    factor: f64,
+    inflation: f64,
 ) -> Vec<FittedParameter> {
     let Some(row) = fit.point.candidates.iter().position(|of| *of == candidate) else {
         return Vec::new();
     };
-    let quadratic = fit.quadratic().tempered(factor);
+    let quadratic = fit.quadratic().inflated(inflation);
     let best = quadratic.best(&fit.bounds);
-    let of = &bench.problem.candidates[candidate];
-    let first =
-        bench.problem.nuisances.len() + fit.point.values[..row].iter().map(Vec::len).sum::<usize>();
-    let relative = bench.problem.options.discrepancy.form_error;
+    let of = &linearized.problem.candidates[candidate];
+    let first = linearized.problem.nuisances.len()
+        + fit.point.values[..row].iter().map(Vec::len).sum::<usize>();
+    let relative = linearized.problem.options.discrepancy.form_error;
     let interval = |parameter: usize, z: f64| {
         let best = best.as_ref()?;
         let at = first + parameter;
@@ -66,18 +66,22 @@ pub(crate) fn parameters(
 }
 
 /// Name, value and standard deviation of every nuisance parameter, in the nuisance parameter's unit.
-pub(crate) fn nuisances(bench: &Bench<'_>, fit: &Fit, factor: f64) -> Vec<(String, f64, f64)> {
-    let Some((_, optimum)) = fit.evidence(factor) else {
+pub(crate) fn nuisances(
+    linearized: &LinearizedProblem<'_>,
+    fit: &Fit,
+    inflation: f64,
+) -> Vec<(String, f64, f64)> {
+    let Some((_, optimum)) = fit.evidence(inflation) else {
         return Vec::new();
     };
-    bench
+    linearized
         .problem
         .nuisances
         .iter()
         .enumerate()
         .map(|(at, (nuisance, sd))| {
             let spread = optimum.covariance[(at, at)].max(0.0).sqrt();
-            let name = bench.problem.model.nuisances[*nuisance].name.clone();
+            let name = linearized.problem.model.nuisances[*nuisance].name.clone();
             (name, fit.point.nuisances[at] * sd, spread * sd)
         })
         .collect()
@@ -88,7 +92,7 @@ mod tests {
     use super::*;
     use crate::{
         plant::Plant,
-        tests::{fake::RigidBody, on_bench, on_hull, trial},
+        tests::{fake::RigidBody, on_hull, on_linearized, trial},
     };
     use hydro_effects::Target;
     use hydro_effects::card::JointScale;
@@ -127,10 +131,10 @@ mod tests {
     fn a_payload_s_place_has_the_interval_of_a_ratio() {
         let load = [on_hull(Id::Payload, vec![1.5, 0.25, -0.1, 0.05])];
         let trials = (0..2).map(|seed| trial("loaded", &load, &[0.0, 0.0], seed, 1.0));
-        on_bench(&RigidBody::new(), trials.collect(), |bench, watch| {
-            let mut point = bench.origin();
+        on_linearized(&RigidBody::new(), trials.collect(), |linearized, watch| {
+            let mut point = linearized.origin();
             let of = |effect: Id| {
-                bench
+                linearized
                     .problem
                     .candidates
                     .iter()
@@ -141,17 +145,19 @@ mod tests {
                 of(Id::Payload).expect("tried"),
             );
             point.candidates.extend([lift, load]);
-            point.values.push(bench.problem.candidates[lift].null());
+            point
+                .values
+                .push(linearized.problem.candidates[lift].null());
             point.values.push(vec![1.5, 0.25, -0.1, 0.05]);
-            let fit = bench.fit(point, watch).expect("fits").expect("stands");
+            let fit = linearized.fit(point, watch).expect("fits").expect("stands");
             let best = fit.quadratic().best(&fit.bounds).expect("positive");
             // After nuisance parameters and the lift's own.
-            let first =
-                bench.problem.nuisances.len() + bench.problem.candidates[lift].parameters.len();
-            let scale: Vec<f64> = (bench.problem.candidates[load].parameters.iter())
+            let first = linearized.problem.nuisances.len()
+                + linearized.problem.candidates[lift].parameters.len();
+            let scale: Vec<f64> = (linearized.problem.candidates[load].parameters.iter())
                 .map(|p| p.prior_sd)
                 .collect();
-            let found = parameters(bench, &fit, load, 1.0);
+            let found = parameters(linearized, &fit, load, 1.0);
             for axis in 1..4 {
                 let (at, value) = (first + axis, found[axis].value / scale[axis]);
                 let variances =
@@ -177,16 +183,17 @@ mod tests {
             vec![60.0, 90.0, 90.0, 1.0, 1.0, 1.0],
         )];
         let trials = (0..2).map(|seed| trial("dragged", &drag, &[0.0, 0.0], seed, 1.0));
-        on_bench(&RigidBody::new(), trials.collect(), |bench, watch| {
-            let mut point = bench.origin();
-            let is_drag = |at: &usize| bench.problem.candidates[*at].effect == Id::QuadraticDrag;
-            let drag = (0..bench.problem.candidates.len())
+        on_linearized(&RigidBody::new(), trials.collect(), |linearized, watch| {
+            let mut point = linearized.origin();
+            let is_drag =
+                |at: &usize| linearized.problem.candidates[*at].effect == Id::QuadraticDrag;
+            let drag = (0..linearized.problem.candidates.len())
                 .find(is_drag)
                 .expect("a candidate");
             point.candidates.push(drag);
             point.values.push(vec![60.0, 90.0, 90.0, 1.0, 1.0, 1.0]);
-            let fit = bench.fit(point, watch).expect("fits").expect("stands");
-            let surge = &parameters(bench, &fit, drag, 1.0)[0];
+            let fit = linearized.fit(point, watch).expect("fits").expect("stands");
+            let surge = &parameters(linearized, &fit, drag, 1.0)[0];
             let half = 0.5 * (surge.ci95[1] - surge.ci95[0]);
             let form = 1.96 * 0.15 * surge.value;
             assert!(half > form && half < 1.2 * form, "{surge:?}");

@@ -44,12 +44,12 @@ impl Quadratic {
         }
     }
 
-    /// Tempered: every squared whitened residual counts `1 / factor`.
-    pub(crate) fn tempered(&self, factor: f64) -> Self {
+    /// With the variance of the residuals inflated: every squared whitened residual counts `1 / inflation`.
+    pub(crate) fn inflated(&self, inflation: f64) -> Self {
         Self {
-            q: self.q / factor,
-            b: &self.b / factor,
-            a: &self.a / factor,
+            q: self.q / inflation,
+            b: &self.b / inflation,
+            a: &self.a / inflation,
         }
     }
 

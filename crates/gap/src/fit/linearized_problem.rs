@@ -52,7 +52,7 @@ pub(crate) struct Adequacy {
 }
 
 /// A segmented problem with its sensitivities.
-pub struct Bench<'a> {
+pub struct LinearizedProblem<'a> {
     pub(crate) problem: SegmentedProblem<'a>,
     pub(crate) sensitivities: Sensitivities,
     /// The fit of the empty set; `None` where the nominal diverges.
@@ -61,15 +61,15 @@ pub struct Bench<'a> {
     pub(crate) empty_adequacy: OnceLock<Adequacy>,
 }
 
-impl std::fmt::Debug for Bench<'_> {
+impl std::fmt::Debug for LinearizedProblem<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Bench")
+        f.debug_struct("LinearizedProblem")
             .field("segments", &self.problem.segments.len())
             .finish_non_exhaustive()
     }
 }
 
-impl Bench<'_> {
+impl LinearizedProblem<'_> {
     /// The fit of the empty set.
     ///
     /// # Errors
@@ -113,7 +113,7 @@ impl Bench<'_> {
             simulation,
             trial,
             segment,
-            &self.problem.tracks[segment.trial],
+            &self.problem.motions[segment.trial],
             WarmUp::required(self.problem.model, entries, &self.problem.options.rollout),
             self.problem.model.timestep,
             Some(start.as_slice()),

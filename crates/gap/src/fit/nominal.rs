@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use crate::{
     error::GapError,
     fit::{
-        linearized_problem::{Bench, Sensitivities},
+        linearized_problem::{LinearizedProblem, Sensitivities},
         segmented_problem::SegmentedProblem,
     },
-    problem::{candidates, problem::Study, segments::Segment},
+    problem::{candidates, problem::Problem, segments::Segment},
     progress::Watch,
     rollout::state_estimation,
 };
@@ -19,9 +19,9 @@ use crate::{
 /// Gauss-Newton steps of a start.
 const SETTLING: usize = 3;
 
-impl Study<'_> {
+impl Problem<'_> {
     /// Cuts the trials into segments and finds their sensitivities.
-    pub fn bench(&self, watch: &Watch<'_>) -> Result<Bench<'_>, GapError> {
+    pub fn linearize(&self, watch: &Watch<'_>) -> Result<LinearizedProblem<'_>, GapError> {
         let options = &self.settings.options;
         let nuisances = self
             .plant
@@ -44,7 +44,7 @@ impl Study<'_> {
             plant: self.plant,
             model: self.plant.description(),
             trials: &self.trials,
-            tracks: &self.tracks,
+            motions: &self.motions,
             channels: &self.channels,
             candidates,
             options,
@@ -57,11 +57,11 @@ impl Study<'_> {
         let most = segments
             .most
             .min((seconds / segments.length).ceil() as usize);
-        Bench::new(problem, self.segments(segments.length, most), watch)
+        LinearizedProblem::new(problem, self.segments(segments.length, most), watch)
     }
 }
 
-impl<'a> Bench<'a> {
+impl<'a> LinearizedProblem<'a> {
     /// Finds how every segment depends on its start and on the nuisance parameters.
     ///
     /// The nominal may be so far off that its sensitivities hold only nearby. So its numbers are fitted to
@@ -74,26 +74,26 @@ impl<'a> Bench<'a> {
         watch: &Watch<'_>,
     ) -> Result<Self, GapError> {
         let nominal = DVector::zeros(problem.nuisances.len());
-        let mut bench = Self::about(problem, nominal, "first sensitivities", watch)?;
-        if let Some(fit) = bench.fit_far(bench.origin(), watch)? {
-            bench.sensitivities.base = fit.point.nuisances;
+        let mut linearized = Self::about(problem, nominal, "first sensitivities", watch)?;
+        if let Some(fit) = linearized.fit_roughly(linearized.origin(), watch)? {
+            linearized.sensitivities.base = fit.point.nuisances;
         }
-        bench.forget_unseen(&segments);
-        bench.problem.segments = segments;
-        bench.settle_starts(watch)?;
-        bench.linearise("sensitivities", true, watch)?;
-        bench.empty = bench.fit(bench.origin(), watch)?;
-        if let Some(fit) = &bench.empty
-            && (&fit.point.nuisances - &bench.sensitivities.base).amax()
-                > bench.problem.options.fit.relinearized_shift
+        linearized.forget_unseen(&segments);
+        linearized.problem.segments = segments;
+        linearized.settle_starts(watch)?;
+        linearized.linearise("sensitivities", true, watch)?;
+        linearized.empty = linearized.fit(linearized.origin(), watch)?;
+        if let Some(fit) = &linearized.empty
+            && (&fit.point.nuisances - &linearized.sensitivities.base).amax()
+                > linearized.problem.options.fit.relinearized_shift
         {
             let point = fit.point.clone();
-            bench.sensitivities.base = point.nuisances;
-            bench.move_starts(&point.starts)?;
-            bench.linearise("sensitivities about the refitted nominal", true, watch)?;
-            bench.empty = bench.fit(bench.origin(), watch)?;
+            linearized.sensitivities.base = point.nuisances;
+            linearized.move_starts(&point.starts)?;
+            linearized.linearise("sensitivities about the refitted nominal", true, watch)?;
+            linearized.empty = linearized.fit(linearized.origin(), watch)?;
         }
-        Ok(bench)
+        Ok(linearized)
     }
 
     /// The same about nuisance parameters that are known, without a fit of the empty set.
@@ -107,7 +107,7 @@ impl<'a> Bench<'a> {
             problem.model.nv,
             problem.options.states.arrival_sd,
         );
-        let mut bench = Self {
+        let mut linearized = Self {
             problem,
             sensitivities: Sensitivities {
                 base,
@@ -118,8 +118,8 @@ impl<'a> Bench<'a> {
             empty: None,
             empty_adequacy: OnceLock::new(),
         };
-        bench.linearise(what, true, watch)?;
-        Ok(bench)
+        linearized.linearise(what, true, watch)?;
+        Ok(linearized)
     }
 
     /// Moves every segment's start to where it fits its readings best, the nuisance parameters at their base.
@@ -139,19 +139,19 @@ impl<'a> Bench<'a> {
             .problem
             .plant
             .simulation(&self.problem.nuisance_values(&self.origin()), &[])?;
-        let mut look = |start: &DVector<f64>| {
+        let mut evaluate = |start: &DVector<f64>| {
             let mut residual = Vec::new();
             let whole = self.shoot(simulation.as_mut(), at, start, &[], &mut residual);
             let cost = residual.iter().map(|value| value * value).sum::<f64>() + self.charge(start);
             whole.then(|| (DMatrix::from_vec(residual.len(), 1, residual), cost))
         };
         let mut start = DVector::zeros(2 * self.problem.model.nv);
-        let Some((mut residual, mut cost)) = look(&start) else {
+        let Some((mut residual, mut cost)) = evaluate(&start) else {
             return Ok(start);
         };
         for _ in 0..SETTLING {
             let next = projection.start(residual, &start);
-            match look(&next) {
+            match evaluate(&next) {
                 Some((then, less)) if less < cost => (start, residual, cost) = (next, then, less),
                 _ => break,
             }

@@ -9,8 +9,8 @@ use crate::{
     plant::{Plant, PlantDescription},
     problem::{
         candidates::Candidate,
-        channels::{Channels, Measured},
-        segments::{Segment, Track},
+        channels::{Channels, MeasuredTrial},
+        segments::{EstimatedMotion, Segment},
     },
 };
 
@@ -19,8 +19,8 @@ use crate::{
 pub(crate) struct SegmentedProblem<'a> {
     pub(crate) plant: &'a dyn Plant,
     pub(crate) model: &'a PlantDescription,
-    pub(crate) trials: &'a [Measured],
-    pub(crate) tracks: &'a [Track],
+    pub(crate) trials: &'a [MeasuredTrial],
+    pub(crate) motions: &'a [EstimatedMotion],
     pub(crate) channels: &'a Channels,
     pub(crate) candidates: &'a [Candidate],
     pub(crate) options: &'a Options,

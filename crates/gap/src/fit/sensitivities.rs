@@ -10,7 +10,7 @@ use crate::{
     fit::{
         finite_difference::{Differencing, STEP, quotient},
         hypothesis::Point,
-        linearized_problem::{Bench, SegmentSensitivities},
+        linearized_problem::{LinearizedProblem, SegmentSensitivities},
         start_projection::StartProjection,
     },
     problem::segments::Segment,
@@ -26,7 +26,7 @@ use crate::{
 /// Weights and residuals of a segment [readings].
 type Looked = (Vec<f64>, Vec<f64>);
 
-impl Bench<'_> {
+impl LinearizedProblem<'_> {
     /// Sensitivities of every segment about the base. One whose start or nuisance parameters make the nominal blow up
     /// says nothing reliable and is left out. Without `nuisances` to the starts alone.
     pub(crate) fn linearise(
@@ -94,7 +94,7 @@ impl Bench<'_> {
             simulation.as_mut(),
             trial,
             segment,
-            &self.problem.tracks[segment.trial],
+            &self.problem.motions[segment.trial],
             WarmUp::required(self.problem.model, &[], &self.problem.options.rollout),
             step,
             Some(&vec![0.0; 2 * self.problem.model.nv]),

@@ -37,7 +37,7 @@ impl StartProjection {
     }
 
     /// The start that fits a residual best, as a tangent; the residual was taken at the start `now`. The prior of a
-    /// start is about where the bench has it (settled under the nominal), not about where it is now.
+    /// start is about where the linearised problem has it (settled under the nominal), not about where it is now.
     pub(crate) fn start(&self, mut residual: DMatrix<f64>, now: &DVector<f64>) -> DVector<f64> {
         residual += self.sensitivity.map(f64::from) * now;
         let onto = self.onto(&residual);

@@ -135,7 +135,7 @@ impl SensorPatch {
     /// Of a sensor of so many components that tells the truth.
     pub fn none(components: usize) -> Self {
         Self {
-            bias: Bias::of(vec![0.0; components]),
+            bias: Bias::from_components(vec![0.0; components]),
             scale: 1.0,
             delay: 0.0,
         }
@@ -154,7 +154,7 @@ pub enum Bias {
 
 impl Bias {
     /// By component; of a single one a number.
-    pub fn of(components: Vec<f64>) -> Self {
+    pub fn from_components(components: Vec<f64>) -> Self {
         match components[..] {
             [one] => Self::Scalar(one),
             _ => Self::Vector(components),

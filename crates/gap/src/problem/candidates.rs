@@ -12,7 +12,7 @@ use crate::{
     options::CandidateOptions,
     plant::{PlantBody, PlantDescription, SensorKind},
     problem::{
-        channels::{Channels, Measured},
+        channels::{Channels, MeasuredTrial},
         typical::Typical,
     },
 };
@@ -121,14 +121,14 @@ pub(crate) fn log_shares(candidates: &[Candidate], elaborate: f64) -> Vec<f64> {
 pub(crate) fn enumerate(
     model: &PlantDescription,
     channels: &Channels,
-    trials: &[Measured],
+    trials: &[MeasuredTrial],
     typical: &Typical,
     options: &CandidateOptions,
 ) -> Vec<Candidate> {
     let mut candidates = Vec::new();
     let moving = model.bodies.iter().filter(|body| body.moves).count();
     let bases = bases(model, options.base_volume_ratio);
-    let pace = Pace::of(model, typical);
+    let pace = Pace::typical(model, typical);
     for id in Id::ALL {
         let effect = effects::catalogue::effect(*id);
         // Each alone, and all with shared values.
@@ -202,7 +202,7 @@ pub(crate) fn enumerate(
                         noise: channels.list[source.channel].noise,
                         signal: rms(trials, source.start, source.len),
                         unit: if source.attitude { "rad" } else { sensor.unit },
-                        period: trials.first().map_or(model.timestep, Measured::period),
+                        period: trials.first().map_or(model.timestep, MeasuredTrial::period),
                     };
                     add(&[(sensor.name.clone(), Target::Sensor(scale))]);
                 }
@@ -223,7 +223,7 @@ struct Pace {
 }
 
 impl Pace {
-    fn of(model: &PlantDescription, typical: &Typical) -> Self {
+    fn typical(model: &PlantDescription, typical: &Typical) -> Self {
         let norm = |dofs: &mut dyn Iterator<Item = usize>| {
             dofs.map(|dof| typical.speed[dof].powi(2))
                 .sum::<f64>()
@@ -324,7 +324,7 @@ fn travels(model: &PlantDescription, typical: &Typical, least: f64) -> bool {
 }
 
 /// Root mean square of a sensor's readings.
-fn rms(trials: &[Measured], start: usize, len: usize) -> f64 {
+fn rms(trials: &[MeasuredTrial], start: usize, len: usize) -> f64 {
     let (mut sum, mut count) = (0.0, 0_usize);
     for trial in trials {
         for row in 0..trial.times.len() {
@@ -529,7 +529,7 @@ mod tests {
             clearance: 0.0,
             command: vec![1.0; model.actuators.len()],
         };
-        let found = |model: &PlantDescription| Pace::of(model, &typical).of_body(&scale, 0.05);
+        let found = |model: &PlantDescription| Pace::typical(model, &typical).of_body(&scale, 0.05);
         let close = |(speed, rate): (f64, f64), expected: (f64, f64)| {
             (speed - expected.0).abs() < 1e-9 && (rate - expected.1).abs() < 1e-9
         };

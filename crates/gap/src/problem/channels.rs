@@ -10,7 +10,7 @@ use crate::{
 
 /// One trial, its readings in the order of `sensordata`.
 #[derive(Debug)]
-pub(crate) struct Measured {
+pub(crate) struct MeasuredTrial {
     /// Name of the trial.
     pub(crate) name: String,
     /// Labels of the rows [s]: a row labelled t holds the state at t less a step.
@@ -25,7 +25,7 @@ pub(crate) struct Measured {
     pub(crate) initial_state: Option<Vec<f64>>,
 }
 
-impl Measured {
+impl MeasuredTrial {
     pub(crate) fn new(trial: Trial, model: &PlantDescription) -> Self {
         let width = model
             .sensors
@@ -104,7 +104,7 @@ pub(crate) struct Channels {
 impl Channels {
     /// One number with declared noise, in metres.
     #[cfg(test)]
-    pub(crate) fn of_one(noise: f64) -> Self {
+    pub(crate) fn single(noise: f64) -> Self {
         Self {
             list: vec![Channel {
                 sensor: "depth".to_owned(),
@@ -125,7 +125,7 @@ impl Channels {
     }
 
     /// Those with at least one reading in the trials.
-    pub(crate) fn of(model: &PlantDescription, trials: &[Measured]) -> Self {
+    pub(crate) fn with_readings(model: &PlantDescription, trials: &[MeasuredTrial]) -> Self {
         let mut list = Vec::new();
         let mut sources = Vec::new();
         for (at, sensor) in model.sensors.iter().enumerate() {
@@ -167,7 +167,7 @@ impl Channels {
         self.list.len()
     }
 
-    /// Measured less predicted, by channel; NaN where there is no reading. An attitude gives the rotation
+    /// MeasuredTrial less predicted, by channel; NaN where there is no reading. An attitude gives the rotation
     /// vector from the predicted to the measured one, in the predicted frame.
     pub(crate) fn residual(&self, measured: &[f64], predicted: &[f64], residual: &mut [f64]) {
         for source in &self.sources {
@@ -197,7 +197,7 @@ pub(crate) fn rotation_between(from: &[f64], to: &[f64]) -> [f64; 3] {
 }
 
 /// Mean of every channel over a trial; of an attitude, the first reading stands for it.
-pub(crate) fn means(trial: &Measured, channels: &Channels) -> Vec<f64> {
+pub(crate) fn means(trial: &MeasuredTrial, channels: &Channels) -> Vec<f64> {
     let mut sums = vec![(0.0, 0_usize); channels.len()];
     let zeros = vec![0.0; channels.len()];
     for row in 0..trial.times.len() {
@@ -216,7 +216,7 @@ pub(crate) fn means(trial: &Measured, channels: &Channels) -> Vec<f64> {
 
 /// A reading less the mean of its channel.
 pub(crate) fn deviation(
-    trial: &Measured,
+    trial: &MeasuredTrial,
     channels: &Channels,
     row: usize,
     channel: usize,
@@ -241,7 +241,7 @@ pub(crate) fn deviation(
 }
 
 /// Standard deviation of every channel over some trials.
-pub(crate) fn spreads(trials: &[Measured], channels: &Channels) -> Vec<f64> {
+pub(crate) fn spreads(trials: &[MeasuredTrial], channels: &Channels) -> Vec<f64> {
     let mut sums = vec![(0.0, 0_usize); channels.len()];
     for trial in trials {
         let means = means(trial, channels);

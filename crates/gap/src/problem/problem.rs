@@ -5,8 +5,8 @@ use crate::{
     plant::Plant,
     problem::{
         candidates::Candidate,
-        channels::{Channels, Measured},
-        segments::{self, Segment, Track},
+        channels::{Channels, MeasuredTrial},
+        segments::{self, EstimatedMotion, Segment},
         uncertainty::Uncertainty,
     },
 };
@@ -26,10 +26,10 @@ pub struct Settings {
 }
 
 /// Trials made ready.
-pub struct Study<'a> {
+pub struct Problem<'a> {
     pub(crate) plant: &'a dyn Plant,
-    pub(crate) trials: Vec<Measured>,
-    pub(crate) tracks: Vec<Track>,
+    pub(crate) trials: Vec<MeasuredTrial>,
+    pub(crate) motions: Vec<EstimatedMotion>,
     pub(crate) channels: Channels,
     pub(crate) candidates: Vec<Candidate>,
     pub(crate) settings: Settings,
@@ -38,24 +38,24 @@ pub struct Study<'a> {
     pub(crate) remarks: Vec<String>,
 }
 
-impl std::fmt::Debug for Study<'_> {
+impl std::fmt::Debug for Problem<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Study")
+        f.debug_struct("Problem")
             .field("trials", &self.trials.len())
             .finish_non_exhaustive()
     }
 }
 
-impl<'a> Study<'a> {
+impl<'a> Problem<'a> {
     /// Every trial cut into segments of about `length` seconds; of more than `most`, evenly spread ones.
     pub(crate) fn segments(&self, length: f64, most: usize) -> Vec<Segment> {
         let least_rows = self.settings.options.segments.least_rows;
         let all: Vec<Segment> = self
             .trials
             .iter()
-            .zip(&self.tracks)
+            .zip(&self.motions)
             .enumerate()
-            .flat_map(|(at, (trial, track))| segments::cut(at, trial, track, length, least_rows))
+            .flat_map(|(at, (trial, motion))| segments::cut(at, trial, motion, length, least_rows))
             .collect();
         let count = all.len();
         if count <= most {

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use crate::problem::channels::Measured;
+use crate::problem::channels::MeasuredTrial;
 
 /// Estimated motion of one trial at the state time of each row.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Track {
+pub(crate) struct EstimatedMotion {
     /// State times [s].
     pub(crate) times: Vec<f64>,
     /// Positions [rows, nq].
@@ -15,8 +15,8 @@ pub(crate) struct Track {
     pub(crate) qvel: Vec<f64>,
 }
 
-impl Track {
-    pub(crate) fn motion(&self, row: usize) -> (&[f64], &[f64]) {
+impl EstimatedMotion {
+    pub(crate) fn state(&self, row: usize) -> (&[f64], &[f64]) {
         let (nq, nv) = (
             self.qpos.len() / self.times.len(),
             self.qvel.len() / self.times.len(),
@@ -45,7 +45,12 @@ pub(crate) struct Segment {
 
 /// Row behind the last of a window that begins at a row and lasts about `length` seconds; a rest too short
 /// for a window of its own joins it.
-pub(crate) fn window_end(trial: &Measured, first: usize, length: f64, least_rows: usize) -> usize {
+pub(crate) fn window_end(
+    trial: &MeasuredTrial,
+    first: usize,
+    length: f64,
+    least_rows: usize,
+) -> usize {
     let rows = trial.times.len();
     let end = trial
         .times
@@ -54,11 +59,11 @@ pub(crate) fn window_end(trial: &Measured, first: usize, length: f64, least_rows
     if end + least_rows > rows { rows } else { end }
 }
 
-/// Cuts a trial into segments of about `length` seconds along its track.
+/// Cuts a trial into segments of about `length` seconds along its motion.
 pub(crate) fn cut(
     index: usize,
-    trial: &Measured,
-    track: &Track,
+    trial: &MeasuredTrial,
+    motion: &EstimatedMotion,
     length: f64,
     least_rows: usize,
 ) -> Vec<Segment> {
@@ -75,11 +80,11 @@ pub(crate) fn cut(
             end = rows;
         }
         if end - first >= least_rows {
-            let (qpos, qvel) = track.motion(first);
+            let (qpos, qvel) = motion.state(first);
             segments.push(Segment {
                 trial: index,
                 rows: first..end,
-                start: track.times[first],
+                start: motion.times[first],
                 qpos: qpos.to_vec(),
                 qvel: qvel.to_vec(),
             });

@@ -2,7 +2,7 @@
 
 use crate::{
     output::records::Channel,
-    problem::channels::{Channels, Measured, rotation_between},
+    problem::channels::{Channels, MeasuredTrial, rotation_between},
 };
 
 /// Sum of the squared coefficients of a third difference: 1, 3, 3, 1.
@@ -11,7 +11,11 @@ const THIRD_DIFFERENCE: f64 = 20.0;
 /// Fills in the noise of channels whose sensor declares none: the standard deviation that explains third
 /// differences of the readings, to which smooth motion adds little (Gasser, Sroka and Jennen-Steinmetz
 /// 1986 do the same with second ones). Returns the sensors concerned.
-pub(crate) fn estimate(channels: &mut Channels, trials: &[Measured], least: f64) -> Vec<String> {
+pub(crate) fn estimate(
+    channels: &mut Channels,
+    trials: &[MeasuredTrial],
+    least: f64,
+) -> Vec<String> {
     let mut estimated = Vec::new();
     for source in channels.sources.clone() {
         for component in 0..source.channels {

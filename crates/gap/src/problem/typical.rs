@@ -2,7 +2,7 @@
 
 use crate::{
     plant::PlantDescription,
-    problem::{channels::Measured, segments::Track},
+    problem::{channels::MeasuredTrial, segments::EstimatedMotion},
 };
 
 /// Typical motions in the trials, which scale the priors.
@@ -24,17 +24,17 @@ impl Typical {
     /// Root mean square speeds, excursions and commands.
     pub(crate) fn from_trials(
         model: &PlantDescription,
-        trials: &[Measured],
-        tracks: &[Track],
+        trials: &[MeasuredTrial],
+        motions: &[EstimatedMotion],
     ) -> Self {
         let mut speed = vec![0.0; model.nv];
         let mut lowest = vec![f64::INFINITY; model.nq];
         let mut highest = vec![f64::NEG_INFINITY; model.nq];
         let mut rows = 0_usize;
         let mut clearance = f64::INFINITY;
-        for track in tracks {
-            for row in 0..track.times.len() {
-                let (qpos, qvel) = track.motion(row);
+        for motion in motions {
+            for row in 0..motion.times.len() {
+                let (qpos, qvel) = motion.state(row);
                 for (sum, value) in speed.iter_mut().zip(qvel) {
                     *sum += value * value;
                 }
@@ -83,15 +83,16 @@ impl Typical {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tests::{fake::RigidBody, on_bench, trial};
+    use crate::tests::{fake::RigidBody, on_linearized, trial};
 
     #[test]
     fn the_largest_command_is_one_that_an_actuator_obeys() {
         let trials = vec![trial("pushed", &[], &[0.0, 0.0], 0, 1.0)];
-        on_bench(&RigidBody::new(), trials, |bench, _| {
-            let mut model = bench.problem.model.clone();
+        on_linearized(&RigidBody::new(), trials, |linearized, _| {
+            let mut model = linearized.problem.model.clone();
             let largest = |model: &PlantDescription| {
-                Typical::from_trials(model, bench.problem.trials, bench.problem.tracks).command
+                Typical::from_trials(model, linearized.problem.trials, linearized.problem.motions)
+                    .command
             };
             assert!(largest(&model)[1] > 0.5);
             model.actuators[1].range = Some([-0.2, 0.1]);

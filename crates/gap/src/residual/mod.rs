@@ -12,9 +12,9 @@ mod windows;
 use hydro_frames::STANDARD_GRAVITY;
 use rayon::prelude::*;
 
-use crate::{error::GapError, plant::FreeBase, problem::problem::Study, progress::Watch};
-use smoother::{Path, Walk};
-use windows::Ground;
+use crate::{error::GapError, plant::FreeBase, problem::problem::Problem, progress::Watch};
+use smoother::{RandomWalk, TrialSmoother};
+use windows::WindowProblem;
 
 /// Step of the difference quotient, likewise.
 const STEP: f64 = 1e-3;
@@ -25,7 +25,7 @@ const CONVERGED: f64 = 1e-4;
 
 /// The missing wrench along one trial, at samples of one period.
 #[derive(Clone, Debug)]
-pub struct Series {
+pub struct WrenchSeries {
     /// Name of the trial.
     pub trial: String,
     /// When [s].
@@ -48,7 +48,7 @@ pub struct MissingWrench {
     /// Time between samples [s], a multiple of the model's step.
     pub sample_period: f64,
     /// By trial.
-    pub series: Vec<Series>,
+    pub series: Vec<WrenchSeries>,
 }
 
 /// What came out.
@@ -68,11 +68,11 @@ pub enum Residual {
 /// # Errors
 /// Where the plant refuses, or a stop was asked for.
 pub fn residual(
-    study: &Study<'_>,
+    problem: &Problem<'_>,
     nuisances: &[f64],
     watch: &Watch<'_>,
 ) -> Result<Residual, GapError> {
-    let model = study.plant.description();
+    let model = problem.plant.description();
     let not = |reason: &str| Ok(Residual::NotOffered(reason.to_owned()));
     let Some(base) = &model.base else {
         return not("a learned residual needs a free joint; not offered");
@@ -99,24 +99,24 @@ pub fn residual(
              offered",
         );
     }
-    let options = &study.settings.options;
-    let scale = scale(study, base);
-    let ground = Ground {
-        plant: study.plant,
+    let options = &problem.settings.options;
+    let scale = scale(problem, base);
+    let setup = WindowProblem {
+        plant: problem.plant,
         model,
         base,
-        channels: &study.channels,
+        channels: &problem.channels,
         nuisances,
         options,
         wrench_step: scale.map(|of| STEP * of),
     };
-    let most = (options.residual.most_windows / study.trials.len().max(1))
+    let most = (options.residual.most_windows / problem.trials.len().max(1))
         .max(options.residual.least_windows);
     let mut paths = Vec::new();
-    for (at, (trial, track)) in study.trials.iter().zip(&study.tracks).enumerate() {
+    for (at, (trial, motion)) in problem.trials.iter().zip(&problem.motions).enumerate() {
         watch.check()?;
-        paths.extend(Path::new(&ground, trial, track, most, watch)?);
-        (watch.tell)("missing wrench", at + 1, study.trials.len());
+        paths.extend(TrialSmoother::new(&setup, trial, motion, most, watch)?);
+        (watch.tell)("missing wrench", at + 1, problem.trials.len());
     }
     paths.retain(|path| path.windows.len() >= options.residual.least_windows);
     if paths.is_empty() {
@@ -125,17 +125,17 @@ pub fn residual(
              wrench; no learned residual is offered",
         );
     }
-    let walk = likeliest(&ground, &paths, scale);
+    let walk = likeliest(&setup, &paths, scale);
     let mut series = Vec::with_capacity(paths.len());
     let total = paths.len();
     for (at, mut path) in paths.into_iter().enumerate() {
-        let mut cost = path.cost(&ground, walk);
+        let mut cost = path.cost(&setup, walk);
         for _ in 0..ITERATIONS {
             watch.check()?;
-            let Some(solved) = path.solve(&ground, path.linearised(&ground), walk) else {
+            let Some(solved) = path.solve(&setup, path.linearised(&setup), walk) else {
                 break;
             };
-            let Some(reached) = path.step(&ground, &solved, walk, cost, watch)? else {
+            let Some(reached) = path.step(&setup, &solved, walk, cost, watch)? else {
                 break;
             };
             let small = cost - reached < CONVERGED * cost;
@@ -144,19 +144,19 @@ pub fn residual(
                 break;
             }
         }
-        series.extend(sampled(&ground, &path, walk)?);
+        series.extend(sampled(&setup, &path, walk)?);
         (watch.tell)("smoothing the missing wrench", at + 1, total);
     }
     Ok(Residual::Found(MissingWrench {
         base: base.clone(),
-        sample_period: ground.sample_steps() as f64 * model.timestep,
+        sample_period: setup.sample_steps() as f64 * model.timestep,
         series,
     }))
 }
 
 /// A force and a torque that are large for the vehicle [N, N m].
-fn scale(study: &Study<'_>, base: &FreeBase) -> [f64; 6] {
-    let bodies = &study.plant.description().bodies;
+fn scale(problem: &Problem<'_>, base: &FreeBase) -> [f64; 6] {
+    let bodies = &problem.plant.description().bodies;
     let mass: f64 = bodies.iter().map(|body| body.scale.mass).sum();
     let extent = bodies
         .iter()
@@ -170,9 +170,13 @@ fn scale(study: &Study<'_>, base: &FreeBase) -> [f64; 6] {
 }
 
 /// The walk that the readings of all trials make likeliest; forces and torques have one pace each.
-fn likeliest(ground: &Ground<'_>, paths: &[Path<'_>], scale: [f64; 6]) -> Walk {
-    let chains: Vec<_> = paths.iter().map(|path| path.linearised(ground)).collect();
-    let options = &ground.options.residual;
+fn likeliest(
+    setup: &WindowProblem<'_>,
+    paths: &[TrialSmoother<'_>],
+    scale: [f64; 6],
+) -> RandomWalk {
+    let chains: Vec<_> = paths.iter().map(|path| path.linearised(setup)).collect();
+    let options = &setup.options.residual;
     let pairs: Vec<(f64, f64)> = options
         .wrench_changes
         .iter()
@@ -183,7 +187,7 @@ fn likeliest(ground: &Ground<'_>, paths: &[Path<'_>], scale: [f64; 6]) -> Walk {
                 .map(move |torque| (*force, *torque))
         })
         .collect();
-    let walk = |(force, torque): (f64, f64)| Walk {
+    let walk = |(force, torque): (f64, f64)| RandomWalk {
         first: scale.map(|of| options.first_wrench * of),
         change: std::array::from_fn(|axis| scale[axis] * if axis < 3 { force } else { torque }),
     };
@@ -191,7 +195,7 @@ fn likeliest(ground: &Ground<'_>, paths: &[Path<'_>], scale: [f64; 6]) -> Walk {
         .par_iter()
         .map(|pair| {
             let each = paths.iter().zip(&chains);
-            each.map(|(path, chain)| path.evidence(ground, chain, walk(*pair)))
+            each.map(|(path, chain)| path.evidence(setup, chain, walk(*pair)))
                 .sum()
         })
         .collect();
@@ -202,11 +206,15 @@ fn likeliest(ground: &Ground<'_>, paths: &[Path<'_>], scale: [f64; 6]) -> Walk {
 }
 
 /// States and wrench along a fitted path; none where the last linearisation is of no use.
-fn sampled(ground: &Ground<'_>, path: &Path<'_>, walk: Walk) -> Result<Option<Series>, GapError> {
-    let Some(solved) = path.solve(ground, path.linearised(ground), walk) else {
+fn sampled(
+    setup: &WindowProblem<'_>,
+    path: &TrialSmoother<'_>,
+    walk: RandomWalk,
+) -> Result<Option<WrenchSeries>, GapError> {
+    let Some(solved) = path.solve(setup, path.linearised(setup), walk) else {
         return Ok(None);
     };
-    let tangents = 2 * ground.model.nv;
+    let tangents = 2 * setup.model.nv;
     let excess = path.excess().sqrt();
     let spreads: Vec<[f64; 6]> = solved
         .covariances
@@ -219,12 +227,12 @@ fn sampled(ground: &Ground<'_>, path: &Path<'_>, walk: Walk) -> Result<Option<Se
         .collect();
     let (mut samples, mut count) = (Vec::new(), 0);
     for (window, wrench) in path.windows.iter().zip(&path.wrenches) {
-        count = ground.sample(
+        count = setup.sample(
             path.trial,
-            path.track(),
+            path.motion(),
             window,
             *wrench,
-            ground.sample_steps(),
+            setup.sample_steps(),
             count,
             &mut samples,
         )?;
@@ -238,7 +246,7 @@ fn sampled(ground: &Ground<'_>, path: &Path<'_>, walk: Walk) -> Result<Option<Se
         .zip(ends.chain([end]))
         .map(|(window, end)| 0.5 * (window.start + end))
         .collect();
-    let mut series = Series {
+    let mut series = WrenchSeries {
         trial: path.trial.name.clone(),
         times: Vec::with_capacity(samples.len()),
         qpos: Vec::with_capacity(samples.len()),

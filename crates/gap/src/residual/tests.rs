@@ -8,7 +8,7 @@ use hydro_frames::world_from_base;
 use crate::{
     options::Options,
     problem::{
-        problem::{Settings, Study},
+        problem::{Problem, Settings},
         uncertainty::Uncertainty,
     },
     progress::Watch,
@@ -43,8 +43,8 @@ fn estimated(push: &Push) -> MissingWrench {
         seed: 0,
         options: Options::default(),
     };
-    let study = Study::prepare(&plant, trials, settings, &watch).unwrap();
-    let Residual::Found(found) = residual(&study, &[0.0, 0.0], &watch).unwrap() else {
+    let problem = Problem::prepare(&plant, trials, settings, &watch).unwrap();
+    let Residual::Found(found) = residual(&problem, &[0.0, 0.0], &watch).unwrap() else {
         panic!("not offered");
     };
     found

@@ -9,9 +9,9 @@ use crate::{
     plant::Plant,
     problem::{
         candidates,
-        channels::{Channels, Measured},
-        problem::{Settings, Study},
-        segments::Track,
+        channels::{Channels, MeasuredTrial},
+        problem::{Problem, Settings},
+        segments::EstimatedMotion,
         sensor_noise,
         typical::Typical,
     },
@@ -20,7 +20,7 @@ use crate::{
     trial::Trial,
 };
 
-impl<'a> Study<'a> {
+impl<'a> Problem<'a> {
     /// Estimates noise where none is declared, and the motion of every trial.
     ///
     /// # Errors
@@ -32,11 +32,11 @@ impl<'a> Study<'a> {
         watch: &Watch<'_>,
     ) -> Result<Self, GapError> {
         let model = plant.description();
-        let trials: Vec<Measured> = trials
+        let trials: Vec<MeasuredTrial> = trials
             .into_iter()
-            .map(|trial| Measured::new(trial, model))
+            .map(|trial| MeasuredTrial::new(trial, model))
             .collect();
-        let mut channels = Channels::of(model, &trials);
+        let mut channels = Channels::with_readings(model, &trials);
         if channels.len() == 0 {
             return Err(GapError::NothingMeasured {
                 trials: trials.iter().map(|trial| trial.name.clone()).collect(),
@@ -57,11 +57,11 @@ impl<'a> Study<'a> {
         }
         let done = AtomicUsize::new(0);
         let none = vec![Correction::NONE; model.sensors.len()];
-        let tracks = trials
+        let motions = trials
             .par_iter()
             .map(|trial| {
                 watch.check()?;
-                let track = state_estimation::track(
+                let motion = state_estimation::estimate_motion(
                     &System::plain(plant),
                     trial,
                     &channels,
@@ -69,13 +69,13 @@ impl<'a> Study<'a> {
                     &settings.options,
                 );
                 watch.count("following the trials", &done, trials.len());
-                track
+                motion
             })
             // Of several faults that of the first trial is told, whichever thread was faster.
-            .collect::<Vec<Result<Track, GapError>>>()
+            .collect::<Vec<Result<EstimatedMotion, GapError>>>()
             .into_iter()
-            .collect::<Result<Vec<Track>, GapError>>()?;
-        let typical = Typical::from_trials(model, &trials, &tracks);
+            .collect::<Result<Vec<EstimatedMotion>, GapError>>()?;
+        let typical = Typical::from_trials(model, &trials, &motions);
         if !model.actuators.is_empty() && !trials.iter().any(is_excited) {
             remarks.push(
                 "the controls are constant in every trial: the data excite nothing but free motion"
@@ -92,7 +92,7 @@ impl<'a> Study<'a> {
         Ok(Self {
             plant,
             trials,
-            tracks,
+            motions,
             channels,
             candidates,
             commands: typical.command,
@@ -103,7 +103,7 @@ impl<'a> Study<'a> {
 }
 
 /// True where a command changes.
-fn is_excited(trial: &Measured) -> bool {
+fn is_excited(trial: &MeasuredTrial) -> bool {
     let width = trial.control.width().max(1);
     let mut rows = trial.control.data.chunks_exact(width);
     let first = rows.next().unwrap_or(&[]);

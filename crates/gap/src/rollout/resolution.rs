@@ -11,7 +11,7 @@
 
 use crate::{
     problem::{
-        channels::{Channels, Measured},
+        channels::{Channels, MeasuredTrial},
         segments::Segment,
     },
     rollout::shooting::Trace,
@@ -24,7 +24,7 @@ const EVEN: f64 = 0.288_675;
 /// smooth.
 pub(crate) fn weights(
     trace: &Trace,
-    trial: &Measured,
+    trial: &MeasuredTrial,
     segment: &Segment,
     channels: &Channels,
     step: f64,
@@ -63,9 +63,9 @@ mod tests {
     use crate::trial::Series;
 
     /// One reading every 0.01 s of a trace with a step of 0.001 s.
-    fn case(signal: impl Fn(f64) -> f64) -> (Trace, Measured, Segment, Channels) {
+    fn case(signal: impl Fn(f64) -> f64) -> (Trace, MeasuredTrial, Segment, Channels) {
         let times: Vec<f64> = (1..=50).map(|row| 0.01 * f64::from(row)).collect();
-        let trial = Measured {
+        let trial = MeasuredTrial {
             name: String::new(),
             values: times.clone(),
             times,
@@ -84,21 +84,26 @@ mod tests {
             qpos: vec![],
             qvel: vec![],
         };
-        let channels = Channels::of_one(0.1);
+        let channels = Channels::single(0.1);
         let values = (0..520).map(|at| signal(0.001 * f64::from(at))).collect();
-        (Trace::of(0.0, 0.001, 1, values), trial, segment, channels)
+        (
+            Trace::known(0.0, 0.001, 1, values),
+            trial,
+            segment,
+            channels,
+        )
     }
 
-    fn of(signal: impl Fn(f64) -> f64) -> Vec<f64> {
+    fn weights_of(signal: impl Fn(f64) -> f64) -> Vec<f64> {
         let (trace, trial, segment, channels) = case(signal);
         weights(&trace, &trial, &segment, &channels, 0.001, 0.25)
     }
 
     #[test]
     fn a_smooth_reading_counts_in_full_and_a_corner_less() {
-        let smooth = of(|time| (6.0 * time).sin());
+        let smooth = weights_of(|time| (6.0 * time).sin());
         assert!(smooth.iter().all(|weight| *weight > 0.999), "{smooth:?}");
-        let jump = of(|time| f64::from(u8::from(time > 0.2505)));
+        let jump = weights_of(|time| f64::from(u8::from(time > 0.2505)));
         assert!(
             jump.iter().fold(1.0_f64, |a, b| a.min(*b)) < 0.5,
             "{jump:?}"

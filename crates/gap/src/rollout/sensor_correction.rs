@@ -5,7 +5,7 @@ use hydro_effects::{self as effects, Entry, Part};
 use crate::{
     plant::PlantDescription,
     problem::{
-        channels::{Channels, Measured},
+        channels::{Channels, MeasuredTrial},
         segments::Segment,
     },
     rollout::shooting::Trace,
@@ -55,7 +55,7 @@ pub(crate) fn corrections(model: &PlantDescription, entries: &[Entry]) -> Vec<Co
 /// is no reading.
 pub(crate) fn residuals(
     trace: &Trace,
-    trial: &Measured,
+    trial: &MeasuredTrial,
     segment: &Segment,
     channels: &Channels,
     corrections: &[Correction],

@@ -10,8 +10,8 @@ use crate::{
     options::RolloutOptions,
     plant::{PlantDescription, Simulation},
     problem::{
-        channels::Measured,
-        segments::{Segment, Track},
+        channels::MeasuredTrial,
+        segments::{EstimatedMotion, Segment},
     },
 };
 
@@ -34,7 +34,7 @@ pub(crate) struct Trace {
 impl Trace {
     /// One whose readings are known.
     #[cfg(test)]
-    pub(crate) fn of(start: f64, step: f64, width: usize, values: Vec<f64>) -> Self {
+    pub(crate) fn known(start: f64, step: f64, width: usize, values: Vec<f64>) -> Self {
         Self {
             start,
             step,
@@ -123,15 +123,15 @@ impl WarmUp {
 #[expect(clippy::too_many_arguments)]
 pub(crate) fn run(
     simulation: &mut dyn Simulation,
-    trial: &Measured,
+    trial: &MeasuredTrial,
     segment: &Segment,
-    track: &Track,
+    motion: &EstimatedMotion,
     warm_up: WarmUp,
     step: f64,
     tangent: Option<&[f64]>,
     trace: &mut Trace,
 ) -> bool {
-    lead_in(simulation, trial, segment, track, warm_up, step);
+    lead_in(simulation, trial, segment, motion, warm_up, step);
     roll(simulation, trial, segment, step, tangent, trace)
 }
 
@@ -139,7 +139,7 @@ pub(crate) fn run(
 /// step; ends [`steps`] steps later. False where it blew up.
 pub(crate) fn roll(
     simulation: &mut dyn Simulation,
-    trial: &Measured,
+    trial: &MeasuredTrial,
     segment: &Segment,
     step: f64,
     tangent: Option<&[f64]>,
@@ -181,13 +181,13 @@ pub(crate) fn roll(
 
 /// Steps from a start [s] to what the rows before `end` need: two readings at least, and one at or beyond
 /// the last row.
-pub(crate) fn steps(trial: &Measured, end: usize, start: f64, step: f64) -> usize {
+pub(crate) fn steps(trial: &MeasuredTrial, end: usize, start: f64, step: f64) -> usize {
     let last = trial.times[end - 1] - step;
     (((last - start) / step - 1e-6).ceil().max(0.0) as usize).max(1) + 1
 }
 
 /// Steps within which a row reads, ascending.
-fn read_inside(trial: &Measured, segment: &Segment, step: f64) -> Vec<usize> {
+fn read_inside(trial: &MeasuredTrial, segment: &Segment, step: f64) -> Vec<usize> {
     let places = segment.rows.clone().map(|row| {
         let place = (trial.times[row] - step - segment.start) / step;
         (place, place - place.floor())
@@ -204,13 +204,13 @@ fn read_inside(trial: &Measured, segment: &Segment, step: f64) -> Vec<usize> {
 /// Leads memories through the motion before a segment: states are set to the estimated ones at every row.
 pub(crate) fn lead_in(
     simulation: &mut dyn Simulation,
-    trial: &Measured,
+    trial: &MeasuredTrial,
     segment: &Segment,
-    track: &Track,
+    motion: &EstimatedMotion,
     warm_up: WarmUp,
     step: f64,
 ) {
-    let first_row = track
+    let first_row = motion
         .times
         .partition_point(|time| *time < segment.start - warm_up.seconds);
     let from_the_beginning = first_row == 0;
@@ -222,12 +222,12 @@ pub(crate) fn lead_in(
         return;
     }
     if from_the_beginning {
-        hold(simulation, trial, segment, track, warm_up, step);
+        hold(simulation, trial, segment, motion, warm_up, step);
     }
     let mut control = vec![0.0; trial.control.width()];
-    for row in first_row..track.times.len() {
-        let time = track.times[row];
-        let next = track
+    for row in first_row..motion.times.len() {
+        let time = motion.times[row];
+        let next = motion
             .times
             .get(row + 1)
             .copied()
@@ -236,7 +236,7 @@ pub(crate) fn lead_in(
         if time >= segment.start - 0.5 * step {
             break;
         }
-        let (qpos, qvel) = track.motion(row);
+        let (qpos, qvel) = motion.state(row);
         simulation.set_motion(time, qpos, qvel);
         let steps = ((next - time) / step).round() as usize;
         for at in 0..steps {
@@ -252,14 +252,14 @@ pub(crate) fn lead_in(
 /// Before a log begins nothing is known: memories are led through its first motion and command, held.
 fn hold(
     simulation: &mut dyn Simulation,
-    trial: &Measured,
+    trial: &MeasuredTrial,
     segment: &Segment,
-    track: &Track,
+    motion: &EstimatedMotion,
     warm_up: WarmUp,
     step: f64,
 ) {
-    let (start, (qpos, qvel)) = match track.times.first() {
-        Some(start) => (*start, track.motion(0)),
+    let (start, (qpos, qvel)) = match motion.times.first() {
+        Some(start) => (*start, motion.state(0)),
         None => (segment.start, (&segment.qpos[..], &segment.qvel[..])),
     };
     let mut control = vec![0.0; trial.control.width()];

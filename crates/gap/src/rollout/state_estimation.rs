@@ -8,8 +8,8 @@ use crate::{
     options::Options,
     plant::{PlantDescription, SensorKind, Simulation},
     problem::{
-        channels::{Channels, Measured},
-        segments::{self, Segment, Track},
+        channels::{Channels, MeasuredTrial},
+        segments::{self, EstimatedMotion, Segment},
     },
     rollout::{
         sensor_correction::{self, Correction},
@@ -29,9 +29,9 @@ const ITERATIONS: usize = 4;
 #[expect(clippy::too_many_arguments)]
 fn start_sensitivity(
     simulation: &mut dyn Simulation,
-    trial: &Measured,
+    trial: &MeasuredTrial,
     segment: &Segment,
-    track: &Track,
+    motion: &EstimatedMotion,
     warm_up: WarmUp,
     channels: &Channels,
     corrections: &[Correction],
@@ -46,7 +46,7 @@ fn start_sensitivity(
             simulation,
             trial,
             segment,
-            track,
+            motion,
             warm_up,
             step,
             Some(tangent),
@@ -88,13 +88,13 @@ pub(crate) fn arrival_precision(nv: usize, sd: [f64; 2]) -> DVector<f64> {
 ///
 /// # Errors
 /// Where the nominal diverges within a window, or a trial is too short.
-pub(crate) fn track(
+pub(crate) fn estimate_motion(
     system: &System<'_>,
-    trial: &Measured,
+    trial: &MeasuredTrial,
     channels: &Channels,
     corrections: &[Correction],
     options: &Options,
-) -> Result<Track, GapError> {
+) -> Result<EstimatedMotion, GapError> {
     let (states, warm_up) = (&options.states, system.warm_up(&options.rollout));
     let model = system.model();
     let rows = trial.times.len();
@@ -108,7 +108,7 @@ pub(crate) fn track(
     let mut simulation = system.simulation()?;
     let mut cheaper = system.cheaper()?;
     let (qpos, qvel) = first_guess(simulation.as_mut(), trial, model);
-    let mut track = Track::default();
+    let mut motion = EstimatedMotion::default();
     let mut guess = Segment {
         trial: 0,
         rows: 0..rows,
@@ -130,7 +130,7 @@ pub(crate) fn track(
             cheaper.as_mut(),
             trial,
             &mut guess,
-            &track,
+            &motion,
             warm_up,
             channels,
             corrections,
@@ -142,18 +142,18 @@ pub(crate) fn track(
             simulation.as_mut(),
             trial,
             &mut guess,
-            &mut track,
+            &mut motion,
             warm_up,
             model,
         );
         first = end;
     }
-    Ok(track)
+    Ok(motion)
 }
 
 /// The instant nearest to a time at which a whole number of steps has passed since the first command: a
 /// command is held over a step, so steps that begin elsewhere would see it late or early.
-fn on_the_grid(trial: &Measured, time: f64, step: f64) -> f64 {
+fn on_the_grid(trial: &MeasuredTrial, time: f64, step: f64) -> f64 {
     let Some(origin) = trial.control.times.first() else {
         return time;
     };
@@ -165,9 +165,9 @@ fn on_the_grid(trial: &Measured, time: f64, step: f64) -> f64 {
 fn settle(
     simulation: &mut dyn Simulation,
     cheaper: &mut dyn Simulation,
-    trial: &Measured,
+    trial: &MeasuredTrial,
     guess: &mut Segment,
-    track: &Track,
+    motion: &EstimatedMotion,
     warm_up: WarmUp,
     channels: &Channels,
     none: &[Correction],
@@ -186,7 +186,7 @@ fn settle(
             simulation,
             trial,
             guess,
-            track,
+            motion,
             warm_up,
             model.timestep,
             None,
@@ -227,8 +227,9 @@ fn settle(
             _ => best = Some((cost, guess.clone())),
         }
         if sensitivity.is_none() {
-            sensitivity =
-                start_sensitivity(cheaper, trial, guess, track, warm_up, channels, none, model);
+            sensitivity = start_sensitivity(
+                cheaper, trial, guess, motion, warm_up, channels, none, model,
+            );
         }
         let Some(matrix) = &sensitivity else {
             return Ok(());
@@ -252,19 +253,19 @@ fn settle(
     Ok(())
 }
 
-/// Runs a settled window, writes the state at each of its rows into the track, and leaves the guess where
+/// Runs a settled window, writes the state at each of its rows into the motion, and leaves the guess where
 /// the next window starts.
 fn follow(
     simulation: &mut dyn Simulation,
-    trial: &Measured,
+    trial: &MeasuredTrial,
     guess: &mut Segment,
-    track: &mut Track,
+    motion: &mut EstimatedMotion,
     warm_up: WarmUp,
     model: &PlantDescription,
 ) {
     let step = model.timestep;
     let mut control = vec![0.0; trial.control.width()];
-    shooting::lead_in(simulation, trial, guess, track, warm_up, step);
+    shooting::lead_in(simulation, trial, guess, motion, warm_up, step);
     simulation.set_motion(guess.start, &guess.qpos, &guess.qvel);
     let mut at = 0_usize;
     let mut go_to = |simulation: &mut dyn Simulation, time: f64| {
@@ -282,9 +283,9 @@ fn follow(
     };
     for row in guess.rows.clone() {
         let time = go_to(simulation, trial.times[row] - step);
-        track.times.push(time);
-        track.qpos.extend_from_slice(simulation.qpos());
-        track.qvel.extend_from_slice(simulation.qvel());
+        motion.times.push(time);
+        motion.qpos.extend_from_slice(simulation.qpos());
+        motion.qvel.extend_from_slice(simulation.qvel());
     }
     if let Some(next) = trial.times.get(guess.rows.end) {
         let time = go_to(simulation, next - step);
@@ -298,7 +299,7 @@ fn follow(
 /// and the model's own for the rest.
 fn first_guess(
     simulation: &mut dyn Simulation,
-    trial: &Measured,
+    trial: &MeasuredTrial,
     model: &PlantDescription,
 ) -> (Vec<f64>, Vec<f64>) {
     if let Some(state) = &trial.initial_state {

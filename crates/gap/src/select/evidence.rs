@@ -9,7 +9,7 @@ use crate::{
     error::GapError,
     fit::{
         hypothesis::Fit,
-        linearized_problem::{Adequacy, Bench},
+        linearized_problem::{Adequacy, LinearizedProblem},
     },
     progress::Watch,
 };
@@ -34,32 +34,39 @@ impl Scored {
     }
 
     /// Evidence and prior, up to a constant [nat].
-    pub(crate) fn log_posterior(&self, bench: &Bench<'_>, factor: f64) -> Option<f64> {
-        let (evidence, _) = self.fit.evidence(factor)?;
-        Some(evidence + log_prior(bench, &self.set))
+    pub(crate) fn log_posterior(
+        &self,
+        linearized: &LinearizedProblem<'_>,
+        inflation: f64,
+    ) -> Option<f64> {
+        let (evidence, _) = self.fit.evidence(inflation)?;
+        Some(evidence + log_prior(linearized, &self.set))
     }
 }
 
 /// Log prior of a set of candidates: by number of effects, then by effect, by target, and by form.
-pub(crate) fn log_prior(bench: &Bench<'_>, set: &[usize]) -> f64 {
-    let options = &bench.problem.options.search;
+pub(crate) fn log_prior(linearized: &LinearizedProblem<'_>, set: &[usize]) -> f64 {
+    let options = &linearized.problem.options.search;
     let mut log = options.prior_by_size[set.len().min(options.largest)].ln();
     for (at, candidate) in set.iter().enumerate() {
-        log += ((at + 1) as f64).ln() + bench.problem.log_shares[*candidate];
+        log += ((at + 1) as f64).ln() + linearized.problem.log_shares[*candidate];
     }
     log
 }
 
 /// Two candidates that cannot stand in one set.
-pub(crate) fn clash(bench: &Bench<'_>, a: usize, b: usize) -> bool {
-    bench.problem.candidates[a].clashes(&bench.problem.candidates[b])
+pub(crate) fn clash(linearized: &LinearizedProblem<'_>, a: usize, b: usize) -> bool {
+    linearized.problem.candidates[a].clashes(&linearized.problem.candidates[b])
 }
 
 /// What the candidates of a set stand for, in whatever forms.
-pub(crate) fn mechanisms<'b>(bench: &'b Bench<'_>, set: &[usize]) -> Vec<(Id, &'b [String])> {
+pub(crate) fn mechanisms<'b>(
+    linearized: &'b LinearizedProblem<'_>,
+    set: &[usize],
+) -> Vec<(Id, &'b [String])> {
     let mut mechanisms: Vec<_> = set
         .iter()
-        .map(|at| bench.problem.candidates[*at].mechanism())
+        .map(|at| linearized.problem.candidates[*at].mechanism())
         .collect();
     mechanisms.sort_unstable();
     mechanisms
@@ -67,26 +74,30 @@ pub(crate) fn mechanisms<'b>(bench: &'b Bench<'_>, set: &[usize]) -> Vec<(Id, &'
 
 /// Of what has sets of the same mechanisms, the first.
 pub(crate) fn firsts<T>(
-    bench: &Bench<'_>,
+    linearized: &LinearizedProblem<'_>,
     all: impl Iterator<Item = T>,
     set: impl Fn(&T) -> &[usize],
 ) -> Vec<T> {
     let mut seen = BTreeSet::new();
-    all.filter(|of| seen.insert(mechanisms(bench, set(of))))
+    all.filter(|of| seen.insert(mechanisms(linearized, set(of))))
         .collect()
 }
 
 /// The refitted set with the highest posterior.
-pub(crate) fn best_of(bench: &Bench<'_>, scored: &[Scored], factor: f64) -> Option<usize> {
+pub(crate) fn best_of(
+    linearized: &LinearizedProblem<'_>,
+    scored: &[Scored],
+    inflation: f64,
+) -> Option<usize> {
     (0..scored.len())
-        .filter_map(|at| Some((at, scored[at].log_posterior(bench, factor)?)))
+        .filter_map(|at| Some((at, scored[at].log_posterior(linearized, inflation)?)))
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .map(|(at, _)| at)
 }
 
 /// Whether a set leaves only noise; computed once.
 pub(crate) fn adequate(
-    bench: &Bench<'_>,
+    linearized: &LinearizedProblem<'_>,
     scored: &mut Scored,
     seed: u64,
     watch: &Watch<'_>,
@@ -95,9 +106,9 @@ pub(crate) fn adequate(
         return Ok(known);
     }
     let found = if scored.set.is_empty() {
-        adequacy::of_empty(bench, seed, watch)?
+        adequacy::assess_empty(linearized, seed, watch)?
     } else {
-        adequacy::of(bench, &scored.fit, seed, watch)?
+        adequacy::assess(linearized, &scored.fit, seed, watch)?
     };
     scored.adequacy = Some(found);
     Ok(found)

@@ -6,7 +6,8 @@ use nalgebra::DVector;
 
 use crate::{
     fit::{
-        hypothesis::Point, laplace::Quadratic, linearized_problem::Bench, truncated_normal::Bounds,
+        hypothesis::Point, laplace::Quadratic, linearized_problem::LinearizedProblem,
+        truncated_normal::Bounds,
     },
     select::screen::{Direction, PHASE, Screen},
 };
@@ -19,7 +20,7 @@ pub(crate) struct Linear<'s> {
     quadratic: Quadratic,
     pub(crate) screen: &'s Screen,
     /// Squared residuals were divided by this.
-    factor: f64,
+    inflation: f64,
     /// Choices of directions by candidate; several where shapes were tried. Phases are no shapes: amplitudes at two of
     /// them are one choice.
     pub(crate) choices: BTreeMap<usize, Vec<Vec<usize>>>,
@@ -27,13 +28,20 @@ pub(crate) struct Linear<'s> {
 }
 
 impl<'s> Linear<'s> {
-    pub(crate) fn new(bench: &Bench<'_>, screen: &'s Screen, factor: f64) -> Option<Self> {
-        let quadratic = screen.quadratic.tempered(factor).marginal(screen.before)?;
+    pub(crate) fn new(
+        linearized: &LinearizedProblem<'_>,
+        screen: &'s Screen,
+        inflation: f64,
+    ) -> Option<Self> {
+        let quadratic = screen
+            .quadratic
+            .inflated(inflation)
+            .marginal(screen.before)?;
         let mut choices: BTreeMap<usize, Vec<Vec<usize>>> = BTreeMap::new();
         for (at, direction) in screen.directions.iter().enumerate() {
             let of = choices.entry(direction.candidate).or_default();
             // A shape of its own is a choice of its own.
-            let parameters = &bench.problem.candidates[direction.candidate].parameters;
+            let parameters = &linearized.problem.candidates[direction.candidate].parameters;
             let same = |other: &Direction| {
                 let both = other.base.iter().zip(&direction.base).zip(parameters);
                 both.into_iter()
@@ -51,8 +59,8 @@ impl<'s> Linear<'s> {
             .directions
             .iter()
             .map(|direction| {
-                let p =
-                    &bench.problem.candidates[direction.candidate].parameters[direction.parameter];
+                let p = &linearized.problem.candidates[direction.candidate].parameters
+                    [direction.parameter];
                 let about = direction.base[direction.parameter];
                 Bounds {
                     lower: (p.lower - about) / p.prior_sd,
@@ -63,7 +71,7 @@ impl<'s> Linear<'s> {
         Some(Self {
             quadratic,
             screen,
-            factor,
+            inflation,
             choices,
             bounds,
         })
@@ -96,13 +104,18 @@ impl<'s> Linear<'s> {
     }
 
     /// A point from which to refit a set: the linear optimum.
-    pub(crate) fn point(&self, bench: &Bench<'_>, from: &Point, set: &[usize]) -> Option<Point> {
+    pub(crate) fn point(
+        &self,
+        linearized: &LinearizedProblem<'_>,
+        from: &Point,
+        set: &[usize],
+    ) -> Option<Point> {
         let (_, columns, z) = self.evidence(set)?;
         let mut point = from.clone();
         // What goes with these values of the nuisance parameters and of what was fitted before, to first order: an effect that a
         // nuisance parameter nearly cancels would start far from anything without.
         let before = self.screen.before;
-        let whole = self.screen.quadratic.tempered(self.factor);
+        let whole = self.screen.quadratic.inflated(self.inflation);
         let mut precision = whole.a.view((0, 0), (before, before)).into_owned();
         let mut slope = DVector::zeros(before);
         for axis in 0..before {
@@ -112,9 +125,9 @@ impl<'s> Linear<'s> {
             let across = whole.a.view((0, before + column), (before, 1));
             slope -= across.column(0) * *z;
         }
-        if let Some(factor) = precision.cholesky() {
-            let moved = bench.problem.normalised(&point) + factor.solve(&slope);
-            bench.problem.set(&mut point, &moved);
+        if let Some(cholesky) = precision.cholesky() {
+            let moved = linearized.problem.normalised(&point) + cholesky.solve(&slope);
+            linearized.problem.set(&mut point, &moved);
         }
         for candidate in set {
             let found: Vec<(&Direction, f64)> = columns
@@ -123,7 +136,7 @@ impl<'s> Linear<'s> {
                 .map(|(column, z)| (&self.screen.directions[*column], *z))
                 .filter(|(direction, _)| direction.candidate == *candidate)
                 .collect();
-            let values = values(bench, *candidate, &found);
+            let values = values(linearized, *candidate, &found);
             point.candidates.push(*candidate);
             point.values.push(values);
         }
@@ -132,10 +145,14 @@ impl<'s> Linear<'s> {
 }
 
 /// Values of a candidate from the best steps along its directions.
-fn values(bench: &Bench<'_>, candidate: usize, found: &[(&Direction, f64)]) -> Vec<f64> {
-    let parameters = &bench.problem.candidates[candidate].parameters;
+fn values(
+    linearized: &LinearizedProblem<'_>,
+    candidate: usize,
+    found: &[(&Direction, f64)],
+) -> Vec<f64> {
+    let parameters = &linearized.problem.candidates[candidate].parameters;
     let mut values = found.first().map_or_else(
-        || bench.problem.candidates[candidate].null(),
+        || linearized.problem.candidates[candidate].null(),
         |(direction, _)| direction.base.clone(),
     );
     let Some(phase) = parameters.iter().position(|p| p.name == PHASE) else {

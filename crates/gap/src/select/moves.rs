@@ -2,7 +2,7 @@
 
 use crate::{
     error::GapError,
-    fit::{hypothesis::Point, linearized_problem::Bench},
+    fit::{hypothesis::Point, linearized_problem::LinearizedProblem},
     progress::Watch,
     select::{
         evidence::{self, Scored},
@@ -10,43 +10,43 @@ use crate::{
     },
 };
 
-/// Parts of the best set, members exchanged, and parts again where that fitted more. `factor`: by what squared residuals
-/// are divided, which `temper` says of what was fitted; returns the last.
-pub(crate) fn at_the_best(
-    bench: &Bench<'_>,
+/// Parts of the best set, members exchanged, and parts again where that fitted more. `inflation`: by what squared residuals
+/// are divided, which `inflate` says of what was fitted; returns the last.
+pub(crate) fn refine(
+    linearized: &LinearizedProblem<'_>,
     scored: &mut Vec<Scored>,
-    mut factor: f64,
-    temper: impl Fn(&[Scored]) -> f64,
+    mut inflation: f64,
+    inflate: impl Fn(&[Scored]) -> f64,
     watch: &Watch<'_>,
 ) -> Result<f64, GapError> {
     // A set may win only against its parts.
-    if refit_parts(bench, scored, factor, watch)? {
-        factor = temper(scored);
+    if refit_parts(linearized, scored, inflation, watch)? {
+        inflation = inflate(scored);
     }
-    if exchange(bench, scored, factor, watch)? {
-        factor = temper(scored);
-        if refit_parts(bench, scored, factor, watch)? {
-            factor = temper(scored);
+    if exchange(linearized, scored, inflation, watch)? {
+        inflation = inflate(scored);
+        if refit_parts(linearized, scored, inflation, watch)? {
+            inflation = inflate(scored);
         }
     }
-    Ok(factor)
+    Ok(inflation)
 }
 
 /// Where the best set stands; none where it has no parts.
-fn whole(bench: &Bench<'_>, scored: &[Scored], factor: f64) -> Option<Point> {
-    let best = &scored[evidence::best_of(bench, scored, factor)?];
+fn whole(linearized: &LinearizedProblem<'_>, scored: &[Scored], inflation: f64) -> Option<Point> {
+    let best = &scored[evidence::best_of(linearized, scored, inflation)?];
     (best.set.len() > 1).then(|| best.fit.point.clone())
 }
 
 /// The best set with one of its effects exchanged for another that by itself explains nearly as much. Returns whether
 /// any was fitted.
 fn exchange(
-    bench: &Bench<'_>,
+    linearized: &LinearizedProblem<'_>,
     scored: &mut Vec<Scored>,
-    factor: f64,
+    inflation: f64,
     watch: &Watch<'_>,
 ) -> Result<bool, GapError> {
-    let Some(whole) = whole(bench, scored, factor) else {
+    let Some(whole) = whole(linearized, scored, inflation) else {
         return Ok(false);
     };
     let alone: Vec<(usize, f64, Vec<f64>)> = (scored.iter())
@@ -54,7 +54,7 @@ fn exchange(
             let [candidate] = scored.set[..] else {
                 return None;
             };
-            let worth = scored.log_posterior(bench, factor)?;
+            let worth = scored.log_posterior(linearized, inflation)?;
             Some((candidate, worth, scored.fit.point.values[0].clone()))
         })
         .collect();
@@ -68,17 +68,17 @@ fn exchange(
             let fits = point
                 .candidates
                 .iter()
-                .all(|of| !evidence::clash(bench, *of, *other));
+                .all(|of| !evidence::clash(linearized, *of, *other));
             if other == member
                 || !fits
-                || of_member - worth > bench.problem.options.search.swapped_within
+                || of_member - worth > linearized.problem.options.search.swapped_within
             {
                 continue;
             }
             point.candidates.push(*other);
             point.values.push(values.clone());
-            let stands_for = evidence::mechanisms(bench, &point.candidates);
-            let is_known = |of: &[usize]| evidence::mechanisms(bench, of) == stands_for;
+            let stands_for = evidence::mechanisms(linearized, &point.candidates);
+            let is_known = |of: &[usize]| evidence::mechanisms(linearized, of) == stands_for;
             if !scored.iter().any(|scored| is_known(&scored.set)) {
                 exchanges.push((of_member - worth, point));
             }
@@ -86,12 +86,14 @@ fn exchange(
     }
     exchanges.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut changed = false;
-    let firsts = evidence::firsts(bench, exchanges.into_iter(), |(_, point)| &point.candidates);
+    let firsts = evidence::firsts(linearized, exchanges.into_iter(), |(_, point)| {
+        &point.candidates
+    });
     for (_, point) in firsts
         .into_iter()
-        .take(bench.problem.options.search.refitted_additions)
+        .take(linearized.problem.options.search.refitted_additions)
     {
-        changed |= refit::add(bench, point, scored, watch)?;
+        changed |= refit::add(linearized, point, scored, watch)?;
     }
     Ok(changed)
 }
@@ -100,12 +102,12 @@ fn exchange(
 /// may have ended elsewhere, and the whole would win for the way it took. Nothing at all was fitted from the nominal,
 /// and again about what came out. Returns whether anything changed.
 fn refit_parts(
-    bench: &Bench<'_>,
+    linearized: &LinearizedProblem<'_>,
     scored: &mut Vec<Scored>,
-    factor: f64,
+    inflation: f64,
     watch: &Watch<'_>,
 ) -> Result<bool, GapError> {
-    let Some(whole) = whole(bench, scored, factor) else {
+    let Some(whole) = whole(linearized, scored, inflation) else {
         return Ok(false);
     };
     let mut changed = false;
@@ -114,10 +116,10 @@ fn refit_parts(
         let set = part.set();
         let known = scored.iter().position(|scored| scored.set == set);
         let before = known.map_or(f64::INFINITY, |at| scored[at].fit.cost());
-        if bench.cost_at(&part)?.is_none_or(|cost| cost >= before) {
+        if linearized.cost_at(&part)?.is_none_or(|cost| cost >= before) {
             continue;
         }
-        if refit::add(bench, part, scored, watch)? {
+        if refit::add(linearized, part, scored, watch)? {
             changed = true;
             if let Some(at) = known {
                 scored.swap_remove(at);
@@ -131,37 +133,37 @@ fn refit_parts(
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::tests::{fake::RigidBody, on_bench, on_hull, trial};
+    use crate::tests::{fake::RigidBody, on_hull, on_linearized, trial};
     use hydro_effects::Entry;
     use hydro_effects::Id;
 
-    /// Hands a bench of trials with these effects and the fits of sets of effects on it.
+    /// Hands a linearised problem of trials with these effects and the fits of sets of effects on it.
     fn with_fits(
         effects: &[Entry],
-        test: impl FnOnce(&Bench<'_>, &dyn Fn(&[Id]) -> Scored, &Watch<'_>),
+        test: impl FnOnce(&LinearizedProblem<'_>, &dyn Fn(&[Id]) -> Scored, &Watch<'_>),
     ) {
         let trials = (0..2).map(|at| trial(&format!("trial {at}"), effects, &[0.0, 0.0], at, 1.0));
-        on_bench(&RigidBody::new(), trials.collect(), |bench, watch| {
+        on_linearized(&RigidBody::new(), trials.collect(), |linearized, watch| {
             let fit = |ids: &[Id]| -> Scored {
-                let mut point = bench.empty().unwrap().point.clone();
+                let mut point = linearized.empty().unwrap().point.clone();
                 for id in ids {
-                    let mut all = bench.problem.candidates.iter();
+                    let mut all = linearized.problem.candidates.iter();
                     let candidate = all.position(|of| of.effect == *id).unwrap();
                     point.candidates.push(candidate);
-                    let parameters = bench.problem.candidates[candidate].parameters.iter();
+                    let parameters = linearized.problem.candidates[candidate].parameters.iter();
                     point.values.push(parameters.map(|p| p.start).collect());
                 }
-                Scored::new(point.set(), bench.fit(point, watch).unwrap().unwrap())
+                Scored::new(point.set(), linearized.fit(point, watch).unwrap().unwrap())
             };
-            test(bench, &fit, watch);
+            test(linearized, &fit, watch);
         });
     }
 
-    fn ids(bench: &Bench<'_>, scored: &Scored) -> Vec<Id> {
+    fn ids(linearized: &LinearizedProblem<'_>, scored: &Scored) -> Vec<Id> {
         scored
             .set
             .iter()
-            .map(|at| bench.problem.candidates[*at].effect)
+            .map(|at| linearized.problem.candidates[*at].effect)
             .collect()
     }
 
@@ -171,18 +173,18 @@ mod tests {
             on_hull(Id::QuadraticDrag, vec![2.0, 3.0, 3.0, 0.0, 0.0, 0.1]),
             on_hull(Id::BuoyancyOffset, vec![0.0003, 0.0, 0.0]),
         ];
-        with_fits(&effects, |bench, fit, watch| {
+        with_fits(&effects, |linearized, fit, watch| {
             let mut scored = vec![
                 fit(&[]),
                 fit(&[Id::LinearDrag]),
                 fit(&[Id::QuadraticDrag]),
                 fit(&[Id::LinearDrag, Id::BuoyancyOffset]),
             ];
-            exchange(bench, &mut scored, 1.0, watch).unwrap();
-            let best = evidence::best_of(bench, &scored, 1.0).unwrap();
+            exchange(linearized, &mut scored, 1.0, watch).unwrap();
+            let best = evidence::best_of(linearized, &scored, 1.0).unwrap();
             assert_eq!(scored.len(), 5);
             assert_eq!(
-                ids(bench, &scored[best]),
+                ids(linearized, &scored[best]),
                 [Id::QuadraticDrag, Id::BuoyancyOffset]
             );
         });
@@ -194,7 +196,7 @@ mod tests {
             on_hull(Id::BuoyancyOffset, vec![0.02, 0.0, 0.0]),
             on_hull(Id::LinearDrag, vec![3.0, 3.0, 3.0, 0.1, 0.1, 0.1]),
         ];
-        with_fits(&effects, |bench, fit, watch| {
+        with_fits(&effects, |linearized, fit, watch| {
             let right = fit(&[Id::BuoyancyOffset]);
             // One that ended far above.
             let mut stuck = right.fit.clone();
@@ -205,8 +207,8 @@ mod tests {
             let mut scored = vec![fit(&[]), stuck, fit(&[Id::LinearDrag]), whole];
             // Once: what stands is no better from there.
             for changes in [true, false] {
-                assert_eq!(evidence::best_of(bench, &scored, 1.0), Some(3));
-                let changed = refit_parts(bench, &mut scored, 1.0, watch).unwrap();
+                assert_eq!(evidence::best_of(linearized, &scored, 1.0), Some(3));
+                let changed = refit_parts(linearized, &mut scored, 1.0, watch).unwrap();
                 assert_eq!((changed, scored.len()), (changes, 4));
                 let apart = scored[1].fit.misfit / right.fit.misfit;
                 assert!((apart - 1.0).abs() < 0.01, "{apart}");

@@ -13,7 +13,7 @@ use crate::{
         finite_difference::{Differencing, STEP, inward, quotient},
         hypothesis::{Fit, Point},
         laplace::Quadratic,
-        linearized_problem::Bench,
+        linearized_problem::LinearizedProblem,
     },
     progress::Watch,
     rollout::{
@@ -46,7 +46,7 @@ pub(crate) struct Screen {
     pub(crate) before: usize,
 }
 
-impl Bench<'_> {
+impl LinearizedProblem<'_> {
     /// Directions of a candidate: its amplitudes, for several shapes where it has any (a frequency says
     /// nothing while the amplitude is zero, so a few are tried).
     pub(crate) fn directions(&self, candidate: usize) -> Vec<Direction> {
@@ -204,7 +204,7 @@ impl Bench<'_> {
             simulation.as_mut(),
             &self.problem.trials[segment.trial],
             segment,
-            &self.problem.tracks[segment.trial],
+            &self.problem.motions[segment.trial],
             WarmUp::required(self.problem.model, entries, &self.problem.options.rollout),
             self.problem.model.timestep,
             Some(point.starts[at].as_slice()),

@@ -1,9 +1,9 @@
 //! The search over sets of effects: linear evidence for very many, full refits for the leaders.
 
 use crate::{
-    discrepancy::variance_inflation::{form_factor, variance_inflation},
+    discrepancy::variance_inflation::{form_inflation, variance_inflation},
     error::GapError,
-    fit::linearized_problem::Bench,
+    fit::linearized_problem::LinearizedProblem,
     progress::Watch,
     select::{
         evidence::{Scored, adequate, best_of, clash, firsts, log_prior, mechanisms},
@@ -21,42 +21,50 @@ pub(crate) struct Search {
     /// Sets judged by linear evidence alone.
     pub(crate) linear: Vec<Judged>,
     /// Squared whitened residuals are divided by this.
-    pub(crate) factor: f64,
+    pub(crate) inflation: f64,
 }
 
 /// Searches from nothing: screen, refit the leaders, and where something is left over, screen again about
 /// the best set and refit larger ones; then look at the best a second time.
-pub(crate) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<Search, GapError> {
-    let empty = bench.empty()?.clone();
-    let directions: Vec<Direction> = (0..bench.problem.candidates.len())
-        .flat_map(|candidate| bench.directions(candidate))
+pub(crate) fn search(
+    linearized: &LinearizedProblem<'_>,
+    seed: u64,
+    watch: &Watch<'_>,
+) -> Result<Search, GapError> {
+    let empty = linearized.empty()?.clone();
+    let directions: Vec<Direction> = (0..linearized.problem.candidates.len())
+        .flat_map(|candidate| linearized.directions(candidate))
         .collect();
-    let screen = bench.screen(&empty, directions, watch)?;
+    let screen = linearized.screen(&empty, directions, watch)?;
     let nothing = empty.misfit;
     let mut scored = vec![Scored::new(Vec::new(), empty)];
     let mut linear_sets = Vec::new();
-    let mut factor = first_factor(bench, &screen);
-    if let Some(linear) = Linear::new(bench, &screen, factor) {
-        linear_sets = sets(bench, &linear);
-        let refused = refit_leaders(bench, &linear, &linear_sets, &mut scored, watch)?;
+    let mut inflation = initial_inflation(linearized, &screen);
+    if let Some(linear) = Linear::new(linearized, &screen, inflation) {
+        linear_sets = sets(linearized, &linear);
+        let refused = refit_leaders(linearized, &linear, &linear_sets, &mut scored, watch)?;
         // Their evidence to first order was of what does not stand when refitted.
         linear_sets.retain(|(set, _)| !refused.contains(set));
     }
-    factor = inflation(bench, &scored, nothing, seed);
+    inflation = best_inflation(linearized, &scored, nothing, seed);
     // Larger sets about the best found.
-    for size in 2..=bench.problem.options.search.largest {
-        let Some(about) = to_enlarge(bench, &mut scored, size, factor, seed, watch)? else {
+    for size in 2..=linearized.problem.options.search.largest {
+        let Some(about) = to_enlarge(linearized, &mut scored, size, inflation, seed, watch)? else {
             continue;
         };
         let base = &scored[about];
         let base_set = base.set.clone();
-        let directions = (0..bench.problem.candidates.len())
-            .filter(|candidate| base_set.iter().all(|of| !clash(bench, *candidate, *of)))
-            .flat_map(|candidate| bench.directions(candidate))
+        let directions = (0..linearized.problem.candidates.len())
+            .filter(|candidate| {
+                base_set
+                    .iter()
+                    .all(|of| !clash(linearized, *candidate, *of))
+            })
+            .flat_map(|candidate| linearized.directions(candidate))
             .collect();
-        let about = bench.screen(&base.fit, directions, watch)?;
+        let about = linearized.screen(&base.fit, directions, watch)?;
         let from = base.fit.point.clone();
-        if let Some(linear) = Linear::new(bench, &about, factor) {
+        if let Some(linear) = Linear::new(linearized, &about, inflation) {
             let mut gains: Vec<Judged> = linear
                 .choices
                 .keys()
@@ -73,44 +81,45 @@ pub(crate) fn search(bench: &Bench<'_>, seed: u64, watch: &Watch<'_>) -> Result<
             };
             let promising =
                 (gains.iter()).filter(|(addition, gain)| *gain >= 0.0 && is_new(addition));
-            for (addition, _) in firsts(bench, promising, |of| &of.0)
+            for (addition, _) in firsts(linearized, promising, |of| &of.0)
                 .into_iter()
-                .take(bench.problem.options.search.refitted_additions)
+                .take(linearized.problem.options.search.refitted_additions)
             {
-                if let Some(point) = linear.point(bench, &from, addition) {
-                    refit::add(bench, point, &mut scored, watch)?;
+                if let Some(point) = linear.point(linearized, &from, addition) {
+                    refit::add(linearized, point, &mut scored, watch)?;
                 }
             }
         }
-        factor = inflation(bench, &scored, nothing, seed);
+        inflation = best_inflation(linearized, &scored, nothing, seed);
     }
-    let temper = |scored: &[Scored]| inflation(bench, scored, nothing, seed);
-    factor = moves::at_the_best(bench, &mut scored, factor, temper, watch)?;
+    let inflate = |scored: &[Scored]| best_inflation(linearized, scored, nothing, seed);
+    inflation = moves::refine(linearized, &mut scored, inflation, inflate, watch)?;
     Ok(Search {
         scored,
         linear: linear_sets,
-        factor,
+        inflation,
     })
 }
 
 /// The set about which sets of a size are looked for: the best, where it is smaller by one and leaves structure;
 /// where it is of that size already, its better part, about which the other part may turn out to be another.
 fn to_enlarge(
-    bench: &Bench<'_>,
+    linearized: &LinearizedProblem<'_>,
     scored: &mut [Scored],
     size: usize,
-    factor: f64,
+    inflation: f64,
     seed: u64,
     watch: &Watch<'_>,
 ) -> Result<Option<usize>, GapError> {
-    let Some(best) = best_of(bench, scored, factor) else {
+    let Some(best) = best_of(linearized, scored, inflation) else {
         return Ok(None);
     };
     let held = scored[best].set.len();
     if held + 1 == size {
-        let adequacy = adequate(bench, &mut scored[best], seed, watch)?;
+        let adequacy = adequate(linearized, &mut scored[best], seed, watch)?;
         return Ok(
-            (adequacy.p_value <= bench.problem.options.search.enlarged_p_value).then_some(best),
+            (adequacy.p_value <= linearized.problem.options.search.enlarged_p_value)
+                .then_some(best),
         );
     }
     if held != size {
@@ -120,7 +129,7 @@ fn to_enlarge(
     let worth = |at: &usize| {
         scored[*at]
             .fit
-            .evidence(factor)
+            .evidence(inflation)
             .map(|(evidence, _)| evidence)
     };
     let parts = (1..scored.len()).filter(|at| {
@@ -133,9 +142,9 @@ fn to_enlarge(
         .map(|(at, _)| at))
 }
 
-/// The factor before anything was refitted: from what the best single explains to first order.
-fn first_factor(bench: &Bench<'_>, screen: &Screen) -> f64 {
-    let Some(linear) = Linear::new(bench, screen, 1.0) else {
+/// The inflation before anything was refitted: from what the best single explains to first order.
+fn initial_inflation(linearized: &LinearizedProblem<'_>, screen: &Screen) -> f64 {
+    let Some(linear) = Linear::new(linearized, screen, 1.0) else {
         return 1.0;
     };
     let explained = linear
@@ -144,33 +153,33 @@ fn first_factor(bench: &Bench<'_>, screen: &Screen) -> f64 {
         .filter_map(|candidate| linear.evidence(&[*candidate]))
         .map(|(gain, ..)| 2.0 * gain)
         .fold(0.0, f64::max);
-    form_factor(explained, &bench.problem.options.discrepancy)
+    form_inflation(explained, &linearized.problem.options.discrepancy)
 }
 
 /// Singles and pairs of the best singles, by linear evidence; larger sets grow from refitted ones.
-fn sets(bench: &Bench<'_>, linear: &Linear<'_>) -> Vec<Judged> {
+fn sets(linearized: &LinearizedProblem<'_>, linear: &Linear<'_>) -> Vec<Judged> {
     let judged = |set: &[usize]| -> Option<Judged> {
         let (gain, columns, z) = linear.evidence(set)?;
         let resolved = columns.iter().zip(z.iter()).all(|(column, z)| {
             let of = &linear.screen.directions[*column];
-            let p = &bench.problem.candidates[of.candidate].parameters[of.parameter];
+            let p = &linearized.problem.candidates[of.candidate].parameters[of.parameter];
             let value = of.base[of.parameter] + z * p.prior_sd;
-            !refit::is_delay(bench, of.candidate) || refit::is_resolved(bench, [value; 2])
+            !refit::is_delay(linearized, of.candidate) || refit::is_resolved(linearized, [value; 2])
         });
         resolved.then(|| (set.to_vec(), gain))
     };
-    let worth = |entry: &Judged| entry.1 + log_prior(bench, &entry.0);
+    let worth = |entry: &Judged| entry.1 + log_prior(linearized, &entry.0);
     let mut singles: Vec<_> = linear
         .choices
         .keys()
         .filter_map(|candidate| judged(&[*candidate]))
         .collect();
     singles.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
-    let beam = bench.problem.options.search.beam;
+    let beam = linearized.problem.options.search.beam;
     let mut pairs = Vec::new();
     for (at, (a, _)) in singles.iter().take(beam).enumerate() {
         for (b, _) in singles.iter().take(beam).skip(at + 1) {
-            if !clash(bench, a[0], b[0]) {
+            if !clash(linearized, a[0], b[0]) {
                 let mut set = vec![a[0], b[0]];
                 set.sort_unstable();
                 pairs.extend(judged(&set));
@@ -186,25 +195,25 @@ fn sets(bench: &Bench<'_>, linear: &Linear<'_>) -> Vec<Judged> {
 
 /// Returns the leaders that could not be refitted.
 fn refit_leaders(
-    bench: &Bench<'_>,
+    linearized: &LinearizedProblem<'_>,
     linear: &Linear<'_>,
     sets: &[Judged],
     scored: &mut Vec<Scored>,
     watch: &Watch<'_>,
 ) -> Result<Vec<Vec<usize>>, GapError> {
-    let worth = |entry: &Judged| entry.1 + log_prior(bench, &entry.0);
+    let worth = |entry: &Judged| entry.1 + log_prior(linearized, &entry.0);
     let leading = |size: usize, above: f64, most: usize| -> Vec<&Vec<usize>> {
         let of_size = sets.iter().filter(|(set, _)| set.len() == size);
         let above = of_size.filter(|entry| worth(entry) > above);
-        let firsts = firsts(bench, above, |of| &of.0).into_iter();
+        let firsts = firsts(linearized, above, |of| &of.0).into_iter();
         firsts.take(most).map(|(set, _)| set).collect()
     };
-    let options = &bench.problem.options.search;
+    let options = &linearized.problem.options.search;
     let singles = sets.iter().filter(|(set, _)| set.len() == 1);
     let best_single = singles.map(worth).fold(f64::NEG_INFINITY, f64::max);
     // A screen about nothing misjudges a law that bends much over so large a difference (drag of a ball that falls
     // freely); where fits cost next to nothing it chooses none.
-    let (reach, most) = if bench.problem.freedom_seconds() < options.small_data {
+    let (reach, most) = if linearized.problem.freedom_seconds() < options.small_data {
         (f64::NEG_INFINITY, usize::MAX)
     } else {
         (
@@ -220,15 +229,18 @@ fn refit_leaders(
     for (at, leader) in leaders.into_iter().enumerate() {
         (watch.tell)("refitting", at, total);
         // Every form of an effect in reach; of a pair the likeliest. Farther ones where none has stood.
-        let of = mechanisms(bench, leader);
+        let of = mechanisms(linearized, leader);
         let mut least = f64::NEG_INFINITY;
-        for entry in sets.iter().filter(|(set, _)| mechanisms(bench, set) == of) {
+        for entry in sets
+            .iter()
+            .filter(|(set, _)| mechanisms(linearized, set) == of)
+        {
             if worth(entry) <= least {
                 break;
             }
             let form = &entry.0;
-            let stands = match linear.point(bench, &scored[0].fit.point, form) {
-                Some(point) => refit::add(bench, point, scored, watch)?,
+            let stands = match linear.point(linearized, &scored[0].fit.point, form) {
+                Some(point) => refit::add(linearized, point, scored, watch)?,
                 None => false,
             };
             match form.len() {
@@ -243,11 +255,16 @@ fn refit_leaders(
 }
 
 /// The inflation of variance under the set that fits best.
-fn inflation(bench: &Bench<'_>, scored: &[Scored], nothing: f64, seed: u64) -> f64 {
+fn best_inflation(
+    linearized: &LinearizedProblem<'_>,
+    scored: &[Scored],
+    nothing: f64,
+    seed: u64,
+) -> f64 {
     scored
         .iter()
         .min_by(|a, b| a.fit.misfit.total_cmp(&b.fit.misfit))
         .map_or(1.0, |best| {
-            variance_inflation(bench, &best.fit, nothing, seed)
+            variance_inflation(linearized, &best.fit, nothing, seed)
         })
 }

@@ -6,13 +6,13 @@ use hydro_effects as effects;
 use hydro_effects::{Entry, Id, Part};
 
 use crate::{
-    fit::{intervals, linearized_problem::Bench},
+    fit::{intervals, linearized_problem::LinearizedProblem},
     output::{
         records::Added,
         verdict::{Bias, SensorPatch},
     },
     plant::Nuisance,
-    problem::problem::Study,
+    problem::problem::Problem,
     stage::{bootstrap::bootstrap, cross_fit::cross_fit, name::Naming},
 };
 
@@ -35,18 +35,22 @@ pub struct Addition {
 }
 
 /// The chosen effects. None where nothing was chosen.
-pub fn add(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Option<Addition> {
+pub fn add(
+    problem: &Problem<'_>,
+    linearized: &LinearizedProblem<'_>,
+    naming: &Naming,
+) -> Option<Addition> {
     let search = &naming.search;
     let scored = &search.scored[naming.chosen];
     if naming.named.chosen.is_empty() {
         return None;
     }
-    let (entries, sensors) = split(bench, bench.problem.entries(&scored.fit.point));
-    let draws = bootstrap(study, bench, naming);
-    let values = bench.problem.nuisance_values(&scored.fit.point);
-    let moved = bench.problem.nuisances.iter().enumerate();
+    let (entries, sensors) = split(linearized, linearized.problem.entries(&scored.fit.point));
+    let draws = bootstrap(problem, linearized, naming);
+    let values = linearized.problem.nuisance_values(&scored.fit.point);
+    let moved = linearized.problem.nuisances.iter().enumerate();
     let moved = moved.filter(|(_, (nuisance, prior))| {
-        values[*nuisance].abs() >= bench.problem.options.add.least_shift * prior
+        values[*nuisance].abs() >= linearized.problem.options.add.least_shift * prior
     });
     let (numbers, deviations) = moved
         .map(|(at, (nuisance, prior))| {
@@ -54,7 +58,7 @@ pub fn add(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Option<Addi
             let deviation = fitted.map_or(*prior, |(_, _, deviation)| *deviation);
             (
                 (
-                    bench.problem.model.nuisances[*nuisance].clone(),
+                    linearized.problem.model.nuisances[*nuisance].clone(),
                     values[*nuisance],
                 ),
                 deviation,
@@ -68,8 +72,10 @@ pub fn add(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Option<Addi
             sensors,
             bootstrap: draws,
             numbers: Vec::new(),
-            cross_fit: cross_fit(study, bench, naming),
-            recalibrated: bench.problem.nuisance_values(&search.scored[0].fit.point),
+            cross_fit: cross_fit(problem, linearized, naming),
+            recalibrated: linearized
+                .problem
+                .nuisance_values(&search.scored[0].fit.point),
             model: None,
             diff: String::new(),
             remarks: Vec::new(),
@@ -81,19 +87,22 @@ pub fn add(study: &Study<'_>, bench: &Bench<'_>, naming: &Naming) -> Option<Addi
 }
 
 /// Effects of the model, and corrections of sensors.
-fn split(bench: &Bench<'_>, entries: Vec<Entry>) -> (Vec<Entry>, BTreeMap<String, SensorPatch>) {
+fn split(
+    linearized: &LinearizedProblem<'_>,
+    entries: Vec<Entry>,
+) -> (Vec<Entry>, BTreeMap<String, SensorPatch>) {
     let (of_sensors, others): (Vec<Entry>, Vec<Entry>) = entries.into_iter().partition(|entry| {
         matches!(
             effects::catalogue::effect(entry.effect).part(),
             Part::Sensor(_)
         )
     });
-    (others, sensor_patches(bench, of_sensors.iter()))
+    (others, sensor_patches(linearized, of_sensors.iter()))
 }
 
 /// Corrections by sensor, as `patch.sensors` has them.
 fn sensor_patches<'e>(
-    bench: &Bench<'_>,
+    linearized: &LinearizedProblem<'_>,
     entries: impl Iterator<Item = &'e Entry>,
 ) -> BTreeMap<String, SensorPatch> {
     let mut patches: BTreeMap<String, SensorPatch> = BTreeMap::new();
@@ -101,8 +110,9 @@ fn sensor_patches<'e>(
         let Part::Sensor(part) = effects::catalogue::effect(entry.effect).part() else {
             continue;
         };
-        let mut sources = bench.problem.channels.sources.iter();
-        let source = sources.find(|of| bench.problem.model.sensors[of.sensor].name == entry.target);
+        let mut sources = linearized.problem.channels.sources.iter();
+        let source =
+            sources.find(|of| linearized.problem.model.sensors[of.sensor].name == entry.target);
         let components = source.map_or(1, |source| source.channels);
         let patch = patches
             .entry(entry.target.clone())
@@ -113,7 +123,7 @@ fn sensor_patches<'e>(
             Id::SensorDelay => patch.delay = part.delay(values),
             _ => {
                 let component = |component| part.bias(values, component);
-                patch.bias = Bias::of((0..components).map(component).collect());
+                patch.bias = Bias::from_components((0..components).map(component).collect());
             }
         }
     }
@@ -122,12 +132,14 @@ fn sensor_patches<'e>(
 
 /// The nominal's uncertain numbers as they were fitted where nothing is missing, by nuisance parameter of the model: value
 /// and standard deviation, zero where the fit hardly moved one.
-pub fn refitted(bench: &Bench<'_>, naming: &Naming) -> Vec<(f64, f64)> {
+pub fn refitted(linearized: &LinearizedProblem<'_>, naming: &Naming) -> Vec<(f64, f64)> {
     let empty = &naming.search.scored[0].fit;
-    let mut all = vec![(0.0, 0.0); bench.problem.model.nuisances.len()];
-    let fitted = intervals::nuisances(bench, empty, naming.search.factor);
-    for ((nuisance, prior), (_, value, deviation)) in bench.problem.nuisances.iter().zip(fitted) {
-        if value.abs() >= bench.problem.options.add.least_shift * prior {
+    let mut all = vec![(0.0, 0.0); linearized.problem.model.nuisances.len()];
+    let fitted = intervals::nuisances(linearized, empty, naming.search.inflation);
+    for ((nuisance, prior), (_, value, deviation)) in
+        linearized.problem.nuisances.iter().zip(fitted)
+    {
+        if value.abs() >= linearized.problem.options.add.least_shift * prior {
             all[*nuisance] = (value, deviation);
         }
     }

@@ -5,9 +5,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::{
-    fit::{hypothesis::sum, intervals::parameters, linearized_problem::Bench},
+    fit::{hypothesis::sum, intervals::parameters, linearized_problem::LinearizedProblem},
     output::verdict::FittedParameter,
-    problem::problem::Study,
+    problem::problem::Problem,
     stage::name::Naming,
     statistics::quantile,
 };
@@ -15,8 +15,8 @@ use crate::{
 /// Intervals from trials drawn again with replacement; the linearisation at the optimum is kept. A value that its bound
 /// holds in every draw has no spread here.
 pub(crate) fn bootstrap(
-    study: &Study<'_>,
-    bench: &Bench<'_>,
+    problem: &Problem<'_>,
+    linearized: &LinearizedProblem<'_>,
     naming: &Naming,
 ) -> Vec<(Id, String, Vec<FittedParameter>)> {
     let search = &naming.search;
@@ -25,20 +25,20 @@ pub(crate) fn bootstrap(
     if trials < 2 {
         return Vec::new();
     }
-    let mut rng = ChaCha8Rng::seed_from_u64(study.settings.seed);
-    let draws: Vec<_> = (0..bench.problem.options.add.bootstrap_draws)
+    let mut rng = ChaCha8Rng::seed_from_u64(problem.settings.seed);
+    let draws: Vec<_> = (0..linearized.problem.options.add.bootstrap_draws)
         .filter_map(|_| {
             let drawn: Vec<usize> = (0..trials).map(|_| rng.random_range(0..trials)).collect();
             let quadratic = sum(drawn.iter().map(|at| &fit.quadratics[*at]));
-            quadratic.tempered(search.factor).best(&fit.bounds)
+            quadratic.inflated(search.inflation).best(&fit.bounds)
         })
         .map(|optimum| optimum.z)
         .collect();
-    let mut at = bench.problem.nuisances.len();
+    let mut at = linearized.problem.nuisances.len();
     let mut intervals = Vec::new();
     for candidate in &fit.point.candidates {
-        let of = &bench.problem.candidates[*candidate];
-        let mut fitted = parameters(bench, fit, *candidate, search.factor);
+        let of = &linearized.problem.candidates[*candidate];
+        let mut fitted = parameters(linearized, fit, *candidate, search.inflation);
         for (p, fitted) in of.parameters.iter().zip(&mut fitted) {
             let mut values: Vec<f64> = draws.iter().map(|z| p.null + z[at] * p.prior_sd).collect();
             values.sort_by(f64::total_cmp);

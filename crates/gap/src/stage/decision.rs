@@ -5,7 +5,7 @@ use hydro_effects::Id;
 use crate::{
     fit::{
         hypothesis::Fit,
-        linearized_problem::{Adequacy, Bench},
+        linearized_problem::{Adequacy, LinearizedProblem},
     },
     output::verdict::Outcome,
     select::{
@@ -27,7 +27,7 @@ pub(crate) struct Decision {
 }
 
 pub(crate) fn decide(
-    bench: &Bench<'_>,
+    linearized: &LinearizedProblem<'_>,
     search: &Search,
     weights: &Weights,
     adequacy: Adequacy,
@@ -41,21 +41,21 @@ pub(crate) fn decide(
         named: Vec::new(),
         confusion: Vec::new(),
         apart: None,
-        unexplained: left_over(bench, &empty.fit, &least.fit),
+        unexplained: unexplained_part(linearized, &empty.fit, &least.fit),
         p_value: adequacy.p_value,
     };
-    if adequacy.p_value <= bench.problem.options.name.inadequate_p_value {
+    if adequacy.p_value <= linearized.problem.options.name.inadequate_p_value {
         decision.outcome = Outcome::Unknown;
         decision.chosen = best;
         return decision;
     }
     // The set of highest probability, cut back until its mean error is small.
-    let ids = weights.ids(bench, search);
+    let ids = weights.ids(linearized, search);
     let set_ids: Vec<Id> = {
         let mut set: Vec<Id> = least
             .set
             .iter()
-            .map(|candidate| bench.problem.candidates[*candidate].effect)
+            .map(|candidate| linearized.problem.candidates[*candidate].effect)
             .collect();
         set.sort_by(|a, b| ids[b].total_cmp(&ids[a]));
         set.dedup();
@@ -65,19 +65,19 @@ pub(crate) fn decide(
     let mut error = 0.0;
     for id in &set_ids {
         error += 1.0 - ids[id];
-        if error / (kept + 1) as f64 > bench.problem.options.name.error {
+        if error / (kept + 1) as f64 > linearized.problem.options.name.error {
             break;
         }
         kept += 1;
     }
-    let rivals = rivals(bench, search, weights, best);
+    let rivals = rivals(linearized, search, weights, best);
     let undecided: Vec<Id> = rivals
         .iter()
         .flat_map(|rival| {
             search.scored[*rival]
                 .set
                 .iter()
-                .map(|candidate| bench.problem.candidates[*candidate].effect)
+                .map(|candidate| linearized.problem.candidates[*candidate].effect)
         })
         .filter(|id| !set_ids.contains(id))
         .collect();
@@ -89,13 +89,15 @@ pub(crate) fn decide(
                 search.scored[*rival]
                     .set
                     .iter()
-                    .any(|candidate| bench.problem.candidates[*candidate].effect == **id)
+                    .any(|candidate| linearized.problem.candidates[*candidate].effect == **id)
             })
         })
         .copied()
         .collect();
     let something = 1.0 - weights.scored[0];
-    if least.set.is_empty() || (kept == 0 && something < 1.0 - bench.problem.options.name.error) {
+    if least.set.is_empty()
+        || (kept == 0 && something < 1.0 - linearized.problem.options.name.error)
+    {
         return decision;
     }
     if !undecided.is_empty() || decided.is_empty() {
@@ -111,7 +113,7 @@ pub(crate) fn decide(
             // No rival is near by output: the posterior alone is split.
             confusion = ids
                 .iter()
-                .filter(|(_, p)| **p > bench.problem.options.name.error)
+                .filter(|(_, p)| **p > linearized.problem.options.name.error)
                 .map(|(id, _)| *id)
                 .collect();
         }
@@ -124,7 +126,7 @@ pub(crate) fn decide(
         let holds_another = |at: &usize| {
             let mut set = search.scored[*at].set.iter();
             set.any(|candidate| {
-                let id = bench.problem.candidates[*candidate].effect;
+                let id = linearized.problem.candidates[*candidate].effect;
                 decision.confusion.contains(&id) && !set_ids.contains(&id)
             })
         };
@@ -148,9 +150,9 @@ pub(crate) fn decide(
     decision.named = least
         .set
         .iter()
-        .filter(|candidate| decided.contains(&bench.problem.candidates[**candidate].effect))
+        .filter(|candidate| decided.contains(&linearized.problem.candidates[**candidate].effect))
         .flat_map(|candidate| {
-            let of = &bench.problem.candidates[*candidate];
+            let of = &linearized.problem.candidates[*candidate];
             of.targets
                 .iter()
                 .map(move |target| (of.effect, target.clone()))
@@ -158,23 +160,28 @@ pub(crate) fn decide(
         .collect();
     // Only a set that was refitted can be added: find the likeliest that holds exactly what is decided.
     if decided.len() < set_ids.len() {
-        let mut wanted = mechanisms(bench, &least.set);
+        let mut wanted = mechanisms(linearized, &least.set);
         wanted.retain(|(effect, _)| decided.contains(effect));
         let exact = (0..search.scored.len())
-            .filter(|at| mechanisms(bench, &search.scored[*at].set) == wanted);
+            .filter(|at| mechanisms(linearized, &search.scored[*at].set) == wanted);
         decision.chosen = weights.likeliest(exact).unwrap_or(best);
     }
     decision
 }
 
 /// Refitted sets of no more effects than the best whose outputs are as near to the data.
-fn rivals(bench: &Bench<'_>, search: &Search, weights: &Weights, best: usize) -> Vec<usize> {
+fn rivals(
+    linearized: &LinearizedProblem<'_>,
+    search: &Search,
+    weights: &Weights,
+    best: usize,
+) -> Vec<usize> {
     let of = &search.scored[best];
     let ids = |scored: &Scored| -> Vec<Id> {
         let mut ids: Vec<Id> = scored
             .set
             .iter()
-            .map(|candidate| bench.problem.candidates[*candidate].effect)
+            .map(|candidate| linearized.problem.candidates[*candidate].effect)
             .collect();
         ids.sort_unstable();
         ids
@@ -182,16 +189,16 @@ fn rivals(bench: &Bench<'_>, search: &Search, weights: &Weights, best: usize) ->
     // Uncertain numbers of the nominal may be bent to mimic an effect, at the price of their priors.
     let charge = |at: usize| {
         let scored = &search.scored[at];
-        scored.fit.misfit / search.factor + scored.fit.penalty
+        scored.fit.misfit / search.inflation + scored.fit.penalty
     };
     let probable =
-        |at: usize| weights.whole[at] > bench.problem.options.name.error * weights.whole[best];
+        |at: usize| weights.whole[at] > linearized.problem.options.name.error * weights.whole[best];
     // The likeliest of its forms speaks for an explanation.
     let speaks = |at: usize| {
-        let of = mechanisms(bench, &search.scored[at].set);
+        let of = mechanisms(linearized, &search.scored[at].set);
         (0..search.scored.len()).all(|other| {
             weights.scored[other] <= weights.scored[at]
-                || mechanisms(bench, &search.scored[other].set) != of
+                || mechanisms(linearized, &search.scored[other].set) != of
         })
     };
     (1..search.scored.len())
@@ -200,7 +207,7 @@ fn rivals(bench: &Bench<'_>, search: &Search, weights: &Weights, best: usize) ->
             *at != best
                 && other.set.len() <= of.set.len()
                 && ids(other) != ids(of)
-                && charge(*at) - charge(best) < bench.problem.options.name.confusable
+                && charge(*at) - charge(best) < linearized.problem.options.name.confusable
                 && probable(*at)
                 && speaks(*at)
         })
@@ -208,8 +215,8 @@ fn rivals(bench: &Bench<'_>, search: &Search, weights: &Weights, best: usize) ->
 }
 
 /// Part of the excess that a fit leaves.
-pub(crate) fn left_over(bench: &Bench<'_>, empty: &Fit, best: &Fit) -> f64 {
-    let fitted = (2 * bench.problem.model.nv * bench.problem.segments.len()) as f64;
+pub(crate) fn unexplained_part(linearized: &LinearizedProblem<'_>, empty: &Fit, best: &Fit) -> f64 {
+    let fitted = (2 * linearized.problem.model.nv * linearized.problem.segments.len()) as f64;
     let noise = (best.readings as f64 - fitted).max(1.0);
     let excess = (empty.misfit - noise).max(f64::MIN_POSITIVE);
     ((best.misfit - noise) / excess).clamp(0.0, 1.0)

@@ -10,11 +10,14 @@ use rayon::prelude::*;
 
 use crate::{
     error::GapError,
-    fit::{hypothesis::Point, linearized_problem::Bench, segmented_problem::SegmentedProblem},
+    fit::{
+        hypothesis::Point, linearized_problem::LinearizedProblem,
+        segmented_problem::SegmentedProblem,
+    },
     plant::Simulation,
     problem::{
-        channels::Measured,
-        segments::{self, Track},
+        channels::MeasuredTrial,
+        segments::{self, EstimatedMotion},
     },
     progress::Watch,
     rollout::sensor_correction,
@@ -100,7 +103,7 @@ const MENU: [Manoeuvre; 7] = [
 
 /// The manoeuvre that tells two fitted explanations apart best, in a sentence.
 pub(crate) fn next(
-    bench: &Bench<'_>,
+    linearized: &LinearizedProblem<'_>,
     one: &Point,
     other: &Point,
     commands: &[f64],
@@ -110,7 +113,7 @@ pub(crate) fn next(
     let distances: Vec<Option<f64>> = MENU
         .par_iter()
         .map(|manoeuvre| {
-            let distance = distance(bench, one, other, manoeuvre, commands, watch)?;
+            let distance = distance(linearized, one, other, manoeuvre, commands, watch)?;
             watch.count("trying experiments", &done, MENU.len());
             Ok(distance)
         })
@@ -129,23 +132,25 @@ pub(crate) fn next(
         ));
     };
     let strength = distance.max(0.0).sqrt();
-    Ok(if distance < bench.problem.options.name.distinguishable {
-        format!(
-            "no manoeuvre of the menu tells them apart in {LENGTH:.0} s (the best, {}, makes a difference of \
+    Ok(
+        if distance < linearized.problem.options.name.distinguishable {
+            format!(
+                "no manoeuvre of the menu tells them apart in {LENGTH:.0} s (the best, {}, makes a difference of \
              {strength:.1} standard deviations); {BY_ITSELF}",
-            manoeuvre.text
-        )
-    } else {
-        format!(
-            "{} ({LENGTH:.0} s of it would show a difference of {strength:.0} standard deviations)",
-            manoeuvre.text
-        )
-    })
+                manoeuvre.text
+            )
+        } else {
+            format!(
+                "{} ({LENGTH:.0} s of it would show a difference of {strength:.0} standard deviations)",
+                manoeuvre.text
+            )
+        },
+    )
 }
 
 /// Squared whitened distance between what two explanations predict of a manoeuvre.
 fn distance(
-    bench: &Bench<'_>,
+    linearized: &LinearizedProblem<'_>,
     one: &Point,
     other: &Point,
     manoeuvre: &Manoeuvre,
@@ -153,21 +158,26 @@ fn distance(
     watch: &Watch<'_>,
 ) -> Result<Option<f64>, GapError> {
     // What is compared are two simulations, so any integrator serves, if it is the same.
-    let plant = bench.problem.plant.cheaper().unwrap_or(bench.problem.plant);
+    let plant = linearized
+        .problem
+        .plant
+        .cheaper()
+        .unwrap_or(linearized.problem.plant);
     let mut simulation = plant.simulation(
-        &vec![0.0; bench.problem.model.nuisances.len()],
-        &bench.problem.entries(one),
+        &vec![0.0; linearized.problem.model.nuisances.len()],
+        &linearized.problem.entries(one),
     )?;
-    let Some((trial, track)) = perform(bench, simulation.as_mut(), one, manoeuvre, commands) else {
+    let Some((trial, motion)) = perform(linearized, simulation.as_mut(), one, manoeuvre, commands)
+    else {
         return Ok(None);
     };
     let trials = [trial];
-    let tracks = [track];
-    let options = &bench.problem.options.segments;
+    let motions = [motion];
+    let options = &linearized.problem.options.segments;
     let segments = segments::cut(
         0,
         &trials[0],
-        &tracks[0],
+        &motions[0],
         options.length,
         options.least_rows,
     );
@@ -176,13 +186,13 @@ fn distance(
         plant,
         model: plant.description(),
         trials: &trials,
-        tracks: &tracks,
+        motions: &motions,
         segments,
-        ..bench.problem.clone()
+        ..linearized.problem.clone()
     };
     // The other explanation is fitted from the numbers of its own fit.
     let base = other.nuisances.clone();
-    let simulated = Bench::about(problem, base, "sensitivities", &quiet);
+    let simulated = LinearizedProblem::about(problem, base, "sensitivities", &quiet);
     let simulated = match simulated {
         Ok(simulated) => simulated,
         Err(GapError::NominalDiverges { .. }) => return Ok(None),
@@ -197,32 +207,32 @@ fn distance(
 
 /// Simulates a manoeuvre and records what the sensors would, without noise.
 fn perform(
-    bench: &Bench<'_>,
+    linearized: &LinearizedProblem<'_>,
     simulation: &mut dyn Simulation,
     point: &Point,
     manoeuvre: &Manoeuvre,
     commands: &[f64],
-) -> Option<(Measured, Track)> {
-    let model = bench.problem.model;
+) -> Option<(MeasuredTrial, EstimatedMotion)> {
+    let model = linearized.problem.model;
     let step = model.timestep;
-    let period = bench.problem.trials.first()?.period().max(step);
+    let period = linearized.problem.trials.first()?.period().max(step);
     let stride = (period / step).round().max(1.0) as usize;
     let rows = (LENGTH / (stride as f64 * step)) as usize;
-    let width = bench.problem.trials.first()?.width;
+    let width = linearized.problem.trials.first()?.width;
     simulation.reset();
     if model.nq == model.nv + 1 {
         let mut tangent = vec![0.0; 2 * model.nv];
         tangent[3..5].copy_from_slice(&manoeuvre.tilt);
         simulation.retract(&tangent);
     }
-    let corrections = sensor_correction::corrections(model, &bench.problem.entries(point));
+    let corrections = sensor_correction::corrections(model, &linearized.problem.entries(point));
     let mut control = Series {
         times: Vec::new(),
         columns: model.actuators.iter().map(|a| a.name.clone()).collect(),
         data: Vec::new(),
     };
-    let mut track = Track::default();
-    let mut trial = Measured {
+    let mut motion = EstimatedMotion::default();
+    let mut trial = MeasuredTrial {
         name: "simulated".to_owned(),
         times: Vec::new(),
         values: Vec::new(),
@@ -232,9 +242,9 @@ fn perform(
     };
     for row in 0..rows {
         let time = row as f64 * stride as f64 * step;
-        track.times.push(time);
-        track.qpos.extend_from_slice(simulation.qpos());
-        track.qvel.extend_from_slice(simulation.qvel());
+        motion.times.push(time);
+        motion.qpos.extend_from_slice(simulation.qpos());
+        motion.qvel.extend_from_slice(simulation.qvel());
         for at in 0..stride {
             let now = time + at as f64 * step;
             let command: Vec<f64> = (0..model.actuators.len())
@@ -256,7 +266,7 @@ fn perform(
             if at == 0 {
                 trial.times.push(time + step);
                 let mut reading = simulation.sensors()[..width].to_vec();
-                for source in bench
+                for source in linearized
                     .problem
                     .channels
                     .sources
@@ -276,5 +286,5 @@ fn perform(
         }
     }
     trial.control = control;
-    (!simulation.diverged()).then_some((trial, track))
+    (!simulation.diverged()).then_some((trial, motion))
 }

@@ -26,7 +26,7 @@ pub(crate) type Terms = [f64; 5];
 pub(crate) type Sums = Vec<Vec<Terms>>;
 
 /// Rollouts of one trial.
-pub(crate) struct Outcome {
+pub(crate) struct TrialErrors {
     pub(crate) sums: Sums,
     /// The same at the longest horizon, by regime: slow, fast.
     pub(crate) regimes: [Vec<Terms>; 2],
@@ -105,7 +105,7 @@ fn interval(draws: &[Vec<usize>], figure: &dyn Fn(&[usize]) -> f64) -> [f64; 2] 
 /// the starts fitted: a rollout from an estimated start is too noisy a judge of a weak effect.
 pub(crate) fn summary(
     channels: &Channels,
-    outcomes: Vec<Outcome>,
+    outcomes: Vec<TrialErrors>,
     files: usize,
     has_alone: bool,
     beyond: Option<f64>,
@@ -269,9 +269,9 @@ mod tests {
 
     /// Two files and two trials that were left out, error halved on all; numbers alone do as well.
     fn judged(beyond: Option<f64>) -> Verified {
-        let channels = Channels::of_one(0.01);
+        let channels = Channels::single(0.01);
         let terms: Terms = [40.0, 10.0, 100.0, 100.0, 10.0];
-        let outcome = || Outcome {
+        let outcome = || TrialErrors {
             sums: vec![vec![terms]; 3],
             regimes: [vec![terms], vec![terms]],
             overlays: Vec::new(),

@@ -14,12 +14,12 @@ use rand_chacha::ChaCha8Rng;
 use crate::{
     discrepancy::adequacy,
     error::GapError,
-    fit::{hypothesis::Fit, linearized_problem::Bench},
+    fit::{hypothesis::Fit, linearized_problem::LinearizedProblem},
     output::{
         records::{Found, HeatMap},
         verdict::Place,
     },
-    problem::problem::Study,
+    problem::problem::Problem,
     progress::Watch,
     stage::regime_tree,
     statistics::standard_normal,
@@ -59,17 +59,17 @@ fn deviation(sum: f64, count: usize) -> f64 {
 ///
 /// # Errors
 /// Where the nominal blows up, or a stop was asked for.
-pub fn find(
-    study: &Study<'_>,
-    bench: &Bench<'_>,
+pub fn locate(
+    problem: &Problem<'_>,
+    linearized: &LinearizedProblem<'_>,
     held_out: &[String],
     watch: &Watch<'_>,
 ) -> Result<Found, GapError> {
-    let options = &study.settings.options.locate;
-    let fit = bench.empty()?;
-    let structure = adequacy::of_empty(bench, study.settings.seed, watch)?;
-    let cells = cells(bench, fit);
-    let nulls = null_maxima(bench, fit, study.settings.seed, watch)?;
+    let options = &problem.settings.options.locate;
+    let fit = linearized.empty()?;
+    let structure = adequacy::assess_empty(linearized, problem.settings.seed, watch)?;
+    let cells = cells(linearized, fit);
+    let nulls = null_maxima(linearized, fit, problem.settings.seed, watch)?;
     let p_value = |deviation: f64| {
         let above = nulls.iter().filter(|null| **null >= deviation).count();
         (above + 1) as f64 / (nulls.len() + 1) as f64
@@ -78,13 +78,13 @@ pub fn find(
     let total: f64 = cells.iter().map(excess).sum::<f64>().max(f64::MIN_POSITIVE);
     let mut by_sensor: BTreeMap<String, f64> = BTreeMap::new();
     for cell in &cells {
-        *by_sensor.entry(sensor(bench, cell)).or_insert(0.0) += excess(cell) / total;
+        *by_sensor.entry(sensor(linearized, cell)).or_insert(0.0) += excess(cell) / total;
     }
     let mut places: Vec<Place> = cells
         .iter()
         .map(|cell| Place {
-            trial: study.trials[cell.trial].name.clone(),
-            sensor: sensor(bench, cell),
+            trial: problem.trials[cell.trial].name.clone(),
+            sensor: sensor(linearized, cell),
             t_start: cell.start,
             t_end: cell.end,
             share: excess(cell) / total,
@@ -98,38 +98,38 @@ pub fn find(
         .iter()
         .map(Cell::deviation)
         .fold(f64::NEG_INFINITY, f64::max);
-    let fitted = 2 * bench.problem.model.nv * bench.problem.segments.len();
+    let fitted = 2 * linearized.problem.model.nv * linearized.problem.segments.len();
     // Two looks: at single windows, and at what adds up over all of them.
     let overall = (2.0 * p_value(largest).min(structure.p_value)).min(1.0);
     // Shares of an excess that shows in no window are shares of noise.
     let regime = if overall <= options.level && !places.is_empty() {
-        regime_tree::rules(study, bench, fit)
+        regime_tree::rules(problem, linearized, fit)
     } else {
         Vec::new()
     };
     Ok(Found {
         schema: SCHEMA.to_owned(),
-        fit_trials: study
+        fit_trials: problem
             .trials
             .iter()
             .map(|trial| trial.name.clone())
             .collect(),
         held_out_trials: held_out.to_vec(),
-        channels: study.channels.list.clone(),
-        segment: study.settings.options.segments.length,
+        channels: problem.channels.list.clone(),
+        segment: problem.settings.options.segments.length,
         excess: fit.misfit / fit.readings.saturating_sub(fitted).max(1) as f64,
         p_value: overall,
         by_sensor,
         places,
         regime,
-        heat_maps: heat_maps(study, bench, &cells),
-        remarks: study.remarks.clone(),
+        heat_maps: heat_maps(problem, linearized, &cells),
+        remarks: problem.remarks.clone(),
     })
 }
 
-fn sensor(bench: &Bench<'_>, cell: &Cell) -> String {
-    let source = &bench.problem.channels.sources[cell.source];
-    bench.problem.model.sensors[source.sensor].name.clone()
+fn sensor(linearized: &LinearizedProblem<'_>, cell: &Cell) -> String {
+    let source = &linearized.problem.channels.sources[cell.source];
+    linearized.problem.model.sensors[source.sensor].name.clone()
 }
 
 /// Edges of the windows of a segment, as offsets into its rows.
@@ -137,17 +137,22 @@ fn edges(rows: usize, windows: usize) -> Vec<usize> {
     (0..=windows).map(|at| at * rows / windows).collect()
 }
 
-fn cells(bench: &Bench<'_>, fit: &Fit) -> Vec<Cell> {
-    let width = bench.problem.channels.len();
+fn cells(linearized: &LinearizedProblem<'_>, fit: &Fit) -> Vec<Cell> {
+    let width = linearized.problem.channels.len();
     let mut cells = Vec::new();
-    for (segment, residual) in bench.problem.segments.iter().zip(&fit.residuals) {
-        let times = &bench.problem.trials[segment.trial].times;
-        for pair in edges(segment.rows.len(), bench.problem.options.locate.windows).windows(2) {
+    for (segment, residual) in linearized.problem.segments.iter().zip(&fit.residuals) {
+        let times = &linearized.problem.trials[segment.trial].times;
+        for pair in edges(
+            segment.rows.len(),
+            linearized.problem.options.locate.windows,
+        )
+        .windows(2)
+        {
             let rows = pair[0]..pair[1];
             if rows.is_empty() {
                 continue;
             }
-            for (source, of) in bench.problem.channels.sources.iter().enumerate() {
+            for (source, of) in linearized.problem.channels.sources.iter().enumerate() {
                 let (mut sum, mut count) = (0.0, 0);
                 for row in rows.clone() {
                     let first = row * width + of.channel;
@@ -175,26 +180,26 @@ fn cells(bench: &Bench<'_>, fit: &Fit) -> Vec<Cell> {
 /// The largest deviation of every simulated null: white noise where readings are, off the starts as the
 /// residuals are.
 fn null_maxima(
-    bench: &Bench<'_>,
+    linearized: &LinearizedProblem<'_>,
     fit: &Fit,
     seed: u64,
     watch: &Watch<'_>,
 ) -> Result<Vec<f64>, GapError> {
     // Correlated noise moves slowly and sums wander more: the width of the null grows with it.
-    let leftovers = crate::discrepancy::autocorrelation::by_channel(
-        bench.problem.channels.len(),
-        &bench.problem.options.discrepancy,
+    let autocorrelations = crate::discrepancy::autocorrelation::by_channel(
+        linearized.problem.channels.len(),
+        &linearized.problem.options.discrepancy,
         &fit.residuals,
     );
-    let correlation = leftovers
+    let correlation = autocorrelations
         .iter()
-        .map(|leftover| leftover.time.min(2.0))
+        .map(|autocorrelation| autocorrelation.time.min(2.0))
         .sum::<f64>()
-        / leftovers.len().max(1) as f64;
-    let draws = bench.problem.options.locate.null_draws;
+        / autocorrelations.len().max(1) as f64;
+    let draws = linearized.problem.options.locate.null_draws;
     let mut maxima = vec![f64::NEG_INFINITY; draws];
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    for at in 0..bench.problem.segments.len() {
+    for at in 0..linearized.problem.segments.len() {
         watch.check()?;
         let residual = &fit.residuals[at];
         let noise = DMatrix::from_fn(residual.len(), draws, |row, _| {
@@ -204,11 +209,16 @@ fn null_maxima(
                 standard_normal(&mut rng)
             }
         });
-        let left = bench.projection(at).project(&noise);
-        let segment = &bench.problem.segments[at];
-        let width = bench.problem.channels.len();
-        for pair in edges(segment.rows.len(), bench.problem.options.locate.windows).windows(2) {
-            for of in &bench.problem.channels.sources {
+        let left = linearized.projection(at).project(&noise);
+        let segment = &linearized.problem.segments[at];
+        let width = linearized.problem.channels.len();
+        for pair in edges(
+            segment.rows.len(),
+            linearized.problem.options.locate.windows,
+        )
+        .windows(2)
+        {
+            for of in &linearized.problem.channels.sources {
                 for (null, largest) in maxima.iter_mut().enumerate() {
                     let (mut sum, mut count) = (0.0, 0);
                     for row in pair[0]..pair[1] {
@@ -228,8 +238,12 @@ fn null_maxima(
     Ok(maxima)
 }
 
-fn heat_maps(study: &Study<'_>, bench: &Bench<'_>, cells: &[Cell]) -> Vec<HeatMap> {
-    study
+fn heat_maps(
+    problem: &Problem<'_>,
+    linearized: &LinearizedProblem<'_>,
+    cells: &[Cell],
+) -> Vec<HeatMap> {
+    problem
         .trials
         .iter()
         .enumerate()
@@ -245,7 +259,7 @@ fn heat_maps(study: &Study<'_>, bench: &Bench<'_>, cells: &[Cell]) -> Vec<HeatMa
             let mut sensors: BTreeMap<String, Vec<Option<f64>>> = BTreeMap::new();
             for cell in mine {
                 let row = sensors
-                    .entry(sensor(bench, cell))
+                    .entry(sensor(linearized, cell))
                     .or_insert_with(|| vec![None; starts.len()]);
                 if let Some(at) = starts.iter().position(|(start, _)| *start == cell.start) {
                     row[at] = Some(cell.sum / cell.count as f64);

@@ -6,20 +6,20 @@ use crate::{
     error::GapError,
     fit::{
         intervals::{nuisances, parameters},
-        linearized_problem::Bench,
+        linearized_problem::LinearizedProblem,
     },
     output::{
         records::{Hypothesis, Named},
         verdict::{FittedEffect, Outcome},
     },
-    problem::problem::Study,
+    problem::problem::Problem,
     progress::Watch,
     select::{
         evidence::{adequate, firsts, mechanisms},
         search::{Search, search},
     },
     stage::{
-        decision::{Decision, decide, left_over},
+        decision::{Decision, decide, unexplained_part},
         experiment_design,
         posterior::Weights,
     },
@@ -44,14 +44,23 @@ pub struct Naming {
 ///
 /// # Errors
 /// Where the plant refuses, or a stop was asked for.
-pub fn name(study: &Study<'_>, bench: &Bench<'_>, watch: &Watch<'_>) -> Result<Naming, GapError> {
-    let mut search = search(bench, study.settings.seed, watch)?;
-    let weights = Weights::of(bench, &search);
+pub fn name(
+    problem: &Problem<'_>,
+    linearized: &LinearizedProblem<'_>,
+    watch: &Watch<'_>,
+) -> Result<Naming, GapError> {
+    let mut search = search(linearized, problem.settings.seed, watch)?;
+    let weights = Weights::new(linearized, &search);
     let best = weights.best();
-    let adequacy = adequate(bench, &mut search.scored[best], study.settings.seed, watch)?;
-    let decision = decide(bench, &search, &weights, adequacy);
+    let adequacy = adequate(
+        linearized,
+        &mut search.scored[best],
+        problem.settings.seed,
+        watch,
+    )?;
+    let decision = decide(linearized, &search, &weights, adequacy);
     let scored = &search.scored[decision.chosen];
-    let effects = listed(bench, &search, &weights, &decision);
+    let effects = listed(linearized, &search, &weights, &decision);
     let chosen = effects
         .iter()
         .filter(|effect| {
@@ -61,10 +70,10 @@ pub fn name(study: &Study<'_>, bench: &Bench<'_>, watch: &Watch<'_>) -> Result<N
         })
         .cloned()
         .collect();
-    let nuisances = nuisances(bench, &scored.fit, search.factor);
+    let nuisances = nuisances(linearized, &scored.fit, search.inflation);
     let apart = decision.apart.map(|(one, other)| {
         let [one, other] = [one, other].map(|of| &search.scored[of].fit.point);
-        experiment_design::next(bench, one, other, &study.commands, watch)
+        experiment_design::next(linearized, one, other, &problem.commands, watch)
     });
     let next_experiment = apart.transpose()?;
     let named = Named {
@@ -74,7 +83,7 @@ pub fn name(study: &Study<'_>, bench: &Bench<'_>, watch: &Watch<'_>) -> Result<N
         effects,
         confusion_set: decision.confusion,
         next_experiment,
-        ranking: ranking(bench, &search, &weights),
+        ranking: ranking(linearized, &search, &weights),
         nuisances,
         unexplained: decision.unexplained,
         unexplained_p_value: decision.p_value,
@@ -89,7 +98,7 @@ pub fn name(study: &Study<'_>, bench: &Bench<'_>, watch: &Watch<'_>) -> Result<N
 
 /// All effects with a probability worth telling, with values from the best set that holds each.
 fn listed(
-    bench: &Bench<'_>,
+    linearized: &LinearizedProblem<'_>,
     search: &Search,
     weights: &Weights,
     decision: &Decision,
@@ -98,13 +107,13 @@ fn listed(
     let chosen = &search.scored[decision.chosen].set;
     // One effect may have several forms: said once, in the chosen or else the likeliest.
     let forms_of = |candidate: usize| {
-        let of = &bench.problem.candidates[candidate];
+        let of = &linearized.problem.candidates[candidate];
         probabilities
             .iter()
             .map(|(other, p)| (*other, *p))
             .filter(move |(other, _)| {
                 *other != candidate
-                    && bench.problem.candidates[*other].mechanism() == of.mechanism()
+                    && linearized.problem.candidates[*other].mechanism() == of.mechanism()
             })
     };
     let stands_for_all = |candidate: usize, p: f64| {
@@ -121,7 +130,7 @@ fn listed(
             (candidate, of_all)
         })
         .filter(|(candidate, p)| {
-            *p > bench.problem.options.name.negligible || chosen.contains(candidate)
+            *p > linearized.problem.options.name.negligible || chosen.contains(candidate)
         })
         .flat_map(|(candidate, p)| {
             let holder = if chosen.contains(candidate) {
@@ -132,9 +141,13 @@ fn listed(
                     .max_by(|a, b| weights.scored[*a].total_cmp(&weights.scored[*b]))
                     .unwrap_or(0)
             };
-            let parameters =
-                parameters(bench, &search.scored[holder].fit, *candidate, search.factor);
-            let of = &bench.problem.candidates[*candidate];
+            let parameters = parameters(
+                linearized,
+                &search.scored[holder].fit,
+                *candidate,
+                search.inflation,
+            );
+            let of = &linearized.problem.candidates[*candidate];
             of.targets.iter().map(move |target| FittedEffect {
                 effect: of.effect,
                 target: target.clone(),
@@ -148,11 +161,15 @@ fn listed(
     effects
 }
 
-fn ranking(bench: &Bench<'_>, search: &Search, weights: &Weights) -> Vec<Hypothesis> {
+fn ranking(
+    linearized: &LinearizedProblem<'_>,
+    search: &Search,
+    weights: &Weights,
+) -> Vec<Hypothesis> {
     let pairs = |set: &[usize]| -> Vec<(Id, String)> {
         set.iter()
             .map(|candidate| {
-                let of = &bench.problem.candidates[*candidate];
+                let of = &linearized.problem.candidates[*candidate];
                 (of.effect, of.targets.join(", "))
             })
             .collect()
@@ -166,7 +183,7 @@ fn ranking(bench: &Bench<'_>, search: &Search, weights: &Weights) -> Vec<Hypothe
             effects: pairs(&scored.set),
             log_evidence: weights.evidence[at] - weights.evidence[0],
             probability: weights.scored[at],
-            unexplained: left_over(bench, &empty.fit, &scored.fit),
+            unexplained: unexplained_part(linearized, &empty.fit, &scored.fit),
             refitted: true,
         })
         .collect();
@@ -175,12 +192,12 @@ fn ranking(bench: &Bench<'_>, search: &Search, weights: &Weights) -> Vec<Hypothe
     let mut ranking = merged(ranking);
     ranking.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     let refitted = |set: &[usize]| {
-        let of = mechanisms(bench, set);
+        let of = mechanisms(linearized, set);
         let mut scored = search.scored.iter();
-        scored.any(|scored| mechanisms(bench, &scored.set) == of)
+        scored.any(|scored| mechanisms(linearized, &scored.set) == of)
     };
     ranking.extend(
-        firsts(bench, search.linear.iter(), |of| &of.0)
+        firsts(linearized, search.linear.iter(), |of| &of.0)
             .into_iter()
             .filter(|(set, _)| !refitted(set))
             .take(SHOWN)

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use hydro_effects::Id;
 
 use crate::{
-    fit::linearized_problem::Bench,
+    fit::linearized_problem::LinearizedProblem,
     select::{
         evidence::{log_prior, mechanisms},
         search::Search,
@@ -23,14 +23,14 @@ pub(crate) struct Weights {
 }
 
 impl Weights {
-    pub(crate) fn of(bench: &Bench<'_>, search: &Search) -> Self {
+    pub(crate) fn new(linearized: &LinearizedProblem<'_>, search: &Search) -> Self {
         let evidence: Vec<f64> = search
             .scored
             .iter()
             .map(|scored| {
                 scored
                     .fit
-                    .evidence(search.factor)
+                    .evidence(search.inflation)
                     .map_or(f64::NEG_INFINITY, |(evidence, _)| evidence)
             })
             .collect();
@@ -38,14 +38,14 @@ impl Weights {
             .scored
             .iter()
             .zip(&evidence)
-            .map(|(scored, evidence)| evidence + log_prior(bench, &scored.set))
+            .map(|(scored, evidence)| evidence + log_prior(linearized, &scored.set))
             .collect();
         let top = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let mut scored: Vec<f64> = logs.iter().map(|log| (log - top).exp()).collect();
         let sum: f64 = scored.iter().sum();
         scored.iter_mut().for_each(|weight| *weight /= sum);
         let mechanisms: Vec<_> = (search.scored.iter())
-            .map(|scored| mechanisms(bench, &scored.set))
+            .map(|scored| mechanisms(linearized, &scored.set))
             .collect();
         let whole = (mechanisms.iter())
             .map(|of| {
@@ -88,13 +88,17 @@ impl Weights {
     }
 
     /// Probability that an effect is missing, on whatever target.
-    pub(crate) fn ids(&self, bench: &Bench<'_>, search: &Search) -> BTreeMap<Id, f64> {
+    pub(crate) fn ids(
+        &self,
+        linearized: &LinearizedProblem<'_>,
+        search: &Search,
+    ) -> BTreeMap<Id, f64> {
         let mut sums = BTreeMap::new();
         for (scored, weight) in search.scored.iter().zip(&self.scored) {
             let mut ids: Vec<Id> = scored
                 .set
                 .iter()
-                .map(|candidate| bench.problem.candidates[*candidate].effect)
+                .map(|candidate| linearized.problem.candidates[*candidate].effect)
                 .collect();
             ids.sort_unstable();
             ids.dedup();

@@ -1,10 +1,10 @@
 //! When the nominal fails: a shallow regression tree of the excess over readable features of the motion.
 
 use crate::{
-    fit::{hypothesis::Fit, linearized_problem::Bench},
+    fit::{hypothesis::Fit, linearized_problem::LinearizedProblem},
     options::LocateOptions,
     output::verdict::Regime,
-    problem::problem::Study,
+    problem::problem::Problem,
 };
 
 /// What a person would name at one row: values in SI units.
@@ -17,9 +17,13 @@ struct Features {
 }
 
 /// Rules, the largest share first.
-pub(crate) fn rules(study: &Study<'_>, bench: &Bench<'_>, fit: &Fit) -> Vec<Regime> {
-    let options = &study.settings.options.locate;
-    let features = features(study, bench, fit);
+pub(crate) fn rules(
+    problem: &Problem<'_>,
+    linearized: &LinearizedProblem<'_>,
+    fit: &Fit,
+) -> Vec<Regime> {
+    let options = &problem.settings.options.locate;
+    let features = features(problem, linearized, fit);
     let all: Vec<usize> = (0..features.rows.len()).collect();
     let total: f64 = features.excess.iter().sum();
     if total <= 0.0 || all.is_empty() {
@@ -106,8 +110,8 @@ fn split(
     }
 }
 
-fn features(study: &Study<'_>, bench: &Bench<'_>, fit: &Fit) -> Features {
-    let model = bench.problem.model;
+fn features(problem: &Problem<'_>, linearized: &LinearizedProblem<'_>, fit: &Fit) -> Features {
+    let model = linearized.problem.model;
     let free = model.nq == model.nv + 1;
     let mut names: Vec<String> = Vec::new();
     if free {
@@ -119,19 +123,19 @@ fn features(study: &Study<'_>, bench: &Bench<'_>, fit: &Fit) -> Features {
         names.push(format!("{} position", joint.name));
     }
     names.extend(["command", "command rate"].map(str::to_owned));
-    let width = bench.problem.channels.len();
+    let width = linearized.problem.channels.len();
     let mut found = Features {
         names,
         rows: Vec::new(),
         excess: Vec::new(),
     };
-    for (segment, residual) in bench.problem.segments.iter().zip(&fit.residuals) {
-        let trial = &study.trials[segment.trial];
-        let track = &study.tracks[segment.trial];
+    for (segment, residual) in linearized.problem.segments.iter().zip(&fit.residuals) {
+        let trial = &problem.trials[segment.trial];
+        let motion = &problem.motions[segment.trial];
         let mut control = vec![0.0; trial.control.width()];
         let mut later = control.clone();
         for (at, row) in segment.rows.clone().enumerate() {
-            let (qpos, qvel) = track.motion(row);
+            let (qpos, qvel) = motion.state(row);
             let mut values = Vec::with_capacity(found.names.len());
             if free {
                 let in_base = hydro_frames::base_from_world(
@@ -150,7 +154,7 @@ fn features(study: &Study<'_>, bench: &Bench<'_>, fit: &Fit) -> Features {
             for joint in &model.joints {
                 values.extend([qvel[joint.dof].abs(), qpos[joint.qpos]]);
             }
-            let time = track.times[row];
+            let time = motion.times[row];
             trial.control.interpolate(time, &mut control);
             trial.control.interpolate(time + 0.05, &mut later);
             let norm = control.iter().map(|u| u * u).sum::<f64>().sqrt();

@@ -20,7 +20,7 @@ use crate::{
     },
     plant::{Plant, PlantDescription},
     problem::{
-        channels::{Channels, Measured, deviation, means},
+        channels::{Channels, MeasuredTrial, deviation, means},
         problem::Settings,
         segments, sensor_noise,
     },
@@ -31,7 +31,7 @@ use crate::{
         state_estimation,
         system::System,
     },
-    stage::held_out::{self, Outcome, Sums},
+    stage::held_out::{self, Sums, TrialErrors},
     statistics::quantile,
     trial::Trial,
 };
@@ -42,9 +42,9 @@ const SHOWN: usize = 3;
 /// Residuals of the rows of one rollout.
 type Rollout = (Range<usize>, Vec<f64>);
 
-/// What is examined.
+/// What is input.
 #[derive(Clone, Copy)]
-pub struct Examined<'a> {
+pub struct VerifyInput<'a> {
     /// The nominal.
     pub before: &'a dyn Plant,
     /// The patched model, as loaded from disk.
@@ -57,9 +57,9 @@ pub struct Examined<'a> {
     pub recalibrated: &'a [f64],
 }
 
-impl std::fmt::Debug for Examined<'_> {
+impl std::fmt::Debug for VerifyInput<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Examined").finish_non_exhaustive()
+        f.debug_struct("VerifyInput").finish_non_exhaustive()
     }
 }
 
@@ -69,21 +69,21 @@ impl std::fmt::Debug for Examined<'_> {
 /// # Errors
 /// A model that blows up while a start is estimated, nothing to compare, a stop that was asked for.
 pub fn verify(
-    examined: &Examined<'_>,
+    input: &VerifyInput<'_>,
     held_out: Vec<Trial>,
     fitted: Vec<Trial>,
     noise_of: &[Channel],
     settings: &Settings,
     watch: &Watch<'_>,
 ) -> Result<Verified, GapError> {
-    let model = examined.before.description();
+    let model = input.before.description();
     let files = held_out.len();
-    let trials: Vec<Measured> = held_out
+    let trials: Vec<MeasuredTrial> = held_out
         .into_iter()
         .chain(fitted)
-        .map(|trial| Measured::new(trial, model))
+        .map(|trial| MeasuredTrial::new(trial, model))
         .collect();
-    let mut channels = Channels::of(model, &trials);
+    let mut channels = Channels::with_readings(model, &trials);
     sensor_noise::estimate(
         &mut channels,
         &trials,
@@ -97,34 +97,34 @@ pub fn verify(
             channel.noise = known.noise;
         }
     }
-    let has_alone = !examined.recalibrated.is_empty();
+    let has_alone = !input.recalibrated.is_empty();
     let done = AtomicUsize::new(0);
     let outcomes = trials
         .par_iter()
         .enumerate()
         .map(|(at, trial)| {
             watch.check()?;
-            let before = Side {
-                system: System::plain(examined.before),
+            let before = CorrectedSystem {
+                system: System::plain(input.before),
                 corrections: vec![Correction::NONE; model.sensors.len()],
             };
             let (after, recalibrated) = if at < files {
-                let after = Side {
-                    system: System::plain(examined.after),
-                    corrections: corrections(model, examined.sensors),
+                let after = CorrectedSystem {
+                    system: System::plain(input.after),
+                    corrections: corrections(model, input.sensors),
                 };
-                (after, examined.recalibrated)
+                (after, input.recalibrated)
             } else {
-                let mut fits = examined.cross_fit.iter();
+                let mut fits = input.cross_fit.iter();
                 let Some(fit) = fits.find(|fit| fit.trial == trial.name) else {
                     return Ok(None);
                 };
-                (left_out(examined.before, fit), &fit.recalibrated[..])
+                (left_out(input.before, fit), &fit.recalibrated[..])
             };
-            let alone = has_alone.then(|| Side {
+            let alone = has_alone.then(|| CorrectedSystem {
                 system: System {
                     nuisances: recalibrated.to_vec(),
-                    ..System::plain(examined.before)
+                    ..System::plain(input.before)
                 },
                 corrections: before.corrections.clone(),
             });
@@ -134,27 +134,27 @@ pub fn verify(
             watch.count("verifying", &done, trials.len());
             Ok(Some(outcome))
         })
-        .collect::<Result<Vec<Option<Outcome>>, GapError>>()?;
-    let outcomes: Vec<Outcome> = outcomes.into_iter().flatten().collect();
+        .collect::<Result<Vec<Option<TrialErrors>>, GapError>>()?;
+    let outcomes: Vec<TrialErrors> = outcomes.into_iter().flatten().collect();
     Ok(held_out::summary(
         &channels,
         outcomes,
         files,
         has_alone,
-        (examined.cross_fit.iter())
-            .map(|fit| fit.gain / examined.cross_fit.len() as f64)
+        (input.cross_fit.iter())
+            .map(|fit| fit.gain / input.cross_fit.len() as f64)
             .reduce(|a, b| a + b),
         settings,
     ))
 }
 
 /// A model and the corrections of its sensors.
-struct Side<'a> {
+struct CorrectedSystem<'a> {
     system: System<'a>,
     corrections: Vec<Correction>,
 }
 
-fn left_out<'a>(plant: &'a dyn Plant, fit: &WithoutTrial) -> Side<'a> {
+fn left_out<'a>(plant: &'a dyn Plant, fit: &WithoutTrial) -> CorrectedSystem<'a> {
     let entries: Vec<Entry> = fit
         .effects
         .iter()
@@ -164,7 +164,7 @@ fn left_out<'a>(plant: &'a dyn Plant, fit: &WithoutTrial) -> Side<'a> {
             parameters: values.clone(),
         })
         .collect();
-    Side {
+    CorrectedSystem {
         corrections: sensor_correction::corrections(plant.description(), &entries),
         system: System {
             plant,
@@ -199,12 +199,12 @@ fn corrections(
 
 /// Before, after, and where it is known the nominal refitted.
 fn roll(
-    sides: &[&Side<'_>],
-    trial: &Measured,
+    sides: &[&CorrectedSystem<'_>],
+    trial: &MeasuredTrial,
     channels: &Channels,
     shown: bool,
     options: &Options,
-) -> Result<Outcome, GapError> {
+) -> Result<TrialErrors, GapError> {
     let width = channels.len();
     let mut residuals: Vec<Vec<Rollout>> = Vec::new();
     for side in sides {
@@ -255,7 +255,7 @@ fn roll(
     } else {
         Vec::new()
     };
-    Ok(Outcome {
+    Ok(TrialErrors {
         sums,
         regimes,
         overlays,
@@ -264,8 +264,8 @@ fn roll(
 
 /// A patched model may have a longer state than the log's: the log's is left out there, and starts are
 /// read off the sensors.
-fn adapted(trial: &Measured, before: &dyn Plant, plant: &dyn Plant) -> Option<Measured> {
-    (plant.description().state_len != before.description().state_len).then(|| Measured {
+fn adapted(trial: &MeasuredTrial, before: &dyn Plant, plant: &dyn Plant) -> Option<MeasuredTrial> {
+    (plant.description().state_len != before.description().state_len).then(|| MeasuredTrial {
         name: trial.name.clone(),
         times: trial.times.clone(),
         values: trial.values.clone(),
@@ -277,15 +277,16 @@ fn adapted(trial: &Measured, before: &dyn Plant, plant: &dyn Plant) -> Option<Me
 
 /// Residuals of the longest rollouts, one after the other.
 fn rollouts(
-    side: &Side<'_>,
-    trial: &Measured,
+    side: &CorrectedSystem<'_>,
+    trial: &MeasuredTrial,
     channels: &Channels,
     options: &Options,
 ) -> Result<Vec<Rollout>, GapError> {
     let (model, corrections) = (side.system.model(), &side.corrections);
-    let track = state_estimation::track(&side.system, trial, channels, corrections, options)?;
+    let motion =
+        state_estimation::estimate_motion(&side.system, trial, channels, corrections, options)?;
     let [.., longest] = options.verify.horizons;
-    let segments = segments::cut(0, trial, &track, longest, options.segments.least_rows);
+    let segments = segments::cut(0, trial, &motion, longest, options.segments.least_rows);
     let mut simulation = side.system.simulation()?;
     let mut trace = Trace::default();
     let found = segments.into_iter().map(|segment| {
@@ -294,7 +295,7 @@ fn rollouts(
             simulation.as_mut(),
             trial,
             &segment,
-            &track,
+            &motion,
             side.system.warm_up(&options.rollout),
             model.timestep,
             None,
@@ -318,13 +319,13 @@ fn rollouts(
     Ok(found.collect())
 }
 
-fn command(trial: &Measured, row: usize) -> f64 {
+fn command(trial: &MeasuredTrial, row: usize) -> f64 {
     let mut control = vec![0.0; trial.control.width()];
     trial.control.interpolate(trial.times[row], &mut control);
     control.iter().map(|u| u * u).sum::<f64>().sqrt()
 }
 
-fn middle_command(trial: &Measured) -> f64 {
+fn middle_command(trial: &MeasuredTrial) -> f64 {
     let mut all: Vec<f64> = (0..trial.times.len())
         .map(|row| command(trial, row))
         .collect();
@@ -332,8 +333,12 @@ fn middle_command(trial: &Measured) -> f64 {
     quantile(&all, 0.5).unwrap_or(0.0)
 }
 
-/// Measured and predicted, for the eye.
-fn overlays(trial: &Measured, channels: &Channels, residuals: &[Vec<Rollout>]) -> Vec<Overlay> {
+/// MeasuredTrial and predicted, for the eye.
+fn overlays(
+    trial: &MeasuredTrial,
+    channels: &Channels,
+    residuals: &[Vec<Rollout>],
+) -> Vec<Overlay> {
     let width = channels.len();
     let zeros = vec![0.0; width];
     channels

@@ -15,11 +15,11 @@ use rand_chacha::ChaCha8Rng;
 use fake::RigidBody;
 
 use crate::{
-    fit::linearized_problem::Bench,
+    fit::linearized_problem::LinearizedProblem,
     options::Options,
     plant::Plant,
     problem::{
-        problem::{Settings, Study},
+        problem::{Problem, Settings},
         uncertainty::Uncertainty,
     },
     progress::Watch,
@@ -37,15 +37,15 @@ pub(crate) fn settings() -> Settings {
 }
 
 /// Hands over what the trials make on a plant.
-pub(crate) fn on_bench(
+pub(crate) fn on_linearized(
     plant: &dyn Plant,
     trials: Vec<Trial>,
-    test: impl FnOnce(&Bench<'_>, &Watch<'_>),
+    test: impl FnOnce(&LinearizedProblem<'_>, &Watch<'_>),
 ) {
     let stop = AtomicBool::new(false);
     let watch = Watch::silent(&stop);
-    let study = Study::prepare(plant, trials, settings(), &watch).unwrap();
-    test(&study.bench(&watch).unwrap(), &watch);
+    let problem = Problem::prepare(plant, trials, settings(), &watch).unwrap();
+    test(&problem.linearize(&watch).unwrap(), &watch);
 }
 
 /// An effect on the body of [`RigidBody`].

@@ -8,9 +8,9 @@ use crate::{
     options::Options,
     output::verdict::Outcome,
     plant::Plant,
-    problem::{problem::Study, uncertainty::Uncertainty},
+    problem::{problem::Problem, uncertainty::Uncertainty},
     progress::Watch,
-    stage::{locate::find, name::name},
+    stage::{locate::locate, name::name},
     tests::{fake::RigidBody, settings, trial},
     trial::Trial,
 };
@@ -25,9 +25,9 @@ fn trials(count: u64, noise: f64) -> Vec<Trial> {
 fn remarks(plant: &RigidBody, trials: Vec<Trial>) -> Result<Vec<String>, GapError> {
     let stop = AtomicBool::new(false);
     let watch = Watch::silent(&stop);
-    let study = Study::prepare(plant, trials, settings(), &watch)?;
-    let bench = study.bench(&watch)?;
-    Ok(find(&study, &bench, &[], &watch)?.remarks)
+    let problem = Problem::prepare(plant, trials, settings(), &watch)?;
+    let linearized = problem.linearize(&watch)?;
+    Ok(locate(&problem, &linearized, &[], &watch)?.remarks)
 }
 
 fn fault(plant: &RigidBody, trials: Vec<Trial>) -> String {
@@ -90,13 +90,13 @@ fn noise_that_nobody_declared_is_estimated_and_it_is_said() {
     assert!(said.contains("no noise for dvl"), "{said}");
     let stop = AtomicBool::new(false);
     let watch = Watch::silent(&stop);
-    let study = Study::prepare(&silent, trials(2, 1.0), settings(), &watch).unwrap();
-    let estimated = study.channels.list.iter().filter(|c| c.sensor == "dvl");
+    let problem = Problem::prepare(&silent, trials(2, 1.0), settings(), &watch).unwrap();
+    let estimated = problem.channels.list.iter().filter(|c| c.sensor == "dvl");
     for channel in estimated {
         // The truth is 0.01 m/s.
         assert!((0.006..0.015).contains(&channel.noise), "{channel:?}");
     }
-    let naming = name(&study, &study.bench(&watch).unwrap(), &watch).unwrap();
+    let naming = name(&problem, &problem.linearize(&watch).unwrap(), &watch).unwrap();
     assert_eq!(naming.named.outcome, Outcome::NoGap);
 }
 
@@ -108,8 +108,8 @@ fn a_stop_is_heeded() {
         tell: &|_, _, _| stop.store(true, Ordering::Relaxed),
     };
     let plant = RigidBody::new();
-    let stopped = Study::prepare(&plant, trials(4, 1.0), settings(), &watch)
-        .and_then(|study| study.bench(&watch).map(|_| ()));
+    let stopped = Problem::prepare(&plant, trials(4, 1.0), settings(), &watch)
+        .and_then(|problem| problem.linearize(&watch).map(|_| ()));
     assert!(matches!(stopped, Err(GapError::Stopped)), "{stopped:?}");
 }
 

@@ -4,19 +4,18 @@ use std::{collections::BTreeMap, sync::atomic::AtomicBool};
 
 use hydro_effects::{Entry, Id};
 
-use super::{fake::RigidBody, on_bench, on_hull, settings, trial};
+use super::{fake::RigidBody, on_hull, on_linearized, settings, trial};
 use crate::{
     output::verdict::{Outcome, SensorPatch},
-    problem::{candidates::Candidate, problem::Study},
+    problem::{candidates::Candidate, problem::Problem},
     progress::Watch,
-    select::evidence::log_prior,
-    select::refit,
-    stage::add::add,
+    select::{evidence::log_prior, refit},
     stage::{
+        add::add,
         conclude::conclude,
-        locate::find,
+        locate::locate,
         name::name,
-        verify::{Examined, verify},
+        verify::{VerifyInput, verify},
     },
     trial::Trial,
 };
@@ -31,17 +30,17 @@ fn run(effects: &[Entry]) -> crate::output::records::Named {
             .collect()
     };
     let settings = settings();
-    let study = Study::prepare(&plant, trials(), settings.clone(), &watch).unwrap();
-    let bench = study.bench(&watch).unwrap();
-    let found = find(&study, &bench, &[], &watch).unwrap();
-    let naming = name(&study, &bench, &watch).unwrap();
+    let problem = Problem::prepare(&plant, trials(), settings.clone(), &watch).unwrap();
+    let linearized = problem.linearize(&watch).unwrap();
+    let found = locate(&problem, &linearized, &[], &watch).unwrap();
+    let naming = name(&problem, &linearized, &watch).unwrap();
     assert_eq!(
         found.p_value < 0.05,
         !effects.is_empty(),
         "{}",
         found.p_value
     );
-    let addition = add(&study, &bench, &naming);
+    let addition = add(&problem, &linearized, &naming);
     // The numbers of the nominal are handed on as this fit has them.
     let numbers = addition.iter().flat_map(|addition| {
         assert_eq!(addition.numbers.len(), addition.deviations.len());
@@ -65,7 +64,7 @@ fn run(effects: &[Entry]) -> crate::output::records::Named {
             .collect()
     };
     let none = BTreeMap::new();
-    let examined = Examined {
+    let input = VerifyInput {
         before: &plant,
         after: &plant,
         sensors: &none,
@@ -74,18 +73,18 @@ fn run(effects: &[Entry]) -> crate::output::records::Named {
     };
     // Nothing was patched: the same plant twice is no better, so nothing is claimed.
     let channels = &found.channels;
-    let verified = verify(&examined, unseen(), Vec::new(), channels, &settings, &watch).unwrap();
+    let verified = verify(&input, unseen(), Vec::new(), channels, &settings, &watch).unwrap();
     assert_eq!(verified.gap.reduction, Some(0.0));
     let added = addition.map(|addition| addition.added);
     if let Some(added) = &added {
         // Fits that left a trial out explain it.
-        let examined = Examined {
+        let input = VerifyInput {
             cross_fit: &added.cross_fit,
             recalibrated: &added.recalibrated,
-            ..examined
+            ..input
         };
         let fitted = added.cross_fit.len();
-        let crossed = verify(&examined, unseen(), trials(), channels, &settings, &watch).unwrap();
+        let crossed = verify(&input, unseen(), trials(), channels, &settings, &watch).unwrap();
         assert!(crossed.cross_fitted && crossed.gap.n_holdout_trials == fitted + 3);
         assert!(crossed.gap.reduction > Some(0.2), "{:?}", crossed.gap);
         // Numbers alone do less than with the effect, though they bend towards it.
@@ -139,9 +138,9 @@ fn a_payload_is_found_from_wherever_its_search_begins() {
     let truth = [1.5, 0.25, -0.1, 0.05];
     let load = [on_hull(Id::Payload, truth.to_vec())];
     let trials = (0..2).map(|seed| trial("loaded", &load, &[0.01, -0.02], seed, 1.0));
-    on_bench(&RigidBody::new(), trials.collect(), |bench, watch| {
+    on_linearized(&RigidBody::new(), trials.collect(), |linearized, watch| {
         let is_payload = |of: &Candidate| of.effect == Id::Payload;
-        let candidate = bench
+        let candidate = linearized
             .problem
             .candidates
             .iter()
@@ -154,11 +153,11 @@ fn a_payload_is_found_from_wherever_its_search_begins() {
             [0.0; 4],
         ];
         for first in firsts {
-            let mut point = bench.origin();
+            let mut point = linearized.origin();
             point.candidates.push(candidate);
             point.values.push(first.to_vec());
             let mut scored = Vec::new();
-            assert!(refit::add(bench, point, &mut scored, watch).unwrap());
+            assert!(refit::add(linearized, point, &mut scored, watch).unwrap());
             let found = &scored[0].fit.point.values[0];
             for (found, truth) in found.iter().zip(truth) {
                 assert!(
@@ -194,11 +193,11 @@ fn buoyancy_away_from_the_centre_of_mass_is_one_effect() {
 #[test]
 fn forms_share_the_prior_of_their_effect() {
     let trials = vec![trial("one", &[], &[0.0, 0.0], 1, 1.0)];
-    on_bench(&RigidBody::new(), trials, |bench, _| {
+    on_linearized(&RigidBody::new(), trials, |linearized, _| {
         let of = |id: Id| -> Vec<f64> {
-            (0..bench.problem.candidates.len())
-                .filter(|at| bench.problem.candidates[*at].effect == id)
-                .map(|at| log_prior(bench, &[at]).exp())
+            (0..linearized.problem.candidates.len())
+                .filter(|at| linearized.problem.candidates[*at].effect == id)
+                .map(|at| log_prior(linearized, &[at]).exp())
                 .collect()
         };
         let (lift, weight) = (of(Id::Lift), of(Id::NetBuoyancy));
@@ -244,18 +243,23 @@ fn a_delay_that_may_be_less_than_a_step_is_none() {
     let refit = |delay: f64| {
         let trials = (0..2).map(|seed| late(trial("late", &[], &[0.0, 0.0], seed, 0.1), delay));
         let mut outcome = None;
-        on_bench(&RigidBody::new(), trials.collect(), |bench, watch| {
+        on_linearized(&RigidBody::new(), trials.collect(), |linearized, watch| {
             let is_delay =
                 |of: &Candidate| of.effect == Id::SensorDelay && of.targets == ["dvl".to_owned()];
-            let candidate = bench.problem.candidates.iter().position(is_delay).unwrap();
-            let mut point = bench.origin();
+            let candidate = linearized
+                .problem
+                .candidates
+                .iter()
+                .position(is_delay)
+                .unwrap();
+            let mut point = linearized.origin();
             point.candidates.push(candidate);
             point
                 .values
-                .push(bench.problem.candidates[candidate].null());
-            let fit = bench.fit(point.clone(), watch).unwrap().unwrap();
+                .push(linearized.problem.candidates[candidate].null());
+            let fit = linearized.fit(point.clone(), watch).unwrap().unwrap();
             let mut scored = Vec::new();
-            let stands = refit::add(bench, point, &mut scored, watch).unwrap();
+            let stands = refit::add(linearized, point, &mut scored, watch).unwrap();
             assert_eq!(scored.len(), usize::from(stands));
             outcome = Some((fit.point.values[0][0], stands));
         });
@@ -276,11 +280,11 @@ fn of_one_trial_no_reduction_is_claimed_and_the_verdict_says_why() {
     let watch = Watch::silent(&stop);
     for (effects, outcome) in [(vec![], Outcome::NoGap), (vec![drag], Outcome::Named)] {
         let one = vec![trial("alone", &effects, &[0.02, -0.02], 0, 1.0)];
-        let study = Study::prepare(&plant, one, settings(), &watch).unwrap();
-        let bench = study.bench(&watch).unwrap();
-        let found = find(&study, &bench, &[], &watch).unwrap();
-        let naming = name(&study, &bench, &watch).unwrap();
-        let added = add(&study, &bench, &naming).map(|addition| addition.added);
+        let problem = Problem::prepare(&plant, one, settings(), &watch).unwrap();
+        let linearized = problem.linearize(&watch).unwrap();
+        let found = locate(&problem, &linearized, &[], &watch).unwrap();
+        let naming = name(&problem, &linearized, &watch).unwrap();
+        let added = add(&problem, &linearized, &naming).map(|addition| addition.added);
         let verdict = conclude(&found, &naming.named, added.as_ref(), None);
         assert_eq!(verdict.verdict, outcome);
         let why = verdict.refused_because.unwrap();
