@@ -1,11 +1,32 @@
-//! Find, name, add, verify: where simulation and measurement disagree, and which effect is missing.
+//! Finds where simulation and measurement disagree, and which effect is missing.
 //!
-//! Each stage is a function from one serde type to the next, so that it can be stopped, shown, resumed
-//! and pinned by a test. "Cannot tell" is a value, not an error.
+//! The workflow has four stages and a verdict: [`locate`] (find), [`name`], [`add`], [`verify`], [`conclude`]. Each returns
+//! a serde type of [`records`], so that it can be stopped, shown and resumed. "Cannot tell" is a value, not an error.
 //!
-//! Everything rests on one machine, multiple shooting: trials are cut into segments of a few seconds, each
-//! predicted open loop from a start that is fitted with it. Outputs are compared,
-//! never forces.
+//! The method is multiple shooting: trials are cut into segments of a few seconds, each predicted open loop from a start
+//! that is fitted with it. Outputs are compared, never forces.
+//!
+//! | folder | holds |
+//! |---|---|
+//! | `problem` | channels, sensor noise, segments, candidate effects, uncertainty of the nominal |
+//! | `rollout` | simulated segments, sensor corrections, whitening, estimated states |
+//! | `fit` | sensitivities, Gauss-Newton, Laplace evidence, intervals |
+//! | `discrepancy` | AR(1) noise, autocorrelation, error of form, test of adequacy |
+//! | `select` | screen, evidence and search over sets of effects |
+//! | `stage` | the stages |
+//! | `residual` | the wrench that no effect explains |
+//! | `output` | [`records`] and [`verdict`] |
+//! | [`trial`], [`plant`], [`patch`] | logs, the simulator, the patched model |
+//!
+//! [`Options`] holds every statistical choice. An uncertainty file is read so:
+//!
+//! ```
+//! use hydro_gap::Uncertainty;
+//!
+//! let uncertainty = Uncertainty::parse("mass = 0.1", &[])?;
+//! assert_eq!(uncertainty.mass, 0.1);
+//! # Ok::<(), hydro_gap::GapError>(())
+//! ```
 
 mod discrepancy;
 mod error;

@@ -103,7 +103,7 @@ options! {
         least_rows: usize = 8,
         /// Prior standard deviation of the start of a window or segment: positions [m, rad], velocities [m/s, rad/s].
         arrival_sd: [f64; 2] = [0.1, 0.5],
-        /// The same of the first window where the log gives no initial state.
+        /// Prior standard deviation of the first start where the log gives no initial state, likewise.
         first_arrival_sd: [f64; 2] = [1.0, 2.0],
     }
 }
@@ -116,7 +116,7 @@ options! {
         evaluations: usize = 40,
         /// Change of the cost, expected or reached, that ends a fit: absolute part.
         converged: f64 = 0.05,
-        /// The same: part of the cost.
+        /// Relative part of that change.
         converged_relative: f64 = 1e-5,
         /// Part of the expected decrease of the cost that a step must bring for the sensitivities to be kept.
         trusted: f64 = 0.7,
@@ -133,7 +133,7 @@ options! {
         relinearized_shift: f64 = 1.0,
         /// Norm of the sensitivity to a nuisance parameter, over all segments, above which one per cent of it matters.
         well_determined: f64 = 30.0,
-        /// The same below which a nuisance parameter is left out. Judged on the short first segments: long ones see several
+        /// Norm below which a nuisance parameter is left out. Judged on the short first segments: long ones see several
         /// times more.
         undetermined: f64 = 0.05,
         /// Root mean square of the whitened differences of readings up to which the cheaper integrator is used.
@@ -173,7 +173,7 @@ options! {
     ScreenOptions {
         /// Length of the segments that are screened together [s], at most.
         length: f64 = 72.0,
-        /// The same times the degrees of freedom [s].
+        /// That length times the degrees of freedom, at most [s].
         freedom_seconds: f64 = 400.0,
         /// Factors on the usual value of a rate or length that are tried.
         shape_factors: [f64; 3] = [1.0 / 3.0, 1.0, 3.0],
@@ -217,7 +217,7 @@ options! {
 }
 
 options! {
-    /// Where and when the nominal fails.
+    /// Windows and conditions in which the nominal fails.
     LocateOptions {
         /// Level of significance.
         level: f64 = 0.05,
@@ -254,7 +254,7 @@ options! {
 }
 
 options! {
-    /// What is written into the model.
+    /// Effects and numbers written into the model.
     AddOptions {
         /// Shift of a number of the nominal from which it is written [prior standard deviations].
         least_shift: f64 = 0.01,
@@ -302,7 +302,7 @@ options! {
         /// Standard deviation of the base's jump between windows: positions [m, rad], velocities [m/s, rad/s]. Covers the
         /// change of a wrench within a window.
         base_gap_sd: [f64; 2] = [2e-4, 2e-3],
-        /// The same of joints: wide, so that no wrench on the base stands for what the model lacks at joints.
+        /// Standard deviation of the joints' jump, likewise: wide, so that no wrench on the base stands for what the model lacks at joints.
         joint_gap_sd: [f64; 2] = [1e-2, 2e-1],
     }
 }

@@ -1,4 +1,4 @@
-//! How a long stage tells of its progress and is asked to stop.
+//! Progress of a long stage, and the request to stop it.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 

@@ -1,6 +1,6 @@
 //! Does a fit leave only noise? Judged by simulation, at several scales of time.
 //!
-//! What a missing effect leaves is smooth, noise is not: sums over blocks of rows show structure that the
+//! A missing effect leaves smooth residuals, noise does not: sums over blocks of rows show structure that the
 //! sum of squares drowns in noise. For every sensor and block length the squared block means are added up
 //! and compared with the same of simulated residuals, and the largest deviation is judged by its own
 //! simulated distribution (maxT). A simulated residual is noise, plus an error of form where the fit holds
@@ -10,10 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::{
-    discrepancy::{
-        noise_model::{self, Noise},
-        simulated_residuals::SimulatedResiduals,
-    },
+    discrepancy::{noise_estimation, noise_model::Noise, simulated_residuals::SimulatedResiduals},
     error::GapError,
     fit::{
         hypothesis::Fit,
@@ -46,7 +43,10 @@ pub(crate) fn assess(
             deviation: 0.0,
         });
     };
-    let noise = believed(linearized, noise_model::estimate(linearized, fit, seed));
+    let noise = believed(
+        linearized,
+        noise_estimation::estimate(linearized, fit, seed),
+    );
     watch.check()?;
     let absorbed = simulated.absorbed(&noise);
     watch.check()?;
@@ -144,7 +144,7 @@ fn statistics(
     sums
 }
 
-/// What is left of sensors that declare no noise is believed to be noise as long as it is small beside the readings.
+/// Noise of sensors that declare none, limited to a part of the spread of their readings.
 fn believed(linearized: &LinearizedProblem<'_>, noise: Vec<Noise>) -> Vec<Noise> {
     let largest = linearized.problem.options.discrepancy.largest_noise;
     let spreads = channels::spreads(linearized.problem.trials, linearized.problem.channels);

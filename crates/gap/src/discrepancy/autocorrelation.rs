@@ -1,4 +1,4 @@
-//! How noisy residuals are, and what structure is left in them.
+//! Variance and autocorrelation time of the whitened residuals, by channel.
 
 use crate::options::DiscrepancyOptions;
 
@@ -13,7 +13,7 @@ pub(crate) struct Autocorrelation {
     pub(crate) count: usize,
 }
 
-/// Of every channel, over all segments.
+/// Variance and autocorrelation time of every channel, over all segments. `width`: channels.
 pub(crate) fn by_channel(
     width: usize,
     options: &DiscrepancyOptions,
@@ -74,8 +74,8 @@ fn autocorrelation(series: &[Vec<f64>], options: &DiscrepancyOptions) -> Autocor
     }
 }
 
-/// By how much squared whitened residuals overstate what they say: variance beyond the declared noise
-/// times correlation, averaged over the channels that hold readings. One at least.
+/// Variance times autocorrelation time, the mean over channels that hold readings: the factor by which squared whitened
+/// residuals overstate their information. One at least.
 pub(crate) fn noise_inflation(autocorrelations: &[Autocorrelation]) -> f64 {
     let (mut sum, mut count) = (0.0, 0_usize);
     for autocorrelation in autocorrelations

@@ -1,4 +1,4 @@
-//! Noise of sensors that declare none: its spread and its colour, from what a fit leaves.
+//! AR(1) noise of sensors that declare none: standard deviation and correlation, from the residuals of a fit.
 //!
 //! A first-order autoregression. What a fit leaves is less than the noise and less slow, for starts and parameters
 //! absorb of it, in short trials most. So what is left is taken for the noise once, what the fit would leave of that is
@@ -11,36 +11,13 @@ use rayon::prelude::*;
 use crate::{
     discrepancy::{
         autocorrelation::{self, Autocorrelation},
+        noise_model::Noise,
         simulated_residuals::SimulatedResiduals,
     },
     fit::{hypothesis::Fit, linearized_problem::LinearizedProblem},
 };
 
-/// Spread and colour of the noise of one channel, in units of what it is taken to be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Noise {
-    pub(crate) sd: f64,
-    /// Correlation of neighbouring rows.
-    pub(crate) correlation: f64,
-}
-
-impl Noise {
-    /// As declared.
-    const WHITE: Self = Self {
-        sd: 1.0,
-        correlation: 0.0,
-    };
-
-    /// From a variance and an integrated autocorrelation time [rows].
-    fn new(variance: f64, time: f64) -> Self {
-        Self {
-            sd: variance.sqrt(),
-            correlation: (time - 1.0) / (time + 1.0),
-        }
-    }
-}
-
-/// Of every channel: as declared where it is, else of what a fit leaves, corrected.
+/// Noise of every channel: as declared, else AR(1) from the residuals of a fit, corrected for what the fit absorbs.
 pub(crate) fn estimate(linearized: &LinearizedProblem<'_>, fit: &Fit, seed: u64) -> Vec<Noise> {
     let seen = autocorrelation::by_channel(
         linearized.problem.channels.len(),
@@ -50,7 +27,7 @@ pub(crate) fn estimate(linearized: &LinearizedProblem<'_>, fit: &Fit, seed: u64)
     taken(linearized, &corrected(linearized, fit, &seen, seed))
 }
 
-/// What is left, taken for the noise where none is declared.
+/// The residuals of a fit taken for the noise where none is declared.
 fn taken(linearized: &LinearizedProblem<'_>, left: &[Autocorrelation]) -> Vec<Noise> {
     left.iter()
         .zip(&linearized.problem.channels.list)
@@ -61,7 +38,7 @@ fn taken(linearized: &LinearizedProblem<'_>, left: &[Autocorrelation]) -> Vec<No
         .collect()
 }
 
-/// What is left by channel, as `seen`; of those that declare no noise, corrected for what the fit absorbs.
+/// `seen`, with the channels that declare no noise corrected for what the fit absorbs.
 pub(crate) fn corrected(
     linearized: &LinearizedProblem<'_>,
     fit: &Fit,
@@ -100,7 +77,7 @@ pub(crate) fn corrected(
         .collect()
 }
 
-/// What a fit leaves of simulated noise, the mean of all draws.
+/// Variance and autocorrelation time of simulated noise after a fit, the mean of all draws.
 fn mean_remaining(
     simulated: &SimulatedResiduals<'_>,
     linearized: &LinearizedProblem<'_>,

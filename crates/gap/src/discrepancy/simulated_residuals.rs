@@ -1,5 +1,5 @@
-//! What a fit would leave were it right: simulated noise, less what starts, nuisance parameters and parameters absorb of it to
-//! first order.
+//! Simulated residuals of a right hypothesis: noise and error of form, less what starts, nuisance parameters and effects
+//! absorb of them to first order.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rand::SeedableRng;
@@ -22,12 +22,12 @@ pub(crate) struct SimulatedResiduals<'a> {
     seed: u64,
     /// The fit's own parameters, in standard deviations of their priors.
     z: DVector<f64>,
-    /// Of nuisance parameters and parameters, starts out of the way.
+    /// Posterior precision of nuisance parameters and effect parameters, starts projected out.
     precision: Cholesky<f64, Dyn>,
 }
 
 impl<'a> SimulatedResiduals<'a> {
-    /// None where the fit's curvature is not positive.
+    /// `None` where the curvature of the fit is not positive.
     pub(crate) fn new(
         linearized: &'a LinearizedProblem<'a>,
         fit: &'a Fit,
@@ -63,7 +63,7 @@ impl<'a> SimulatedResiduals<'a> {
         self.precision.solve(&slope.unwrap_or_else(none))
     }
 
-    /// What is left of each draw in one segment [readings, draws].
+    /// Each draw in one segment after the fit [readings, draws].
     pub(crate) fn remaining(
         &self,
         at: usize,
@@ -90,7 +90,7 @@ impl<'a> SimulatedResiduals<'a> {
         all
     }
 
-    /// The same draws every time, less what the start absorbs.
+    /// The draws, the same at every call, projected off the start.
     fn draw(&self, at: usize, noise: &[Noise]) -> DMatrix<f64> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(at as u64);
@@ -146,7 +146,7 @@ impl<'a> SimulatedResiduals<'a> {
         all
     }
 
-    /// What every candidate of the fit does, by itself.
+    /// Contribution of every effect of the fit to the whitened predictions.
     fn contributions(&self, at: usize) -> Vec<DVector<f64>> {
         let own = self.fit.columns[at].own.map(f64::from);
         let mut first = 0;

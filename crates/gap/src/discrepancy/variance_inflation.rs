@@ -1,14 +1,13 @@
-//! By how much the variance of whitened residuals is inflated for what the fit cannot explain: noise beyond what is
-//! declared, and the error of the effects' form.
+//! Inflation of the variance of whitened residuals: undeclared noise, its autocorrelation, and the error of form.
 
 use crate::{
-    discrepancy::{autocorrelation, noise_model},
+    discrepancy::{autocorrelation, noise_estimation},
     fit::{hypothesis::Fit, linearized_problem::LinearizedProblem},
     options::DiscrepancyOptions,
 };
 
-/// Squared whitened residuals count less where a strong effect is at work, whose catalogue form is only
-/// about nature's: a fraction of what it explains must not be taken for a further effect.
+/// Inflation for the error of form. `explained`: decrease of the misfit by the effects. The catalogue's form of a strong
+/// effect differs from the real one, and a fraction of what it explains must not be taken for a further effect.
 pub(crate) fn form_inflation(explained: f64, options: &DiscrepancyOptions) -> f64 {
     let unexplained = options.unexplained_form_error;
     1.0 + unexplained * unexplained * explained.max(0.0) / options.form_error_directions
@@ -30,7 +29,8 @@ pub(crate) fn variance_inflation(
     );
     let of_form =
         autocorrelation::noise_inflation(&seen) * form_inflation(nothing - best.misfit, options);
-    let of_noise =
-        autocorrelation::noise_inflation(&noise_model::corrected(linearized, best, &seen, seed));
+    let of_noise = autocorrelation::noise_inflation(&noise_estimation::corrected(
+        linearized, best, &seen, seed,
+    ));
     of_form.max(of_noise)
 }

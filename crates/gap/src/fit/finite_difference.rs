@@ -1,4 +1,4 @@
-//! Columns: how the whitened readings of a segment change along one axis, by difference quotients of rollouts.
+//! Difference quotients of rollouts: columns of the sensitivities of whitened readings.
 
 use nalgebra::DVector;
 
@@ -10,9 +10,9 @@ use crate::{
 
 /// Step of a difference quotient, in standard deviations of the prior.
 pub(crate) const STEP: f64 = 0.01;
-/// A step that changes the whitened readings of a segment by more than this is taken again ...
+/// Norm of the change of the whitened readings of a segment above which a difference quotient is taken again ...
 const MUCH: f64 = 0.3;
-/// ... to change them by this, or else by this part of the first step: below, what rounding leaves shows.
+/// ... with a step that changes them by this, but no smaller than `FINEST` of the first, where rounding shows.
 const LITTLE: f64 = 0.02;
 const FINEST: f64 = 1e-5;
 /// One made finer for the sake of an old column that changes less than this is taken again.

@@ -1,9 +1,9 @@
-//! The fit of a hypothesis by multiple shooting.
+//! Gauss-Newton fit of a hypothesis by multiple shooting.
 //!
-//! A hypothesis is a set of effects. Its parameters, the nuisance parameters and the start of every segment are fitted
-//! together by Gauss-Newton on whitened output errors, a chord method: a rollout costs as much as a column,
-//! so columns are kept as long as steps bring what they promise. Starts keep the sensitivities of the
-//! linearized, and so do nuisance parameters unless they go stale or fresh columns of the effects do not help.
+//! Effect parameters, nuisance parameters and the start of every segment are fitted together to whitened output errors. It
+//! is a chord method: a rollout costs as much as a column of the sensitivities, so columns are kept as long as steps bring
+//! the expected decrease of the cost. Sensitivities to starts are never renewed; those to nuisance parameters are where
+//! these have moved far, or where renewed columns of the effects do not help.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -31,12 +31,12 @@ impl LinearizedProblem<'_> {
     /// Fits a set of candidates from a first point.
     ///
     /// # Errors
-    /// Where the plant refuses it, or a stop was asked for. None where it blows up from the start.
+    /// The plant refuses it, or a stop was asked for. `None` where the first rollout diverges.
     pub(crate) fn fit(&self, first: Point, watch: &Watch<'_>) -> Result<Option<Fit>, GapError> {
         self.descend(first, true, watch)
     }
 
-    /// The same from a point that may be stale away, without columns about the end.
+    /// The same from a distant point, without renewing the sensitivities at the end.
     pub(crate) fn fit_roughly(
         &self,
         first: Point,
@@ -144,7 +144,7 @@ impl LinearizedProblem<'_> {
         Ok((None, left.min(HALVINGS + 1)))
     }
 
-    /// The same fit with columns about its point: those of the nuisance parameters too that are stale from where theirs were
+    /// The fit with sensitivities about its point: those of the nuisance parameters too that are far from where theirs were
     /// made or correlated to an effect, or of all if asked for.
     fn renewed(&self, fit: Fit, all: bool) -> Result<Fit, GapError> {
         let fresh: Vec<usize> = if all {

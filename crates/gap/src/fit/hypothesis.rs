@@ -28,7 +28,7 @@ impl Point {
         set
     }
 
-    /// Less its candidate of a row.
+    /// The point without its candidate number `row`.
     pub(crate) fn without(&self, row: usize) -> Self {
         let mut rest = self.clone();
         rest.candidates.remove(row);
@@ -46,9 +46,9 @@ pub(crate) struct Fit {
     pub(crate) bounds: Vec<Bounds>,
     /// Squared whitened residuals at the point.
     pub(crate) misfit: f64,
-    /// What the priors of nuisance parameters and parameters charge for the point.
+    /// Penalty of the priors of nuisance parameters and effect parameters.
     pub(crate) penalty: f64,
-    /// The same of the starts.
+    /// Penalty of the priors of the starts.
     pub(crate) arrival: f64,
     /// Whitened residuals by segment [readings], at the point.
     pub(crate) residuals: Vec<Vec<f64>>,
@@ -80,12 +80,12 @@ impl Fit {
         self.quadratic().inflated(inflation).evidence(&self.bounds)
     }
 
-    /// What a fit makes least: squared whitened residuals, and what the priors charge.
+    /// The cost that a fit minimises: squared whitened residuals and the penalties of all priors.
     pub(crate) fn cost(&self) -> f64 {
         self.misfit + self.penalty + self.arrival
     }
 
-    /// Nuisance parameters that predict much the same as one of the effects' parameters.
+    /// Nuisance parameters whose predictions correlate with those of an effect by more than `correlation`.
     pub(crate) fn correlated(&self, correlation: f64) -> Vec<usize> {
         let (nuisances, all) = (self.point.nuisances.len(), self.bounds.len());
         let a = self.quadratic().a;
@@ -120,7 +120,7 @@ pub(crate) fn sum<'a>(quadratics: impl Iterator<Item = &'a Quadratic>) -> Quadra
         })
 }
 
-/// Nuisance parameters that are far from where their columns were made.
+/// Nuisance parameters that have moved by more than `shift` since their sensitivities were computed about `about`.
 pub(crate) fn stale(nuisances: &DVector<f64>, about: &DVector<f64>, shift: f64) -> Vec<usize> {
     let apart = nuisances - about;
     (0..apart.len())

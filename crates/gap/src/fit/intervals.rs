@@ -1,4 +1,4 @@
-//! What a fit says of an effect's parameters and of the uncertain numbers, each with its error.
+//! Fitted values and 95 % intervals of effect parameters and nuisance parameters.
 
 use hydro_effects::{Id, Parameter, catalogue};
 
@@ -7,7 +7,7 @@ use crate::{
     output::verdict::FittedParameter,
 };
 
-/// How far what a parameter stands for may be from the catalogue's form, as a part of the parameter.
+/// Relative error of a parameter by the error of the effect's form; zero where the effect idealises nothing.
 fn form_error(effect: Id, parameter: &Parameter, relative: f64) -> f64 {
     let idealised = catalogue::effect(effect).card().idealised;
     if idealised && !parameter.shapes {

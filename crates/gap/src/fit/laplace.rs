@@ -1,4 +1,4 @@
-//! What the trials say of any set of parameters, to first order: one Gram matrix.
+//! Laplace evidence: the cost to second order, its optimum within bounds, covariance and evidence, from one Gram matrix.
 //!
 //! The whitened residual `r` of a segment and the columns `Z` of its changes with every parameter are
 //! projected off the start of the segment (a nuisance with a normal prior), and

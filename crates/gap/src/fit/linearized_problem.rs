@@ -73,7 +73,7 @@ impl LinearizedProblem<'_> {
     /// The fit of the empty set.
     ///
     /// # Errors
-    /// Where the nominal blows up.
+    /// The nominal diverges.
     pub(crate) fn empty(&self) -> Result<&Fit, GapError> {
         self.empty.as_ref().ok_or_else(|| self.diverges())
     }
@@ -90,7 +90,7 @@ impl LinearizedProblem<'_> {
         }
     }
 
-    /// What the prior of a start charges for a tangent.
+    /// Penalty of the prior of a start, for a tangent.
     pub(crate) fn charge(&self, start: &DVector<f64>) -> f64 {
         start
             .component_mul(start)
@@ -134,7 +134,7 @@ impl LinearizedProblem<'_> {
         whole
     }
 
-    /// In units of what a reading's noise, and the rows, leave uncertain.
+    /// Whitens the output errors of a segment and applies the weights of its rows.
     pub(crate) fn whiten(&self, at: usize, residual: &mut [f64]) {
         whitening::whiten(self.problem.channels, residual);
         for (value, weight) in residual.iter_mut().zip(&self.sensitivities.weights[at]) {
@@ -152,7 +152,7 @@ impl LinearizedProblem<'_> {
         }
     }
 
-    /// What is left of the whitened residual of a segment once its start could move.
+    /// Projection of whitened residuals off the start of a segment.
     pub(crate) fn projection(&self, at: usize) -> &StartProjection {
         &self.sensitivities.by_segment[at].start
     }

@@ -1,4 +1,4 @@
-//! The linearisation about the nominal, relinearised where the data move its nuisance parameters far.
+//! The linearisation about the nominal, repeated where the data move its nuisance parameters far.
 
 use std::sync::OnceLock;
 
@@ -62,12 +62,12 @@ impl Problem<'_> {
 }
 
 impl<'a> LinearizedProblem<'a> {
-    /// Finds how every segment depends on its start and on the nuisance parameters.
+    /// Linearises every segment with respect to its start and the nuisance parameters.
     ///
-    /// The nominal may be so far off that its sensitivities hold only nearby. So its numbers are fitted to
-    /// a few short segments, `first`, and every segment is looked at about what comes out, from a start that
-    /// suits it; again where its fit moves the numbers far. An effect that a nuisance parameter imitates is told from it by
-    /// their priors alone, so the columns of both must be of one point.
+    /// Sensitivities hold only near the point where they are computed, and the nominal may be far off. Therefore its
+    /// nuisance parameters are first fitted to a few short segments, and all `segments` are linearised about that fit, each
+    /// from a start that suits it; once more where the fit to all moves the nuisance parameters far. Only the priors tell an
+    /// effect from a nuisance parameter that imitates it, so the sensitivities to both must be computed at one point.
     pub(crate) fn new(
         problem: SegmentedProblem<'a>,
         segments: Vec<Segment>,
@@ -96,7 +96,7 @@ impl<'a> LinearizedProblem<'a> {
         Ok(linearized)
     }
 
-    /// The same about nuisance parameters that are known, without a fit of the empty set.
+    /// Linearised about known nuisance parameters, without a fit of the empty set.
     pub(crate) fn about(
         problem: SegmentedProblem<'a>,
         base: DVector<f64>,
@@ -174,7 +174,7 @@ impl<'a> LinearizedProblem<'a> {
         Ok(())
     }
 
-    /// Leaves out the nuisance parameters that no segment sees, where `all` will be looked at.
+    /// Leaves out the nuisance parameters that hardly change any reading; `all`: the segments to be linearised next.
     fn forget_unseen(&mut self, all: &[Segment]) {
         let seen = (self.sensitivities.by_segment.iter())
             .map(|of| of.start.gram(&of.nuisances.map(f64::from)).diagonal())

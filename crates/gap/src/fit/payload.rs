@@ -1,4 +1,4 @@
-//! Where a payload sits: mass and place are a product in all that they do.
+//! The payload effect in a fit: its forces depend on the product of mass and place.
 
 use hydro_effects::Id;
 

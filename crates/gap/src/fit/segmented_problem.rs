@@ -41,7 +41,7 @@ impl SegmentedProblem<'_> {
         self.segments.iter().map(seconds).sum()
     }
 
-    /// The same times the degrees of freedom: what a rollout of all costs.
+    /// Length of all segments times the degrees of freedom [s]: proportional to the cost of a rollout of all.
     pub(crate) fn freedom_seconds(&self) -> f64 {
         self.seconds() * self.model.nv as f64
     }

@@ -83,7 +83,7 @@ impl LinearizedProblem<'_> {
         Ok(segments)
     }
 
-    /// What the rows of a segment resolve, and its whitened residuals; none where the nominal blows up.
+    /// Weights and whitened residuals of a segment; `None` where the nominal diverges.
     fn look_alone(&self, at: usize, base: &[f64]) -> Result<Option<Looked>, GapError> {
         let segment = &self.problem.segments[at];
         let trial = &self.problem.trials[segment.trial];

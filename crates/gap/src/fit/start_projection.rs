@@ -11,7 +11,7 @@ pub(crate) struct StartProjection {
 }
 
 impl StartProjection {
-    /// None where the matrix is not finite.
+    /// `None` where the matrix is not finite.
     pub(crate) fn new(sensitivity: &DMatrix<f64>, precision: &DVector<f64>) -> Option<Self> {
         let mut normal = sensitivity.tr_mul(sensitivity);
         for axis in 0..precision.len() {
@@ -44,7 +44,7 @@ impl StartProjection {
         self.factor.solve(&onto).column(0).into_owned()
     }
 
-    /// What is left of columns once the start is fitted to each.
+    /// The columns after the start is fitted to each.
     pub(crate) fn project(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
         let solved = self.factor.solve(&self.onto(columns));
         columns - self.sensitivity.map(f64::from) * solved

@@ -19,7 +19,7 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// None.
+    /// No bounds.
     pub(crate) const FREE: Self = Self {
         lower: f64::NEG_INFINITY,
         upper: f64::INFINITY,

@@ -1,4 +1,4 @@
-//! What each stage hands to the next, and what the report draws. Written to the output folder as
+//! Results of the stages, as the next stage and the report read them. Written to the output folder as
 //! `find.json`, `name.json`, `add.json`, `verify.json`.
 
 use std::collections::BTreeMap;
@@ -21,7 +21,7 @@ pub struct Channel {
     pub unit: String,
     /// Standard deviation of the noise as used.
     pub noise: f64,
-    /// What the MJCF says; none where it says nothing.
+    /// Noise declared in the MJCF; `None` where it declares none.
     pub declared_noise: Option<f64>,
 }
 
@@ -32,11 +32,11 @@ pub struct HeatMap {
     pub trial: String,
     /// Edges of the windows [s], one more than windows.
     pub edges: Vec<f64>,
-    /// By sensor: mean squared whitened residual a window (1 is noise alone); none where no sample is.
+    /// Mean squared whitened residual a window, by sensor (1 is noise alone); `None` where no sample is.
     pub sensors: BTreeMap<String, Vec<Option<f64>>>,
 }
 
-/// Where and when the nominal fails.
+/// Windows and conditions in which the nominal fails.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Found {
     /// Schema: `hydro-gap-find/1`.
@@ -59,9 +59,9 @@ pub struct Found {
     pub places: Vec<Place>,
     /// Readable rules, the largest share first.
     pub regime: Vec<Regime>,
-    /// What the report paints.
+    /// Heat maps of the report.
     pub heat_maps: Vec<HeatMap>,
-    /// What a person should know about the data.
+    /// Remarks on the data.
     pub remarks: Vec<String>,
 }
 
@@ -85,15 +85,15 @@ pub struct Hypothesis {
 pub struct Named {
     /// Schema: `hydro-gap-name/1`.
     pub schema: String,
-    /// What came out, before held-out trials have spoken.
+    /// Kind of answer before verification.
     pub outcome: Outcome,
     /// The effects to add.
     pub chosen: Vec<FittedEffect>,
     /// All effects with a non-negligible posterior, the likeliest first.
     pub effects: Vec<FittedEffect>,
-    /// What the data cannot tell apart.
+    /// Effects that the data cannot tell apart.
     pub confusion_set: Vec<Id>,
-    /// What would.
+    /// Experiment that would tell them apart.
     pub next_experiment: Option<String>,
     /// The sets, the likeliest first.
     pub ranking: Vec<Hypothesis>,
@@ -103,7 +103,7 @@ pub struct Named {
     pub unexplained: f64,
     /// Probability of so much left over, had the chosen set been all.
     pub unexplained_p_value: f64,
-    /// What a person should know.
+    /// Remarks for the reader.
     pub remarks: Vec<String>,
 }
 
@@ -122,7 +122,7 @@ pub struct Refitted {
     pub deviation: f64,
 }
 
-/// What was written into the model.
+/// Effects and numbers written into the model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Added {
     /// Schema: `hydro-gap-add/1`.
@@ -136,7 +136,7 @@ pub struct Added {
     /// Numbers of the nominal model, as written.
     #[serde(default)]
     pub numbers: Vec<Refitted>,
-    /// What the fit without each of its trials gives, for a replay of that trial.
+    /// The fit without each of its trials, for a replay of that trial.
     #[serde(default)]
     pub cross_fit: Vec<WithoutTrial>,
     /// Numbers of the nominal as they are fitted where nothing is added, in the model's order: relative, or
@@ -147,7 +147,7 @@ pub struct Added {
     pub model: Option<String>,
     /// Unified diff of nominal against patched MJCF.
     pub diff: String,
-    /// What a person should know.
+    /// Remarks for the reader.
     pub remarks: Vec<String>,
 }
 
@@ -168,9 +168,9 @@ pub struct WithoutTrial {
     pub nuisances: Vec<f64>,
     /// Effects, those of sensors too: which, on what, values in the order of the catalogue.
     pub effects: Vec<(Id, String, Vec<f64>)>,
-    /// The same numbers of the nominal fitted where nothing is added.
+    /// Nuisance parameters of the nominal fitted without effects, in the same order.
     pub recalibrated: Vec<f64>,
-    /// By how much the log predictive density of the trial is higher than with these [nat].
+    /// Gain in log predictive density of the trial against these [nat].
     pub gain: f64,
 }
 
@@ -208,14 +208,14 @@ pub struct Horizon {
     pub ci95: [f64; 2],
 }
 
-/// What held-out trials say.
+/// Errors on held-out trials, and whether the addition is accepted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verified {
     /// Schema: `hydro-gap-verify/1`.
     pub schema: String,
     /// Errors before and after.
     pub gap: Gap,
-    /// By horizon.
+    /// Errors by horizon.
     pub horizons: Vec<Horizon>,
     /// For the eye.
     pub overlays: Vec<Overlay>,
@@ -229,7 +229,7 @@ pub struct Verified {
     pub recalibrated: Option<f64>,
     /// True where every trial was left out once of the fit that it judges (ten trials or fewer).
     pub cross_fitted: bool,
-    /// What a person should know.
+    /// Remarks for the reader.
     pub remarks: Vec<String>,
 }
 

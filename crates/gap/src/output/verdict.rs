@@ -9,7 +9,7 @@ use hydro_effects::Id;
 /// Schema of [`Verdict`].
 pub const SCHEMA: &str = "hydro-gap-verdict/1";
 
-/// What came out.
+/// Kind of answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
@@ -52,7 +52,7 @@ pub struct FittedEffect {
     pub parameters: Vec<FittedParameter>,
 }
 
-/// Where the difference is.
+/// A window of one sensor in which the nominal fails.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Place {
     /// Name of the trial.
@@ -69,7 +69,7 @@ pub struct Place {
     pub p_value: f64,
 }
 
-/// When the difference is.
+/// A condition under which the nominal fails.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Regime {
     /// A readable condition, such as `speed > 0.3`.
@@ -94,7 +94,7 @@ pub struct SensorGap {
     pub ci95: [f64; 2],
 }
 
-/// What held-out trials say.
+/// Errors on held-out trials.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Gap {
     /// `nrmse`.
@@ -109,7 +109,7 @@ pub struct Gap {
     pub ci95: Option<[f64; 2]>,
     /// Held-out trials.
     pub n_holdout_trials: usize,
-    /// By sensor.
+    /// Errors by sensor.
     pub per_sensor: BTreeMap<String, SensorGap>,
 }
 
@@ -132,7 +132,7 @@ impl Default for SensorPatch {
 }
 
 impl SensorPatch {
-    /// Of a sensor of so many components that tells the truth.
+    /// No correction, for a sensor of `components` components.
     pub fn none(components: usize) -> Self {
         Self {
             bias: Bias::from_components(vec![0.0; components]),
@@ -146,14 +146,14 @@ impl SensorPatch {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Bias {
-    /// Of a scalar.
+    /// Bias of a scalar.
     Scalar(f64),
-    /// Of each component.
+    /// Bias of each component.
     Vector(Vec<f64>),
 }
 
 impl Bias {
-    /// By component; of a single one a number.
+    /// A number for one component, else a vector.
     pub fn from_components(components: Vec<f64>) -> Self {
         match components[..] {
             [one] => Self::Scalar(one),
@@ -162,7 +162,7 @@ impl Bias {
     }
 }
 
-/// What was written.
+/// The patched model and its sensors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Patch {
     /// The patched model, relative to the output folder.
@@ -176,20 +176,20 @@ pub struct Patch {
 pub struct Verdict {
     /// [`SCHEMA`].
     pub schema: String,
-    /// What came out.
+    /// Kind of answer.
     pub verdict: Outcome,
     /// Effects that were added.
     pub named: Vec<Id>,
     /// All with a non-negligible posterior, the likeliest first.
     pub effects: Vec<FittedEffect>,
-    /// What the data cannot tell apart.
+    /// Effects that the data cannot tell apart.
     pub confusion_set: Vec<Id>,
     /// The experiment that would tell.
     pub next_experiment: Option<String>,
-    /// Where, the largest first.
+    /// Windows in which the nominal fails, the largest share first.
     #[serde(rename = "where")]
     pub places: Vec<Place>,
-    /// When, the largest first.
+    /// Conditions under which it fails, the largest share first.
     pub regime: Vec<Regime>,
     /// Error before and after.
     pub gap: Gap,
@@ -197,6 +197,6 @@ pub struct Verdict {
     pub verified: bool,
     /// Why it is not verified.
     pub refused_because: Option<String>,
-    /// What was written; none where nothing was added.
+    /// The patched model; `None` where nothing was added.
     pub patch: Option<Patch>,
 }

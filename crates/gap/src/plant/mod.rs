@@ -1,4 +1,4 @@
-//! What `hydro gap` needs of a simulator: a system that can be built with other parameters and with
+//! The simulator as `hydro gap` needs it: a system that can be built with other parameters and with
 //! effects added, started from any state, and stepped.
 
 pub mod wall;
@@ -33,7 +33,7 @@ pub enum NuisanceClass {
     Timing,
 }
 
-/// What a [`Nuisance`] turns.
+/// The number that a [`Nuisance`] changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Mass of a body, relative. Its gravity compensation is a force, and stays.
@@ -45,7 +45,7 @@ pub enum Quantity {
     CentreOfMass(usize),
     /// A number of `fluidcoef`, by its place in that list, of all geoms; relative.
     FluidCoefficient(usize),
-    /// The same of one geom.
+    /// A number of `fluidcoef` of one geom; relative.
     GeomCoefficient(usize),
     /// Density of MuJoCo's box fluid, relative.
     Density,
@@ -55,10 +55,10 @@ pub enum Quantity {
     Gain,
     /// Damping of a joint, every term of it; relative.
     Damping,
-    /// By how much of a step commands act early: a held command is late by half a step, and how real ones
+    /// Part of a step by which commands act early: a held command is late by half a step, and how real ones
     /// were held no log tells. No number of a model.
     CommandLead,
-    /// How much of the jump at the end of a step a force that is read inside that step shows already: when
+    /// Part of the jump at the end of a step that a force read inside that step shows already: when
     /// within a step the real command changed no log tells. No number of a model.
     ReadingLead,
     /// A value of an effect that the nominal has in an instance of `hydro.wrench`; relative.
@@ -84,7 +84,7 @@ pub struct Nuisance {
     pub element: String,
     /// Which uncertainty.
     pub class: NuisanceClass,
-    /// What it turns.
+    /// The number that it changes.
     pub quantity: Quantity,
 }
 
@@ -127,9 +127,9 @@ pub struct PlantBody {
 pub struct PlantJoint {
     /// Its name.
     pub name: String,
-    /// Where its position stands in `qpos`.
+    /// Index of its position in `qpos`.
     pub qpos: usize,
-    /// Where its velocity stands in `qvel`.
+    /// Index of its velocity in `qvel`.
     pub dof: usize,
     /// Its sizes; speeds are zero until the trials are known.
     pub scale: card::JointScale,
@@ -160,7 +160,7 @@ impl PlantActuator {
     }
 }
 
-/// What a sensor measures, as far as `gap` must know.
+/// Measured quantity of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorKind {
     /// World position [m].
@@ -190,11 +190,11 @@ pub enum SensorKind {
 pub struct PlantSensor {
     /// Its name.
     pub name: String,
-    /// What it measures.
+    /// Measured quantity.
     pub kind: SensorKind,
-    /// Where its numbers start in `sensordata`.
+    /// Index of its first number in `sensordata`.
     pub start: usize,
-    /// How many there are.
+    /// Number of its numbers.
     pub len: usize,
     /// Standard deviation of its noise, its MJCF `noise`; zero where the model says none.
     pub noise: f64,
@@ -212,9 +212,9 @@ pub struct PlantSensor {
 pub struct FreeBase {
     /// Name of the body; empty where the model gives none.
     pub body: String,
-    /// Where its position x y z and attitude w x y z stand in `qpos`.
+    /// Index in `qpos` of its position x y z, followed by its attitude w x y z.
     pub qpos: usize,
-    /// Where its velocities stand in `qvel`: linear in the world, angular in the body's frame.
+    /// Index of its velocities in `qvel`: linear in the world, angular in the body's frame.
     pub dof: usize,
     /// Hinges and slides of the model that have a name, in order: a plugin knows no others.
     pub joints: Vec<String>,
@@ -263,7 +263,7 @@ pub struct PlantDescription {
 
 /// A system that can be simulated under hypotheses.
 pub trait Plant: Send + Sync {
-    /// What it consists of.
+    /// Bodies, joints, actuators, sensors and nuisance parameters.
     fn description(&self) -> &PlantDescription;
 
     /// The same system with a cheaper integrator of the same step, where there is one: good for differences
@@ -294,7 +294,7 @@ pub trait Simulation: Send {
     /// Starts from a full-physics state of the nominal (time, qpos, qvel, act, plugin), with the memory of
     /// effects cold.
     fn restart(&mut self, state: &[f64]);
-    /// The same with the memory of effects as it is.
+    /// Like [`Simulation::restart`], but the memory of effects is kept.
     fn rejoin(&mut self, state: &[f64]);
     /// Sets time, positions and velocities; memories stay.
     fn set_motion(&mut self, time: f64, qpos: &[f64], qvel: &[f64]);

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Vector3};
 /// A wall of the world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wall {
-    /// Where it stands.
+    /// Pose in the world.
     pub place: Isometry3<f64>,
     /// Half its sizes [m], of a box; a plane has none, and its z axis as its normal.
     pub half: Option<Vector3<f64>>,

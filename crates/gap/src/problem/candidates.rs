@@ -61,12 +61,12 @@ impl Candidate {
             .collect()
     }
 
-    /// What it stands for, in whatever form.
+    /// Effect and targets, whatever the form.
     pub(crate) fn mechanism(&self) -> (Id, &[String]) {
         (self.effect, &self.targets)
     }
 
-    /// True where both cannot stand in one set: the same effect on targets that overlap, or on one body what the
+    /// True where both cannot be in one set: the same effect on targets that overlap, or on one body what the
     /// other holds already. A constant force has a vertical part; weight that acts away from the centre of mass has an
     /// offset of buoyancy.
     pub(crate) fn clashes(&self, other: &Self) -> bool {
@@ -100,7 +100,7 @@ impl Candidate {
     }
 }
 
-/// What the prior gives each candidate among single effects, logarithm: by effect, by target, and by form.
+/// Log prior probability of each candidate among single effects, shared by effect, target and form.
 pub(crate) fn log_shares(candidates: &[Candidate], elaborate: f64) -> Vec<f64> {
     let effects = Id::ALL.len() as f64;
     let share = |of: &Candidate| {
@@ -212,7 +212,7 @@ pub(crate) fn enumerate(
     candidates
 }
 
-/// How fast the base goes.
+/// Typical speed and rate of the base.
 struct Pace {
     /// Along its translations [m/s].
     speed: f64,

@@ -77,7 +77,7 @@ impl MeasuredTrial {
     }
 }
 
-/// Where a sensor's numbers are found, and which channels they become.
+/// Place of a sensor's numbers in `sensordata`, and the channels that they become.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
     /// Row of `PlantDescription::sensors`.
@@ -124,7 +124,7 @@ impl Channels {
         }
     }
 
-    /// Those with at least one reading in the trials.
+    /// The channels with at least one reading in the trials.
     pub(crate) fn with_readings(model: &PlantDescription, trials: &[MeasuredTrial]) -> Self {
         let mut list = Vec::new();
         let mut sources = Vec::new();

@@ -1,4 +1,4 @@
-//! What every stage starts from: the fit trials, their motions, the channels and the candidates.
+//! The identification problem that every stage starts from: fit trials, their motions, channels, candidate effects.
 
 use crate::{
     options::Options,
@@ -14,10 +14,10 @@ use crate::{
 /// Multiples of it, less their whole parts, are spread evenly and repeat nothing.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// How the workflow is run.
+/// Settings of the workflow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// How well the nominal is known.
+    /// Uncertainty of the nominal.
     pub uncertainty: Uncertainty,
     /// Seed of every draw.
     pub seed: u64,

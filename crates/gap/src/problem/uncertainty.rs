@@ -1,4 +1,4 @@
-//! How well the nominal model is known: `nominal.toml`.
+//! Uncertainty of the nominal model: `nominal.toml`.
 //!
 //! ```toml
 //! mass = 0.03      # relative standard deviations by class
@@ -39,7 +39,7 @@ pub struct Uncertainty {
     pub gain: f64,
     /// Joint damping, relative.
     pub damping: f64,
-    /// By element of the MJCF or by nuisance parameter; these go first.
+    /// Standard deviations by element of the MJCF or by nuisance parameter; they override the classes.
     pub elements: BTreeMap<String, f64>,
 }
 

@@ -1,7 +1,7 @@
-//! What is left when no effect explains the difference: the wrench on the base that would.
+//! The residual wrench: the wrench on the base that explains the data where no effect of the catalogue does.
 //!
 //! Along every fit trial the windows of [`smoother`] give a wrench and its standard deviation, about the
-//! nominal model with the numbers that it will have. What is made of them, a learned force, is not this room's: see the command line.
+//! nominal model with its fitted numbers. A force model is learned from them by the command line.
 
 mod chain;
 mod smoother;
@@ -47,16 +47,16 @@ pub struct MissingWrench {
     pub base: FreeBase,
     /// Time between samples [s], a multiple of the model's step.
     pub sample_period: f64,
-    /// By trial.
+    /// One series a trial.
     pub series: Vec<WrenchSeries>,
 }
 
-/// What came out.
+/// Result of the estimation.
 #[derive(Clone, Debug)]
 pub enum Residual {
     /// A wrench, worth learning or not.
     Found(MissingWrench),
-    /// None can be told; why.
+    /// No wrench can be estimated; the reason.
     NotOffered(String),
 }
 
@@ -66,7 +66,7 @@ pub enum Residual {
 /// added: what they explain is not to be learned, and what is learned is right only beside them.
 ///
 /// # Errors
-/// Where the plant refuses, or a stop was asked for.
+/// The plant refuses, or a stop was asked for.
 pub fn residual(
     problem: &Problem<'_>,
     nuisances: &[f64],

@@ -23,8 +23,7 @@ use crate::{
 /// Shortest part of a step that is tried.
 const SHORTEST: f64 = 0.1;
 
-/// How far a wrench may be from zero at the start of a trial, and from one window to the next, as standard
-/// deviations [N, N m].
+/// Prior standard deviations of the wrench [N, N m]: at the start of a trial, and of its change from window to window.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RandomWalk {
     pub(super) first: [f64; 6],
@@ -86,7 +85,7 @@ impl<'a> TrialSmoother<'a> {
             .collect()
     }
 
-    /// What is to be made small.
+    /// The cost: whitened residuals, gaps between windows, and the priors of start and wrench.
     pub(super) fn cost(&self, setup: &WindowProblem<'_>, walk: RandomWalk) -> f64 {
         let weights = weights(setup);
         let readings: f64 = self.ran.iter().map(|ran| ran.residual.norm_squared()).sum();

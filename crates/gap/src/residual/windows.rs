@@ -19,7 +19,7 @@ use crate::{
     },
 };
 
-/// What all windows share.
+/// Model, channels and options that all windows share.
 pub(super) struct WindowProblem<'a> {
     pub(super) plant: &'a dyn Plant,
     pub(super) model: &'a PlantDescription,
@@ -32,7 +32,7 @@ pub(super) struct WindowProblem<'a> {
     pub(super) wrench_step: [f64; 6],
 }
 
-/// What a window gives at a point.
+/// Rollout of one window.
 #[derive(Clone, Debug)]
 pub(super) struct WindowRollout {
     /// Whitened residuals [readings].
@@ -42,12 +42,12 @@ pub(super) struct WindowRollout {
     pub(super) qvel: Vec<f64>,
 }
 
-/// How that changes with the start (a tangent [2 nv]) and the wrench [6].
+/// Sensitivities of a rollout to the start (a tangent [2 nv]) and the wrench [6].
 #[derive(Clone, Debug)]
 pub(super) struct WindowSensitivities {
-    /// Of the whitened prediction [readings, 2 nv + 6].
+    /// Change of the whitened prediction [readings, 2 nv + 6].
     pub(super) readings: DMatrix<f64>,
-    /// Of the end, as a tangent [2 nv, 2 nv + 6].
+    /// Change of the end, as a tangent [2 nv, 2 nv + 6].
     pub(super) end: DMatrix<f64>,
 }
 

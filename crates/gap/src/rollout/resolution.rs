@@ -1,4 +1,4 @@
-//! What rows cannot resolve: readings that bend within a sample period count less.
+//! Weights for what rows cannot resolve: readings that bend within a sample period count less.
 //!
 //! Between two rows a log knows nothing: commands are taken to be linear there, anti-alias filters (first
 //! order, time constant tau, their delay known) round corners off by `tau^2/2 y''`, clocks jitter. With a

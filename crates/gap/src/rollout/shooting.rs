@@ -83,7 +83,7 @@ impl Trace {
     }
 }
 
-/// What is known of how a simulation has to be warmed up.
+/// Warm-up of a simulation before a segment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WarmUp {
     /// Seconds of the measured motion that memories are led through.

@@ -24,7 +24,7 @@ pub(crate) const STEP: [f64; 2] = [1e-5, 1e-4];
 /// Gauss-Newton steps at most a window.
 const ITERATIONS: usize = 4;
 
-/// How the residuals of a segment change with its start: minus the derivative of the whitened residuals
+/// Sensitivity of a segment to its start: minus the derivative of the whitened residuals
 /// by the tangent [rows * channels, 2 nv]; none where a rollout blew up.
 #[expect(clippy::too_many_arguments)]
 fn start_sensitivity(
@@ -87,7 +87,7 @@ pub(crate) fn arrival_precision(nv: usize, sd: [f64; 2]) -> DVector<f64> {
 /// The motion of a trial at its rows.
 ///
 /// # Errors
-/// Where the nominal diverges within a window, or a trial is too short.
+/// The nominal diverges within a window, or a trial is too short.
 pub(crate) fn estimate_motion(
     system: &System<'_>,
     trial: &MeasuredTrial,

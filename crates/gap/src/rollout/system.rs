@@ -9,7 +9,7 @@ use crate::{
     rollout::shooting::WarmUp,
 };
 
-/// What is simulated.
+/// A plant with values of its nuisance parameters and added effects.
 #[derive(Clone)]
 pub(crate) struct System<'a> {
     pub(crate) plant: &'a dyn Plant,

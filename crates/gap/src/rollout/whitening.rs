@@ -2,7 +2,7 @@
 
 use crate::problem::channels::Channels;
 
-/// Whitened residuals; a reading that is not there counts nothing.
+/// Divides residuals by the noise of their channel [rows * channels]; a missing reading becomes zero.
 pub(crate) fn whiten(channels: &Channels, residuals: &mut [f64]) {
     let width = channels.len();
     for (at, value) in residuals.iter_mut().enumerate() {

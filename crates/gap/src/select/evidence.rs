@@ -54,12 +54,12 @@ pub(crate) fn log_prior(linearized: &LinearizedProblem<'_>, set: &[usize]) -> f6
     log
 }
 
-/// Two candidates that cannot stand in one set.
+/// True where two candidates cannot be in one set.
 pub(crate) fn clash(linearized: &LinearizedProblem<'_>, a: usize, b: usize) -> bool {
     linearized.problem.candidates[a].clashes(&linearized.problem.candidates[b])
 }
 
-/// What the candidates of a set stand for, in whatever forms.
+/// Effects and targets of a set, whatever the forms of its candidates.
 pub(crate) fn mechanisms<'b>(
     linearized: &'b LinearizedProblem<'_>,
     set: &[usize],
@@ -72,7 +72,7 @@ pub(crate) fn mechanisms<'b>(
     mechanisms
 }
 
-/// Of what has sets of the same mechanisms, the first.
+/// The first of all entries whose sets have the same effects and targets.
 pub(crate) fn firsts<T>(
     linearized: &LinearizedProblem<'_>,
     all: impl Iterator<Item = T>,

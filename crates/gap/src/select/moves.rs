@@ -1,4 +1,5 @@
-//! Second looks at the best set, which was found step by step: what was added was looked for about what was there.
+//! Moves of the best set. The greedy search adds effects conditionally on those present; removals and swaps are refitted
+//! here.
 
 use crate::{
     error::GapError,
@@ -10,8 +11,8 @@ use crate::{
     },
 };
 
-/// Parts of the best set, members exchanged, and parts again where that fitted more. `inflation`: by what squared residuals
-/// are divided, which `inflate` says of what was fitted; returns the last.
+/// Removals, then swaps, then removals again where a swap was fitted. `inflate` gives the inflation of variance under the
+/// sets fitted so far; returns the last.
 pub(crate) fn refine(
     linearized: &LinearizedProblem<'_>,
     scored: &mut Vec<Scored>,
@@ -32,7 +33,7 @@ pub(crate) fn refine(
     Ok(inflation)
 }
 
-/// Where the best set stands; none where it has no parts.
+/// The point of the best set; `None` where it has fewer than two effects.
 fn whole(linearized: &LinearizedProblem<'_>, scored: &[Scored], inflation: f64) -> Option<Point> {
     let best = &scored[evidence::best_of(linearized, scored, inflation)?];
     (best.set.len() > 1).then(|| best.fit.point.clone())

@@ -24,7 +24,7 @@ use crate::{
 
 /// The phase of an oscillation: amplitudes at two phases a quarter of a turn apart make any, and are one choice.
 pub(crate) const PHASE: &str = "phase";
-/// What a screen looks along: one parameter of one candidate, with the others at `base`.
+/// A direction of the screen: one parameter of one candidate, with the others at `base`.
 #[derive(Clone, Debug)]
 pub(crate) struct Direction {
     pub(crate) candidate: usize,
@@ -183,7 +183,7 @@ impl LinearizedProblem<'_> {
         })
     }
 
-    /// How many segments a screen looks at.
+    /// Number of segments that are screened.
     fn screened(&self) -> usize {
         let options = &self.problem.options.screen;
         let all = self.problem.seconds();

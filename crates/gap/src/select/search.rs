@@ -13,7 +13,7 @@ use crate::{
     },
 };
 
-/// All that was tried.
+/// All sets that were tried.
 #[derive(Debug)]
 pub(crate) struct Search {
     /// Refitted sets; the first is the empty one.
@@ -24,8 +24,8 @@ pub(crate) struct Search {
     pub(crate) inflation: f64,
 }
 
-/// Searches from nothing: screen, refit the leaders, and where something is left over, screen again about
-/// the best set and refit larger ones; then look at the best a second time.
+/// Greedy search from the empty set: screen, refit the leaders; where the best set is inadequate, screen about it and refit
+/// larger sets; then refine the best by removals and swaps.
 pub(crate) fn search(
     linearized: &LinearizedProblem<'_>,
     seed: u64,
@@ -101,8 +101,8 @@ pub(crate) fn search(
     })
 }
 
-/// The set about which sets of a size are looked for: the best, where it is smaller by one and leaves structure;
-/// where it is of that size already, its better part, about which the other part may turn out to be another.
+/// The set to which one effect is added for sets of `size`: the best set, where it is smaller by one and inadequate; where
+/// it has that size already, the better of its subsets smaller by one, beside which another effect may fit better.
 fn to_enlarge(
     linearized: &LinearizedProblem<'_>,
     scored: &mut [Scored],

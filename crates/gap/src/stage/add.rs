@@ -19,7 +19,7 @@ use crate::{
 /// Schema of [`Added`].
 const SCHEMA: &str = "hydro-gap-add/1";
 
-/// What is to be written: entries of the model, and the stage's record (its patched model and diff are
+/// The addition to be written: entries of the model, and the stage's record (its patched model and diff are
 /// filled in by who writes the file).
 #[derive(Debug)]
 pub struct Addition {

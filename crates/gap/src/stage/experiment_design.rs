@@ -26,12 +26,12 @@ use crate::{
 
 /// Length of a simulated manoeuvre [s].
 const LENGTH: f64 = 8.0;
-/// What is left where no manoeuvre does.
+/// Advice where no manoeuvre tells them apart.
 const BY_ITSELF: &str = "measure the part by itself: weigh it, tow it, or pull it on a bollard";
 
 /// One safe manoeuvre.
 struct Manoeuvre {
-    /// What a person is to do.
+    /// Instruction.
     text: &'static str,
     /// Control of an actuator between -1 and 1 at a time [s].
     command: fn(usize, f64) -> f64,

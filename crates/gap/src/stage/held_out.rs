@@ -1,4 +1,4 @@
-//! What held-out rollouts say: errors before and after by sensor and horizon, with a bootstrap over trials, and
+//! Errors on held-out trials before and after, by sensor and horizon, with a bootstrap over trials, and
 //! whether the addition is accepted.
 
 use std::collections::BTreeMap;
@@ -22,13 +22,13 @@ const SCHEMA: &str = "hydro-gap-verify/1";
 /// numbers refitted and nothing added.
 pub(crate) type Terms = [f64; 5];
 
-/// Of one trial: by horizon, channel.
+/// Sums of one trial, by horizon and channel.
 pub(crate) type Sums = Vec<Vec<Terms>>;
 
 /// Rollouts of one trial.
 pub(crate) struct TrialErrors {
     pub(crate) sums: Sums,
-    /// The same at the longest horizon, by regime: slow, fast.
+    /// Sums over whole rollouts, by regime: weak commands, strong commands.
     pub(crate) regimes: [Vec<Terms>; 2],
     pub(crate) overlays: Vec<Overlay>,
 }
@@ -235,7 +235,7 @@ pub(crate) fn summary(
     }
 }
 
-/// How the figures came about, where not every trial was unseen.
+/// Remark on the cross-fit, where there is one.
 fn cross_fit_remark(trials: usize, files: usize) -> Vec<String> {
     if trials <= files {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Find: where and when the nominal fails.
+//! Locate (the stage `find`): where and when the nominal fails.
 //!
 //! The nominal is fitted to every segment within its own uncertainty (nuisance parameters and starts); what stays is
 //! whitened and added up by window and sensor. The largest window is judged against windows of simulated
@@ -42,7 +42,7 @@ struct Cell {
 }
 
 impl Cell {
-    /// By how many standard deviations the sum exceeds noise (Wilson and Hilferty's cube root, which makes
+    /// Excess of the sum over noise in standard deviations (Wilson and Hilferty's cube root, which makes
     /// windows of different length comparable).
     fn deviation(&self) -> f64 {
         deviation(self.sum, self.count)
@@ -58,7 +58,7 @@ fn deviation(sum: f64, count: usize) -> f64 {
 /// Fits the nominal within its uncertainty and says where it fails.
 ///
 /// # Errors
-/// Where the nominal blows up, or a stop was asked for.
+/// The nominal diverges, or a stop was asked for.
 pub fn locate(
     problem: &Problem<'_>,
     linearized: &LinearizedProblem<'_>,

@@ -30,7 +30,7 @@ const SCHEMA: &str = "hydro-gap-name/1";
 
 /// Sets shown.
 const SHOWN: usize = 20;
-/// What the name stage found, with the fit that `add` writes down.
+/// Result of the name stage, with the fit that `add` writes down.
 #[derive(Debug)]
 pub struct Naming {
     /// For the file.
@@ -43,7 +43,7 @@ pub struct Naming {
 /// Searches, weighs and decides.
 ///
 /// # Errors
-/// Where the plant refuses, or a stop was asked for.
+/// The plant refuses, or a stop was asked for.
 pub fn name(
     problem: &Problem<'_>,
     linearized: &LinearizedProblem<'_>,

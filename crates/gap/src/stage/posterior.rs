@@ -14,9 +14,9 @@ use crate::{
 
 /// Posterior probabilities.
 pub(crate) struct Weights {
-    /// Of every refitted set.
+    /// Probability of every refitted set.
     pub(crate) scored: Vec<f64>,
-    /// Of what it stands for: all forms of its effects together.
+    /// The same summed over all forms of its effects.
     pub(crate) whole: Vec<f64>,
     /// Log evidence of every refitted set, absolute.
     pub(crate) evidence: Vec<f64>,
@@ -71,7 +71,7 @@ impl Weights {
         })
     }
 
-    /// Of all sets.
+    /// The likeliest of all sets.
     pub(crate) fn best(&self) -> usize {
         self.likeliest(0..self.scored.len()).unwrap_or(0)
     }

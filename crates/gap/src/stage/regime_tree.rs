@@ -7,7 +7,7 @@ use crate::{
     problem::problem::Problem,
 };
 
-/// What a person would name at one row: values in SI units.
+/// Features by row that a person would name, in SI units.
 struct Features {
     names: Vec<String>,
     /// [rows][features]

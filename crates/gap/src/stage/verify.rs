@@ -42,7 +42,7 @@ const SHOWN: usize = 3;
 /// Residuals of the rows of one rollout.
 type Rollout = (Range<usize>, Vec<f64>);
 
-/// What is input.
+/// The models that are compared.
 #[derive(Clone, Copy)]
 pub struct VerifyInput<'a> {
     /// The nominal.
@@ -174,7 +174,7 @@ fn left_out<'a>(plant: &'a dyn Plant, fit: &WithoutTrial) -> CorrectedSystem<'a>
     }
 }
 
-/// Those that a verdict names.
+/// Corrections of the sensors that a verdict names.
 fn corrections(
     model: &PlantDescription,
     sensors: &BTreeMap<String, SensorPatch>,

@@ -1,4 +1,4 @@
-//! What the workflow says of data and models that it cannot use, or can use only in part.
+//! Errors and remarks about data and models that the workflow cannot use, or only in part.
 #![allow(clippy::unwrap_used)]
 
 use std::sync::atomic::{AtomicBool, Ordering};
