@@ -1,6 +1,6 @@
 //! Walls that stand still: planes and boxes of the world.
 
-use hydro_gap::wall::{self, way_out};
+use hydro_gap::plant::wall::{self, way_out};
 use nalgebra::{Isometry3, Rotation3, Vector3};
 
 use super::{

@@ -1,69 +1,65 @@
-//! Find, name, add, verify: where simulation and measurement disagree, and which effect is missing.
+//! Finds where simulation and measurement disagree, and which effect is missing.
 //!
-//! Each stage is a function from one serde type to the next, so that it can be stopped, shown, resumed
-//! and pinned by a test. "Cannot tell" is a value, not an error.
+//! The workflow has four stages and a verdict: [`locate`] (find), [`name`], [`add`], [`verify`], [`conclude`]. Each returns
+//! a serde type of [`records`], so that it can be stopped, shown and resumed. "Cannot tell" is a value, not an error.
 //!
-//! Everything rests on one machine, multiple shooting: trials are cut into segments of a few seconds, each
-//! predicted open loop from a start that is fitted with it. Outputs are compared,
-//! never forces.
+//! The method is multiple shooting: trials are cut into segments of a few seconds, each predicted open loop from a start
+//! that is fitted with it. Outputs are compared, never forces.
+//!
+//! | folder | holds |
+//! |---|---|
+//! | `problem` | channels, sensor noise, segments, candidate effects, uncertainty of the nominal |
+//! | `rollout` | simulated segments, sensor corrections, whitening, estimated states |
+//! | `fit` | sensitivities, Gauss-Newton, Laplace evidence, intervals |
+//! | `discrepancy` | AR(1) noise, autocorrelation, error of form, test of adequacy |
+//! | `select` | screen, evidence and search over sets of effects |
+//! | `stage` | the stages |
+//! | `residual` | the wrench that no effect explains |
+//! | `output` | [`records`] and [`verdict`] |
+//! | [`trial`], [`plant`], [`patch`] | logs, the simulator, the patched model |
+//!
+//! [`Options`] holds every statistical choice. An uncertainty file is read so:
+//!
+//! ```
+//! use hydro_gap::Uncertainty;
+//!
+//! let uncertainty = Uncertainty::parse("mass = 0.1", &[])?;
+//! assert_eq!(uncertainty.mass, 0.1);
+//! # Ok::<(), hydro_gap::GapError>(())
+//! ```
 
-mod add;
-mod adequacy;
-mod bench;
-mod candidates;
-mod colour;
-mod column;
-mod conclude;
+mod discrepancy;
 mod error;
-mod experiment;
-#[cfg(test)]
-mod fake;
-mod find;
 mod fit;
-mod fitted;
-mod held_out;
-mod information;
-mod leftover;
-mod measured;
-mod name;
-mod noise;
-mod normal;
+pub mod options;
+mod output;
 pub mod patch;
-mod payload;
 pub mod plant;
-#[cfg(test)]
-mod refusals;
-mod regime;
+mod problem;
+mod progress;
 mod residual;
-mod resolution;
-mod screen;
-mod search;
-mod second_look;
-mod shooting;
-mod simulated;
-pub mod stages;
-mod start;
-mod study;
-mod system;
+mod rollout;
+mod select;
+mod stage;
+mod statistics;
 #[cfg(test)]
 mod tests;
 pub mod trial;
-mod uncertainty;
-pub mod verdict;
-mod verify;
-pub mod wall;
-mod watch;
 
-pub use add::{Addition, add};
-pub use adequacy::FORM_ERROR;
-pub use bench::Bench;
-pub use conclude::conclude;
 pub use error::GapError;
-pub use find::LEVEL;
-pub use find::find;
-pub use name::{Naming, name};
-pub use residual::{MissingWrench, Residual, Series, refitted, residual};
-pub use study::{Settings, Study};
-pub use uncertainty::Uncertainty;
-pub use verify::{Examined, verify};
-pub use watch::Watch;
+pub use fit::linearized_problem::LinearizedProblem;
+pub use options::Options;
+pub use output::{records, verdict};
+pub use problem::{
+    problem::{Problem, Settings},
+    uncertainty::Uncertainty,
+};
+pub use progress::Watch;
+pub use residual::{MissingWrench, Residual, WrenchSeries, residual};
+pub use stage::{
+    add::{Addition, add, refitted},
+    conclude::conclude,
+    locate::locate,
+    name::{Naming, name},
+    verify::{VerifyInput, verify},
+};

@@ -9,7 +9,7 @@ use std::{
 };
 
 use anyhow::{Context as _, bail};
-use hydro_gap::stages::{Added, Found, Named, Verified};
+use hydro_gap::records::{Added, Found, Named, Verified};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::cli::sha256;

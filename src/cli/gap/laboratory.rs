@@ -18,9 +18,9 @@ use hydro_effects::{
 };
 use hydro_gap as gap;
 use hydro_gap::{
-    Bench, Naming, Settings, Study, Uncertainty, Watch, patch,
+    LinearizedProblem, Naming, Problem, Settings, Uncertainty, Watch, patch,
     plant::{Nuisance, Plant, PlantDescription, Quantity, SensorKind},
-    stages::{Added, Refitted, Verified},
+    records::{Added, Refitted, Verified},
     trial::{self, Listed, SensorQuantity, SensorSignature, Signature, Trial},
     verdict::Outcome,
 };
@@ -37,9 +37,6 @@ use super::{
 };
 use crate::cli::{cancel::cancel_on_signal, command_line, print_json, write_line};
 
-/// With so many trials or fewer, every one is judged by a fit that left it out.
-const CROSS_FIT: usize = 10;
-
 /// Runs the stages up to one.
 pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
     if let Some(threads) = flags.threads {
@@ -54,6 +51,7 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
     let settings = Settings {
         uncertainty: uncertainty(flags, plant.description())?,
         seed: flags.seed,
+        options: gap::Options::default(),
     };
     let stop = cancel_on_signal()?;
     let bars = Bars::default();
@@ -72,9 +70,9 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
     };
     // Declared in this order: each borrows from the one before.
     let (study, bench, naming) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
-    let prepared = |watch: &Watch<'_>| -> anyhow::Result<(&Study<'_>, &Bench<'_>)> {
+    let prepared = |watch: &Watch<'_>| -> anyhow::Result<(&Problem<'_>, &LinearizedProblem<'_>)> {
         let study = filled(&study, || laboratory.study(watch))?;
-        let bench = filled(&bench, || Ok(study.bench(watch)?))?;
+        let bench = filled(&bench, || Ok(study.linearize(watch)?))?;
         Ok((study, bench))
     };
     let named = |watch: &Watch<'_>| -> anyhow::Result<&Naming> {
@@ -85,7 +83,7 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
         find: Box::new(|watch| {
             let (study, bench) = prepared(watch)?;
             let held_out = laboratory.inputs.held_out_trials();
-            let mut found = gap::find(study, bench, &held_out, watch)?;
+            let mut found = gap::locate(study, bench, &held_out, watch)?;
             let noticed = laboratory.remarks.take();
             found.remarks.splice(0..0, noticed);
             Ok(found)
@@ -174,9 +172,9 @@ struct Laboratory<'a> {
 }
 
 impl<'a> Laboratory<'a> {
-    fn study(&self, watch: &Watch<'_>) -> anyhow::Result<Study<'a>> {
+    fn study(&self, watch: &Watch<'_>) -> anyhow::Result<Problem<'a>> {
         let trials = self.read(&self.inputs.fit_trials())?;
-        Ok(Study::prepare(
+        Ok(Problem::prepare(
             self.plant,
             trials,
             self.settings.clone(),
@@ -234,7 +232,7 @@ impl<'a> Laboratory<'a> {
     /// A candidate with a learned residual, or the remark why there is none.
     fn residual(
         &self,
-        study: &Study<'_>,
+        study: &Problem<'_>,
         nuisances: Vec<(f64, f64)>,
         watch: &Watch<'_>,
     ) -> anyhow::Result<Candidate> {
@@ -258,7 +256,7 @@ impl<'a> Laboratory<'a> {
         let after = MujocoPlant::load(path)
             .with_context(|| format!("the patched model {}", path.display()))?;
         let none = BTreeMap::new();
-        let examined = gap::Examined {
+        let examined = gap::VerifyInput {
             before: self.plant,
             after: &after,
             sensors: exam.added.map_or(&none, |added| &added.sensors),
@@ -268,7 +266,7 @@ impl<'a> Laboratory<'a> {
         let trials = self.read(&held_out)?;
         let noticed = self.remarks.take();
         let fitted = self.inputs.fit_trials();
-        let few = held_out.len() + fitted.len() <= CROSS_FIT;
+        let few = held_out.len() + fitted.len() <= self.settings.options.verify.cross_fit_trials;
         let fitted = if few && !examined.cross_fit.is_empty() {
             self.read(&fitted)?
         } else {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hydro_gap::stages::{Added, Found, Named, Record};
+use hydro_gap::records::{Added, Found, Named, Record};
 use hydro_plugin::report::gap::{
     Standing, effect_on, headline, interval, number, percent, place, probability, regime, with_unit,
 };

@@ -6,10 +6,10 @@ use std::{cell::Cell, fs, path::Path};
 use anyhow::{Context as _, bail};
 use hydro_gap as gap;
 use hydro_gap::{
-    MissingWrench, Residual, Study, Watch,
+    MissingWrench, Problem, Residual, Watch,
     patch::{self, PatchError},
     plant::{Nuisance, PlantDescription},
-    stages::Added,
+    records::Added,
 };
 use hydro_model::{
     checkpoint::Checkpoint,
@@ -47,7 +47,7 @@ pub(super) struct Task<'a> {
 /// A candidate with a learned residual, or the remark why there is none.
 pub(super) fn candidate(
     task: &Task<'_>,
-    study: &Study<'_>,
+    study: &Problem<'_>,
     watch: &Watch<'_>,
 ) -> anyhow::Result<Candidate> {
     let (values, deviations): (Vec<f64>, Vec<f64>) = task.nuisances.iter().copied().unzip();

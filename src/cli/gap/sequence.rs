@@ -6,7 +6,7 @@ use std::{collections::BTreeMap, path::Path, sync::atomic::Ordering, time::Insta
 use anyhow::{Context as _, bail};
 use hydro_gap::{
     Watch, conclude,
-    stages::{Added, Found, Named, Record, Verified},
+    records::{Added, Found, Named, Record, Verified},
 };
 use hydro_plugin::report::gap::page;
 use serde::{Deserialize, Serialize};

@@ -12,7 +12,7 @@ use clap::Parser as _;
 use hydro_effects::Id;
 use hydro_gap::{
     Watch,
-    stages::{Added, Found, Named, Verified},
+    records::{Added, Found, Named, Verified},
     verdict::{FittedEffect, FittedParameter, Gap, Outcome},
 };
 

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use hydro_gap::{
-    stages::{Added, Refitted},
+    records::{Added, Refitted},
     verdict::{Bias, Patch, SensorPatch},
 };
 

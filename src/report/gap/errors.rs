@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use hydro_gap::stages::Verified;
+use hydro_gap::records::Verified;
 
 use super::{
     numbers::{bare_percent, number, percent},

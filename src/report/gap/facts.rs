@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use hydro_gap::{LEVEL, stages::Record};
+use hydro_gap::{Options, records::Record};
 
 use super::{
     numbers::{bare_percent, number, p_value, percent},
@@ -102,7 +102,7 @@ pub(super) fn places(html: &mut String, record: &Record) {
     const MOST: usize = 6;
     if record.verdict.places.is_empty() {
         let p = record.found.p_value;
-        if p <= LEVEL {
+        if p <= Options::default().locate.level {
             let _ = write!(
                 html,
                 "<p>No single window stands out from what chance gives; what is small everywhere adds up to more \

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, fmt::Write as _};
 
 use hydro_gap::{
-    stages::{Found, HeatMap},
+    records::{Found, HeatMap},
     verdict::Place,
 };
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use hydro_gap::stages::Overlay;
+use hydro_gap::records::Overlay;
 
 use super::{
     numbers::number,

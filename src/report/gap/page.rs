@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use hydro_gap::stages::{Record, Verified};
+use hydro_gap::records::{Record, Verified};
 
 use super::{
     diff, errors, facts, heat_map, overlay, parameters, ranking,

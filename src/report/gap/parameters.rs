@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use hydro_gap::{
-    FORM_ERROR,
-    stages::Record,
+    Options,
+    records::Record,
     verdict::{FittedEffect, FittedParameter},
 };
 
@@ -80,7 +80,7 @@ fn table(html: &mut String, record: &Record, effects: &[&FittedEffect]) {
         } else {
             ""
         },
-        100.0 * FORM_ERROR
+        100.0 * Options::default().discrepancy.form_error
     );
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use hydro_gap::{
-    stages::Named,
+    records::Named,
     verdict::{FittedEffect, Verdict},
 };
 
@@ -89,7 +89,7 @@ pub(super) fn sets(html: &mut String, named: &Named) {
     );
 }
 
-fn table(html: &mut String, sets: &[hydro_gap::stages::Hypothesis]) {
+fn table(html: &mut String, sets: &[hydro_gap::records::Hypothesis]) {
     html.push_str(
         "<div class=\"wide\"><table><tr><th class=\"t\">set</th><th></th><th>probability</th>\
          <th>evidence [nat]</th><th>left</th></tr>",

@@ -4,7 +4,7 @@
 
 use hydro_effects::{Id, TargetKind, catalogue};
 use hydro_gap::{
-    stages::Record,
+    records::Record,
     verdict::{FittedEffect, Gap, Outcome, Place, Regime, Verdict},
 };
 
@@ -146,7 +146,7 @@ fn listed(words: &[String], last: &str) -> String {
 }
 
 /// The verdict in one sentence, or two where a second thing must be said. `chosen` are the effects that
-/// were fitted together ([`Named::chosen`](hydro_gap::stages::Named)): a verdict whose name is not
+/// were fitted together ([`Named::chosen`](hydro_gap::records::Named)): a verdict whose name is not
 /// verified does not hold them.
 pub fn headline(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
     match Standing::of(verdict) {

@@ -3,7 +3,7 @@
 
 use hydro_effects::Id;
 use hydro_gap::{
-    stages::{
+    records::{
         Added, Channel, Found, HeatMap, Horizon, Hypothesis, Named, Overlay, Record, Refitted,
         Verified,
     },

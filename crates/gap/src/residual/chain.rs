@@ -17,7 +17,7 @@ pub(super) struct Chain {
     pub(super) right: Vec<DVector<f64>>,
 }
 
-/// What a chain gives.
+/// Solution of a chain.
 #[derive(Clone, Debug)]
 pub(super) struct Solved {
     /// Unknowns of every link.

@@ -6,73 +6,69 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::{
-    super::{
-        error::GapError,
-        measured::Measured,
-        shooting::{Segment, Track},
-        start,
-        watch::Watch,
+use crate::{
+    error::GapError,
+    problem::{
+        channels::MeasuredTrial,
+        segments::{EstimatedMotion, Segment},
     },
-    chain::{Chain, Solved},
-    windows::{Ground, Ran, Slopes},
+    progress::Watch,
+    residual::{
+        chain::{Chain, Solved},
+        windows::{WindowProblem, WindowRollout, WindowSensitivities},
+    },
+    rollout::state_estimation,
 };
 
-/// Standard deviations of the step from the end of a window to the start of the next one. Of the base:
-/// what a wrench that changes within a window moves it by. Of joints: what the model lacks at them is
-/// theirs, and no wrench of the base shall stand for it. Positions [m, rad], velocities.
-const BASE_GAP: [f64; 2] = [2e-4, 2e-3];
-const JOINT_GAP: [f64; 2] = [1e-2, 2e-1];
 /// Shortest part of a step that is tried.
 const SHORTEST: f64 = 0.1;
 
-/// How far a wrench may be from zero at the start of a trial, and from one window to the next, as standard
-/// deviations [N, N m].
+/// Prior standard deviations of the wrench [N, N m]: at the start of a trial, and of its change from window to window.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Walk {
+pub(super) struct RandomWalk {
     pub(super) first: [f64; 6],
     pub(super) change: [f64; 6],
 }
 
 /// One trial on its way to a fit.
-pub(super) struct Path<'a> {
-    pub(super) trial: &'a Measured,
-    track: &'a Track,
+pub(super) struct TrialSmoother<'a> {
+    pub(super) trial: &'a MeasuredTrial,
+    motion: &'a EstimatedMotion,
     pub(super) windows: Vec<Segment>,
     /// Wrench of every window [N, N m], in the base's frame about its origin.
     pub(super) wrenches: Vec<[f64; 6]>,
-    ran: Vec<Ran>,
-    slopes: Vec<Slopes>,
-    /// From the track to the start of the first window.
-    from_track: DVector<f64>,
+    ran: Vec<WindowRollout>,
+    slopes: Vec<WindowSensitivities>,
+    /// From the motion to the start of the first window.
+    from_motion: DVector<f64>,
 }
 
-impl<'a> Path<'a> {
-    /// Differentiates every window about its track. Ends before the first window in which the model blows
+impl<'a> TrialSmoother<'a> {
+    /// Differentiates every window about its motion. Ends before the first window in which the model blows
     /// up; none where that is the first.
     pub(super) fn new(
-        ground: &Ground<'_>,
-        trial: &'a Measured,
-        track: &'a Track,
+        setup: &WindowProblem<'_>,
+        trial: &'a MeasuredTrial,
+        motion: &'a EstimatedMotion,
         most: usize,
         watch: &Watch<'_>,
     ) -> Result<Option<Self>, GapError> {
-        let mut windows = ground.cut(trial, track, most)?;
+        let mut windows = setup.cut(trial, motion, most)?;
         let looked: Vec<_> = windows
             .par_iter()
             .map(|window| {
                 watch.check()?;
-                ground.differentiate(trial, track, window, [0.0; 6])
+                setup.differentiate(trial, motion, window, [0.0; 6])
             })
             .collect::<Result<_, GapError>>()?;
-        let (ran, slopes): (Vec<Ran>, Vec<Slopes>) =
+        let (ran, slopes): (Vec<WindowRollout>, Vec<WindowSensitivities>) =
             looked.into_iter().map_while(|found| found).unzip();
         windows.truncate(ran.len());
         Ok((!windows.is_empty()).then(|| Self {
             trial,
-            track,
+            motion,
             wrenches: vec![[0.0; 6]; windows.len()],
-            from_track: DVector::zeros(2 * ground.model.nv),
+            from_motion: DVector::zeros(2 * setup.model.nv),
             windows,
             ran,
             slopes,
@@ -80,33 +76,34 @@ impl<'a> Path<'a> {
     }
 
     /// Steps from the ends of windows to the starts of the next ones.
-    fn gaps(&self, ground: &Ground<'_>) -> Vec<DVector<f64>> {
+    fn gaps(&self, setup: &WindowProblem<'_>) -> Vec<DVector<f64>> {
         self.windows
             .iter()
             .skip(1)
             .zip(&self.ran)
-            .map(|(next, ran)| ground.tangent((&next.qpos, &next.qvel), (&ran.qpos, &ran.qvel)))
+            .map(|(next, ran)| setup.tangent((&next.qpos, &next.qvel), (&ran.qpos, &ran.qvel)))
             .collect()
     }
 
-    /// What is to be made small.
-    pub(super) fn cost(&self, ground: &Ground<'_>, walk: Walk) -> f64 {
-        let weights = weights(ground);
+    /// The cost: whitened residuals, gaps between windows, and the priors of start and wrench.
+    pub(super) fn cost(&self, setup: &WindowProblem<'_>, walk: RandomWalk) -> f64 {
+        let weights = weights(setup);
         let readings: f64 = self.ran.iter().map(|ran| ran.residual.norm_squared()).sum();
         let gaps: f64 = self
-            .gaps(ground)
+            .gaps(setup)
             .iter()
             .map(|gap| gap.component_mul(&weights).norm_squared())
             .sum();
-        let arrival = start::arrival_precision(ground.model.nv, start::ARRIVAL);
+        let arrival =
+            state_estimation::arrival_precision(setup.model.nv, setup.options.states.arrival_sd);
         let first = self
-            .from_track
-            .component_mul(&self.from_track)
+            .from_motion
+            .component_mul(&self.from_motion)
             .dot(&arrival);
         readings + gaps + first + self.roughness(walk)
     }
 
-    fn roughness(&self, walk: Walk) -> f64 {
+    fn roughness(&self, walk: RandomWalk) -> f64 {
         let first = self.wrenches.first().into_iter().flatten().zip(walk.first);
         let changes = self.wrenches.windows(2).flat_map(|pair| {
             (0..6).map(|axis| (pair[1][axis] - pair[0][axis]) / walk.change[axis])
@@ -119,29 +116,31 @@ impl<'a> Path<'a> {
     }
 
     /// The linearised problem, without what the walk says.
-    pub(super) fn linearised(&self, ground: &Ground<'_>) -> Chain {
-        let tangents = 2 * ground.model.nv;
+    pub(super) fn linearised(&self, setup: &WindowProblem<'_>) -> Chain {
+        let tangents = 2 * setup.model.nv;
         let mut chain = Chain::new(self.windows.len(), tangents + 6);
         for (link, (ran, slopes)) in self.ran.iter().zip(&self.slopes).enumerate() {
             chain.add(link, &slopes.readings, &ran.residual);
         }
-        let arrival = start::arrival_precision(ground.model.nv, start::ARRIVAL).map(f64::sqrt);
-        let mut to_track = DMatrix::zeros(tangents, tangents + 6);
-        to_track.fill_diagonal(1.0);
+        let arrival =
+            state_estimation::arrival_precision(setup.model.nv, setup.options.states.arrival_sd)
+                .map(f64::sqrt);
+        let mut to_motion = DMatrix::zeros(tangents, tangents + 6);
+        to_motion.fill_diagonal(1.0);
         let weigh = |mut matrix: DMatrix<f64>, weights: &DVector<f64>| {
             for (mut row, weight) in matrix.row_iter_mut().zip(weights.iter()) {
                 row *= *weight;
             }
             matrix
         };
-        let weights = weights(ground);
-        let next = weigh(to_track.clone(), &weights);
+        let weights = weights(setup);
+        let next = weigh(to_motion.clone(), &weights);
         chain.add(
             0,
-            &weigh(to_track, &arrival),
-            &-self.from_track.component_mul(&arrival),
+            &weigh(to_motion, &arrival),
+            &-self.from_motion.component_mul(&arrival),
         );
-        for (link, gap) in self.gaps(ground).iter().enumerate() {
+        for (link, gap) in self.gaps(setup).iter().enumerate() {
             let this = -weigh(self.slopes[link].end.clone(), &weights);
             chain.tie(link, &this, &next, &gap.component_mul(&weights));
         }
@@ -149,8 +148,8 @@ impl<'a> Path<'a> {
     }
 
     /// With what the walk says.
-    fn walking(&self, ground: &Ground<'_>, mut chain: Chain, walk: Walk) -> Chain {
-        let tangents = 2 * ground.model.nv;
+    fn walking(&self, setup: &WindowProblem<'_>, mut chain: Chain, walk: RandomWalk) -> Chain {
+        let tangents = 2 * setup.model.nv;
         let only = |sd: [f64; 6]| {
             let mut columns = DMatrix::zeros(6, tangents + 6);
             for (axis, sd) in sd.into_iter().enumerate() {
@@ -173,13 +172,23 @@ impl<'a> Path<'a> {
     }
 
     /// The linearised fit.
-    pub(super) fn solve(&self, ground: &Ground<'_>, chain: Chain, walk: Walk) -> Option<Solved> {
-        self.walking(ground, chain, walk).solve()
+    pub(super) fn solve(
+        &self,
+        setup: &WindowProblem<'_>,
+        chain: Chain,
+        walk: RandomWalk,
+    ) -> Option<Solved> {
+        self.walking(setup, chain, walk).solve()
     }
 
     /// Log evidence of a walk, to first order and up to what does not depend on it.
-    pub(super) fn evidence(&self, ground: &Ground<'_>, chain: &Chain, walk: Walk) -> f64 {
-        let whole = self.walking(ground, chain.clone(), walk);
+    pub(super) fn evidence(
+        &self,
+        setup: &WindowProblem<'_>,
+        chain: &Chain,
+        walk: RandomWalk,
+    ) -> f64 {
+        let whole = self.walking(setup, chain.clone(), walk);
         let Some(solved) = whole.solve() else {
             return f64::NEG_INFINITY;
         };
@@ -198,13 +207,13 @@ impl<'a> Path<'a> {
     /// better than `cost`.
     pub(super) fn step(
         &mut self,
-        ground: &Ground<'_>,
+        setup: &WindowProblem<'_>,
         solved: &Solved,
-        walk: Walk,
+        walk: RandomWalk,
         cost: f64,
         watch: &Watch<'_>,
     ) -> Result<Option<f64>, GapError> {
-        let tangents = 2 * ground.model.nv;
+        let tangents = 2 * setup.model.nv;
         let mut part = 1.0;
         while part > SHORTEST {
             watch.check()?;
@@ -212,33 +221,34 @@ impl<'a> Path<'a> {
                 .into_par_iter()
                 .map(|at| {
                     let change = part * &solved.unknowns[at];
-                    let mut simulation = ground.plant.simulation(ground.nuisances, &[])?;
+                    let mut simulation = setup.plant.simulation(setup.nuisances, &[])?;
                     let tangent = &change.as_slice()[..tangents];
-                    let window = ground.moved(simulation.as_mut(), &self.windows[at], tangent);
+                    let window = setup.moved(simulation.as_mut(), &self.windows[at], tangent);
                     let wrench: [f64; 6] = std::array::from_fn(|axis| {
                         self.wrenches[at][axis] + change[tangents + axis]
                     });
-                    let ran = ground.run(self.trial, self.track, &window, wrench)?;
+                    let ran = setup.run(self.trial, self.motion, &window, wrench)?;
                     Ok(ran.map(|ran| (window, wrench, ran)))
                 })
                 .collect::<Result<_, GapError>>()?;
-            let whole: Option<Vec<(Segment, [f64; 6], Ran)>> = looked.into_iter().collect();
+            let whole: Option<Vec<(Segment, [f64; 6], WindowRollout)>> =
+                looked.into_iter().collect();
             if let Some(whole) = whole {
                 let mut moved = Self {
                     trial: self.trial,
-                    track: self.track,
+                    motion: self.motion,
                     windows: Vec::with_capacity(whole.len()),
                     wrenches: Vec::with_capacity(whole.len()),
                     ran: Vec::with_capacity(whole.len()),
                     slopes: Vec::new(),
-                    from_track: &self.from_track + part * solved.unknowns[0].rows(0, tangents),
+                    from_motion: &self.from_motion + part * solved.unknowns[0].rows(0, tangents),
                 };
                 for (window, wrench, ran) in whole {
                     moved.windows.push(window);
                     moved.wrenches.push(wrench);
                     moved.ran.push(ran);
                 }
-                let reached = moved.cost(ground, walk);
+                let reached = moved.cost(setup, walk);
                 if reached < cost {
                     moved.slopes = std::mem::take(&mut self.slopes);
                     *self = moved;
@@ -261,21 +271,22 @@ impl<'a> Path<'a> {
         (sum / count.max(1) as f64).max(1.0)
     }
 
-    /// Track that memories are led along.
-    pub(super) fn track(&self) -> &'a Track {
-        self.track
+    /// EstimatedMotion that memories are led along.
+    pub(super) fn motion(&self) -> &'a EstimatedMotion {
+        self.motion
     }
 }
 
 /// One over the standard deviation of a gap between windows, by tangent.
-fn weights(ground: &Ground<'_>) -> DVector<f64> {
-    let nv = ground.model.nv;
-    let base = ground.base.dof..ground.base.dof + 6;
+fn weights(setup: &WindowProblem<'_>) -> DVector<f64> {
+    let nv = setup.model.nv;
+    let options = &setup.options.residual;
+    let base = setup.base.dof..setup.base.dof + 6;
     DVector::from_fn(2 * nv, |axis, _| {
         let sd = if base.contains(&(axis % nv)) {
-            BASE_GAP
+            options.base_gap_sd
         } else {
-            JOINT_GAP
+            options.joint_gap_sd
         };
         1.0 / sd[axis / nv]
     })

@@ -5,11 +5,16 @@ use std::sync::atomic::AtomicBool;
 
 use hydro_frames::world_from_base;
 
-use super::{
-    super::tests::{Push, pushed},
-    *,
+use crate::{
+    options::Options,
+    problem::{
+        problem::{Problem, Settings},
+        uncertainty::Uncertainty,
+    },
+    progress::Watch,
+    residual::*,
+    tests::{Push, fake::RigidBody, pushed},
 };
-use crate::{Settings, Uncertainty, fake::RigidBody};
 
 /// Yaw and the speed ahead of a state.
 fn heading(qpos: &[f64], qvel: &[f64]) -> (f64, f64) {
@@ -36,9 +41,10 @@ fn estimated(push: &Push) -> MissingWrench {
     let settings = Settings {
         uncertainty: Uncertainty::default(),
         seed: 0,
+        options: Options::default(),
     };
-    let study = Study::prepare(&plant, trials, settings, &watch).unwrap();
-    let Residual::Found(found) = residual(&study, &[0.0, 0.0], &watch).unwrap() else {
+    let problem = Problem::prepare(&plant, trials, settings, &watch).unwrap();
+    let Residual::Found(found) = residual(&problem, &[0.0, 0.0], &watch).unwrap() else {
         panic!("not offered");
     };
     found

@@ -3,34 +3,38 @@
 use hydro_frames::Wrench;
 use nalgebra::{DMatrix, DVector};
 
-use super::super::{
+use crate::{
     error::GapError,
-    measured::{Channels, Measured, rotation_between},
-    shooting::{self, Correction, Segment, Trace, Track, WarmUp},
-    start::{self, whiten},
+    options::Options,
+    plant::{FreeBase, Plant, PlantDescription, Simulation},
+    problem::{
+        channels::{Channels, MeasuredTrial, rotation_between},
+        segments::{self, EstimatedMotion, Segment},
+    },
+    rollout::{
+        sensor_correction::{self, Correction},
+        shooting::{self, Trace, WarmUp},
+        state_estimation,
+        whitening::whiten,
+    },
 };
-use crate::plant::{FreeBase, Plant, PlantDescription, Simulation};
 
-/// Length of a window [s]: short beside what moves a vehicle, long enough for a sensor to see its push.
-const WINDOW: f64 = 0.2;
-/// Rows of a window at least.
-const LEAST_ROWS: usize = 3;
-
-/// What all windows share.
-pub(super) struct Ground<'a> {
+/// Model, channels and options that all windows share.
+pub(super) struct WindowProblem<'a> {
     pub(super) plant: &'a dyn Plant,
     pub(super) model: &'a PlantDescription,
     pub(super) base: &'a FreeBase,
     pub(super) channels: &'a Channels,
     /// Values of `PlantDescription::nuisances`.
     pub(super) nuisances: &'a [f64],
+    pub(super) options: &'a Options,
     /// Steps of the difference quotients by the wrench [N, N m].
     pub(super) wrench_step: [f64; 6],
 }
 
-/// What a window gives at a point.
+/// Rollout of one window.
 #[derive(Clone, Debug)]
-pub(super) struct Ran {
+pub(super) struct WindowRollout {
     /// Whitened residuals [readings].
     pub(super) residual: DVector<f64>,
     /// State where the next window starts.
@@ -38,12 +42,12 @@ pub(super) struct Ran {
     pub(super) qvel: Vec<f64>,
 }
 
-/// How that changes with the start (a tangent [2 nv]) and the wrench [6].
+/// Sensitivities of a rollout to the start (a tangent [2 nv]) and the wrench [6].
 #[derive(Clone, Debug)]
-pub(super) struct Slopes {
-    /// Of the whitened prediction [readings, 2 nv + 6].
+pub(super) struct WindowSensitivities {
+    /// Change of the whitened prediction [readings, 2 nv + 6].
     pub(super) readings: DMatrix<f64>,
-    /// Of the end, as a tangent [2 nv, 2 nv + 6].
+    /// Change of the end, as a tangent [2 nv, 2 nv + 6].
     pub(super) end: DMatrix<f64>,
 }
 
@@ -61,24 +65,30 @@ struct Prepared {
     trace: Trace,
 }
 
-impl Ground<'_> {
-    /// Cuts a trial into windows that follow each other without a gap, starting on its track; `most` at
+impl WindowProblem<'_> {
+    /// Steps between samples.
+    pub(super) fn sample_steps(&self) -> usize {
+        ((self.options.residual.sample_period / self.model.timestep).round() as usize).max(1)
+    }
+
+    /// Cuts a trial into windows that follow each other without a gap, starting on its motion; `most` at
     /// most.
     pub(super) fn cut(
         &self,
-        trial: &Measured,
-        track: &Track,
+        trial: &MeasuredTrial,
+        motion: &EstimatedMotion,
         most: usize,
     ) -> Result<Vec<Segment>, GapError> {
         let mut simulation = self.plant.simulation(self.nuisances, &[])?;
+        let options = &self.options.residual;
         let step = self.model.timestep;
         let rows = trial.times.len();
-        let (qpos, qvel) = track.motion(0);
-        let mut next = (track.times[0], qpos.to_vec(), qvel.to_vec());
+        let (qpos, qvel) = motion.state(0);
+        let mut next = (motion.times[0], qpos.to_vec(), qvel.to_vec());
         let mut windows = Vec::new();
         let mut first = 0;
         while first < rows && windows.len() < most {
-            let end = shooting::window_end(trial, first, WINDOW, LEAST_ROWS);
+            let end = segments::window_end(trial, first, options.window, options.least_rows);
             let (start, qpos, qvel) = next;
             windows.push(Segment {
                 trial: 0,
@@ -89,8 +99,8 @@ impl Ground<'_> {
             });
             // The next one starts where this one ends, a little after its last row.
             let over = start + shooting::steps(trial, end, start, step) as f64 * step;
-            let (qpos, qvel) = track.motion(end - 1);
-            simulation.set_motion(track.times[end - 1], qpos, qvel);
+            let (qpos, qvel) = motion.state(end - 1);
+            simulation.set_motion(motion.times[end - 1], qpos, qvel);
             let mut control = vec![0.0; trial.control.width()];
             while simulation.time() < over - 0.5 * step && !simulation.diverged() {
                 trial.control.interpolate(simulation.time(), &mut control);
@@ -105,14 +115,14 @@ impl Ground<'_> {
 
     fn prepare(
         &self,
-        trial: &Measured,
-        track: &Track,
+        trial: &MeasuredTrial,
+        motion: &EstimatedMotion,
         window: &Segment,
     ) -> Result<Prepared, GapError> {
         let mut simulation = self.plant.simulation(self.nuisances, &[])?;
-        let warm_up = WarmUp::of(self.model, &[]);
+        let warm_up = WarmUp::required(self.model, &[], &self.options.rollout);
         let step = self.model.timestep;
-        shooting::lead_in(simulation.as_mut(), trial, window, track, warm_up, step);
+        shooting::lead_in(simulation.as_mut(), trial, window, motion, warm_up, step);
         Ok(Prepared {
             memory: simulation.save(),
             simulation,
@@ -124,11 +134,11 @@ impl Ground<'_> {
     fn roll(
         &self,
         prepared: &mut Prepared,
-        trial: &Measured,
+        trial: &MeasuredTrial,
         window: &Segment,
         tangent: Option<&[f64]>,
         wrench: [f64; 6],
-    ) -> Option<Ran> {
+    ) -> Option<WindowRollout> {
         let step = self.model.timestep;
         let simulation = prepared.simulation.as_mut();
         simulation.load(&prepared.memory);
@@ -139,7 +149,7 @@ impl Ground<'_> {
         }
         let none = vec![Correction::NONE; self.model.sensors.len()];
         let mut residual = Vec::new();
-        shooting::residuals(
+        sensor_correction::residuals(
             trace,
             trial,
             window,
@@ -150,7 +160,7 @@ impl Ground<'_> {
         );
         whiten(self.channels, &mut residual);
         let simulation = prepared.simulation.as_ref();
-        Some(Ran {
+        Some(WindowRollout {
             residual: DVector::from_vec(residual),
             qpos: simulation.qpos().to_vec(),
             qvel: simulation.qvel().to_vec(),
@@ -160,36 +170,36 @@ impl Ground<'_> {
     /// Runs a window.
     pub(super) fn run(
         &self,
-        trial: &Measured,
-        track: &Track,
+        trial: &MeasuredTrial,
+        motion: &EstimatedMotion,
         window: &Segment,
         wrench: [f64; 6],
-    ) -> Result<Option<Ran>, GapError> {
-        let mut prepared = self.prepare(trial, track, window)?;
+    ) -> Result<Option<WindowRollout>, GapError> {
+        let mut prepared = self.prepare(trial, motion, window)?;
         Ok(self.roll(&mut prepared, trial, window, None, wrench))
     }
 
     /// Runs a window and looks along every direction.
     pub(super) fn differentiate(
         &self,
-        trial: &Measured,
-        track: &Track,
+        trial: &MeasuredTrial,
+        motion: &EstimatedMotion,
         window: &Segment,
         wrench: [f64; 6],
-    ) -> Result<Option<(Ran, Slopes)>, GapError> {
-        let mut prepared = self.prepare(trial, track, window)?;
+    ) -> Result<Option<(WindowRollout, WindowSensitivities)>, GapError> {
+        let mut prepared = self.prepare(trial, motion, window)?;
         let Some(ran) = self.roll(&mut prepared, trial, window, None, wrench) else {
             return Ok(None);
         };
         let (nv, tangents) = (self.model.nv, 2 * self.model.nv);
-        let mut slopes = Slopes {
+        let mut slopes = WindowSensitivities {
             readings: DMatrix::zeros(ran.residual.len(), tangents + 6),
             end: DMatrix::zeros(tangents, tangents + 6),
         };
         for column in 0..tangents + 6 {
             let (mut tangent, mut pushed) = (vec![0.0; tangents], wrench);
             let step = if column < tangents {
-                tangent[column] = start::STEP[column / nv];
+                tangent[column] = state_estimation::STEP[column / nv];
                 tangent[column]
             } else {
                 pushed[column - tangents] += self.wrench_step[column - tangents];
@@ -211,15 +221,15 @@ impl Ground<'_> {
     #[expect(clippy::too_many_arguments)]
     pub(super) fn sample(
         &self,
-        trial: &Measured,
-        track: &Track,
+        trial: &MeasuredTrial,
+        motion: &EstimatedMotion,
         window: &Segment,
         wrench: [f64; 6],
         every: usize,
         count: usize,
         samples: &mut Vec<Sample>,
     ) -> Result<usize, GapError> {
-        let Prepared { mut simulation, .. } = self.prepare(trial, track, window)?;
+        let Prepared { mut simulation, .. } = self.prepare(trial, motion, window)?;
         let step = self.model.timestep;
         let mut control = vec![0.0; trial.control.width()];
         simulation.set_motion(window.start, &window.qpos, &window.qvel);

@@ -7,7 +7,7 @@ use std::{f64::consts::TAU, sync::atomic::AtomicBool};
 use hydro_frames as frames;
 use hydro_frames::Wrench;
 use hydro_gap::{
-    Examined, Settings, Uncertainty,
+    Settings, Uncertainty, VerifyInput,
     plant::Plant,
     trial::{Series, Trial},
     verify,
@@ -123,11 +123,12 @@ fn a_learned_residual_loads_and_predicts_held_out_trials_better() {
     let settings = Settings {
         uncertainty: Uncertainty::default(),
         seed: 0,
+        options: hydro_gap::Options::default(),
     };
     let stop = AtomicBool::new(false);
     let watch = Watch::silent(&stop);
     let trials = (0..4).map(|at| trial(&plant, at)).collect();
-    let study = Study::prepare(&plant, trials, settings.clone(), &watch).unwrap();
+    let study = Problem::prepare(&plant, trials, settings.clone(), &watch).unwrap();
     let task = Task {
         nominal: &nominal,
         model: plant.description(),
@@ -152,7 +153,7 @@ fn a_learned_residual_loads_and_predicts_held_out_trials_better() {
     assert_eq!(card.outputs, ["force.y", "torque.z"]);
     let held_out = (10..13).map(|at| trial(&plant, at)).collect();
     let sensors = [].into();
-    let examined = Examined {
+    let examined = VerifyInput {
         before: &plant,
         after: &after,
         sensors: &sensors,
@@ -169,7 +170,7 @@ fn a_learned_residual_loads_and_predicts_held_out_trials_better() {
 
     // A body has room for one.
     let trials = (0..2).map(|at| trial(&plant, at)).collect();
-    let again = Study::prepare(&after, trials, settings, &watch).unwrap();
+    let again = Problem::prepare(&after, trials, settings, &watch).unwrap();
     let made = candidate(&task, &again, &watch).unwrap();
     assert!(made.xml.is_none() && made.added.remarks[0].contains("learned wrench already"));
 }
@@ -188,12 +189,13 @@ fn a_base_without_a_free_joint_has_none() {
     let settings = Settings {
         uncertainty: Uncertainty::default(),
         seed: 0,
+        options: hydro_gap::Options::default(),
     };
     let stop = AtomicBool::new(false);
     let watch = Watch::silent(&stop);
     let mut log = trial_of_a_rail(&plant);
     log.name = "rail".to_owned();
-    let study = Study::prepare(&plant, vec![log], settings, &watch).unwrap();
+    let study = Problem::prepare(&plant, vec![log], settings, &watch).unwrap();
     let task = Task {
         nominal: &nominal,
         model: plant.description(),

@@ -1,0 +1,6 @@
+pub(crate) mod adequacy;
+pub(crate) mod autocorrelation;
+pub(crate) mod noise_estimation;
+pub(crate) mod noise_model;
+pub(crate) mod simulated_residuals;
+pub(crate) mod variance_inflation;

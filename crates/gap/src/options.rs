@@ -1,0 +1,308 @@
+//! Every statistical choice of the workflow, with its unit, meaning and source.
+//!
+//! The values are passed with [`Settings`](crate::Settings); nothing reads them from anywhere else. Where no source is
+//! named, a value was chosen on hidden cases made for that purpose.
+
+/// Declares a documented struct whose `Default` holds the values beside the fields.
+macro_rules! options {
+    ($(#[$outer:meta])* $name:ident { $($(#[$inner:meta])* $field:ident: $kind:ty = $value:expr,)* }) => {
+        $(#[$outer])*
+        #[derive(Clone, Debug, PartialEq)]
+        pub struct $name { $($(#[$inner])* pub $field: $kind,)* }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $value,)* }
+            }
+        }
+    };
+}
+
+/// The choices by part of the workflow.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[allow(missing_docs)]
+pub struct Options {
+    pub segments: SegmentOptions,
+    pub candidates: CandidateOptions,
+    pub rollout: RolloutOptions,
+    pub states: StateOptions,
+    pub fit: FitOptions,
+    pub discrepancy: DiscrepancyOptions,
+    pub screen: ScreenOptions,
+    pub search: SearchOptions,
+    pub locate: LocateOptions,
+    pub name: NameOptions,
+    pub add: AddOptions,
+    pub verify: VerifyOptions,
+    pub residual: ResidualOptions,
+}
+
+options! {
+    /// Segments that trials are cut into.
+    SegmentOptions {
+        /// Length of a segment [s]. The motion that a small force causes grows with its square; the error of an effect's
+        /// form and the uncertainty of a start do not.
+        length: f64 = 6.0,
+        /// Rows of a segment at least.
+        least_rows: usize = 10,
+        /// Segments at most; of more, evenly spread ones are used, so that time and memory stay bounded.
+        most: usize = 36,
+        /// Length of all segments together times the degrees of freedom at most [s]: each degree of freedom costs time and
+        /// memory. 36 segments of a free body.
+        most_freedom_seconds: f64 = 1300.0,
+        /// Length of the segments on which a nominal that is far off is brought near first [s].
+        first_length: f64 = 2.0,
+        /// Number of those segments at most.
+        first_most: usize = 12,
+    }
+}
+
+options! {
+    /// Candidate effects, their priors, and the priors that `nominal.toml` does not name.
+    CandidateOptions {
+        /// Moving bodies up to which effects are tried on every body; of larger models on their bases alone.
+        all_bodies: usize = 6,
+        /// A body is the base of its tree instead of the first one where its volume is this many times as large.
+        base_volume_ratio: f64 = 2.0,
+        /// Distance from the surface or a wall, in greatest extents of a body, beyond which it does not feel them
+        /// (J. N. Newman, Marine Hydrodynamics, MIT Press 1977, sections 6.17 and 6.20).
+        reach: f64 = 2.0,
+        /// Prior probability of the form of an effect that has its optional parameters.
+        elaborate_form: f64 = 0.2,
+        /// Least speed [m/s] and rate [rad/s] that scale a prior.
+        least_speed: f64 = 0.05,
+        /// Travel, in greatest extents of the largest body, below which effects of depth and distance are not tried.
+        least_travel: f64 = 0.1,
+        /// Standard deviation of when within a step a force is read [steps]: the real system has no steps.
+        reading_lead_sd: f64 = 0.5,
+        /// Standard deviation of when within a step a command acts [steps]: the time convention of trials leaves little.
+        command_lead_sd: f64 = 0.06,
+        /// Least noise of a sensor that declares none, relative to its largest reading: a constant channel shows none.
+        least_noise: f64 = 1e-6,
+    }
+}
+
+options! {
+    /// Rollouts and the weights of their output errors.
+    RolloutOptions {
+        /// Length of measured motion that warms up the memory of effects [s].
+        effect_warm_up: f64 = 1.0,
+        /// Length of measured motion that warms up the memory of the nominal [s].
+        nominal_warm_up: f64 = 0.25,
+        /// Error of a reading that rows cannot resolve, as a part of the second difference that the model predicts.
+        unresolved: f64 = 0.25,
+    }
+}
+
+options! {
+    /// Estimation of states along a trial.
+    StateOptions {
+        /// Length of a window [s]: short, so that a missing effect does not bend the estimate.
+        window: f64 = 0.4,
+        /// Rows of a window at least.
+        least_rows: usize = 8,
+        /// Prior standard deviation of the start of a window or segment: positions [m, rad], velocities [m/s, rad/s].
+        arrival_sd: [f64; 2] = [0.1, 0.5],
+        /// Prior standard deviation of the first start where the log gives no initial state, likewise.
+        first_arrival_sd: [f64; 2] = [1.0, 2.0],
+    }
+}
+
+options! {
+    /// The fit of a hypothesis.
+    FitOptions {
+        /// Evaluations (rollouts of all segments, difference quotients not counted) at most. Most fits need ten; one from a
+        /// point where a law is strongly curved (the drag of a ball over its whole fall) needs thirty.
+        evaluations: usize = 40,
+        /// Change of the cost, expected or reached, that ends a fit: absolute part.
+        converged: f64 = 0.05,
+        /// Relative part of that change.
+        converged_relative: f64 = 1e-5,
+        /// Part of the expected decrease of the cost that a step must bring for the sensitivities to be kept.
+        trusted: f64 = 0.7,
+        /// Decrease of the cost since the sensitivities were computed above which the last ones are computed anew.
+        stale_decrease: f64 = 2.0,
+        /// Shift of a nuisance parameter since its sensitivity was computed above which it is stale [prior standard
+        /// deviations].
+        stale_shift: f64 = 3.0,
+        /// Correlation of the predictions of a nuisance parameter and of an effect above which only the difference of their
+        /// sensitivities tells them apart, so both are computed at one point.
+        correlated: f64 = 0.5,
+        /// Shift of a nuisance parameter in the fit without effects above which the problem is linearised again [prior
+        /// standard deviations].
+        relinearized_shift: f64 = 1.0,
+        /// Norm of the sensitivity to a nuisance parameter, over all segments, above which one per cent of it matters.
+        well_determined: f64 = 30.0,
+        /// Norm below which a nuisance parameter is left out. Judged on the short first segments: long ones see several
+        /// times more.
+        undetermined: f64 = 0.05,
+        /// Root mean square of the whitened differences of readings up to which the cheaper integrator is used.
+        cheaper_integrator: f64 = 10.0,
+    }
+}
+
+options! {
+    /// The discrepancy between a right hypothesis and the data: error of form, undeclared noise, autocorrelation.
+    DiscrepancyOptions {
+        /// Relative error of the form of an effect of the catalogue.
+        form_error: f64 = 0.15,
+        /// Rows over which the error of form changes.
+        form_error_rows: usize = 25,
+        /// Part of what an effect does that its error of form leaves for other effects to explain.
+        unexplained_form_error: f64 = 0.08,
+        /// Independent directions of the data that this part is spread over.
+        form_error_directions: f64 = 12.0,
+        /// SimulatedResiduals residuals of the test of adequacy; the least p-value is one over one more.
+        adequacy_draws: usize = 199,
+        /// Lengths of the blocks of that test [rows].
+        adequacy_blocks: [usize; 3] = [1, 4, 16],
+        /// Largest noise of a sensor that declares none, as a part of the spread of its readings.
+        largest_noise: f64 = 0.1,
+        /// SimulatedResiduals residuals that correct the estimate of noise for what the fit absorbs (the bootstrap's correction of a
+        /// bias: B. Efron and R. J. Tibshirani, An Introduction to the Bootstrap, 1993, section 10.6).
+        noise_draws: usize = 64,
+        /// Autocorrelation below which the sum of the autocorrelation time ends.
+        negligible_autocorrelation: f64 = 0.05,
+        /// First lag that this sum leaves out [rows].
+        longest_lag: usize = 50,
+    }
+}
+
+options! {
+    /// The screen of all candidate effects.
+    ScreenOptions {
+        /// Length of the segments that are screened together [s], at most.
+        length: f64 = 72.0,
+        /// That length times the degrees of freedom, at most [s].
+        freedom_seconds: f64 = 400.0,
+        /// Factors on the usual value of a rate or length that are tried.
+        shape_factors: [f64; 3] = [1.0 / 3.0, 1.0, 3.0],
+        /// Factors on the usual value of a frequency that are tried.
+        frequency_factors: [f64; 4] = [0.4, 0.8, 1.6, 3.0],
+        /// Places of a payload that are tried along each axis [prior standard deviations].
+        payload_places: [f64; 2] = [-1.5, 1.5],
+    }
+}
+
+options! {
+    /// The search over sets of effects.
+    SearchOptions {
+        /// Prior probability of none, one, two and three missing effects.
+        prior_by_size: [f64; 4] = [0.5, 0.3, 0.15, 0.05],
+        /// Effects of a set at most.
+        largest: usize = 3,
+        /// Single effects that pairs are made of.
+        beam: usize = 40,
+        /// Single effects that are refitted about one screen, at most.
+        refitted_singles: usize = 5,
+        /// Pairs that are refitted about one screen, at most.
+        refitted_pairs: usize = 3,
+        /// Additions to and swaps in the best set that are refitted, at most.
+        refitted_additions: usize = 3,
+        /// Single effects are refitted where their linear evidence is within this of the best [nat].
+        refitted_within: f64 = 25.0,
+        /// Length of the data times degrees of freedom below which all single effects are refitted [s].
+        small_data: f64 = 10.0,
+        /// p-value of the test of adequacy up to which the best set is enlarged.
+        enlarged_p_value: f64 = 0.1,
+        /// Evidence that a single effect may lack against a member of the best set and still be swapped for it [nat].
+        swapped_within: f64 = 10.0,
+        /// Refits from a payload's mirror image, at most.
+        mirrored_fits: usize = 2,
+        /// Decrease of the cost by which a refit is another optimum.
+        other_optimum: f64 = 1.0,
+        /// Least delay of a sensor, as a part of the period of its rows.
+        least_delay: f64 = 0.1,
+    }
+}
+
+options! {
+    /// Windows and conditions in which the nominal fails.
+    LocateOptions {
+        /// Level of significance.
+        level: f64 = 0.05,
+        /// Windows of a segment.
+        windows: usize = 4,
+        /// SimulatedResiduals nulls; the least p-value is one over one more.
+        null_draws: usize = 199,
+        /// Depth of the regression tree.
+        tree_depth: usize = 2,
+        /// Part of the samples in a leaf at least.
+        tree_leaf: f64 = 0.05,
+        /// Thresholds that are tried a feature: quantiles.
+        tree_quantiles: usize = 19,
+        /// Share of the excess over share of the samples above which a leaf is reported.
+        tree_lift: f64 = 1.2,
+    }
+}
+
+options! {
+    /// Which effects are named.
+    NameOptions {
+        /// Mean probability of error above which no further effect is named. A rival is less probable than this part of the
+        /// best at most.
+        error: f64 = 0.05,
+        /// Difference of the costs of two explanations below which they are confusable.
+        confusable: f64 = 9.0,
+        /// p-value of the test of adequacy up to which the best set is rejected.
+        inadequate_p_value: f64 = 0.01,
+        /// Probability up to which an effect is not listed.
+        negligible: f64 = 1e-3,
+        /// Squared whitened distance from which an experiment tells two explanations apart.
+        distinguishable: f64 = 9.0,
+    }
+}
+
+options! {
+    /// Effects and numbers written into the model.
+    AddOptions {
+        /// Shift of a number of the nominal from which it is written [prior standard deviations].
+        least_shift: f64 = 0.01,
+        /// Draws of the bootstrap over trials.
+        bootstrap_draws: usize = 400,
+    }
+}
+
+options! {
+    /// Verification on held-out trials.
+    VerifyOptions {
+        /// Lengths of the rollouts [s], ascending.
+        horizons: [f64; 3] = [0.5, 1.0, 2.0],
+        /// Draws of the bootstrap over trials.
+        bootstrap_draws: usize = 1000,
+        /// Relative growth of an error that counts as harm, at 95 % confidence.
+        harm: f64 = 0.02,
+        /// Least mean gain in log predictive density of a trial left out, against refitted numbers of the nominal alone
+        /// [nat]: odds of one to twenty. Where both predict about alike, the posterior has decided, which knows the priors
+        /// of these numbers.
+        least_gain: f64 = -3.0,
+        /// Trials up to which every trial is judged by a fit that left it out (cross-fit).
+        cross_fit_trials: usize = 10,
+    }
+}
+
+options! {
+    /// The missing wrench on the base.
+    ResidualOptions {
+        /// Length of a window [s]: short beside the motion of a vehicle, long enough for a sensor to see its push.
+        window: f64 = 0.2,
+        /// Rows of a window at least.
+        least_rows: usize = 3,
+        /// Windows of all trials together at most.
+        most_windows: usize = 480,
+        /// Windows of a trial at least.
+        least_windows: usize = 10,
+        /// Time between samples [s], rounded to steps.
+        sample_period: f64 = 0.02,
+        /// Prior standard deviation of the wrench at the start of a trial [weights; torques: weights times half the greatest
+        /// extent].
+        first_wrench: f64 = 1.0,
+        /// Standard deviations of the change from window to window that are tried, in the same units.
+        wrench_changes: [f64; 6] = [3e-5, 2e-4, 1e-3, 5e-3, 2e-2, 1e-1],
+        /// Standard deviation of the base's jump between windows: positions [m, rad], velocities [m/s, rad/s]. Covers the
+        /// change of a wrench within a window.
+        base_gap_sd: [f64; 2] = [2e-4, 2e-3],
+        /// Standard deviation of the joints' jump, likewise: wide, so that no wrench on the base stands for what the model lacks at joints.
+        joint_gap_sd: [f64; 2] = [1e-2, 2e-1],
+    }
+}

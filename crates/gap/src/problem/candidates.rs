@@ -1,0 +1,544 @@
+//! Which effects on which targets are tried on a model.
+
+use std::collections::BTreeSet;
+
+use hydro_effects as effects;
+use hydro_effects::{
+    Entry, Id, Parameter,
+    card::{ActuatorScale, BodyScale, SensorScale, Target, TargetKind},
+};
+
+use crate::{
+    options::CandidateOptions,
+    plant::{PlantBody, PlantDescription, SensorKind},
+    problem::{
+        channels::{Channels, MeasuredTrial},
+        typical::Typical,
+    },
+};
+
+/// One effect on one target, or on every target of a kind with shared values.
+#[derive(Clone, Debug)]
+pub(crate) struct Candidate {
+    /// Which effect.
+    pub(crate) effect: Id,
+    /// Its targets: one, or all of a kind.
+    pub(crate) targets: Vec<String>,
+    /// Parameters that are fitted; all targets share the values.
+    pub(crate) parameters: Vec<Parameter>,
+    /// Values of those after them, which this form of the effect leaves at their nulls.
+    pub(crate) left_out: Vec<f64>,
+}
+
+impl Candidate {
+    /// The forms of an effect with values that its targets share: with what is optional, and without. The smaller comes
+    /// first. Bounds are those of all targets, priors the narrowest.
+    fn forms(effect: Id, targets: &[(String, Target)]) -> Vec<Self> {
+        let effect_of = effects::catalogue::effect(effect);
+        let mut each = targets.iter().map(|(_, of)| effect_of.parameters(of));
+        let Some(mut all) = each.next() else {
+            return Vec::new();
+        };
+        for others in each {
+            for (p, other) in all.iter_mut().zip(others) {
+                p.lower = p.lower.max(other.lower);
+                p.upper = p.upper.min(other.upper);
+                p.prior_sd = p.prior_sd.min(other.prior_sd);
+                p.start = p.start.min(other.start).clamp(p.lower, p.upper);
+            }
+        }
+        let needed = all.iter().take_while(|p| !p.optional).count();
+        let mut counts = vec![needed, all.len()];
+        counts.dedup();
+        counts
+            .into_iter()
+            .map(|count| Self {
+                effect,
+                targets: targets.iter().map(|(name, _)| name.clone()).collect(),
+                parameters: all[..count].to_vec(),
+                left_out: all[count..].iter().map(|p| p.null).collect(),
+            })
+            .collect()
+    }
+
+    /// Effect and targets, whatever the form.
+    pub(crate) fn mechanism(&self) -> (Id, &[String]) {
+        (self.effect, &self.targets)
+    }
+
+    /// True where both cannot be in one set: the same effect on targets that overlap, or on one body what the
+    /// other holds already. A constant force has a vertical part; weight that acts away from the centre of mass has an
+    /// offset of buoyancy.
+    pub(crate) fn clashes(&self, other: &Self) -> bool {
+        let holds = |a: &Self, b: &Self| match (a.effect, b.effect) {
+            (Id::ConstantForce, Id::NetBuoyancy) => true,
+            (Id::NetBuoyancy, Id::BuoyancyOffset) => a.left_out.is_empty(),
+            (a, b) => a == b,
+        };
+        let overlap = self
+            .targets
+            .iter()
+            .any(|target| other.targets.contains(target));
+        overlap && (holds(self, other) || holds(other, self))
+    }
+
+    /// Entries with values in the order of the parameters.
+    pub(crate) fn entries(&self, values: &[f64]) -> Vec<Entry> {
+        self.targets
+            .iter()
+            .map(|target| Entry {
+                effect: self.effect,
+                target: target.clone(),
+                parameters: [values, &self.left_out].concat(),
+            })
+            .collect()
+    }
+
+    /// Values that mean "no effect".
+    pub(crate) fn null(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.null).collect()
+    }
+}
+
+/// Log prior probability of each candidate among single effects, shared by effect, target and form.
+pub(crate) fn log_shares(candidates: &[Candidate], elaborate: f64) -> Vec<f64> {
+    let effects = Id::ALL.len() as f64;
+    let share = |of: &Candidate| {
+        let alike = || candidates.iter().filter(|c| c.effect == of.effect);
+        let targets: BTreeSet<&[String]> = alike().map(|c| &c.targets[..]).collect();
+        let forms = alike().filter(|c| c.targets == of.targets).count();
+        let form = match (forms, of.left_out.is_empty()) {
+            (1, _) => 1.0,
+            (_, true) => elaborate,
+            (_, false) => 1.0 - elaborate,
+        };
+        form.ln() - (effects * targets.len() as f64).ln()
+    };
+    candidates.iter().map(share).collect()
+}
+
+/// All effects on all their targets.
+pub(crate) fn enumerate(
+    model: &PlantDescription,
+    channels: &Channels,
+    trials: &[MeasuredTrial],
+    typical: &Typical,
+    options: &CandidateOptions,
+) -> Vec<Candidate> {
+    let mut candidates = Vec::new();
+    let moving = model.bodies.iter().filter(|body| body.moves).count();
+    let bases = bases(model, options.base_volume_ratio);
+    let pace = Pace::typical(model, typical);
+    for id in Id::ALL {
+        let effect = effects::catalogue::effect(*id);
+        // Each alone, and all with shared values.
+        let mut add = |targets: &[(String, Target)]| {
+            for one in targets.chunks(1) {
+                candidates.extend(Candidate::forms(*id, one));
+            }
+            if targets.len() > 1 {
+                candidates.extend(Candidate::forms(*id, targets));
+            }
+        };
+        match effect.card().target {
+            TargetKind::Body => {
+                // At one depth, at one distance, these are drag and added mass by another name.
+                let by_place = matches!(id, Id::FreeSurface | Id::WallProximity);
+                if by_place && !travels(model, typical, options.least_travel) {
+                    continue;
+                }
+                for body in model.bodies.iter().filter(|body| body.moves) {
+                    if out_of_reach(*id, model, typical, body, options.reach) {
+                        continue;
+                    }
+                    let is_base = bases.contains(&body.name.as_str());
+                    if !(is_base || (moving <= options.all_bodies && body.wet)) {
+                        continue;
+                    }
+                    let mut scale = body.scale.clone();
+                    (scale.speed, scale.rate) = pace.of_body(&body.scale, options.least_speed);
+                    add(&[(body.name.clone(), Target::Body(scale))]);
+                }
+            }
+            TargetKind::Joint => {
+                let targets = model.joints.iter().map(|joint| {
+                    let mut scale = joint.scale.clone();
+                    scale.speed = typical.speed[joint.dof].max(1e-3);
+                    scale.travel = typical.travel[joint.qpos].max(1e-3);
+                    (joint.name.clone(), Target::Joint(scale))
+                });
+                // A slide and a hinge have no value in common.
+                let (slides, hinges): (Vec<_>, Vec<_>) =
+                    targets.partition(|(_, of)| matches!(of, Target::Joint(of) if of.slides));
+                add(&hinges);
+                add(&slides);
+            }
+            TargetKind::Actuator => {
+                let targets = model
+                    .actuators
+                    .iter()
+                    .enumerate()
+                    .filter_map(|(at, actuator)| {
+                        let fits = typical.command[at] > 0.0
+                            && (*id != Id::InflowThrustLoss || actuator.thrusts);
+                        let scale = ActuatorScale {
+                            command: typical.command[at],
+                            inflow: pace.speed.max(options.least_speed),
+                            step: model.timestep,
+                        };
+                        fits.then(|| (actuator.name.clone(), Target::Actuator(scale)))
+                    });
+                let targets: Vec<_> = targets.collect();
+                add(&targets);
+            }
+            TargetKind::Sensor => {
+                for source in &channels.sources {
+                    let sensor = &model.sensors[source.sensor];
+                    if *id == Id::SensorScale && sensor.kind == SensorKind::Quaternion {
+                        continue;
+                    }
+                    let scale = SensorScale {
+                        dimension: source.channels,
+                        noise: channels.list[source.channel].noise,
+                        signal: rms(trials, source.start, source.len),
+                        unit: if source.attitude { "rad" } else { sensor.unit },
+                        period: trials.first().map_or(model.timestep, MeasuredTrial::period),
+                    };
+                    add(&[(sensor.name.clone(), Target::Sensor(scale))]);
+                }
+            }
+        }
+    }
+    candidates
+}
+
+/// Typical speed and rate of the base.
+struct Pace {
+    /// Along its translations [m/s].
+    speed: f64,
+    /// About its rotations [rad/s].
+    rate: f64,
+    /// True where hinges alone move what there is, so that speeds come from rates.
+    swings: bool,
+}
+
+impl Pace {
+    fn typical(model: &PlantDescription, typical: &Typical) -> Self {
+        let norm = |dofs: &mut dyn Iterator<Item = usize>| {
+            dofs.map(|dof| typical.speed[dof].powi(2))
+                .sum::<f64>()
+                .sqrt()
+        };
+        if let Some(base) = &model.base {
+            return Self {
+                speed: norm(&mut (base.dof..base.dof + 3)),
+                rate: norm(&mut (base.dof + 3..base.dof + 6)),
+                swings: false,
+            };
+        }
+        let of = |slides: bool| {
+            let joints = model.joints.iter();
+            joints
+                .filter(move |joint| joint.scale.slides == slides)
+                .map(|joint| joint.dof)
+        };
+        // What slides carries the hull; the hinges below are its limbs'.
+        let swings = of(true).next().is_none();
+        Self {
+            speed: norm(&mut of(true)),
+            rate: if swings { norm(&mut of(false)) } else { 0.0 },
+            swings,
+        }
+    }
+
+    /// Speed [m/s] and rate [rad/s] of a body: one that swings goes as fast as its far end.
+    fn of_body(&self, scale: &BodyScale, least: f64) -> (f64, f64) {
+        let speed = if self.swings {
+            self.rate * greatest_extent(scale)
+        } else {
+            self.speed
+        };
+        (speed.max(least), self.rate.max(least))
+    }
+}
+
+/// The base of every tree.
+fn bases(model: &PlantDescription, volume_ratio: f64) -> Vec<&str> {
+    let mut bases: Vec<(&PlantBody, f64)> = Vec::new();
+    for body in model.bodies.iter().filter(|body| body.moves) {
+        // Of its own: a root's sizes are those of all that hangs on it. A body without weight or size is no hull,
+        // however much water it stands for: buoyancy is often written as one.
+        match bases.last_mut() {
+            Some((base, least)) if !body.root => {
+                if body.wet && body.bulk > *least {
+                    (*base, *least) = (body, body.bulk);
+                }
+            }
+            _ => bases.push((body, volume_ratio * body.bulk)),
+        }
+    }
+    bases.iter().map(|(body, _)| body.name.as_str()).collect()
+}
+
+/// The greatest extent of a body [m], zero where it has none.
+fn greatest_extent(scale: &BodyScale) -> f64 {
+    scale.extent.into_iter().fold(0.0, f64::max)
+}
+
+/// True where a body stays so far from surface or walls in all trials that it does not feel them: its drag and added
+/// mass there would be drag and added mass by another name.
+fn out_of_reach(
+    id: Id,
+    model: &PlantDescription,
+    typical: &Typical,
+    body: &PlantBody,
+    reach: f64,
+) -> bool {
+    let Some(base) = (model.base.as_ref()).filter(|base| base.body == body.name) else {
+        return false;
+    };
+    let distance = match id {
+        Id::FreeSurface => model.waterline - typical.highest[base.qpos + 2],
+        Id::WallProximity => typical.clearance,
+        _ => return false,
+    };
+    distance > reach * greatest_extent(&body.scale)
+}
+
+/// True where something that moves goes far enough to feel depths and distances change.
+fn travels(model: &PlantDescription, typical: &Typical, least: f64) -> bool {
+    let size = model
+        .bodies
+        .iter()
+        .map(|body| greatest_extent(&body.scale))
+        .fold(0.0, f64::max);
+    let hinges: Vec<usize> = model
+        .joints
+        .iter()
+        .filter(|joint| !joint.scale.slides)
+        .map(|joint| joint.qpos)
+        .collect();
+    (0..typical.travel.len())
+        .filter(|at| !hinges.contains(at))
+        .any(|at| typical.travel[at] > least * size)
+}
+
+/// Root mean square of a sensor's readings.
+fn rms(trials: &[MeasuredTrial], start: usize, len: usize) -> f64 {
+    let (mut sum, mut count) = (0.0, 0_usize);
+    for trial in trials {
+        for row in 0..trial.times.len() {
+            for value in &trial.row(row)[start..start + len] {
+                if value.is_finite() {
+                    sum += value * value;
+                    count += 1;
+                }
+            }
+        }
+    }
+    (sum / count.max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::{
+        plant::{Plant, PlantJoint},
+        tests::fake::RigidBody,
+    };
+    use hydro_effects::card::JointScale;
+
+    const NO_CHANNELS: Channels = Channels {
+        list: Vec::new(),
+        sources: Vec::new(),
+    };
+
+    /// Slow trials far from walls.
+    fn usual(model: &PlantDescription) -> Typical {
+        Typical {
+            speed: vec![0.1; model.nv],
+            travel: vec![1.0; model.nq],
+            highest: vec![0.0; model.nq],
+            clearance: f64::INFINITY,
+            command: vec![1.0; model.actuators.len()],
+        }
+    }
+
+    fn joint(dof: usize, slides: bool) -> PlantJoint {
+        PlantJoint {
+            name: format!("joint_{dof}"),
+            qpos: dof,
+            dof,
+            scale: JointScale {
+                inertia: 1.0,
+                torque: 1.0,
+                speed: 0.0,
+                travel: 0.0,
+                slides,
+            },
+            stiffness: 0.0,
+            damping: 0.0,
+        }
+    }
+
+    #[test]
+    fn the_base_is_the_root_or_a_much_bulkier_body_of_its_tree() {
+        let mut model = RigidBody::new().description().clone();
+        let hull = model.bodies[0].clone();
+        let named = |name: &str, root: bool, part: f64| {
+            let mut body = hull.clone();
+            (body.name, body.root, body.bulk) = (name.to_owned(), root, part);
+            body
+        };
+        let mut buoyancy = named("hull_buoyancy", false, 3.0);
+        buoyancy.wet = false;
+        model.bodies = vec![
+            named("carriage", true, 0.01),
+            named("hull", false, 1.0),
+            buoyancy,
+            named("fin", false, 0.1),
+            named("vehicle", true, 1.0),
+            named("arm", false, 1.5),
+        ];
+        assert_eq!(bases(&model, 2.0), ["hull", "vehicle"]);
+    }
+
+    /// A constant force is tried with a torque and without; entries are whole either way.
+    #[test]
+    fn what_is_optional_makes_a_form_of_its_own() {
+        let model = RigidBody::new().description().clone();
+        let target = Target::Body(model.bodies[0].scale.clone());
+        let hull = [("hull".to_owned(), target)];
+        let forms = Candidate::forms(Id::ConstantForce, &hull);
+        let sizes: Vec<usize> = forms.iter().map(|form| form.parameters.len()).collect();
+        assert_eq!(sizes, [3, 6]);
+        assert_eq!(
+            forms[0].entries(&[1.0, 2.0, 3.0])[0].parameters,
+            [1.0, 2.0, 3.0, 0.0, 0.0, 0.0]
+        );
+        let all = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+        assert_eq!(forms[1].entries(&all)[0].parameters, all);
+        assert_eq!(Candidate::forms(Id::Lift, &hull).len(), 1);
+    }
+
+    /// The plugin refuses a deadband wider than what an actuator can be told.
+    #[test]
+    fn what_targets_share_lies_within_the_bounds_of_all() {
+        let target = |command: f64| {
+            Target::Actuator(ActuatorScale {
+                command,
+                inflow: 0.5,
+                step: 0.01,
+            })
+        };
+        let both = [
+            ("bow".to_owned(), target(10.0)),
+            ("stern".to_owned(), target(0.1)),
+        ];
+        let shared = &Candidate::forms(Id::ActuatorDeadband, &both)[0];
+        let width = &shared.parameters[0];
+        assert_eq!(shared.targets, ["bow", "stern"]);
+        assert_eq!((width.lower, width.upper), (0.0, 0.1));
+        assert!(width.start < 0.01 && width.prior_sd < 0.02, "{width:?}");
+    }
+
+    #[test]
+    fn hinges_and_slides_share_nothing() {
+        let mut model = RigidBody::new().description().clone();
+        let mut targets = |slides: [bool; 3]| {
+            model.joints = (0..3).map(|dof| joint(dof, slides[dof])).collect();
+            let all = enumerate(
+                &model,
+                &NO_CHANNELS,
+                &[],
+                &usual(&model),
+                &CandidateOptions::default(),
+            );
+            let dampings = all.into_iter().filter(|of| of.effect == Id::JointDamping);
+            let mut targets: Vec<_> = dampings.map(|of| of.targets.join(" ")).collect();
+            targets.sort();
+            targets
+        };
+        let alone = ["joint_0", "joint_1", "joint_2"];
+        let with = |shared: &'static str| {
+            let mut all = [&alone[..], &[shared]].concat();
+            all.sort_unstable();
+            all
+        };
+        assert_eq!(targets([false; 3]), with("joint_0 joint_1 joint_2"));
+        assert_eq!(targets([true; 3]), with("joint_0 joint_1 joint_2"));
+        assert_eq!(targets([false, true, false]), with("joint_0 joint_2"));
+        assert_eq!(targets([true, true, false]), with("joint_0 joint_1"));
+    }
+
+    #[test]
+    fn what_another_holds_already_clashes() {
+        let model = RigidBody::new().description().clone();
+        let target = Target::Body(model.bodies[0].scale.clone());
+        let form = |id: Id, name: &str, at: usize| {
+            Candidate::forms(id, &[(name.to_owned(), target.clone())]).swap_remove(at)
+        };
+        let weight = form(Id::NetBuoyancy, "hull", 0);
+        let away = form(Id::NetBuoyancy, "hull", 1);
+        let offset = form(Id::BuoyancyOffset, "hull", 0);
+        let force = form(Id::ConstantForce, "hull", 0);
+        assert!(away.clashes(&offset) && offset.clashes(&away));
+        assert!(!weight.clashes(&offset));
+        assert!(weight.clashes(&away) && weight.clashes(&force) && force.clashes(&away));
+        assert!(!force.clashes(&offset));
+        assert!(!away.clashes(&form(Id::BuoyancyOffset, "fin", 0)));
+        assert_eq!(weight.mechanism(), away.mechanism());
+    }
+
+    /// The hull is 0.6 m long.
+    #[test]
+    fn a_body_that_stays_away_does_not_feel_the_surface_nor_a_wall() {
+        let mut model = RigidBody::new().description().clone();
+        let felt = |model: &PlantDescription, highest: f64| {
+            let mut typical = usual(model);
+            typical.clearance = -highest;
+            typical.highest[2] = highest;
+            let candidates = enumerate(
+                model,
+                &NO_CHANNELS,
+                &[],
+                &typical,
+                &CandidateOptions::default(),
+            );
+            let tried = |id: Id| candidates.iter().any(|candidate| candidate.effect == id);
+            (tried(Id::FreeSurface), tried(Id::WallProximity))
+        };
+        // As far from a wall as it is deep.
+        assert_eq!(felt(&model, -1.1), (true, true));
+        assert_eq!(felt(&model, -1.3), (false, false));
+        model.waterline = -0.5;
+        assert_eq!(felt(&model, -1.3), (true, false));
+        assert_eq!(felt(&model, -1.8), (false, false));
+    }
+
+    /// A rate is no speed: what swings goes as fast as its far end, what a carriage tows as fast as the carriage.
+    #[test]
+    fn speeds_come_from_what_translates() {
+        let mut model = RigidBody::new().description().clone();
+        let scale = model.bodies[0].scale.clone();
+        let typical = Typical {
+            speed: vec![3.0, 4.0, 0.0, 0.6, 0.8, 0.0],
+            travel: vec![1.0; model.nq],
+            highest: vec![0.0; model.nq],
+            clearance: 0.0,
+            command: vec![1.0; model.actuators.len()],
+        };
+        let found = |model: &PlantDescription| Pace::typical(model, &typical).of_body(&scale, 0.05);
+        let close = |(speed, rate): (f64, f64), expected: (f64, f64)| {
+            (speed - expected.0).abs() < 1e-9 && (rate - expected.1).abs() < 1e-9
+        };
+        assert!(close(found(&model), (5.0, 1.0)), "{:?}", found(&model));
+        model.base = None;
+        // The hull is 0.6 m long.
+        model.joints = vec![joint(0, false), joint(1, false)];
+        assert!(close(found(&model), (3.0, 5.0)), "{:?}", found(&model));
+        model.joints = vec![joint(0, false), joint(4, true)];
+        assert!(close(found(&model), (0.8, 0.05)), "{:?}", found(&model));
+    }
+}

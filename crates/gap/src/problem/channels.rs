@@ -1,0 +1,261 @@
+//! A trial laid out as the model's `sensordata`, and the channels that are compared.
+
+use nalgebra::{Quaternion, UnitQuaternion};
+
+use crate::{
+    output::records::Channel,
+    plant::{PlantDescription, SensorKind},
+    trial::{Series, Trial},
+};
+
+/// One trial, its readings in the order of `sensordata`.
+#[derive(Debug)]
+pub(crate) struct MeasuredTrial {
+    /// Name of the trial.
+    pub(crate) name: String,
+    /// Labels of the rows [s]: a row labelled t holds the state at t less a step.
+    pub(crate) times: Vec<f64>,
+    /// Readings by row; NaN where there is none.
+    pub(crate) values: Vec<f64>,
+    /// Length of a row.
+    pub(crate) width: usize,
+    /// Controls.
+    pub(crate) control: Series,
+    /// Full-physics state at the start, where the log has one.
+    pub(crate) initial_state: Option<Vec<f64>>,
+}
+
+impl MeasuredTrial {
+    pub(crate) fn new(trial: Trial, model: &PlantDescription) -> Self {
+        let width = model
+            .sensors
+            .iter()
+            .map(|sensor| sensor.start + sensor.len)
+            .max()
+            .unwrap_or(0);
+        let mut values = vec![f64::NAN; width * trial.sensors.times.len()];
+        for sensor in &model.sensors {
+            let columns = trial.sensors.columns_of(&sensor.name);
+            if columns.len() != sensor.len {
+                continue;
+            }
+            for (component, column) in columns.into_iter().enumerate() {
+                for (row, value) in trial.sensors.column_values(column).enumerate() {
+                    values[row * width + sensor.start + component] = value;
+                }
+            }
+        }
+        let initial_state = trial
+            .initial_state
+            .filter(|state| state.len() == model.state_len);
+        Self {
+            name: trial.name,
+            times: trial.sensors.times,
+            values,
+            width,
+            control: trial.control,
+            initial_state,
+        }
+    }
+
+    pub(crate) fn row(&self, row: usize) -> &[f64] {
+        &self.values[row * self.width..(row + 1) * self.width]
+    }
+
+    /// Median time between rows [s].
+    pub(crate) fn period(&self) -> f64 {
+        let mut gaps: Vec<f64> = self
+            .times
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .collect();
+        if gaps.is_empty() {
+            return f64::INFINITY;
+        }
+        let middle = gaps.len() / 2;
+        *gaps.select_nth_unstable_by(middle, f64::total_cmp).1
+    }
+}
+
+/// Place of a sensor's numbers in `sensordata`, and the channels that they become.
+#[derive(Clone, Debug)]
+pub(crate) struct Source {
+    /// Row of `PlantDescription::sensors`.
+    pub(crate) sensor: usize,
+    /// First number in `sensordata`.
+    pub(crate) start: usize,
+    /// Numbers.
+    pub(crate) len: usize,
+    /// First channel.
+    pub(crate) channel: usize,
+    /// Channels: three for an attitude, else one a number.
+    pub(crate) channels: usize,
+    /// True for an attitude.
+    pub(crate) attitude: bool,
+}
+
+/// All channels that are compared.
+#[derive(Clone, Debug)]
+pub(crate) struct Channels {
+    pub(crate) list: Vec<Channel>,
+    pub(crate) sources: Vec<Source>,
+}
+
+impl Channels {
+    /// One number with declared noise, in metres.
+    #[cfg(test)]
+    pub(crate) fn single(noise: f64) -> Self {
+        Self {
+            list: vec![Channel {
+                sensor: "depth".to_owned(),
+                component: 0,
+                unit: "m".to_owned(),
+                noise,
+                declared_noise: Some(noise),
+            }],
+            sources: vec![Source {
+                sensor: 0,
+                start: 0,
+                len: 1,
+                channel: 0,
+                channels: 1,
+                attitude: false,
+            }],
+        }
+    }
+
+    /// The channels with at least one reading in the trials.
+    pub(crate) fn with_readings(model: &PlantDescription, trials: &[MeasuredTrial]) -> Self {
+        let mut list = Vec::new();
+        let mut sources = Vec::new();
+        for (at, sensor) in model.sensors.iter().enumerate() {
+            let seen = trials.iter().any(|trial| {
+                (0..trial.times.len()).any(|row| {
+                    trial.row(row)[sensor.start..sensor.start + sensor.len]
+                        .iter()
+                        .all(|value| value.is_finite())
+                })
+            });
+            if !seen {
+                continue;
+            }
+            let attitude = sensor.kind == SensorKind::Quaternion;
+            let channels = if attitude { 3 } else { sensor.len };
+            sources.push(Source {
+                sensor: at,
+                start: sensor.start,
+                len: sensor.len,
+                channel: list.len(),
+                channels,
+                attitude,
+            });
+            let declared = (sensor.noise > 0.0).then_some(sensor.noise);
+            for component in 0..channels {
+                list.push(Channel {
+                    sensor: sensor.name.clone(),
+                    component,
+                    unit: if attitude { "rad" } else { sensor.unit }.to_owned(),
+                    noise: declared.unwrap_or(f64::NAN),
+                    declared_noise: declared,
+                });
+            }
+        }
+        Self { list, sources }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// MeasuredTrial less predicted, by channel; NaN where there is no reading. An attitude gives the rotation
+    /// vector from the predicted to the measured one, in the predicted frame.
+    pub(crate) fn residual(&self, measured: &[f64], predicted: &[f64], residual: &mut [f64]) {
+        for source in &self.sources {
+            let range = source.start..source.start + source.len;
+            let (measured, predicted) = (&measured[range.clone()], &predicted[range]);
+            let out = &mut residual[source.channel..source.channel + source.channels];
+            if source.attitude {
+                out.copy_from_slice(&rotation_between(predicted, measured));
+            } else {
+                for ((value, measured), predicted) in out.iter_mut().zip(measured).zip(predicted) {
+                    *value = measured - predicted;
+                }
+            }
+        }
+    }
+}
+
+/// Rotation vector from one attitude (w x y z) to another, in the frame of the first.
+pub(crate) fn rotation_between(from: &[f64], to: &[f64]) -> [f64; 3] {
+    let unit = |q: &[f64]| {
+        UnitQuaternion::try_new(Quaternion::new(q[0], q[1], q[2], q[3]), f64::MIN_POSITIVE)
+    };
+    match (unit(from), unit(to)) {
+        (Some(from), Some(to)) => (from.inverse() * to).scaled_axis().into(),
+        _ => [f64::NAN; 3],
+    }
+}
+
+/// Mean of every channel over a trial; of an attitude, the first reading stands for it.
+pub(crate) fn means(trial: &MeasuredTrial, channels: &Channels) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0_usize); channels.len()];
+    let zeros = vec![0.0; channels.len()];
+    for row in 0..trial.times.len() {
+        for (channel, (sum, count)) in sums.iter_mut().enumerate() {
+            let value = deviation(trial, channels, row, channel, &zeros);
+            if value.is_finite() {
+                *sum += value;
+                *count += 1;
+            }
+        }
+    }
+    sums.iter()
+        .map(|(sum, count)| sum / (*count).max(1) as f64)
+        .collect()
+}
+
+/// A reading less the mean of its channel.
+pub(crate) fn deviation(
+    trial: &MeasuredTrial,
+    channels: &Channels,
+    row: usize,
+    channel: usize,
+    means: &[f64],
+) -> f64 {
+    let Some(source) = channels
+        .sources
+        .iter()
+        .find(|of| (of.channel..of.channel + of.channels).contains(&channel))
+    else {
+        return f64::NAN;
+    };
+    let component = channel - source.channel;
+    let reading = &trial.row(row)[source.start..source.start + source.len];
+    let value = if source.attitude {
+        let first = &trial.row(0)[source.start..source.start + source.len];
+        rotation_between(first, reading)[component]
+    } else {
+        reading[component]
+    };
+    value - means[channel]
+}
+
+/// Standard deviation of every channel over some trials.
+pub(crate) fn spreads(trials: &[MeasuredTrial], channels: &Channels) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0_usize); channels.len()];
+    for trial in trials {
+        let means = means(trial, channels);
+        for row in 0..trial.times.len() {
+            for (channel, (sum, count)) in sums.iter_mut().enumerate() {
+                let value = deviation(trial, channels, row, channel, &means);
+                if value.is_finite() {
+                    *sum += value * value;
+                    *count += 1;
+                }
+            }
+        }
+    }
+    sums.iter()
+        .map(|(sum, count)| (sum / (*count).max(1) as f64).sqrt())
+        .collect()
+}

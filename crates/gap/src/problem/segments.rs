@@ -1,0 +1,95 @@
+//! The estimated motion of a trial, and the segments that it is cut into.
+
+use std::ops::Range;
+
+use crate::problem::channels::MeasuredTrial;
+
+/// Estimated motion of one trial at the state time of each row.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct EstimatedMotion {
+    /// State times [s].
+    pub(crate) times: Vec<f64>,
+    /// Positions [rows, nq].
+    pub(crate) qpos: Vec<f64>,
+    /// Velocities [rows, nv].
+    pub(crate) qvel: Vec<f64>,
+}
+
+impl EstimatedMotion {
+    pub(crate) fn state(&self, row: usize) -> (&[f64], &[f64]) {
+        let (nq, nv) = (
+            self.qpos.len() / self.times.len(),
+            self.qvel.len() / self.times.len(),
+        );
+        (
+            &self.qpos[row * nq..(row + 1) * nq],
+            &self.qvel[row * nv..(row + 1) * nv],
+        )
+    }
+}
+
+/// A stretch of a trial that is predicted in one go.
+#[derive(Clone, Debug)]
+pub(crate) struct Segment {
+    /// Which trial.
+    pub(crate) trial: usize,
+    /// Its rows.
+    pub(crate) rows: Range<usize>,
+    /// State time of the start [s].
+    pub(crate) start: f64,
+    /// Positions at the start.
+    pub(crate) qpos: Vec<f64>,
+    /// Velocities at the start.
+    pub(crate) qvel: Vec<f64>,
+}
+
+/// Row behind the last of a window that begins at a row and lasts about `length` seconds; a rest too short
+/// for a window of its own joins it.
+pub(crate) fn window_end(
+    trial: &MeasuredTrial,
+    first: usize,
+    length: f64,
+    least_rows: usize,
+) -> usize {
+    let rows = trial.times.len();
+    let end = trial
+        .times
+        .partition_point(|time| *time < trial.times[first] + length - 1e-9)
+        .max(first + least_rows);
+    if end + least_rows > rows { rows } else { end }
+}
+
+/// Cuts a trial into segments of about `length` seconds along its motion.
+pub(crate) fn cut(
+    index: usize,
+    trial: &MeasuredTrial,
+    motion: &EstimatedMotion,
+    length: f64,
+    least_rows: usize,
+) -> Vec<Segment> {
+    let mut segments = Vec::new();
+    let rows = trial.times.len();
+    let mut first = 0;
+    while first < rows {
+        let mut end = trial
+            .times
+            .partition_point(|time| *time < trial.times[first] + length - 1e-9);
+        end = end.max(first + least_rows).min(rows);
+        // A short rest joins the last segment.
+        if trial.times[rows - 1] - trial.times[end.min(rows - 1)] < 0.5 * length {
+            end = rows;
+        }
+        if end - first >= least_rows {
+            let (qpos, qvel) = motion.state(first);
+            segments.push(Segment {
+                trial: index,
+                rows: first..end,
+                start: motion.times[first],
+                qpos: qpos.to_vec(),
+                qvel: qvel.to_vec(),
+            });
+        }
+        first = end;
+    }
+    segments
+}

@@ -1,0 +1,58 @@
+//! Measurement noise of sensors whose MJCF declares none.
+
+use crate::{
+    output::records::Channel,
+    problem::channels::{Channels, MeasuredTrial, rotation_between},
+};
+
+/// Sum of the squared coefficients of a third difference: 1, 3, 3, 1.
+const THIRD_DIFFERENCE: f64 = 20.0;
+
+/// Fills in the noise of channels whose sensor declares none: the standard deviation that explains third
+/// differences of the readings, to which smooth motion adds little (Gasser, Sroka and Jennen-Steinmetz
+/// 1986 do the same with second ones). Returns the sensors concerned.
+pub(crate) fn estimate(
+    channels: &mut Channels,
+    trials: &[MeasuredTrial],
+    least: f64,
+) -> Vec<String> {
+    let mut estimated = Vec::new();
+    for source in channels.sources.clone() {
+        for component in 0..source.channels {
+            let channel: &mut Channel = &mut channels.list[source.channel + component];
+            if channel.declared_noise.is_some() {
+                continue;
+            }
+            let mut squares = Vec::new();
+            let mut largest: f64 = 0.0;
+            for trial in trials {
+                let readings: Vec<f64> = (0..trial.times.len())
+                    .map(|row| {
+                        let reading = &trial.row(row)[source.start..source.start + source.len];
+                        if source.attitude {
+                            let first = &trial.row(0)[source.start..source.start + source.len];
+                            rotation_between(first, reading)[component]
+                        } else {
+                            reading[component]
+                        }
+                    })
+                    .filter(|reading| reading.is_finite())
+                    .collect();
+                largest = readings.iter().fold(largest, |m, value| m.max(value.abs()));
+                squares.extend(readings.windows(4).map(|w| {
+                    let third = w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0];
+                    third * third
+                }));
+            }
+            squares.sort_by(f64::total_cmp);
+            // The median of a squared normal is 0.455 of its mean; jumps do not move it.
+            let median = squares.get(squares.len() / 2).copied().unwrap_or(0.0);
+            let sd = (median / 0.455 / THIRD_DIFFERENCE).sqrt();
+            channel.noise = sd.max(least * largest.max(1e-3));
+            if !estimated.contains(&channel.sensor) {
+                estimated.push(channel.sensor.clone());
+            }
+        }
+    }
+    estimated
+}

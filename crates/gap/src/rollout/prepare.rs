@@ -1,0 +1,111 @@
+//! Trials made ready for every stage: channels, sensor noise, estimated motions, candidate effects.
+
+use std::sync::atomic::AtomicUsize;
+
+use rayon::prelude::*;
+
+use crate::{
+    error::GapError,
+    plant::Plant,
+    problem::{
+        candidates,
+        channels::{Channels, MeasuredTrial},
+        problem::{Problem, Settings},
+        segments::EstimatedMotion,
+        sensor_noise,
+        typical::Typical,
+    },
+    progress::Watch,
+    rollout::{sensor_correction::Correction, state_estimation, system::System},
+    trial::Trial,
+};
+
+impl<'a> Problem<'a> {
+    /// Estimates noise where none is declared, and the motion of every trial.
+    ///
+    /// # Errors
+    /// Nothing to compare, a nominal that blows up, or a stop that was asked for.
+    pub fn prepare(
+        plant: &'a dyn Plant,
+        trials: Vec<Trial>,
+        settings: Settings,
+        watch: &Watch<'_>,
+    ) -> Result<Self, GapError> {
+        let model = plant.description();
+        let trials: Vec<MeasuredTrial> = trials
+            .into_iter()
+            .map(|trial| MeasuredTrial::new(trial, model))
+            .collect();
+        let mut channels = Channels::with_readings(model, &trials);
+        if channels.len() == 0 {
+            return Err(GapError::NothingMeasured {
+                trials: trials.iter().map(|trial| trial.name.clone()).collect(),
+                sensors: model.sensors.iter().map(|s| s.name.clone()).collect(),
+            });
+        }
+        let mut remarks = Vec::new();
+        let estimated = sensor_noise::estimate(
+            &mut channels,
+            &trials,
+            settings.options.candidates.least_noise,
+        );
+        if !estimated.is_empty() {
+            remarks.push(format!(
+                "the MJCF gives no noise for {}; it was estimated from the readings' third differences",
+                estimated.join(", ")
+            ));
+        }
+        let done = AtomicUsize::new(0);
+        let none = vec![Correction::NONE; model.sensors.len()];
+        let motions = trials
+            .par_iter()
+            .map(|trial| {
+                watch.check()?;
+                let motion = state_estimation::estimate_motion(
+                    &System::plain(plant),
+                    trial,
+                    &channels,
+                    &none,
+                    &settings.options,
+                );
+                watch.count("following the trials", &done, trials.len());
+                motion
+            })
+            // Of several faults that of the first trial is told, whichever thread was faster.
+            .collect::<Vec<Result<EstimatedMotion, GapError>>>()
+            .into_iter()
+            .collect::<Result<Vec<EstimatedMotion>, GapError>>()?;
+        let typical = Typical::from_trials(model, &trials, &motions);
+        if !model.actuators.is_empty() && !trials.iter().any(is_excited) {
+            remarks.push(
+                "the controls are constant in every trial: the data excite nothing but free motion"
+                    .to_owned(),
+            );
+        }
+        let candidates = candidates::enumerate(
+            model,
+            &channels,
+            &trials,
+            &typical,
+            &settings.options.candidates,
+        );
+        Ok(Self {
+            plant,
+            trials,
+            motions,
+            channels,
+            candidates,
+            commands: typical.command,
+            settings,
+            remarks,
+        })
+    }
+}
+
+/// True where a command changes.
+fn is_excited(trial: &MeasuredTrial) -> bool {
+    let width = trial.control.width().max(1);
+    let mut rows = trial.control.data.chunks_exact(width);
+    let first = rows.next().unwrap_or(&[]);
+    rows.any(|row| row.iter().zip(first).any(|(a, b)| a.is_finite() && a != b))
+}

@@ -1,0 +1,341 @@
+//! States along a trial, from its sensors: moving-horizon estimation with the nominal model over short
+//! windows, each started where the last one ended.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::{
+    error::GapError,
+    options::Options,
+    plant::{PlantDescription, SensorKind, Simulation},
+    problem::{
+        channels::{Channels, MeasuredTrial},
+        segments::{self, EstimatedMotion, Segment},
+    },
+    rollout::{
+        sensor_correction::{self, Correction},
+        shooting::{self, Trace, WarmUp},
+        system::System,
+        whitening::whiten,
+    },
+};
+
+/// Steps of the difference quotients: positions [m or rad], velocities.
+pub(crate) const STEP: [f64; 2] = [1e-5, 1e-4];
+/// Gauss-Newton steps at most a window.
+const ITERATIONS: usize = 4;
+
+/// Sensitivity of a segment to its start: minus the derivative of the whitened residuals
+/// by the tangent [rows * channels, 2 nv]; none where a rollout blew up.
+#[expect(clippy::too_many_arguments)]
+fn start_sensitivity(
+    simulation: &mut dyn Simulation,
+    trial: &MeasuredTrial,
+    segment: &Segment,
+    motion: &EstimatedMotion,
+    warm_up: WarmUp,
+    channels: &Channels,
+    corrections: &[Correction],
+    model: &PlantDescription,
+) -> Option<DMatrix<f64>> {
+    let nv = model.nv;
+    let mut trace = Trace::default();
+    let mut from = |tangent: &[f64]| -> Option<DVector<f64>> {
+        let step = model.timestep;
+        let mut residual = Vec::new();
+        let whole = shooting::run(
+            simulation,
+            trial,
+            segment,
+            motion,
+            warm_up,
+            step,
+            Some(tangent),
+            &mut trace,
+        );
+        if !whole {
+            return None;
+        }
+        sensor_correction::residuals(
+            &trace,
+            trial,
+            segment,
+            channels,
+            corrections,
+            step,
+            &mut residual,
+        );
+        whiten(channels, &mut residual);
+        Some(DVector::from_vec(residual))
+    };
+    let mut tangent = vec![0.0; 2 * nv];
+    let before = from(&tangent)?;
+    let mut matrix = DMatrix::zeros(before.len(), 2 * nv);
+    for axis in 0..2 * nv {
+        let step = STEP[axis / nv];
+        tangent.fill(0.0);
+        tangent[axis] = step;
+        matrix.set_column(axis, &((&before - from(&tangent)?) / step));
+    }
+    Some(matrix)
+}
+
+/// Precision of a start about its guess, by tangent axis.
+pub(crate) fn arrival_precision(nv: usize, sd: [f64; 2]) -> DVector<f64> {
+    DVector::from_fn(2 * nv, |axis, _| sd[axis / nv].powi(-2))
+}
+
+/// The motion of a trial at its rows.
+///
+/// # Errors
+/// The nominal diverges within a window, or a trial is too short.
+pub(crate) fn estimate_motion(
+    system: &System<'_>,
+    trial: &MeasuredTrial,
+    channels: &Channels,
+    corrections: &[Correction],
+    options: &Options,
+) -> Result<EstimatedMotion, GapError> {
+    let (states, warm_up) = (&options.states, system.warm_up(&options.rollout));
+    let model = system.model();
+    let rows = trial.times.len();
+    if rows < states.least_rows {
+        return Err(GapError::TooShort {
+            trial: trial.name.clone(),
+            found: rows,
+            expected: states.least_rows,
+        });
+    }
+    let mut simulation = system.simulation()?;
+    let mut cheaper = system.cheaper()?;
+    let (qpos, qvel) = first_guess(simulation.as_mut(), trial, model);
+    let mut motion = EstimatedMotion::default();
+    let mut guess = Segment {
+        trial: 0,
+        rows: 0..rows,
+        start: on_the_grid(trial, trial.times[0] - model.timestep, model.timestep),
+        qpos,
+        qvel,
+    };
+    let mut first = 0;
+    while first < rows {
+        let end = segments::window_end(trial, first, states.window, states.least_rows);
+        guess.rows = first..end;
+        let sd = if first == 0 && trial.initial_state.is_none() {
+            states.first_arrival_sd
+        } else {
+            states.arrival_sd
+        };
+        settle(
+            simulation.as_mut(),
+            cheaper.as_mut(),
+            trial,
+            &mut guess,
+            &motion,
+            warm_up,
+            channels,
+            corrections,
+            model,
+            sd,
+            states.window,
+        )?;
+        follow(
+            simulation.as_mut(),
+            trial,
+            &mut guess,
+            &mut motion,
+            warm_up,
+            model,
+        );
+        first = end;
+    }
+    Ok(motion)
+}
+
+/// The instant nearest to a time at which a whole number of steps has passed since the first command: a
+/// command is held over a step, so steps that begin elsewhere would see it late or early.
+fn on_the_grid(trial: &MeasuredTrial, time: f64, step: f64) -> f64 {
+    let Some(origin) = trial.control.times.first() else {
+        return time;
+    };
+    origin + ((time - origin) / step).round() * step
+}
+
+/// Fits the start of a window to its rows, by damped Gauss-Newton.
+#[expect(clippy::too_many_arguments)]
+fn settle(
+    simulation: &mut dyn Simulation,
+    cheaper: &mut dyn Simulation,
+    trial: &MeasuredTrial,
+    guess: &mut Segment,
+    motion: &EstimatedMotion,
+    warm_up: WarmUp,
+    channels: &Channels,
+    none: &[Correction],
+    model: &PlantDescription,
+    sd: [f64; 2],
+    window: f64,
+) -> Result<(), GapError> {
+    let precision = arrival_precision(model.nv, sd);
+    let mut moved = DVector::zeros(2 * model.nv);
+    let mut trace = Trace::default();
+    let mut residual = Vec::new();
+    let mut sensitivity: Option<DMatrix<f64>> = None;
+    let mut best: Option<(f64, Segment)> = None;
+    for _ in 0..ITERATIONS {
+        let whole = shooting::run(
+            simulation,
+            trial,
+            guess,
+            motion,
+            warm_up,
+            model.timestep,
+            None,
+            &mut trace,
+        );
+        let cost = if whole {
+            sensor_correction::residuals(
+                &trace,
+                trial,
+                guess,
+                channels,
+                none,
+                model.timestep,
+                &mut residual,
+            );
+            whiten(channels, &mut residual);
+            residual.iter().map(|value| value * value).sum::<f64>()
+                + moved.component_mul(&moved).dot(&precision)
+        } else {
+            f64::INFINITY
+        };
+        match &best {
+            None if !whole => {
+                return Err(GapError::NominalDiverges {
+                    trial: trial.name.clone(),
+                    start: guess.start,
+                    after: trial.times[guess.rows.end - 1] - guess.start,
+                    expected: window,
+                    timestep: model.timestep,
+                });
+            }
+            Some((before, state)) if cost >= before * (1.0 - 1e-4) => {
+                if cost > *before {
+                    *guess = state.clone();
+                }
+                return Ok(());
+            }
+            _ => best = Some((cost, guess.clone())),
+        }
+        if sensitivity.is_none() {
+            sensitivity = start_sensitivity(
+                cheaper, trial, guess, motion, warm_up, channels, none, model,
+            );
+        }
+        let Some(matrix) = &sensitivity else {
+            return Ok(());
+        };
+        let mut normal = matrix.tr_mul(matrix);
+        for axis in 0..2 * model.nv {
+            normal[(axis, axis)] += precision[axis];
+        }
+        let gradient =
+            matrix.tr_mul(&DVector::from_column_slice(&residual)) - moved.component_mul(&precision);
+        let Some(factor) = normal.cholesky() else {
+            return Ok(());
+        };
+        let step = factor.solve(&gradient);
+        moved += &step;
+        simulation.set_motion(guess.start, &guess.qpos, &guess.qvel);
+        simulation.retract(step.as_slice());
+        guess.qpos = simulation.qpos().to_vec();
+        guess.qvel = simulation.qvel().to_vec();
+    }
+    Ok(())
+}
+
+/// Runs a settled window, writes the state at each of its rows into the motion, and leaves the guess where
+/// the next window starts.
+fn follow(
+    simulation: &mut dyn Simulation,
+    trial: &MeasuredTrial,
+    guess: &mut Segment,
+    motion: &mut EstimatedMotion,
+    warm_up: WarmUp,
+    model: &PlantDescription,
+) {
+    let step = model.timestep;
+    let mut control = vec![0.0; trial.control.width()];
+    shooting::lead_in(simulation, trial, guess, motion, warm_up, step);
+    simulation.set_motion(guess.start, &guess.qpos, &guess.qvel);
+    let mut at = 0_usize;
+    let mut go_to = |simulation: &mut dyn Simulation, time: f64| {
+        // To the step nearest to the time asked for.
+        let target = ((time - guess.start) / step).round().max(0.0) as usize;
+        while at < target {
+            trial
+                .control
+                .interpolate(guess.start + at as f64 * step, &mut control);
+            simulation.set_control(&control);
+            simulation.step();
+            at += 1;
+        }
+        guess.start + at as f64 * step
+    };
+    for row in guess.rows.clone() {
+        let time = go_to(simulation, trial.times[row] - step);
+        motion.times.push(time);
+        motion.qpos.extend_from_slice(simulation.qpos());
+        motion.qvel.extend_from_slice(simulation.qvel());
+    }
+    if let Some(next) = trial.times.get(guess.rows.end) {
+        let time = go_to(simulation, next - step);
+        guess.start = time;
+        guess.qpos = simulation.qpos().to_vec();
+        guess.qvel = simulation.qvel().to_vec();
+    }
+}
+
+/// A first state: the log's, else what position, attitude, joint and velocity sensors say of it directly,
+/// and the model's own for the rest.
+fn first_guess(
+    simulation: &mut dyn Simulation,
+    trial: &MeasuredTrial,
+    model: &PlantDescription,
+) -> (Vec<f64>, Vec<f64>) {
+    if let Some(state) = &trial.initial_state {
+        let (qpos, qvel) = (
+            state[1..1 + model.nq].to_vec(),
+            state[1 + model.nq..1 + model.nq + model.nv].to_vec(),
+        );
+        return (qpos, qvel);
+    }
+    simulation.reset();
+    let mut qpos = simulation.qpos().to_vec();
+    let mut qvel = simulation.qvel().to_vec();
+    for sensor in &model.sensors {
+        let reading = (0..trial.times.len())
+            .map(|row| &trial.row(row)[sensor.start..sensor.start + sensor.len])
+            .find(|reading| reading.iter().all(|value| value.is_finite()));
+        let Some(reading) = reading else { continue };
+        let joint = sensor
+            .joint
+            .as_ref()
+            .and_then(|name| model.joints.iter().find(|joint| joint.name == *name));
+        let free = sensor.frame_of.as_ref().is_some_and(|name| {
+            model
+                .bodies
+                .iter()
+                .any(|body| body.root && body.name == *name)
+                && model.nq == model.nv + 1
+        });
+        match (sensor.kind, joint) {
+            (SensorKind::JointPosition, Some(joint)) => qpos[joint.qpos] = reading[0],
+            (SensorKind::JointVelocity, Some(joint)) => qvel[joint.dof] = reading[0],
+            (SensorKind::Position, _) if free => qpos[..3].copy_from_slice(reading),
+            (SensorKind::Quaternion, _) if free => qpos[3..7].copy_from_slice(reading),
+            (SensorKind::AngularVelocity, _) if free => qvel[3..6].copy_from_slice(reading),
+            _ => {}
+        }
+    }
+    (qpos, qvel)
+}

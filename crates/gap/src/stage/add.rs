@@ -1,0 +1,147 @@
+//! Add: the chosen effects with their intervals, as entries of a model and corrections of sensors.
+
+use std::collections::BTreeMap;
+
+use hydro_effects as effects;
+use hydro_effects::{Entry, Id, Part};
+
+use crate::{
+    fit::{intervals, linearized_problem::LinearizedProblem},
+    output::{
+        records::Added,
+        verdict::{Bias, SensorPatch},
+    },
+    plant::Nuisance,
+    problem::problem::Problem,
+    stage::{bootstrap::bootstrap, cross_fit::cross_fit, name::Naming},
+};
+
+/// Schema of [`Added`].
+const SCHEMA: &str = "hydro-gap-add/1";
+
+/// The addition to be written: entries of the model, and the stage's record (its patched model and diff are
+/// filled in by who writes the file).
+#[derive(Debug)]
+pub struct Addition {
+    /// For the file.
+    pub added: Added,
+    /// Effects for the patched model.
+    pub entries: Vec<Entry>,
+    /// Numbers of the nominal for the patched model, as the same fit has them: relative, or metres for a
+    /// centre of mass. Effects and numbers were fitted together, and are right only together.
+    pub numbers: Vec<(Nuisance, f64)>,
+    /// Standard deviation of each number, in its unit.
+    pub deviations: Vec<f64>,
+}
+
+/// The chosen effects. None where nothing was chosen.
+pub fn add(
+    problem: &Problem<'_>,
+    linearized: &LinearizedProblem<'_>,
+    naming: &Naming,
+) -> Option<Addition> {
+    let search = &naming.search;
+    let scored = &search.scored[naming.chosen];
+    if naming.named.chosen.is_empty() {
+        return None;
+    }
+    let (entries, sensors) = split(linearized, linearized.problem.entries(&scored.fit.point));
+    let draws = bootstrap(problem, linearized, naming);
+    let values = linearized.problem.nuisance_values(&scored.fit.point);
+    let moved = linearized.problem.nuisances.iter().enumerate();
+    let moved = moved.filter(|(_, (nuisance, prior))| {
+        values[*nuisance].abs() >= linearized.problem.options.add.least_shift * prior
+    });
+    let (numbers, deviations) = moved
+        .map(|(at, (nuisance, prior))| {
+            let fitted = naming.named.nuisances.get(at);
+            let deviation = fitted.map_or(*prior, |(_, _, deviation)| *deviation);
+            (
+                (
+                    linearized.problem.model.nuisances[*nuisance].clone(),
+                    values[*nuisance],
+                ),
+                deviation,
+            )
+        })
+        .unzip();
+    Some(Addition {
+        added: Added {
+            schema: SCHEMA.to_owned(),
+            effects: naming.named.chosen.clone(),
+            sensors,
+            bootstrap: draws,
+            numbers: Vec::new(),
+            cross_fit: cross_fit(problem, linearized, naming),
+            recalibrated: linearized
+                .problem
+                .nuisance_values(&search.scored[0].fit.point),
+            model: None,
+            diff: String::new(),
+            remarks: Vec::new(),
+        },
+        entries,
+        numbers,
+        deviations,
+    })
+}
+
+/// Effects of the model, and corrections of sensors.
+fn split(
+    linearized: &LinearizedProblem<'_>,
+    entries: Vec<Entry>,
+) -> (Vec<Entry>, BTreeMap<String, SensorPatch>) {
+    let (of_sensors, others): (Vec<Entry>, Vec<Entry>) = entries.into_iter().partition(|entry| {
+        matches!(
+            effects::catalogue::effect(entry.effect).part(),
+            Part::Sensor(_)
+        )
+    });
+    (others, sensor_patches(linearized, of_sensors.iter()))
+}
+
+/// Corrections by sensor, as `patch.sensors` has them.
+fn sensor_patches<'e>(
+    linearized: &LinearizedProblem<'_>,
+    entries: impl Iterator<Item = &'e Entry>,
+) -> BTreeMap<String, SensorPatch> {
+    let mut patches: BTreeMap<String, SensorPatch> = BTreeMap::new();
+    for entry in entries {
+        let Part::Sensor(part) = effects::catalogue::effect(entry.effect).part() else {
+            continue;
+        };
+        let mut sources = linearized.problem.channels.sources.iter();
+        let source =
+            sources.find(|of| linearized.problem.model.sensors[of.sensor].name == entry.target);
+        let components = source.map_or(1, |source| source.channels);
+        let patch = patches
+            .entry(entry.target.clone())
+            .or_insert_with(|| SensorPatch::none(components));
+        let values = &entry.parameters;
+        match entry.effect {
+            Id::SensorScale => patch.scale = part.scale(values),
+            Id::SensorDelay => patch.delay = part.delay(values),
+            _ => {
+                let component = |component| part.bias(values, component);
+                patch.bias = Bias::from_components((0..components).map(component).collect());
+            }
+        }
+    }
+    patches
+}
+
+/// The nominal's uncertain numbers as they were fitted where nothing is missing, by nuisance parameter of the model: value
+/// and standard deviation, zero where the fit hardly moved one.
+pub fn refitted(linearized: &LinearizedProblem<'_>, naming: &Naming) -> Vec<(f64, f64)> {
+    let empty = &naming.search.scored[0].fit;
+    let mut all = vec![(0.0, 0.0); linearized.problem.model.nuisances.len()];
+    let fitted = intervals::nuisances(linearized, empty, naming.search.inflation);
+    for ((nuisance, prior), (_, value, deviation)) in
+        linearized.problem.nuisances.iter().zip(fitted)
+    {
+        if value.abs() >= linearized.problem.options.add.least_shift * prior {
+            all[*nuisance] = (value, deviation);
+        }
+    }
+    all
+}

@@ -1,0 +1,76 @@
+//! The verdict from what the stages found.
+
+use crate::output::{
+    records::{Added, Found, Named, Verified},
+    verdict::{self, Gap, Outcome, Patch, Verdict},
+};
+
+/// Puts the answer together. Nothing is added that held-out trials do not confirm.
+pub fn conclude(
+    found: &Found,
+    named: &Named,
+    added: Option<&Added>,
+    verified: Option<&Verified>,
+) -> Verdict {
+    let written = added.filter(|added| added.is_written());
+    let accepted = verified.is_some_and(|verified| verified.accepted) && written.is_some();
+    let refused_because = match (named.outcome, verified) {
+        (Outcome::Named, None) if found.held_out_trials.is_empty() => Some(
+            "there is a single trial, so none could be held out: name and intervals are given, a \
+             reduction is not claimed and nothing was added"
+                .to_owned(),
+        ),
+        (Outcome::Unknown, None) if written.is_some() => Some(
+            "there is a single trial, so none could be held out: a learned residual that nothing confirms \
+             is not added"
+                .to_owned(),
+        ),
+        (_, Some(verified)) if written.is_some() => verified.refused_because.clone(),
+        // Nothing was even tried.
+        (Outcome::Unknown, _) if !found.held_out_trials.is_empty() => {
+            added.and_then(|added| added.remarks.first().cloned())
+        }
+        _ if found.held_out_trials.is_empty() => Some(
+            "there is a single trial, so none could be held out: the answer is of that trial alone, and no \
+             reduction is claimed"
+                .to_owned(),
+        ),
+        _ => None,
+    };
+    let mut ids = Vec::new();
+    if named.outcome == Outcome::Named && accepted {
+        for effect in &named.chosen {
+            if !ids.contains(&effect.effect) {
+                ids.push(effect.effect);
+            }
+        }
+    }
+    let nothing = Gap {
+        metric: "nrmse".to_owned(),
+        before: None,
+        after: None,
+        reduction: None,
+        ci95: None,
+        n_holdout_trials: 0,
+        per_sensor: Default::default(),
+    };
+    Verdict {
+        schema: verdict::SCHEMA.to_owned(),
+        verdict: named.outcome,
+        named: ids,
+        effects: named.effects.clone(),
+        confusion_set: named.confusion_set.clone(),
+        next_experiment: named.next_experiment.clone(),
+        places: found.places.clone(),
+        regime: found.regime.clone(),
+        gap: verified.map_or(nothing, |verified| verified.gap.clone()),
+        verified: accepted,
+        refused_because,
+        patch: written.filter(|_| accepted).and_then(|added| {
+            Some(Patch {
+                model: added.model.clone()?,
+                sensors: added.sensors.clone(),
+            })
+        }),
+    }
+}

@@ -1,0 +1,353 @@
+//! A rigid body in water without MuJoCo: what the workflow is tested on where nothing else is at hand.
+
+use hydro_effects as effects;
+use hydro_effects::{Entry, Motion, Part, card::BodyScale};
+use hydro_frames::Wrench;
+use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
+
+use crate::plant::{
+    FreeBase, Inertial, Nuisance, NuisanceClass, Plant, PlantActuator, PlantBody, PlantDescription,
+    PlantError, PlantSensor, Quantity, SensorKind, Simulation,
+};
+
+/// Step [s].
+const STEP: f64 = 0.005;
+/// Force of a full command [N], torque [N m].
+const GAIN: [f64; 4] = [20.0, 20.0, 20.0, 4.0];
+const MASS: f64 = 20.0;
+const INERTIA: [f64; 3] = [0.5, 0.8, 0.9];
+/// Linear drag of the nominal [N s/m, N m s/rad].
+const DRAG: [f64; 6] = [12.0, 18.0, 20.0, 2.0, 2.0, 2.0];
+
+/// The system.
+pub(crate) struct RigidBody {
+    description: PlantDescription,
+    drag: [f64; 6],
+}
+
+impl RigidBody {
+    pub(crate) fn new() -> Self {
+        let scale = BodyScale {
+            mass: MASS,
+            inertia: INERTIA,
+            extent: [0.6, 0.4, 0.3],
+            volume: 0.02,
+            density: 1000.0,
+            gravity: 9.81,
+            speed: 0.0,
+            rate: 0.0,
+        };
+        let sensor = |name: &str, kind, start, len, noise, unit| PlantSensor {
+            name: name.to_owned(),
+            kind,
+            start,
+            len,
+            noise,
+            unit,
+            frame_of: Some("hull".to_owned()),
+            joint: None,
+        };
+        let nuisance = |name: &str, class, quantity| Nuisance {
+            name: format!("hull.{name}"),
+            element: "hull".to_owned(),
+            class,
+            quantity,
+        };
+        Self {
+            description: PlantDescription {
+                timestep: STEP,
+                nq: 7,
+                nv: 6,
+                state_len: 14,
+                bodies: vec![PlantBody {
+                    name: "hull".to_owned(),
+                    root: true,
+                    moves: true,
+                    wet: true,
+                    bulk: 0.01,
+                    scale,
+                    inertial: Inertial::default(),
+                }],
+                base: Some(FreeBase {
+                    body: "hull".to_owned(),
+                    qpos: 0,
+                    dof: 0,
+                    joints: Vec::new(),
+                    density: 1000.0,
+                    water: [0.0; 3],
+                    water_moves: false,
+                    learned: false,
+                }),
+                joints: Vec::new(),
+                actuators: ["ahead", "aside", "up", "turn"]
+                    .map(|name| PlantActuator {
+                        name: name.to_owned(),
+                        range: Some([-1.0, 1.0]),
+                        thrusts: false,
+                        speed_bias: 0.0,
+                    })
+                    .to_vec(),
+                sensors: vec![
+                    sensor("position", SensorKind::Position, 0, 3, 0.01, "m"),
+                    sensor("attitude", SensorKind::Quaternion, 3, 4, 0.005, "rad"),
+                    sensor("dvl", SensorKind::LinearVelocity, 7, 3, 0.01, "m/s"),
+                    sensor("gyro", SensorKind::AngularVelocity, 10, 3, 0.01, "rad/s"),
+                ],
+                nuisances: vec![
+                    nuisance("mass", NuisanceClass::Mass, Quantity::Mass),
+                    nuisance("drag", NuisanceClass::Fluid, Quantity::FluidCoefficient(0)),
+                ],
+                carriers: Vec::new(),
+                waterline: 0.0,
+                walls: Vec::new(),
+                has_water: true,
+            },
+            drag: DRAG,
+        }
+    }
+
+    /// One whose drag pushes.
+    pub(crate) fn unstable() -> Self {
+        Self {
+            drag: DRAG.map(|drag| -3000.0 * drag),
+            ..Self::new()
+        }
+    }
+
+    /// One that does not say how noisy a sensor is.
+    pub(crate) fn without_noise(sensor: &str) -> Self {
+        let mut body = Self::new();
+        let mut sensors = body.description.sensors.iter_mut();
+        if let Some(of) = sensors.find(|of| of.name == sensor) {
+            of.noise = 0.0;
+        }
+        body
+    }
+}
+
+impl Plant for RigidBody {
+    fn description(&self) -> &PlantDescription {
+        &self.description
+    }
+
+    fn simulation(
+        &self,
+        nuisances: &[f64],
+        effects: &[Entry],
+    ) -> Result<Box<dyn Simulation>, PlantError> {
+        let memory = effects
+            .iter()
+            .map(
+                |entry| match effects::catalogue::effect(entry.effect).part() {
+                    Part::Body(part) => vec![0.0; part.memory_len()],
+                    Part::Actuator(part) => vec![0.0; part.memory_len(&entry.parameters, STEP)],
+                    _ => Vec::new(),
+                },
+            )
+            .collect();
+        Ok(Box::new(Swim {
+            mass: MASS * (1.0 + nuisances[0]),
+            drag: self.drag.map(|d| d * (1.0 + nuisances[1])),
+            effects: effects.to_vec(),
+            memory,
+            time: 0.0,
+            qpos: vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+            qvel: vec![0.0; 6],
+            control: vec![0.0; 4],
+            wrench: Wrench::default(),
+            sensors: vec![0.0; 13],
+        }))
+    }
+}
+
+struct Swim {
+    mass: f64,
+    drag: [f64; 6],
+    effects: Vec<Entry>,
+    memory: Vec<Vec<f64>>,
+    time: f64,
+    qpos: Vec<f64>,
+    qvel: Vec<f64>,
+    control: Vec<f64>,
+    wrench: Wrench,
+    sensors: Vec<f64>,
+}
+
+impl Swim {
+    fn attitude(&self) -> UnitQuaternion<f64> {
+        let q = &self.qpos[3..7];
+        UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3]))
+    }
+}
+
+impl Simulation for Swim {
+    fn reset(&mut self) {
+        self.time = 0.0;
+        self.qpos = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+        self.qvel.fill(0.0);
+        self.memory.iter_mut().for_each(|memory| memory.fill(0.0));
+    }
+
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn restart(&mut self, state: &[f64]) {
+        self.reset();
+        self.set_motion(state[0], &state[1..8], &state[8..14]);
+    }
+
+    fn rejoin(&mut self, state: &[f64]) {
+        self.set_motion(state[0], &state[1..8], &state[8..14]);
+    }
+
+    fn set_motion(&mut self, time: f64, qpos: &[f64], qvel: &[f64]) {
+        self.time = time;
+        self.qpos.copy_from_slice(qpos);
+        self.qvel.copy_from_slice(qvel);
+    }
+
+    fn qpos(&self) -> &[f64] {
+        &self.qpos
+    }
+
+    fn qvel(&self) -> &[f64] {
+        &self.qvel
+    }
+
+    fn retract(&mut self, tangent: &[f64]) {
+        for (value, change) in self.qpos.iter_mut().zip(&tangent[..3]) {
+            *value += change;
+        }
+        let turned = self.attitude()
+            * UnitQuaternion::from_scaled_axis(Vector3::from_column_slice(&tangent[3..6]));
+        self.qpos[3..7].copy_from_slice(&[turned.w, turned.i, turned.j, turned.k]);
+        for (value, change) in self.qvel.iter_mut().zip(&tangent[6..12]) {
+            *value += change;
+        }
+    }
+
+    fn save(&self) -> Vec<f64> {
+        let mut saved = vec![self.time];
+        saved.extend(self.qpos.iter().chain(&self.qvel));
+        saved.extend(self.memory.iter().flatten());
+        saved
+    }
+
+    fn load(&mut self, saved: &[f64]) {
+        self.set_motion(saved[0], &saved[1..8], &saved[8..14]);
+        let mut rest = saved[14..].iter();
+        for (value, saved) in self.memory.iter_mut().flatten().zip(&mut rest) {
+            *value = *saved;
+        }
+    }
+
+    fn set_control(&mut self, control: &[f64]) {
+        self.control.copy_from_slice(control);
+    }
+
+    fn set_base_wrench(&mut self, wrench: Wrench) {
+        self.wrench = wrench;
+    }
+
+    fn step(&mut self) {
+        let attitude = self.attitude();
+        let linear = attitude.inverse() * Vector3::from_column_slice(&self.qvel[..3]);
+        let angular = Vector3::from_column_slice(&self.qvel[3..6]);
+        self.look();
+        let mut motion = Motion {
+            time: self.time,
+            position: [self.qpos[0], self.qpos[1], self.qpos[2]],
+            world_from_base: attitude,
+            linear: linear.into(),
+            angular: angular.into(),
+            gravity: [0.0, 0.0, -9.81],
+            density: 1000.0,
+            extent: [0.6, 0.4, 0.3],
+            volume: 0.02,
+            ..Motion::default()
+        };
+        let mut water = Vector3::zeros();
+        for entry in &self.effects {
+            if let Part::Water(part) = effects::catalogue::effect(entry.effect).part() {
+                water +=
+                    Vector3::from(part.velocity(&entry.parameters, motion.position, self.time));
+            }
+        }
+        motion.linear = (linear - attitude.inverse() * water).into();
+        let mut command: Vec<f64> = self.control.clone();
+        let mut force = Vector6::from(self.wrench.to_array());
+        let mut inertia = Matrix6::zeros();
+        for axis in 0..3 {
+            inertia[(axis, axis)] = self.mass;
+            inertia[(axis + 3, axis + 3)] = INERTIA[axis];
+            force[axis] -= self.drag[axis] * motion.linear[axis];
+            force[axis + 3] -= self.drag[axis + 3] * angular[axis];
+        }
+        // Roll and pitch come back upright.
+        let up = attitude.inverse() * Vector3::z();
+        force[3] -= 4.0 * up.y.atan2(up.z);
+        force[4] += 4.0 * up.x.atan2(up.z);
+        for (entry, memory) in self.effects.iter().zip(&mut self.memory) {
+            let p = &entry.parameters;
+            match effects::catalogue::effect(entry.effect).part() {
+                Part::Body(part) => {
+                    force += Vector6::from(part.wrench(p, &motion, memory));
+                    inertia += part.inertia(p, &motion).unwrap_or_default();
+                    part.advance(p, &motion, STEP, memory);
+                }
+                Part::Actuator(part) => {
+                    let names = ["ahead", "aside", "up", "turn"];
+                    let at = names.iter().position(|name| *name == entry.target);
+                    if let Some(at) = at {
+                        command[at] = part.command(p, command[at], STEP, memory);
+                        command[at] *= part.force_factor(p, 0.0);
+                    }
+                }
+                _ => {}
+            }
+        }
+        for (axis, (gain, command)) in GAIN.iter().zip(&command).enumerate() {
+            force[if axis == 3 { 5 } else { axis }] += gain * command;
+        }
+        let Some(inverse) = inertia.try_inverse() else {
+            return;
+        };
+        // The acceleration of the origin as seen from the world, in base-frame directions.
+        let acceleration = inverse * force;
+        let world = attitude * Vector3::new(acceleration[0], acceleration[1], acceleration[2]);
+        for axis in 0..3 {
+            self.qvel[axis] += STEP * world[axis];
+            self.qvel[axis + 3] += STEP * acceleration[axis + 3];
+        }
+        let velocity = self.qvel.clone();
+        let mut tangent = vec![0.0; 12];
+        for axis in 0..6 {
+            tangent[axis] = STEP * velocity[axis];
+        }
+        self.retract(&tangent);
+        self.time += STEP;
+    }
+
+    fn look(&mut self) {
+        let linear = self.attitude().inverse() * Vector3::from_column_slice(&self.qvel[..3]);
+        self.sensors[..7].copy_from_slice(&self.qpos);
+        self.sensors[7..10].copy_from_slice(linear.as_slice());
+        self.sensors[10..13].copy_from_slice(&self.qvel[3..6]);
+    }
+
+    fn reading_lead(&self) -> f64 {
+        0.0
+    }
+
+    fn sensors(&self) -> &[f64] {
+        &self.sensors
+    }
+
+    fn diverged(&self) -> bool {
+        !self
+            .qvel
+            .iter()
+            .all(|value| value.is_finite() && value.abs() < 1e6)
+    }
+}

@@ -1,0 +1,325 @@
+//! The whole workflow on a rigid body, with separate truths.
+
+use std::{collections::BTreeMap, sync::atomic::AtomicBool};
+
+use hydro_effects::{Entry, Id};
+
+use super::{fake::RigidBody, on_hull, on_linearized, settings, trial};
+use crate::{
+    output::verdict::{Outcome, SensorPatch},
+    problem::{candidates::Candidate, problem::Problem},
+    progress::Watch,
+    select::{evidence::log_prior, refit},
+    stage::{
+        add::add,
+        conclude::conclude,
+        locate::locate,
+        name::name,
+        verify::{VerifyInput, verify},
+    },
+    trial::Trial,
+};
+
+fn run(effects: &[Entry]) -> crate::output::records::Named {
+    let plant = RigidBody::new();
+    let stop = AtomicBool::new(false);
+    let watch = Watch::silent(&stop);
+    let trials = || -> Vec<Trial> {
+        (0..4)
+            .map(|at| trial(&format!("trial {at}"), effects, &[0.02, -0.02], at, 1.0))
+            .collect()
+    };
+    let settings = settings();
+    let problem = Problem::prepare(&plant, trials(), settings.clone(), &watch).unwrap();
+    let linearized = problem.linearize(&watch).unwrap();
+    let found = locate(&problem, &linearized, &[], &watch).unwrap();
+    let naming = name(&problem, &linearized, &watch).unwrap();
+    assert_eq!(
+        found.p_value < 0.05,
+        !effects.is_empty(),
+        "{}",
+        found.p_value
+    );
+    let addition = add(&problem, &linearized, &naming);
+    // The numbers of the nominal are handed on as this fit has them.
+    let numbers = addition.iter().flat_map(|addition| {
+        assert_eq!(addition.numbers.len(), addition.deviations.len());
+        addition.numbers.iter().zip(&addition.deviations)
+    });
+    for ((nuisance, value), deviation) in numbers {
+        let truth = if nuisance.name == "hull.mass" {
+            0.02
+        } else {
+            -0.02
+        };
+        assert!(
+            (value - truth).abs() < 4.0 * deviation && *deviation <= 0.03,
+            "{} {value} {deviation}",
+            nuisance.name
+        );
+    }
+    let unseen = || -> Vec<Trial> {
+        (10..13)
+            .map(|at| trial(&format!("trial {at}"), effects, &[0.02, -0.02], at, 1.0))
+            .collect()
+    };
+    let none = BTreeMap::new();
+    let input = VerifyInput {
+        before: &plant,
+        after: &plant,
+        sensors: &none,
+        cross_fit: &[],
+        recalibrated: &[],
+    };
+    // Nothing was patched: the same plant twice is no better, so nothing is claimed.
+    let channels = &found.channels;
+    let verified = verify(&input, unseen(), Vec::new(), channels, &settings, &watch).unwrap();
+    assert_eq!(verified.gap.reduction, Some(0.0));
+    let added = addition.map(|addition| addition.added);
+    if let Some(added) = &added {
+        // Fits that left a trial out explain it.
+        let input = VerifyInput {
+            cross_fit: &added.cross_fit,
+            recalibrated: &added.recalibrated,
+            ..input
+        };
+        let fitted = added.cross_fit.len();
+        let crossed = verify(&input, unseen(), trials(), channels, &settings, &watch).unwrap();
+        assert!(crossed.cross_fitted && crossed.gap.n_holdout_trials == fitted + 3);
+        assert!(crossed.gap.reduction > Some(0.2), "{:?}", crossed.gap);
+        // Numbers alone do less than with the effect, though they bend towards it.
+        let alone = crossed.recalibrated.unwrap();
+        assert!(alone < crossed.gap.before.unwrap(), "{alone}");
+        // What is there predicts trials that were left out better than numbers do.
+        let gain: f64 = added.cross_fit.iter().map(|without| without.gain).sum();
+        assert!(gain > 3.0, "{gain}");
+        // The file is no better, so nothing is accepted.
+        assert!(!crossed.accepted, "{:?}", crossed.refused_because);
+    }
+    let verdict = conclude(&found, &naming.named, added.as_ref(), Some(&verified));
+    assert!(verdict.named.is_empty() && !verdict.verified);
+    naming.named
+}
+
+#[test]
+fn nothing_missing_is_no_gap() {
+    assert_eq!(run(&[]).outcome, Outcome::NoGap);
+}
+
+#[test]
+fn quadratic_drag_is_named() {
+    let entry = on_hull(Id::QuadraticDrag, vec![25.0, 40.0, 40.0, 0.0, 0.0, 1.0]);
+    let named = run(&[entry]);
+    assert_eq!(named.outcome, Outcome::Named);
+    assert_eq!(named.chosen[0].effect, Id::QuadraticDrag);
+}
+
+#[test]
+fn added_mass_is_named() {
+    let entry = on_hull(Id::AddedMass, vec![8.0, 15.0, 18.0, 0.1, 0.2, 0.2]);
+    let named = run(&[entry]);
+    assert_eq!(named.chosen[0].effect, Id::AddedMass);
+}
+
+/// Away from the origin of the body, about which a first screen knows nothing while there is no mass.
+#[test]
+fn a_payload_is_named_with_its_place() {
+    let entry = on_hull(Id::Payload, vec![1.0, 0.25, 0.0, 0.05]);
+    let named = run(&[entry]);
+    let ids: Vec<Id> = named.chosen.iter().map(|effect| effect.effect).collect();
+    assert_eq!(ids, [Id::Payload]);
+    let x = &named.chosen[0].parameters[1];
+    assert!((x.value - 0.25).abs() < 0.03, "{x:?}");
+}
+
+/// A descent alone stays where mass and place chase each other, or on the wrong side of the origin.
+#[test]
+fn a_payload_is_found_from_wherever_its_search_begins() {
+    let truth = [1.5, 0.25, -0.1, 0.05];
+    let load = [on_hull(Id::Payload, truth.to_vec())];
+    let trials = (0..2).map(|seed| trial("loaded", &load, &[0.01, -0.02], seed, 1.0));
+    on_linearized(&RigidBody::new(), trials.collect(), |linearized, watch| {
+        let is_payload = |of: &Candidate| of.effect == Id::Payload;
+        let candidate = linearized
+            .problem
+            .candidates
+            .iter()
+            .position(is_payload)
+            .unwrap();
+        let firsts = [
+            [0.2, -0.2, 0.1, -0.05],
+            [3.0, 0.0, 0.1, 0.1],
+            [0.1, 0.4, 0.2, -0.2],
+            [0.0; 4],
+        ];
+        for first in firsts {
+            let mut point = linearized.origin();
+            point.candidates.push(candidate);
+            point.values.push(first.to_vec());
+            let mut scored = Vec::new();
+            assert!(refit::add(linearized, point, &mut scored, watch).unwrap());
+            let found = &scored[0].fit.point.values[0];
+            for (found, truth) in found.iter().zip(truth) {
+                assert!(
+                    (found - truth).abs() < 0.1 * truth.abs() + 0.005,
+                    "{first:?}: {found}"
+                );
+            }
+        }
+    });
+}
+
+/// What weight away from the centre of mass could be, where it weighs nothing, is no rival.
+#[test]
+fn an_offset_of_buoyancy_is_named_alone() {
+    let entry = on_hull(Id::BuoyancyOffset, vec![0.02, 0.01, 0.0]);
+    let named = run(&[entry]);
+    assert_eq!(named.outcome, Outcome::Named, "{:?}", named.confusion_set);
+    assert_eq!(named.chosen[0].effect, Id::BuoyancyOffset);
+    assert_forms_are_one(&named);
+}
+
+#[test]
+fn buoyancy_away_from_the_centre_of_mass_is_one_effect() {
+    let entry = on_hull(Id::NetBuoyancy, vec![20.0, 0.0, 1.0, 0.0]);
+    let named = run(&[entry]);
+    let ids: Vec<Id> = named.chosen.iter().map(|effect| effect.effect).collect();
+    assert_eq!(ids, [Id::NetBuoyancy]);
+    assert_eq!(named.chosen[0].parameters.len(), 4);
+    assert_forms_are_one(&named);
+}
+
+/// Forms share what an effect on a body may have: what is optional is rarely there.
+#[test]
+fn forms_share_the_prior_of_their_effect() {
+    let trials = vec![trial("one", &[], &[0.0, 0.0], 1, 1.0)];
+    on_linearized(&RigidBody::new(), trials, |linearized, _| {
+        let of = |id: Id| -> Vec<f64> {
+            (0..linearized.problem.candidates.len())
+                .filter(|at| linearized.problem.candidates[*at].effect == id)
+                .map(|at| log_prior(linearized, &[at]).exp())
+                .collect()
+        };
+        let (lift, weight) = (of(Id::Lift), of(Id::NetBuoyancy));
+        assert_eq!((lift.len(), weight.len()), (1, 2));
+        assert!((weight[0] + weight[1] - lift[0]).abs() < 1e-12);
+        assert!(weight[1] < 0.5 * weight[0], "{weight:?}");
+    });
+}
+
+/// A hypothesis, or an effect, stands once, whatever its forms.
+fn assert_forms_are_one(named: &crate::output::records::Named) {
+    for (at, of) in named.ranking.iter().enumerate() {
+        let before = &named.ranking[..at];
+        assert!(
+            !before.iter().any(|other| other.effects == of.effects),
+            "{of:?}"
+        );
+    }
+    let sum: f64 = named.ranking.iter().map(|of| of.probability).sum();
+    assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+    for (at, of) in named.effects.iter().enumerate() {
+        let mut before = named.effects[..at].iter();
+        assert!(!before.any(|other| (other.effect, &other.target) == (of.effect, &of.target)));
+    }
+}
+
+/// The velocities of a trial as they were so long before, linear between its rows.
+fn late(mut trial: Trial, delay: f64) -> Trial {
+    let sensors = &mut trial.sensors;
+    let (width, part) = (sensors.columns.len(), delay / 0.02);
+    let is_late = |column: usize| sensors.columns[column].starts_with("dvl");
+    for at in (width..sensors.data.len()).rev() {
+        if is_late(at % width) {
+            sensors.data[at] += part * (sensors.data[at - width] - sensors.data[at]);
+        }
+    }
+    trial
+}
+
+/// Steps are of 5 ms: a delay that may be shorter cannot be told from when within a step things happen.
+#[test]
+fn a_delay_that_may_be_less_than_a_step_is_none() {
+    let refit = |delay: f64| {
+        let trials = (0..2).map(|seed| late(trial("late", &[], &[0.0, 0.0], seed, 0.1), delay));
+        let mut outcome = None;
+        on_linearized(&RigidBody::new(), trials.collect(), |linearized, watch| {
+            let is_delay =
+                |of: &Candidate| of.effect == Id::SensorDelay && of.targets == ["dvl".to_owned()];
+            let candidate = linearized
+                .problem
+                .candidates
+                .iter()
+                .position(is_delay)
+                .unwrap();
+            let mut point = linearized.origin();
+            point.candidates.push(candidate);
+            point
+                .values
+                .push(linearized.problem.candidates[candidate].null());
+            let fit = linearized.fit(point.clone(), watch).unwrap().unwrap();
+            let mut scored = Vec::new();
+            let stands = refit::add(linearized, point, &mut scored, watch).unwrap();
+            assert_eq!(scored.len(), usize::from(stands));
+            outcome = Some((fit.point.values[0][0], stands));
+        });
+        outcome.unwrap()
+    };
+    let (short, stands) = refit(0.0053);
+    assert!(short > 0.005 && !stands, "{short}");
+    let (long, stands) = refit(0.015);
+    assert!((long - 0.015).abs() < 0.003 && stands, "{long}");
+}
+
+/// Whatever the answer, it is of that trial alone, and the verdict says so.
+#[test]
+fn of_one_trial_no_reduction_is_claimed_and_the_verdict_says_why() {
+    let drag = on_hull(Id::QuadraticDrag, vec![25.0, 40.0, 40.0, 0.0, 0.0, 1.0]);
+    let plant = RigidBody::new();
+    let stop = AtomicBool::new(false);
+    let watch = Watch::silent(&stop);
+    for (effects, outcome) in [(vec![], Outcome::NoGap), (vec![drag], Outcome::Named)] {
+        let one = vec![trial("alone", &effects, &[0.02, -0.02], 0, 1.0)];
+        let problem = Problem::prepare(&plant, one, settings(), &watch).unwrap();
+        let linearized = problem.linearize(&watch).unwrap();
+        let found = locate(&problem, &linearized, &[], &watch).unwrap();
+        let naming = name(&problem, &linearized, &watch).unwrap();
+        let added = add(&problem, &linearized, &naming).map(|addition| addition.added);
+        let verdict = conclude(&found, &naming.named, added.as_ref(), None);
+        assert_eq!(verdict.verdict, outcome);
+        let why = verdict.refused_because.unwrap();
+        assert!(why.starts_with("there is a single trial"), "{why}");
+        assert!(verdict.named.is_empty() && !verdict.verified && verdict.patch.is_none());
+        assert_eq!(
+            (verdict.gap.reduction, verdict.gap.n_holdout_trials),
+            (None, 0)
+        );
+        // Also what no effect explains, whatever else is known of it.
+        let mut unknown = naming.named.clone();
+        unknown.outcome = Outcome::Unknown;
+        let why = conclude(&found, &unknown, None, None).refused_because;
+        assert!(why.unwrap().starts_with("there is a single trial"));
+    }
+}
+
+/// contracts.md lists the three of them.
+#[test]
+fn a_corrected_sensor_has_bias_scale_and_delay() {
+    let of = |patch: &SensorPatch| serde_json::to_value(patch).unwrap();
+    let vector = of(&SensorPatch::none(3));
+    assert_eq!(
+        vector,
+        serde_json::json!({"bias": [0.0, 0.0, 0.0], "scale": 1.0, "delay": 0.0})
+    );
+    let scalar = SensorPatch {
+        delay: 0.04,
+        ..SensorPatch::none(1)
+    };
+    assert_eq!(
+        of(&scalar),
+        serde_json::json!({"bias": 0.0, "scale": 1.0, "delay": 0.04})
+    );
+    // Files of before had only what was corrected.
+    let before: SensorPatch = serde_json::from_str(r#"{"delay": 0.04}"#).unwrap();
+    assert_eq!(before, scalar);
+}
