@@ -182,7 +182,7 @@ impl ModelFlags {
                 })
             }
             Kind::RelaxationOde => {
-                let sizes = RelaxationOdeConfig::of(kinematics);
+                let sizes = RelaxationOdeConfig::with_kinematics(kinematics);
                 ModelConfig::RelaxationOde(RelaxationOdeConfig {
                     window: self.window.unwrap_or(sizes.window),
                     encoding: encoding(sizes.encoding)?,

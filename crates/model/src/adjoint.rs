@@ -1,21 +1,21 @@
-//! How the gradient of a trajectory is taken through the solver.
+//! The gradient of a trajectory, taken through the solver in one of two ways.
 
 use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// The derivative that training follows.
+/// Gradient that training follows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Adjoint {
-    /// Of the steps as they were taken: exact up to rounding.
+    /// Gradient of the steps as they were taken: exact up to rounding.
     #[default]
     Discrete,
-    /// Of the differential equation: da/dt = -J^T a solved backward in time with the same method, from the force
-    /// that is known at each sample (R. Chen, Y. Rubanova, J. Bettencourt, D. Duvenaud, "Neural Ordinary
-    /// Differential Equations", arXiv:1806.07366, section 2). It is not the gradient of what the solver computed:
-    /// for Euler the two differ at first order in the step.
+    /// Gradient of the differential equation: da/dt = -J^T a solved backward in time with the same method, from the
+    /// known force at each sample (R. Chen, Y. Rubanova, J. Bettencourt, D. Duvenaud, "Neural Ordinary
+    /// Differential Equations", arXiv:1806.07366, section 2). It differs from the gradient of
+    /// the computed steps: for Euler's method at first order in the step.
     Continuous,
 }
 
@@ -33,7 +33,7 @@ impl fmt::Display for Adjoint {
     }
 }
 
-/// An adjoint's name that is none.
+/// A name that is not that of an adjoint.
 #[derive(Debug, Error, PartialEq, Eq)]
 #[error("unknown adjoint `{0}`: there are discrete and continuous")]
 pub struct UnknownAdjoint(pub String);
@@ -55,13 +55,15 @@ mod tests {
     use candle_nn::VarBuilder;
 
     use super::*;
-    use crate::Solver;
     use crate::{
-        field::{Field, FieldConfig},
-        kept::{Kept, Mark},
+        operations::{
+            activation_cache::{ActivationCache, Mark},
+            trajectory::Trajectory,
+        },
         parameters::Parameters,
+        perceptron::{Perceptron, PerceptronConfig},
+        solver::Solver,
         testing::ramp,
-        trajectory::Trajectory,
     };
 
     const FORCE: usize = 2;
@@ -70,15 +72,15 @@ mod tests {
     const ROWS: usize = 18;
 
     /// A field in f64 whose slope is `step` times that of a fixed one.
-    fn field(step: f64, skip: bool) -> Field {
-        let config = FieldConfig {
+    fn field(step: f64, skip: bool) -> Perceptron {
+        let config = PerceptronConfig {
             inputs: FORCE + LATENT,
             outputs: FORCE,
             hidden: vec![7, 5],
             skip,
             relaxing: false,
         };
-        let build = |vb: VarBuilder| Field::new(config.clone(), vb);
+        let build = |vb: VarBuilder| Perceptron::new(config.clone(), vb);
         let (_, drawn) = Parameters::draw(3, build).expect("drawn");
         let tensors = drawn.iter().enumerate().map(|(i, (name, var))| {
             let scale = if name.starts_with(['2', 's']) {
@@ -93,20 +95,20 @@ mod tests {
         build(vb).expect("built")
     }
 
-    fn trajectory(field: &Field, solver: Solver, adjoint: Adjoint) -> Trajectory {
+    fn trajectory(field: &Perceptron, solver: Solver, adjoint: Adjoint) -> Trajectory {
         Trajectory {
             field: field.config().clone(),
             tableau: solver.stages(true).expect("of one step"),
             field_sees_force: true,
             adjoint,
-            kept: Some(Kept::default()),
+            kept: Some(ActivationCache::default()),
             mark: Mark::default(),
         }
     }
 
     /// Gradients of F_0, h and the weights of a loss that weighs every sample.
     fn gradients(
-        field: &Field,
+        field: &Perceptron,
         latent: &Tensor,
         solver: Solver,
         adjoint: Adjoint,
@@ -136,9 +138,9 @@ mod tests {
     }
 
     /// The same equations, stage by stage, each product with J^T and each gradient of the weights taken by Candle.
-    fn by_candle(field: &Field, latent: &Tensor, solver: Solver) -> Result<[Tensor; 3]> {
+    fn by_candle(field: &Perceptron, latent: &Tensor, solver: Solver) -> Result<[Tensor; 3]> {
         let flat = Var::from_tensor(&field.flat()?)?;
-        let field = &Field::from_flat(field.config(), &flat)?;
+        let field = &Perceptron::from_flat(field.config(), &flat)?;
         let mut d_flat = flat.zeros_like()?;
         let steps = latent.dim(1)?;
         let tableau = solver.tableau().expect("of one step");

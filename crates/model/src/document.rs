@@ -1,20 +1,20 @@
-//! What files that name their schema have in common: reading them, their digests, names in messages.
+//! Files that name their schema: reading them, digests in hexadecimal, lists of names for messages.
 
 use std::{fs, path::Path};
 
 use serde::de::DeserializeOwned;
 
-/// Why a document was not read.
+/// Reason for refusing a document.
 #[derive(Debug)]
 pub enum Fault {
-    /// No JSON, or not what it must hold.
+    /// Not JSON, or JSON without the required fields.
     Malformed(serde_json::Error),
-    /// Another schema, as written.
+    /// Another schema than the expected one, as the document writes it.
     Schema(String),
 }
 
-/// Reads a JSON document of a schema. The schema is looked at first: a document of another version may lack
-/// anything else.
+/// Reads a JSON document of the schema `expected`. The field `schema` is checked before all others, for a document of
+/// another version may lack any of them.
 pub fn parse<T: DeserializeOwned>(bytes: &[u8], expected: &str) -> Result<T, Fault> {
     let value: serde_json::Value = serde_json::from_slice(bytes).map_err(Fault::Malformed)?;
     let schema = value.get("schema");
@@ -26,12 +26,12 @@ pub fn parse<T: DeserializeOwned>(bytes: &[u8], expected: &str) -> Result<T, Fau
     serde_json::from_value(value).map_err(Fault::Malformed)
 }
 
-/// Lower-case hexadecimal.
+/// `bytes` in lower-case hexadecimal.
 pub fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Names in a folder, sorted; empty where it cannot be read.
+/// Names of the entries of a folder, sorted; empty if it cannot be read.
 pub fn names_in(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut names: Vec<String> = entries
@@ -41,7 +41,7 @@ pub fn names_in(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Names for a message.
+/// `names` separated by commas, or `nothing`, for an error message.
 pub fn listed(names: &[String]) -> String {
     if names.is_empty() {
         "nothing".to_owned()

@@ -1,4 +1,4 @@
-//! From the features of a sample to the numbers a network sees.
+//! Encoding of a sample: from its features to the numbers that a network reads.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,31 +7,33 @@ use crate::{
     kinematics::{BoundKinematics, Kinematics, cross, scaled},
 };
 
-/// How a sample reaches the network.
+/// Encoding of a sample.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Encoding {
-    /// The features as they are, quaternion and all: the paper's.
+    /// The features as they are, the quaternion included, as in the paper.
     Raw,
-    /// The quaternion's four numbers give way to the world's up direction in the base frame: the water's
-    /// wrench in the base frame depends on neither the heading nor the quaternion's sign, and hydrostatics
-    /// are then nearly linear.
+    /// The world's up direction in the base frame (3 numbers) in place of the quaternion (4): the water's wrench in the
+    /// base frame depends on neither the heading nor the quaternion's sign, and hydrostatics are then nearly linear.
     #[default]
     Up,
-    /// [`Encoding::Up`], and behind it the closed forms of the water's force, for a linear part to weigh:
-    /// with rho the density, v and w the linear and angular velocity, q' the joint velocities,
-    /// rho up (buoyancy); rho |v| v, rho |v_i| v_i, rho |w| w, rho |q'_i| q'_i (drag); and what a body of constant
-    /// added mass feels: rho v_i w_j (Coriolis forces), rho v_i v_j (Munk moments), rho w_i w_j (gyroscopic moments).
+    /// [`Encoding::Up`], followed by closed forms of the water's force, whose coefficients a linear part learns. With rho
+    /// the density, v and w the linear and angular velocity of the base, q' the joint velocities:
+    ///
+    /// - buoyancy: rho up;
+    /// - quadratic drag: rho |v| v, rho |v_i| v_i, rho |w| w, rho |q'_i| q'_i;
+    /// - constant added mass: rho v_i w_j (Coriolis forces), rho v_i v_j (Munk moments), rho w_i w_j (gyroscopic moments).
+    ///
     /// A form whose features the layout lacks is left out; without a density rho is 1.
     Hydrodynamic,
-    /// [`Encoding::Hydrodynamic`], and behind it those of every link, as wrenches on the base about its origin: with u the
-    /// velocity of the link's centre r and a its long axis, rho |u| u and rho |u| (u . a) a with their moments (drag of
-    /// a strip across and along it), and the moment of rho up (its buoyancy).
+    /// [`Encoding::Hydrodynamic`], followed by closed forms of every link, as wrenches on the base about its origin. With
+    /// u the velocity of the link's centre r and a its long axis: rho |u| u and rho |u| (u . a) a with their moments (drag
+    /// of a strip across and along the link), and the moment of rho up (buoyancy).
     Links(Kinematics),
 }
 
 impl Encoding {
-    /// What it asks of a layout that this one does not have, if anything.
+    /// Reason why samples of this layout cannot be encoded, if there is one.
     pub fn fault(&self, layout: &FeatureLayout) -> Option<String> {
         match self {
             Self::Links(kinematics) => kinematics.fault(layout),
@@ -39,7 +41,7 @@ impl Encoding {
         }
     }
 
-    /// Whether closed forms of the water's force are among the inputs.
+    /// True if closed forms of the water's force are among the encoded numbers.
     pub fn has_closed_forms(&self) -> bool {
         match self {
             Self::Raw | Self::Up => false,
@@ -47,29 +49,30 @@ impl Encoding {
         }
     }
 
-    /// Whether the attitude enters as the up direction, whatever the quaternion's sign.
+    /// True if the attitude enters as the up direction, which does not depend on the quaternion's sign.
     pub fn replaces_quaternion(&self) -> bool {
         *self != Self::Raw
     }
 }
 
-/// An encoding of one feature layout: n raw features in, [`Encoder::len`] numbers out.
+/// An encoding tied to a feature layout: a sample of n features becomes [`Encoder::len`] numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Encoder {
     inputs: usize,
-    /// Where the quaternion stands, when it is to be replaced.
+    /// Index of the quaternion among the features, if it is replaced.
     quaternion: Option<usize>,
-    /// What is behind the features.
+    /// Closed forms that follow the features.
     forms: Option<Forms>,
 }
 
-/// Features beyond this are held there, so that no product of three leaves the range of f64.
-const WILD: f64 = 1e60;
+/// Features are clamped to this, so that no product of three leaves the range of f64.
+const FORM_LIMIT: f64 = 1e60;
 
-/// The same for links.
-const WILD_LINK: f64 = 1e30;
+/// [`FORM_LIMIT`] for the closed forms of links, where the position of a slide joint is multiplied by a rate, squared and
+/// multiplied by the position again.
+const LINK_FORM_LIMIT: f64 = 1e30;
 
-/// Where the features of the closed forms stand among the raw ones.
+/// Indices of the features that the closed forms are made of.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Forms {
     quaternion: Option<usize>,
@@ -80,7 +83,7 @@ struct Forms {
     links: Option<BoundKinematics>,
 }
 
-/// Numbers that a link adds.
+/// Numbers that each link adds.
 const PER_LINK: usize = 15;
 
 impl Forms {
@@ -115,9 +118,9 @@ impl Forms {
             + PER_LINK * self.links.as_ref().map_or(0, BoundKinematics::len)
     }
 
-    /// Calls `put(index, value)` for each form of the raw sample `x`.
+    /// Calls `put(index, value)` for each closed form of the sample `x` (SI).
     fn evaluate(&self, x: &[f64], mut put: impl FnMut(usize, f64)) {
-        let x = |at: usize| x[at].clamp(-WILD, WILD);
+        let x = |at: usize| x[at].clamp(-FORM_LIMIT, FORM_LIMIT);
         let density = self.density.map_or(1.0, x);
         let norm = |at: &[usize]| at.iter().map(|i| x(*i) * x(*i)).sum::<f64>().sqrt();
         let (speed, rate) = (norm(&self.linear), norm(&self.angular));
@@ -144,8 +147,7 @@ impl Forms {
         let joints = self.joints.iter().map(|at| x(*at));
         joints.for_each(|velocity| next(velocity.abs() * velocity));
         let Some(links) = &self.links else { return };
-        // A slide's way is multiplied by a rate, squared and multiplied by the way again.
-        let x = |at: usize| x(at).clamp(-WILD_LINK, WILD_LINK);
+        let x = |at: usize| x(at).clamp(-LINK_FORM_LIMIT, LINK_FORM_LIMIT);
         links.motions(x, |link| {
             let [u, a] = [link.velocity, link.along];
             let speed = u.iter().map(|u| u * u).sum::<f64>().sqrt();
@@ -161,7 +163,7 @@ impl Forms {
 }
 
 impl Encoder {
-    /// For a layout; [`Encoding::Up`] changes nothing where there is no quaternion.
+    /// Ties an encoding to a layout; without a quaternion [`Encoding::Up`] equals [`Encoding::Raw`].
     pub fn new(encoding: &Encoding, layout: &FeatureLayout) -> Self {
         Self {
             inputs: layout.len(),
@@ -176,24 +178,23 @@ impl Encoder {
         }
     }
 
-    /// n, the raw features of a sample.
+    /// Features of a sample, n.
     pub fn inputs(&self) -> usize {
         self.inputs
     }
 
-    /// How many numbers an encoded sample holds.
+    /// Numbers in an encoded sample.
     #[expect(clippy::len_without_is_empty, reason = "a layout is never empty")]
     pub fn len(&self) -> usize {
         self.plain_len() + self.forms.as_ref().map_or(0, Forms::len)
     }
 
-    /// Without the closed forms.
+    /// Numbers in an encoded sample without the closed forms.
     fn plain_len(&self) -> usize {
         self.inputs - usize::from(self.quaternion.is_some())
     }
 
-    /// Where the raw feature at `raw` stands in an encoded sample; `None` for a part of a quaternion that is
-    /// replaced.
+    /// Index in an encoded sample of the feature at index `raw`; `None` for a component of a replaced quaternion.
     pub fn index_of(&self, raw: usize) -> Option<usize> {
         match self.quaternion {
             Some(at) if (at..at + 4).contains(&raw) => None,
@@ -282,7 +283,7 @@ mod tests {
         assert_eq!(encoded(Encoding::Up, &[0.0; 13])[2..5], [0.0, 0.0, 1.0]);
     }
 
-    /// What is behind the features, by name, as this test spells it out.
+    /// The numbers after the features against the definition, written out by hand.
     #[test]
     fn the_closed_forms_are_those_of_the_definition() {
         // Position, velocity, quaternion (upside down), angular and linear velocity, density.
@@ -318,7 +319,7 @@ mod tests {
         assert_eq!(encoder.index_of(3), Some(3));
     }
 
-    /// A link fixed to the base, a metre ahead, long along y, by hand.
+    /// A link fixed to the base, 1 m ahead of it, its long axis along y; expected numbers by hand.
     #[test]
     fn a_links_forms_are_wrenches_about_the_base() {
         let link = serde_json::json!({"links": [{"name": "head", "origin": [1.0, 0.0, 0.0], "rotation": [1.0, 0.0, 0.0, 0.0],

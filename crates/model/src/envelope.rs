@@ -1,22 +1,27 @@
-//! The range that a learned force was trained in, and what holds a simulation to it.
+//! The range of the training data, and the limits that hold a simulation to it.
 //!
-//! Nothing ties a network to physics outside its training data: there its drag may stop growing, or drive the robot on,
-//! and a closed loop that gets there does not come back. So the network is asked at the nearest velocities that it knows,
-//! its force stays among those that it was shown, and what is left of a velocity meets a drag along its own axis,
+//! Outside its training data a network need not obey physics: its drag may stop growing or even push the robot on, and a
+//! simulation that gets there does not come back. Three limits prevent this:
 //!
-//! `f = -F s |s|` up to `|s| = 1`, from there on `-F sign(s) (2 |s| - 1)`, `s = d / h`,
+//! - the network is evaluated at velocities clamped to their training range;
+//! - its force is clamped to the range of the training forces;
+//! - a velocity beyond its range meets an additional drag along its axis,
 //!
-//! where d is how far the velocity is outside its range, h half the width of the widest range of its kind (linear or
-//! angular), and F the greatest force along the axis. A velocity of 0 is always in the range. The drag sets in as gently as
-//! quadratic drag grows, and where d is h it is no less than the force of the network, along that axis. Its slope is 2 F / h at
-//! most: held over a sample period T it is stable on a mass m where F T / (h m) is below 1 (B1: 0.1 along y). While velocities
-//! and forces are in their ranges nothing changes.
+//! ```text
+//! f = -F s |s|  for |s| <= 1,   f = -F sign(s) (2 |s| - 1)  beyond,   s = d / h
+//! ```
+//!
+//! with d the distance of the velocity from its range, h half the width of the widest range of its kind (linear or
+//! angular) and F the greatest training force along the axis. The drag begins with zero slope, as quadratic drag does, and
+//! at d = h equals F, so it outweighs the network's force. Its slope is at most 2 F / h: held over a sample period T it is
+//! stable on a mass m while F T / (h m) < 1 (the B1 robot: 0.1 along y). The velocity 0 always counts as in range. Within
+//! the ranges nothing changes.
 
 use serde::{Deserialize, Serialize};
 
 use crate::features::{Feature, FeatureLayout};
 
-/// Least and greatest values of a training split.
+/// Least and greatest values in a training split.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Envelope {
@@ -31,7 +36,7 @@ pub struct Envelope {
 }
 
 impl Envelope {
-    /// What is wrong with the numbers, if anything.
+    /// Reason why these numbers do not serve `inputs` features and `outputs` force components, if there is one.
     pub fn fault(&self, inputs: usize, outputs: usize) -> Option<String> {
         let sides = [
             ("least", &self.least, "most", &self.most, inputs),
@@ -68,8 +73,8 @@ impl Envelope {
             })
     }
 
-    /// Every range `factor` times as wide about its centre, those of forces, which grow with the square of a velocity, by the
-    /// square of it.
+    /// Every range `factor` times as wide about its centre; ranges of forces `factor^2` times, since forces grow with the
+    /// square of a velocity.
     #[must_use]
     pub fn widened(mut self, factor: f64) -> Self {
         let widen = |least: &mut [f64], most: &mut [f64], factor: f64| {
@@ -84,44 +89,44 @@ impl Envelope {
     }
 }
 
-/// An envelope tied to the features and forces of a card; that of default holds to nothing.
+/// An envelope tied to the features and forces of a card. The default limits nothing.
 #[derive(Clone, Debug, Default)]
 pub struct Limits {
     envelope: Envelope,
-    /// The velocities, and where each is among the features.
+    /// The velocities among the features, each with its index.
     velocities: Vec<(usize, Feature)>,
-    /// Of each output [f], what opposes a velocity along it that is out of range.
+    /// For each output [f], the drag on an out-of-range velocity along it.
     drags: Vec<Option<Drag>>,
 }
 
-/// A velocity out of its range.
+/// A velocity outside its range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Excess {
-    /// Which one.
+    /// The velocity.
     pub velocity: Feature,
-    /// What it is [m/s, rad/s].
+    /// Its value [m/s, rad/s].
     pub found: f64,
-    /// Least and most that the network is told [m/s, rad/s].
+    /// Least and greatest value that the network is given [m/s, rad/s].
     pub range: (f64, f64),
 }
 
-/// Drag along an axis, outside the range.
+/// Drag along an axis on a velocity outside its range.
 #[derive(Clone, Copy, Debug)]
 struct Drag {
     /// Index of the velocity among the features.
     at: usize,
-    /// h [m/s, rad/s]; above 0.
+    /// h [m/s, rad/s], positive.
     width: f64,
     /// F [N, N m].
     force: f64,
 }
 
 impl Limits {
-    /// Of features in the order of `layout` and forces in that of `outputs`; the envelope's ranges are as long.
+    /// Ties `envelope`, whose ranges are in the order of `layout` and of `outputs`, to both.
     pub fn new(mut envelope: Envelope, layout: &FeatureLayout, outputs: &[String]) -> Self {
         let velocities = layout.features().iter().cloned().enumerate();
         let velocities: Vec<_> = velocities.filter(|(_, of)| is_velocity(of)).collect();
-        // Trained on the move alone: a drag towards that range would drive a robot at rest.
+        // Data without rest would leave 0 outside the range, and the drag would push a robot at rest.
         for (at, _) in &velocities {
             envelope.least[*at] = envelope.least[*at].min(0.0);
             envelope.most[*at] = envelope.most[*at].max(0.0);
@@ -152,7 +157,7 @@ impl Limits {
         }
     }
 
-    /// The drag [f] of the velocities in `x` [n] that are out of range.
+    /// Drag [f] (N, N m) on the velocities of `x` [n] that are outside their ranges.
     pub fn drag(&self, x: &[f64], force: &mut [f64]) {
         force.fill(0.0);
         for (force, drag) in force.iter_mut().zip(&self.drags) {
@@ -170,14 +175,14 @@ impl Limits {
         }
     }
 
-    /// Holds the velocities of `x` [n] within the range.
+    /// Clamps the velocities of `x` [n] to their ranges.
     pub fn hold(&self, x: &mut [f64]) {
         for (at, _) in &self.velocities {
             x[*at] = self.held(*at, x[*at]);
         }
     }
 
-    /// The first velocity of `x` [n] that is out of its range.
+    /// The first velocity of `x` [n] that is outside its range.
     pub fn excess(&self, x: &[f64]) -> Option<Excess> {
         let mut velocities = self.velocities.iter();
         let (at, velocity) = velocities.find(|(at, _)| self.held(*at, x[*at]) != x[*at])?;
@@ -188,7 +193,7 @@ impl Limits {
         })
     }
 
-    /// Holds a force [f] within the range.
+    /// Clamps a force [f] to the range of the training forces.
     pub fn hold_force(&self, force: &mut [f64]) {
         let ranges = self
             .envelope
@@ -212,7 +217,7 @@ fn is_velocity(feature: &Feature) -> bool {
     )
 }
 
-/// The velocity that a component of the wrench does work on.
+/// Velocity along a component of the wrench: `force.x` to linear velocity x, `torque.x` to angular velocity x.
 fn velocity_along(output: &str) -> Option<Feature> {
     let (kind, axis) = output.split_once('.')?;
     let axis = ["x", "y", "z"].iter().position(|known| *known == axis)?;

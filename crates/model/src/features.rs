@@ -1,7 +1,7 @@
-//! What a force model is fed: the ordered list of features, as data.
+//! The inputs of a force model: an ordered list of features.
 //!
-//! A layout is read from a data set's `manifest.json` or a checkpoint's `card.json`; nothing in the
-//! library is wired to B1's 35 numbers. Names are `position.<joint>`, `velocity.<joint>`,
+//! The list is data, read from a data set's `manifest.json` or a checkpoint's `card.json`; no code assumes the 35
+//! features of the B1 robot. Names are `position.<joint>`, `velocity.<joint>`,
 //! `quaternion.{w,x,y,z}`, `angular_velocity.{x,y,z}`, `linear_velocity.{x,y,z}`, `density`.
 
 use std::{fmt, str::FromStr};
@@ -44,7 +44,7 @@ impl Feature {
         }
     }
 
-    /// True for [`Self::unit`], and for a slide's unit where the joint may be one.
+    /// True for [`Self::unit`], and for the unit of a slide joint (m, m/s) where the feature belongs to a joint.
     fn has_unit(&self, unit: &str) -> bool {
         let slide = match self {
             Self::JointPosition(_) => Some("m"),
@@ -54,7 +54,7 @@ impl Feature {
         unit == self.unit() || slide == Some(unit)
     }
 
-    /// True where only a free joint can provide it.
+    /// True if only a free joint provides it.
     pub fn needs_free_joint(&self) -> bool {
         matches!(
             self,
@@ -76,25 +76,25 @@ impl fmt::Display for Feature {
     }
 }
 
-/// Why a feature list was refused.
+/// Reason for refusing a feature list.
 #[derive(Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FeatureError {
-    /// A name outside the grammar.
+    /// A name that is none of those in the module's list.
     #[error(
         "unknown feature `{0}`: expected position.<joint>, velocity.<joint>, quaternion.{{w,x,y,z}}, \
          angular_velocity.{{x,y,z}}, linear_velocity.{{x,y,z}} or density"
     )]
     Unknown(String),
     /// The same feature twice.
-    #[error("feature `{0}` stands in the list twice")]
+    #[error("feature `{0}` is in the list twice")]
     Duplicate(String),
-    /// Part of a quaternion, or its components out of order.
+    /// An incomplete quaternion, or one whose components are out of order.
     #[error(
         "the quaternion must be four neighbouring features in the order w x y z, or absent altogether"
     )]
     BrokenQuaternion,
-    /// Nothing to feed.
+    /// An empty list.
     #[error("the feature list is empty")]
     Empty,
 }
@@ -148,7 +148,7 @@ impl From<Feature> for String {
 pub struct FeatureLayout(Vec<Feature>);
 
 impl FeatureLayout {
-    /// Checks that no feature stands twice and that a quaternion, if any, is whole and in order.
+    /// Checks that no feature is listed twice and that a quaternion, if any, is complete and in order.
     pub fn new(features: Vec<Feature>) -> Result<Self, FeatureError> {
         if features.is_empty() {
             return Err(FeatureError::Empty);
@@ -179,7 +179,7 @@ impl FeatureLayout {
     }
 
     /// The layout of a floating-base robot: joint positions, joint velocities, quaternion, angular
-    /// velocity, linear velocity, density (contract "Features"; B1: 12 + 12 + 4 + 3 + 3 + 1 = 35).
+    /// velocity, linear velocity, density (the B1 robot: 12 + 12 + 4 + 3 + 3 + 1 = 35).
     pub fn floating_base(joints: &[String]) -> Result<Self, FeatureError> {
         let positions = joints.iter().cloned().map(Feature::JointPosition);
         let velocities = joints.iter().cloned().map(Feature::JointVelocity);
@@ -196,12 +196,12 @@ impl FeatureLayout {
         &self.0
     }
 
-    /// How many numbers a sample holds.
+    /// Numbers in a sample.
     pub fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// What is wrong with `units` as a `feature_units` list, if anything.
+    /// Reason why `units` is not the `feature_units` list of this layout, if there is one.
     pub fn units_fault(&self, units: &[String]) -> Option<String> {
         if units.len() != self.len() {
             let (found, expected) = (units.len(), self.len());
@@ -222,17 +222,17 @@ impl FeatureLayout {
         self.0.is_empty()
     }
 
-    /// Where a feature stands.
+    /// Index of a feature.
     pub fn index_of(&self, feature: &Feature) -> Option<usize> {
         self.0.iter().position(|known| known == feature)
     }
 
-    /// Where the quaternion's `w` stands; x, y, z follow.
+    /// Index of the quaternion's `w`; x, y, z follow.
     pub fn quaternion(&self) -> Option<usize> {
         self.index_of(&Feature::Quaternion(0))
     }
 
-    /// Where the density stands.
+    /// Index of the density.
     pub fn density(&self) -> Option<usize> {
         self.index_of(&Feature::Density)
     }

@@ -1,20 +1,20 @@
-//! A robot's links as a tree below its base: where they are and how they move, from joint positions and velocities.
+//! Forward kinematics: poses and velocities of a robot's links from joint positions and velocities.
 //!
-//! Data, like the feature list: it stands in a data set's `manifest.json` (`kinematics`) and in the card of a model that is
-//! given the links' motion.
+//! The tree of links below the base is data, like the feature list: a data set's `manifest.json` has it as `kinematics`,
+//! and so has the card of a model that reads the motion of the links.
 
 use serde::{Deserialize, Serialize};
 
 use crate::features::{Feature, FeatureLayout};
 
-/// Links that a tree may hold: poses are kept on the stack.
+/// Greatest number of links in a tree; their poses are held on the stack.
 pub const MOST_LINKS: usize = 64;
 
-/// A tree of links, parents first.
+/// A tree of links, parents before children.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Kinematics {
-    /// The links; the base is one where water acts on it.
+    /// The links; the base is among them if water acts on it.
     pub links: Vec<Link>,
 }
 
@@ -27,19 +27,19 @@ impl Eq for Kinematics {}
 pub struct Link {
     /// Its name.
     pub name: String,
-    /// The link it hangs on, by its place in the list; None: the base frame.
+    /// Index of the parent link; `None` for the base frame.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parent: Option<usize>,
     /// Its origin in the parent's frame [m].
     pub origin: [f64; 3],
-    /// `parent_from_link` where the joint is at zero, w x y z.
+    /// Unit quaternion `parent_from_link` (w x y z) at joint position zero.
     pub rotation: [f64; 4],
-    /// The joint between them, through the link's origin; None: fixed.
+    /// The joint to the parent, through the link's origin; `None` for a fixed link.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joint: Option<Joint>,
-    /// Where the water acts, in the link's frame [m].
+    /// Point at which the water's force acts, in the link's frame [m].
     pub centre: [f64; 3],
-    /// Direction in which the link is longest, in its frame, of length 1.
+    /// Long axis of the link in its frame, a unit vector.
     pub along: [f64; 3],
 }
 
@@ -49,24 +49,24 @@ pub struct Link {
 pub struct Joint {
     /// Its name, as in the features `position.<name>` and `velocity.<name>`.
     pub name: String,
-    /// What it does.
+    /// Hinge or slide.
     pub kind: JointKind,
-    /// Its axis in the link's frame, of length 1.
+    /// Its axis in the link's frame, a unit vector.
     pub axis: [f64; 3],
 }
 
-/// How a joint moves.
+/// Motion of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum JointKind {
-    /// Turns about its axis [rad].
+    /// Rotation about the axis [rad].
     Hinge,
-    /// Slides along its axis [m].
+    /// Translation along the axis [m].
     Slide,
 }
 
 impl Kinematics {
-    /// What is wrong with the tree, or with features that it is to be read from, if anything.
+    /// Reason why the tree is invalid or these features lack one of its joints, if there is one.
     pub fn fault(&self, layout: &FeatureLayout) -> Option<String> {
         if self.links.is_empty() || self.links.len() > MOST_LINKS {
             let found = self.links.len();
@@ -80,7 +80,7 @@ impl Kinematics {
         })
     }
 
-    /// The tree with its joints found among the features; a joint that they lack stays at zero.
+    /// The tree with the indices of its joints among the features; a position or velocity that they lack is zero.
     pub fn bound(&self, layout: &FeatureLayout) -> BoundKinematics {
         let links = self.links.iter().map(|link| BoundLink {
             parent: link.parent,
@@ -108,7 +108,9 @@ impl Link {
     fn fault(&self, index: usize, layout: &FeatureLayout) -> Option<String> {
         let unit = |v: &[f64]| (v.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-6;
         if self.parent.is_some_and(|parent| parent >= index) {
-            return Some("hangs on a link that comes later; expected parents first".to_owned());
+            return Some(
+                "has a parent that comes later in the list; expected parents first".to_owned(),
+            );
         }
         if !self
             .origin
@@ -135,7 +137,7 @@ impl Link {
     }
 }
 
-/// See [`Kinematics::bound`].
+/// A tree of links tied to a feature layout by [`Kinematics::bound`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoundKinematics {
     links: Vec<BoundLink>,
@@ -143,7 +145,7 @@ pub struct BoundKinematics {
     angular: [Option<usize>; 3],
 }
 
-// As that of the tree.
+// For the same reason as the tree.
 impl Eq for BoundKinematics {}
 
 #[derive(Clone, Debug, PartialEq)]
@@ -164,18 +166,18 @@ struct BoundJoint {
     axis: [f64; 3],
 }
 
-/// A link in motion; all in the axes of the base frame.
+/// Pose and velocity of a link, in the axes of the base frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LinkMotion {
-    /// Where the water acts, from the base's origin [m].
+    /// Point at which the water's force acts, from the base's origin [m].
     pub centre: [f64; 3],
     /// Velocity of that point relative to the water [m/s].
     pub velocity: [f64; 3],
-    /// Direction in which the link is longest.
+    /// Long axis of the link, a unit vector.
     pub along: [f64; 3],
 }
 
-/// Pose and velocity of a link's frame, in the base's axes.
+/// Pose and velocity of a link's frame, in the axes of the base frame.
 #[derive(Clone, Copy, Default)]
 struct Frame {
     rotation: Matrix,
@@ -185,14 +187,14 @@ struct Frame {
 }
 
 impl BoundKinematics {
-    /// How many links.
+    /// Number of links.
     #[expect(clippy::len_without_is_empty, reason = "a tree is never empty")]
     pub fn len(&self) -> usize {
         self.links.len()
     }
 
-    /// Calls `tell` for every link in its order; `x` gives the raw feature at a place.
-    pub fn motions(&self, x: impl Fn(usize) -> f64, mut tell: impl FnMut(LinkMotion)) {
+    /// Calls `visit` for every link, in order; `x(i)` is feature i of the sample (SI).
+    pub fn motions(&self, x: impl Fn(usize) -> f64, mut visit: impl FnMut(LinkMotion)) {
         let three = |at: [Option<usize>; 3]| at.map(|at| at.map_or(0.0, &x));
         let base = Frame {
             rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -205,7 +207,7 @@ impl BoundKinematics {
             let parent = link.parent.map_or(base, |parent| frames[parent]);
             let frame = link.frame(&parent, &x);
             let arm = turned(&frame.rotation, link.centre);
-            tell(LinkMotion {
+            visit(LinkMotion {
                 centre: sum(frame.origin, arm),
                 velocity: sum(frame.linear, cross(frame.angular, arm)),
                 along: turned(&frame.rotation, link.along),
@@ -248,7 +250,7 @@ impl BoundLink {
     }
 }
 
-/// Rows of a rotation.
+/// Rotation matrix, by rows.
 type Matrix = [[f64; 3]; 3];
 
 /// a x b.
@@ -280,7 +282,7 @@ fn product(a: &Matrix, b: &Matrix) -> Matrix {
     [0, 1, 2].map(|i| [x[i], y[i], z[i]])
 }
 
-/// Rotation by a unit quaternion.
+/// Rotation matrix of a unit quaternion.
 fn matrix([w, x, y, z]: [f64; 4]) -> Matrix {
     [
         [
@@ -301,7 +303,7 @@ fn matrix([w, x, y, z]: [f64; 4]) -> Matrix {
     ]
 }
 
-/// Rotation by an angle about a unit axis.
+/// Rotation matrix of an angle [rad] about a unit axis.
 fn about(axis: [f64; 3], angle: f64) -> Matrix {
     let (sin, cos) = (0.5 * angle).sin_cos();
     matrix([cos, sin * axis[0], sin * axis[1], sin * axis[2]])
@@ -437,7 +439,7 @@ mod tests {
             (|t| t.links.clear(), "0 links, expected 1 to 64"),
             (
                 |t| t.links[2].parent = Some(2),
-                "link `rail`: hangs on a link that comes later",
+                "link `rail`: has a parent that comes later in the list",
             ),
             (
                 |t| t.links[0].centre[1] = f64::NAN,

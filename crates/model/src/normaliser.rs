@@ -1,27 +1,27 @@
-//! Zero mean and unit deviation on both sides of a network.
+//! Inputs and outputs of a network scaled to zero mean and unit standard deviation.
 
 use serde::{Deserialize, Serialize};
 
-/// Inputs further than this many deviations from their mean are held there, so that no state, however
-/// wild, drives the network where nothing was ever learned.
+/// Bound of a standardised input [standard deviations]: inputs are clamped to it, so that no state of a simulation takes
+/// the network far outside its training data.
 pub const INPUT_LIMIT: f64 = 20.0;
 
 /// Means and standard deviations over the training split.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Normaliser {
-    /// Of each encoded input (SI, or 1 for a direction).
+    /// Mean of each encoded input (SI; 1 for a direction).
     pub input_mean: Vec<f64>,
-    /// Likewise; never zero: a constant input has 1.
+    /// Standard deviation of each encoded input; 1 for an input that is constant, so never zero.
     pub input_std: Vec<f64>,
-    /// Of each output [N, N m].
+    /// Mean of each output [N, N m].
     pub output_mean: Vec<f64>,
-    /// Likewise.
+    /// Standard deviation of each output [N, N m].
     pub output_std: Vec<f64>,
 }
 
 impl Normaliser {
-    /// That leaves everything as it is.
+    /// A normaliser that changes nothing: means 0, deviations 1.
     pub fn identity(inputs: usize, outputs: usize) -> Self {
         Self {
             input_mean: vec![0.0; inputs],
@@ -31,27 +31,27 @@ impl Normaliser {
         }
     }
 
-    /// The standardised input `index`.
+    /// `value` of the encoded input `index` in standard deviations, clamped to [`INPUT_LIMIT`].
     #[inline]
     pub fn input(&self, index: usize, value: f64) -> f32 {
         let scaled = (value - self.input_mean[index]) / self.input_std[index];
         scaled.clamp(-INPUT_LIMIT, INPUT_LIMIT) as f32
     }
 
-    /// The force component `index` [N, N m] in deviations.
+    /// `value` [N, N m] of the force component `index` in standard deviations.
     #[inline]
     pub fn force(&self, index: usize, value: f64) -> f32 {
         let scaled = (value - self.output_mean[index]) / self.output_std[index];
         scaled.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
     }
 
-    /// Back to N, N m.
+    /// The inverse of [`Normaliser::force`]: the force component `index` [N, N m].
     #[inline]
     pub fn to_si(&self, index: usize, normalised: f32) -> f64 {
         self.output_mean[index] + self.output_std[index] * f64::from(normalised)
     }
 
-    /// What is wrong with the numbers, if anything.
+    /// Reason why these numbers do not serve `inputs` inputs and `outputs` outputs, if there is one.
     pub(crate) fn fault(&self, inputs: usize, outputs: usize) -> Option<String> {
         let fields = [
             ("input_mean", &self.input_mean, inputs, false),
@@ -76,7 +76,8 @@ impl Normaliser {
     }
 }
 
-/// Mean and deviation of a stream of rows, one column at a time (Welford's method in f64).
+/// Mean and standard deviation of each column of a stream of rows (Welford's method in f64: B. P. Welford, "Note on a
+/// method for calculating corrected sums of squares and products", Technometrics 4(3), 1962).
 #[derive(Clone, Debug)]
 pub struct Moments {
     count: f64,
@@ -85,7 +86,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Of rows of `len` numbers.
+    /// For rows of `len` numbers; no row yet.
     pub fn new(len: usize) -> Self {
         Self {
             count: 0.0,
@@ -94,7 +95,7 @@ impl Moments {
         }
     }
 
-    /// One more row.
+    /// Takes one more row.
     pub fn add(&mut self, row: &[f64]) {
         self.count += 1.0;
         for ((value, mean), square) in row.iter().zip(&mut self.mean).zip(&mut self.square) {
@@ -104,12 +105,12 @@ impl Moments {
         }
     }
 
-    /// The means.
+    /// Means of the columns.
     pub fn mean(&self) -> Vec<f64> {
         self.mean.clone()
     }
 
-    /// The standard deviations; 1 where a column is constant to single precision.
+    /// Standard deviations of the columns; 1 for a column that is constant to single precision.
     pub fn std(&self) -> Vec<f64> {
         let count = self.count.max(1.0);
         self.square

@@ -1,4 +1,4 @@
-//! Named weights, drawn from a seed or given by a file.
+//! Named weights, drawn from a seed or read from a file.
 
 use std::{
     collections::{BTreeMap, HashMap},
@@ -16,13 +16,13 @@ use sha2::{Digest as _, Sha256};
 pub struct Parameters(BTreeMap<String, Var>);
 
 impl Parameters {
-    /// Calls `build` with a [`VarBuilder`] that draws each weight as the layer asks for it; returns what
-    /// was built and the weights. The numbers depend on the seed and the names alone.
+    /// Calls `build` with a [`VarBuilder`] that draws each weight when a layer asks for it; returns the model and its
+    /// weights. The numbers depend on the seed and the names of the weights alone.
     pub fn draw<M>(seed: u64, build: impl FnOnce(VarBuilder) -> Result<M>) -> Result<(M, Self)> {
         Self::draw_on(&Device::Cpu, seed, build)
     }
 
-    /// [`Parameters::draw`], the weights on a device.
+    /// [`Parameters::draw`] with the weights on a device.
     pub fn draw_on<M>(
         device: &Device,
         seed: u64,
@@ -51,22 +51,22 @@ impl Parameters {
         self.0.iter().map(|(name, var)| (name.as_str(), var))
     }
 
-    /// How many tensors.
+    /// Number of tensors.
     pub fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// True without any weight.
+    /// True if there is no weight.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// How many numbers.
+    /// Numbers in all tensors together.
     pub fn count(&self) -> usize {
         self.0.values().map(|var| var.elem_count()).sum()
     }
 
-    /// The same numbers in tensors of their own, on the CPU.
+    /// A copy of the weights on the CPU.
     pub fn snapshot(&self) -> Result<BTreeMap<String, Tensor>> {
         self.0
             .iter()
@@ -77,7 +77,7 @@ impl Parameters {
             .collect()
     }
 
-    /// Takes the numbers of a snapshot, to whichever device the weights are on.
+    /// Sets the weights to those of a snapshot; they stay on their device.
     pub fn restore(&self, snapshot: &BTreeMap<String, Tensor>) -> Result<()> {
         for (name, var) in &self.0 {
             let tensor = snapshot
@@ -89,7 +89,7 @@ impl Parameters {
     }
 }
 
-/// A [`VarBuilder`] over given tensors; a missing or misshapen one is refused by name.
+/// A [`VarBuilder`] over given tensors; the error for a missing or misshapen one names it.
 pub fn builder(tensors: &BTreeMap<String, Tensor>) -> VarBuilder<'static> {
     let tensors: HashMap<String, Tensor> = tensors
         .iter()
@@ -116,7 +116,7 @@ impl Draw {
         };
         match init {
             Init::Const(value) => vec![value as f32; shape.elem_count()],
-            // The same variance, uniform.
+            // Uniform with the same variance.
             Init::Randn { stdev, .. } => uniform(stdev * 3f64.sqrt()),
             Init::Uniform { up, .. } => uniform(up),
             // He's rule for the layers of candle-nn: uniform of variance gain^2 / fan-in.

@@ -1,7 +1,6 @@
-//! A robot as its URDF describes it: links, moving joints in file order, masses, inertias, limits,
-//! displaced volumes.
+//! A robot as described by its URDF: links, moving joints in file order, masses, inertias, limits, displaced volumes.
 //!
-//! Not read: meshes (a mesh displaces nothing here), transmissions, sensors, materials.
+//! Meshes (a mesh displaces no volume here), transmissions, sensors and materials are not read.
 
 use std::{
     collections::HashMap,
@@ -12,19 +11,19 @@ use std::{
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use thiserror::Error;
 
-/// Why a robot description was refused.
+/// Reason for refusing a robot description.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RobotError {
-    /// The file is missing or no URDF.
+    /// The file is missing or not a URDF.
     #[error("{path}: cannot read this as a URDF: {reason}", path = path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the parser said.
+        /// Message of the parser.
         reason: String,
     },
-    /// A joint names a link that the file does not hold.
+    /// A joint names a link that is not in the file.
     #[error("{path}: joint `{joint}` names the link `{link}`, which is not in the file; links: {known}", path = path.display())]
     UnknownLink {
         /// The file.
@@ -36,7 +35,7 @@ pub enum RobotError {
         /// The links that exist.
         known: String,
     },
-    /// A mass or an inertia that no body can have.
+    /// A mass or an inertia that is physically impossible.
     #[error("{path}: link `{link}`: {what}", path = path.display())]
     Unphysical {
         /// The file.
@@ -67,7 +66,7 @@ impl Inertia {
         tensor: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     };
 
-    /// The same body, seen from a frame in which the link stands at `pose`.
+    /// The same inertia in a frame in which the link's pose is `pose`.
     pub fn seen_from(&self, pose: &Isometry3<f64>) -> Self {
         let rotation = pose.rotation.to_rotation_matrix();
         Self {
@@ -77,7 +76,7 @@ impl Inertia {
         }
     }
 
-    /// Two rigidly joined bodies as one (parallel-axis theorem).
+    /// Inertia of two rigidly joined bodies (parallel-axis theorem).
     pub fn fused_with(&self, other: &Self) -> Self {
         let mass = self.mass + other.mass;
         if mass <= 0.0 {
@@ -96,25 +95,25 @@ impl Inertia {
     }
 }
 
-/// A link and what the water sees of it.
+/// A link with its inertia and its displaced volume.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     /// Name in the URDF.
     pub name: String,
     /// Its rigid-body inertia.
     pub inertia: Inertia,
-    /// Volume of its primitive collision shapes [m^3]; overlaps count twice.
+    /// Volume of its primitive collision shapes [m^3]; overlaps are counted twice.
     pub displaced_volume: f64,
 }
 
-/// How a joint moves.
+/// Motion of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
-    /// Rotates between limits [rad].
+    /// Rotation between limits [rad].
     Revolute,
-    /// Rotates without limits [rad].
+    /// Rotation without limits [rad].
     Continuous,
-    /// Slides between limits [m].
+    /// Translation between limits [m].
     Prismatic,
 }
 
@@ -123,13 +122,13 @@ pub enum JointKind {
 pub struct Joint {
     /// Name in the URDF.
     pub name: String,
-    /// How it moves.
+    /// Its motion.
     pub kind: JointKind,
-    /// The link it hangs on.
+    /// Its parent link.
     pub parent: String,
-    /// The link it moves.
+    /// Its child link.
     pub child: String,
-    /// Pose of the child's frame in the parent's, at zero position.
+    /// Pose of the child's frame in the parent's at joint position zero.
     pub parent_from_child: Isometry3<f64>,
     /// Unit axis in the child's frame.
     pub axis: Vector3<f64>,
@@ -141,16 +140,16 @@ pub struct Joint {
     pub velocity: f64,
 }
 
-/// A robot: links as in the file, moving joints in file order, and the links that survive fusing.
+/// A robot: links as in the file, moving joints in file order, and the bodies left after fixed joints are fused.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
     /// Name in the URDF.
     pub name: String,
-    /// Every link, as in the file.
+    /// Every link of the file.
     pub links: Vec<Link>,
-    /// Every joint that moves, in file order: the order of the features.
+    /// Every moving joint, in file order, which is the order of the features.
     pub joints: Vec<Joint>,
-    /// Links after every fixed joint has been fused into its parent, as MuJoCo compiles them.
+    /// Links after each child of a fixed joint is fused into its parent, as MuJoCo compiles them.
     pub bodies: Vec<Link>,
 }
 
@@ -238,7 +237,7 @@ fn read_link(link: &urdf_rs::Link, path: &Path) -> Result<Link, RobotError> {
     })
 }
 
-/// Volume of a primitive shape [m^3]; a mesh counts nothing, for its file is not read.
+/// Volume of a primitive shape [m^3]; 0 for a mesh, whose file is not read.
 fn volume(geometry: &urdf_rs::Geometry) -> f64 {
     match geometry {
         urdf_rs::Geometry::Box { size } => size.0.iter().product(),
@@ -296,9 +295,9 @@ fn read_moving_joint(joint: &urdf_rs::Joint) -> Option<Joint> {
     })
 }
 
-/// Fuses every link that hangs on a fixed joint into the link that carries it.
+/// Fuses every child of a fixed joint into its parent.
 fn fuse_fixed(joints: &[urdf_rs::Joint], links: &[Link]) -> Vec<Link> {
-    let carrier: HashMap<&str, (&str, Isometry3<f64>)> = joints
+    let parent_of: HashMap<&str, (&str, Isometry3<f64>)> = joints
         .iter()
         .filter(|joint| joint.joint_type == urdf_rs::JointType::Fixed)
         .map(|joint| {
@@ -310,7 +309,7 @@ fn fuse_fixed(joints: &[urdf_rs::Joint], links: &[Link]) -> Vec<Link> {
     for link in links {
         // A massless root (ROS: `base`) that only carries a fixed joint becomes the first real body.
         let (mut name, mut pose) = (link.name.as_str(), Isometry3::identity());
-        while let Some((parent, parent_from_child)) = carrier.get(name) {
+        while let Some((parent, parent_from_child)) = parent_of.get(name) {
             (name, pose) = (parent, parent_from_child * pose);
         }
         let inertia = link.inertia.seen_from(&pose);

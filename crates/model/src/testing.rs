@@ -1,11 +1,11 @@
-//! What tests of models share.
+//! Helpers of the tests of models.
 
 use candle_core::{DType, Device, Result, Tensor, Var};
 use candle_nn::VarBuilder;
 
-use super::parameters::Parameters;
+use crate::parameters::Parameters;
 
-/// Numbers in (-1, 1) without a generator.
+/// Numbers in (-1, 1) that repeat from run to run: sin((i + 1) step).
 pub(crate) fn ramp(shape: &[usize], step: f64) -> Tensor {
     let count: usize = shape.iter().product();
     let values: Vec<f64> = (0..count).map(|i| ((i + 1) as f64 * step).sin()).collect();
@@ -20,7 +20,7 @@ pub(crate) fn numbers(tensor: &Tensor) -> Vec<f64> {
         .expect("numbers")
 }
 
-/// A sum of squares that weighs every number otherwise.
+/// A sum of squares with a different weight for every number.
 pub(crate) fn weighted(tensor: &Tensor) -> Tensor {
     (tensor.sqr().expect("squares") * ramp(tensor.dims(), 0.31))
         .and_then(|t| t.sum_all())

@@ -5,16 +5,16 @@ use std::{collections::BTreeMap, path::Path};
 use hydro_frames::{frames_fault, output_units_fault};
 use serde::{Deserialize, Serialize};
 
-use super::error::CheckpointError;
+use super::{error::CheckpointError, files::SCHEMA};
 use crate::{
-    Encoder, ModelConfig, Normaliser, Solver,
+    architectures::ModelConfig,
     document::{self, Fault},
+    encoding::Encoder,
     envelope::Envelope,
     features::FeatureLayout,
+    normaliser::Normaliser,
+    solver::Solver,
 };
-
-/// The schema that this version writes and reads.
-pub const SCHEMA: &str = "hydro-checkpoint/1";
 
 /// Where a model was trained.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -4,8 +4,8 @@ use std::{io, path::PathBuf};
 
 use thiserror::Error;
 
-use super::SCHEMA;
-use crate::{ModelError, document::listed};
+use super::files::SCHEMA;
+use crate::{document::listed, error::ModelError};
 
 /// Why a checkpoint was refused.
 #[derive(Debug, Error)]

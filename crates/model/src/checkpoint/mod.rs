@@ -6,6 +6,7 @@
 
 mod card;
 mod error;
+mod files;
 mod replacement;
 #[cfg(test)]
 mod tests;
@@ -21,23 +22,25 @@ use candle_core::{DType, Tensor};
 use sha2::{Digest as _, Sha256};
 
 pub use self::{
-    card::{Card, DatasetNote, SCHEMA},
+    card::{Card, DatasetNote},
     error::CheckpointError,
+    files::SCHEMA,
 };
 use self::{
+    files::{CARD, WEIGHTS},
     replacement::{Partial, remove_abandoned, replace},
     weights::numbers,
 };
 use crate::{
-    Encoder, Engine, EngineKind, ForceModel, ModelError, Network, Parameters, Solver,
+    architectures::Network,
     document::{hexadecimal, names_in},
-    parameters,
+    encoding::Encoder,
+    engine::{Engine, EngineKind},
+    error::ModelError,
+    force_model::ForceModel,
+    parameters::{self, Parameters},
+    solver::Solver,
 };
-
-/// Name of the weights inside the folder.
-const WEIGHTS: &str = "weights.safetensors";
-/// Name of the card inside the folder.
-const CARD: &str = "card.json";
 
 /// A loaded or trained model.
 ///

@@ -5,8 +5,8 @@ use std::{collections::BTreeMap, path::Path};
 use candle_core::{Device, Tensor};
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 
-use super::{WEIGHTS, error::CheckpointError};
-use crate::ModelError;
+use super::{error::CheckpointError, files::WEIGHTS};
+use crate::error::ModelError;
 
 /// Values of a tensor, row by row.
 pub(super) fn numbers(tensor: &Tensor) -> candle_core::Result<Vec<f32>> {

@@ -2,15 +2,15 @@
 
 use pulp::Arch;
 
-use super::{past::Past, perceptron::Perceptron};
+use super::{attention_cache::AttentionCache, packed_perceptron::PackedPerceptron};
 
 /// h of a memory `[slot of the newest sample, samples ..]`.
 #[derive(Clone, Debug)]
 pub(super) enum Latent {
     /// Attention over the window.
-    Attention(Past),
+    Attention(AttentionCache),
     /// A perceptron of the one sample that the memory holds.
-    Perceptron(Perceptron),
+    Perceptron(PackedPerceptron),
 }
 
 impl Latent {

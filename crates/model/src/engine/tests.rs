@@ -5,16 +5,15 @@ use candle_nn::VarBuilder;
 use pulp::Arch;
 
 use super::{
-    super::{
-        AttentionOdeConfig, CnodeConfig, Control, Encoder, Encoding, ForceModel, LstmConfig,
-        MlpConfig, MlpOdeConfig, ModelConfig, ModelError, Normaliser, Parameters,
-        RelaxationOdeConfig, Solver,
-        cnode::STATE_LIMIT,
-        kernel::{instruction_sets, rounded},
-    },
-    CandleEngine, Engine, EngineKind, Precision, Scratch,
+    Engine, EngineKind, Scratch, build, candle_engine::CandleEngine, packed_perceptron::Precision,
 };
-use crate::features::FeatureLayout;
+use crate::{
+    AttentionOdeConfig, CnodeConfig, Control, Encoder, Encoding, ForceModel, LstmConfig, MlpConfig,
+    MlpOdeConfig, ModelConfig, ModelError, Normaliser, Parameters, RelaxationOdeConfig, Solver,
+    architectures::cnode::STATE_LIMIT,
+    features::FeatureLayout,
+    kernel::{instruction_sets, rounded},
+};
 
 fn layout() -> FeatureLayout {
     FeatureLayout::floating_base(&["a".into(), "b".into()]).expect("valid")
@@ -119,7 +118,7 @@ fn drawn(config: &ModelConfig, solver: Solver) -> (ForceModel, Parameters) {
 }
 
 fn fused(model: &ForceModel, precision: Precision, arch: Arch) -> Box<dyn Engine> {
-    super::fused(model, precision, arch).expect("an engine")
+    build::fused(model, precision, arch).expect("an engine")
 }
 
 /// T samples of n features, smooth, without a generator.
@@ -583,7 +582,7 @@ fn extreme_and_denormal_inputs_agree_with_candle() {
     }
 }
 
-/// Layers whose weights and activations are denormal: halves have none, singles do as Candle does.
+/// PackedLayers whose weights and activations are denormal: halves have none, singles do as Candle does.
 #[test]
 fn denormal_weights_agree_with_candle() {
     let config = &configs()[0];

@@ -1,6 +1,6 @@
 //! Between what a card speaks of, features and forces in SI, and what a network sees: encoded and standardised.
 
-use super::super::{ForceModel, encoding::Encoder, normaliser::Normaliser};
+use crate::{encoding::Encoder, force_model::ForceModel, normaliser::Normaliser};
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -10,7 +10,7 @@ pub(super) struct Units {
 }
 
 impl Units {
-    pub(super) fn of(model: &ForceModel) -> Self {
+    pub(super) fn from_model(model: &ForceModel) -> Self {
         Self {
             encoder: model.encoder.clone(),
             normaliser: model.normaliser.clone(),

@@ -1,6 +1,16 @@
 //! SiLU, its derivative, the sigmoid and the softmax, on vectors of f32.
 
-use pulp::{Simd, WithSimd};
+use pulp::{Arch, Simd, WithSimd};
+
+/// x -> silu(x) in place.
+pub(crate) fn silu(arch: Arch, values: &mut [f32]) {
+    arch.dispatch(Silu(values));
+}
+
+/// x -> 1 / (1 + e^-x) in place.
+pub(crate) fn sigmoid(arch: Arch, values: &mut [f32]) {
+    arch.dispatch(Sigmoid(values));
+}
 
 /// e^x = 2^n e^r with |r| <= ln 2 / 2, the polynomial of Cephes' `expf` (S. Moshier, "Methods and Programs for
 /// Mathematical Functions", 1989); relative error about 1e-7. Held at e^-87 and e^87.
@@ -76,7 +86,7 @@ fn slope<S: Simd>(simd: S, z: S::f32s, gradient: S::f32s) -> S::f32s {
 }
 
 /// x -> silu(x), in place.
-pub(super) struct Silu<'a>(pub(super) &'a mut [f32]);
+struct Silu<'a>(&'a mut [f32]);
 
 impl WithSimd for Silu<'_> {
     type Output = ();
@@ -125,7 +135,7 @@ fn open<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
 }
 
 /// x -> 1 / (1 + e^-x), in place.
-pub(super) struct Sigmoid<'a>(pub(super) &'a mut [f32]);
+struct Sigmoid<'a>(&'a mut [f32]);
 
 impl WithSimd for Sigmoid<'_> {
     type Output = ();

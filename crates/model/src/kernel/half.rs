@@ -28,8 +28,8 @@ const ROOT: f32 = (1u64 << 56) as f32;
 /// word j.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct HalfPanels {
-    pub(super) depth: usize,
-    pub(super) columns: usize,
+    depth: usize,
+    columns: usize,
     data: Vec<[u32; WORDS]>,
 }
 
@@ -185,8 +185,9 @@ impl Widen for ByConversion {
     }
 }
 
-/// y [n] += B^T x [k], in the instructions of `arch`.
-pub(super) fn multiply_row(arch: Arch, y: &mut [f32], x: &[f32], b: &HalfPanels) {
+/// [`super::multiply_row`] with weights in halves: bit for bit what it gives for the same numbers in f32.
+pub(crate) fn multiply_row_half(arch: Arch, y: &mut [f32], x: &[f32], b: &HalfPanels) {
+    debug_assert_eq!((x.len(), y.len()), (b.depth, b.columns));
     match arch {
         #[cfg(target_arch = "x86_64")]
         Arch::V4(simd) => Simd::vectorize(simd, Converted { simd, y, x, b }),
@@ -293,8 +294,7 @@ fn panels<W: Widen, const G: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::instruction_sets;
-    use crate::kernel::multiply_row as multiply_row_single;
+    use crate::kernel::{instruction_sets, multiply_row};
 
     #[test]
     fn halves_are_the_nearest_ones_that_are_zero_or_normal() {
@@ -335,10 +335,10 @@ mod tests {
                     let halves = HalfPanels::new(&panels).expect("in range");
                     assert_eq!(halves.columns(), columns);
                     let mut y = vec![0.0; columns];
-                    multiply_row(arch, &mut y, &[1.0], &halves);
+                    multiply_row_half(arch, &mut y, &[1.0], &halves);
                     assert_eq!(y, weights, "{arch:?}");
                     let mut y = vec![0.0; columns];
-                    multiply_row_single(arch, &mut y, &[1.0], &halves.widened());
+                    multiply_row(arch, &mut y, &[1.0], &halves.widened());
                     assert_eq!(y, weights, "{arch:?}");
                 }
             }
@@ -352,8 +352,8 @@ mod tests {
         for arch in instruction_sets() {
             for x in [[1e20, -3e20, 1.0], [1e-20, 3e-21, -1e-20]] {
                 let (mut y, mut want) = (vec![0.0; 40], vec![0.0; 40]);
-                multiply_row(arch, &mut y, &x, &halves);
-                multiply_row_single(arch, &mut want, &x, &panels);
+                multiply_row_half(arch, &mut y, &x, &halves);
+                multiply_row(arch, &mut want, &x, &panels);
                 assert_eq!(y, want, "{arch:?}");
             }
         }

@@ -1,7 +1,5 @@
 //! Matrices laid out for the products: B in panels of columns, A in groups of rows.
 
-use super::Real;
-
 /// Columns of B that lie together.
 pub(crate) const PANEL: usize = 32;
 /// Rows of A that lie together.
@@ -15,7 +13,7 @@ pub(crate) struct Panels<T> {
     data: Vec<[T; PANEL]>,
 }
 
-impl<T: Real> Panels<T> {
+impl<T: Copy + Default> Panels<T> {
     /// B itself, row-major [k,n].
     pub(crate) fn new(data: &[T], depth: usize, columns: usize) -> Self {
         let mut panels = Self::default();
@@ -79,7 +77,7 @@ impl<T: Real> Panels<T> {
 }
 
 /// Packs A [rows,k] as [ceil(rows / ROWS)][k][ROWS]; element (r, k) lies at `r * row_stride + k * depth_stride`.
-pub(crate) fn pack_rows<T: Real>(
+pub(crate) fn pack_rows<T: Copy + Default>(
     packed: &mut Vec<T>,
     a: &[T],
     (rows, depth): (usize, usize),

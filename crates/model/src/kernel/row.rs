@@ -1,14 +1,20 @@
 //! One row: y += B^T x, where reading B is what takes time.
 
-use pulp::{Simd, WithSimd};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::panels::{PANEL, Panels};
 
+/// y += B^T x: one row, no packing, no allocation, in the instructions of `arch`.
+pub(crate) fn multiply_row(arch: Arch, y: &mut [f32], x: &[f32], b: &Panels<f32>) {
+    debug_assert_eq!((x.len(), y.len()), (b.depth, b.columns));
+    arch.dispatch(RowProduct { y, x, b });
+}
+
 /// y [n] += B^T x [k].
-pub(super) struct RowProduct<'a> {
-    pub(super) y: &'a mut [f32],
-    pub(super) x: &'a [f32],
-    pub(super) b: &'a Panels<f32>,
+struct RowProduct<'a> {
+    y: &'a mut [f32],
+    x: &'a [f32],
+    b: &'a Panels<f32>,
 }
 
 impl RowProduct<'_> {

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use hydro_frames::{Twist, Wrench};
 use hydro_model::{
-    Engine, ModelError, Scratch, TOGETHER,
+    BATCH_SIZE, Engine, ModelError, Scratch,
     features::{Feature, FeatureLayout},
 };
 use rayon::prelude::*;
@@ -108,7 +108,7 @@ pub fn predict_all(
     let at_a_time = split
         .len()
         .div_ceil(rayon::current_num_threads())
-        .clamp(1, TOGETHER);
+        .clamp(1, BATCH_SIZE);
     let firsts: Vec<usize> = (0..split.len()).step_by(at_a_time).collect();
     let parts = firsts
         .into_par_iter()

@@ -203,7 +203,7 @@ pub fn entries(outputs: usize, kinematics: Option<&Kinematics>) -> Vec<Entry> {
         skip: false,
         ..LstmConfig::default()
     });
-    let ours = RelaxationOdeConfig::of(kinematics);
+    let ours = RelaxationOdeConfig::with_kinematics(kinematics);
     let encoding = || ours.encoding.clone();
     let mlp_ode_informed = ModelConfig::MlpOde(MlpOdeConfig {
         encoding: encoding(),

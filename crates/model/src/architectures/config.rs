@@ -1,0 +1,120 @@
+//! Kind and sizes of a model.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    attention_ode::AttentionOdeConfig,
+    cnode::{self, CnodeConfig},
+    control_path::Control,
+    lstm::LstmConfig,
+    mlp::MlpConfig,
+    mlp_ode::MlpOdeConfig,
+    relaxation_ode::RelaxationOdeConfig,
+};
+use crate::{encoding::Encoding, error::ModelError, features::FeatureLayout, solver::Solver};
+
+/// Kind and sizes of a model, as they stand in a card: `"kind": "attention-ode", "config": {..}`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "kind", content = "config", rename_all = "kebab-case")]
+pub enum ModelConfig {
+    /// See [`super::attention_ode`].
+    AttentionOde(AttentionOdeConfig),
+    /// See [`super::mlp_ode`].
+    MlpOde(MlpOdeConfig),
+    /// See [`super::relaxation_ode`].
+    RelaxationOde(RelaxationOdeConfig),
+    /// See [`super::cnode`].
+    Cnode(CnodeConfig),
+    /// See [`super::lstm`].
+    Lstm(LstmConfig),
+    /// See [`super::mlp`].
+    Mlp(MlpConfig),
+}
+
+impl ModelConfig {
+    /// The kind's name.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::AttentionOde(_) => "attention-ode",
+            Self::MlpOde(_) => "mlp-ode",
+            Self::RelaxationOde(_) => "relaxation-ode",
+            Self::Cnode(_) => "cnode",
+            Self::Lstm(_) => "lstm",
+            Self::Mlp(_) => "mlp",
+        }
+    }
+
+    /// How a sample enters.
+    pub fn encoding(&self) -> &Encoding {
+        match self {
+            Self::AttentionOde(config) => &config.encoding,
+            Self::MlpOde(config) => &config.encoding,
+            Self::RelaxationOde(config) => &config.encoding,
+            Self::Cnode(config) => &config.encoding,
+            Self::Lstm(config) => &config.encoding,
+            Self::Mlp(config) => &config.encoding,
+        }
+    }
+
+    /// W, samples seen beside what the model remembers itself.
+    pub fn window(&self) -> usize {
+        match self {
+            Self::AttentionOde(config) => config.window,
+            Self::RelaxationOde(config) => config.window,
+            Self::Cnode(_) => 2,
+            Self::MlpOde(_) | Self::Lstm(_) | Self::Mlp(_) => 1,
+        }
+    }
+
+    /// True where the force at a sample is stepped to the next one by what is known at the former; false where the
+    /// model gives the force at the sample itself.
+    pub fn predicts_next(&self) -> bool {
+        match self {
+            Self::AttentionOde(_) | Self::MlpOde(_) => true,
+            Self::RelaxationOde(_) | Self::Cnode(_) | Self::Lstm(_) | Self::Mlp(_) => false,
+        }
+    }
+
+    /// True where whole trajectories are predicted with samples to come, which a simulation does not have.
+    pub fn needs_the_future(&self) -> bool {
+        matches!(self, Self::Cnode(config) if config.control == Control::Natural)
+    }
+
+    /// False where the time loop runs through kernels for the CPU alone.
+    pub fn trains_on_any_device(&self) -> bool {
+        !matches!(self, Self::Cnode(_) | Self::Lstm(_))
+    }
+
+    /// Refuses sizes that cannot be built.
+    pub fn check(&self) -> Result<(), ModelError> {
+        let fault = match self {
+            Self::AttentionOde(config) => config.fault(),
+            Self::MlpOde(config) => config.fault(),
+            Self::RelaxationOde(config) => config.fault(),
+            Self::Cnode(config) => config.fault(),
+            Self::Lstm(config) => config.fault(),
+            Self::Mlp(config) => config.fault(),
+        };
+        fault.map_or(Ok(()), |reason| Err(ModelError::Config { reason }))
+    }
+
+    /// Refuses features from which a sample cannot be encoded.
+    pub fn check_features(&self, layout: &FeatureLayout) -> Result<(), ModelError> {
+        let fault = self.encoding().fault(layout);
+        fault.map_or(Ok(()), |reason| Err(ModelError::Config { reason }))
+    }
+
+    /// Refuses a solver that cannot step this model; one that needs none takes any.
+    pub fn check_solver(&self, solver: Solver) -> Result<(), ModelError> {
+        match self {
+            Self::Cnode(_) => {
+                cnode::stages(solver)
+                    .map(|_| ())
+                    .map_err(|error| ModelError::Config {
+                        reason: error.to_string(),
+                    })
+            }
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! The models: what makes a force of encoded, standardised samples.
+
+pub(crate) mod attention;
+pub mod attention_ode;
+pub mod cnode;
+mod config;
+pub mod control_path;
+pub(crate) mod force_ode;
+pub mod lstm;
+pub mod mlp;
+pub mod mlp_ode;
+mod network;
+pub mod relaxation_ode;
+
+pub use self::{
+    attention_ode::{AttentionOde, AttentionOdeConfig},
+    cnode::{Cnode, CnodeConfig},
+    config::ModelConfig,
+    control_path::Control,
+    lstm::{Lstm, LstmConfig},
+    mlp::{Mlp, MlpConfig},
+    mlp_ode::{MlpOde, MlpOdeConfig},
+    network::Network,
+    relaxation_ode::{RelaxationOde, RelaxationOdeConfig},
+};

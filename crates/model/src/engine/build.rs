@@ -1,0 +1,40 @@
+//! The engine of a model.
+
+use pulp::Arch;
+
+use super::{
+    candle_engine::CandleEngine, cnode_engine::CnodeEngine, interface::Engine, kind::EngineKind,
+    lstm_engine::LstmEngine, mlp_engine::MlpEngine, ode_engine::OdeEngine,
+    packed_perceptron::Precision, relaxation_engine::RelaxationEngine,
+};
+use crate::{architectures::Network, error::ModelError, force_model::ForceModel};
+
+impl ForceModel {
+    /// The single-step evaluator.
+    pub fn engine(&self, kind: EngineKind) -> Result<Box<dyn Engine>, ModelError> {
+        Ok(match kind {
+            EngineKind::Fused => fused(self, Precision::Single, Arch::new())?,
+            EngineKind::FusedF16 => fused(self, Precision::Half, Arch::new())?,
+            EngineKind::Candle => Box::new(CandleEngine(self.clone())),
+        })
+    }
+}
+
+/// The fused engine of a model, in the instructions of `arch`.
+pub(super) fn fused(
+    model: &ForceModel,
+    precision: Precision,
+    arch: Arch,
+) -> candle_core::Result<Box<dyn Engine>> {
+    Ok(match &model.network {
+        Network::AttentionOde(_) | Network::MlpOde(_) => {
+            Box::new(OdeEngine::new(model, precision, arch)?)
+        }
+        Network::Mlp(mlp) => Box::new(MlpEngine::new(model, mlp, precision, arch)?),
+        Network::RelaxationOde(ode) => {
+            Box::new(RelaxationEngine::new(model, ode, precision, arch)?)
+        }
+        Network::Cnode(cnode) => Box::new(CnodeEngine::new(model, cnode, precision, arch)?),
+        Network::Lstm(lstm) => Box::new(LstmEngine::new(model, lstm, precision, arch)?),
+    })
+}
