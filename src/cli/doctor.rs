@@ -1,6 +1,6 @@
 //! `hydro doctor`: is there a MuJoCo, is it the right one, does the plugin load in it?
 
-use super::print_json;
+use super::output::print_json;
 
 /// Flags of `hydro doctor`.
 #[derive(Debug, clap::Args)]

@@ -6,14 +6,12 @@ use anyhow::bail;
 use hydro_model::{EngineKind, Solver, checkpoint::Checkpoint};
 use hydro_training::{
     InitialForce,
-    comparison::{
-        open_loop,
-        open_loop::{Predict, predict_all, predicted},
-    },
+    comparison::{Predict, open_loop, precomputed},
     dataset::Dataset,
+    metrics::predict_by_engine,
 };
 
-use super::{print_json, table::table};
+use super::{output::print_json, table::table};
 
 /// Flags of `hydro evaluate`.
 #[derive(Debug, clap::Args)]
@@ -57,17 +55,17 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let split = data.split(&args.split, None)?;
     let engine = checkpoint.engine(args.engine, args.solver)?;
     let name = checkpoint.card.model.kind().to_owned();
-    let forces = predict_all(engine.as_ref(), &split, args.start)?;
+    let forces = predict_by_engine(engine.as_ref(), &split, args.start)?;
     let rounding = match args.engine {
         EngineKind::FusedF16 => {
             let single = checkpoint.engine(EngineKind::Fused, args.solver)?;
-            let single = predict_all(single.as_ref(), &split, args.start)?;
+            let single = predict_by_engine(single.as_ref(), &split, args.start)?;
             let std = &checkpoint.card.normaliser.output_std;
             Some(distance(&forces, &single, std))
         }
         EngineKind::Fused | EngineKind::Candle => None,
     };
-    let rows: Vec<(String, Box<Predict<'_, Infallible>>)> = vec![(name, predicted(forces))];
+    let rows: Vec<(String, Box<Predict<'_, Infallible>>)> = vec![(name, precomputed(forces))];
     let Ok(result) = open_loop(&rows, &split, &manifest.outputs, 0, &|_| ());
     let row = &result.rows[0];
     if args.json {

@@ -6,7 +6,10 @@ use anyhow::bail;
 use hydro_model::{checkpoint::Checkpoint, robot::Robot};
 use hydro_training::{dataset::Dataset, rollouts::Rollouts};
 
-use super::{print_json, table::table};
+use super::{
+    output::print_json,
+    table::{facts, table},
+};
 
 mod checkpoint;
 
@@ -54,13 +57,6 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         "{}: expected a folder with card.json (checkpoint), manifest.json (data set) or rollouts.json, or a .urdf file",
         path.display()
     )
-}
-
-fn facts(rows: &[(&str, String)]) -> anyhow::Result<()> {
-    for (name, value) in rows {
-        say!("{name:>18}  {value}");
-    }
-    Ok(())
 }
 
 fn dataset(data: &Dataset) -> anyhow::Result<()> {

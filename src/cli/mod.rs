@@ -1,5 +1,5 @@
-//! The command line: one file a command, each turning flags into a checked configuration and one
-//! library call. Only here may anything be printed.
+//! The command line: a file a command, which turns flags into a checked configuration and one library
+//! call. Nothing else in this crate prints.
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,
@@ -7,17 +7,16 @@
     reason = "the one room that talks to people"
 )]
 
-/// `println!` that fails like any other write: a full disk is an error, a closed pipe the end.
-macro_rules! say {
-    ($($word:tt)*) => {
-        $crate::cli::write_line(&format!($($word)*))?
-    };
-}
+#[macro_use]
+mod output;
 
 mod cancel;
+mod command_line;
 mod compare;
 mod doctor;
 mod evaluate;
+mod exit;
+mod files;
 mod gap;
 mod inspect;
 mod model_flags;
@@ -31,11 +30,12 @@ mod swim;
 mod table;
 mod train;
 
-use std::path::Path;
-
-use anyhow::Context as _;
 use clap::{Parser, Subcommand};
-use sha2::{Digest as _, Sha256};
+
+use self::output::print_json;
+#[cfg(mujoco_plugins)]
+use self::{command_line::command_line, files::sha256, output::write_line};
+pub(crate) use self::{exit::exit_status, output::print_error};
 
 /// Learned hydrodynamics for MuJoCo.
 #[derive(Debug, Parser)]
@@ -53,7 +53,7 @@ enum Command {
     Evaluate(evaluate::Args),
     /// The paper's experiments: train every model with every solver over seeds, and write the tables.
     Compare(compare::Args),
-    /// Drive a robot under a learned wrench and compare it with the truth and with rivals.
+    /// Drive a robot under a learned wrench and compare it with the truth and with baselines.
     #[cfg(mujoco_plugins)]
     Simulate(simulate::Args),
     /// Find what a simulation lacks, name it, add it, verify.
@@ -76,63 +76,4 @@ pub(crate) fn run() -> anyhow::Result<()> {
         Command::Inspect(args) => inspect::run(&args),
         Command::Doctor(args) => doctor::run(&args),
     }
-}
-
-/// Prints an error and its causes on one line.
-pub(crate) fn print_error(error: &anyhow::Error) {
-    eprintln!("hydro: {error:#}");
-}
-
-/// Prints one machine-readable result.
-fn print_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
-    write_line(&serde_json::to_string_pretty(value)?)
-}
-
-/// Writes a line to standard output; a reader that has gone away ends the program quietly.
-fn write_line(line: &str) -> anyhow::Result<()> {
-    use std::io::Write as _;
-    let mut out = std::io::stdout().lock();
-    match writeln!(out, "{line}").and_then(|()| out.flush()) {
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
-        result => result.context("writing to standard output"),
-    }
-}
-
-/// Writes beside and renames.
-fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
-    let beside = folder.join(format!(".{}.part", std::process::id()));
-    let write = || -> std::io::Result<()> {
-        std::fs::create_dir_all(folder)?;
-        std::fs::write(&beside, bytes)?;
-        std::fs::rename(&beside, path)
-    };
-    write()
-        .inspect_err(|_| {
-            // The first error is the one to report.
-            let _ = std::fs::remove_file(&beside);
-        })
-        .with_context(|| format!("writing {}", path.display()))
-}
-
-/// In hexadecimal digits.
-fn sha256(bytes: &[u8]) -> String {
-    let digest = Sha256::digest(bytes);
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// The command as it was typed, for cards and reports.
-fn command_line() -> String {
-    let quoted = |word: String| match word.contains(char::is_whitespace) {
-        true => format!("'{word}'"),
-        false => word,
-    };
-    let words = std::env::args().skip(1).map(quoted);
-    std::iter::once("hydro".to_owned())
-        .chain(words)
-        .collect::<Vec<_>>()
-        .join(" ")
 }

@@ -7,40 +7,40 @@ use hydro_model::{
     ModelConfig, RelaxationOdeConfig, Solver, kinematics::Kinematics,
 };
 
-/// What to build.
+/// Kind and sizes of the model.
 #[derive(Debug, clap::Args)]
 pub(super) struct ModelFlags {
-    /// What to train.
+    /// Kind of model.
     #[arg(long, value_enum, default_value_t = Kind::AttentionOde)]
     model: Kind,
-    /// Hidden widths of the field, as 512,512,512; of an LSTM, of its layers.
+    /// Hidden widths of the field, such as 512,512,512; of an LSTM, widths of its layers.
     #[arg(long, value_delimiter = ',')]
     hidden: Option<Vec<usize>>,
     /// Samples of the past that the attention sees, or that a Relaxation-ODE takes differences of.
     #[arg(long)]
     window: Option<usize>,
-    /// Modes of a Relaxation-ODE whose sum is the force; several remember over several times, as towed legs in each other's
-    /// wakes ask for.
+    /// Modes of a Relaxation-ODE, whose sum is the force. Several modes have memories of several lengths, which towed
+    /// legs in each other's wakes need.
     #[arg(long)]
     modes: Option<usize>,
     /// Attention heads.
     #[arg(long)]
     heads: Option<usize>,
-    /// Length of a sample's embedding; of an MLP-ODE, width of the layer that makes h.
+    /// Length of a sample's embedding; of an MLP-ODE, width of the hidden layer before h.
     #[arg(long)]
     embedding: Option<usize>,
-    /// Length of the latent h, of a CNODE's state beside the force; 6 is the paper's.
+    /// Length of the latent h; of a CNODE, of its state beside the force. The paper has 6.
     #[arg(long)]
     latent: Option<usize>,
-    /// How a sample enters; the paper's is raw. A Relaxation-ODE's own is links where the data set knows its robot's, else
-    /// hydrodynamic.
+    /// Encoding of a sample; the paper has raw. A Relaxation-ODE has links by default if the data set holds the robot's
+    /// kinematics, else hydrodynamic.
     #[arg(long, value_enum)]
     encoding: Option<Encoded>,
-    /// Path of a CNODE through the samples: hermite, of the past alone, or the paper's natural, which knows the whole
-    /// trajectory and gives way to hermite in a simulation.
+    /// Path of a CNODE through the samples: hermite, from past samples alone, or the paper's natural spline, which needs
+    /// the whole trajectory; a simulation replaces it by hermite.
     #[arg(long)]
     control: Option<Control>,
-    /// Give the field h alone, so that the force is a running sum (the paper's other equation).
+    /// Give the field h without the force, so that the force is a running sum (the paper's other equation).
     #[arg(long)]
     without_force: bool,
     /// Leave out the linear part of the field, as in the paper.
@@ -52,27 +52,27 @@ pub(super) struct ModelFlags {
 enum Kind {
     /// The paper's: attention over the past, an ODE for the force.
     AttentionOde,
-    /// The paper's plain ODE: a perceptron of the present sample in the place of the attention.
+    /// The paper's plain ODE: a perceptron of the present sample instead of the attention.
     MlpOde,
     /// Ours: the force, or each of its modes, relaxes to a target, closed forms and a network, at a learned rate.
     RelaxationOde,
-    /// The paper's controlled rival: the force follows the changes of the motion.
+    /// The paper's controlled ODE, a baseline: the force follows the changes of the motion.
     Cnode,
-    /// The paper's recurrent rival: layers of long short-term memory.
+    /// The paper's recurrent baseline: layers of long short-term memory.
     Lstm,
-    /// The memoryless yardstick: a perceptron of the present sample.
+    /// The memoryless baseline: a perceptron of the present sample.
     Mlp,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Encoded {
-    /// As it is, but for the attitude: the world's up direction in the base frame.
+    /// Raw, except that the attitude is the world's up direction in the base frame.
     Up,
-    /// As it is, quaternion and all.
+    /// The features as recorded, quaternion included.
     Raw,
-    /// Up, and the closed forms of buoyancy, drag and constant added mass behind it.
+    /// Up, followed by the closed forms of buoyancy, drag and constant added mass.
     Hydrodynamic,
-    /// Hydrodynamic, and the same of every link: the data set's manifest must hold the robot's kinematics.
+    /// Hydrodynamic, with the closed forms of every link; the data set's manifest must hold the robot's kinematics.
     Links,
 }
 
@@ -97,7 +97,7 @@ impl Encoded {
 pub(super) enum Preset {
     /// The paper's sizes; hours on two cores.
     Full,
-    /// Those of the released checkpoint: smaller, about half an hour on two cores.
+    /// The sizes of the released checkpoint: smaller, about half an hour on two cores.
     Release,
     /// A few minutes on two cores.
     Demo,
@@ -128,7 +128,7 @@ impl Kind {
 }
 
 impl ModelFlags {
-    /// The solver where none is asked for: a CNODE's path is curved between samples, which Euler's method does not see.
+    /// The solver by default. A CNODE's path is curved between samples, which Euler's method does not follow.
     pub(super) fn usual_solver(&self) -> Solver {
         match self.model {
             Kind::Cnode => Solver::Rk4,
@@ -139,7 +139,7 @@ impl ModelFlags {
     /// The preset's sizes with the flags on top.
     ///
     /// # Errors
-    /// A flag that this kind has no use for; links of a robot that the data set does not know.
+    /// A flag that this kind does not use; encoding `links` without kinematics in the data set.
     pub(super) fn config(
         &self,
         preset: Preset,
@@ -249,7 +249,7 @@ impl ModelFlags {
             if given && !kinds.contains(&self.model) {
                 let names: Vec<String> = kinds.iter().map(|kind| kind.name()).collect();
                 bail!(
-                    "{flag} means nothing to the model {}; it is for {}",
+                    "{flag} is not used by the model {}; it is for {}",
                     self.model.name(),
                     names.join(", ")
                 );

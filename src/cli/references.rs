@@ -1,4 +1,4 @@
-//! Whom a learned wrench is measured by in closed loop: fitted drag laws, MuJoCo's box fluid, and the true wrench itself.
+//! Reference methods of the closed loop: the baselines (fitted drag laws, MuJoCo's box fluid) and the true wrench.
 
 use std::path::{Path, PathBuf};
 
@@ -9,21 +9,21 @@ use hydro_plugin::mujoco::{
     swimmer::Swimmer,
 };
 use hydro_training::{
-    comparison::{Contender, ORACLE, Water, closed_loop::WrenchAtState, open_loop::fit_drag},
+    comparison::{Method, ORACLE, Water, WrenchAtState},
     dataset::Dataset,
-    drag::Drag,
+    drag::{Drag, fit_drag},
     rollouts::{Rollout, Rollouts},
     simulator::Simulator,
 };
 
-use super::sha256;
+use super::files::sha256;
 
-/// Whom the learned wrench must beat.
-pub(super) const RIVALS: [&str; 3] = ["fitted drag, coupled", "fitted drag, by axis", BOX_FLUID];
+/// Baselines, which the learned wrench must beat.
+pub(super) const BASELINES: [&str; 3] = ["fitted drag, coupled", "fitted drag, by axis", BOX_FLUID];
 /// MuJoCo's own fluid by inertia boxes, with exact buoyancy.
 pub(super) const BOX_FLUID: &str = "box fluid";
 
-/// Scenes of the references.
+/// Scenes of the reference methods.
 pub(super) struct Scenes {
     pub(super) box_fluid: PathBuf,
     bare: PathBuf,
@@ -31,11 +31,11 @@ pub(super) struct Scenes {
 }
 
 impl Scenes {
-    /// Those in `folder`; the truth is the one that `rollouts` were recorded in.
+    /// Scenes in `folder`; the true one is that in which `rollouts` were recorded.
     ///
     /// # Errors
-    /// A truth that is not there, cannot be built, or is not the file that it was.
-    pub(super) fn of(folder: &Path, rollouts: &Rollouts) -> anyhow::Result<Self> {
+    /// A true scene that is missing, cannot be built, or has changed since.
+    pub(super) fn find(folder: &Path, rollouts: &Rollouts) -> anyhow::Result<Self> {
         let index = &rollouts.index;
         let name = Path::new(&index.model)
             .file_name()
@@ -61,49 +61,49 @@ impl Scenes {
     }
 }
 
-/// Drag laws fitted on the training split, by the names of [`RIVALS`].
-pub(super) fn drags(data: &Dataset) -> anyhow::Result<Vec<(&'static str, Drag)>> {
+/// Drag laws fitted on the training split, by the names of [`BASELINES`].
+pub(super) fn fitted_drags(data: &Dataset) -> anyhow::Result<Vec<(&'static str, Drag)>> {
     let folder = data.folder().display();
     let fit = fit_drag(&data.manifest().features, &data.split("train", None)?)
         .with_context(|| format!("{folder}: its features hold no base twist to fit a drag on"))?;
     let coupled = fit
         .solve()
-        .with_context(|| format!("{folder}: fitting the drag rival"))?;
+        .with_context(|| format!("{folder}: fitting the drag baseline"))?;
     Ok(vec![
-        (RIVALS[0], coupled),
-        (RIVALS[1], fit.solve_diagonal()),
+        (BASELINES[0], coupled),
+        (BASELINES[1], fit.solve_diagonal()),
     ])
 }
 
-/// The rivals, and the true wrench at the contender's own state and as it was recorded.
-pub(super) fn references<'a>(
+/// The baselines, and the true wrench, both at the simulator's own state and as recorded.
+pub(super) fn reference_methods<'a>(
     scenes: &'a Scenes,
     drags: &'a [(&'static str, Drag)],
-) -> Vec<Contender<'a, anyhow::Error>> {
+) -> Vec<Method<'a, anyhow::Error>> {
     let mut all: Vec<_> = drags
         .iter()
-        .map(|(name, drag)| Contender {
+        .map(|(name, drag)| Method {
             name: (*name).to_owned(),
             simulator: Box::new(|run| buoyant(&scenes.box_fluid, run.density, false)),
             water: Water::Law(Box::new(|twist, density| drag.wrench(twist, density))),
         })
         .collect();
-    all.push(Contender {
+    all.push(Method {
         name: BOX_FLUID.to_owned(),
         simulator: Box::new(|run| buoyant(&scenes.box_fluid, run.density, true)),
-        water: Water::OfTheScene,
+        water: Water::Scene,
     });
     let bare = || {
         Box::new(|_: &Rollout| {
             Ok(Box::new(Swimmer::new(Model::load(&scenes.bare)?)?) as Box<dyn Simulator>)
         })
     };
-    all.push(Contender {
+    all.push(Method {
         name: ORACLE.to_owned(),
         simulator: bare(),
         water: Water::Truth(Box::new(|run| true_wrench(&scenes.truth, run.density))),
     });
-    all.push(Contender {
+    all.push(Method {
         name: "oracle, replayed".to_owned(),
         simulator: bare(),
         water: Water::Replayed,
@@ -118,7 +118,7 @@ fn buoyant(scene: &Path, density: f64, fluid: bool) -> anyhow::Result<Box<dyn Si
     )?)?))
 }
 
-/// The truth's base wrench at any state; a scene that cannot be built any more gives none.
+/// The true base wrench at any state; zero if the scene can no longer be built.
 fn true_wrench(scene: &Path, density: f64) -> Box<WrenchAtState> {
     let mut truth = buoyant_model(scene, density, true)
         .and_then(Swimmer::new)
@@ -130,7 +130,7 @@ fn true_wrench(scene: &Path, density: f64) -> Box<WrenchAtState> {
     })
 }
 
-/// The model behind it.
+/// The model of [`buoyant`].
 pub(super) fn buoyant_model(
     scene: &Path,
     density: f64,

@@ -1,4 +1,4 @@
-//! `hydro simulate`: drive a robot under a learned wrench, beside the truth and rivals.
+//! `hydro simulate`: drive a robot under a learned wrench, beside the truth and baselines.
 
 use std::{
     convert::Infallible,
@@ -19,23 +19,23 @@ use hydro_plugin::{
 use hydro_training::{
     InitialForce,
     comparison::{
-        BOUND, Bounds, Contender, LongRun, ORACLE, OpenLoop, Summary, bounds, closed_loop,
-        open_loop,
-        open_loop::{Predict, drag_contender, predict_all, predicted},
-        step_times,
+        BOUND, LongRun, LongRunPeaks, Method, ORACLE, OpenLoop, Predict, Summary, closed_loop,
+        long_run_peaks, open_loop, precomputed, step_times,
     },
     dataset::{Dataset, Split},
-    drag::Drag,
+    drag::{Drag, drag_predictions},
+    metrics::predict_by_engine,
     rollouts::Rollouts,
 };
 
 use super::{
-    command_line, print_json,
+    command_line::command_line,
+    files::write_whole,
+    output::print_json,
     progress::Progress,
-    references::{BOX_FLUID, RIVALS, Scenes, buoyant_model, drags, references},
+    references::{BASELINES, BOX_FLUID, Scenes, buoyant_model, fitted_drags, reference_methods},
     swim::{HORIZONS, in_plugin},
     table::table,
-    write_whole,
 };
 
 /// Flags of `hydro simulate`.
@@ -50,7 +50,7 @@ pub(super) struct Args {
     /// Checkpoint of a memoryless MLP, to stand beside it.
     #[arg(long)]
     mlp: Option<PathBuf>,
-    /// Data set: the drag rival is fitted on its training split, open-loop errors are of its test split.
+    /// Data set: the drag baseline is fitted on its training split, open-loop errors are of its test split.
     #[arg(long)]
     data: Option<PathBuf>,
     /// A folder with one long rollout: are speeds, rates and wrench bounded?
@@ -73,7 +73,7 @@ pub(super) struct Args {
     json: bool,
 }
 
-/// A data set with what the comparison takes from it.
+/// A data set, its test split and the drag fitted on it.
 struct Data {
     dataset: Dataset,
     test: Split,
@@ -81,7 +81,7 @@ struct Data {
     drags: Vec<(&'static str, Drag)>,
 }
 
-/// What all contenders need, checked before any work starts.
+/// Inputs of all methods, checked before any work starts.
 struct Setup {
     subject: String,
     checkpoint: Checkpoint,
@@ -97,21 +97,21 @@ struct Setup {
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let setup = read(args)?;
     let video = args.video.as_deref().map(read_video).transpose()?;
-    let contenders = contenders(args, &setup)?;
+    let methods = methods(args, &setup)?;
 
-    let total = contenders.len() * setup.rollouts.runs.len();
+    let total = methods.len() * setup.rollouts.runs.len();
     let progress = Progress::new("closed loop", total as u64);
-    let closed = closed_loop(&contenders, &setup.rollouts.runs, &HORIZONS, &|name| {
+    let closed = closed_loop(&methods, &setup.rollouts.runs, &HORIZONS, &|name| {
         progress.tick(name)
     })?;
     progress.finish();
-    let step_times = step_times(&contenders, &setup.rollouts.runs[0])?;
+    let step_times = step_times(&methods, &setup.rollouts.runs[0])?;
     let open = match &setup.data {
         Some(data) => Some(open(&setup, data, args.engine)?),
         None => None,
     };
     let long = match &args.long {
-        Some(folder) => Some(long_run(&setup, folder, &contenders)?),
+        Some(folder) => Some(long_run(&setup, folder, &methods)?),
         None => None,
     };
 
@@ -153,7 +153,7 @@ fn read(args: &Args) -> anyhow::Result<Setup> {
     let swim = args.scenes.join("b1_swim.xml");
     let swim =
         std::fs::read_to_string(&swim).with_context(|| format!("scene {}", swim.display()))?;
-    let scenes = Scenes::of(&args.scenes, &rollouts)?;
+    let scenes = Scenes::find(&args.scenes, &rollouts)?;
     let data = args
         .data
         .as_deref()
@@ -182,15 +182,12 @@ fn read_data(folder: &Path, checkpoint: &Checkpoint) -> anyhow::Result<Data> {
     }
     Ok(Data {
         test: dataset.split("test", None)?,
-        drags: drags(&dataset)?,
+        drags: fitted_drags(&dataset)?,
         dataset,
     })
 }
 
-fn contenders<'a>(
-    args: &'a Args,
-    setup: &'a Setup,
-) -> anyhow::Result<Vec<Contender<'a, anyhow::Error>>> {
+fn methods<'a>(args: &'a Args, setup: &'a Setup) -> anyhow::Result<Vec<Method<'a, anyhow::Error>>> {
     let mut all = vec![in_plugin(
         &setup.subject,
         &args.checkpoint,
@@ -206,7 +203,7 @@ fn contenders<'a>(
         )?);
     }
     let drags = setup.data.as_ref().map_or(&[][..], |data| &data.drags);
-    all.extend(references(&setup.scenes, drags));
+    all.extend(reference_methods(&setup.scenes, drags));
     Ok(all)
 }
 
@@ -217,7 +214,11 @@ fn open(setup: &Setup, data: &Data, engine: EngineKind) -> anyhow::Result<OpenLo
     let learned =
         |checkpoint: &Checkpoint, start| -> anyhow::Result<Box<Predict<'_, Infallible>>> {
             let engine = checkpoint.engine(engine, None)?;
-            Ok(predicted(predict_all(engine.as_ref(), test, start)?))
+            Ok(precomputed(predict_by_engine(
+                engine.as_ref(),
+                test,
+                start,
+            )?))
         };
     let mut rows: Vec<(String, Box<Predict<'_, Infallible>>)> = vec![(
         setup.subject.clone(),
@@ -234,11 +235,11 @@ fn open(setup: &Setup, data: &Data, engine: EngineKind) -> anyhow::Result<OpenLo
         ));
     }
     for (name, drag) in &data.drags {
-        rows.push(((*name).to_owned(), drag_contender(drag, layout)));
+        rows.push(((*name).to_owned(), drag_predictions(drag, layout)));
     }
     rows.push((
         BOX_FLUID.to_owned(),
-        predicted(box_fluid(&setup.scenes.box_fluid, layout, test)?),
+        precomputed(box_fluid(&setup.scenes.box_fluid, layout, test)?),
     ));
     let progress = Progress::new("open loop", rows.len() as u64);
     let Ok(result) = open_loop(&rows, test, &manifest.outputs, 0, &|name| {
@@ -272,7 +273,7 @@ fn box_fluid(scene: &Path, layout: &FeatureLayout, test: &Split) -> anyhow::Resu
     Ok(trajectories)
 }
 
-/// Where a floating robot's state stands in its features.
+/// Columns of a floating robot's state among its features.
 struct StateMap {
     positions: Vec<usize>,
     velocities: Vec<usize>,
@@ -321,7 +322,7 @@ impl StateMap {
 fn long_run(
     setup: &Setup,
     folder: &Path,
-    contenders: &[Contender<'_, anyhow::Error>],
+    methods: &[Method<'_, anyhow::Error>],
 ) -> anyhow::Result<LongRun> {
     let rollouts = Rollouts::load(folder)?;
     let run = rollouts
@@ -329,19 +330,19 @@ fn long_run(
         .first()
         .with_context(|| format!("{}: holds no rollout", folder.display()))?;
     let progress = Progress::new("long run", 2);
-    let of = |name: &str| -> anyhow::Result<Bounds> {
-        let contender = contenders
+    let peaks = |name: &str| -> anyhow::Result<LongRunPeaks> {
+        let method = methods
             .iter()
-            .find(|contender| contender.name == name)
-            .with_context(|| format!("no contender {name}"))?;
-        let mut simulator = (contender.simulator)(run)?;
-        let found = bounds(simulator.as_mut(), &contender.water, run);
+            .find(|method| method.name == name)
+            .with_context(|| format!("no method {name}"))?;
+        let mut simulator = (method.simulator)(run)?;
+        let found = long_run_peaks(simulator.as_mut(), &method.water, run);
         progress.tick(name);
         Ok(found)
     };
     let long = LongRun {
-        subject: of(&setup.subject)?,
-        oracle: of(ORACLE)?,
+        subject: peaks(&setup.subject)?,
+        oracle: peaks(ORACLE)?,
     };
     progress.finish();
     Ok(long)
@@ -383,7 +384,7 @@ fn read_video(path: &Path) -> anyhow::Result<Video> {
     Ok(Video { mime, bytes })
 }
 
-/// Prints the one table that a person reads.
+/// Prints the tables for people.
 fn show(summary: &Summary) -> anyhow::Result<()> {
     if let Some(open) = &summary.open_loop {
         say!(
@@ -448,9 +449,9 @@ fn show(summary: &Summary) -> anyhow::Result<()> {
             HORIZONS[0]
         );
     }
-    let standing = summary.standing(&RIVALS, 2.0);
+    let standing = summary.standing(&BASELINES, 2.0);
     let verdict = match (&standing.compared[..], &standing.not_beaten[..]) {
-        ([], _) => "no rival took part, for there is no `--data`, and no run lasts 2 s".to_owned(),
+        ([], _) => "no baseline took part: there is no `--data`, and no run lasts 2 s".to_owned(),
         (compared, []) => format!(
             "better than the box fluid and the fitted drags that took part, in {}",
             compared.join(", ")
@@ -459,7 +460,7 @@ fn show(summary: &Summary) -> anyhow::Result<()> {
     };
     say!("\n{}: {verdict}", summary.subject);
     if let Some(long) = &summary.long {
-        let peaks = |bounds: &Bounds| {
+        let peaks = |bounds: &LongRunPeaks| {
             let [speed, rate, force, torque] = bounds.peaks().map(|peak| peak.ratio());
             format!("speed {speed:.2}, rate {rate:.2}, force {force:.2}, torque {torque:.2}")
         };

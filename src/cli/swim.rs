@@ -5,18 +5,18 @@ use std::path::Path;
 use anyhow::Context as _;
 use hydro_model::EngineKind;
 use hydro_plugin::mujoco::{scene::with_attribute, simulator::Model, swimmer::Swimmer};
-use hydro_training::comparison::{Contender, Water};
+use hydro_training::comparison::{Method, Water};
 
 /// Times at which closed-loop errors are read [s].
 pub(super) const HORIZONS: [f64; 3] = [1.0, 2.0, 4.0];
 
-/// A contender that swims in `scene` (the text of b1_swim.xml) under a checkpoint.
+/// A method that swims in `scene` (the text of b1_swim.xml) under a checkpoint.
 pub(super) fn in_plugin<'a>(
     name: &str,
     checkpoint: &Path,
     engine: EngineKind,
     scene: &str,
-) -> anyhow::Result<Contender<'a, anyhow::Error>> {
+) -> anyhow::Result<Method<'a, anyhow::Error>> {
     let folder = checkpoint
         .canonicalize()
         .with_context(|| format!("checkpoint {}", checkpoint.display()))?;
@@ -27,10 +27,10 @@ pub(super) fn in_plugin<'a>(
         &folder.to_string_lossy(),
     )?;
     let scene = with_attribute(&scene, "hydro.wrench", "engine", &engine.to_string())?;
-    Ok(Contender {
+    Ok(Method {
         name: name.to_owned(),
         simulator: Box::new(move |run| Ok(Box::new(swimmer_in(&scene, run.density)?))),
-        water: Water::OfTheScene,
+        water: Water::Scene,
     })
 }
 

@@ -20,3 +20,11 @@ fn cell(column: usize, text: &str) -> Cell {
         CellAlignment::Right
     })
 }
+
+/// Prints a line a fact: its name, then its value.
+pub(super) fn facts(rows: &[(&str, String)]) -> anyhow::Result<()> {
+    for (name, value) in rows {
+        say!("{name:>18}  {value}");
+    }
+    Ok(())
+}

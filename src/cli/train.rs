@@ -1,24 +1,28 @@
-//! `hydro train`: a data set in, a checkpoint out; interrupted at any time, it goes on where it stopped.
+//! `hydro train`: a data set in, a checkpoint out. A run interrupted at any time resumes where it stopped.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
 use hydro_model::{Adjoint, Solver, checkpoint::Checkpoint, kinematics::Kinematics};
 use hydro_training::{
-    Evaluation, InitialForce, LogRecord, Observer, Outcome, Progress as Place, TrainConfig,
-    TrainDevice, Trainer, dataset::Dataset, evaluate,
+    Evaluation, InitialForce, LogRecord, Observer, TrainConfig, TrainDevice, TrainOutcome,
+    TrainProgress, Trainer, dataset::Dataset, evaluate,
 };
 
 use super::{
     cancel::cancel_on_signal,
-    command_line,
+    command_line::command_line,
     model_flags::{ModelFlags, Preset},
-    print_json,
+    output::print_json,
     progress::Progress,
 };
 
 /// Flags of `hydro train`. A flag that is left out takes the preset's value.
 #[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Exit status: 0 trained; 3 the loss is no longer a number (lower the learning rate or the horizon); \
+                  2 a flag that cannot be parsed; 1 any other failure, also an interruption."
+)]
 pub(super) struct Args {
     /// Data set (scripts/gen_task2.py).
     #[arg(long)]
@@ -34,11 +38,11 @@ pub(super) struct Args {
     /// Sizes and length of training to start from.
     #[arg(long, value_enum, default_value_t = Preset::Full)]
     preset: Preset,
-    /// euler, rk4 or dopri5, of a model that a solver steps; a cnode takes euler or rk4, a graphics card too.
+    /// euler, rk4 or dopri5, for models that a solver steps; a cnode and graphics cards have euler and rk4 alone.
     #[arg(long)]
     solver: Option<Solver>,
-    /// discrete, the gradient of the steps as taken; or continuous, of the differential equation, whose distance from
-    /// the former is shown every epoch.
+    /// Gradient to follow: discrete, of the solver's steps; or continuous, of the differential equation. The distance
+    /// of the latter from the former is shown every epoch.
     #[arg(long)]
     adjoint: Option<Adjoint>,
     /// Passes over the training split.
@@ -59,16 +63,16 @@ pub(super) struct Args {
     /// Train on the first so many trajectories.
     #[arg(long)]
     trajectories: Option<usize>,
-    /// Of the first weights and of the order of the data.
+    /// Seed of the first weights and of the order of the data.
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// cpu, cuda or cuda:N; a graphics card needs a build with `--features cuda`.
     #[arg(long, default_value_t)]
     device: TrainDevice,
-    /// Go on with what --out holds, whether interrupted or finished.
+    /// Continue the run in --out, interrupted or finished.
     #[arg(long, conflicts_with = "overwrite")]
     resume: bool,
-    /// Start anew though --out holds something.
+    /// Replace the run in --out.
     #[arg(long)]
     overwrite: bool,
     /// Print one JSON value at the end and nothing else on standard output.
@@ -112,7 +116,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     };
     let outcome = trainer.run(&folder.run, &cancel, &mut observer)?;
     observer.progress.finish();
-    if outcome == Outcome::Cancelled {
+    if outcome == TrainOutcome::Cancelled {
         bail!(
             "interrupted; the same command with --resume goes on from {}",
             folder.run.display()
@@ -131,7 +135,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     report(args, &words, &checkpoint.card.metrics)
 }
 
-/// The last word: what the test split says.
+/// Prints the errors on the test split.
 fn report(args: &Args, words: &str, metrics: &serde_json::Value) -> anyhow::Result<()> {
     if args.json {
         return print_json(&serde_json::json!({"checkpoint": args.out, "test": metrics}));
@@ -208,8 +212,8 @@ impl RunFolder {
         self.out.join("card.json").is_file()
     }
 
-    /// Refuses to mix with what is there. `--overwrite` clears the run's own folder; the old checkpoint
-    /// stays until the new one takes its place, and anything that is no checkpoint is left alone.
+    /// Refuses a folder that is in use. `--overwrite` clears the run's own folder; the old checkpoint stays until
+    /// the new one replaces it, and a folder that is no checkpoint is left alone.
     fn prepare(&self, args: &Args) -> anyhow::Result<()> {
         let is_empty = |path: &Path| {
             path.read_dir()
@@ -240,24 +244,24 @@ impl RunFolder {
     }
 }
 
-/// Shows the run.
+/// Shows the progress of the run.
 struct Watch {
     progress: Progress,
     best: Option<f64>,
 }
 
 impl Observer for Watch {
-    fn step(&mut self, place: &Place) {
+    fn step(&mut self, now: &TrainProgress) {
         let best = self
             .best
             .map_or(String::new(), |best| format!(", best validation {best:.4}"));
         let words = format!(
             "epoch {}/{}, loss {:.5}{best}",
-            place.epoch + 1,
-            place.epochs,
-            place.loss
+            now.epoch + 1,
+            now.epochs,
+            now.loss
         );
-        self.progress.at(place.step as u64, &words);
+        self.progress.at(now.step as u64, &words);
     }
 
     fn epoch(&mut self, record: &LogRecord, _: &Evaluation) {

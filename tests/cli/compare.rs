@@ -331,7 +331,7 @@ fn flags_that_mean_nothing_are_named() {
             .output()
             .unwrap();
         let message = String::from_utf8_lossy(&output.stderr);
-        let words = format!("{flag}: of task2 alone");
+        let words = format!("{flag}: for task2 alone");
         assert!(
             !output.status.success() && message.contains(&words),
             "{message}"

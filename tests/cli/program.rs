@@ -383,7 +383,7 @@ fn flags_out_of_range_are_named() {
         (["--trajectories", "0"], "trajectories is 0"),
         (
             ["--modes", "2"],
-            "--modes means nothing to the model attention-ode; it is for relaxation-ode",
+            "--modes is not used by the model attention-ode; it is for relaxation-ode",
         ),
     ];
     for (flags, expected) in cases {

@@ -15,7 +15,7 @@ use hydro_model::{
     features::{Feature, FeatureLayout},
 };
 use hydro_training::{
-    InitialForce, Observer, Outcome, Progress, TrainConfig, TrainDevice, Trainer,
+    InitialForce, Observer, TrainConfig, TrainDevice, TrainOutcome, TrainProgress, Trainer,
     dataset::{self, Dataset, Manifest, Trajectory},
     evaluate,
 };
@@ -194,7 +194,7 @@ struct Losses<'a> {
 }
 
 impl Observer for Losses<'_> {
-    fn step(&mut self, progress: &Progress) {
+    fn step(&mut self, progress: &TrainProgress) {
         self.seen.push(progress.loss);
         self.cancel
             .store(progress.step == self.last, Ordering::Relaxed);
@@ -202,7 +202,7 @@ impl Observer for Losses<'_> {
 }
 
 /// Goes on for at most `last` steps in all.
-fn go_on(trainer: &mut Trainer, run: &Path, last: usize) -> (Outcome, Vec<f64>) {
+fn go_on(trainer: &mut Trainer, run: &Path, last: usize) -> (TrainOutcome, Vec<f64>) {
     let cancel = AtomicBool::new(false);
     let mut losses = Losses {
         seen: Vec::new(),
@@ -237,7 +237,7 @@ fn a_run_has_the_losses_of_the_processor_and_can_change_sides() {
     let mut there = on(TrainDevice::Cpu);
     assert_eq!(there.steps(), 20);
     let (outcome, theirs) = go_on(&mut there, &root.path().join("cpu"), usize::MAX);
-    assert_eq!(outcome, Outcome::Finished);
+    assert_eq!(outcome, TrainOutcome::Finished);
     assert!(
         theirs[18] < 0.7 * theirs[0],
         "nothing was learned: {theirs:?}"
@@ -266,7 +266,7 @@ fn a_run_has_the_losses_of_the_processor_and_can_change_sides() {
             .path()
             .join(format!("{first}-{second}").replace(':', ""));
         let (outcome, mut losses) = go_on(&mut on(first), &run, 9);
-        assert_eq!((outcome, losses.len()), (Outcome::Cancelled, 9));
+        assert_eq!((outcome, losses.len()), (TrainOutcome::Cancelled, 9));
         let mut trainer = on(second);
         assert!(trainer.resume(&run).unwrap());
         assert_eq!(trainer.resumed_from(), Some(first));

@@ -1,138 +1,96 @@
-//! From a data set to a checkpoint: windows, loss, optimiser, schedule, a trainer that can be stopped and
-//! resumed to the bit, and the errors of a finished model.
+//! From a data set to a checkpoint, and from a checkpoint to its errors.
 //!
-//! The loss is the mean squared error of the force, in standard deviations, over every sample of a window that is
-//! integrated from the recorded force at its start; the gradient runs through the solver ([`hydro_model`]).
-//! Nothing here prints: an [`Observer`] is told.
+//! A data set holds trajectories of a robot's motion and of the water's wrench on its base. Training fits a model of
+//! [`hydro_model`] to them: the loss is the mean squared error of the force, in standard deviations, over every sample
+//! of a window that is integrated from the recorded force at its start; the gradient runs through the solver.
+//!
+//! | part | contents |
+//! |---|---|
+//! | [`dataset`] | folders of trajectories (`hydro-dataset/1`), read, checked and written |
+//! | [`trainer`] | settings, windows, batches, AdamW, schedule, state, log, device, range of the training data |
+//! | [`metrics`] | wrenches predicted along trajectories, and their errors |
+//! | [`rollouts`] | recorded runs of a simulated robot (`hydro-rollouts/1`) |
+//! | [`simulator`] | the trait that a closed loop drives; MuJoCo implements it elsewhere |
+//! | [`drag`] | linear plus quadratic drag by least squares, a baseline |
+//! | [`comparison`] | a learned wrench beside its baselines, in open and closed loop |
+//! | [`experiment`] | the paper's experiments: models, seeds, examinations, tables |
+//! | [`residual_model`] | a small model of the wrench that another water model lacks |
+//!
+//! Nothing here prints or touches MuJoCo: an [`Observer`] is told of progress, and the command line shows it.
+//!
+//! ```
+//! use std::{collections::BTreeMap, sync::atomic::AtomicBool};
+//!
+//! use hydro_model::{MlpConfig, ModelConfig, features::{Feature, FeatureLayout}};
+//! use hydro_training::{
+//!     InitialForce, TrainConfig, Trainer,
+//!     dataset::{self, Manifest, Trajectory},
+//!     evaluate,
+//! };
+//!
+//! // A body that goes to and fro against linear drag, -3 N s/m: two trajectories of 20 samples.
+//! let about = Manifest {
+//!     schema: dataset::SCHEMA.to_owned(),
+//!     name: "drag".to_owned(),
+//!     features: FeatureLayout::new(vec![Feature::LinearVelocity(0), Feature::Density])?,
+//!     feature_units: vec!["m/s".to_owned(), "kg/m^3".to_owned()],
+//!     outputs: vec!["force.x".to_owned()],
+//!     output_units: vec!["N".to_owned()],
+//!     frames: BTreeMap::new(),
+//!     sample_period: 0.05,
+//!     samples: 20,
+//!     kinematics: None,
+//!     splits: BTreeMap::new(),
+//!     provenance: BTreeMap::new(),
+//! };
+//! let trajectory = |phase: f32| {
+//!     let speeds: Vec<f32> = (0..20).map(|k| (0.3 * k as f32 + phase).sin()).collect();
+//!     Trajectory {
+//!         x: speeds.iter().flat_map(|v| [*v, 1000.0 + v]).collect(),
+//!         wrench: speeds.iter().map(|v| -3.0 * v).collect(),
+//!     }
+//! };
+//! let folder = tempfile::tempdir()?;
+//! let splits = [
+//!     ("train", vec![trajectory(0.0), trajectory(1.0)]),
+//!     ("val", vec![trajectory(2.0)]),
+//! ];
+//! let data = dataset::write(&folder.path().join("data"), &about, &splits)?;
+//!
+//! let config = TrainConfig {
+//!     model: ModelConfig::Mlp(MlpConfig { hidden: vec![8], ..MlpConfig::default() }),
+//!     epochs: 5,
+//!     horizon: 20,
+//!     ..TrainConfig::default()
+//! };
+//! let mut trainer = Trainer::new(config, &data)?;
+//! trainer.run(&folder.path().join("run"), &AtomicBool::new(false), &mut ())?;
+//! let checkpoint = trainer.checkpoint("drag", "an example")?;
+//! let found = evaluate(&checkpoint, &data.split("val", None)?, InitialForce::Clean)?;
+//! assert!(found.errors.rmse[0].is_finite());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
-mod adamw;
 pub mod comparison;
-mod config;
 pub mod dataset;
-mod device;
 pub mod drag;
-mod envelope;
+mod error;
 pub mod experiment;
-mod log;
-mod metrics;
-mod residual;
+pub mod metrics;
+pub mod residual_model;
 pub mod rollouts;
-mod schedule;
 pub mod simulator;
-mod state;
-mod trainer;
-mod windows;
-
-use std::{io, path::PathBuf};
-
-use hydro_model::{ModelError, checkpoint::CheckpointError};
-use thiserror::Error;
+pub mod trainer;
 
 pub use self::{
-    adamw::{AdamW, Step},
-    config::{Labels, TrainConfig},
-    device::{TrainDevice, UnknownDevice},
-    log::LogRecord,
+    error::TrainError,
     metrics::{
-        Errors, Evaluation, InitialForce, Sums, UnknownInitialForce, evaluate, predict,
-        predict_split,
+        ErrorSums, Errors, Evaluation, InitialForce, UnknownInitialForce, evaluate, predict,
+        predict_by_network,
     },
-    residual::{Learned, Lesson, Recorded, learn_residual},
-    trainer::{Observer, Outcome, Progress, Trainer},
+    residual_model::{LearnedResidual, RecordedWrench, ResidualData, learn_residual},
+    trainer::{
+        AdamW, Labels, LogRecord, Observer, StepSettings, TrainConfig, TrainDevice, TrainOutcome,
+        TrainProgress, Trainer, UnknownDevice,
+    },
 };
-use crate::dataset::DatasetError;
-
-/// Why training or evaluation stopped.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum TrainError {
-    /// A finished checkpoint that is not the one asked for.
-    #[error("the finished checkpoint has another {what}: {found}; asked for: {expected}")]
-    OtherCheckpoint {
-        /// What differs.
-        what: &'static str,
-        /// The checkpoint's.
-        found: String,
-        /// What was asked for.
-        expected: String,
-    },
-    /// A setting out of its range.
-    #[error("{field} is {found}, expected {expected}")]
-    Config {
-        /// Which setting.
-        field: &'static str,
-        /// Its value.
-        found: String,
-        /// What it may be.
-        expected: String,
-    },
-    /// The loss is no longer a number.
-    #[error(
-        "the loss is {loss} at epoch {epoch}, step {step}: lower the learning rate (now {learning_rate}) or the horizon"
-    )]
-    Diverged {
-        /// Epoch, from 0.
-        epoch: usize,
-        /// Step over all epochs.
-        step: usize,
-        /// The loss.
-        loss: f64,
-        /// Learning rate of that step.
-        learning_rate: f64,
-    },
-    /// A graphics card asked of a build that has no CUDA.
-    #[error(
-        "{device}: this build has no CUDA; `cargo build --release --features cuda --target-dir target/cuda` makes one that does"
-    )]
-    WithoutCuda {
-        /// What was asked for.
-        device: TrainDevice,
-    },
-    /// A graphics card that cannot be used.
-    #[error("{device} cannot be used: {reason}; `--device cpu` needs no graphics card")]
-    NoDevice {
-        /// What was asked for.
-        device: TrainDevice,
-        /// What the driver said.
-        reason: String,
-    },
-    /// A split is empty or of the wrong shape for the model.
-    #[error("the {split} split {reason}")]
-    Split {
-        /// Its name.
-        split: &'static str,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// A state file that is not this run's.
-    #[error("{}: {reason}; remove it or start in another folder", path.display())]
-    State {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// A file could not be read or written.
-    #[error("{}: {source}", path.display())]
-    Io {
-        /// Which file.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// From the data set.
-    #[error(transparent)]
-    Dataset(#[from] DatasetError),
-    /// From the checkpoint.
-    #[error(transparent)]
-    Checkpoint(#[from] CheckpointError),
-    /// From the model.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-}
-
-impl From<candle_core::Error> for TrainError {
-    fn from(error: candle_core::Error) -> Self {
-        Self::Model(error.into())
-    }
-}

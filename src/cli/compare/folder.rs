@@ -1,4 +1,4 @@
-//! What lies where below `--out`, and what of it can be used.
+//! Layout of the folder `--out`, and checks of the files found there.
 
 use std::{
     fs,
@@ -12,10 +12,10 @@ use hydro_training::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::{Inputs, Plan};
-use crate::cli::write_whole;
+use super::{inputs::Inputs, plan::Plan};
+use crate::cli::files::write_whole;
 
-/// `training.json`: what a job's training was, and what it took so far.
+/// `training.json`: settings and data of a job's training, and its cost so far.
 #[derive(Serialize, Deserialize)]
 struct Training {
     settings: TrainConfig,
@@ -32,7 +32,7 @@ impl Folder {
         Self(out.to_owned())
     }
 
-    /// Of a job.
+    /// Folder of a job.
     pub(super) fn job(&self, job: &JobId) -> PathBuf {
         let seed = format!("seed-{}", job.seed);
         self.0
@@ -52,15 +52,15 @@ impl Folder {
         self.job(job).join("checkpoint")
     }
 
-    /// Where its training keeps its state.
+    /// Folder in which its training keeps its state.
     pub(super) fn run(&self, job: &JobId) -> PathBuf {
         self.job(job).join("run")
     }
 
-    /// The result of a job, if it is done. A model that was examined on other things is to be examined again.
+    /// The result of a job, if it is done. A model examined on other data or scenes is not: it is examined again.
     ///
     /// # Errors
-    /// A result of other settings or data: nothing here throws a training away.
+    /// A result of other settings or data; no training is thrown away unasked.
     pub(super) fn done(
         &self,
         job: &JobId,
@@ -86,7 +86,7 @@ impl Folder {
         Ok((result.examined_on == inputs.examined_on()).then_some(result))
     }
 
-    /// What training took so far, if it was with these settings on these data.
+    /// Cost of the training so far, if it was with these settings on these data.
     ///
     /// # Errors
     /// A training of other settings or data.
@@ -113,7 +113,7 @@ impl Folder {
         Ok(Some(found.note))
     }
 
-    /// Notes what training took so far.
+    /// Writes the cost of the training so far.
     pub(super) fn note_training(
         &self,
         job: &JobId,
@@ -152,7 +152,7 @@ impl Folder {
         );
     }
 
-    /// Notes a job as done.
+    /// Writes the result of a job, which is then done.
     pub(super) fn finish(&self, result: &JobResult) -> anyhow::Result<()> {
         let path = self.job(&result.job).join("result.json");
         write_whole(&path, serde_json::to_string(result)?.as_bytes())

@@ -1,4 +1,4 @@
-//! Data sets and rollouts that the jobs share, opened and named by what they hold.
+//! Data sets and rollouts that the jobs share, and their digests.
 
 use std::{
     collections::BTreeMap,
@@ -13,25 +13,25 @@ use hydro_training::{
     rollouts::Rollouts,
 };
 
-use super::Args;
-use crate::cli::sha256;
+use super::args::Args;
+use crate::cli::files::sha256;
 
-/// Opened, not yet read.
+/// Opened inputs; splits are not yet read.
 pub(super) struct Inputs {
-    /// By name.
+    /// Data sets by name.
     pub(super) data: BTreeMap<String, Dataset>,
-    /// Outside the training range: name and data set.
+    /// Data sets outside the training range, with their names.
     beyond: Vec<(String, Dataset)>,
-    /// For the closed loop.
+    /// Runs of the closed loop.
     pub(super) rollouts: Option<Rollouts>,
     /// One long run.
     pub(super) long: Option<Rollouts>,
-    /// Of the scene in which models swim.
+    /// Digest of the scene in which models swim.
     scene_sha256: Option<String>,
     quick: bool,
 }
 
-/// Of `--quick`: test trajectories, of each set; runs of the closed loop; samples of the long run.
+/// Limits of `--quick`: test trajectories of each set, runs of the closed loop, samples of the long run.
 const QUICK: (usize, usize, usize) = (16, 4, 6000);
 
 impl Inputs {
@@ -43,7 +43,7 @@ impl Inputs {
                 ("--beyond", !args.beyond.is_empty()),
             ] {
                 if given {
-                    bail!("{flag}: of task2 alone; a towed robot does not swim");
+                    bail!("{flag}: for task2 alone; a towed robot does not swim");
                 }
             }
         }
@@ -115,7 +115,7 @@ impl Inputs {
         })
     }
 
-    /// How many force components all data sets have.
+    /// Force components, the same of all data sets.
     pub(super) fn outputs(&self) -> anyhow::Result<usize> {
         let mut counts: Vec<usize> = self
             .data
@@ -138,12 +138,12 @@ impl Inputs {
             .find_map(|set| set.manifest().kinematics.as_ref())
     }
 
-    /// How many trajectories of a test split a model is examined on; all without a number.
+    /// Most trajectories of a test split that a model is examined on; `None` for all.
     pub(super) fn most_tested(&self) -> Option<usize> {
         self.quick.then_some(QUICK.0)
     }
 
-    /// Names and digests of what a model is examined on beside its test split.
+    /// Names and digests of all data beside the test split that a model is examined on.
     pub(super) fn examined_on(&self) -> BTreeMap<String, String> {
         let runs = |name: &str, rollouts: &Rollouts| {
             let runs = rollouts.index.rollouts.iter();
@@ -153,8 +153,8 @@ impl Inputs {
         self.beyond
             .iter()
             .map(|(name, set)| (format!("beyond.{name}"), set.sha256().to_owned()))
-            .chain(self.rollouts.iter().map(|of| runs("rollouts", of)))
-            .chain(self.long.iter().map(|of| runs("long", of)))
+            .chain(self.rollouts.iter().map(|all| runs("rollouts", all)))
+            .chain(self.long.iter().map(|all| runs("long", all)))
             .chain(
                 self.scene_sha256
                     .iter()

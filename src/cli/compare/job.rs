@@ -5,21 +5,12 @@ use std::{fs, time::Instant};
 use anyhow::{Context as _, bail};
 use hydro_model::checkpoint::Checkpoint;
 use hydro_training::{
-    Evaluation, LogRecord, Observer, Outcome, Progress as Place, TrainConfig, Trainer,
+    Evaluation, LogRecord, Observer, TrainConfig, TrainOutcome, TrainProgress, Trainer,
     experiment::{JobId, JobResult, SCHEMA, TrainingNote, examine},
 };
 
-use super::{Args, Folder, Inputs, Plan};
-use crate::cli::{cancel::cancel_on_signal, command_line, progress::Progress};
-
-impl Plan {
-    /// How a job is trained.
-    pub(super) fn training(&self, job: &JobId) -> anyhow::Result<TrainConfig> {
-        let entry = self.entries.iter().find(|entry| entry.id == job.entry);
-        let entry = entry.with_context(|| format!("job {job}: no such entry"))?;
-        Ok(entry.training(&job.data, &self.budgets[&job.data], job.seed))
-    }
-}
+use super::{args::Args, folder::Folder, inputs::Inputs, plan::Plan};
+use crate::cli::{cancel::cancel_on_signal, command_line::command_line, progress::Progress};
 
 pub(super) fn run(
     args: &Args,
@@ -106,7 +97,7 @@ fn trained(
     if let Some(fault) = watch.fault {
         return Err(fault);
     }
-    if outcome == Outcome::Cancelled {
+    if outcome == TrainOutcome::Cancelled {
         bail!("{job}: interrupted; the same command goes on");
     }
     let checkpoint = trainer.checkpoint(&job.to_string(), &command_line())?;
@@ -123,7 +114,7 @@ struct Watch<'a> {
     job: &'a JobId,
     settings: TrainConfig,
     data_sha256: &'a str,
-    /// Of runs that were interrupted.
+    /// Time of interrupted runs before this one [s].
     seconds: f64,
     peak: Option<f64>,
     began: Instant,
@@ -131,14 +122,14 @@ struct Watch<'a> {
 }
 
 impl Observer for Watch<'_> {
-    fn step(&mut self, place: &Place) {
+    fn step(&mut self, now: &TrainProgress) {
         let words = format!(
             "epoch {}/{}, loss {:.5}",
-            place.epoch + 1,
-            place.epochs,
-            place.loss
+            now.epoch + 1,
+            now.epochs,
+            now.loss
         );
-        self.progress.at(place.step as u64, &words);
+        self.progress.at(now.step as u64, &words);
     }
 
     fn epoch(&mut self, record: &LogRecord, _: &Evaluation) {

@@ -1,4 +1,4 @@
-//! From the results of the jobs to the tables and pictures.
+//! Tables and pictures from the results of the jobs.
 
 use std::{collections::BTreeMap, fs};
 
@@ -8,12 +8,17 @@ use hydro_plugin::report::experiment::{figures, pictures, tables};
 use hydro_training::{
     Trainer,
     dataset::Dataset,
-    experiment::{Comparison, Cost, Entry, JobResult, ROUNDS, Reference, Truth, summarise, time},
+    experiment::{
+        Cost, Entry, ExperimentResults, JobResult, ROUNDS, Reference, Truth, summarise,
+        time_engines,
+    },
 };
 use serde::{Deserialize, Serialize};
 
-use super::{Args, Folder, Inputs, Plan};
-use crate::cli::{command_line, print_json, progress::Progress, write_whole};
+use super::{args::Args, folder::Folder, inputs::Inputs, plan::Plan};
+use crate::cli::{
+    command_line::command_line, files::write_whole, output::print_json, progress::Progress,
+};
 
 /// Times by data set.
 type Costs = BTreeMap<String, Vec<Cost>>;
@@ -37,7 +42,7 @@ pub(super) fn write(
         &costs,
         &references,
     );
-    let comparison = Comparison {
+    let experiment = ExperimentResults {
         experiment: args.experiment,
         command: command(),
         data: inputs
@@ -54,18 +59,18 @@ pub(super) fn write(
     };
     write_whole(
         &folder.file("compare.json"),
-        serde_json::to_string(&comparison)?.as_bytes(),
+        serde_json::to_string(&experiment)?.as_bytes(),
     )?;
-    let mut drawn = figures(&comparison);
+    let mut drawn = figures(&experiment);
     drawn.retain(|(_, svg)| !svg.is_empty());
     for (name, svg) in &drawn {
         write_whole(&folder.file("figures").join(name), svg.as_bytes())?;
     }
-    let text = tables(&comparison);
+    let text = tables(&experiment);
     let page = text.clone() + &pictures(drawn.iter().map(|(name, _)| name.as_str()));
     write_whole(&folder.file("README.md"), page.as_bytes())?;
     if args.json {
-        return print_json(&comparison);
+        return print_json(&experiment);
     }
     say!("{text}");
     say!(
@@ -91,14 +96,14 @@ fn outputs(inputs: &Inputs) -> Vec<String> {
     first.map_or_else(Vec::new, |set| set.manifest().outputs.clone())
 }
 
-/// `references.json`: whom the closed loop is measured by, and what that was measured on.
+/// `references.json`: the reference methods in closed loop, and digests of the data behind them.
 #[derive(Serialize, Deserialize)]
 struct References {
     on: BTreeMap<String, String>,
     found: Vec<Reference>,
 }
 
-/// Those of `--out`; measured now where it has none, or others.
+/// The references in `--out`; driven now if there are none or they are of other data.
 fn references(args: &Args, inputs: &Inputs, folder: &Folder) -> anyhow::Result<Vec<Reference>> {
     let path = folder.file("references.json");
     let mut on = inputs.examined_on();
@@ -128,7 +133,7 @@ fn measured(args: &Args, inputs: &Inputs) -> anyhow::Result<Vec<Reference>> {
     super::swimming::swim_references(args, inputs)
 }
 
-/// Without MuJoCo nobody swims.
+/// None without MuJoCo.
 #[cfg(not(mujoco_plugins))]
 fn measured(_: &Args, _: &Inputs) -> anyhow::Result<Vec<Reference>> {
     Ok(Vec::new())
@@ -202,8 +207,8 @@ fn costs(
 fn timed(set: &Dataset, engines: &[(String, Box<dyn Engine>)]) -> anyhow::Result<Vec<Cost>> {
     let test = set.split("test", Some(64))?;
     let progress = Progress::new("rounds", ROUNDS as u64 + 1);
-    let found = time(engines, &test, &machine(), &|round| {
-        progress.at(round as u64 + 1, "times, everybody in turn");
+    let found = time_engines(engines, &test, &machine(), &|round| {
+        progress.at(round as u64 + 1, "times, every engine in turn");
     })?;
     progress.finish();
     Ok(found)

@@ -16,7 +16,7 @@ use hydro_model::{
     features::{Feature, FeatureLayout},
 };
 use hydro_plugin::plugin::{Base, Body, FeatureMap, Joint, JointKind};
-use hydro_training::{Learned, Lesson, Recorded, learn_residual};
+use hydro_training::{LearnedResidual, RecordedWrench, ResidualData, learn_residual};
 
 use super::{
     folder::{RESIDUAL, RESIDUAL_FILES},
@@ -71,9 +71,9 @@ pub(super) fn candidate(
         Residual::NotOffered(why) => return Ok(not_offered(why)),
     };
     let (checkpoint, skill) = match learn(&missing, task.model, task.seed, watch)? {
-        Learned::Model { checkpoint, skill } => (checkpoint, skill),
-        Learned::Nothing(why) => return Ok(not_offered(why)),
-        Learned::Cancelled => bail!("stopped while a residual was learned"),
+        LearnedResidual::Model { checkpoint, skill } => (checkpoint, skill),
+        LearnedResidual::NotOffered(why) => return Ok(not_offered(why)),
+        LearnedResidual::Cancelled => bail!("stopped while a residual was learned"),
     };
     // The model has to load from any folder.
     let folder = fs::canonicalize(task.out)
@@ -108,7 +108,7 @@ fn learn(
     model: &PlantDescription,
     seed: u64,
     watch: &Watch<'_>,
-) -> anyhow::Result<Learned> {
+) -> anyhow::Result<LearnedResidual> {
     let layout = FeatureLayout::floating_base(&missing.base.joints)?;
     let (map, units) = features(missing, model, &layout)?;
     let recorded = missing.series.iter().map(|series| {
@@ -120,13 +120,13 @@ fn learn(
             x.extend(sample.iter().map(|value| *value as f32));
             previous = Some(sample);
         }
-        Recorded {
+        RecordedWrench {
             x,
             wrench: series.wrench.clone(),
             sd: series.sd.clone(),
         }
     });
-    let lesson = Lesson {
+    let data = ResidualData {
         recorded: recorded.collect(),
         features: layout.clone(),
         feature_units: units,
@@ -142,7 +142,7 @@ fn learn(
             (watch.tell)("learning a residual", step, steps);
         }
     };
-    Ok(learn_residual(&lesson, watch.stop, &tell)?)
+    Ok(learn_residual(&data, watch.stop, &tell)?)
 }
 
 /// The plugin's own reading of a state, so that it will see what was learned from; and the units.

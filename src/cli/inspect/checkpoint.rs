@@ -4,7 +4,7 @@ use hydro_model::checkpoint::{Card, Checkpoint};
 use hydro_plugin::report::gap::number;
 use serde_json::Value;
 
-use super::{super::table::table, facts};
+use crate::cli::table::{facts, table};
 
 pub(super) fn show(checkpoint: &Checkpoint) -> anyhow::Result<()> {
     let card = &checkpoint.card;

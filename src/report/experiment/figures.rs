@@ -1,6 +1,6 @@
 //! The pictures.
 
-use hydro_training::experiment::{Comparison, Row, Truth};
+use hydro_training::experiment::{ExperimentResults, Row, Truth};
 
 use crate::report::plot::{Axes, Panel, Series, panels};
 
@@ -17,10 +17,10 @@ const SHOWN: [&str; 8] = [
 ];
 
 /// Name of the file and its SVG text, of every picture.
-pub fn figures(comparison: &Comparison) -> Vec<(String, String)> {
+pub fn figures(results: &ExperimentResults) -> Vec<(String, String)> {
     let mut found = Vec::new();
-    for data in comparison.experiment.data() {
-        let rows: Vec<&Row> = comparison
+    for data in results.experiment.data() {
+        let rows: Vec<&Row> = results
             .rows
             .iter()
             .filter(|row| row.data == *data && !row.seeds.is_empty())
@@ -30,7 +30,7 @@ pub fn figures(comparison: &Comparison) -> Vec<(String, String)> {
         }
         for row in &rows {
             let name = format!("wrench-{data}-{}.svg", row.entry);
-            found.push((name, wrench(comparison, row)));
+            found.push((name, wrench(results, row)));
         }
         found.push((format!("horizon-{data}.svg"), horizon(&rows)));
         found.push((format!("noise-{data}.svg"), noise(&rows)));
@@ -43,9 +43,9 @@ pub fn figures(comparison: &Comparison) -> Vec<(String, String)> {
 }
 
 /// Truth and prediction, axis by axis.
-fn wrench(comparison: &Comparison, row: &Row) -> String {
+fn wrench(results: &ExperimentResults, row: &Row) -> String {
     let none = Truth::default();
-    let Truth { time, force } = comparison.truth.get(&row.data).unwrap_or(&none);
+    let Truth { time, force } = results.truth.get(&row.data).unwrap_or(&none);
     let line = |name: &str, values: &[Vec<f32>], axis: usize| Series {
         name: name.to_owned(),
         points: time
@@ -54,7 +54,7 @@ fn wrench(comparison: &Comparison, row: &Row) -> String {
             .map(|(t, row)| (f64::from(*t), f64::from(row[axis])))
             .collect(),
     };
-    let titles: Vec<String> = comparison
+    let titles: Vec<String> = results
         .outputs
         .iter()
         .map(|name| {

@@ -4,20 +4,20 @@ use std::fmt::Write as _;
 
 use hydro_training::{
     comparison::BOUND,
-    experiment::{Comparison, Experiment, Reference, Row},
+    experiment::{Experiment, ExperimentResults, Reference, Row},
 };
 
 use super::tables::{Column, digits, figures_of, markdown};
 
 /// Renders the tables.
-pub fn tables(comparison: &Comparison) -> String {
-    let mut text = format!("# {}\n\n", title(comparison.experiment));
-    provenance(&mut text, comparison);
-    match comparison.experiment {
-        Experiment::Task1 => towing(&mut text, comparison),
-        Experiment::Task2 => swimming(&mut text, comparison),
+pub fn tables(results: &ExperimentResults) -> String {
+    let mut text = format!("# {}\n\n", title(results.experiment));
+    provenance(&mut text, results);
+    match results.experiment {
+        Experiment::Task1 => towing(&mut text, results),
+        Experiment::Task2 => swimming(&mut text, results),
     }
-    orderings(&mut text, comparison);
+    orderings(&mut text, results);
     text
 }
 
@@ -38,13 +38,13 @@ fn title(experiment: Experiment) -> &'static str {
     }
 }
 
-fn provenance(text: &mut String, comparison: &Comparison) {
+fn provenance(text: &mut String, results: &ExperimentResults) {
     let seeds = |row: &Row| row.seeds.len();
     let (least, most) = (
-        comparison.rows.iter().map(seeds).min().unwrap_or(0),
-        comparison.rows.iter().map(seeds).max().unwrap_or(0),
+        results.rows.iter().map(seeds).min().unwrap_or(0),
+        results.rows.iter().map(seeds).max().unwrap_or(0),
     );
-    let _ = writeln!(text, "`{}`\n", comparison.command);
+    let _ = writeln!(text, "`{}`\n", results.command);
     let missing = if least < most {
         format!("; rows with fewer than {most} seeds are not finished")
     } else {
@@ -56,9 +56,9 @@ fn provenance(text: &mut String, comparison: &Comparison) {
          RMSE: over all axes and samples by definition, N and N m together. nRMSE: root mean square over axes of RMSE / \
          standard deviation of the clean wrench.\n"
     );
-    for (name, sha256) in &comparison.data {
+    for (name, sha256) in &results.data {
         let _ = write!(text, "Data {name}: manifest sha256 `{sha256}`");
-        if let Some(budget) = comparison.budgets.get(name) {
+        if let Some(budget) = results.budgets.get(name) {
             let trajectories = budget
                 .trajectories
                 .map_or_else(|| "all".to_owned(), |count| count.to_string());
@@ -71,7 +71,7 @@ fn provenance(text: &mut String, comparison: &Comparison) {
         let _ = writeln!(
             text,
             ". Largest learning rate: {}.",
-            learning_rates(comparison, name)
+            learning_rates(results, name)
         );
     }
     text.push_str(
@@ -82,9 +82,9 @@ fn provenance(text: &mut String, comparison: &Comparison) {
 }
 
 /// Every rate with the rows that have it.
-fn learning_rates(comparison: &Comparison, data: &str) -> String {
+fn learning_rates(results: &ExperimentResults, data: &str) -> String {
     let mut rates: Vec<(f64, Vec<&str>)> = Vec::new();
-    for row in rows(comparison, data) {
+    for row in rows(results, data) {
         match rates
             .iter_mut()
             .find(|known| known.0.total_cmp(&row.learning_rate).is_eq())
@@ -100,11 +100,14 @@ fn learning_rates(comparison: &Comparison, data: &str) -> String {
     rates.join(", ")
 }
 
-fn rows<'a>(comparison: &'a Comparison, data: &'a str) -> impl Iterator<Item = &'a Row> + Clone {
-    comparison.rows.iter().filter(move |row| row.data == data)
+fn rows<'a>(
+    results: &'a ExperimentResults,
+    data: &'a str,
+) -> impl Iterator<Item = &'a Row> + Clone {
+    results.rows.iter().filter(move |row| row.data == data)
 }
 
-fn towing(text: &mut String, comparison: &Comparison) {
+fn towing(text: &mut String, results: &ExperimentResults) {
     let names = [
         ("1.1", "1.1, one condition"),
         ("1.2", "1.2, changing conditions"),
@@ -113,7 +116,7 @@ fn towing(text: &mut String, comparison: &Comparison) {
     for (data, name) in names {
         let _ = writeln!(text, "## {name}\n");
         *text += &figures_of(
-            rows(comparison, data),
+            rows(results, data),
             &[
                 Column::new("MAE [N]", "mae"),
                 Column::new("RMSE [N]", "rmse"),
@@ -126,11 +129,11 @@ fn towing(text: &mut String, comparison: &Comparison) {
         );
         text.push('\n');
     }
-    cost(text, comparison, "1.2");
+    cost(text, results, "1.2");
 }
 
-fn swimming(text: &mut String, comparison: &Comparison) {
-    let rows = || rows(comparison, "2");
+fn swimming(text: &mut String, results: &ExperimentResults) {
+    let rows = || rows(results, "2");
     let beyond: Vec<&str> = names(rows(), "beyond.");
     *text += "## Open loop, from the true first force\n\n";
     *text += &figures_of(
@@ -173,7 +176,7 @@ fn swimming(text: &mut String, comparison: &Comparison) {
     *text += "\nThe error of the estimate is that of the first force, in standard deviations.\n\n";
 
     *text += "## Closed loop: the plugin drives MuJoCo\n\n";
-    let references: Vec<Row> = comparison.references.iter().map(Reference::row).collect();
+    let references: Vec<Row> = results.references.iter().map(Reference::row).collect();
     *text += &figures_of(
         rows().chain(&references),
         &[
@@ -240,7 +243,7 @@ fn swimming(text: &mut String, comparison: &Comparison) {
         *text += &figures_of(rows(), &columns);
         *text += "\nnRMSE, each by the standard deviations of its own data. Noise: of a tenth of each feature's standard deviation, the density excepted.\n\n";
     }
-    cost(text, comparison, "2");
+    cost(text, results, "2");
 }
 
 /// Keys of values that begin so, in their order.
@@ -255,7 +258,7 @@ fn names<'a>(rows: impl Iterator<Item = &'a Row>, begin: &str) -> Vec<&'a str> {
     found
 }
 
-fn cost(text: &mut String, comparison: &Comparison, data: &str) {
+fn cost(text: &mut String, results: &ExperimentResults, data: &str) {
     *text += "## What it costs\n\n";
     let head = [
         "",
@@ -267,7 +270,7 @@ fn cost(text: &mut String, comparison: &Comparison, data: &str) {
         "its peak memory [MiB]",
     ]
     .map(str::to_owned);
-    let cells: Vec<Vec<String>> = rows(comparison, data)
+    let cells: Vec<Vec<String>> = rows(results, data)
         .map(|row| {
             let timed = |pick: fn(
                 &hydro_training::experiment::Cost,
@@ -302,7 +305,7 @@ fn cost(text: &mut String, comparison: &Comparison, data: &str) {
         })
         .collect();
     *text += &markdown(&head, &cells);
-    let machine = rows(comparison, data)
+    let machine = rows(results, data)
         .find_map(|row| row.cost.as_ref())
         .map_or_else(String::new, |cost| format!(", {}", cost.machine));
     let _ = writeln!(
@@ -314,8 +317,8 @@ fn cost(text: &mut String, comparison: &Comparison, data: &str) {
     );
 }
 
-fn orderings(text: &mut String, comparison: &Comparison) {
-    if comparison.orderings.is_empty() {
+fn orderings(text: &mut String, results: &ExperimentResults) {
+    if results.orderings.is_empty() {
         return;
     }
     *text += "## Who is ahead of whom, and how sure that is\n\n";
@@ -327,7 +330,7 @@ fn orderings(text: &mut String, comparison: &Comparison) {
         "probability",
     ]
     .map(str::to_owned);
-    let cells: Vec<Vec<String>> = comparison
+    let cells: Vec<Vec<String>> = results
         .orderings
         .iter()
         .map(|ordering| {

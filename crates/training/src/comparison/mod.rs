@@ -1,14 +1,25 @@
-//! The learned wrench beside its rivals: in open loop on recorded inputs, and in closed loop, where
+//! A learned wrench beside its baselines: in open loop on recorded inputs, and in closed loop, where
 //! the wrench changes the motion that it sees.
 
-pub mod bounded;
-pub mod closed_loop;
-pub mod open_loop;
-pub mod step_time;
-pub mod summary;
+mod closed_loop;
+mod drive;
+mod long_run;
+mod method;
+mod open_loop;
+#[cfg(test)]
+#[path = "tests/point_mass.rs"]
+mod point_mass;
+mod spread;
+mod step_time;
+mod summary;
 
-pub use bounded::{BOUND, Bounds, Peak, Ratios, bounds, within};
-pub use closed_loop::{ClosedLoop, Contender, ORACLE, Spread, Water, closed_loop};
-pub use open_loop::{OpenLoop, OpenLoopRow, open_loop};
-pub use step_time::step_times;
-pub use summary::{LongRun, StepTime, Summary};
+pub use self::{
+    closed_loop::{ClosedLoop, ClosedLoopRow, closed_loop},
+    drive::drive,
+    long_run::{BOUND, LongRun, LongRunPeaks, Peak, Ratios, long_run_peaks, within},
+    method::{MakeSimulator, MakeTruth, Method, ORACLE, Water, WrenchAtState, WrenchLaw},
+    open_loop::{Example, OpenLoop, OpenLoopRow, Predict, open_loop, precomputed},
+    spread::Spread,
+    step_time::{StepTime, step_times},
+    summary::{Standing, Summary},
+};

@@ -1,26 +1,13 @@
-//! Everything that one comparison found, as one serialisable value: the table and the page show this.
+//! All results of one comparison as one serialisable value, from which the table and the page are made.
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    bounded::{Bounds, within},
-    closed_loop::ClosedLoop,
-    open_loop::OpenLoop,
-};
-
-/// Time of one physics step of a contender's scene.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct StepTime {
-    /// Name in the table.
-    pub name: String,
-    /// Median over runs of the mean time of a step [us].
-    pub microseconds: f64,
-}
+use super::{closed_loop::ClosedLoop, long_run::LongRun, open_loop::OpenLoop, step_time::StepTime};
 
 /// A comparison from end to end.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Summary {
-    /// Name of the contender that the page is about.
+    /// Name of the method that the page is about.
     pub subject: String,
     /// Errors on recorded inputs, where a data set was given.
     pub open_loop: Option<OpenLoop>,
@@ -32,22 +19,6 @@ pub struct Summary {
     pub step_times: Vec<StepTime>,
     /// Where it all comes from: name and value.
     pub provenance: Vec<(String, String)>,
-}
-
-/// Peaks of a long run.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct LongRun {
-    /// Under the subject.
-    pub subject: Bounds,
-    /// Under the true wrench at the robot's own state.
-    pub oracle: Bounds,
-}
-
-impl LongRun {
-    /// True where the subject stays within `factor` times the oracle's peaks, or the truth's where those are greater.
-    pub fn within(&self, factor: f64) -> bool {
-        within(&self.subject.ratios(), &self.oracle.ratios(), factor)
-    }
 }
 
 /// Where a subject was held against its rivals.
@@ -117,60 +88,5 @@ impl Summary {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::comparison::closed_loop::Errors;
-    use crate::comparison::closed_loop::Spread;
-
-    /// Distances after 2 s [m].
-    fn summary(distances: &[(&str, f64)]) -> Summary {
-        let row = |(name, distance): &(&str, f64)| Errors {
-            name: (*name).to_owned(),
-            position: vec![Spread::of(&[*distance])],
-            attitude: vec![Spread::of(&[0.0])],
-            diverged: 0,
-            position_by_run: Vec::new(),
-            path: Vec::new(),
-        };
-        Summary {
-            subject: "ours".to_owned(),
-            open_loop: None,
-            closed_loop: ClosedLoop {
-                horizons: vec![2.0],
-                runs: 1,
-                truth_path: Vec::new(),
-                time: Vec::new(),
-                rows: distances.iter().map(row).collect(),
-            },
-            long: None,
-            step_times: Vec::new(),
-            provenance: Vec::new(),
-        }
-    }
-
-    #[test]
-    fn a_tie_or_a_divergence_beats_nobody_and_who_was_not_there_was_not_met() {
-        let met = vec!["closed loop after 2 s".to_owned()];
-        let standing = |ours: f64, horizon| {
-            let all = summary(&[("ours", ours), ("box", 0.2), ("truth", 0.0)]);
-            all.standing(&["box", "drag"], horizon)
-        };
-        for (ours, beaten) in [
-            (0.1, true),
-            (0.2, false),
-            (0.3, false),
-            (f64::INFINITY, false),
-        ] {
-            let found = standing(ours, 2.0);
-            assert_eq!(
-                (&found.compared, found.not_beaten.is_empty()),
-                (&met, beaten)
-            );
-        }
-        assert_eq!(standing(0.1, 4.0), Standing::default());
-        assert_eq!(
-            summary(&[("ours", 0.1)]).standing(&["box"], 2.0),
-            Standing::default()
-        );
-    }
-}
+#[path = "tests/summary.rs"]
+mod tests;

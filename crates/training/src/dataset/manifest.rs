@@ -1,4 +1,4 @@
-//! `manifest.json`: what a data set says of itself.
+//! `manifest.json`: the data set described.
 
 use std::{
     collections::BTreeMap,
@@ -6,14 +6,8 @@ use std::{
 };
 
 use hydro_frames::{frames_fault, output_units_fault};
-use hydro_model::{
-    document::{self, Fault},
-    features::FeatureLayout,
-    kinematics::Kinematics,
-};
+use hydro_model::{features::FeatureLayout, kinematics::Kinematics};
 use serde::{Deserialize, Serialize};
-
-use super::DatasetError;
 
 /// The schema that this version reads.
 pub const SCHEMA: &str = "hydro-dataset/1";
@@ -70,27 +64,8 @@ pub struct Manifest {
 }
 
 impl Manifest {
-    pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Self, DatasetError> {
-        let manifest: Self = document::parse(bytes, SCHEMA).map_err(|fault| match fault {
-            Fault::Schema(found) => DatasetError::Schema {
-                path: path.to_owned(),
-                found,
-            },
-            Fault::Malformed(error) => DatasetError::Manifest {
-                path: path.to_owned(),
-                reason: error.to_string(),
-            },
-        })?;
-        match manifest.fault() {
-            Some(reason) => Err(DatasetError::Manifest {
-                path: path.to_owned(),
-                reason,
-            }),
-            None => Ok(manifest),
-        }
-    }
-
-    fn fault(&self) -> Option<String> {
+    /// The first contradiction in the manifest.
+    pub(super) fn fault(&self) -> Option<String> {
         if self.outputs.is_empty() || self.samples < 2 {
             return Some(
                 "a data set needs at least one output and two samples a trajectory".to_owned(),

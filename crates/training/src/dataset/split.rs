@@ -6,7 +6,10 @@ use hydro_model::document::hexadecimal;
 use safetensors::{Dtype, SafeTensors};
 use sha2::{Digest as _, Sha256};
 
-use super::{DatasetError, Manifest, ShardEntry};
+use super::{
+    error::DatasetError,
+    manifest::{Manifest, ShardEntry},
+};
 
 /// Trajectories of equal length, one after the other; all SI.
 #[derive(Clone, Debug)]

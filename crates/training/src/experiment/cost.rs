@@ -42,7 +42,7 @@ pub struct Cost {
 ///
 /// # Errors
 /// An engine of other features.
-pub fn time(
+pub fn time_engines(
     engines: &[(String, Box<dyn Engine>)],
     split: &Split,
     machine: &str,

@@ -11,9 +11,14 @@ use super::{
     energy::{Energy, energy},
     fluctuation::fluctuation,
     noise::{LEVELS, noisy},
-    prediction::Predictor,
+    predictor::Predictor,
 };
-use crate::{Errors, InitialForce, Sums, TrainError, comparison::Ratios, dataset::Split};
+use crate::{
+    TrainError,
+    comparison::Ratios,
+    dataset::Split,
+    metrics::{ErrorSums, Errors, InitialForce},
+};
 
 /// From where trajectories are integrated: the paper starts from the truth, which nobody has.
 const STARTS: [InitialForce; 3] = [
@@ -38,7 +43,7 @@ pub struct Examination {
     /// Errors under noise on the features.
     pub noise: Vec<Noisy>,
     /// Errors on data outside the training range.
-    pub beyond: Vec<Beyond>,
+    pub beyond: Vec<OutOfRange>,
     /// Mean attention weight by head and lag, newest first.
     pub attention: Option<Vec<Vec<f64>>>,
     /// The force along the first test trajectory, one row a sample.
@@ -58,7 +63,7 @@ pub struct Noisy {
 
 /// Errors on a data set of another range; normalised by that set's own standard deviations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Beyond {
+pub struct OutOfRange {
     /// What it is called.
     pub name: String,
     /// Its manifest's sha256.
@@ -101,7 +106,7 @@ pub fn examine(
     let predictor = Predictor::new(checkpoint.model(None)?)?;
     let card = &checkpoint.card;
     let errors = |split: &Split, forces: &[Vec<f64>]| {
-        let mut sums = Sums::new(split.outputs());
+        let mut sums = ErrorSums::new(split.outputs());
         for (index, forces) in forces.iter().enumerate() {
             sums.add_trajectory(forces, split, index);
         }
@@ -141,7 +146,7 @@ pub fn examine(
         .iter()
         .map(|(name, sha256, split)| {
             let forces = predictor.forces(split, InitialForce::Clean)?;
-            Ok(Beyond {
+            Ok(OutOfRange {
                 name: name.clone(),
                 sha256: sha256.clone(),
                 errors: errors(split, &forces),

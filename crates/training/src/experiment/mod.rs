@@ -1,7 +1,7 @@
 //! The paper's experiments, whole: which models are trained on what, what is asked of each, and what all of it says.
 //!
 //! ```text
-//! plan -> (training) -> examination of one model, a job's result -> summary over seeds, orderings with their confidence
+//! entries, budget -> (training) -> examination of one model, a job's result -> table over seeds, orderings
 //! ```
 //!
 //! Nothing here touches a file or a simulator: the command line trains, drives MuJoCo and writes.
@@ -10,29 +10,38 @@
 //! Neural ODEs in Complex Conditions", section Experiments.
 
 mod attention;
+mod budget;
+mod claims;
 mod cost;
 mod detail;
 mod energy;
+mod entries;
 mod examination;
 mod fluctuation;
+mod job;
+mod mean_sd;
 mod noise;
 mod ordering;
-mod plan;
-mod prediction;
-mod summary;
+mod predictor;
+mod results;
+mod table;
+mod task;
 #[cfg(test)]
+#[path = "tests/measures.rs"]
 mod tests;
 
 pub use self::{
     attention::attention_by_lag,
-    cost::{Cost, ROUNDS, Timed, time},
+    budget::Budget,
+    cost::{Cost, ROUNDS, Timed, time_engines},
     detail::Detail,
     energy::Energy,
-    examination::{Beyond, Examination, Noisy, Swimming, examine},
-    ordering::{Ordering, order},
-    plan::{Budget, Entry, Experiment, JobId, LearningRates, UnknownExperiment, entries},
-    summary::{
-        Comparison, JobResult, MeanSd, Metric, Reference, Row, SCHEMA, TrainingNote, Truth,
-        summarise,
-    },
+    entries::{Entry, LearningRates, entries},
+    examination::{Examination, Noisy, OutOfRange, Swimming, examine},
+    job::{JobId, JobResult, SCHEMA, TrainingNote},
+    mean_sd::MeanSd,
+    ordering::{Ordering, ordering},
+    results::{ExperimentResults, Truth},
+    table::{Metric, Reference, Row, summarise},
+    task::{Experiment, UnknownExperiment},
 };

@@ -1,0 +1,112 @@
+//! Reasons to refuse a data set.
+
+use std::{io, path::PathBuf};
+
+use hydro_model::document::listed;
+use thiserror::Error;
+
+use super::manifest::SCHEMA;
+
+/// Why a data set was refused.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum DatasetError {
+    /// No data set there.
+    #[error("no data set at {}: manifest.json is missing; there are: {}", folder.display(), listed(found))]
+    Missing {
+        /// Where it was looked for.
+        folder: PathBuf,
+        /// What is there instead.
+        found: Vec<String>,
+    },
+    /// A file could not be read.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Another schema.
+    #[error("{}: schema is {found}, expected \"{SCHEMA}\"", path.display())]
+    Schema {
+        /// The manifest.
+        path: PathBuf,
+        /// Its schema, as written.
+        found: String,
+    },
+    /// A manifest that does not say what it must.
+    #[error("{}: {reason}", path.display())]
+    Manifest {
+        /// The manifest.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// No such split.
+    #[error("no split `{name}` in {}; there are: {}", path.display(), listed(found))]
+    UnknownSplit {
+        /// The manifest.
+        path: PathBuf,
+        /// The name asked for.
+        name: String,
+        /// Those that exist.
+        found: Vec<String>,
+    },
+    /// Shards that the manifest names and the folder lacks.
+    #[error("{}: {} of {expected} shards missing: {}", folder.display(), missing.len(), listed(missing))]
+    MissingShards {
+        /// The data set.
+        folder: PathBuf,
+        /// Names of the missing files.
+        missing: Vec<String>,
+        /// How many the manifest names.
+        expected: usize,
+    },
+    /// Bytes other than those the manifest vouches for.
+    #[error("{} is damaged: sha256 is {found}, the manifest says {expected}; generate the data set again", path.display())]
+    Damaged {
+        /// The shard.
+        path: PathBuf,
+        /// Its sha256.
+        found: String,
+        /// The manifest's.
+        expected: String,
+    },
+    /// Not a safetensors file.
+    #[error("{}: not a safetensors file: {reason}", path.display())]
+    Format {
+        /// The shard.
+        path: PathBuf,
+        /// The reader's words.
+        reason: String,
+    },
+    /// A tensor that is missing or of another shape.
+    #[error("{}: tensor `{name}` is {found}, expected {expected}", path.display())]
+    Tensor {
+        /// The shard.
+        path: PathBuf,
+        /// Its name.
+        name: String,
+        /// Type and shape found, or that it is missing.
+        found: String,
+        /// Type and shape expected.
+        expected: String,
+    },
+    /// A value that is not a number.
+    #[error("{}: `{tensor}` of trajectory {trajectory}, row {row}, {column} is {value}", path.display())]
+    NonFinite {
+        /// The shard.
+        path: PathBuf,
+        /// Which tensor.
+        tensor: String,
+        /// Trajectory within the shard.
+        trajectory: usize,
+        /// Sample within the trajectory.
+        row: usize,
+        /// Feature or force component.
+        column: String,
+        /// What stands there.
+        value: f32,
+    },
+}

@@ -1,0 +1,147 @@
+//! Opening a data set and reading its splits.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use hydro_model::document::{self, Fault, hexadecimal, names_in};
+use sha2::{Digest as _, Sha256};
+
+use super::{
+    error::DatasetError,
+    manifest::{Manifest, SCHEMA, ShardEntry},
+    split::Split,
+};
+
+/// An opened data set: the manifest is checked, the shards exist.
+///
+/// ```no_run
+/// use hydro_training::dataset::Dataset;
+///
+/// let dataset = Dataset::open("data/task2".as_ref())?;
+/// let train = dataset.split("train", None)?;
+/// println!("{} trajectories of {} samples", train.len(), train.samples());
+/// # Ok::<(), hydro_training::dataset::DatasetError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Dataset {
+    folder: PathBuf,
+    manifest: Manifest,
+    sha256: String,
+}
+
+impl Dataset {
+    /// Reads the manifest and looks for every shard that it names; shards are read by [`Dataset::split`].
+    pub fn open(folder: &Path) -> Result<Self, DatasetError> {
+        let path = folder.join("manifest.json");
+        if !path.is_file() {
+            return Err(DatasetError::Missing {
+                folder: folder.to_owned(),
+                found: names_in(folder),
+            });
+        }
+        let bytes = fs::read(&path).map_err(|source| DatasetError::Io {
+            path: path.clone(),
+            source,
+        })?;
+        let manifest = parse_manifest(&bytes, &path)?;
+        let shards: Vec<&ShardEntry> = manifest
+            .splits
+            .values()
+            .flat_map(|split| &split.shards)
+            .collect();
+        let missing: Vec<String> = shards
+            .iter()
+            .filter(|shard| !folder.join(&shard.file).is_file())
+            .map(|s| s.file.clone())
+            .collect();
+        if !missing.is_empty() {
+            return Err(DatasetError::MissingShards {
+                folder: folder.to_owned(),
+                missing,
+                expected: shards.len(),
+            });
+        }
+        Ok(Self {
+            folder: folder.to_owned(),
+            sha256: hexadecimal(&Sha256::digest(&bytes)),
+            manifest,
+        })
+    }
+
+    /// What the data set says of itself.
+    pub fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// Of the bytes of `manifest.json`, hexadecimal: names the content, for it holds every shard's sha256.
+    pub fn sha256(&self) -> &str {
+        &self.sha256
+    }
+
+    /// Where it lies.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The first `limit` trajectories of a split (all without a limit), in memory.
+    pub fn split(&self, name: &str, limit: Option<usize>) -> Result<Split, DatasetError> {
+        let mut whole = Split::empty(&self.manifest);
+        for shard in self.shards(name)? {
+            if limit.is_some_and(|limit| whole.len() >= limit) {
+                break;
+            }
+            whole.append(shard?);
+        }
+        if let Some(limit) = limit {
+            whole.truncate(limit);
+        }
+        Ok(whole)
+    }
+
+    /// The shards of a split one at a time, for what does not fit in memory.
+    pub fn shards(
+        &self,
+        name: &str,
+    ) -> Result<impl Iterator<Item = Result<Split, DatasetError>>, DatasetError> {
+        let split = self
+            .manifest
+            .splits
+            .get(name)
+            .ok_or_else(|| DatasetError::UnknownSplit {
+                path: self.folder.join("manifest.json"),
+                name: name.to_owned(),
+                found: self.manifest.splits.keys().cloned().collect(),
+            })?;
+        Ok(split
+            .shards
+            .iter()
+            .map(|shard| Split::read(&self.folder, shard, &self.manifest)))
+    }
+}
+
+/// Parses and checks `manifest.json`.
+fn parse_manifest(bytes: &[u8], path: &Path) -> Result<Manifest, DatasetError> {
+    let manifest: Manifest = document::parse(bytes, SCHEMA).map_err(|fault| match fault {
+        Fault::Schema(found) => DatasetError::Schema {
+            path: path.to_owned(),
+            found,
+        },
+        Fault::Malformed(error) => DatasetError::Manifest {
+            path: path.to_owned(),
+            reason: error.to_string(),
+        },
+    })?;
+    match manifest.fault() {
+        Some(reason) => Err(DatasetError::Manifest {
+            path: path.to_owned(),
+            reason,
+        }),
+        None => Ok(manifest),
+    }
+}
+
+#[cfg(test)]
+#[path = "tests/reader.rs"]
+mod tests;

@@ -1,0 +1,14 @@
+//! Errors of a model on recorded inputs: open loop, over whole trajectories, against the clean wrench.
+
+mod errors;
+mod evaluation;
+mod initial_force;
+mod prediction;
+
+pub(crate) use self::evaluation::evaluate_model;
+pub use self::{
+    errors::{ErrorSums, Errors},
+    evaluation::{Evaluation, evaluate},
+    initial_force::{InitialForce, UnknownInitialForce},
+    prediction::{predict, predict_by_engine, predict_by_network},
+};

@@ -1,0 +1,58 @@
+//! Log of a run: a JSON object a line, a line an epoch.
+
+use std::{fs, io::Write as _, path::Path};
+
+use serde::{Deserialize, Serialize};
+
+use crate::TrainError;
+
+/// One epoch.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LogRecord {
+    /// From 0.
+    pub epoch: usize,
+    /// Steps taken so far.
+    pub step: usize,
+    /// Mean training loss of the epoch (squared standard deviations).
+    pub loss: f64,
+    /// Learning rate of its last step.
+    pub learning_rate: f64,
+    /// Pooled normalised RMSE on the validation split, open loop over whole trajectories.
+    pub validation: f64,
+    /// The same with hydrostatics taken out of the scale.
+    pub validation_hydrodynamic: f64,
+    /// The best `validation` so far.
+    pub best: f64,
+    /// Where the continuous adjoint is followed: on the epoch's first batch, the distance of its gradient from that of
+    /// the steps as taken, as a share of the latter's norm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adjoint_error: Option<f64>,
+}
+
+/// Writes `bytes` beside `path` and renames: a reader sees the old file or the new one.
+pub(super) fn replace(path: &Path, bytes: &[u8]) -> Result<(), TrainError> {
+    let partial = path.with_extension(format!("{}.partial", std::process::id()));
+    let write = || {
+        let mut file = fs::File::create(&partial)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        fs::rename(&partial, path)
+    };
+    write().map_err(|source| {
+        // The partial file is of no use to anyone; the first error is the one to report.
+        let _ = fs::remove_file(&partial);
+        TrainError::Io {
+            path: path.to_owned(),
+            source,
+        }
+    })
+}
+
+/// Writes the whole log.
+pub(super) fn write(path: &Path, records: &[LogRecord]) -> Result<(), TrainError> {
+    let lines = records.iter().map(|record| {
+        // A record is plain numbers; it always serialises.
+        serde_json::to_string(record).unwrap_or_default() + "\n"
+    });
+    replace(path, lines.collect::<String>().as_bytes())
+}

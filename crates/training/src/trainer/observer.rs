@@ -1,0 +1,41 @@
+//! TrainProgress of a run, and who is told of it.
+
+use super::log::LogRecord;
+use crate::metrics::Evaluation;
+
+/// Where a run stands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrainProgress {
+    /// From 0.
+    pub epoch: usize,
+    /// How many there are at most.
+    pub epochs: usize,
+    /// Steps done over all epochs.
+    pub step: usize,
+    /// How many there are at most.
+    pub steps: usize,
+    /// Mean loss of the epoch so far (squared standard deviations).
+    pub loss: f64,
+    /// Learning rate of the last step.
+    pub learning_rate: f64,
+    /// Best validation error so far.
+    pub best: Option<f64>,
+    /// Time to the last epoch at the present pace [s].
+    pub remaining_secs: f64,
+}
+
+/// Who is told how a run goes.
+pub trait Observer {
+    /// After every step.
+    fn step(&mut self, progress: &TrainProgress) {
+        let _ = progress;
+    }
+
+    /// After every epoch, with its validation.
+    fn epoch(&mut self, record: &LogRecord, validation: &Evaluation) {
+        let _ = (record, validation);
+    }
+}
+
+/// For those who need no word.
+impl Observer for () {}
