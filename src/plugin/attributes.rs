@@ -21,7 +21,7 @@ use std::{
 use hydro_model::{EngineKind, Solver};
 use thiserror::Error;
 
-use super::search::SearchPath;
+use super::search_path::SearchPath;
 
 /// Every attribute, in the order of the table above.
 pub const NAMES: [&str; 10] = [

@@ -8,17 +8,21 @@ use std::{
     ptr::NonNull,
 };
 
-use super::error::{ERROR_LEN, SimulatorError, c_path, forget_refusal, refused};
+use super::error::{ERROR_LEN, SimulatorError, c_path, refused};
 #[cfg(mujoco_plugins)]
 use crate::plugin::native_fluid::EllipsoidCoefficients;
 use crate::{
     mujoco::{
-        api::Api,
-        bindings::{
-            mjINT_EULER, mjINT_RK4, mjModel, mjOBJ_ACTUATOR, mjOBJ_BODY, mjOBJ_JOINT, mjOBJ_SENSOR,
+        bodies::base_body,
+        ffi::{
+            Api, ModelView,
+            bindings::{
+                mjINT_EULER, mjINT_RK4, mjModel, mjOBJ_ACTUATOR, mjOBJ_BODY, mjOBJ_JOINT,
+                mjOBJ_SENSOR,
+            },
+            last_refusal,
         },
-        describe, load,
-        views::ModelView,
+        registration,
     },
     plugin::{Body, Joint, JointKind},
 };
@@ -41,7 +45,7 @@ impl Integrator {
             Self::Euler => mjINT_EULER as i32,
             Self::Rk4 => mjINT_RK4 as i32,
             #[cfg(mujoco_plugins)]
-            Self::ImplicitFast => crate::mujoco::bindings::mjINT_IMPLICITFAST as i32,
+            Self::ImplicitFast => crate::mujoco::ffi::bindings::mjINT_IMPLICITFAST as i32,
         }
     }
 }
@@ -88,11 +92,11 @@ pub struct JointGeometry {
 impl Model {
     /// Compiles an MJCF or URDF file; `hydro.wrench` and `hydro.load_cell` are known to it.
     pub fn load(path: &Path) -> Result<Self, SimulatorError> {
-        load::register()?;
+        registration::register()?;
         let api = Api::running_or_opened()?;
         let name = c_path(path)?;
         let mut error = [0_u8; ERROR_LEN];
-        forget_refusal();
+        last_refusal::forget();
         // SAFETY: a C string, no virtual files, and a buffer of the length given.
         let model = unsafe {
             let buffer = error.as_mut_ptr().cast::<c_char>();
@@ -149,7 +153,7 @@ impl Model {
     pub(in crate::mujoco) fn set_ranges(&mut self, halves: &[(usize, f64)]) {
         let raw = self.raw_mut();
         // SAFETY: two numbers a joint, and the model is held alone.
-        let ranges = unsafe { crate::mujoco::views::view_mut(raw.jnt_range, raw.njnt * 2) };
+        let ranges = unsafe { crate::mujoco::ffi::views::view_mut(raw.jnt_range, raw.njnt * 2) };
         for (joint, half) in halves {
             ranges[2 * joint..2 * joint + 2].copy_from_slice(&[-half, *half]);
         }
@@ -187,7 +191,7 @@ impl Model {
     }
 
     pub(in crate::mujoco) fn view(&self) -> ModelView<'_> {
-        ModelView::of(self.raw(), self.api)
+        ModelView::live(self.raw(), self.api)
     }
 
     pub(in crate::mujoco) fn raw(&self) -> &mjModel {
@@ -271,7 +275,7 @@ impl Model {
 
     /// All joints, in order.
     pub fn joints(&self) -> Vec<Joint> {
-        describe::joints(self.view())
+        base_body::joints(self.view())
     }
 
     /// The joint of that name.
@@ -329,7 +333,7 @@ impl Model {
 
     /// A body as a card sees it: how it is held, and the model's joints.
     pub fn describe(&self, body: usize) -> Body {
-        describe::body(self.view(), body)
+        base_body::body(self.view(), body)
     }
 
     /// Fluid coefficients of a geom, in MuJoCo's order.
