@@ -70,7 +70,7 @@ pub(crate) fn loads(
         each(at, frame * load.force, frame * load.torque);
     };
     let mut any = false;
-    for geom in model.geoms_of(body) {
+    for geom in model.geoms(body) {
         let coefficients = coefficients(model, geom);
         if coefficients.interaction <= 0.0 {
             continue;

@@ -74,7 +74,7 @@ fn displacing(model: ModelView<'_>, density: f64) -> Vec<Displacing> {
         .map(|body| Displacing {
             body,
             mass: density * sizes::own_volume(model, body, density),
-            middle: sizes::box_of(model, body).0,
+            middle: sizes::bounding_box(model, body).0,
         })
         .collect()
 }
@@ -112,7 +112,7 @@ fn add(
             parameter.name, parameter.unit
         ));
     }
-    let memory_len = memory_of(entry, model.raw().opt.timestep);
+    let memory_len = entry_memory_len(entry, model.raw().opt.timestep);
     let acting = Acting {
         effect,
         parameters: entry.parameters.clone(),
@@ -238,7 +238,7 @@ pub(crate) fn memory_len(text: &str, step: f64) -> Option<usize> {
             .iter()
             .map(|parameter| values.get(&parameter.name)?.as_f64())
             .collect::<Option<Vec<f64>>>()?;
-        sum += memory_of(
+        sum += entry_memory_len(
             &Entry {
                 effect: id,
                 target: String::new(),
@@ -250,7 +250,7 @@ pub(crate) fn memory_len(text: &str, step: f64) -> Option<usize> {
     Some(sum)
 }
 
-fn memory_of(entry: &Entry, step: f64) -> usize {
+fn entry_memory_len(entry: &Entry, step: f64) -> usize {
     match effect(entry.effect).part() {
         Part::Body(part) => part.memory_len(),
         Part::Joint(part) => part.memory_len(),
@@ -294,7 +294,7 @@ fn wet_body(model: ModelView<'_>, body: usize, density: f64) -> WetBody {
         .iter()
         .enumerate()
         .all(|(above, dof)| model.M_rownnz()[*dof] as usize == above + 1);
-    let (middle, extent) = sizes::box_of(model, body);
+    let (middle, extent) = sizes::bounding_box(model, body);
     WetBody {
         body,
         middle,

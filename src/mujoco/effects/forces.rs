@@ -90,7 +90,7 @@ impl Additions {
         if water.has_effects() {
             moving_water(data, &water, |body, at, force, torque| {
                 for_each_dof(data, body, |dof| {
-                    let power = power_of(data, body, dof, at, force, torque);
+                    let power = generalised_force(data, body, dof, at, force, torque);
                     sum.forces.push((dof, power));
                 });
             });
@@ -135,7 +135,7 @@ impl Additions {
             let torque = (-way).cross(&force);
             let at = vector(data.xipos(), *body);
             for_each_dof(data, *body, |dof| {
-                let power = power_of(data, *body, dof, at, Vector3::zeros(), torque);
+                let power = generalised_force(data, *body, dof, at, Vector3::zeros(), torque);
                 self.forces.push((dof, power));
             });
         }
@@ -176,7 +176,7 @@ fn for_each_dof(data: &DataView<'_>, body: usize, mut each: impl FnMut(usize)) {
 }
 
 /// Generalised force of a force and torque at a point of a body, all in the world.
-fn power_of(
+fn generalised_force(
     data: &DataView<'_>,
     body: usize,
     dof: usize,

@@ -19,11 +19,8 @@ use crate::{
             views::NGAIN,
         },
     },
-    plugin::{native_fluid::EllipsoidCoefficients, waterline},
+    plugin::{attributes::FRESH_WATER, native_fluid::EllipsoidCoefficients, waterline},
 };
-
-/// Density of fresh water [kg/m^3].
-pub(crate) const FRESH_WATER: f64 = 1000.0;
 
 /// Density of the water that a model speaks of [kg/m^3]; `attribute` is that of `hydro.wrench`.
 pub(crate) fn density(model: ModelView<'_>, attribute: Option<f64>) -> f64 {
@@ -67,7 +64,7 @@ fn with_tree(model: ModelView<'_>, body: usize) -> impl Iterator<Item = usize> {
 /// The geoms that show where the water is: those MuJoCo's ellipsoid fluid acts on, else group 3, else all.
 fn hull_geoms(model: ModelView<'_>, bodies: impl Iterator<Item = usize>) -> Vec<(usize, usize)> {
     let geoms: Vec<(usize, usize)> = bodies
-        .flat_map(|body| model.geoms_of(body).map(move |geom| (body, geom)))
+        .flat_map(|body| model.geoms(body).map(move |geom| (body, geom)))
         .collect();
     let surest = geoms
         .iter()
@@ -81,15 +78,15 @@ fn hull_geoms(model: ModelView<'_>, bodies: impl Iterator<Item = usize>) -> Vec<
 
 /// Displaced volume [m^3]: what gravity compensation says, else that of the hull's geoms.
 pub(crate) fn volume(model: ModelView<'_>, body: usize, density: f64) -> f64 {
-    volume_of(model, density, || with_tree(model, body))
+    displaced_volume(model, density, || with_tree(model, body))
 }
 
 /// Displaced volume of a body alone [m^3].
 pub(crate) fn own_volume(model: ModelView<'_>, body: usize, density: f64) -> f64 {
-    volume_of(model, density, || std::iter::once(body))
+    displaced_volume(model, density, || std::iter::once(body))
 }
 
-fn volume_of<I: Iterator<Item = usize>>(
+fn displaced_volume<I: Iterator<Item = usize>>(
     model: ModelView<'_>,
     density: f64,
     bodies: impl Fn() -> I,
@@ -114,7 +111,7 @@ fn volume_of<I: Iterator<Item = usize>>(
 
 /// Middle [m] and extents [m] of a body and what is welded to it along its axes; of the box of the same
 /// inertia where it has no geoms.
-pub(crate) fn box_of(model: ModelView<'_>, body: usize) -> ([f64; 3], [f64; 3]) {
+pub(crate) fn bounding_box(model: ModelView<'_>, body: usize) -> ([f64; 3], [f64; 3]) {
     let welded = (body..model.bodies()).filter(|link| {
         model.hangs_below(*link, body) && model.body_weldid()[*link] == model.body_weldid()[body]
     });
@@ -170,7 +167,7 @@ pub(crate) fn body(model: ModelView<'_>, body: usize, density: f64) -> BodyScale
     BodyScale {
         mass,
         inertia,
-        extent: box_of(model, body).1,
+        extent: bounding_box(model, body).1,
         volume: volume(model, body, density),
         density,
         gravity: Vector3::from(model.raw().opt.gravity).norm(),

@@ -10,7 +10,7 @@ use crate::mujoco::{
     ffi::{
         Api,
         bindings::{mjLIMITED_FALSE, mjLIMITED_TRUE, mjModel, mjOBJ_BODY, mjOBJ_JOINT, mjSpec},
-        last_refusal,
+        last_refusal, scene_folder,
         views::string,
     },
     simulator::{ERROR_LEN, Model, SimulatorError, c_path, refused},
@@ -87,9 +87,12 @@ impl Spec {
     fn compile(&self, path: &Path) -> Result<Model, SimulatorError> {
         let functions = &self.api.functions;
         // SAFETY: a live spec, no virtual files; the error is a C string of the spec.
-        let model: *mut mjModel = unsafe { (functions.mj_compile)(self.spec.as_ptr(), null()) };
+        let folder = scene_folder::folder(path);
+        let model: *mut mjModel = scene_folder::known(folder.as_deref(), || unsafe {
+            (functions.mj_compile)(self.spec.as_ptr(), null())
+        });
         match NonNull::new(model) {
-            Some(model) => Ok(Model::owned(model, self.api)),
+            Some(model) => Ok(Model::owned(model, self.api, folder)),
             None => {
                 // SAFETY: as above.
                 let text = unsafe { string((functions.mjs_getError)(self.spec.as_ptr())) };

@@ -31,6 +31,7 @@ use crate::{
         ffi::{
             ModelView,
             bindings::{mjOBJ_BODY, mjSTATE_FULLPHYSICS},
+            scene_folder,
         },
         simulator::{Data, Integrator, Model, SimulatorError},
         wrench::instances,
@@ -116,9 +117,12 @@ impl MujocoPlant {
         }
         passive_hook::install(model.api());
         let view = model.view();
+        let folder = scene_folder::folder(path);
         let nominal = instances::instances(view)
             .map(|id| {
-                let settings = instances::settings(view, id).map_err(fault)?;
+                let settings =
+                    scene_folder::known(folder.as_deref(), || instances::settings(view, id));
+                let settings = settings.map_err(fault)?;
                 let effects = instances::entries(view, &settings).map_err(fault)?;
                 Ok(Nominal {
                     id,

@@ -63,7 +63,7 @@ fn sensor(model: ModelView<'_>, id: usize) -> PlantSensor {
         noise: model.sensor_noise()[id],
         unit,
         frame_of: of_frame
-            .then(|| body_of(model, id))
+            .then(|| framed_body(model, id))
             .flatten()
             .map(|body| model.label(mjOBJ_BODY as i32, "body", body)),
         joint: of_joint
@@ -86,7 +86,7 @@ fn load_cell(model: ModelView<'_>, id: usize) -> (SensorKind, &'static str) {
 }
 
 /// The body whose motion a sensor of a frame gives in the world, be it through a site on it.
-fn body_of(model: ModelView<'_>, id: usize) -> Option<usize> {
+fn framed_body(model: ModelView<'_>, id: usize) -> Option<usize> {
     if model.sensor_refid()[id] >= 0 {
         return None;
     }

@@ -3,7 +3,7 @@
 use std::{path::PathBuf, ptr::NonNull, sync::Arc};
 
 use super::{error::SimulatorError, model::Model};
-use crate::mujoco::ffi::{DataView, bindings::mjData, last_refusal};
+use crate::mujoco::ffi::{DataView, bindings::mjData, last_refusal, scene_folder};
 
 /// One simulation.
 pub struct Data {
@@ -48,7 +48,9 @@ impl Data {
     pub fn new(model: &Arc<Model>) -> Result<Self, SimulatorError> {
         last_refusal::forget();
         // SAFETY: a live model.
-        let data = unsafe { (model.api.functions.mj_makeData)(model.model.as_ptr()) };
+        let data = scene_folder::known(model.folder.as_deref(), || unsafe {
+            (model.api.functions.mj_makeData)(model.model.as_ptr())
+        });
         match NonNull::new(data) {
             Some(data) => Ok(Self {
                 data,

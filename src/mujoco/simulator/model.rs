@@ -20,7 +20,7 @@ use crate::{
                 mjINT_EULER, mjINT_RK4, mjModel, mjOBJ_ACTUATOR, mjOBJ_BODY, mjOBJ_JOINT,
                 mjOBJ_SENSOR,
             },
-            last_refusal,
+            last_refusal, scene_folder,
         },
         registration,
     },
@@ -55,6 +55,8 @@ impl Integrator {
 pub struct Model {
     pub(super) model: NonNull<mjModel>,
     pub(super) api: &'static Api,
+    /// The folder of the MJCF, where it was a file.
+    pub(super) folder: Option<PathBuf>,
 }
 
 // SAFETY: MuJoCo's models are plain memory; simulations of one model on several threads only read it,
@@ -97,15 +99,16 @@ impl Model {
         let name = c_path(path)?;
         let mut error = [0_u8; ERROR_LEN];
         last_refusal::forget();
+        let folder = scene_folder::folder(path);
         // SAFETY: a C string, no virtual files, and a buffer of the length given.
-        let model = unsafe {
+        let model = scene_folder::known(folder.as_deref(), || unsafe {
             let buffer = error.as_mut_ptr().cast::<c_char>();
             (api.functions.mj_loadXML)(name.as_ptr(), std::ptr::null(), buffer, ERROR_LEN as i32)
-        };
+        });
         let Some(model) = NonNull::new(model) else {
             return Err(refused(path, &error));
         };
-        Ok(Self { model, api })
+        Ok(Self { model, api, folder })
     }
 
     /// A model of its own, to be changed.
@@ -121,6 +124,7 @@ impl Model {
         Ok(Self {
             model,
             api: self.api,
+            folder: self.folder.clone(),
         })
     }
 
@@ -128,9 +132,10 @@ impl Model {
     #[cfg(mujoco_plugins)]
     pub(in crate::mujoco) fn set_constants(&mut self) -> Result<(), SimulatorError> {
         let functions = &self.api.functions;
+        let folder = self.folder.as_deref();
         // SAFETY: a live model, held alone, and a data of it that is freed at once.
         unsafe {
-            let data = (functions.mj_makeData)(self.model.as_ptr());
+            let data = scene_folder::known(folder, || (functions.mj_makeData)(self.model.as_ptr()));
             if data.is_null() {
                 return Err(refused(Path::new(""), b"no memory for a simulation"));
             }
@@ -174,8 +179,12 @@ impl Model {
 
     /// Of a model that MuJoCo has made, and that nothing else owns.
     #[cfg(mujoco_plugins)]
-    pub(in crate::mujoco) fn owned(model: NonNull<mjModel>, api: &'static Api) -> Self {
-        Self { model, api }
+    pub(in crate::mujoco) fn owned(
+        model: NonNull<mjModel>,
+        api: &'static Api,
+        folder: Option<PathBuf>,
+    ) -> Self {
+        Self { model, api, folder }
     }
 
     /// Compiles an MJCF text. Files that it names are looked for in a folder of its own.

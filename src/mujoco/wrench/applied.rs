@@ -4,7 +4,7 @@ use hydro_frames::Wrench;
 
 use super::{
     instance_effects::{with_effects, with_sources},
-    instances::{body_of, held},
+    instances::{carrying_body, held},
 };
 use crate::{
     mujoco::{
@@ -26,7 +26,7 @@ pub(crate) struct Applied {
 /// Zero where there are effects alone.
 pub(crate) fn applied(data: &mut DataView<'_>, id: usize) -> Option<Applied> {
     let instance = held(data, id)?;
-    let body = body_of(data.model(), id)?;
+    let body = carrying_body(data.model(), id)?;
     let mut wrench = Wrench::default();
     if let Some(learned) = instance.learned() {
         let mut moment_water = [0.0; 3];
@@ -80,7 +80,7 @@ pub(crate) fn water_at(data: &mut DataView<'_>, base: &Base, body: usize) -> [f6
 
 /// All that acts on the body: the checkpoint's wrench, and effects but for what is proportional to
 /// acceleration.
-pub(crate) fn with_effects_of(data: &mut DataView<'_>, now: &Applied) -> Wrench {
+pub(crate) fn total_wrench(data: &mut DataView<'_>, now: &Applied) -> Wrench {
     let instances = with_effects(data);
     let mut sum = now.wrench.to_array();
     with_sources(data, &instances, |data, sources| {

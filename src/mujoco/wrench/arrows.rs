@@ -5,7 +5,7 @@ use std::{ffi::c_int, ptr};
 use hydro_frames as frames;
 use nalgebra::Vector3;
 
-use super::applied::{applied, with_effects_of};
+use super::applied::{applied, total_wrench};
 use crate::mujoco::{
     bodies::joint_space,
     ffi::{
@@ -41,7 +41,7 @@ pub(crate) unsafe extern "C" fn visualize(
         let Some(now) = applied(&mut data, id as usize) else {
             return;
         };
-        let wrench = with_effects_of(&mut data, &now);
+        let wrench = total_wrench(&mut data, &now);
         let visual = &data.model().raw().vis;
         let attitude = ModelView::quadruple(data.xquat(), now.body);
         let origin = joint_space::vector(data.xpos(), now.body);

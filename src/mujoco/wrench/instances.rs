@@ -15,7 +15,7 @@ use crate::{
             DataView, ModelView,
             api::own_folder,
             bindings::{mjOBJ_BODY, mjOBJ_PLUGIN},
-            warn,
+            scene_folder, warn,
         },
     },
     plugin::{
@@ -50,7 +50,7 @@ pub(crate) fn instances(model: ModelView<'_>) -> impl Iterator<Item = usize> {
 pub(crate) fn bodies(model: ModelView<'_>) -> Vec<String> {
     instances(model)
         .map(|instance| {
-            body_of(model, instance).map_or_else(String::new, |body| {
+            carrying_body(model, instance).map_or_else(String::new, |body| {
                 model.label(mjOBJ_BODY as i32, "body", body)
             })
         })
@@ -58,7 +58,7 @@ pub(crate) fn bodies(model: ModelView<'_>) -> Vec<String> {
 }
 
 /// The body that carries an instance, where it is a single one.
-pub(crate) fn body_of(model: ModelView<'_>, instance: usize) -> Option<usize> {
+pub(crate) fn carrying_body(model: ModelView<'_>, instance: usize) -> Option<usize> {
     model
         .body_plugin()
         .iter()
@@ -171,6 +171,6 @@ pub(crate) fn bound(
 }
 
 pub(crate) fn settings(model: ModelView<'_>, id: usize) -> Result<Settings, SetupError> {
-    let search = SearchPath::from_environment(own_folder());
+    let search = SearchPath::from_environment(own_folder(), scene_folder::current());
     Ok(Settings::parse(|name| model.attribute(id, name), &search)?)
 }

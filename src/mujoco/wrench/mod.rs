@@ -5,6 +5,7 @@
 //! instances         the plugin's instances in a model: set up, found again, their bodies
 //! instance_effects  the named effects of all instances, added to MuJoCo's forces
 //! applied           the wrench of an instance at a state
+//! told              warnings that a simulation is given once
 //! arrows            what a viewer draws
 //! passive_callback  the same force in Debian's MuJoCo 2.2.2, which has no engine plugins
 //! ```
@@ -21,3 +22,5 @@ pub(crate) mod instances;
 pub(crate) mod passive_callback;
 #[cfg(mujoco_plugins)]
 pub(crate) mod plugin;
+#[cfg(mujoco_plugins)]
+mod told;

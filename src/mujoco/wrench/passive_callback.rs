@@ -34,7 +34,7 @@ use crate::{
             Api, DataView, ModelView,
             api::own_folder,
             bindings::{mjData, mjModel, mjOBJ_BODY},
-            guard,
+            guard, scene_folder,
             views::view,
             warn,
         },
@@ -219,7 +219,7 @@ fn set_up(model: ModelView<'_>) -> Made {
     if model.runge_kutta() {
         return Err("integrator RK4 needs the engine plugin of a newer MuJoCo; set <option integrator=\"Euler\"/>".to_owned());
     }
-    let search = SearchPath::from_environment(own_folder());
+    let search = SearchPath::from_environment(own_folder(), scene_folder::current());
     let settings = Settings::parse(text, &search)
         .map_err(|fault| format!("custom texts `hydro.*`: {fault}"))?;
     if settings.effects.is_some() {

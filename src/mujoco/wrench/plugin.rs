@@ -10,10 +10,11 @@ use std::ffi::{CStr, c_char, c_int, c_void};
 use hydro_frames::Wrench;
 
 use super::{
-    applied::{applied, water_at, water_moves, with_effects_of},
+    applied::{applied, total_wrench, water_at, water_moves},
     arrows,
     instance_effects::{self, with_effects, with_sources},
-    instances::{self, BROKEN, body_of, held, set_up, settings},
+    instances::{self, BROKEN, carrying_body, held, set_up, settings},
+    told,
 };
 use crate::{
     mujoco::{
@@ -121,6 +122,7 @@ unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int
         match set_up(model, id) {
             Ok((key, instance)) => {
                 data.plugin_data_mut()[id] = key.to_bits() as usize;
+                told::forget(data.instance_state(id));
                 if let Some(learned) = instance.learned() {
                     for notice in learned.notices_at_load(model.has_fluid()) {
                         tell(model, learned, notice, 0.0);
@@ -189,7 +191,7 @@ unsafe extern "C" fn compute(m: *const mjModel, d: *mut mjData, id: c_int, capab
                 instance_effects::add_once(&mut data, Some(id as usize));
             }
         } else {
-            let wrench = with_effects_of(&mut data, &now);
+            let wrench = total_wrench(&mut data, &now);
             report(&mut data, id, wrench);
         }
     });
@@ -233,14 +235,15 @@ unsafe extern "C" fn advance(m: *const mjModel, d: *mut mjData, id: c_int) {
         };
         let mut water = [0.0; 3];
         if water_moves(&mut data)
-            && let Some(body) = body_of(data.model(), id)
+            && let Some(body) = carrying_body(data.model(), id)
         {
             water = water_at(&mut data, learned.features().base(), body);
         }
         let (state, mut moment) = data.plugin_state_and_moment(id);
         moment.water = water;
         let (notice, time) = (learned.advance(&mut state[..start], moment), moment.time);
-        if let Some(notice) = notice {
+        let again = matches!(notice, Some(Notice::OutOfRange(_))) && !told::first_time(state);
+        if let Some(notice) = notice.filter(|_| !again) {
             tell(data.model(), learned, notice, time);
         }
     });

@@ -47,12 +47,18 @@ impl Notice {
                 velocity,
                 found,
                 range: (least, most),
+                others,
             }) => {
                 let unit = velocity.unit();
+                let others = match others {
+                    0 => String::new(),
+                    1 => " (and 1 other velocity is out of range)".to_owned(),
+                    more => format!(" (and {more} other velocities are out of range)"),
+                };
                 format!(
-                    "`{velocity}` is {found:.3} {unit} at t = {time} s; the checkpoint's network is asked between {least:.3} \
-                     and {most:.3} {unit} alone, which its card's `envelope` sets: it is told the nearest, and a drag acts on \
-                     what is left of a base velocity; take the force for a guess while it is out there"
+                    "`{velocity}` is {found:.3} {unit} at t = {time} s{others}; the network is asked between \
+                     {least:.3} and {most:.3} {unit} alone (`envelope` of its card), with a drag on the rest of a \
+                     base velocity: the force is a guess out there"
                 )
             }
             Self::NotFinite => format!(
