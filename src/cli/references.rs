@@ -4,10 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
 use hydro_frames::Wrench;
-use hydro_plugin::mujoco::{
-    simulator::{Model, SimulatorError},
-    swimmer::Swimmer,
-};
+use hydro_plugin::mujoco::simulator::{Model, SimulatorError, Swimmer};
 use hydro_training::{
     comparison::{Method, ORACLE, Water, WrenchAtState},
     dataset::Dataset,

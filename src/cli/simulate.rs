@@ -13,7 +13,7 @@ use hydro_model::{
     features::{Feature, FeatureLayout},
 };
 use hydro_plugin::{
-    mujoco::swimmer::Swimmer,
+    mujoco::simulator::Swimmer,
     report::page::{Video, render},
 };
 use hydro_training::{

@@ -4,7 +4,10 @@ use std::path::Path;
 
 use anyhow::Context as _;
 use hydro_model::EngineKind;
-use hydro_plugin::mujoco::{scene::with_attribute, simulator::Model, swimmer::Swimmer};
+use hydro_plugin::mujoco::{
+    scene::with_attribute,
+    simulator::{Model, Swimmer},
+};
 use hydro_training::comparison::{Method, Water};
 
 /// Times at which closed-loop errors are read [s].

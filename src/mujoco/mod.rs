@@ -1,62 +1,33 @@
-//! The only room with `unsafe` code: everything that touches MuJoCo's memory or is called by MuJoCo.
+//! MuJoCo, and the only code of the crate that is `unsafe`: everything that touches MuJoCo's memory or is called by
+//! MuJoCo.
 //!
 //! ```text
-//! bindings          structs and table of functions, from build.rs       api       which MuJoCo to call
-//! views             pointers and counts as slices                       boundary  no panic leaves Rust
-//! describe, apply   model -> plugin::Body; wrench -> joint space        warn      MuJoCo's own channel
-//! wrench, load_cell the engine plugins (MuJoCo with engine plugins)     load      runs at library load
-//! passive_callback  the same force in Debian's 2.2.2
-//! bind              named effects -> numbers of a model          scale, walls  sizes; what is around
-//! effect_forces     where effects act, for plugin and plant      water, native, actuation  its parts
-//! plant, nuisance parameters, readings, spec, run   a nominal model as `hydro gap` sees it
-//! simulator         owned models and simulations, for `hydro` and tests
-//! scene, swimmer    a scene's plugin attributes; a robot in it, as comparisons see it
+//! ffi           MuJoCo's structs and functions, as slices; panics, warnings and refusals
+//! bodies        how a body is held and moves; wrench -> joint space; hull; MuJoCo's own fluid
+//! effects       named effects, tied to a model and added to its forces
+//! wrench        the engine plugin hydro.wrench
+//! load_cell     the engine plugin hydro.load_cell
+//! registration  makes both known to MuJoCo: at load of the library, or asked for by a program
+//! simulator     owned models and simulations, for `hydro` and tests
+//! plant         a nominal model as `hydro gap` sees it
+//! scene         plugin attributes in an MJCF text, set before the model is compiled
 //! ```
+//!
+//! Each names only those above it, and `plant` the simulator. A MuJoCo without engine plugins (2.2.2) has `ffi`,
+//! `bodies`, `simulator` and `wrench/passive_callback` alone.
 
+mod bodies;
 #[cfg(mujoco_plugins)]
-mod actuation;
-mod api;
-mod apply;
-#[cfg(mujoco_plugins)]
-mod arrows;
-#[cfg(mujoco_plugins)]
-mod bind;
-mod bindings;
-mod boundary;
-mod describe;
-#[cfg(mujoco_plugins)]
-mod effect_forces;
-mod load;
+mod effects;
+mod ffi;
 #[cfg(mujoco_plugins)]
 mod load_cell;
 #[cfg(mujoco_plugins)]
-mod native;
-#[cfg(mujoco_plugins)]
-mod nuisances;
-#[cfg(not(mujoco_plugins))]
-mod passive_callback;
-#[cfg(mujoco_plugins)]
 pub mod plant;
-#[cfg(mujoco_plugins)]
-mod readings;
-#[cfg(mujoco_plugins)]
-mod run;
-#[cfg(mujoco_plugins)]
-mod scale;
+mod registration;
 pub mod scene;
 pub mod simulator;
-#[cfg(mujoco_plugins)]
-mod spec;
-#[cfg(mujoco_plugins)]
-pub mod swimmer;
-mod views;
-#[cfg(mujoco_plugins)]
-mod walls;
-mod warn;
-#[cfg(mujoco_plugins)]
-mod water;
-#[cfg(mujoco_plugins)]
 mod wrench;
 
-pub use api::{ApiError, INCLUDE, LIBRARY, VERSION};
-pub use load::register;
+pub use ffi::api::{ApiError, INCLUDE, LIBRARY, VERSION};
+pub use registration::register;

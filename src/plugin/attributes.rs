@@ -21,7 +21,7 @@ use std::{
 use hydro_model::{EngineKind, Solver};
 use thiserror::Error;
 
-use super::search::SearchPath;
+use super::search_path::SearchPath;
 
 /// Every attribute, in the order of the table above.
 pub const NAMES: [&str; 10] = [
@@ -38,7 +38,7 @@ pub const NAMES: [&str; 10] = [
 ];
 
 /// Density of fresh water [kg/m^3].
-pub(super) const FRESH_WATER: f64 = 1000.0;
+pub const FRESH_WATER: f64 = 1000.0;
 
 /// The force at the first sample of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,7 +92,8 @@ pub enum AttributeError {
     /// The checkpoint's folder does not exist.
     #[error(
         "attribute `checkpoint` is `{found}`; no such folder. Looked in: {}. A relative path is looked \
-         for in HYDRO_PATH, the working directory and the folder of the library",
+         for in HYDRO_PATH, the working directory, the folders of the library and the MJCF, and the project above \
+         them, which holds `models`",
         list(.tried)
     )]
     NoCheckpoint {
@@ -104,7 +105,8 @@ pub enum AttributeError {
     /// The file of effects does not exist.
     #[error(
         "attribute `effects` is `{found}`; no such file, and no JSON, which starts with {{. Looked in: {}. A \
-         relative path is looked for in HYDRO_PATH, the working directory and the folder of the library",
+         relative path is looked for in HYDRO_PATH, the working directory, the folders of the library and the MJCF, and \
+         the project above them, which holds `models`",
         list(.tried)
     )]
     NoEffects {

@@ -7,7 +7,7 @@
 use std::{cell::RefCell, ops::Deref, rc::Rc, sync::Arc};
 
 use super::{
-    carrier::Carrier,
+    instance::Instance,
     registry::{InstanceKey, Registry},
 };
 
@@ -17,16 +17,16 @@ use super::{
     clippy::redundant_allocation,
     reason = "cloning counts in this thread's memory; the inner count is shared with others"
 )]
-pub struct Handle(Rc<Arc<Carrier>>);
+pub struct Handle(Rc<Arc<Instance>>);
 
 impl Handle {
     /// Of an instance that was just made.
-    pub fn new(instance: Arc<Carrier>) -> Self {
+    pub fn new(instance: Arc<Instance>) -> Self {
         Self(Rc::new(instance))
     }
 
     /// The instance of a key, where this process has made it.
-    pub fn of(key: InstanceKey) -> Option<Self> {
+    pub fn for_key(key: InstanceKey) -> Option<Self> {
         let registry = Registry::global();
         KNOWN.with_borrow_mut(|known| {
             let forgotten = registry.forgotten();
@@ -45,9 +45,9 @@ impl Handle {
 }
 
 impl Deref for Handle {
-    type Target = Carrier;
+    type Target = Instance;
 
-    fn deref(&self) -> &Carrier {
+    fn deref(&self) -> &Instance {
         &self.0
     }
 }
@@ -68,7 +68,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::plugin::Base;
-    use crate::plugin::{Body, Settings, search::SearchPath};
+    use crate::plugin::{Body, Settings, search_path::SearchPath};
 
     /// An instance of effects alone, another for every density.
     fn made(density: usize) -> InstanceKey {
@@ -89,25 +89,25 @@ mod tests {
     #[test]
     fn a_thread_keeps_what_is_used_and_lets_go_of_what_was_forgotten() {
         let (kept, gone) = (made(1001), made(1002));
-        let handle = Handle::of(kept).unwrap();
+        let handle = Handle::for_key(kept).unwrap();
         assert_eq!(handle.settings().density, 1001.0);
         // The same instance, by another thread's handle too.
-        let address = std::ptr::from_ref::<Carrier>(&handle) as usize;
+        let address = std::ptr::from_ref::<Instance>(&handle) as usize;
         let other = std::thread::spawn(move || {
-            let handle = Handle::of(kept).unwrap();
-            std::ptr::from_ref::<Carrier>(&handle) as usize
+            let handle = Handle::for_key(kept).unwrap();
+            std::ptr::from_ref::<Instance>(&handle) as usize
         });
         assert_eq!(other.join().unwrap(), address);
 
         let weak = Arc::downgrade(&Registry::global().get(gone).unwrap());
-        assert!(Handle::of(gone).is_some());
+        assert!(Handle::for_key(gone).is_some());
         Registry::global().release(gone);
         for density in 2000..2020 {
             Registry::global().release(made(density));
         }
-        assert!(Handle::of(gone).is_none(), "it was idle the longest");
+        assert!(Handle::for_key(gone).is_none(), "it was idle the longest");
         assert!(weak.upgrade().is_none(), "nobody holds it any more");
-        assert!(Handle::of(kept).is_some());
+        assert!(Handle::for_key(kept).is_some());
         Registry::global().release(kept);
     }
 }

@@ -1,12 +1,14 @@
-//! The plugin's own thinking, without MuJoCo: text attributes in, wrench out.
+//! The plugin without MuJoCo: text attributes in, wrench out.
 //!
 //! ```text
-//! attributes  strings -> Settings            search   where a relative path is looked for
-//! body        what a model offers a card     features state of the model -> input of the network
-//! instance    state slice in, wrench out     cold_start  the first sample of a run
-//! bound       named effects, tied to a model; carrier: a checkpoint and effects together
-//! registry    loaded checkpoints, shared     waterline   how much of the robot is under water
-//! native_fluid  MuJoCo's own fluid, a body at a time (for load cells)
+//! attributes      strings -> Settings            search_path  where a relative path is looked for
+//! body            what a model offers a card     feature_map  state of the model -> input of the network
+//! learned_wrench  a checkpoint's wrench on a body, from a slice of state
+//! bound           named effects, tied to a model
+//! instance        one `hydro.wrench`: a checkpoint and effects together
+//! registry        loaded checkpoints and instances, shared by the process; handle: a thread's own
+//! waterline       how much of the robot is under water
+//! native_fluid    MuJoCo's own fluid, a body at a time (for load cells)
 //! ```
 //!
 //! Nothing here names a type of MuJoCo's; `src/mujoco/` reads its structs and calls in.
@@ -14,21 +16,20 @@
 pub mod attributes;
 pub mod body;
 pub mod bound;
-pub mod carrier;
-mod cold_start;
-pub mod features;
+pub mod feature_map;
 pub mod handle;
 pub mod instance;
+pub mod learned_wrench;
 pub mod native_fluid;
 pub mod registry;
-pub mod search;
+pub mod search_path;
 pub mod waterline;
 
 pub use attributes::{AttributeError, InitialForce, Settings};
 pub use body::{Base, Body, BodyError, Joint, JointKind};
 pub use bound::Bound;
-pub use carrier::Carrier;
-pub use features::FeatureMap;
+pub use feature_map::FeatureMap;
 pub use handle::Handle;
-pub use instance::{Instance, Moment, Notice};
+pub use instance::Instance;
+pub use learned_wrench::{LearnedWrench, Moment, Notice};
 pub use registry::{InstanceKey, Registry, SetupError};

@@ -29,8 +29,8 @@ use super::{
     attributes::{AttributeError, Settings},
     body::{Body, BodyError},
     bound::Bound,
-    carrier::Carrier,
     instance::Instance,
+    learned_wrench::LearnedWrench,
 };
 
 /// Instances without an `mjData` that are kept, so that making one again loads nothing.
@@ -62,7 +62,7 @@ pub enum SetupError {
 pub struct InstanceKey(NonZeroU64);
 
 impl InstanceKey {
-    fn of(parts: &[&str]) -> Self {
+    fn hash(parts: &[&str]) -> Self {
         let mut hasher = Sha256::new();
         for part in parts {
             hasher.update((part.len() as u64).to_le_bytes());
@@ -100,7 +100,7 @@ pub struct Loaded {
 
 #[derive(Debug)]
 struct Held {
-    instance: Arc<Carrier>,
+    instance: Arc<Instance>,
     users: usize,
     /// Value of the clock when it was last let go; the smallest idle one is forgotten first.
     idle_since: u64,
@@ -166,12 +166,12 @@ impl Registry {
         settings: Settings,
         body: &Body,
         effects: Option<Bound>,
-    ) -> Result<(InstanceKey, Arc<Carrier>), SetupError> {
+    ) -> Result<(InstanceKey, Arc<Instance>), SetupError> {
         let loaded = match &settings.checkpoint {
             Some(folder) => Some(self.checkpoint(folder)?),
             None => None,
         };
-        let key = InstanceKey::of(&[
+        let key = InstanceKey::hash(&[
             loaded.as_ref().map_or("", |loaded| &loaded.digest),
             &format!("{settings:?}"),
             &format!("{body:?}"),
@@ -191,11 +191,16 @@ impl Registry {
             Some(loaded) => {
                 let engine = self.engine(&loaded, &settings)?;
                 let checkpoint = &loaded.checkpoint;
-                Some(Instance::new(settings.clone(), checkpoint, engine, body)?)
+                Some(LearnedWrench::new(
+                    settings.clone(),
+                    checkpoint,
+                    engine,
+                    body,
+                )?)
             }
             None => None,
         };
-        let instance = Arc::new(Carrier::new(settings, learned, effects));
+        let instance = Arc::new(Instance::new(settings, learned, effects));
         let mut instances = self
             .instances
             .write()
@@ -211,7 +216,7 @@ impl Registry {
     }
 
     /// The instance of a key, where this process has made it.
-    pub fn get(&self, key: InstanceKey) -> Option<Arc<Carrier>> {
+    pub fn get(&self, key: InstanceKey) -> Option<Arc<Instance>> {
         let instances = self
             .instances
             .read()

@@ -10,12 +10,12 @@ use hydro_frames as frames;
 use hydro_model::{Encoding, EngineKind, ModelConfig, checkpoint::Checkpoint, envelope::Envelope};
 use hydro_plugin::{
     mujoco::simulator::{Data, Model, SimulatorError},
-    plugin::{FeatureMap, instance},
+    plugin::{FeatureMap, learned_wrench},
 };
 
 /// Memory of the test checkpoint in an engine.
 fn memory_in(checkpoint: &Checkpoint, kind: EngineKind) -> usize {
-    instance::state_len(&*checkpoint.engine(kind, None).unwrap())
+    learned_wrench::state_len(&*checkpoint.engine(kind, None).unwrap())
 }
 
 /// Memory of the test checkpoint in the engine that is the default.

@@ -99,15 +99,17 @@ pub struct Limits {
     drags: Vec<Option<Drag>>,
 }
 
-/// A velocity outside its range.
+/// The velocity furthest out of its range, in half widths of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Excess {
-    /// The velocity.
+    /// Its name.
     pub velocity: Feature,
     /// Its value [m/s, rad/s].
     pub found: f64,
     /// Least and greatest value that the network is given [m/s, rad/s].
     pub range: (f64, f64),
+    /// How many other velocities are out of theirs.
+    pub others: usize,
 }
 
 /// Drag along an axis on a velocity outside its range.
@@ -182,14 +184,28 @@ impl Limits {
         }
     }
 
-    /// The first velocity of `x` [n] that is outside its range.
+    /// The velocity of `x` [n] that is furthest out of its range, if one is.
     pub fn excess(&self, x: &[f64]) -> Option<Excess> {
-        let mut velocities = self.velocities.iter();
-        let (at, velocity) = velocities.find(|(at, _)| self.held(*at, x[*at]) != x[*at])?;
+        let outside = || {
+            let velocities = self.velocities.iter();
+            velocities.filter(|(at, _)| self.held(*at, x[*at]) != x[*at])
+        };
+        let share = |at: usize| {
+            let half = 0.5 * (self.envelope.most[at] - self.envelope.least[at]);
+            (x[at] - self.held(at, x[at])).abs() / half.max(f64::MIN_POSITIVE)
+        };
+        let (at, velocity) = outside().reduce(|one, two| {
+            if share(two.0) > share(one.0) {
+                two
+            } else {
+                one
+            }
+        })?;
         Some(Excess {
             velocity: velocity.clone(),
             found: x[*at],
             range: (self.envelope.least[*at], self.envelope.most[*at]),
+            others: outside().count() - 1,
         })
     }
 
@@ -298,6 +314,21 @@ mod tests {
         let mut force = [-100.0, 1.0, 100.0];
         limits.hold_force(&mut force);
         assert_eq!(force, [-40.0, 1.0, 8.0]);
+    }
+
+    #[test]
+    fn the_worst_velocity_is_named_and_the_others_are_counted() {
+        let (limits, layout) = limits();
+        let mut x = vec![0.0; layout.len()];
+        let at = |feature| layout.index_of(&feature).unwrap();
+        assert_eq!(limits.excess(&x), None);
+        x[at(Feature::JointVelocity("fin".into()))] = 1.5;
+        x[at(Feature::LinearVelocity(0))] = 4.0;
+        x[at(Feature::AngularVelocity(2))] = -3.0;
+        let excess = limits.excess(&x).unwrap();
+        assert_eq!(excess.velocity, Feature::AngularVelocity(2));
+        assert_eq!((excess.found, excess.range), (-3.0, (-1.0, 1.0)));
+        assert_eq!(excess.others, 2);
     }
 
     #[test]

@@ -170,6 +170,15 @@ class Force(unittest.TestCase):
           np.testing.assert_array_equal(steps(model, restored, 25), steps(model, data, 25))
           self.assertEqual(len(texts), 1)
         self.assertLess(np.linalg.norm(data.qvel[:3]), 0.8 * np.linalg.norm(other.qvel[:3]))
+      # A simulation that is reset is not told again; another one is.
+      for _ in range(2):
+        with Warnings() as texts:
+          data = mujoco.MjData(model)
+          for _ in range(3):
+            mujoco.mj_resetData(model, data)
+            data.qvel[2] = 3
+            steps(model, data, 25)
+        self.assertEqual(len(texts), 1)
 
   def test_initial_force_and_the_current(self):
     given = '1 2 3 0.4 0.5 0.6'

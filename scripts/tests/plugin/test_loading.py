@@ -30,6 +30,21 @@ print(*data.sensor('water').data)
     self.assertEqual(wrench.shape, (6,))
     self.assertGreater(np.abs(wrench).max(), 0.1)
 
+  def test_a_scene_of_the_project_loads_from_any_directory_and_starts_in_range(self):
+    scene = pathlib.Path(__file__).resolve().parents[3] / 'mjcf/b1_swim.xml'
+    code = f"""
+import mujoco
+mujoco.mj_loadPluginLibrary({LIBRARY!r})
+model = mujoco.MjModel.from_xml_path({str(scene)!r}); data = mujoco.MjData(model)
+mujoco.mj_resetDataKeyframe(model, data, 0)
+for _ in range(500): mujoco.mj_step(model, data)
+print('done')
+"""
+    with tempfile.TemporaryDirectory() as elsewhere:
+      run = subprocess.run([sys.executable, '-c', code], cwd=elsewhere, capture_output=True, text=True)
+    self.assertEqual((run.stdout, run.returncode), ('done\n', 0), run.stderr)
+    self.assertNotIn('hydro', run.stderr)
+
   def test_plugin_folder_needs_an_mjcf_alone(self):
     package = pathlib.Path(mujoco.__file__).parent
     with tempfile.TemporaryDirectory() as folder:

@@ -5,25 +5,33 @@ use hydro_frames::Wrench;
 use hydro_gap::plant::Simulation;
 use nalgebra::Vector3;
 
-use super::{FATAL, is_dry};
 use crate::mujoco::{
-    actuation,
-    apply::{rotation, vector},
-    bindings::{mjOBJ_SITE, mjSTATE_FULLPHYSICS},
-    effect_forces,
-    run::{self, Run},
+    bodies::joint_space::{rotation, vector},
+    effects::{
+        active_effects::{self, ActiveEffects},
+        actuation, forces,
+    },
+    ffi::{
+        ModelView,
+        bindings::{
+            mjOBJ_SITE, mjSENS_FORCE, mjSENS_TORQUE, mjSTATE_FULLPHYSICS, mjWARN_BADQACC,
+            mjWARN_BADQPOS, mjWARN_BADQVEL,
+        },
+    },
     simulator::Data,
-    views::ModelView,
-    wrench,
+    wrench::instance_effects,
 };
 
 /// Speeds [m/s, rad/s] and accelerations beyond which a simulation has blown up; it is not stepped any
 /// further.
 const RUNAWAY: f64 = 1e7;
 
+/// Warnings of MuJoCo's after which a simulation is reset.
+const FATAL: [u32; 3] = [mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC];
+
 /// A force or torque sensor of MuJoCo's, which does not feel what is added.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LoadSensor {
+pub(crate) struct LoadSensor {
     /// Where its three numbers stand.
     start: usize,
     site: usize,
@@ -34,7 +42,7 @@ pub(super) struct LoadSensor {
 
 impl LoadSensor {
     /// All of a model.
-    pub(super) fn of(model: ModelView<'_>) -> Vec<Self> {
+    pub(crate) fn all(model: ModelView<'_>) -> Vec<Self> {
         (0..model.sensor_type().len())
             .filter_map(|id| {
                 let force = is_dry(model, id)?;
@@ -49,11 +57,20 @@ impl LoadSensor {
     }
 }
 
+/// True for the sensors that MuJoCo itself leaves dry.
+fn is_dry(model: ModelView<'_>, sensor: usize) -> Option<bool> {
+    match model.sensor_type()[sensor] as u32 {
+        code if code == mjSENS_FORCE => Some(true),
+        code if code == mjSENS_TORQUE => Some(false),
+        _ => None,
+    }
+}
+
 /// A simulation with effects.
 #[derive(Debug)]
-pub(super) struct MujocoSimulation {
+pub(crate) struct MujocoSimulation {
     data: Data,
-    run: Run,
+    active: ActiveEffects,
     /// As logged.
     control: Vec<f64>,
     /// That of the step before; none before the first.
@@ -73,13 +90,13 @@ pub(super) struct MujocoSimulation {
 }
 
 impl MujocoSimulation {
-    pub(super) fn new(
+    pub(crate) fn new(
         data: Data,
-        run: Run,
+        active: ActiveEffects,
         loads: &[LoadSensor],
         base: Option<(usize, usize)>,
     ) -> Self {
-        let acts = !(run.bound.bodies.is_empty() && run.bound.water.is_empty());
+        let acts = !(active.bound.bodies.is_empty() && active.bound.water.is_empty());
         Self {
             control: vec![0.0; data.ctrl().len()],
             earlier: None,
@@ -88,7 +105,7 @@ impl MujocoSimulation {
             began: data.time(),
             loads: if acts { loads.to_vec() } else { Vec::new() },
             data,
-            run,
+            active,
             base,
             wrench: None,
             diverged: false,
@@ -96,7 +113,7 @@ impl MujocoSimulation {
     }
 
     fn cold(&mut self) {
-        self.run.memory.fill(0.0);
+        self.active.memory.fill(0.0);
         self.earlier = None;
         self.diverged = false;
     }
@@ -118,16 +135,16 @@ impl MujocoSimulation {
         self.data.set_time(self.began);
         self.data.qvel_mut().swap_with_slice(&mut self.velocities);
         let (data, readings, loads) = (&mut self.data, &mut self.readings, &self.loads);
-        run::with_run(&self.run, || {
+        active_effects::with_active(&self.active, || {
             let mut view = data.view();
-            let carriers = wrench::with_effects(&mut view);
-            wrench::with_sources(&view, &carriers, |view, sources| {
+            let instances = instance_effects::with_effects(&mut view);
+            instance_effects::with_sources(&view, &instances, |view, sources| {
                 for load in loads {
                     let point = vector(view.site_xpos(), load.site);
                     let body = view.model().site_bodyid()[load.site] as usize;
                     let mut added = Vector3::zeros();
                     let ours = sources.len() - 1;
-                    effect_forces::on_subtree(view, sources, body, ours, |at, force, torque| {
+                    forces::on_subtree(view, sources, body, ours, |at, force, torque| {
                         added += if load.force {
                             force
                         } else {
@@ -150,7 +167,7 @@ impl MujocoSimulation {
 
     /// Commands that arrive, from those that were logged.
     fn command(&mut self) {
-        let lead = self.run.command_lead;
+        let lead = self.active.command_lead;
         let ahead = self.earlier.as_ref().filter(|_| lead != 0.0);
         for (at, command) in self.data.ctrl_mut().iter_mut().enumerate() {
             let now = self.control[at];
@@ -161,9 +178,9 @@ impl MujocoSimulation {
             .get_or_insert_default()
             .clone_from(&self.control);
         let step = self.data.model().timestep();
-        for changed in &self.run.bound.actuators {
+        for changed in &self.active.bound.actuators {
             let given = self.data.ctrl()[changed.control];
-            let arrived = actuation::arriving(changed, given, step, &mut self.run.memory);
+            let arrived = actuation::arriving(changed, given, step, &mut self.active.memory);
             self.data.ctrl_mut()[changed.control] = arrived;
         }
     }
@@ -182,21 +199,21 @@ impl MujocoSimulation {
     }
 
     fn advance_memory(&mut self) {
-        if self.run.bound.memory_len == 0 {
+        if self.active.bound.memory_len == 0 {
             return;
         }
-        let mut memory = std::mem::take(&mut self.run.memory);
+        let mut memory = std::mem::take(&mut self.active.memory);
         // Sources read the memory of the step's start; the effects of ours alone are brought on.
-        self.run.memory.clone_from(&memory);
+        self.active.memory.clone_from(&memory);
         let data = &mut self.data;
-        run::with_run(&self.run, || {
+        active_effects::with_active(&self.active, || {
             let mut view = data.view();
-            let carriers = wrench::with_effects(&mut view);
-            wrench::with_sources(&view, &carriers, |view, sources| {
-                effect_forces::advanced(view, sources, sources.len() - 1, &mut memory);
+            let instances = instance_effects::with_effects(&mut view);
+            instance_effects::with_sources(&view, &instances, |view, sources| {
+                forces::advance_memory(view, sources, sources.len() - 1, &mut memory);
             });
         });
-        self.run.memory = memory;
+        self.active.memory = memory;
     }
 
     fn has_blown_up(&self) -> bool {
@@ -261,13 +278,13 @@ impl Simulation for MujocoSimulation {
     fn save(&self) -> Vec<f64> {
         let mut saved = self.data.state();
         saved.extend(&self.control);
-        saved.extend(&self.run.memory);
+        saved.extend(&self.active.memory);
         saved.push(f64::from(u8::from(self.diverged)));
         saved
     }
 
     fn load(&mut self, saved: &[f64]) {
-        let (controls, memory) = (self.control.len(), self.run.memory.len());
+        let (controls, memory) = (self.control.len(), self.active.memory.len());
         let Some(state) = saved.len().checked_sub(controls + memory + 1) else {
             self.diverged = true;
             return;
@@ -276,7 +293,7 @@ impl Simulation for MujocoSimulation {
         let set = self.data.set_state(&saved[..state]);
         self.control
             .copy_from_slice(&saved[state..state + controls]);
-        self.run
+        self.active
             .memory
             .copy_from_slice(&saved[state + controls..saved.len() - 1]);
         self.diverged = set.is_err() || saved[saved.len() - 1] != 0.0;
@@ -304,7 +321,7 @@ impl Simulation for MujocoSimulation {
             self.begin();
         }
         let data = &mut self.data;
-        run::with_run(&self.run, || data.step());
+        active_effects::with_active(&self.active, || data.step());
         if !before {
             self.read();
         }
@@ -318,12 +335,12 @@ impl Simulation for MujocoSimulation {
         }
         self.begin();
         let data = &mut self.data;
-        run::with_run(&self.run, || data.forward());
+        active_effects::with_active(&self.active, || data.forward());
         self.read();
     }
 
     fn reading_lead(&self) -> f64 {
-        self.run.reading_lead
+        self.active.reading_lead
     }
 
     fn sensors(&self) -> &[f64] {

@@ -2,11 +2,8 @@
 
 use std::{path::PathBuf, ptr::NonNull, sync::Arc};
 
-use super::{
-    error::{SimulatorError, forget_refusal, take_refusal},
-    model::Model,
-};
-use crate::mujoco::{bindings::mjData, views::DataView};
+use super::{error::SimulatorError, model::Model};
+use crate::mujoco::ffi::{DataView, bindings::mjData, last_refusal, scene_folder};
 
 /// One simulation.
 pub struct Data {
@@ -49,9 +46,11 @@ macro_rules! write {
 impl Data {
     /// A simulation at the model's initial state.
     pub fn new(model: &Arc<Model>) -> Result<Self, SimulatorError> {
-        forget_refusal();
+        last_refusal::forget();
         // SAFETY: a live model.
-        let data = unsafe { (model.api.functions.mj_makeData)(model.model.as_ptr()) };
+        let data = scene_folder::known(model.folder.as_deref(), || unsafe {
+            (model.api.functions.mj_makeData)(model.model.as_ptr())
+        });
         match NonNull::new(data) {
             Some(data) => Ok(Self {
                 data,
@@ -59,7 +58,7 @@ impl Data {
             }),
             None => {
                 let reason =
-                    take_refusal().unwrap_or_else(|| "no memory for a simulation".to_owned());
+                    last_refusal::take().unwrap_or_else(|| "no memory for a simulation".to_owned());
                 Err(SimulatorError::Model {
                     path: PathBuf::new(),
                     reason,
@@ -69,7 +68,7 @@ impl Data {
     }
 
     pub(in crate::mujoco) fn view(&self) -> DataView<'_> {
-        DataView::of(self.data, self.model.view())
+        DataView::live(self.data, self.model.view())
     }
 
     /// The model.
@@ -271,7 +270,7 @@ impl Data {
 }
 
 #[cfg(mujoco_plugins)]
-const STATE: i32 = crate::mujoco::bindings::mjSTATE_INTEGRATION as i32;
+const STATE: i32 = crate::mujoco::ffi::bindings::mjSTATE_INTEGRATION as i32;
 
 impl Drop for Data {
     fn drop(&mut self) {

@@ -7,7 +7,7 @@ use std::{
 
 use thiserror::Error;
 
-use crate::mujoco::api::ApiError;
+use crate::mujoco::ffi::{api::ApiError, last_refusal};
 
 /// Why a model or a lookup failed.
 #[derive(Debug, Error)]
@@ -74,7 +74,7 @@ pub(in crate::mujoco) fn refused(path: &Path, error: &[u8]) -> SimulatorError {
     let text = String::from_utf8_lossy(&error[..end]).trim().to_owned();
     SimulatorError::Model {
         path: path.to_owned(),
-        reason: [Some(text), take_refusal()]
+        reason: [Some(text), last_refusal::take()]
             .into_iter()
             .flatten()
             .collect::<Vec<_>>()
@@ -84,18 +84,3 @@ pub(in crate::mujoco) fn refused(path: &Path, error: &[u8]) -> SimulatorError {
 
 /// Room for MuJoCo's error text.
 pub(in crate::mujoco) const ERROR_LEN: usize = 4096;
-
-/// What the plugin said last of why it refused a model.
-#[cfg(mujoco_plugins)]
-pub(super) fn take_refusal() -> Option<String> {
-    crate::mujoco::wrench::take_refusal()
-}
-
-#[cfg(not(mujoco_plugins))]
-pub(super) fn take_refusal() -> Option<String> {
-    None
-}
-
-pub(in crate::mujoco) fn forget_refusal() {
-    drop(take_refusal());
-}

@@ -6,9 +6,13 @@
 mod data;
 mod error;
 mod model;
+#[cfg(mujoco_plugins)]
+mod swimmer;
 
 #[cfg(mujoco_plugins)]
-pub(super) use self::error::{ERROR_LEN, c_path, forget_refusal, refused};
+pub(super) use self::error::{ERROR_LEN, c_path, refused};
+#[cfg(mujoco_plugins)]
+pub use self::swimmer::Swimmer;
 pub use self::{
     data::Data,
     error::SimulatorError,

@@ -8,17 +8,21 @@ use std::{
     ptr::NonNull,
 };
 
-use super::error::{ERROR_LEN, SimulatorError, c_path, forget_refusal, refused};
+use super::error::{ERROR_LEN, SimulatorError, c_path, refused};
 #[cfg(mujoco_plugins)]
 use crate::plugin::native_fluid::EllipsoidCoefficients;
 use crate::{
     mujoco::{
-        api::Api,
-        bindings::{
-            mjINT_EULER, mjINT_RK4, mjModel, mjOBJ_ACTUATOR, mjOBJ_BODY, mjOBJ_JOINT, mjOBJ_SENSOR,
+        bodies::base_body,
+        ffi::{
+            Api, ModelView,
+            bindings::{
+                mjINT_EULER, mjINT_RK4, mjModel, mjOBJ_ACTUATOR, mjOBJ_BODY, mjOBJ_JOINT,
+                mjOBJ_SENSOR,
+            },
+            last_refusal, scene_folder,
         },
-        describe, load,
-        views::ModelView,
+        registration,
     },
     plugin::{Body, Joint, JointKind},
 };
@@ -41,7 +45,7 @@ impl Integrator {
             Self::Euler => mjINT_EULER as i32,
             Self::Rk4 => mjINT_RK4 as i32,
             #[cfg(mujoco_plugins)]
-            Self::ImplicitFast => crate::mujoco::bindings::mjINT_IMPLICITFAST as i32,
+            Self::ImplicitFast => crate::mujoco::ffi::bindings::mjINT_IMPLICITFAST as i32,
         }
     }
 }
@@ -51,6 +55,8 @@ impl Integrator {
 pub struct Model {
     pub(super) model: NonNull<mjModel>,
     pub(super) api: &'static Api,
+    /// The folder of the MJCF, where it was a file.
+    pub(super) folder: Option<PathBuf>,
 }
 
 // SAFETY: MuJoCo's models are plain memory; simulations of one model on several threads only read it,
@@ -88,20 +94,21 @@ pub struct JointGeometry {
 impl Model {
     /// Compiles an MJCF or URDF file; `hydro.wrench` and `hydro.load_cell` are known to it.
     pub fn load(path: &Path) -> Result<Self, SimulatorError> {
-        load::register()?;
+        registration::register()?;
         let api = Api::running_or_opened()?;
         let name = c_path(path)?;
         let mut error = [0_u8; ERROR_LEN];
-        forget_refusal();
+        last_refusal::forget();
+        let folder = scene_folder::folder(path);
         // SAFETY: a C string, no virtual files, and a buffer of the length given.
-        let model = unsafe {
+        let model = scene_folder::known(folder.as_deref(), || unsafe {
             let buffer = error.as_mut_ptr().cast::<c_char>();
             (api.functions.mj_loadXML)(name.as_ptr(), std::ptr::null(), buffer, ERROR_LEN as i32)
-        };
+        });
         let Some(model) = NonNull::new(model) else {
             return Err(refused(path, &error));
         };
-        Ok(Self { model, api })
+        Ok(Self { model, api, folder })
     }
 
     /// A model of its own, to be changed.
@@ -117,6 +124,7 @@ impl Model {
         Ok(Self {
             model,
             api: self.api,
+            folder: self.folder.clone(),
         })
     }
 
@@ -124,9 +132,10 @@ impl Model {
     #[cfg(mujoco_plugins)]
     pub(in crate::mujoco) fn set_constants(&mut self) -> Result<(), SimulatorError> {
         let functions = &self.api.functions;
+        let folder = self.folder.as_deref();
         // SAFETY: a live model, held alone, and a data of it that is freed at once.
         unsafe {
-            let data = (functions.mj_makeData)(self.model.as_ptr());
+            let data = scene_folder::known(folder, || (functions.mj_makeData)(self.model.as_ptr()));
             if data.is_null() {
                 return Err(refused(Path::new(""), b"no memory for a simulation"));
             }
@@ -149,7 +158,7 @@ impl Model {
     pub(in crate::mujoco) fn set_ranges(&mut self, halves: &[(usize, f64)]) {
         let raw = self.raw_mut();
         // SAFETY: two numbers a joint, and the model is held alone.
-        let ranges = unsafe { crate::mujoco::views::view_mut(raw.jnt_range, raw.njnt * 2) };
+        let ranges = unsafe { crate::mujoco::ffi::views::view_mut(raw.jnt_range, raw.njnt * 2) };
         for (joint, half) in halves {
             ranges[2 * joint..2 * joint + 2].copy_from_slice(&[-half, *half]);
         }
@@ -170,8 +179,12 @@ impl Model {
 
     /// Of a model that MuJoCo has made, and that nothing else owns.
     #[cfg(mujoco_plugins)]
-    pub(in crate::mujoco) fn owned(model: NonNull<mjModel>, api: &'static Api) -> Self {
-        Self { model, api }
+    pub(in crate::mujoco) fn owned(
+        model: NonNull<mjModel>,
+        api: &'static Api,
+        folder: Option<PathBuf>,
+    ) -> Self {
+        Self { model, api, folder }
     }
 
     /// Compiles an MJCF text. Files that it names are looked for in a folder of its own.
@@ -187,7 +200,7 @@ impl Model {
     }
 
     pub(in crate::mujoco) fn view(&self) -> ModelView<'_> {
-        ModelView::of(self.raw(), self.api)
+        ModelView::live(self.raw(), self.api)
     }
 
     pub(in crate::mujoco) fn raw(&self) -> &mjModel {
@@ -271,7 +284,7 @@ impl Model {
 
     /// All joints, in order.
     pub fn joints(&self) -> Vec<Joint> {
-        describe::joints(self.view())
+        base_body::joints(self.view())
     }
 
     /// The joint of that name.
@@ -329,7 +342,7 @@ impl Model {
 
     /// A body as a card sees it: how it is held, and the model's joints.
     pub fn describe(&self, body: usize) -> Body {
-        describe::body(self.view(), body)
+        base_body::body(self.view(), body)
     }
 
     /// Fluid coefficients of a geom, in MuJoCo's order.

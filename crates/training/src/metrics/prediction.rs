@@ -1,7 +1,7 @@
 //! Wrenches predicted along the trajectories of a split: by the network, or by an engine as the plugin has it.
 
 use candle_core::{Device, Tensor};
-use hydro_model::{Engine, EngineKind, ForceModel, ModelError, Scratch, TOGETHER};
+use hydro_model::{Engine, EngineKind, ForceModel, ModelError, Scratch, BATCH_SIZE};
 use rayon::prelude::*;
 
 use super::initial_force::InitialForce;
@@ -120,7 +120,7 @@ pub fn predict_by_engine(
     let at_a_time = split
         .len()
         .div_ceil(rayon::current_num_threads())
-        .clamp(1, TOGETHER);
+        .clamp(1, BATCH_SIZE);
     let firsts: Vec<usize> = (0..split.len()).step_by(at_a_time).collect();
     let parts = firsts
         .into_par_iter()

@@ -1,0 +1,385 @@
+//! From named effects to a model's numbers, with every refusal.
+
+use hydro_effects::{
+    Entry, Id, Motion, Part, Target, TargetKind, Targets, card::ActuatorScale, effect,
+};
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::{
+    sizes::{self, Found},
+    walls,
+};
+use crate::{
+    mujoco::{
+        bodies::joint_space::last_dof,
+        ffi::{
+            ModelView,
+            bindings::{
+                mjBIAS_AFFINE, mjBIAS_NONE, mjGAIN_AFFINE, mjGAIN_FIXED, mjOBJ_ACTUATOR,
+                mjOBJ_BODY, mjOBJ_JOINT,
+            },
+        },
+    },
+    plugin::{
+        Bound,
+        bound::{Acting, ChangedActuator, Displacing, MovedJoint, WetBody},
+    },
+};
+
+/// Why an effect on a sensor is refused.
+const NO_MOTION: &str =
+    "it changes a reading and no motion; it belongs into `sensors` of a verdict's patch";
+
+/// What surrounds the effects.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Surroundings {
+    /// Density of the water [kg/m^3], where the instance says one.
+    pub(crate) density: Option<f64>,
+    /// Height of the surface, world z [m].
+    pub(crate) waterline: Option<f64>,
+    /// Velocity of the water [m/s].
+    pub(crate) current: [f64; 3],
+    /// True where commands are changed before the step, and not by a difference of force.
+    pub(crate) commands_before_step: bool,
+}
+
+/// Ties effects to a model.
+pub(crate) fn bind(
+    model: ModelView<'_>,
+    entries: &[Entry],
+    around: Surroundings,
+) -> Result<Bound, String> {
+    let mut bound = Bound {
+        walls: walls::find(model),
+        density: sizes::density(model, around.density),
+        waterline: around.waterline.unwrap_or(0.0),
+        current: around.current,
+        ..Bound::default()
+    };
+    for entry in entries {
+        add(model, entry, around, &mut bound)
+            .map_err(|reason| format!("effect `{}`: {reason}", entry.effect))?;
+    }
+    if !bound.water.is_empty() {
+        bound.displacing = displacing(model, bound.density);
+    }
+    Ok(bound)
+}
+
+/// All bodies that displace water.
+fn displacing(model: ModelView<'_>, density: f64) -> Vec<Displacing> {
+    (1..model.bodies())
+        .filter(|body| sizes::weighs_in(model, *body))
+        .map(|body| Displacing {
+            body,
+            mass: density * sizes::own_volume(model, body, density),
+            middle: sizes::bounding_box(model, body).0,
+        })
+        .collect()
+}
+
+fn add(
+    model: ModelView<'_>,
+    entry: &Entry,
+    around: Surroundings,
+    bound: &mut Bound,
+) -> Result<(), String> {
+    let effect = effect(entry.effect);
+    let kind = effect.card().target;
+    let found = target(model, kind, &entry.target)?;
+    let known = effect.parameters(&found.sizes(model, bound.density));
+    if known.len() != entry.parameters.len() {
+        let names: Vec<String> = known
+            .iter()
+            .map(|parameter| format!("{} [{}]", parameter.name, parameter.unit))
+            .collect();
+        return Err(format!(
+            "{} values for `{}`; expected {}: {}",
+            entry.parameters.len(),
+            entry.target,
+            known.len(),
+            names.join(", ")
+        ));
+    }
+    if let Some((parameter, value)) = known
+        .iter()
+        .zip(&entry.parameters)
+        .find(|(_, value)| !value.is_finite())
+    {
+        return Err(format!(
+            "`{}` is {value}; expected a number in {}",
+            parameter.name, parameter.unit
+        ));
+    }
+    let memory_len = entry_memory_len(entry, model.raw().opt.timestep);
+    let acting = Acting {
+        effect,
+        parameters: entry.parameters.clone(),
+        memory: bound.memory_len..bound.memory_len + memory_len,
+    };
+    match (effect.part(), found) {
+        (Part::Sensor(_), _) => {
+            return Err(NO_MOTION.to_owned());
+        }
+        (Part::Water(_), _) => bound.water.push(acting),
+        (Part::Body(_), Found::Body(body)) => add_to_body(model, body, acting, bound)?,
+        (Part::Joint(_), Found::Joint(joint)) => bound.joints.push(MovedJoint {
+            qpos: model.jnt_qposadr()[joint] as usize,
+            dof: model.jnt_dofadr()[joint] as usize,
+            acting,
+        }),
+        (Part::Actuator(_), Found::Actuator(actuator)) => {
+            add_to_actuator(model, actuator, acting, around, bound)?;
+        }
+        _ => return Err("its card names another kind of target than its part".to_owned()),
+    }
+    bound.memory_len += memory_len;
+    Ok(())
+}
+
+/// The elements that effects of a kind can act on, and the word for them; `None` for sensors, which
+/// move nothing.
+fn usable(model: ModelView<'_>, kind: TargetKind) -> Option<(&'static str, Vec<(i32, usize)>)> {
+    let (code, word, ids): (_, _, Vec<usize>) = match kind {
+        TargetKind::Body => (
+            mjOBJ_BODY,
+            "body",
+            (1..model.bodies())
+                .filter(|id| last_dof(model, *id) >= 0)
+                .collect(),
+        ),
+        TargetKind::Joint => (
+            mjOBJ_JOINT,
+            "joint",
+            (0..model.jnt_type().len())
+                .filter(|id| sizes::is_scalar(model, *id))
+                .collect(),
+        ),
+        TargetKind::Actuator => (
+            mjOBJ_ACTUATOR,
+            "actuator",
+            (0..model.actuator_trntype().len()).collect(),
+        ),
+        TargetKind::Sensor => return None,
+    };
+    Some((word, ids.into_iter().map(|id| (code as i32, id)).collect()))
+}
+
+/// The element of that name and kind.
+pub(crate) fn target(model: ModelView<'_>, kind: TargetKind, name: &str) -> Result<Found, String> {
+    let (word, ids) = usable(model, kind).ok_or(NO_MOTION)?;
+    let label = |(code, id): &(i32, usize)| model.label(*code, word, *id);
+    match ids.iter().find(|of| label(of) == name) {
+        Some((_, id)) => Ok(match kind {
+            TargetKind::Body => Found::Body(*id),
+            TargetKind::Joint => Found::Joint(*id),
+            _ => Found::Actuator(*id),
+        }),
+        None => {
+            let exists: Vec<String> = ids.iter().map(label).collect();
+            let wanted = match kind {
+                TargetKind::Body => "a body that moves",
+                TargetKind::Joint => "a hinge or slide",
+                _ => "an actuator",
+            };
+            let exists = if exists.is_empty() {
+                "none".to_owned()
+            } else {
+                exists.join(", ")
+            };
+            Err(format!(
+                "target `{name}`; expected {wanted}, of which the model has: {exists}"
+            ))
+        }
+    }
+}
+
+/// A model's elements, as a file of effects names them.
+#[derive(Debug)]
+pub(crate) struct ModelTargets<'a> {
+    pub(crate) model: ModelView<'a>,
+    /// Density of the water [kg/m^3].
+    pub(crate) density: f64,
+}
+
+impl Targets for ModelTargets<'_> {
+    fn find(&self, kind: TargetKind, name: &str) -> Option<Target> {
+        let found = target(self.model, kind, name).ok()?;
+        Some(found.sizes(self.model, self.density))
+    }
+
+    fn names(&self, kind: TargetKind) -> Vec<String> {
+        let Some((word, ids)) = usable(self.model, kind) else {
+            return Vec::new();
+        };
+        ids.into_iter()
+            .map(|(code, id)| self.model.label(code, word, id))
+            .collect()
+    }
+}
+
+/// Numbers of memory that a text of effects needs, in a model of this step [s]. MuJoCo asks while it still
+/// compiles the model, so targets are not looked at; what is wrong with the text shows later.
+pub(crate) fn memory_len(text: &str, step: f64) -> Option<usize> {
+    let document: Value = serde_json::from_str(text).ok()?;
+    let mut sum = 0;
+    for item in document.get("effects")?.as_array()? {
+        let id = Id::deserialize(item.get("effect")?).ok()?;
+        let values = item.get("parameters")?;
+        // The names of an actuator's parameters do not depend on its sizes.
+        let sizes = Target::Actuator(ActuatorScale {
+            command: 1.0,
+            inflow: 0.0,
+            step,
+        });
+        let parameters = effect(id)
+            .parameters(&sizes)
+            .iter()
+            .map(|parameter| values.get(&parameter.name)?.as_f64())
+            .collect::<Option<Vec<f64>>>()?;
+        sum += entry_memory_len(
+            &Entry {
+                effect: id,
+                target: String::new(),
+                parameters,
+            },
+            step,
+        );
+    }
+    Some(sum)
+}
+
+fn entry_memory_len(entry: &Entry, step: f64) -> usize {
+    match effect(entry.effect).part() {
+        Part::Body(part) => part.memory_len(),
+        Part::Joint(part) => part.memory_len(),
+        Part::Actuator(part) => part.memory_len(&entry.parameters, step),
+        Part::Water(_) | Part::Sensor(_) => 0,
+    }
+}
+
+fn add_to_body(
+    model: ModelView<'_>,
+    body: usize,
+    acting: Acting,
+    bound: &mut Bound,
+) -> Result<(), String> {
+    let known = bound.bodies.iter().position(|wet| wet.body == body);
+    let at = known.unwrap_or_else(|| {
+        bound.bodies.push(wet_body(model, body, bound.density));
+        bound.bodies.len() - 1
+    });
+    let wet = &mut bound.bodies[at];
+    if !wet.full_rows && has_inertia(&acting) {
+        let name = model.label(mjOBJ_BODY as i32, "body", body);
+        return Err(format!(
+            "it adds inertia to body `{name}`, whose inertia MuJoCo keeps as a diagonal without room for \
+             that; put an empty child into the body, <body name=\"{name}_water\"/>, and it keeps all of it"
+        ));
+    }
+    wet.acting.push(acting);
+    Ok(())
+}
+
+fn wet_body(model: ModelView<'_>, body: usize, density: f64) -> WetBody {
+    let mut dofs = Vec::new();
+    let mut dof = last_dof(model, body);
+    while let Ok(at) = usize::try_from(dof) {
+        dofs.push(at);
+        dof = model.dof_parentid()[at];
+    }
+    dofs.reverse();
+    let full_rows = dofs
+        .iter()
+        .enumerate()
+        .all(|(above, dof)| model.M_rownnz()[*dof] as usize == above + 1);
+    let (middle, extent) = sizes::bounding_box(model, body);
+    WetBody {
+        body,
+        middle,
+        root: sizes::is_root(model, body),
+        dofs,
+        full_rows,
+        extent,
+        volume: sizes::volume(model, body, density),
+        acting: Vec::new(),
+    }
+}
+
+/// True where an effect adds inertia, asked of it in some motion.
+fn has_inertia(acting: &Acting) -> bool {
+    let motion = Motion {
+        time: 0.0,
+        position: [0.0; 3],
+        world_from_base: nalgebra::UnitQuaternion::identity(),
+        linear: [0.1; 3],
+        angular: [0.1; 3],
+        water_acceleration: [0.0; 3],
+        gravity: [0.0, 0.0, -9.81],
+        density: 1000.0,
+        centre: [0.0; 3],
+        middle: [0.0; 3],
+        extent: [1.0; 3],
+        volume: 1.0,
+        depth: Some(1.0),
+        wall: Some((1.0, [0.0, 0.0, 1.0])),
+    };
+    acting
+        .body()
+        .is_some_and(|part| part.inertia(&acting.parameters, &motion).is_some())
+}
+
+fn add_to_actuator(
+    model: ModelView<'_>,
+    actuator: usize,
+    acting: Acting,
+    around: Surroundings,
+    bound: &mut Bound,
+) -> Result<(), String> {
+    let name = model.label(mjOBJ_ACTUATOR as i32, "actuator", actuator);
+    let address = sizes::address(model, actuator).ok_or_else(|| {
+        format!("actuator `{name}` has several controls or outputs; expected one of each")
+    })?;
+    let (gain, bias) = (
+        model.actuator_gaintype()[actuator] as u32,
+        model.actuator_biastype()[actuator] as u32,
+    );
+    let plain = (gain == mjGAIN_FIXED || gain == mjGAIN_AFFINE)
+        && (bias == mjBIAS_NONE || bias == mjBIAS_AFFINE)
+        && model.actuator_plugin()[actuator] < 0;
+    let stateless = model.actuator_actadr()[actuator] < 0;
+    let changes_command = !matches!(
+        acting.effect.card().id,
+        Id::ActuatorGain | Id::InflowThrustLoss
+    );
+    // A command that is changed before the step needs no force to be known.
+    let needs_force = !(changes_command && around.commands_before_step);
+    if needs_force && !plain {
+        return Err(format!(
+            "actuator `{name}` is of a type whose force is not known beforehand; expected a gain that is \
+             fixed or affine and a bias that is none or affine"
+        ));
+    }
+    if changes_command && !stateless && !around.commands_before_step {
+        return Err(format!(
+            "actuator `{name}` has an activation between command and force; expected one without"
+        ));
+    }
+    let known = bound
+        .actuators
+        .iter()
+        .position(|changed| changed.actuator == actuator);
+    let at = known.unwrap_or_else(|| {
+        bound.actuators.push(ChangedActuator {
+            actuator,
+            control: address.control,
+            output: address.output,
+            thrust: sizes::thrust(model, actuator),
+            acting: Vec::new(),
+        });
+        bound.actuators.len() - 1
+    });
+    bound.actuators[at].acting.push(acting);
+    Ok(())
+}

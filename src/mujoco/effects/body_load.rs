@@ -1,0 +1,227 @@
+//! The effects on one body: a wrench, an inertia, and damping for the implicit step.
+
+use hydro_effects::{Id, Motion};
+use hydro_frames as frames;
+use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
+
+use super::{source::Source, walls, water::Water};
+use crate::{
+    mujoco::{
+        bodies::{
+            fluid_loads,
+            joint_space::{rotation, vector},
+        },
+        ffi::{DataView, ModelView, bindings::mjDSBL_GRAVITY},
+    },
+    plugin::{Bound, bound::WetBody},
+};
+
+/// Effects whose force turns with the body's own motion and resists nothing: the derivative is no drag,
+/// and an implicit step with it would only be less exact.
+const GYROSCOPIC: [Id; 3] = [Id::AddedMass, Id::Payload, Id::MunkMoment];
+
+/// A body's frame in motion.
+pub(super) struct Frame {
+    pub(super) rotation: Matrix3<f64>,
+    /// Velocity of the body [6] by each of its degrees of freedom, body frame: linear, angular.
+    pub(super) columns: Vec<Vector6<f64>>,
+    pub(super) origin: Vector3<f64>,
+    /// Origin from the point that MuJoCo's spatial vectors are about.
+    arm: Vector3<f64>,
+}
+
+impl Frame {
+    pub(super) fn new(data: &DataView<'_>, wet: &WetBody) -> Self {
+        let rotation = rotation(data.xmat(), wet.body);
+        let root = data.model().body_rootid()[wet.body] as usize;
+        let origin = vector(data.xpos(), wet.body);
+        let arm = origin - vector(data.subtree_com(), root);
+        let columns = wet
+            .dofs
+            .iter()
+            .map(|dof| to_body(&rotation, arm, &data.cdof()[6 * dof..6 * dof + 6]))
+            .collect();
+        Self {
+            rotation,
+            columns,
+            origin,
+            arm,
+        }
+    }
+
+    /// J x [6].
+    pub(super) fn along(&self, wet: &WetBody, x: &[f64]) -> Vector6<f64> {
+        self.columns
+            .iter()
+            .zip(&wet.dofs)
+            .fold(Vector6::zeros(), |sum, (column, dof)| {
+                sum + column * x[*dof]
+            })
+    }
+}
+
+/// A spatial vector of MuJoCo's (rotation, translation about the tree's centre of mass, world) as linear
+/// and angular part at the body's origin, body frame.
+fn to_body(rotation: &Matrix3<f64>, arm: Vector3<f64>, spatial: &[f64]) -> Vector6<f64> {
+    let angular = Vector3::new(spatial[0], spatial[1], spatial[2]);
+    let linear = Vector3::new(spatial[3], spatial[4], spatial[5]) + angular.cross(&arm);
+    let (linear, angular) = (rotation.tr_mul(&linear), rotation.tr_mul(&angular));
+    Vector6::new(
+        linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
+    )
+}
+
+/// What a body gets from its effects.
+pub(super) struct BodyLoad<'a> {
+    pub(super) wet: &'a WetBody,
+    pub(super) frame: Frame,
+    /// Wrench without the part that is proportional to acceleration.
+    pub(super) wrench: Vector6<f64>,
+    /// A + h D.
+    pub(super) implicit: Option<Matrix6<f64>>,
+}
+
+pub(super) fn body_load<'a>(
+    data: &DataView<'_>,
+    source: &Source<'a>,
+    water: &Water<'_>,
+    wet: &'a WetBody,
+) -> BodyLoad<'a> {
+    let frame = Frame::new(data, wet);
+    let motion = motion(data, source.bound, water, wet, &frame);
+    let mut wrench = Vector6::zeros();
+    let mut inertia: Option<Matrix6<f64>> = None;
+    let mut damping: Option<Matrix6<f64>> = None;
+    for acting in &wet.acting {
+        let Some(part) = acting.body() else { continue };
+        let memory = &source.memory[acting.memory.clone()];
+        wrench += Vector6::from(part.wrench(&acting.parameters, &motion, memory));
+        if let Some(more) = part.inertia(&acting.parameters, &motion) {
+            inertia = Some(inertia.unwrap_or_default() + more);
+        }
+        if !data.model().runge_kutta()
+            && !GYROSCOPIC.contains(&acting.effect.card().id)
+            && let Some(more) = part.damping(&acting.parameters, &motion, memory)
+        {
+            damping = Some(damping.unwrap_or_default() + more);
+        }
+    }
+    if let Some(inertia) = &inertia {
+        wrench -= inertia * bias(data, wet, &frame);
+    }
+    let step = data.model().raw().opt.timestep;
+    let implicit = match (inertia, damping.map(|damping| resisting(&damping) * step)) {
+        (Some(a), Some(d)) => Some(a + d),
+        (a, d) => a.or(d),
+    };
+    BodyLoad {
+        wet,
+        frame,
+        wrench,
+        implicit,
+    }
+}
+
+/// The acceleration of the body's origin as the world sees it, and its angular acceleration, in the
+/// directions of its frame, where no degree of freedom accelerates.
+fn bias(data: &DataView<'_>, wet: &WetBody, frame: &Frame) -> Vector6<f64> {
+    let mut bias = wet.dofs.iter().fold(Vector6::zeros(), |sum, dof| {
+        let axis = &data.cdof_dot()[6 * dof..6 * dof + 6];
+        sum + to_body(&frame.rotation, frame.arm, axis) * data.qvel()[*dof]
+    });
+    // From the spatial acceleration to that of the origin.
+    let (linear, angular) = fluid_loads::velocity(data, wet.body, frame.origin);
+    let carried = frame.rotation.tr_mul(&angular.cross(&linear));
+    for axis in 0..3 {
+        bias[axis] += carried[axis];
+    }
+    bias
+}
+
+/// Relative to the largest, an eigenvalue above minus this is zero.
+const ROUNDING: f64 = 1e-9;
+
+/// The part of a damping matrix that resists: symmetric, without negative eigenvalues. The implicit step
+/// is of first order with any, and stable with this. Where a force across the motion (lift) makes it indefinite,
+/// what every axis resists by itself: the positive eigenvalues alone would slow an axis that feels no force.
+fn resisting(damping: &Matrix6<f64>) -> Matrix6<f64> {
+    let symmetric = (damping + damping.transpose()) * 0.5;
+    if symmetric.cholesky().is_some() {
+        return symmetric;
+    }
+    if !symmetric.iter().all(|value| value.is_finite()) {
+        return Matrix6::zeros();
+    }
+    let eigenvalues = symmetric.symmetric_eigenvalues();
+    if eigenvalues.min() >= -ROUNDING * eigenvalues.amax() {
+        return symmetric;
+    }
+    Matrix6::from_diagonal(&symmetric.diagonal().map(|value| value.max(0.0)))
+}
+
+pub(super) fn motion(
+    data: &DataView<'_>,
+    bound: &Bound,
+    water: &Water<'_>,
+    wet: &WetBody,
+    frame: &Frame,
+) -> Motion {
+    let model = data.model();
+    let (linear, angular) = fluid_loads::velocity(data, wet.body, frame.origin);
+    let relative = linear - water.velocity(bound, frame.origin);
+    let centre = if wet.root {
+        let centre = vector(data.subtree_com(), wet.body) - frame.origin;
+        frame.rotation.tr_mul(&centre)
+    } else {
+        vector(model.body_ipos(), wet.body)
+    };
+    let option = &model.raw().opt;
+    let gravity_is_on = option.disableflags & mjDSBL_GRAVITY as i32 == 0;
+    let attitude: UnitQuaternion<f64> =
+        frames::world_from_base(ModelView::quadruple(data.xquat(), wet.body));
+    Motion {
+        time: water.time,
+        position: frame.origin.into(),
+        world_from_base: attitude,
+        linear: frame.rotation.tr_mul(&relative).into(),
+        angular: frame.rotation.tr_mul(&angular).into(),
+        water_acceleration: water.acceleration(frame.origin).into(),
+        gravity: if gravity_is_on {
+            option.gravity
+        } else {
+            [0.0; 3]
+        },
+        density: bound.density,
+        centre: centre.into(),
+        middle: wet.middle,
+        extent: wet.extent,
+        volume: wet.volume,
+        depth: Some(bound.waterline - frame.origin.z),
+        wall: walls::nearest(data, &bound.walls, frame.origin),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lift in a straight fall: the force is zero, its derivative is all off the diagonal.
+    #[test]
+    fn what_acts_across_the_motion_does_not_resist() {
+        let mut lift = Matrix6::zeros();
+        lift[(2, 0)] = -320.0;
+        assert_eq!(resisting(&lift), Matrix6::zeros());
+        lift[(2, 2)] = 5.0;
+        lift[(4, 4)] = -1.0;
+        assert_eq!(resisting(&lift)[(2, 2)], 5.0);
+        assert_eq!(resisting(&lift)[(4, 4)], 0.0);
+    }
+
+    /// Drag off the origin: singular, but whole.
+    #[test]
+    fn what_resists_at_a_lever_is_kept_whole() {
+        let mut arm = Matrix6::zeros();
+        (arm[(2, 2)], arm[(2, 4)], arm[(4, 2)], arm[(4, 4)]) = (8.0, -4.0, -4.0, 2.0);
+        assert_eq!(resisting(&arm), arm);
+    }
+}

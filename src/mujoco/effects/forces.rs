@@ -1,0 +1,354 @@
+//! Effects in a simulation: the one place where they act, for the plugin and for `hydro gap` alike.
+//!
+//! A body's effects are a wrench w(V) and an inertia A, both in the body's frame about its origin, V its
+//! velocity relative to the water there. With J v the velocity of the origin and the angular velocity in
+//! that frame's directions, J v' + b their accelerations as the world sees them, and D = -dw/dV, a step of
+//! length h from v solves
+//!
+//! ```text
+//! (M + J^T (A + h D) J) v' = forces + J^T (w - A b)            h D not under Runge-Kutta
+//! ```
+//!
+//! A thus acts as effective mass, exactly, whatever it is beside the body's own; the drag is linearly
+//! implicit, so that none is too stiff for a light body. The sum goes into MuJoCo's inertia matrix in
+//! the passive stage, made anew each time, so that constraints, integrators and accelerometers know it.
+//! Inverse dynamics, which MuJoCo does without that matrix, does not.
+
+use nalgebra::{Vector3, Vector6};
+
+use super::{
+    active_effects, actuation,
+    body_load::{BodyLoad, Frame, body_load, motion},
+    source::Source,
+    water::Water,
+};
+use crate::{
+    mujoco::{
+        bodies::{
+            fluid_loads,
+            joint_space::{last_dof, rotation, vector},
+        },
+        ffi::{DataView, bindings::mjDSBL_GRAVITY},
+    },
+    plugin::bound::Acting,
+};
+
+/// What is added to MuJoCo's forces and inertia, collected while the data is read.
+#[derive(Default)]
+pub(crate) struct Additions {
+    forces: Vec<(usize, f64)>,
+    /// Row of a degree of freedom, column by its place in that row, value.
+    inertias: Vec<(usize, Place, f64)>,
+    touches_inertia: bool,
+}
+
+#[derive(Clone, Copy)]
+enum Place {
+    /// So many entries into the row.
+    Column(usize),
+    Diagonal,
+}
+
+impl Additions {
+    /// The effects of all sources, in their order.
+    pub(crate) fn collect(data: &DataView<'_>, sources: &[Source<'_>]) -> Self {
+        let mut sum = Self::default();
+        let model = data.model();
+        let water = Water::new(data, sources);
+        let step = model.raw().opt.timestep;
+        for source in sources {
+            for wet in &source.bound.bodies {
+                let load = body_load(data, source, &water, wet);
+                sum.add_body(&load);
+            }
+            for joint in &source.bound.joints {
+                let Some(part) = joint.acting.joint() else {
+                    continue;
+                };
+                let (position, velocity) = (data.qpos()[joint.qpos], data.qvel()[joint.dof]);
+                let parameters = &joint.acting.parameters;
+                let memory = &source.memory[joint.acting.memory.clone()];
+                let force = part.force(parameters, position, velocity, memory);
+                sum.forces.push((joint.dof, force));
+                sum.touches_inertia = true;
+                if !model.runge_kutta() {
+                    let damping = part.damping(parameters, position, velocity, memory);
+                    sum.inertias
+                        .push((joint.dof, Place::Diagonal, step * damping.max(0.0)));
+                }
+            }
+            for changed in &source.bound.actuators {
+                let more = actuation::correction(data, source, changed, |at| {
+                    water.velocity(source.bound, at)
+                });
+                actuation::in_joint_space(data, changed.output, more, &mut sum.forces);
+            }
+        }
+        if let Some(active) = active_effects::current() {
+            sum.add_buoyancy_torques(data, &active.moved_centres);
+        }
+        if water.has_effects() {
+            moving_water(data, &water, |body, at, force, torque| {
+                for_each_dof(data, body, |dof| {
+                    let power = generalised_force(data, body, dof, at, force, torque);
+                    sum.forces.push((dof, power));
+                });
+            });
+        }
+        sum
+    }
+
+    fn add_body(&mut self, load: &BodyLoad<'_>) {
+        let columns = &load.frame.columns;
+        for (dof, column) in load.wet.dofs.iter().zip(columns) {
+            self.forces.push((*dof, column.dot(&load.wrench)));
+        }
+        self.touches_inertia = true;
+        let Some(implicit) = &load.implicit else {
+            return;
+        };
+        for (row, (dof, column)) in load.wet.dofs.iter().zip(columns).enumerate() {
+            let moved = implicit * column;
+            if load.wet.full_rows {
+                for (place, other) in columns[..=row].iter().enumerate() {
+                    self.inertias
+                        .push((*dof, Place::Column(place), other.dot(&moved)));
+                }
+            } else {
+                // No room for products: the sum of the row bounds them, so the step stays stable.
+                let lumped = columns.iter().map(|other| other.dot(&moved).abs()).sum();
+                self.inertias.push((*dof, Place::Diagonal, lumped));
+            }
+        }
+    }
+
+    /// Buoyancy of a body stays where it is when its centre of mass, which MuJoCo's gravity
+    /// compensation acts at, is moved.
+    fn add_buoyancy_torques(&mut self, data: &DataView<'_>, moved: &[(usize, [f64; 3], f64)]) {
+        let option = &data.model().raw().opt;
+        if option.disableflags & mjDSBL_GRAVITY as i32 != 0 {
+            return;
+        }
+        for (body, way, buoyancy) in moved {
+            let force = -*buoyancy * Vector3::from(option.gravity);
+            let way = rotation(data.xmat(), *body) * Vector3::from(*way);
+            let torque = (-way).cross(&force);
+            let at = vector(data.xipos(), *body);
+            for_each_dof(data, *body, |dof| {
+                let power = generalised_force(data, *body, dof, at, Vector3::zeros(), torque);
+                self.forces.push((dof, power));
+            });
+        }
+    }
+
+    /// Adds it all.
+    pub(crate) fn apply(self, data: &mut DataView<'_>) {
+        let passive = data.qfrc_passive_mut();
+        for (dof, force) in self.forces {
+            passive[dof] += force;
+        }
+        if !self.touches_inertia {
+            return;
+        }
+        data.make_inertia();
+        let model = data.model();
+        let matrix = data.M_mut();
+        for (dof, place, value) in self.inertias {
+            let start = model.M_rowadr()[dof] as usize;
+            let at = match place {
+                Place::Column(column) => column,
+                Place::Diagonal => model.M_rownnz()[dof] as usize - 1,
+            };
+            matrix[start + at] += value;
+        }
+        data.factor_inertia();
+    }
+}
+
+/// Calls with every degree of freedom that moves a body, last to first.
+fn for_each_dof(data: &DataView<'_>, body: usize, mut each: impl FnMut(usize)) {
+    let model = data.model();
+    let mut dof = last_dof(model, body);
+    while let Ok(at) = usize::try_from(dof) {
+        each(at);
+        dof = model.dof_parentid()[at];
+    }
+}
+
+/// Generalised force of a force and torque at a point of a body, all in the world.
+fn generalised_force(
+    data: &DataView<'_>,
+    body: usize,
+    dof: usize,
+    at: Vector3<f64>,
+    force: Vector3<f64>,
+    torque: Vector3<f64>,
+) -> f64 {
+    let root = data.model().body_rootid()[body] as usize;
+    let arm = at - vector(data.subtree_com(), root);
+    let axis = &data.cdof()[6 * dof..6 * dof + 6];
+    Vector3::new(axis[0], axis[1], axis[2]).dot(&(torque + arm.cross(&force)))
+        + Vector3::new(axis[3], axis[4], axis[5]).dot(&force)
+}
+
+/// What effects on the water do to bodies beside the relative velocity of other effects: the pressure
+/// that accelerates the water (Froude-Krylov) on all that displaces it, and the change of MuJoCo's own
+/// fluid, which knows a constant wind only. `each` gets body, point, force and torque there, in the world.
+fn moving_water(
+    data: &DataView<'_>,
+    water: &Water<'_>,
+    mut each: impl FnMut(usize, Vector3<f64>, Vector3<f64>, Vector3<f64>),
+) {
+    // Every bound that moves the water knows all that displaces it.
+    let knows = water
+        .sources
+        .iter()
+        .find(|source| !source.bound.water.is_empty());
+    for displacing in knows.map_or(&[][..], |source| &source.bound.displacing) {
+        let rotation = rotation(data.xmat(), displacing.body);
+        let at = vector(data.xpos(), displacing.body) + rotation * Vector3::from(displacing.middle);
+        let rate = water.acceleration(at);
+        each(
+            displacing.body,
+            at,
+            rate * displacing.mass,
+            Vector3::zeros(),
+        );
+    }
+    if !data.model().has_fluid() {
+        return;
+    }
+    let wind = water.wind;
+    for body in 1..data.model().bodies() {
+        fluid_loads::loads(
+            data,
+            body,
+            |at| wind + water.added(at),
+            |at, force, torque| each(body, at, force, torque),
+        );
+        fluid_loads::loads(
+            data,
+            body,
+            |_| wind,
+            |at, force, torque| each(body, at, -force, -torque),
+        );
+    }
+}
+
+/// What effects put on the bodies that hang below and at `root`, with the accelerations of `data`:
+/// `each` gets a point, and force and torque there, in the world. Sources before the `first` count for the
+/// motion of the water only.
+pub(crate) fn on_subtree(
+    data: &DataView<'_>,
+    sources: &[Source<'_>],
+    root: usize,
+    first: usize,
+    mut each: impl FnMut(Vector3<f64>, Vector3<f64>, Vector3<f64>),
+) {
+    let model = data.model();
+    let water = Water::new(data, sources);
+    for source in &sources[first.min(sources.len())..] {
+        for wet in &source.bound.bodies {
+            if !model.hangs_below(wet.body, root) {
+                continue;
+            }
+            let load = body_load(data, source, &water, wet);
+            let mut wrench = load.wrench;
+            if let Some(implicit) = &load.implicit {
+                wrench -= implicit * load.frame.along(wet, data.qacc());
+            }
+            let rotation = &load.frame.rotation;
+            let (force, torque) = halves(&wrench);
+            each(load.frame.origin, rotation * force, rotation * torque);
+        }
+    }
+    if water.has_effects() {
+        moving_water(data, &water, |body, at, force, torque| {
+            if model.hangs_below(body, root) {
+                each(at, force, torque);
+            }
+        });
+    }
+}
+
+/// The wrench of effects on one body, without the part that is proportional to acceleration, base frame.
+pub(crate) fn on_body(data: &DataView<'_>, sources: &[Source<'_>], body: usize) -> [f64; 6] {
+    let water = Water::new(data, sources);
+    let mut sum = Vector6::zeros();
+    for source in sources {
+        for wet in source.bound.bodies.iter().filter(|wet| wet.body == body) {
+            sum += body_load(data, source, &water, wet).wrench;
+        }
+    }
+    sum.into()
+}
+
+fn halves(wrench: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    (
+        Vector3::new(wrench[0], wrench[1], wrench[2]),
+        Vector3::new(wrench[3], wrench[4], wrench[5]),
+    )
+}
+
+/// Velocity that effects add to the water at a point and time, world [m/s].
+pub(crate) fn added_water(
+    data: &DataView<'_>,
+    sources: &[Source<'_>],
+    at: [f64; 3],
+    time: f64,
+) -> [f64; 3] {
+    let water = Water::new(data, sources).at_time(time);
+    water.added(Vector3::from(at)).into()
+}
+
+/// Brings the memory of a source over the step that `data` has just made: bodies from the motion at its
+/// start, which MuJoCo's derived fields still have (under Runge-Kutta: that of the last stage), joints
+/// from the state at its end, actuators from their command.
+pub(crate) fn advance_memory(
+    data: &DataView<'_>,
+    sources: &[Source<'_>],
+    which: usize,
+    memory: &mut [f64],
+) {
+    let source = &sources[which];
+    if source.bound.memory_len == 0 {
+        return;
+    }
+    let step = data.model().raw().opt.timestep;
+    let water = Water::new(data, sources).at_time(data.time() - step);
+    for wet in &source.bound.bodies {
+        if wet.acting.iter().all(|acting| acting.memory.is_empty()) {
+            continue;
+        }
+        let frame = Frame::new(data, wet);
+        let motion = motion(data, source.bound, &water, wet, &frame);
+        for acting in &wet.acting {
+            if let Some(part) = acting.body() {
+                let memory = &mut memory[acting.memory.clone()];
+                part.advance(&acting.parameters, &motion, step, memory);
+            }
+        }
+    }
+    for joint in &source.bound.joints {
+        let Acting {
+            parameters,
+            memory: range,
+            ..
+        } = &joint.acting;
+        if let Some(part) = joint.acting.joint() {
+            let (position, velocity) = (data.qpos()[joint.qpos], data.qvel()[joint.dof]);
+            part.advance(
+                parameters,
+                position,
+                velocity,
+                step,
+                &mut memory[range.clone()],
+            );
+        }
+    }
+    if !source.commands_arrived {
+        for changed in &source.bound.actuators {
+            actuation::arriving(changed, data.ctrl()[changed.control], step, memory);
+        }
+    }
+}

@@ -1,0 +1,22 @@
+//! Named effects in a simulation, for the plugin and for `hydro gap` alike.
+//!
+//! ```text
+//! bind            effects of a file, by the names of their targets, tied to a model's numbers
+//! sizes           sizes of bodies, joints and actuators: the scales of an effect's parameters
+//! active_effects  what a simulation of `hydro gap` adds to its model
+//! source          effects with their memory, of one instance or one simulation
+//! water, walls    how the water moves at a point; the nearest wall
+//! body_load       wrench, inertia and damping of the effects on one body
+//! actuation       actuators that do not do what they are told
+//! forces          the sum, into MuJoCo's passive forces and inertia matrix
+//! ```
+
+pub(crate) mod active_effects;
+pub(crate) mod actuation;
+pub(crate) mod bind;
+mod body_load;
+pub(crate) mod forces;
+pub(crate) mod sizes;
+pub(crate) mod source;
+pub(crate) mod walls;
+mod water;

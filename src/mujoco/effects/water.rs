@@ -1,0 +1,74 @@
+//! How the water moves: wind of MuJoCo's own fluid, current, and effects.
+
+use nalgebra::Vector3;
+
+use super::source::Source;
+use crate::{mujoco::ffi::DataView, plugin::Bound};
+
+/// Velocity of the water.
+#[derive(Clone, Copy)]
+pub(crate) struct Water<'a> {
+    pub(crate) sources: &'a [Source<'a>],
+    /// Where MuJoCo's own fluid acts.
+    pub(crate) wind: Vector3<f64>,
+    pub(crate) time: f64,
+}
+
+impl<'a> Water<'a> {
+    /// At the time of `data`.
+    pub(crate) fn new(data: &DataView<'_>, sources: &'a [Source<'a>]) -> Self {
+        let model = data.model();
+        Self {
+            sources,
+            wind: if model.has_fluid() {
+                Vector3::from(model.raw().opt.wind)
+            } else {
+                Vector3::zeros()
+            },
+            time: data.time(),
+        }
+    }
+
+    pub(crate) fn at_time(self, time: f64) -> Self {
+        Self { time, ..self }
+    }
+
+    pub(crate) fn has_effects(&self) -> bool {
+        self.sources
+            .iter()
+            .any(|source| !source.bound.water.is_empty())
+    }
+
+    /// What effects add to it at a point [m/s].
+    pub(crate) fn added(&self, at: Vector3<f64>) -> Vector3<f64> {
+        let mut sum = Vector3::zeros();
+        for source in self.sources {
+            for acting in &source.bound.water {
+                if let Some(water) = acting.water() {
+                    let velocity = water.velocity(&acting.parameters, at.into(), self.time);
+                    sum += Vector3::from(velocity);
+                }
+            }
+        }
+        sum
+    }
+
+    /// What effects accelerate it by at a point [m/s^2].
+    pub(crate) fn acceleration(&self, at: Vector3<f64>) -> Vector3<f64> {
+        let mut sum = Vector3::zeros();
+        for source in self.sources {
+            for acting in &source.bound.water {
+                if let Some(water) = acting.water() {
+                    let rate = water.acceleration(&acting.parameters, at.into(), self.time);
+                    sum += Vector3::from(rate);
+                }
+            }
+        }
+        sum
+    }
+
+    /// Velocity at a point, as the effects of `bound` see it [m/s].
+    pub(crate) fn velocity(&self, bound: &Bound, at: Vector3<f64>) -> Vector3<f64> {
+        self.wind + Vector3::from(bound.current) + self.added(at)
+    }
+}

@@ -1,0 +1,266 @@
+//! Which MuJoCo to call: the one that is already in this process.
+//!
+//! A Python wheel loads its libmujoco with local visibility, so an undefined symbol would not resolve,
+//! and a library named at link time would be a second copy. So nothing is linked. One table of function
+//! pointers is filled, once, from the first of
+//!
+//! 1. the global scope (a C program linked to MuJoCo, or `LD_PRELOAD`),
+//! 2. a libmujoco that is mapped into the process,
+//! 3. for `hydro` and the tests, which have none: the library that `build.rs` found.
+//!
+//! The layout of MuJoCo's structs changes between releases, so a MuJoCo of another version than the
+//! headers is refused.
+
+use std::{
+    ffi::{c_char, c_int},
+    fs,
+    path::{Path, PathBuf},
+    sync::OnceLock,
+};
+
+use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+use thiserror::Error;
+
+use super::bindings::{self, Functions};
+
+/// The library that `build.rs` found.
+pub const LIBRARY: &str = env!("HYDRO_MUJOCO_LIB");
+
+/// The folder of headers that `build.rs` found.
+pub const INCLUDE: &str = env!("HYDRO_MUJOCO_INCLUDE");
+
+/// The version of these headers, readable.
+pub const VERSION: &str = env!("HYDRO_MUJOCO_VERSION");
+
+/// `RTLD_NOLOAD` of glibc and musl: a handle to what is loaded, or none.
+const RTLD_NOLOAD: c_int = 4;
+
+/// Why no MuJoCo can be called.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ApiError {
+    /// No MuJoCo in this process.
+    #[error(
+        "no MuJoCo is loaded in this process; load this library from a program that uses MuJoCo {VERSION}"
+    )]
+    NotLoaded,
+    /// Not the version of the headers.
+    #[error(
+        "this build of hydro is for MuJoCo {VERSION}, and the running MuJoCo is {running}: nothing is \
+         registered. Install mujoco {VERSION}, or build hydro with MUJOCO_DIR naming MuJoCo {running}"
+    )]
+    Version {
+        /// The running one, readable.
+        running: String,
+    },
+    /// The library does not open, or lacks a function.
+    #[error("{}: {reason}", .path.display())]
+    Library {
+        /// Which library.
+        path: PathBuf,
+        /// What the loader says.
+        reason: String,
+    },
+}
+
+/// The functions of the running MuJoCo, of the very version of the headers.
+pub(crate) struct Api {
+    pub(crate) functions: Functions,
+    library: Library,
+}
+
+static API: OnceLock<Api> = OnceLock::new();
+
+impl Api {
+    /// The table, where it was filled before.
+    pub(crate) fn get() -> Option<&'static Self> {
+        API.get()
+    }
+
+    /// The MuJoCo that is already in this process.
+    pub(crate) fn running() -> Result<&'static Self, ApiError> {
+        if let Some(api) = API.get() {
+            return Ok(api);
+        }
+        let (library, path) = already_loaded().ok_or(ApiError::NotLoaded)?;
+        Self::fill(library, path)
+    }
+
+    /// The MuJoCo that is already in this process, else the one that `build.rs` found.
+    pub(crate) fn running_or_opened() -> Result<&'static Self, ApiError> {
+        if let Some(api) = API.get() {
+            return Ok(api);
+        }
+        if let Some((library, path)) = already_loaded() {
+            return Self::fill(library, path);
+        }
+        let path = PathBuf::from(LIBRARY);
+        // SAFETY: MuJoCo's initialisers have no preconditions.
+        let library = unsafe { Library::open(Some(&path), RTLD_NOW | RTLD_LOCAL) };
+        let library = library.map_err(|fault| ApiError::Library {
+            path: path.clone(),
+            reason: fault.to_string(),
+        })?;
+        Self::fill(library, path)
+    }
+
+    fn fill(library: Library, path: PathBuf) -> Result<&'static Self, ApiError> {
+        let fault = |reason: libloading::Error| ApiError::Library {
+            path: path.clone(),
+            reason: reason.to_string(),
+        };
+        // SAFETY: `mj_version` has had this signature in every release.
+        let version = unsafe {
+            library
+                .get::<unsafe extern "C" fn() -> c_int>(b"mj_version\0")
+                .map_err(&fault)?()
+        };
+        if i64::from(version) != i64::from(bindings::mjVERSION_HEADER) {
+            return Err(ApiError::Version {
+                running: readable(version),
+            });
+        }
+        // One handle for the table, one for variables; both keep the library in memory.
+        // SAFETY: as above; the signatures are those of this version's headers.
+        let functions = unsafe { Functions::from_library(same_again(&path).map_err(&fault)?) }
+            .map_err(&fault)?;
+        Ok(API.get_or_init(|| Self { functions, library }))
+    }
+
+    /// Address of a variable of MuJoCo's.
+    ///
+    /// # Safety
+    /// `T` is the variable's type.
+    pub(crate) unsafe fn variable<T>(&self, name: &[u8]) -> Option<*mut T> {
+        // SAFETY: the caller vouches for the type; a symbol's value is the variable's address.
+        let symbol = unsafe { self.library.get::<*mut T>(name) };
+        symbol.ok().map(|symbol| *symbol)
+    }
+}
+
+impl std::fmt::Debug for Api {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Api").finish_non_exhaustive()
+    }
+}
+
+/// A handle to what was found, and its path (empty: the global scope).
+fn already_loaded() -> Option<(Library, PathBuf)> {
+    let global = Library::this();
+    // SAFETY: only looked up, not called.
+    if unsafe { global.get::<unsafe extern "C" fn() -> c_int>(b"mj_version\0") }.is_ok() {
+        return Some((global, PathBuf::new()));
+    }
+    let mut mapped: Vec<PathBuf> = mapped_files()
+        .into_iter()
+        .map(|(_, path)| path)
+        .filter(|path| is_mujoco(path))
+        .collect();
+    mapped.dedup();
+    mapped
+        .into_iter()
+        .find_map(|path| same_again(&path).ok().map(|library| (library, path)))
+}
+
+/// Another handle to a library that is loaded; loads nothing.
+fn same_again(path: &Path) -> Result<Library, libloading::Error> {
+    if path.as_os_str().is_empty() {
+        return Ok(Library::this());
+    }
+    // SAFETY: the library is loaded already, so no initialiser runs.
+    unsafe { Library::open(Some(path), RTLD_NOW | RTLD_NOLOAD) }
+}
+
+fn is_mujoco(path: &Path) -> bool {
+    path.file_name()
+        .is_some_and(|name| name.to_string_lossy().starts_with("libmujoco.so"))
+}
+
+/// Files mapped into this process, with the addresses they cover.
+fn mapped_files() -> Vec<(std::ops::Range<usize>, PathBuf)> {
+    let maps = fs::read_to_string("/proc/self/maps").unwrap_or_default();
+    let line = |line: &str| {
+        let path = line.find('/').map(|at| PathBuf::from(&line[at..]))?;
+        let (from, to) = line.split_whitespace().next()?.split_once('-')?;
+        let address = |text| usize::from_str_radix(text, 16).ok();
+        Some((address(from)?..address(to)?, path))
+    };
+    maps.lines().filter_map(line).collect()
+}
+
+/// The folder of the file that holds this code: that of the shared library, or of the program.
+pub(crate) fn own_folder() -> Option<PathBuf> {
+    let here = own_folder as *const () as usize;
+    let (_, path) = mapped_files()
+        .into_iter()
+        .find(|(addresses, _)| addresses.contains(&here))?;
+    path.parent().map(Path::to_owned)
+}
+
+/// 222 -> 2.2.2; 4000000 -> 4.0.0. The encoding changed when a minor number reached ten.
+fn readable(version: c_int) -> String {
+    if version >= 1_000_000 {
+        format!(
+            "{}.{}.{}",
+            version / 1_000_000,
+            version / 1000 % 1000,
+            version % 1000
+        )
+    } else {
+        format!("{}.{}.{}", version / 100, version / 10 % 10, version % 10)
+    }
+}
+
+/// Warns through the running MuJoCo even where its version is not the headers', in its own way:
+/// `mju_warning` is variadic since 2.3.
+pub(crate) fn warn_whatever_version(text: &str) {
+    let Some((library, _)) = already_loaded() else {
+        return;
+    };
+    let Ok(text) = std::ffi::CString::new(text) else {
+        return;
+    };
+    // SAFETY: the signatures are those of the running version.
+    unsafe {
+        let Ok(version) = library.get::<unsafe extern "C" fn() -> c_int>(b"mj_version\0") else {
+            return;
+        };
+        if version() < FIRST_WITH_PLUGINS {
+            if let Ok(warning) =
+                library.get::<unsafe extern "C" fn(*const c_char)>(b"mju_warning\0")
+            {
+                warning(text.as_ptr());
+            }
+        } else if let Ok(warning) =
+            library.get::<unsafe extern "C" fn(*const c_char, ...)>(b"mju_warning\0")
+        {
+            warning(c"%s".as_ptr(), text.as_ptr());
+        }
+    }
+}
+
+/// 2.3.0, whose warnings became variadic and which brought engine plugins.
+const FIRST_WITH_PLUGINS: c_int = 230;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn versions_read_as_people_write_them() {
+        assert_eq!(readable(222), "2.2.2");
+        assert_eq!(readable(316), "3.1.6");
+        assert_eq!(readable(3_017_000), "3.17.0");
+        assert_eq!(readable(4_000_000), "4.0.0");
+    }
+
+    #[test]
+    fn this_program_finds_its_own_folder() {
+        assert_eq!(
+            own_folder(),
+            std::env::current_exe()
+                .ok()
+                .and_then(|exe| exe.parent().map(Path::to_owned))
+        );
+    }
+}

@@ -1,0 +1,26 @@
+//! MuJoCo's C interface: its structs and functions, and what keeps them safe to use.
+//!
+//! ```text
+//! bindings      structs and the table of functions, written by build.rs
+//! api           which MuJoCo is called: the one that is already in this process
+//! views         pointers and counts as slices
+//! boundary      no panic leaves Rust
+//! warn          MuJoCo's warning channel
+//! scene_folder  where the MJCF lies, if this process loads it itself
+//! last_refusal  why a plugin refused the latest model
+//! ```
+
+pub(crate) mod api;
+pub(crate) mod bindings;
+mod boundary;
+pub(crate) mod last_refusal;
+pub(crate) mod scene_folder;
+pub(crate) mod views;
+mod warn;
+
+pub(crate) use self::{
+    api::Api,
+    boundary::guard,
+    views::{DataView, ModelView},
+    warn::warn,
+};

@@ -1,0 +1,137 @@
+//! Bodies, joints and actuators of a model, as `hydro gap` sees them.
+
+use hydro_gap::plant::{Inertial, PlantActuator, PlantBody, PlantJoint};
+
+use crate::mujoco::{
+    bodies::joint_space::last_dof,
+    effects::sizes::{self, WEIGHTY, weighs_in},
+    ffi::{
+        DataView, ModelView,
+        bindings::{
+            mjOBJ_ACTUATOR, mjOBJ_BODY, mjOBJ_JOINT, mjOBJ_SITE, mjSENS_FORCE, mjSENS_TORQUE,
+        },
+        views::NBIAS,
+    },
+};
+
+/// True where a body that stands still hangs on a force or torque sensor with more than [`WEIGHTY`] of what
+/// hangs there: its weight is in the readings.
+pub(crate) fn is_weighed(model: ModelView<'_>, body: usize) -> bool {
+    if last_dof(model, body) >= 0 {
+        return false;
+    }
+    let sensors = 0..model.sensor_type().len();
+    sensors
+        .filter(|sensor| {
+            let kind = model.sensor_type()[*sensor] as u32;
+            (kind == mjSENS_FORCE || kind == mjSENS_TORQUE)
+                && model.sensor_objtype()[*sensor] as u32 == mjOBJ_SITE
+        })
+        .map(|sensor| model.site_bodyid()[model.sensor_objid()[sensor] as usize] as usize)
+        .any(|cell| {
+            cell != 0
+                && model.hangs_below(body, cell)
+                && model.body_mass()[body] > WEIGHTY * model.body_subtreemass()[cell]
+        })
+}
+
+/// Bodies that move and have mass, or degrees of freedom of their own; bodies that a sensor weighs.
+pub(crate) fn bodies(data: &DataView<'_>, density: f64, waterline: Option<f64>) -> Vec<PlantBody> {
+    let model = data.model();
+    // Without hulls at all, masses tell which body is the bulky one.
+    let has_hulls = (1..model.bodies()).any(|body| sizes::own_volume(model, body, density) > 0.0);
+    (1..model.bodies())
+        .filter(|body| {
+            is_weighed(model, *body)
+                || last_dof(model, *body) >= 0
+                    && (model.body_mass()[*body] > 0.0 || model.body_dofnum()[*body] > 0)
+        })
+        .map(|body| {
+            let scale = sizes::body(model, body, density);
+            let low = data.xpos()[3 * body + 2] - 0.5 * scale.extent[2];
+            let under = waterline.is_none_or(|surface| low < surface);
+            let bulk = match sizes::own_volume(model, body, density) {
+                volume if volume > 0.0 => volume,
+                _ if has_hulls => 0.0,
+                _ => model.body_mass()[body] / density,
+            };
+            let size = scale.extent.iter().any(|extent| *extent > 0.0);
+            PlantBody {
+                name: model.label(mjOBJ_BODY as i32, "body", body),
+                root: sizes::is_root(model, body),
+                moves: last_dof(model, body) >= 0,
+                wet: weighs_in(model, body) && size && under,
+                bulk,
+                scale,
+                inertial: Inertial {
+                    mass: model.body_mass()[body],
+                    position: ModelView::triple(model.body_ipos(), body),
+                    attitude: ModelView::quadruple(model.body_iquat(), body),
+                    moments: ModelView::triple(model.body_inertia(), body),
+                    compensation: model.body_gravcomp()[body],
+                },
+            }
+        })
+        .collect()
+}
+
+/// Hinges and slides.
+pub(crate) fn joints(model: ModelView<'_>) -> Vec<PlantJoint> {
+    (0..model.jnt_type().len())
+        .filter(|joint| sizes::is_scalar(model, *joint))
+        .map(|joint| PlantJoint {
+            name: model.label(mjOBJ_JOINT as i32, "joint", joint),
+            qpos: model.jnt_qposadr()[joint] as usize,
+            dof: model.jnt_dofadr()[joint] as usize,
+            scale: sizes::joint(model, joint),
+            stiffness: model.jnt_stiffness()[joint],
+            damping: model.dof_damping()[model.jnt_dofadr()[joint] as usize],
+        })
+        .collect()
+}
+
+/// One entry a control; an actuator with several controls has its name with an index.
+pub(crate) fn actuators(model: ModelView<'_>) -> Vec<PlantActuator> {
+    let raw = model.raw();
+    (0..raw.nu as usize)
+        .map(|control| {
+            // SAFETY: one flag a control.
+            let limited = unsafe { ModelView::flag(raw.actuator_ctrllimited, control) };
+            let row = &model.actuator_ctrlrange()[2 * control..2 * control + 2];
+            let (id, index) = owner(model, control);
+            let name = model.label(mjOBJ_ACTUATOR as i32, "actuator", id);
+            PlantActuator {
+                name: index.map_or(name.clone(), |index| format!("{name}[{index}]")),
+                range: limited.then(|| [row[0], row[1]]),
+                thrusts: sizes::thrust(model, id).is_some(),
+                speed_bias: model.actuator_biasprm()[NBIAS * id + 2],
+            }
+        })
+        .collect()
+}
+
+/// The actuator of a control, and which of its several controls that is.
+fn owner(model: ModelView<'_>, control: usize) -> (usize, Option<usize>) {
+    #[cfg(mujoco_outputs)]
+    {
+        let raw = model.raw();
+        for id in 0..model.actuator_trntype().len() {
+            // SAFETY: one number an actuator in each array.
+            let (first, count) = unsafe {
+                (
+                    *raw.actuator_ctrladr.add(id) as usize,
+                    *raw.actuator_ctrlnum.add(id) as usize,
+                )
+            };
+            if (first..first + count).contains(&control) {
+                return (id, (count > 1).then(|| control - first));
+            }
+        }
+        (0, None)
+    }
+    #[cfg(not(mujoco_outputs))]
+    {
+        let _ = model;
+        (control, None)
+    }
+}

@@ -1,0 +1,93 @@
+//! The wrench of an instance at a state.
+
+use hydro_frames::Wrench;
+
+use super::{
+    instance_effects::{with_effects, with_sources},
+    instances::{carrying_body, held},
+};
+use crate::{
+    mujoco::{
+        bodies::hull,
+        effects::{active_effects, forces},
+        ffi::{DataView, ModelView},
+    },
+    plugin::{Base, Bound, Handle},
+};
+
+/// What the checkpoint of an instance puts on its body now.
+pub(crate) struct Applied {
+    pub(crate) body: usize,
+    pub(crate) wrench: Wrench,
+    pub(crate) instance: Handle,
+}
+
+/// The wrench of an instance's checkpoint at the state of `data`: pure but for a note on a cold start.
+/// Zero where there are effects alone.
+pub(crate) fn applied(data: &mut DataView<'_>, id: usize) -> Option<Applied> {
+    let instance = held(data, id)?;
+    let body = carrying_body(data.model(), id)?;
+    let mut wrench = Wrench::default();
+    if let Some(learned) = instance.learned() {
+        let mut moment_water = [0.0; 3];
+        if water_moves(data) {
+            moment_water = water_at(data, learned.features().base(), body);
+        }
+        let mut moment = data.moment();
+        moment.water = moment_water;
+        let state = &data.instance_state(id)[..instance.learned_len()];
+        wrench = learned.wrench(state, moment);
+        wrench = hull::below_surface(data, body, instance.settings().waterline, wrench);
+        if let Some(scale) = active_effects::current().and_then(|active| active.wrench_scale) {
+            let mut scaled = wrench.to_array();
+            for (value, factor) in scaled.iter_mut().zip(scale) {
+                *value *= factor;
+            }
+            wrench = Wrench::from_array(scaled);
+        }
+    }
+    Some(Applied {
+        body,
+        wrench,
+        instance,
+    })
+}
+
+/// True where an effect moves the water.
+pub(crate) fn water_moves(data: &mut DataView<'_>) -> bool {
+    let moves = |bound: &Bound| !bound.water.is_empty();
+    active_effects::current().is_some_and(|active| moves(&active.bound))
+        || with_effects(data)
+            .iter()
+            .any(|of| of.instance.effects().is_some_and(moves))
+}
+
+/// What effects add to the velocity of the water at the base, at the time of `data` [m/s].
+pub(crate) fn water_at(data: &mut DataView<'_>, base: &Base, body: usize) -> [f64; 3] {
+    let instances = with_effects(data);
+    // At a step's end `xpos` is still that of its start.
+    let at = match base {
+        Base::Free { qpos, .. } => {
+            let position = &data.qpos()[*qpos..*qpos + 3];
+            [position[0], position[1], position[2]]
+        }
+        _ => ModelView::triple(data.xpos(), body),
+    };
+    with_sources(data, &instances, |data, sources| {
+        forces::added_water(data, sources, at, data.time())
+    })
+}
+
+/// All that acts on the body: the checkpoint's wrench, and effects but for what is proportional to
+/// acceleration.
+pub(crate) fn total_wrench(data: &mut DataView<'_>, now: &Applied) -> Wrench {
+    let instances = with_effects(data);
+    let mut sum = now.wrench.to_array();
+    with_sources(data, &instances, |data, sources| {
+        let effects = forces::on_body(data, sources, now.body);
+        for (sum, more) in sum.iter_mut().zip(effects) {
+            *sum += more;
+        }
+    });
+    Wrench::from_array(sum)
+}

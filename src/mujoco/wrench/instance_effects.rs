@@ -1,0 +1,77 @@
+//! The named effects of all instances of a model, and the one place where they are added to MuJoCo's forces.
+
+use super::instances::{held, instances};
+use crate::{
+    mujoco::{
+        effects::{active_effects, forces::Additions, source::Source},
+        ffi::DataView,
+    },
+    plugin::Handle,
+};
+
+/// An instance that has effects.
+pub(crate) struct InstanceEffects {
+    /// Number of the instance in the model.
+    pub(crate) id: usize,
+    pub(crate) instance: Handle,
+}
+
+/// The instances that have effects, in MuJoCo's order.
+pub(crate) fn with_effects(data: &mut DataView<'_>) -> Vec<InstanceEffects> {
+    if data.model().plugin().is_empty() {
+        return Vec::new();
+    }
+    let ids: Vec<usize> = instances(data.model()).collect();
+    ids.into_iter()
+        .filter_map(|id| {
+            let instance = held(data, id)?;
+            instance
+                .effects()
+                .is_some()
+                .then_some(InstanceEffects { id, instance })
+        })
+        .collect()
+}
+
+/// Calls with the effects of all instances, then those that are active on this thread.
+pub(crate) fn with_sources<T>(
+    data: &DataView<'_>,
+    instances: &[InstanceEffects],
+    call: impl FnOnce(&DataView<'_>, &[Source<'_>]) -> T,
+) -> T {
+    let active = active_effects::current();
+    let mut sources: Vec<Source<'_>> = Vec::with_capacity(instances.len() + 1);
+    for InstanceEffects { id, instance } in instances {
+        let turned = active.and_then(|active| active.nominal.iter().find(|(of, _)| of == id));
+        let Some(bound) = turned.map(|(_, bound)| bound).or(instance.effects()) else {
+            continue;
+        };
+        sources.push(Source {
+            bound,
+            memory: &data.instance_state(*id)[instance.learned_len()..],
+            commands_arrived: false,
+        });
+    }
+    if let Some(active) = active {
+        sources.push(Source {
+            bound: &active.bound,
+            memory: &active.memory,
+            commands_arrived: true,
+        });
+    }
+    call(data, &sources)
+}
+
+/// Adds all effects of a simulation to `qfrc_passive` and to the inertia matrix: in the callback of the
+/// last that has any, so that the matrix is made once. `instance` is the plugin instance that asks; the
+/// passive callback, which comes before all instances, is none.
+pub(crate) fn add_once(data: &mut DataView<'_>, instance: Option<usize>) {
+    let instances = with_effects(data);
+    if instances.last().map(|last| last.id) != instance {
+        return;
+    }
+    let additions = with_sources(data, &instances, |data, sources| {
+        Additions::collect(data, sources)
+    });
+    additions.apply(data);
+}

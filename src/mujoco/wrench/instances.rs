@@ -1,0 +1,176 @@
+//! The instances of `hydro.wrench` in a model: set up from their attributes, and found again by a key.
+
+use std::sync::{
+    Arc,
+    atomic::{AtomicI32, Ordering},
+};
+
+use hydro_effects::{EffectSet, Entry};
+
+use crate::{
+    mujoco::{
+        bodies::base_body,
+        effects::{bind, sizes},
+        ffi::{
+            DataView, ModelView,
+            api::own_folder,
+            bindings::{mjOBJ_BODY, mjOBJ_PLUGIN},
+            scene_folder, warn,
+        },
+    },
+    plugin::{
+        Bound, Handle, Instance, InstanceKey, Registry, Settings, SetupError,
+        search_path::SearchPath,
+    },
+};
+
+/// `plugin_data` of an instance that could not be made again: zero wrench from then on.
+pub(crate) const BROKEN: usize = usize::MAX;
+
+/// The slot that MuJoCo gave; -1: not registered.
+static SLOT: AtomicI32 = AtomicI32::new(-1);
+
+/// Keeps the slot that MuJoCo gave the plugin.
+pub(crate) fn set_slot(slot: i32) {
+    SLOT.store(slot, Ordering::Relaxed);
+}
+
+/// The instances of this plugin in a model.
+pub(crate) fn instances(model: ModelView<'_>) -> impl Iterator<Item = usize> {
+    let slot = SLOT.load(Ordering::Relaxed);
+    model
+        .plugin()
+        .iter()
+        .enumerate()
+        .filter(move |(_, of)| **of == slot)
+        .map(|(instance, _)| instance)
+}
+
+/// Names of the bodies that carry the instances, in their order.
+pub(crate) fn bodies(model: ModelView<'_>) -> Vec<String> {
+    instances(model)
+        .map(|instance| {
+            carrying_body(model, instance).map_or_else(String::new, |body| {
+                model.label(mjOBJ_BODY as i32, "body", body)
+            })
+        })
+        .collect()
+}
+
+/// The body that carries an instance, where it is a single one.
+pub(crate) fn carrying_body(model: ModelView<'_>, instance: usize) -> Option<usize> {
+    model
+        .body_plugin()
+        .iter()
+        .position(|of| *of == instance as i32)
+}
+
+/// The instance behind `plugin_data`; made again from the attributes where this process lacks it.
+pub(crate) fn held(data: &mut DataView<'_>, id: usize) -> Option<Handle> {
+    let bits = data.plugin_data()[id];
+    if bits == BROKEN {
+        return None;
+    }
+    if let Some(instance) = InstanceKey::from_bits(bits as u64).and_then(Handle::for_key) {
+        return Some(instance);
+    }
+    match set_up(data.model(), id) {
+        Ok((key, instance)) => {
+            data.plugin_data_mut()[id] = key.to_bits() as usize;
+            Some(Handle::new(instance))
+        }
+        Err(refusal) => {
+            data.plugin_data_mut()[id] = BROKEN;
+            let api = data.model().api();
+            warn(
+                api,
+                &format!("{refusal}. The wrench of this instance is zero from now on"),
+            );
+            None
+        }
+    }
+}
+
+/// Checks everything about an instance and makes it.
+pub(crate) fn set_up(
+    model: ModelView<'_>,
+    id: usize,
+) -> Result<(InstanceKey, Arc<Instance>), String> {
+    let name = match model.name(mjOBJ_PLUGIN as i32, id) {
+        name if name.is_empty() => "plugin hydro.wrench".to_owned(),
+        name => format!("plugin hydro.wrench, instance `{name}`"),
+    };
+    let refused = |reason: String| format!("{name}: {reason}");
+    let bodies: Vec<usize> = (0..model.bodies())
+        .filter(|body| model.body_plugin()[*body] == id as i32)
+        .collect();
+    let body = match bodies.as_slice() {
+        [] => {
+            return Err(refused(
+                "no body carries it (a second plugin on a body takes the first one's place); put one \
+                 <plugin plugin=\"hydro.wrench\" .../> inside the <body> that the water acts on"
+                    .to_owned(),
+            ));
+        }
+        [0] => {
+            return Err(refused(
+                "the world carries it; put it inside the <body> that the water acts on".to_owned(),
+            ));
+        }
+        [body] => *body,
+        several => {
+            let names: Vec<String> = several
+                .iter()
+                .map(|body| model.name(mjOBJ_BODY as i32, *body))
+                .collect();
+            return Err(refused(format!(
+                "bodies {} share it; an instance has one memory, so declare an <instance> for each",
+                names.join(", ")
+            )));
+        }
+    };
+    let settings = settings(model, id).map_err(|fault| refused(fault.to_string()))?;
+    let effects = entries(model, &settings)
+        .and_then(|entries| bound(model, &settings, &entries))
+        .map_err(|fault| refused(format!("attribute `effects`: {fault}")))?;
+    let body = base_body::body(model, body);
+    Registry::global()
+        .acquire(settings, &body, effects)
+        .map_err(|fault| refused(fault.to_string()))
+}
+
+/// The effects that an instance's attributes name.
+pub(crate) fn entries(model: ModelView<'_>, settings: &Settings) -> Result<Vec<Entry>, String> {
+    let Some(text) = &settings.effects else {
+        return Ok(Vec::new());
+    };
+    let targets = bind::ModelTargets {
+        model,
+        density: sizes::density(model, Some(settings.density)),
+    };
+    let set = EffectSet::parse(text, &targets).map_err(|fault| fault.to_string())?;
+    Ok(set.entries)
+}
+
+/// Effects of an instance, tied to its model.
+pub(crate) fn bound(
+    model: ModelView<'_>,
+    settings: &Settings,
+    entries: &[Entry],
+) -> Result<Option<Bound>, String> {
+    if entries.is_empty() {
+        return Ok(None);
+    }
+    let around = bind::Surroundings {
+        density: Some(settings.density),
+        waterline: settings.waterline,
+        current: settings.current,
+        commands_before_step: false,
+    };
+    bind::bind(model, entries, around).map(Some)
+}
+
+pub(crate) fn settings(model: ModelView<'_>, id: usize) -> Result<Settings, SetupError> {
+    let search = SearchPath::from_environment(own_folder(), scene_folder::current());
+    Ok(Settings::parse(|name| model.attribute(id, name), &search)?)
+}

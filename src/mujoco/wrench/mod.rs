@@ -1,0 +1,26 @@
+//! `hydro.wrench`: the force of the water on a body, as an engine plugin.
+//!
+//! ```text
+//! plugin            registration and MuJoCo's callbacks
+//! instances         the plugin's instances in a model: set up, found again, their bodies
+//! instance_effects  the named effects of all instances, added to MuJoCo's forces
+//! applied           the wrench of an instance at a state
+//! told              warnings that a simulation is given once
+//! arrows            what a viewer draws
+//! passive_callback  the same force in Debian's MuJoCo 2.2.2, which has no engine plugins
+//! ```
+
+#[cfg(mujoco_plugins)]
+pub(crate) mod applied;
+#[cfg(mujoco_plugins)]
+mod arrows;
+#[cfg(mujoco_plugins)]
+pub(crate) mod instance_effects;
+#[cfg(mujoco_plugins)]
+pub(crate) mod instances;
+#[cfg(not(mujoco_plugins))]
+pub(crate) mod passive_callback;
+#[cfg(mujoco_plugins)]
+pub(crate) mod plugin;
+#[cfg(mujoco_plugins)]
+mod told;
