@@ -1,4 +1,4 @@
-//! Flags that choose a model: its kind, and sizes in place of the preset's.
+//! Options that choose a model: its kind, and sizes in place of the preset's.
 
 use anyhow::bail;
 use clap::ValueEnum;
@@ -7,10 +7,10 @@ use hydro_model::{
     ModelConfig, RelaxationOdeConfig, Solver, kinematics::Kinematics,
 };
 
-/// What to build.
+/// The model to build.
 #[derive(Debug, clap::Args)]
 pub(super) struct ModelFlags {
-    /// What to train.
+    /// Kind of model to train.
     #[arg(long, value_enum, default_value_t = Kind::AttentionOde)]
     model: Kind,
     /// Hidden widths of the field, as 512,512,512; of an LSTM, of its layers.
@@ -19,8 +19,8 @@ pub(super) struct ModelFlags {
     /// Samples of the past that the attention sees, or that a Relaxation-ODE takes differences of.
     #[arg(long)]
     window: Option<usize>,
-    /// Modes of a Relaxation-ODE whose sum is the force; several remember over several times, as towed legs in each other's
-    /// wakes ask for.
+    /// Modes of a Relaxation-ODE, whose sum is the force; several modes have several memory times, which towed legs in each
+    /// other's wakes need.
     #[arg(long)]
     modes: Option<usize>,
     /// Attention heads.
@@ -32,15 +32,15 @@ pub(super) struct ModelFlags {
     /// Length of the latent h, of a CNODE's state beside the force; 6 is the paper's.
     #[arg(long)]
     latent: Option<usize>,
-    /// How a sample enters; the paper's is raw. A Relaxation-ODE's own is links where the data set knows its robot's, else
-    /// hydrodynamic.
+    /// Encoding of a sample; the paper's is raw. Default of a Relaxation-ODE: links where the data set has its robot's
+    /// kinematics, else hydrodynamic.
     #[arg(long, value_enum)]
     encoding: Option<Encoded>,
-    /// Path of a CNODE through the samples: hermite, of the past alone, or the paper's natural, which knows the whole
-    /// trajectory and gives way to hermite in a simulation.
+    /// Path of a CNODE through the samples: hermite, from the past alone, or the paper's natural, which needs the whole
+    /// trajectory and is replaced by hermite in a simulation.
     #[arg(long)]
     control: Option<Control>,
-    /// Give the field h alone, so that the force is a running sum (the paper's other equation).
+    /// Leave the force out of the field's input, so that the force is a running sum (the paper's other equation).
     #[arg(long)]
     without_force: bool,
     /// Leave out the linear part of the field, as in the paper.
@@ -54,23 +54,23 @@ enum Kind {
     AttentionOde,
     /// The paper's plain ODE: a perceptron of the present sample in the place of the attention.
     MlpOde,
-    /// Ours: the force, or each of its modes, relaxes to a target, closed forms and a network, at a learned rate.
+    /// Ours: the force, or each of its modes, relaxes at a learned rate to a target of closed forms and a network.
     RelaxationOde,
-    /// The paper's controlled rival: the force follows the changes of the motion.
+    /// The paper's controlled baseline: the force follows the changes of the motion.
     Cnode,
-    /// The paper's recurrent rival: layers of long short-term memory.
+    /// The paper's recurrent baseline: layers of long short-term memory.
     Lstm,
-    /// The memoryless yardstick: a perceptron of the present sample.
+    /// The memoryless baseline: a perceptron of the present sample.
     Mlp,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Encoded {
-    /// As it is, but for the attitude: the world's up direction in the base frame.
+    /// Unchanged, but with the world's up direction in the base frame instead of the attitude.
     Up,
-    /// As it is, quaternion and all.
+    /// Unchanged, with the quaternion.
     Raw,
-    /// Up, and the closed forms of buoyancy, drag and constant added mass behind it.
+    /// Up, followed by the closed forms of buoyancy, drag and constant added mass.
     Hydrodynamic,
     /// Hydrodynamic, and the same of every link: the data set's manifest must hold the robot's kinematics.
     Links,

@@ -7,7 +7,7 @@ use hydro_model::EngineKind;
 use hydro_plugin::mujoco::{scene::with_attribute, simulator::Model, swimmer::Swimmer};
 use hydro_training::comparison::{Contender, Water};
 
-/// Times at which closed-loop errors are read [s].
+/// Times at which closed-loop errors are evaluated [s].
 pub(super) const HORIZONS: [f64; 3] = [1.0, 2.0, 4.0];
 
 /// A contender that swims in `scene` (the text of b1_swim.xml) under a checkpoint.

@@ -124,7 +124,9 @@ impl Api {
         // SAFETY: as above; the signatures are those of this version's headers.
         let functions = unsafe { Functions::from_library(same_again(&path).map_err(&fault)?) }
             .map_err(&fault)?;
-        Ok(API.get_or_init(|| Self { functions, library }))
+        let api = API.get_or_init(|| Self { functions, library });
+        super::warnings::install(api);
+        Ok(api)
     }
 
     /// Address of a variable of MuJoCo's.

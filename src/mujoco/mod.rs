@@ -53,6 +53,7 @@ mod views;
 #[cfg(mujoco_plugins)]
 mod walls;
 mod warn;
+pub mod warnings;
 #[cfg(mujoco_plugins)]
 mod water;
 #[cfg(mujoco_plugins)]

@@ -43,6 +43,8 @@ pub enum Placement {
 #[allow(missing_docs)]
 pub struct Card {
     pub id: Id,
+    /// The effect in a sentence, after "the model lacks".
+    pub phrase: &'static str,
     pub target: TargetKind,
     /// One line for a person.
     pub summary: &'static str,

@@ -14,6 +14,7 @@ pub struct ActuatorDeadband;
 
 static CARD: Card = Card {
     id: Id::ActuatorDeadband,
+    phrase: "an actuator deadband",
     target: TargetKind::Actuator,
     summary: "commands within the width of zero do nothing; the width is missing from all others",
     equation: "u' = s(u - width) - s(-u - width), s(x) = T ln(1 + exp(x/T)), T = 0.05 width; for T -> 0: \

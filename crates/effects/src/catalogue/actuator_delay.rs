@@ -14,6 +14,7 @@ pub struct ActuatorDelay;
 
 static CARD: Card = Card {
     id: Id::ActuatorDelay,
+    phrase: "an actuator delay",
     target: TargetKind::Actuator,
     summary: "an actuator whose commands arrive late",
     equation: "u'(t) = u(t - delay), linear between steps, zero before the start",

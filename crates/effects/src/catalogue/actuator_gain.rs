@@ -8,6 +8,7 @@ pub struct ActuatorGain;
 
 static CARD: Card = Card {
     id: Id::ActuatorGain,
+    phrase: "an actuator gain",
     target: TargetKind::Actuator,
     summary: "an actuator whose force is a constant factor off",
     equation: "f = gain f_nominal(u, q, v), before limits of the force",

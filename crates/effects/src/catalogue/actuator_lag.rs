@@ -8,6 +8,7 @@ pub struct ActuatorLag;
 
 static CARD: Card = Card {
     id: Id::ActuatorLag,
+    phrase: "an actuator lag",
     target: TargetKind::Actuator,
     summary: "an actuator that follows its command with a first-order lag",
     equation: "time_constant du'/dt = u - u', exact over a step: u' += (1 - exp(-h/time_constant)) (u - u')",

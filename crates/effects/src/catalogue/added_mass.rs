@@ -22,6 +22,7 @@ pub struct AddedMass;
 
 static CARD: Card = Card {
     id: Id::AddedMass,
+    phrase: "added mass",
     target: TargetKind::Body,
     summary: "water that is accelerated with the body",
     equation: "F = -(M_A nu_r' + C_A(nu_r) nu_r), diagonal M_A at the middle of the body, in its frame; \

@@ -46,6 +46,7 @@ pub struct BassetHistory;
 
 static CARD: Card = Card {
     id: Id::BassetHistory,
+    phrase: "a Basset history force",
     target: TargetKind::Body,
     summary: "viscous memory of past acceleration",
     equation: "F = -c int a(s) / sqrt(t - s) ds, a the rate of nu_r's components, diagonal, at the middle of \

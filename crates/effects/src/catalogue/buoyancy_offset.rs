@@ -17,6 +17,7 @@ pub struct BuoyancyOffset;
 
 static CARD: Card = Card {
     id: Id::BuoyancyOffset,
+    phrase: "a buoyancy offset",
     target: TargetKind::Body,
     summary: "buoyancy that acts away from where the model has it: a righting moment",
     equation: "torque = r x (rho V g up), no force; standard gravity along the world's z where the scene has none",

@@ -19,6 +19,7 @@ pub struct ConstantForce;
 
 static CARD: Card = Card {
     id: Id::ConstantForce,
+    phrase: "a constant force",
     target: TargetKind::Body,
     summary: "a force that never changes, and a torque where it does not pull at the centre of mass",
     equation: "F = R^T f at the centre of mass, torque = R^T m; f and m constant in the world",

@@ -20,6 +20,7 @@ pub struct CrossFlowDrag;
 
 static CARD: Card = Card {
     id: Id::CrossFlowDrag,
+    phrase: "cross-flow drag",
     target: TargetKind::Body,
     summary: "drag of strips along the body: turning drags too",
     equation: "F = -1/2 rho C b int |v + x r| (v + x r) dx, torque with the lever x; along the longest \

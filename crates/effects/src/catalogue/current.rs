@@ -12,6 +12,7 @@ pub struct Current;
 
 static CARD: Card = Card {
     id: Id::Current,
+    phrase: "a water current",
     target: TargetKind::Body,
     summary: "constant velocity of the water",
     equation: "nu_r = nu - (R^T v_c, 0), v_c constant in the world",

@@ -17,6 +17,7 @@ pub struct FreeSurface;
 
 static CARD: Card = Card {
     id: Id::FreeSurface,
+    phrase: "a free-surface effect",
     target: TargetKind::Body,
     summary: "drag and added mass that grow near the surface",
     equation: "exp(-depth/length) times: drag 1/2 rho A (linear_drag + quadratic_drag |v|) v of strips of the \

@@ -11,6 +11,7 @@ pub struct InflowThrustLoss;
 
 static CARD: Card = Card {
     id: Id::InflowThrustLoss,
+    phrase: "a thrust loss with inflow",
     target: TargetKind::Actuator,
     summary: "thrust that falls as the thruster advances into its inflow",
     equation: "T = T_nominal max(1 - slope max(u_a, 0), 0); u_a: speed of advance through the water along \

@@ -15,6 +15,7 @@ pub struct JointBacklash;
 
 static CARD: Card = Card {
     id: Id::JointBacklash,
+    phrase: "joint backlash",
     target: TargetKind::Joint,
     summary: "play between a joint and the body that it moves",
     equation: "q_body = q_joint + s, |s| <= play/2, free between the stops",

@@ -11,6 +11,7 @@ pub struct JointDamping;
 
 static CARD: Card = Card {
     id: Id::JointDamping,
+    phrase: "joint damping",
     target: TargetKind::Joint,
     summary: "viscous damping of a joint",
     equation: "f = -damping v",

@@ -20,6 +20,7 @@ pub struct JointFriction;
 
 static CARD: Card = Card {
     id: Id::JointFriction,
+    phrase: "joint friction",
     target: TargetKind::Joint,
     summary: "dry friction of a joint, higher where it hardly moves",
     equation: "f = -(coulomb + stribeck exp(-(v/stribeck_speed)^2)) tanh(v/v0), v0 = 0.1 stribeck_speed",

@@ -12,6 +12,7 @@ pub struct JointStiffness;
 
 static CARD: Card = Card {
     id: Id::JointStiffness,
+    phrase: "joint stiffness",
     target: TargetKind::Joint,
     summary: "a spring of a joint: a tether, a hose, a seal",
     equation: "f = -stiffness (q - reference)",

@@ -18,6 +18,7 @@ pub struct Lift;
 
 static CARD: Card = Card {
     id: Id::Lift,
+    phrase: "lift",
     target: TargetKind::Body,
     summary: "force across the body in proportion to speed along it times sideslip",
     equation: "F = (0, -1/2 rho A_y C_sway |u| v, -1/2 rho A_z C_heave |u| w), A_y and A_z the products of the \

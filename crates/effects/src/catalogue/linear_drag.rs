@@ -14,6 +14,7 @@ pub struct LinearDrag;
 
 static CARD: Card = Card {
     id: Id::LinearDrag,
+    phrase: "linear drag",
     target: TargetKind::Body,
     summary: "drag in proportion to velocity",
     equation: "F = -D_L nu_r, diagonal, at the middle of the body, in its frame",

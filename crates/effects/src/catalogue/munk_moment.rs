@@ -17,6 +17,7 @@ pub struct MunkMoment;
 
 static CARD: Card = Card {
     id: Id::MunkMoment,
+    phrase: "a Munk moment",
     target: TargetKind::Body,
     summary: "turning moment of a body at an angle of attack",
     equation: "torque = (M_A nu_r) x nu_r = ((k_yaw - k_pitch) v w, k_pitch u w, -k_yaw u v), k_pitch = m_z - m_x \

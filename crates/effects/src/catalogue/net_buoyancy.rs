@@ -20,6 +20,7 @@ pub struct NetBuoyancy;
 
 static CARD: Card = Card {
     id: Id::NetBuoyancy,
+    phrase: "net buoyancy",
     target: TargetKind::Body,
     summary: "buoyancy less weight, at the centre of mass or away from it",
     equation: "F = force up, against gravity (world z where there is none), at the centre of mass; torque = moment x up",

@@ -27,6 +27,7 @@ pub struct Payload;
 
 static CARD: Card = Card {
     id: Id::Payload,
+    phrase: "a payload",
     target: TargetKind::Body,
     summary: "a point mass carried along, with its weight",
     equation: "F = m (g - a_r) at r, a_r = a + omega' x r + omega x (omega x r); it displaces no water",

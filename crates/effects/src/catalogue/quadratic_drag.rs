@@ -14,6 +14,7 @@ pub struct QuadraticDrag;
 
 static CARD: Card = Card {
     id: Id::QuadraticDrag,
+    phrase: "quadratic drag",
     target: TargetKind::Body,
     summary: "drag in proportion to velocity squared",
     equation: "F = -D_Q |nu_r| nu_r axis by axis, at the middle of the body, in its frame; \

@@ -8,6 +8,7 @@ pub struct SensorBias;
 
 static CARD: Card = Card {
     id: Id::SensorBias,
+    phrase: "a sensor bias",
     target: TargetKind::Sensor,
     summary: "a reading off by a constant; an attitude by a rotation vector in the body's frame",
     equation: "measured = reading + bias; attitude: measured = reading exp(bias)",

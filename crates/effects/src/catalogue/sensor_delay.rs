@@ -8,6 +8,7 @@ pub struct SensorDelay;
 
 static CARD: Card = Card {
     id: Id::SensorDelay,
+    phrase: "a sensor delay",
     target: TargetKind::Sensor,
     summary: "readings that come late",
     equation: "measured(t) = reading(t - delay)",

@@ -8,6 +8,7 @@ pub struct SensorScaling;
 
 static CARD: Card = Card {
     id: Id::SensorScale,
+    phrase: "a sensor scale",
     target: TargetKind::Sensor,
     summary: "readings off by a factor",
     equation: "measured = scale reading",

@@ -21,6 +21,7 @@ pub struct WakeMemory;
 
 static CARD: Card = Card {
     id: Id::WakeMemory,
+    phrase: "wake memory",
     target: TargetKind::Body,
     summary: "drag that lags behind the motion",
     equation: "F = -A z, z' = rate (nu_r - z), diagonal, at the middle of the body, in its frame",

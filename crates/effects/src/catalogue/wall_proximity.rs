@@ -17,6 +17,7 @@ pub struct WallProximity;
 
 static CARD: Card = Card {
     id: Id::WallProximity,
+    phrase: "a wall effect",
     target: TargetKind::Body,
     summary: "drag and added mass that grow near a wall, which draws the body to itself",
     equation: "exp(-distance/length) times: drag 1/2 rho A (linear_drag + quadratic_drag |v|) v of strips of \

@@ -23,6 +23,7 @@ pub struct Waves;
 
 static CARD: Card = Card {
     id: Id::Waves,
+    phrase: "waves",
     target: TargetKind::Body,
     summary: "oscillating water: velocity and pressure of a regular wave",
     equation: "v_w = (x cos(frequency t + phase), y cos(frequency t + phase), z cos(frequency t + phase - \

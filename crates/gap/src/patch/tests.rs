@@ -495,7 +495,7 @@ fn every_number_is_written_or_told_of() {
         ]
     );
     assert_eq!(patched.remarks.len(), numbers.len() - shown.len());
-    assert!(patched.remarks[0].contains("stays as the nominal has it, though +5.00 % was fitted"));
+    assert!(patched.remarks[0].contains("stays at its nominal value, though +5.00 % was fitted"));
     let wrong: Vec<(Nuisance, f64)> = numbers
         .iter()
         .map(|(nuisance, _)| (nuisance.clone(), f64::NAN))

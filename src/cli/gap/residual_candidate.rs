@@ -1,5 +1,4 @@
-//! From the wrench that the nominal model lacks to a checkpoint: the features that the plugin will see, and
-//! the training room.
+//! A candidate model with a learned residual: a network trained on the wrench that the nominal model lacks.
 
 use std::{cell::Cell, fs, path::Path};
 
@@ -19,24 +18,23 @@ use hydro_plugin::plugin::{Base, Body, FeatureMap, Joint, JointKind};
 use hydro_training::{Learned, Lesson, Recorded, learn_residual};
 
 use super::{
-    folder::{RESIDUAL, RESIDUAL_FILES},
-    laboratory::{parameter_names, refit, written},
-    sequence::Candidate,
+    candidate::{Candidate, parameter_names, patched_candidate, record_refitted},
+    results_folder::{RESIDUAL, RESIDUAL_FILES},
 };
 use crate::cli::command_line;
 
 /// Schema of [`Added`].
 const SCHEMA: &str = "hydro-gap-add/1";
-/// Steps of the training between two words about it.
+/// Training steps between two reports of progress.
 const TOLD: usize = 10;
 
-/// What a candidate is made from.
+/// Inputs of a candidate.
 pub(super) struct Task<'a> {
     /// The nominal MJCF.
     pub(super) nominal: &'a Path,
     /// The same, compiled.
     pub(super) model: &'a PlantDescription,
-    /// The folder of results, in which the learned residual will stand.
+    /// The folder of results, which will hold the learned residual.
     pub(super) out: &'a Path,
     pub(super) seed: u64,
     /// Uncertain numbers of the nominal as fitted, in the order of `PlantDescription::nuisances`: value, standard
@@ -44,7 +42,7 @@ pub(super) struct Task<'a> {
     pub(super) nuisances: Vec<(f64, f64)>,
 }
 
-/// A candidate with a learned residual, or the remark why there is none.
+/// A candidate with a learned residual, or a remark why there is none.
 pub(super) fn candidate(
     task: &Task<'_>,
     study: &Study<'_>,
@@ -61,7 +59,7 @@ pub(super) fn candidate(
         names: parameter_names,
         search: &[],
     })?;
-    // A number that the text cannot say stays the nominal's.
+    // A value that the text cannot express stays nominal.
     let mut nuisances = vec![0.0; values.len()];
     for written in &plain.numbers {
         nuisances[written.number] = values[written.number];
@@ -75,7 +73,7 @@ pub(super) fn candidate(
         Learned::Nothing(why) => return Ok(not_offered(why)),
         Learned::Cancelled => bail!("stopped while a residual was learned"),
     };
-    // The model has to load from any folder.
+    // An absolute path, so that the model loads from any folder.
     let folder = fs::canonicalize(task.out)
         .with_context(|| format!("--out {}", task.out.display()))?
         .join(RESIDUAL);
@@ -96,8 +94,8 @@ pub(super) fn candidate(
     };
     let mut added = addition(&missing, skill);
     let beside = "as if nothing were missing";
-    refit(&mut added, &patched, &numbers, &deviations, beside);
-    let mut candidate = written(task.nominal, added, patched)?;
+    record_refitted(&mut added, &patched, &numbers, &deviations, beside);
+    let mut candidate = patched_candidate(task.nominal, added, patched)?;
     candidate.residual = files(&checkpoint)?;
     Ok(candidate)
 }
@@ -136,7 +134,7 @@ fn learn(
     };
     let told = Cell::new(0);
     let tell = |step: usize, steps: usize| {
-        // A second round starts over.
+        // A second round starts again at step zero.
         if step < told.get() || step >= told.get() + TOLD || step == steps {
             told.set(step);
             (watch.tell)("learning a residual", step, steps);
@@ -145,15 +143,15 @@ fn learn(
     Ok(learn_residual(&lesson, watch.stop, &tell)?)
 }
 
-/// The plugin's own reading of a state, so that it will see what was learned from; and the units.
+/// The features as the plugin computes them, so that training and use agree; and their units.
 fn features(
     missing: &MissingWrench,
     model: &PlantDescription,
     layout: &FeatureLayout,
 ) -> anyhow::Result<(FeatureMap, Vec<String>)> {
     let slides = |name: &String| {
-        let of = model.joints.iter().find(|joint| joint.name == *name);
-        of.is_some_and(|joint| joint.scale.slides)
+        let joint = model.joints.iter().find(|joint| joint.name == *name);
+        joint.is_some_and(|joint| joint.scale.slides)
     };
     let units = layout.features().iter().map(|feature| match feature {
         Feature::JointPosition(joint) if slides(joint) => "m".to_owned(),
@@ -186,7 +184,7 @@ fn features(
     Ok((map, units.collect()))
 }
 
-/// The record of a candidate with a learned residual; who writes the model fills in the rest.
+/// The record of a candidate with a learned residual; the model's part is filled in later.
 fn addition(missing: &MissingWrench, skill: f64) -> Added {
     let trials = missing.series.len();
     record(format!(
@@ -199,7 +197,7 @@ fn addition(missing: &MissingWrench, skill: f64) -> Added {
     ))
 }
 
-/// Nothing to verify, and why.
+/// A candidate without a model, and the reason.
 fn not_offered(why: String) -> Candidate {
     Candidate {
         added: record(why),

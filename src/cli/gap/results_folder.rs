@@ -1,5 +1,5 @@
-//! The folder of results: what a stage wrote is read back, nothing of other people is overwritten, and a
-//! file is there whole or not at all.
+//! The folder of results: stages are saved and read back, files of others are never overwritten, and a file is written whole
+//! or not at all.
 
 use std::{
     collections::BTreeMap,
@@ -14,17 +14,17 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::cli::sha256;
 
-/// Name of the file that says what the folder was made from.
+/// Name of the file with the inputs of the folder.
 const RUN: &str = "run.json";
 /// Schema of that file.
 const SCHEMA: &str = "hydro-gap-run/1";
-/// The candidate model: what `add` wrote, before held-out trials have spoken.
+/// The candidate model of `add`, not yet verified.
 pub(super) const CANDIDATE: &str = "candidate.xml";
-/// The model, once they have.
+/// The verified model.
 pub(super) const PATCHED: &str = "patched.xml";
-/// The page.
+/// The report.
 pub(super) const REPORT: &str = "report.html";
-/// The answer.
+/// The verdict.
 pub(super) const VERDICT: &str = "verdict.json";
 /// Seconds by stage, and the greatest memory.
 pub(super) const TIMING: &str = "timing.json";
@@ -49,7 +49,7 @@ const GUARDED: [&str; 6] = [
     RESIDUAL_FILES[1],
 ];
 
-/// What a stage leaves.
+/// Result of a stage.
 pub(super) trait Product: Serialize + DeserializeOwned {
     /// Name of the stage.
     const STAGE: &'static str;
@@ -57,7 +57,7 @@ pub(super) trait Product: Serialize + DeserializeOwned {
     const FILE: &'static str;
     /// Its schema.
     const SCHEMA: &'static str;
-    /// The schema that it says to have; none where the stage had nothing to say.
+    /// Its own schema; `None` where the stage has no result.
     fn schema(&self) -> Option<&str>;
 }
 
@@ -84,15 +84,15 @@ product!(Option<Verified>, "verify", |verified| verified
     .as_ref()
     .map(|v| v.schema.as_str()));
 
-/// What the folder was made from and what was written there.
+/// Inputs of the folder, and the files written there.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Provenance<I> {
     schema: String,
-    /// The command that was typed last.
+    /// The last command.
     pub(super) command: String,
-    /// The nominal model, as typed.
+    /// The nominal model, as given.
     pub(super) model: String,
-    /// What the stages depend on.
+    /// The inputs of the stages.
     pub(super) inputs: I,
     /// sha256 of every guarded file; while one is replaced, of the old and of the new one.
     written: BTreeMap<String, Vec<String>>,
@@ -102,11 +102,11 @@ pub(super) struct Provenance<I> {
 #[derive(Debug)]
 pub(super) struct Folder<I> {
     path: PathBuf,
-    /// Where it is from.
+    /// Its inputs.
     pub(super) provenance: Provenance<I>,
 }
 
-/// What the folder is from; none where there is no such file. `I` may be less than was written.
+/// The inputs of a folder; `None` without the file. `I` may read a part of them.
 pub(super) fn provenance<I: DeserializeOwned>(out: &Path) -> anyhow::Result<Option<Provenance<I>>> {
     let path = out.join(RUN);
     let Some(text) = read(&path)? else {
@@ -130,7 +130,7 @@ pub(super) fn provenance<I: DeserializeOwned>(out: &Path) -> anyhow::Result<Opti
 }
 
 impl<I: Serialize> Folder<I> {
-    /// Takes a folder that is empty, not there yet, or was made by this program.
+    /// Starts in a folder without results, made where it is missing.
     pub(super) fn start(
         out: &Path,
         model: String,
@@ -165,7 +165,7 @@ impl<I: Serialize> Folder<I> {
         Ok(folder)
     }
 
-    /// Goes on with what is there. Nothing that is not as this program left it may stand in the way.
+    /// Continues in a folder; a guarded file must be as this program left it.
     pub(super) fn go_on(out: &Path, provenance: Provenance<I>) -> anyhow::Result<Self> {
         let folder = Self {
             path: out.to_owned(),
@@ -177,7 +177,7 @@ impl<I: Serialize> Folder<I> {
         Ok(folder)
     }
 
-    /// Forgets every stage.
+    /// Deletes the results of every stage.
     pub(super) fn clear(&mut self, inputs: I) -> anyhow::Result<()> {
         self.provenance.inputs = inputs;
         for name in STAGES.into_iter().chain([TIMING]) {
@@ -195,7 +195,7 @@ impl<I: Serialize> Folder<I> {
         self.path.join(name)
     }
 
-    /// What a stage left; none where it has not run.
+    /// The result of a stage; `None` where it has not run.
     pub(super) fn product<P: Product>(&self) -> anyhow::Result<Option<P>> {
         let path = self.file(P::FILE);
         let Some(text) = read(&path)? else {
@@ -219,10 +219,10 @@ impl<I: Serialize> Folder<I> {
         Ok(Some(product))
     }
 
-    /// Keeps what a stage leaves.
+    /// Saves the result of a stage.
     pub(super) fn keep<P: Product>(&self, product: &P) -> anyhow::Result<()> {
         let text = serde_json::to_string_pretty(product)?;
-        // JSON has no NaN: what could not be read back must not be found out at the next start.
+        // JSON has no NaN: check now that the file can be read back.
         serde_json::from_str::<P>(&text).with_context(|| {
             format!(
                 "the stage `{}` gave a number that is not finite, so it cannot be kept",
@@ -232,18 +232,18 @@ impl<I: Serialize> Folder<I> {
         replace(&self.file(P::FILE), text.as_bytes())
     }
 
-    /// Deletes what a stage left, so that nothing stale stands beside what is new.
+    /// Deletes the result of a stage.
     pub(super) fn forget<P: Product>(&self) -> anyhow::Result<()> {
         self.delete(P::FILE)
     }
 
-    /// Writes a file that other programs read.
+    /// Writes a guarded file.
     pub(super) fn write(&mut self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
         self.guard(name)?;
         let sha256 = sha256(bytes);
         let known = self.provenance.written.entry(name.to_owned()).or_default();
         known.push(sha256.clone());
-        // Both are known while one takes the other's place: a kill in between leaves no stranger.
+        // Old and new digest are recorded before the replacement, in case the program is killed in between.
         self.save_provenance()?;
         let path = self.file(name);
         if let Some(parent) = path.parent() {
@@ -256,7 +256,7 @@ impl<I: Serialize> Folder<I> {
         self.save_provenance()
     }
 
-    /// True where this program wrote a file that is not there any more.
+    /// True where this program wrote a file that is gone.
     pub(super) fn lost(&self, name: &str) -> bool {
         self.provenance.written.contains_key(name) && !self.file(name).exists()
     }
@@ -266,7 +266,7 @@ impl<I: Serialize> Folder<I> {
         for name in RESIDUAL_FILES {
             self.remove(name)?;
         }
-        // What other people put there stays, and so does the folder.
+        // The folder stays where it holds files of others.
         let _ = fs::remove_dir(self.file(RESIDUAL));
         Ok(())
     }
@@ -281,12 +281,12 @@ impl<I: Serialize> Folder<I> {
         Ok(())
     }
 
-    /// Writes a file that nobody but this program cares for.
+    /// Writes a file without guarding it.
     pub(super) fn note(&self, name: &str, value: &impl Serialize) -> anyhow::Result<()> {
         replace(&self.file(name), &serde_json::to_vec_pretty(value)?)
     }
 
-    /// Keeps what the folder is from.
+    /// Saves the inputs.
     pub(super) fn save_provenance(&self) -> anyhow::Result<()> {
         self.note(RUN, &self.provenance)
     }
@@ -319,7 +319,7 @@ impl<I: Serialize> Folder<I> {
     }
 }
 
-/// A file's bytes; none where there is no file.
+/// A file's bytes; `None` where there is no file.
 pub(super) fn read(path: &Path) -> anyhow::Result<Option<Vec<u8>>> {
     match fs::read(path) {
         Ok(bytes) => Ok(Some(bytes)),
@@ -328,7 +328,7 @@ pub(super) fn read(path: &Path) -> anyhow::Result<Option<Vec<u8>>> {
     }
 }
 
-/// Writes beside, and renames: a reader sees the old file or the new one.
+/// Writes a file beside the old one and renames it: a reader sees either, never a part.
 fn replace(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let beside = path.with_file_name(format!(".{name}.part"));

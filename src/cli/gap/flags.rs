@@ -1,8 +1,8 @@
-//! Flags of the stages of `hydro gap`.
+//! Options of the stages of `hydro gap`.
 
 use std::path::PathBuf;
 
-/// Flags of every stage. The same flags find what is in --out already.
+/// Options of every stage. With the same options the stages in --out are reused.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Flags {
     /// Nominal MJCF.

@@ -1,5 +1,5 @@
-//! The stages one after the other: what the folder holds is not computed again, every stage is kept as
-//! soon as it is done, and a stop is heeded between and inside stages.
+//! The pipeline of stages: a stage that the folder holds is not computed again, a finished stage is saved at once, and a
+//! stop takes effect between and inside stages.
 
 use std::{collections::BTreeMap, path::Path, sync::atomic::Ordering, time::Instant};
 
@@ -11,50 +11,39 @@ use hydro_gap::{
 use hydro_plugin::report::gap::page;
 use serde::{Deserialize, Serialize};
 
-use super::folder::{
-    CANDIDATE, Folder, PATCHED, Product, REPORT, RESIDUAL_FILES, TIMING, VERDICT, read,
+use super::{
+    candidate::Candidate,
+    results_folder::{
+        CANDIDATE, Folder, PATCHED, Product, REPORT, RESIDUAL_FILES, TIMING, VERDICT, read,
+    },
 };
 
-/// How far to go.
+/// The last stage to run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Stage {
-    /// Where.
     Find,
-    /// What.
     Name,
-    /// A candidate.
     Add,
-    /// The verdict.
     Verify,
 }
 
-/// What `add` hands on: its record, and the text of the candidate model with the files of a learned
-/// residual that it names. Without a text the record says why there is none.
-pub(super) struct Candidate {
-    pub(super) added: Added,
-    pub(super) xml: Option<String>,
-    /// By name in the folder of results.
-    pub(super) residual: Vec<(&'static str, Vec<u8>)>,
-}
-
-/// What `verify` gets.
-pub(super) struct Exam<'a> {
+/// Input of `verify`.
+pub(super) struct VerifyInput<'a> {
     pub(super) found: &'a Found,
     pub(super) added: Option<&'a Added>,
-    /// The candidate on disk: the file must show the gain, not the fit.
+    /// The candidate's file: the model as written is judged, not the fit.
     pub(super) candidate: Option<&'a Path>,
 }
 
-/// Finds.
 type Find<'a> = Box<dyn Fn(&Watch<'_>) -> anyhow::Result<Found> + 'a>;
-/// Names.
 type Name<'a> = Box<dyn Fn(&Found, &Watch<'_>) -> anyhow::Result<Named> + 'a>;
-/// Adds; none where there is nothing to add.
+/// `None` where there is nothing to add.
 type Add<'a> = Box<dyn Fn(&Found, &Named, &Watch<'_>) -> anyhow::Result<Option<Candidate>> + 'a>;
-/// Verifies; none where nothing is held out.
-type Verify<'a> = Box<dyn Fn(&Exam<'_>, &Watch<'_>) -> anyhow::Result<Option<Verified>> + 'a>;
+/// `None` where no trial is held out.
+type Verify<'a> =
+    Box<dyn Fn(&VerifyInput<'_>, &Watch<'_>) -> anyhow::Result<Option<Verified>> + 'a>;
 
-/// The work itself, so that going on can be tested without a simulator.
+/// The stages, replaceable so that the pipeline can be tested without a simulator.
 pub(super) struct Stages<'a> {
     pub(super) find: Find<'a>,
     pub(super) name: Name<'a>,
@@ -62,30 +51,26 @@ pub(super) struct Stages<'a> {
     pub(super) verify: Verify<'a>,
 }
 
-/// Seconds by stage and the greatest memory, for `timing.json`.
+/// `timing.json`: seconds by stage, and the greatest memory.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(super) struct Timing {
     /// Seconds by stage, when it was computed.
     pub(super) seconds: BTreeMap<String, f64>,
-    /// Greatest resident memory of the last process [byte]; none where the system does not say.
+    /// Greatest resident memory of the last process [byte]; `None` where the system does not say.
     peak_memory: Option<u64>,
 }
 
-/// How far it came.
+/// Result of the last stage that ran.
 #[derive(Debug)]
 pub(super) enum Reached {
-    /// Where.
     Found(Box<Found>),
-    /// What.
     Named(Box<Named>),
-    /// A candidate, or that there is none.
     Added(Box<Option<Added>>),
-    /// All.
     Verdict(Box<Record>),
 }
 
-/// Runs the stages up to one, in a folder. `before_verify` notes which held-out files are opened.
+/// Runs the stages up to `until` in a folder. `before_verify` records the held-out files that are about to be opened.
 pub(super) fn run<I: Serialize>(
     folder: &mut Folder<I>,
     stages: &Stages<'_>,
@@ -110,7 +95,7 @@ pub(super) fn run<I: Serialize>(
     let known = folder.product::<Option<Added>>()?.flatten();
     let lost = RESIDUAL_FILES.iter().any(|name| folder.lost(name));
     if known.is_some_and(|added| added.is_written()) && (lost || !candidate.exists()) {
-        // The record is of no use without the model.
+        // Without the model the record is useless.
         folder.forget::<Option<Added>>()?;
     }
     let added: Option<Added> = runner.stage(folder, |folder| {
@@ -137,7 +122,7 @@ pub(super) fn run<I: Serialize>(
     let verified: Option<Verified> = runner.stage(folder, |folder| {
         before_verify(&mut folder.provenance.inputs)?;
         folder.save_provenance()?;
-        let exam = Exam {
+        let input = VerifyInput {
             found: &found,
             added: added.as_ref(),
             candidate: added
@@ -145,7 +130,7 @@ pub(super) fn run<I: Serialize>(
                 .is_some_and(Added::is_written)
                 .then_some(candidate.as_path()),
         };
-        (stages.verify)(&exam, watch)
+        (stages.verify)(&input, watch)
     })?;
     let seconds = runner.timing.seconds;
     let record = record(folder, seconds, found, named, added, verified);
@@ -153,7 +138,7 @@ pub(super) fn run<I: Serialize>(
     Ok(Reached::Verdict(Box::new(record)))
 }
 
-/// Puts together what a folder holds, for `hydro gap report`.
+/// The record of all stages in a folder, for `hydro gap report`.
 pub(super) fn gather<I: Serialize>(folder: &Folder<I>) -> anyhow::Result<Record> {
     fn needed<P: Product>(folder: &Folder<impl Serialize>) -> anyhow::Result<P> {
         folder.product()?.with_context(|| {
@@ -194,7 +179,7 @@ fn record<I: Serialize>(
     }
 }
 
-/// Writes what other programs and people read: the patched model where it was accepted, verdict and page.
+/// Writes the patched model, where it was accepted, the verdict and the page.
 pub(super) fn publish<I: Serialize>(folder: &mut Folder<I>, record: &Record) -> anyhow::Result<()> {
     match &record.verdict.patch {
         Some(_) => {
@@ -213,12 +198,12 @@ pub(super) fn publish<I: Serialize>(folder: &mut Folder<I>, record: &Record) -> 
 struct Runner<'a> {
     watch: &'a Watch<'a>,
     timing: Timing,
-    /// True once a stage was computed: what followed the old one is stale.
+    /// True once a stage was computed: the later ones in the folder are stale.
     fresh: bool,
 }
 
 impl Runner<'_> {
-    /// What the folder holds of a stage, or what computing it gives.
+    /// The result of a stage: from the folder, or computed.
     fn stage<P: Product, I: Serialize>(
         &mut self,
         folder: &mut Folder<I>,
@@ -235,7 +220,7 @@ impl Runner<'_> {
         let clock = Instant::now();
         let product = match compute(folder) {
             Ok(product) => product,
-            // Whatever a stage says that was stopped, it is not its fault.
+            // A stage that was stopped may fail in any way; the stop is the cause to report.
             Err(error) => return self.heed(P::STAGE).and(Err(error)),
         };
         folder.keep(&product)?;
@@ -257,7 +242,7 @@ impl Runner<'_> {
     }
 }
 
-/// Times of stages that ran before; a damaged file costs only the times.
+/// Times of earlier runs; none where the file is missing or damaged.
 fn timing(path: &Path) -> Timing {
     let known = std::fs::read(path).ok();
     known

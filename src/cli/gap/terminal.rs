@@ -1,20 +1,21 @@
-//! What the terminal says: the page's verdict in at most ten lines.
+//! The verdict on the terminal, in at most ten lines.
 
 use std::path::Path;
 
 use hydro_gap::stages::{Added, Found, Named, Record};
 use hydro_plugin::report::gap::{
-    Standing, effect_on, headline, interval, number, percent, place, probability, regime, with_unit,
+    VerdictKind, effect_on, headline, interval, number, percent, place, probability, regime,
+    with_unit,
 };
 
-use super::folder::{PATCHED, REPORT};
+use super::results_folder::{PATCHED, REPORT};
 
-/// Parameters that have a line.
+/// Greatest number of parameters shown.
 const PARAMETERS: usize = 6;
-/// Effects that have a line.
+/// Greatest number of effects shown.
 const EFFECTS: usize = 4;
 
-/// The verdict; the sentence is that of the page.
+/// The verdict, with the sentence of the page.
 pub(super) fn ten_lines(record: &Record, out: &Path) -> String {
     let verdict = &record.verdict;
     let mut lines = vec![headline(verdict, &record.named.chosen)];
@@ -23,7 +24,10 @@ pub(super) fn ten_lines(record: &Record, out: &Path) -> String {
             lines.push(format!("{what:>11}  {words}"));
         }
     };
-    line("verdict", Standing::of(verdict).label().to_lowercase());
+    line(
+        "verdict",
+        VerdictKind::from_verdict(verdict).label().to_lowercase(),
+    );
     line("where", verdict.places.first().map_or(String::new(), place));
     line("when", verdict.regime.first().map_or(String::new(), regime));
     let effects = verdict.effects.iter().take(EFFECTS).map(|effect| {
@@ -61,7 +65,7 @@ pub(super) fn ten_lines(record: &Record, out: &Path) -> String {
     );
     line("written", written);
     line("page", out.join(REPORT).display().to_string());
-    // A name or a reason of other people may hold anything.
+    // Names from the user's files may hold control characters.
     let lines: Vec<String> = lines.iter().map(|line| one_line(line)).collect();
     lines.join("\n")
 }
@@ -88,7 +92,7 @@ fn error(record: &Record) -> String {
     }
 }
 
-/// The error where the nominal's numbers are refitted and nothing is added.
+/// The error with the nominal model refitted and nothing added.
 fn alone(record: &Record) -> String {
     let verified = record.verified.as_ref();
     let alone = verified.and_then(|of| of.recalibrated);
@@ -97,7 +101,7 @@ fn alone(record: &Record) -> String {
     })
 }
 
-/// A stage alone: where.
+/// Result of `find` alone.
 pub(super) fn found(found: &Found) -> String {
     let first = found
         .places
@@ -110,7 +114,7 @@ pub(super) fn found(found: &Found) -> String {
     ))
 }
 
-/// A stage alone: what.
+/// Result of `name` alone.
 pub(super) fn named(named: &Named) -> String {
     let effects = named.effects.iter().take(EFFECTS).map(|effect| {
         format!(
@@ -127,7 +131,7 @@ pub(super) fn named(named: &Named) -> String {
     })
 }
 
-/// A stage alone: what was written.
+/// Result of `add` alone.
 pub(super) fn added(added: Option<&Added>, candidate: &Path) -> String {
     match added {
         Some(added) if added.is_written() => {
@@ -142,7 +146,7 @@ fn joined(words: impl Iterator<Item = String>) -> String {
     words.collect::<Vec<_>>().join(", ")
 }
 
-/// Text without line breaks and without what steers a terminal.
+/// Text without line breaks and control characters.
 fn one_line(text: &str) -> String {
     text.chars()
         .map(|c| if c.is_control() { ' ' } else { c })
