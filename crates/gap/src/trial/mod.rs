@@ -30,6 +30,7 @@ mod npz_arrays;
 mod remark;
 mod series;
 mod signature;
+mod tables;
 mod times;
 mod unit_checks;
 mod write_whole;

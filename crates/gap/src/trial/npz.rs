@@ -18,11 +18,11 @@ use zip::{CompressionMethod, DateTime, write::FileOptions};
 
 use super::{
     Part, RemarkKind, Series, Signature, Trial, TrialError,
-    assemble::{Parts, Table},
     message::listed,
     npz_arrays::{Archive, Array},
     series::component_name,
     signature::CONTROL_SUFFIX,
+    tables::{Parts, Table},
     write_whole,
 };
 

@@ -2,7 +2,7 @@
 
 use std::{f64::consts::TAU, path::Path};
 
-use super::{RemarkKind, SensorQuantity, Signature, TrialError, assemble::Table, series::median};
+use super::{RemarkKind, SensorQuantity, Signature, TrialError, series::median, tables::Table};
 
 /// Largest departure of the median length of quaternions from 1; noise of a measurement stays well below.
 const QUATERNION_TOLERANCE: f64 = 0.05;
