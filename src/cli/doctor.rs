@@ -1,4 +1,4 @@
-//! `hydro doctor`: is there a MuJoCo, is it the right one, does the plugin load in it?
+//! `hydro doctor`: the MuJoCo of this build, and a check that the plugin loads in it.
 
 use super::output::print_json;
 
@@ -10,7 +10,7 @@ pub(super) struct Args {
     json: bool,
 }
 
-/// What was found.
+/// The findings.
 #[derive(Debug, serde::Serialize)]
 struct Findings {
     hydro: &'static str,

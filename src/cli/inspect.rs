@@ -1,4 +1,4 @@
-//! `hydro inspect`: what a folder holds.
+//! `hydro inspect`: description of a checkpoint, a data set, rollouts or a robot.
 
 use std::path::{Path, PathBuf};
 

@@ -1,10 +1,10 @@
-//! The command line: a file a command, which turns flags into a checked configuration and one library
-//! call. Nothing else in this crate prints.
+//! The command line: one file a command, each turning options into a checked configuration and one library call. Nothing
+//! else prints.
 #![allow(
     clippy::print_stdout,
     clippy::print_stderr,
     clippy::exit,
-    reason = "the one room that talks to people"
+    reason = "only the command line prints"
 )]
 
 #[macro_use]
@@ -64,9 +64,36 @@ enum Command {
     Doctor(doctor::Args),
 }
 
-/// Parses the command line and runs the command.
+/// Parses the command line and runs the command; MuJoCo's warnings are counted and told in one line at the end.
 pub(crate) fn run() -> anyhow::Result<()> {
-    match Cli::parse().command {
+    let command = Cli::parse().command;
+    #[cfg(feature = "mujoco")]
+    hydro_plugin::mujoco::warnings::count(|text| eprintln!("WARNING: {text}"));
+    let result = run_command(command);
+    #[cfg(feature = "mujoco")]
+    if let Some(line) = warning_line(&hydro_plugin::mujoco::warnings::take_counts()) {
+        eprintln!("{line}");
+    }
+    result
+}
+
+/// One line on MuJoCo's warnings by kind; `None` where there was none.
+#[cfg(feature = "mujoco")]
+fn warning_line(counts: &[(String, u64)]) -> Option<String> {
+    let total: u64 = counts.iter().map(|(_, count)| count).sum();
+    let kinds: Vec<String> = counts
+        .iter()
+        .map(|(kind, count)| format!("{kind} ({count})"))
+        .collect();
+    let often = match total {
+        1 => "once".to_owned(),
+        _ => format!("{total} times"),
+    };
+    (total > 0).then(|| format!("MuJoCo warned {often}: {}", kinds.join("; ")))
+}
+
+fn run_command(command: Command) -> anyhow::Result<()> {
+    match command {
         Command::Train(args) => train::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Compare(args) => compare::run(&args),
@@ -75,5 +102,27 @@ pub(crate) fn run() -> anyhow::Result<()> {
         Command::Gap(args) => gap::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Doctor(args) => doctor::run(&args),
+    }
+}
+
+#[cfg(all(test, feature = "mujoco"))]
+mod tests {
+    use super::warning_line;
+
+    #[test]
+    fn warnings_are_one_line_by_kind() {
+        assert_eq!(warning_line(&[]), None);
+        let counts = [
+            ("huge value in QACC".to_owned(), 40),
+            ("contacts".to_owned(), 2),
+        ];
+        assert_eq!(
+            warning_line(&counts).as_deref(),
+            Some("MuJoCo warned 42 times: huge value in QACC (40); contacts (2)")
+        );
+        assert_eq!(
+            warning_line(&counts[1..]).as_deref(),
+            Some("MuJoCo warned 2 times: contacts (2)")
+        );
     }
 }

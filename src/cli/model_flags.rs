@@ -1,4 +1,4 @@
-//! Flags that choose a model: its kind, and sizes in place of the preset's.
+//! Options that choose a model: its kind, and sizes in place of the preset's.
 
 use anyhow::bail;
 use clap::ValueEnum;
@@ -54,7 +54,7 @@ enum Kind {
     AttentionOde,
     /// The paper's plain ODE: a perceptron of the present sample instead of the attention.
     MlpOde,
-    /// Ours: the force, or each of its modes, relaxes to a target, closed forms and a network, at a learned rate.
+    /// Ours: the force, or each of its modes, relaxes at a learned rate to a target of closed forms and a network.
     RelaxationOde,
     /// The paper's controlled ODE, a baseline: the force follows the changes of the motion.
     Cnode,

@@ -10,7 +10,7 @@ use hydro_plugin::mujoco::{
 };
 use hydro_training::comparison::{Method, Water};
 
-/// Times at which closed-loop errors are read [s].
+/// Times at which closed-loop errors are evaluated [s].
 pub(super) const HORIZONS: [f64; 3] = [1.0, 2.0, 4.0];
 
 /// A method that swims in `scene` (the text of b1_swim.xml) under a checkpoint.

@@ -29,5 +29,8 @@ pub mod scene;
 pub mod simulator;
 mod wrench;
 
-pub use ffi::api::{ApiError, INCLUDE, LIBRARY, VERSION};
+pub use ffi::{
+    api::{ApiError, INCLUDE, LIBRARY, VERSION},
+    warnings,
+};
 pub use registration::register;

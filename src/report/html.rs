@@ -1,7 +1,7 @@
-//! Text that stands inside HTML or SVG.
+//! Escaping of text for HTML and SVG.
 
-/// Text as it may stand between tags and inside quoted attributes. Names come from people's files:
-/// characters that no XML may hold become the replacement character.
+/// Text for use between tags and in quoted attributes. Characters that XML forbids, which a name from a user's file may
+/// hold, become the replacement character.
 pub(super) fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {

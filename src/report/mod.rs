@@ -1,4 +1,4 @@
-//! What a person looks at: plots and a page. Renders, computes nothing.
+//! Plots and HTML pages: rendering only, no computation.
 
 pub mod experiment;
 pub mod gap;

@@ -21,7 +21,7 @@ svg{max-width:100%;height:auto}.legend span{margin-right:1.2em;white-space:nowra
 .legend i{display:inline-block;width:1.6em;height:3px;vertical-align:middle;margin-right:.4em}
 .note{color:#555;font-size:.92em}video{max-width:100%;border-radius:6px}code{background:#f4f4f4;padding:.1em .3em}";
 
-/// Distance from the truth up to which a path is drawn [m]: farther, it would hide the others.
+/// Greatest distance from the truth at which a path is drawn [m]; a farther one would hide the others.
 const SHOWN_DISTANCE: f64 = 1.0;
 
 /// A video to embed: its bytes and MIME type.

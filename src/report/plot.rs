@@ -23,7 +23,7 @@ pub struct Series {
     pub points: Vec<(f64, f64)>,
 }
 
-/// What stands round the lines.
+/// Caption, axes and size of a plot.
 #[derive(Clone, Debug)]
 pub struct Axes<'a> {
     /// Caption above the plot.
@@ -47,7 +47,7 @@ pub fn colour(index: usize) -> String {
 /// One of several plots in a picture.
 #[derive(Clone, Debug)]
 pub struct Panel<'a> {
-    /// What stands round the lines; all panels of a picture have the size of the first.
+    /// Caption, axes and size; all panels of a picture have the size of the first.
     pub axes: Axes<'a>,
     /// The lines; names are those of the first panel.
     pub series: Vec<Series>,
@@ -55,11 +55,11 @@ pub struct Panel<'a> {
 
 /// Height of a line of a picture's legend [px].
 const LEGEND_LINE: u32 = 18;
-/// What is left below the last [px].
+/// Margin below the last line [px].
 const LEGEND_MARGIN: u32 = 12;
 
-/// Draws panels row by row, so many a row, and one legend below; the text is a self-contained `<svg>` on white. Empty where
-/// there is nothing to draw.
+/// Draws panels, `columns` in each row, and one legend below: a self-contained `<svg>` on white, or nothing where there is
+/// nothing to draw.
 pub fn panels(all: &[Panel<'_>], columns: usize) -> String {
     let Some(first) = all.first() else {
         return String::new();

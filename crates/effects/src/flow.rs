@@ -1,31 +1,30 @@
-//! The motion of a body through the water as the laws see it: bounded, and over dual numbers.
+//! Motion of a body through the water, bounded and over dual numbers: the argument of every wrench law.
 
 use hydro_frames::STANDARD_GRAVITY;
 use nalgebra::Vector3;
 
-use super::{
-    law::{Scalar, constant, cross, sum},
-    motion::Motion,
+use crate::{
+    Motion,
+    dual::{Scalar, constant, cross, sum},
 };
 
-/// Greatest speed [m/s] and rate [rad/s] that a law is asked about: far beyond any vehicle, and small
-/// enough that no product overflows.
+/// Greatest speed [m/s] and rate [rad/s]: far beyond any vehicle, and small enough that no product overflows.
 const FASTEST: f64 = 1e4;
 /// Greatest length [m] and acceleration [m/s^2].
 const LARGEST: f64 = 1e4;
 /// Greatest density [kg/m^3] and volume [m^3].
 const DENSEST: f64 = 1e5;
-/// Gravity below this [m/s^2] is none.
+/// Gravity below this [m/s^2] counts as zero.
 const WEIGHTLESS: f64 = 1e-6;
 
-/// Velocities may carry derivatives; everything else is a number.
+/// The velocities may carry derivatives; everything else is a plain number.
 #[derive(Debug)]
-pub(super) struct Flow<D> {
+pub(crate) struct Flow<D> {
     /// Velocity of the body's origin relative to the water, body frame [m/s].
-    pub(super) linear: [D; 3],
+    pub(crate) linear: [D; 3],
     /// Angular velocity, body frame [rad/s].
-    pub(super) angular: [D; 3],
-    /// The rest, bounded.
+    pub(crate) angular: [D; 3],
+    /// The motion that it was made from, bounded.
     motion: Motion,
 }
 
@@ -34,7 +33,8 @@ fn within(values: [f64; 3], bound: f64) -> [f64; 3] {
 }
 
 impl<D: Scalar> Flow<D> {
-    pub(super) fn of(motion: &Motion) -> Self {
+    /// The motion, every number clamped.
+    pub(crate) fn bounded(motion: &Motion) -> Self {
         let motion = Motion {
             linear: within(motion.linear, FASTEST),
             angular: within(motion.angular, FASTEST),
@@ -55,47 +55,47 @@ impl<D: Scalar> Flow<D> {
     }
 
     /// Simulation time [s].
-    pub(super) fn time(&self) -> f64 {
+    pub(crate) fn time(&self) -> f64 {
         self.motion.time
     }
 
     /// Density of the water [kg/m^3].
-    pub(super) fn density(&self) -> f64 {
+    pub(crate) fn density(&self) -> f64 {
         self.motion.density
     }
 
     /// Displaced volume [m^3].
-    pub(super) fn volume(&self) -> f64 {
+    pub(crate) fn volume(&self) -> f64 {
         self.motion.volume
     }
 
     /// Extents along the body's axes [m].
-    pub(super) fn extent(&self) -> [f64; 3] {
+    pub(crate) fn extent(&self) -> [f64; 3] {
         self.motion.extent
     }
 
     /// Centre of mass, body frame [m].
-    pub(super) fn centre(&self) -> [f64; 3] {
+    pub(crate) fn centre(&self) -> [f64; 3] {
         self.motion.centre
     }
 
     /// Middle of the body, body frame [m].
-    pub(super) fn middle(&self) -> [f64; 3] {
+    pub(crate) fn middle(&self) -> [f64; 3] {
         self.motion.middle
     }
 
     /// Depth of the origin [m].
-    pub(super) fn depth(&self) -> Option<f64> {
+    pub(crate) fn depth(&self) -> Option<f64> {
         self.motion.depth
     }
 
     /// Distance [m] of the nearest wall and its normal in the world.
-    pub(super) fn wall(&self) -> Option<(f64, [f64; 3])> {
+    pub(crate) fn wall(&self) -> Option<(f64, [f64; 3])> {
         self.motion.wall
     }
 
     /// A world vector in the body's frame.
-    pub(super) fn in_body(&self, in_world: [f64; 3]) -> [f64; 3] {
+    pub(crate) fn in_body(&self, in_world: [f64; 3]) -> [f64; 3] {
         self.motion
             .world_from_base
             .inverse_transform_vector(&Vector3::from(in_world))
@@ -103,19 +103,18 @@ impl<D: Scalar> Flow<D> {
     }
 
     /// Acceleration of the water, body frame [m/s^2].
-    pub(super) fn water_acceleration(&self) -> [f64; 3] {
+    pub(crate) fn water_acceleration(&self) -> [f64; 3] {
         self.in_body(self.motion.water_acceleration)
     }
 
     /// Gravity, body frame [m/s^2].
-    pub(super) fn gravity(&self) -> [f64; 3] {
+    pub(crate) fn gravity(&self) -> [f64; 3] {
         self.in_body(self.motion.gravity)
     }
 
-    /// The upward unit vector in the body's frame, and the magnitude of gravity [m/s^2]. A scene without
-    /// gravity is one in which weight and buoyancy were left out because they cancel: up is then the
-    /// world's z, and gravity the standard one.
-    pub(super) fn up(&self) -> ([f64; 3], f64) {
+    /// The upward unit vector in the body's frame, and the magnitude of gravity [m/s^2]. A scene without gravity leaves
+    /// out weight and buoyancy because they cancel: up is then the world's z, and gravity the standard one.
+    pub(crate) fn up(&self) -> ([f64; 3], f64) {
         let gravity = Vector3::from(self.motion.gravity);
         let magnitude = gravity.norm();
         if magnitude < WEIGHTLESS {
@@ -126,7 +125,7 @@ impl<D: Scalar> Flow<D> {
     }
 
     /// Velocity of the middle relative to the water, body frame [m/s].
-    pub(super) fn linear_at_middle(&self) -> [D; 3] {
+    pub(crate) fn linear_at_middle(&self) -> [D; 3] {
         sum(
             self.linear,
             cross(self.angular, constant(self.motion.middle)),

@@ -1,8 +1,8 @@
-//! What an effect on a body may look at, at one instant.
+//! Motion of a body and its surroundings at one instant: all that an effect on a body may depend on.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Motion of a body's frame, and what is around it.
+/// Motion of a body's frame, its sizes and its surroundings.
 #[derive(Clone, Debug, Default)]
 pub struct Motion {
     /// Simulation time [s].
@@ -15,8 +15,8 @@ pub struct Motion {
     pub linear: [f64; 3],
     /// Angular velocity, in the body's frame [rad/s].
     pub angular: [f64; 3],
-    /// Acceleration of the water at the origin, in the world [m/s^2]: the sum over the effects that move the
-    /// water of [`crate::WaterPart::acceleration`]. Zero in still or steadily flowing water.
+    /// Acceleration of the water at the origin, in the world [m/s^2]: the sum of [`crate::WaterPart::acceleration`] over
+    /// the effects on the water. Zero in still or steadily flowing water.
     pub water_acceleration: [f64; 3],
     /// Gravity in the world [m/s^2].
     pub gravity: [f64; 3],
@@ -24,23 +24,23 @@ pub struct Motion {
     pub density: f64,
     /// Centre of mass of the body (of its whole tree, where it is the root), in its frame [m].
     pub centre: [f64; 3],
-    /// Middle of the box that [`Motion::extent`] measures, in the body's frame [m]: forces of the water act
-    /// there, so that a link whose frame stands in its joint is dragged at its middle.
+    /// Middle of the box that [`Motion::extent`] measures, in the body's frame [m]: forces of the water act there. A link
+    /// whose frame stands in its joint is dragged at its middle.
     pub middle: [f64; 3],
     /// Extents along the body's axes [m].
     pub extent: [f64; 3],
     /// Displaced volume [m^3].
     pub volume: f64,
-    /// Depth of the origin below the surface [m]; none where the surface is far.
+    /// Depth of the origin below the surface [m]; `None` where the surface is far.
     pub depth: Option<f64>,
     /// Distance [m] of the origin to the nearest wall and its unit normal in the world, towards the body.
     pub wall: Option<(f64, [f64; 3])>,
 }
 
 impl Motion {
-    /// Force [N] and torque [N m] about the origin, in the body's frame, of the pressure field that
-    /// accelerates the water: rho V a_w at the middle (Froude-Krylov; Morison's inertia force is this and
-    /// the added mass). Whoever adds up the effects applies it once to each wet body.
+    /// Froude-Krylov force: the pressure that accelerates the water, rho V a_w at the middle, as force [N] and torque [N m]
+    /// about the origin, in the body's frame. Together with the added mass it is Morison's inertia force. The caller that
+    /// sums the effects applies it once to each wet body.
     ///
     /// J. N. Newman, Marine Hydrodynamics, MIT Press 1977, section 6.21; J. R. Morison et al., Petroleum
     /// Transactions AIME 189, 1950.

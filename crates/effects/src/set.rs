@@ -1,28 +1,30 @@
-//! A list of effects with values, as `effects.json` has it.
+//! A list of effects with values: `effects.json`.
 //!
 //! ```json
 //! {"schema": "hydro-effects/1",
 //!  "effects": [{"effect": "net_buoyancy", "target": "hull", "parameters": {"force": 1.5}}]}
 //! ```
 //!
-//! Names and units of the parameters are those of [`super::Effect::parameters`]; every one must be there
-//! that is not marked optional.
+//! Names and units of the parameters are those of [`crate::Effect::parameters`]; only those marked optional may be left
+//! out.
 
 use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};
 
-use super::{Entry, Id, Parameter, SetError, Target, TargetKind, effect, nearest::hint};
+use crate::{
+    Entry, Id, Parameter, Target, TargetKind,
+    did_you_mean::hint,
+    effect,
+    set_error::{SCHEMA, SetError},
+};
 
-/// What the file says that it is.
-pub const SCHEMA: &str = "hydro-effects/1";
-
-/// Who knows the bodies, joints, actuators and sensors of a model.
+/// The bodies, joints, actuators and sensors of a model.
 pub trait Targets {
-    /// The sizes of one, if there is one of this kind and name.
+    /// The sizes of the target of a kind and name, if there is one.
     fn find(&self, kind: TargetKind, name: &str) -> Option<Target>;
 
-    /// What names there are.
+    /// The names of a kind.
     fn names(&self, kind: TargetKind) -> Vec<String>;
 }
 
@@ -102,7 +104,7 @@ impl EffectSet {
     /// Reads and checks the text of an `effects.json` for a model.
     ///
     /// # Errors
-    /// Anything that is not as it should be, with its place and what there is instead.
+    /// The first fault, with its place, what was found and what was expected.
     pub fn parse(text: &str, targets: &dyn Targets) -> Result<Self, SetError> {
         let document: Value = serde_json::from_str(text).map_err(|error| SetError::Json {
             line: error.line(),
@@ -137,7 +139,7 @@ impl EffectSet {
         let mut seen = BTreeSet::new();
         for (index, entry) in self.entries.iter().enumerate() {
             let (effect, target) = (entry.effect, entry.target.clone());
-            let parameters = parameters_of(index, effect, &target, targets)?;
+            let parameters = find_parameters(index, effect, &target, targets)?;
             if !seen.insert((effect, target.clone())) {
                 return Err(SetError::Twice {
                     index,
@@ -190,7 +192,7 @@ impl EffectSet {
         self.check(targets)?;
         let mut lines = Vec::with_capacity(self.entries.len());
         for (index, entry) in self.entries.iter().enumerate() {
-            let parameters = parameters_of(index, entry.effect, &entry.target, targets)?;
+            let parameters = find_parameters(index, entry.effect, &entry.target, targets)?;
             let values: Map<String, Value> = parameters
                 .into_iter()
                 .zip(&entry.parameters)
@@ -218,7 +220,7 @@ impl EffectSet {
 }
 
 /// The parameters of an effect on a target of the model.
-fn parameters_of(
+fn find_parameters(
     index: usize,
     id: Id,
     target: &str,
@@ -259,7 +261,7 @@ fn entry(index: usize, value: &Value, targets: &dyn Targets) -> Result<Entry, Se
     let target = target
         .as_str()
         .ok_or_else(|| shape(format!("{place}.target"), target, "a name"))?;
-    let parameters = parameters_of(index, id, target, targets)?;
+    let parameters = find_parameters(index, id, target, targets)?;
     let values = values.as_object().ok_or_else(|| {
         shape(
             format!("{place}.parameters"),
@@ -319,7 +321,7 @@ fn entry(index: usize, value: &Value, targets: &dyn Targets) -> Result<Entry, Se
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::Model;
+    use crate::tests::fixture::Model;
 
     fn parse(text: &str) -> Result<EffectSet, String> {
         EffectSet::parse(text, &Model).map_err(|error| error.to_string())

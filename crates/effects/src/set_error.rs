@@ -2,7 +2,10 @@
 
 use thiserror::Error;
 
-use super::{Id, set::SCHEMA};
+use crate::Id;
+
+/// Value of the key `schema` of an `effects.json`.
+pub const SCHEMA: &str = "hydro-effects/1";
 
 /// Why effects could not be read or written.
 #[derive(Clone, Debug, PartialEq, Error)]

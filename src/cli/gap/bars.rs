@@ -1,10 +1,10 @@
-//! Progress of the stages: a bar for each piece of work that the library tells of.
+//! Progress of the stages: a bar for each piece of work that the library reports.
 
 use std::sync::Mutex;
 
 use crate::cli::progress::Progress;
 
-/// Shows what the library tells, from any thread.
+/// Shows the progress that the library reports from any thread.
 #[derive(Default)]
 pub(super) struct Bars {
     now: Mutex<Option<Bar>>,
@@ -18,7 +18,7 @@ struct Bar {
 }
 
 impl Bars {
-    /// So much of a piece of work is done.
+    /// Shows that `done` of `total` parts of a piece of work are done.
     pub(super) fn tell(&self, what: &str, done: usize, total: usize) {
         let Ok(mut now) = self.now.lock() else { return };
         let same = now

@@ -23,8 +23,7 @@ pub(super) struct Flags {
 #[derive(Serialize)]
 struct Catalogue {
     schema: &'static str,
-    /// Null, prior and bounds are those of this example; names and units are those of every target of the
-    /// kind.
+    /// Null, prior and bounds are those of this example; names and units hold for every target of the kind.
     example: &'static str,
     effects: Vec<Entry>,
 }
@@ -36,7 +35,7 @@ struct Entry {
     summary: &'static str,
     equation: &'static str,
     source: &'static str,
-    /// True where coefficients stand for what is a little different from the equation.
+    /// True where the true form differs a little from the equation.
     idealised: bool,
     placement: Placement,
     parameters: Vec<ParameterEntry>,
@@ -48,11 +47,11 @@ struct ParameterEntry {
     unit: &'static str,
     null: f64,
     prior_sd: f64,
-    /// Least value; none where there is no bound.
+    /// Least value; null where there is no bound.
     lower: Option<f64>,
-    /// Greatest value; none where there is no bound.
+    /// Greatest value; null where there is no bound.
     upper: Option<f64>,
-    /// True where it may be left out, which means its null.
+    /// True where it may be left out; it is then at its null.
     optional: bool,
 }
 
@@ -71,11 +70,11 @@ impl From<Parameter> for ParameterEntry {
     }
 }
 
-/// What the example is, in words.
+/// The example in words.
 const EXAMPLE: &str = "a vehicle of 20 kg, 0.8 x 0.4 x 0.3 m, at 0.5 m/s in fresh water; a hinge of 0.1 kg m^2 \
     with 5 N m; an actuator up to 1; a sensor of three numbers";
 
-/// Something of a kind, of an ordinary size.
+/// A target of a kind with ordinary sizes.
 pub(super) fn example(kind: TargetKind) -> Target {
     match kind {
         TargetKind::Body => Target::Body(BodyScale {
@@ -120,6 +119,7 @@ fn entry(id: Id) -> Entry {
         source,
         idealised,
         placement,
+        phrase: _,
     } = *effect.card();
     Entry {
         id,

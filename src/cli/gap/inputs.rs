@@ -1,6 +1,6 @@
-//! What the stages depend on, so that a folder of results is only gone on with for the same inputs.
+//! The inputs of the stages: a folder of results is continued only with the same inputs.
 //!
-//! A held-out trial's file is not opened before `verify`; until then nothing about it counts but its name.
+//! A held-out trial's file is not opened before `verify`; until then only its name counts.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -13,10 +13,10 @@ use anyhow::Context as _;
 use hydro_gap::trial::{self, Listed, Split};
 use serde::{Deserialize, Serialize};
 
-use super::settings::Flags;
+use super::flags::Flags;
 use crate::cli::sha256;
 
-/// A file, without its content.
+/// Size and time of a file, to notice a change without reading it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Mark {
     bytes: u64,
@@ -25,8 +25,8 @@ pub(super) struct Mark {
 }
 
 impl Mark {
-    fn of(path: &Path) -> anyhow::Result<Self> {
-        let read = || -> std::io::Result<Self> {
+    fn read(path: &Path) -> anyhow::Result<Self> {
+        let metadata = || -> std::io::Result<Self> {
             let found = fs::metadata(path)?;
             let changed = found.modified()?.duration_since(UNIX_EPOCH);
             Ok(Self {
@@ -34,17 +34,17 @@ impl Mark {
                 changed: changed.map_or(0, |time| time.as_nanos() as u64),
             })
         };
-        read().with_context(|| format!("looking at {}", path.display()))
+        metadata().with_context(|| format!("looking at {}", path.display()))
     }
 }
 
-/// What the stages depend on.
+/// The inputs of the stages.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Inputs {
     /// Version of this program.
     program: String,
     model: PathBuf,
-    /// Of the MJCF and of what it includes.
+    /// Of the MJCF and its included files.
     model_sha256: String,
     uncertainty_sha256: Option<String>,
     holdout: f64,
@@ -52,13 +52,13 @@ pub(super) struct Inputs {
     #[serde(default)]
     no_residual: bool,
     fit: BTreeMap<String, Mark>,
-    /// None until `verify` has read it.
+    /// `None` until `verify` has read the file.
     held_out: BTreeMap<String, Option<Mark>>,
 }
 
 impl Inputs {
-    /// Looks at the inputs. `known`: those that the folder of results was made from; a held-out trial of
-    /// theirs counts though its file is away.
+    /// The inputs as they are now. A held-out trial of `known`, the inputs of the folder of results, counts even where its
+    /// file is gone.
     pub(super) fn look(flags: &Flags, known: Option<&Self>) -> anyhow::Result<Self> {
         let listed = trial::list(&flags.trials)?;
         let mut names: BTreeSet<String> = listed.iter().map(|one| one.name.clone()).collect();
@@ -72,7 +72,7 @@ impl Inputs {
         let file = |name: &String| listed.iter().find(|one| one.name == *name);
         let mut marks = BTreeMap::new();
         for one in fit.iter().filter_map(file) {
-            marks.insert(one.name.clone(), Mark::of(&one.path)?);
+            marks.insert(one.name.clone(), Mark::read(&one.path)?);
         }
         Ok(Self {
             program: env!("CARGO_PKG_VERSION").to_owned(),
@@ -96,28 +96,27 @@ impl Inputs {
         })
     }
 
-    /// Trials that everything before `verify` uses.
+    /// Trials used before `verify`.
     pub(super) fn fit_trials(&self) -> Vec<String> {
         self.fit.keys().cloned().collect()
     }
 
-    /// Trials that nothing before `verify` opens.
+    /// Trials that only `verify` opens.
     pub(super) fn held_out_trials(&self) -> Vec<String> {
         self.held_out.keys().cloned().collect()
     }
 
-    /// Notes which held-out files `verify` reads.
+    /// Records the held-out files that `verify` reads.
     pub(super) fn note_held_out(&mut self, listed: &[Listed]) -> anyhow::Result<()> {
         for (name, mark) in &mut self.held_out {
             if let Some(one) = listed.iter().find(|one| one.name == *name) {
-                *mark = Some(Mark::of(&one.path)?);
+                *mark = Some(Mark::read(&one.path)?);
             }
         }
         Ok(())
     }
 
-    /// What differs from the inputs that a folder was made from, in words; `listed` are the files there are
-    /// now.
+    /// Differences to the inputs of a folder, in words; `listed` are the present files.
     pub(super) fn differences(&self, old: &Self, listed: &[Listed]) -> Vec<String> {
         let mut found = Vec::new();
         if self.program != old.program {
@@ -177,7 +176,7 @@ impl Inputs {
         }
         for (name, mark) in &old.held_out {
             let file = listed.iter().find(|one| one.name == *name);
-            let now = file.and_then(|one| Mark::of(&one.path).ok());
+            let now = file.and_then(|one| Mark::read(&one.path).ok());
             if let (Some(mark), Some(now)) = (mark, now)
                 && *mark != now
             {
@@ -187,13 +186,13 @@ impl Inputs {
         found
     }
 
-    /// Takes over which held-out files were read.
+    /// Takes over the record of held-out files that were read.
     pub(super) fn keep_held_out(&mut self, old: &Self) {
         self.held_out.clone_from(&old.held_out);
     }
 }
 
-/// Of a model and all files that it includes, however deep; a missing one is left to the loader to tell.
+/// Digest of a model and all files that it includes, however deep; a missing one is left to the loader to report.
 fn model_sha256(model: &Path) -> anyhow::Result<String> {
     let folder = model.parent().unwrap_or(Path::new("."));
     let mut waiting = vec![model.to_owned()];

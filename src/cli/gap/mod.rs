@@ -2,23 +2,25 @@
 
 #[cfg(mujoco_plugins)]
 mod bars;
+#[cfg(mujoco_plugins)]
+mod candidate;
 mod effects;
 #[cfg(mujoco_plugins)]
-mod folder;
+mod flags;
 #[cfg(mujoco_plugins)]
 mod inputs;
 #[cfg(mujoco_plugins)]
-mod laboratory;
-#[cfg(mujoco_plugins)]
-mod lines;
+mod pipeline;
 #[cfg(mujoco_plugins)]
 mod report;
 #[cfg(mujoco_plugins)]
-mod residual;
+mod residual_candidate;
 #[cfg(mujoco_plugins)]
-mod sequence;
+mod results_folder;
 #[cfg(mujoco_plugins)]
-mod settings;
+mod session;
+#[cfg(mujoco_plugins)]
+mod terminal;
 
 use clap::Subcommand;
 
@@ -33,19 +35,19 @@ pub(super) struct Args {
 enum Command {
     /// All stages: find, name, add, verify, report.
     #[cfg(mujoco_plugins)]
-    Run(settings::Flags),
+    Run(flags::Flags),
     /// Where simulation and measurement disagree.
     #[cfg(mujoco_plugins)]
-    Find(settings::Flags),
+    Find(flags::Flags),
     /// Which effect is missing; runs what must come before where --out does not hold it.
     #[cfg(mujoco_plugins)]
-    Name(settings::Flags),
+    Name(flags::Flags),
     /// Writes a candidate model with the effect; runs what must come before.
     #[cfg(mujoco_plugins)]
-    Add(settings::Flags),
+    Add(flags::Flags),
     /// Held-out trials decide; runs what must come before, and writes verdict and report.
     #[cfg(mujoco_plugins)]
-    Verify(settings::Flags),
+    Verify(flags::Flags),
     /// Write report.html and verdict.json again from the stages in a folder.
     #[cfg(mujoco_plugins)]
     Report(report::Flags),
@@ -58,14 +60,14 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     match &args.command {
         #[cfg(mujoco_plugins)]
         Command::Run(flags) | Command::Verify(flags) => {
-            laboratory::run(flags, sequence::Stage::Verify)
+            session::run(flags, pipeline::Stage::Verify)
         }
         #[cfg(mujoco_plugins)]
-        Command::Find(flags) => laboratory::run(flags, sequence::Stage::Find),
+        Command::Find(flags) => session::run(flags, pipeline::Stage::Find),
         #[cfg(mujoco_plugins)]
-        Command::Name(flags) => laboratory::run(flags, sequence::Stage::Name),
+        Command::Name(flags) => session::run(flags, pipeline::Stage::Name),
         #[cfg(mujoco_plugins)]
-        Command::Add(flags) => laboratory::run(flags, sequence::Stage::Add),
+        Command::Add(flags) => session::run(flags, pipeline::Stage::Add),
         #[cfg(mujoco_plugins)]
         Command::Report(flags) => report::run(flags),
         Command::Effects(flags) => effects::run(flags),

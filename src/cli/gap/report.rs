@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use anyhow::bail;
 
 use super::{
-    folder::{Folder, provenance},
-    lines, sequence,
+    pipeline,
+    results_folder::{Folder, provenance},
+    terminal,
 };
 use crate::cli::print_json;
 
@@ -23,7 +24,7 @@ pub(super) struct Flags {
 
 /// Runs the command.
 pub(super) fn run(flags: &Flags) -> anyhow::Result<()> {
-    // What the stages were made from is carried along as it is.
+    // The inputs are kept as they are, unread.
     let Some(known) = provenance::<serde_json::Value>(&flags.out)? else {
         bail!(
             "--out {}: no run.json, so no results of hydro gap",
@@ -31,11 +32,11 @@ pub(super) fn run(flags: &Flags) -> anyhow::Result<()> {
         );
     };
     let mut folder = Folder::go_on(&flags.out, known)?;
-    let record = sequence::gather(&folder)?;
-    sequence::publish(&mut folder, &record)?;
+    let record = pipeline::gather(&folder)?;
+    pipeline::publish(&mut folder, &record)?;
     if flags.json {
         return print_json(&record.verdict);
     }
-    say!("{}", lines::ten_lines(&record, &flags.out));
+    say!("{}", terminal::ten_lines(&record, &flags.out));
     Ok(())
 }

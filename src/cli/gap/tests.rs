@@ -17,11 +17,12 @@ use hydro_gap::{
 };
 
 use super::{
-    folder::{Folder, provenance},
+    candidate::Candidate,
+    flags::Flags,
     inputs::Inputs,
-    laboratory, lines,
-    sequence::{self, Candidate, Reached, Stage, Stages},
-    settings::Flags,
+    pipeline::{self, Reached, Stage, Stages},
+    results_folder::{Folder, provenance},
+    session, terminal,
 };
 
 fn found() -> Found {
@@ -184,11 +185,11 @@ impl Fake {
             find: Box::new(|_| step("find").map(|()| found())),
             name: Box::new(|_, _| step("name").map(|()| (self.named)())),
             add: Box::new(|_, _, _| step("add").map(|()| Some((self.candidate)()))),
-            verify: Box::new(|exam, _| {
-                if let Some(candidate) = exam.candidate {
+            verify: Box::new(|input, _| {
+                if let Some(candidate) = input.candidate {
                     assert_eq!(fs::read_to_string(candidate).unwrap(), "<mujoco/>");
                 }
-                assert_eq!(exam.candidate.is_some(), (self.candidate)().xml.is_some());
+                assert_eq!(input.candidate.is_some(), (self.candidate)().xml.is_some());
                 step("verify").map(|()| Some(verified(self.accepted)))
             }),
         };
@@ -197,10 +198,10 @@ impl Fake {
             tell: &|_, _, _| {},
         };
         let flags = self.flags(more);
-        let mut folder = laboratory::open(&flags)?;
+        let mut folder = session::open(&flags)?;
         let note =
             |inputs: &mut Inputs| inputs.note_held_out(&hydro_gap::trial::list(&flags.trials)?);
-        sequence::run(&mut folder, &stages, until, &watch, note)
+        pipeline::run(&mut folder, &stages, until, &watch, note)
     }
 
     fn ran(&self) -> Vec<&'static str> {
@@ -313,7 +314,7 @@ fn a_learned_residual_is_added_without_a_name_or_not_at_all() {
     let verdict = &record.verdict;
     assert_eq!(verdict.verdict, Outcome::Unknown);
     assert!(verdict.named.is_empty() && verdict.verified && verdict.patch.is_some());
-    let text = lines::ten_lines(&record, &fake.out());
+    let text = terminal::ten_lines(&record, &fake.out());
     assert!(
         text.contains("A learned residual was added") && text.contains("patched.xml"),
         "{text}"
@@ -333,7 +334,7 @@ fn a_learned_residual_is_added_without_a_name_or_not_at_all() {
         panic!("no verdict");
     };
     assert!(!fake.out().join("patched.xml").exists() && record.verdict.patch.is_none());
-    let text = lines::ten_lines(&record, &fake.out());
+    let text = terminal::ten_lines(&record, &fake.out());
     assert!(
         text.contains("learned residual was tried") && text.contains("gets worse"),
         "{text}"
@@ -353,7 +354,7 @@ fn a_learned_residual_is_added_without_a_name_or_not_at_all() {
     };
     let left = names(&fake.out());
     assert!(!left.contains(&"residual".to_owned()) && !left.contains(&"candidate.xml".to_owned()));
-    let text = lines::ten_lines(&record, &fake.out());
+    let text = terminal::ten_lines(&record, &fake.out());
     assert!(text.contains("needs a free joint; not offered"), "{text}");
     assert!(!record.verdict.verified && record.verdict.named.is_empty());
 }
@@ -570,7 +571,7 @@ fn the_terminal_has_ten_lines_at_most_and_is_not_steered_by_names() {
             panic!("no verdict");
         };
         record.verdict.next_experiment = Some("a\nb".into());
-        let text = lines::ten_lines(&record, &fake.out());
+        let text = terminal::ten_lines(&record, &fake.out());
         assert!(
             text.lines().count() <= 10 && !text.contains('\u{1b}'),
             "{text}"

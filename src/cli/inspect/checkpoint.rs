@@ -1,4 +1,4 @@
-//! What a checkpoint is: sizes, where it comes from, and what it was trained on, axis by axis.
+//! Description of a checkpoint: sizes, provenance, and ranges and errors axis by axis.
 
 use hydro_model::checkpoint::{Card, Checkpoint};
 use hydro_plugin::report::gap::number;
@@ -60,7 +60,7 @@ fn kind(card: &Card) -> String {
     }
 }
 
-/// A configuration on one line; of a list of objects, how many they are.
+/// A configuration on one line; a list of objects as its length.
 fn brief(value: &Value) -> String {
     match value {
         Value::Object(fields) => {

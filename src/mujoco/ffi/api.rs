@@ -71,6 +71,9 @@ pub(crate) struct Api {
 
 static API: OnceLock<Api> = OnceLock::new();
 
+/// Called with the table once it is filled.
+static ON_LOAD: OnceLock<fn(&Api)> = OnceLock::new();
+
 impl Api {
     /// The table, where it was filled before.
     pub(crate) fn get() -> Option<&'static Self> {
@@ -124,7 +127,19 @@ impl Api {
         // SAFETY: as above; the signatures are those of this version's headers.
         let functions = unsafe { Functions::from_library(same_again(&path).map_err(&fault)?) }
             .map_err(&fault)?;
-        Ok(API.get_or_init(|| Self { functions, library }))
+        let api = API.get_or_init(|| Self { functions, library });
+        if let Some(then) = ON_LOAD.get() {
+            then(api);
+        }
+        Ok(api)
+    }
+
+    /// Calls `then` with the table: now where it is filled, else once it is.
+    pub(super) fn on_load(then: fn(&Self)) {
+        ON_LOAD.get_or_init(|| then);
+        if let Some(api) = Self::get() {
+            then(api);
+        }
     }
 
     /// Address of a variable of MuJoCo's.

@@ -6,6 +6,7 @@
 //! views         pointers and counts as slices
 //! boundary      no panic leaves Rust
 //! warn          MuJoCo's warning channel
+//! warnings      counts of MuJoCo's warnings
 //! scene_folder  where the MJCF lies, if this process loads it itself
 //! last_refusal  why a plugin refused the latest model
 //! ```
@@ -17,6 +18,7 @@ pub(crate) mod last_refusal;
 pub(crate) mod scene_folder;
 pub(crate) mod views;
 mod warn;
+pub mod warnings;
 
 pub(crate) use self::{
     api::Api,

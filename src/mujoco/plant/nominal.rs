@@ -237,7 +237,7 @@ impl MujocoPlant {
                 let Part::Joint(part) = effect(entry.effect).part() else {
                     return None;
                 };
-                let amount = part.play(&entry.parameters)?;
+                let amount = part.backlash(&entry.parameters)?;
                 let joints = &self.description.joints;
                 let joint = joints.iter().find(|joint| joint.name == entry.target)?;
                 let rotor = model.dof_armature()[joint.dof] > 0.0;

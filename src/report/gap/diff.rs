@@ -1,4 +1,4 @@
-//! What was written into the model, and how to load it.
+//! Section of the page: the text that was written into the model, and how to load it.
 
 use std::fmt::Write as _;
 
@@ -15,7 +15,7 @@ const MOST_BYTES: usize = 150_000;
 /// Characters of a line of the diff that the page shows: a mesh or a keyframe may be one long line.
 const MOST_LETTERS: usize = 2_000;
 
-/// The section: `patch` is none where nothing was added, whatever was tried.
+/// The section; `patch` is `None` where nothing was added.
 pub(super) fn section(html: &mut String, added: Option<&Added>, patch: Option<&Patch>) {
     let Some(patch) = patch else {
         html.push_str("<p>Nothing: the model stays as it is.</p>");
@@ -45,7 +45,7 @@ pub(super) fn section(html: &mut String, added: Option<&Added>, patch: Option<&P
     sensors(html, patch);
 }
 
-/// Numbers of the nominal that the file has anew.
+/// Values of the nominal model that the file replaces.
 fn numbers(html: &mut String, numbers: &[Refitted]) {
     if numbers.is_empty() {
         return;
@@ -71,7 +71,7 @@ fn numbers(html: &mut String, numbers: &[Refitted]) {
     html.push_str("</table></div>");
 }
 
-/// How the model is loaded.
+/// Instructions to load the model.
 fn python(model: &str) -> String {
     let model = model.replace('\\', "\\\\").replace('"', "\\\"");
     format!(

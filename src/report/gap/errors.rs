@@ -1,4 +1,4 @@
-//! How large the error is before and after, by horizon and by sensor.
+//! Section of the page: the error before and after, by horizon and by sensor.
 
 use std::fmt::Write as _;
 
@@ -19,7 +19,7 @@ struct Row {
     ci95: [f64; 2],
 }
 
-/// By horizon.
+/// Errors by horizon.
 pub(super) fn horizons(html: &mut String, verified: &Verified, patched: bool) {
     let rows = verified.horizons.iter().map(|horizon| Row {
         name: format!("{} s", number(horizon.seconds)),
@@ -31,7 +31,7 @@ pub(super) fn horizons(html: &mut String, verified: &Verified, patched: bool) {
     table(html, "horizon", rows.collect(), patched);
 }
 
-/// By sensor.
+/// Errors by sensor.
 pub(super) fn sensors(html: &mut String, verified: &Verified, patched: bool) {
     let rows = verified.gap.per_sensor.iter().map(|(name, gap)| Row {
         name: name.clone(),
@@ -84,7 +84,7 @@ fn table(html: &mut String, head: &str, rows: Vec<Row>, patched: bool) {
     html.push_str("</table></div>");
 }
 
-/// Bars, before above after; parts of the greatest error of the table.
+/// Bars, before above after, relative to the greatest error of the table.
 fn bars(html: &mut String, before: f64, after: Option<f64>) {
     html.push_str("<svg viewBox=\"0 0 100 18\" preserveAspectRatio=\"none\" aria-hidden=\"true\">");
     // One alone stands in the middle.
@@ -102,7 +102,7 @@ fn bars(html: &mut String, before: f64, after: Option<f64>) {
     html.push_str("</svg>");
 }
 
-/// What the two bars mean.
+/// Legend of the two bars.
 pub(super) fn legend(html: &mut String, patched: bool) {
     if !patched {
         return;

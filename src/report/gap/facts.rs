@@ -71,7 +71,7 @@ pub(super) fn key_figures(html: &mut String, record: &Record) {
     html.push_str("</ul>");
 }
 
-/// Rules that say when.
+/// Conditions under which the excess is large.
 pub(super) fn regimes(html: &mut String, record: &Record) {
     if record.verdict.regime.is_empty() {
         return;
@@ -97,7 +97,7 @@ pub(super) fn regimes(html: &mut String, record: &Record) {
     html.push_str("</table></div>");
 }
 
-/// The windows that chance does not explain, the largest.
+/// The largest windows that noise alone does not explain.
 pub(super) fn places(html: &mut String, record: &Record) {
     const MOST: usize = 6;
     if record.verdict.places.is_empty() {
@@ -132,7 +132,7 @@ pub(super) fn places(html: &mut String, record: &Record) {
     }
 }
 
-/// What the data cannot tell, and the experiment that would.
+/// Explanations that the data cannot separate, and the experiment that would.
 pub(super) fn undecided(html: &mut String, record: &Record) {
     let verdict = &record.verdict;
     let before = html.len();
@@ -180,7 +180,7 @@ pub(super) fn undecided(html: &mut String, record: &Record) {
     }
 }
 
-/// Remarks of every stage, once each.
+/// Remarks of every stage, without repetition.
 pub(super) fn remarks(html: &mut String, record: &Record) {
     let added = record.added.iter().flat_map(|stage| &stage.remarks);
     let verified = record.verified.iter().flat_map(|stage| &stage.remarks);
@@ -234,7 +234,7 @@ pub(super) fn channels(html: &mut String, record: &Record) {
     html.push_str("</table></div></details>");
 }
 
-/// Where the page comes from.
+/// Model, command and times.
 pub(super) fn provenance(html: &mut String, record: &Record) {
     let _ = write!(
         html,

@@ -1,4 +1,4 @@
-//! Where: one map a trial, a row a sensor, a column a window of time.
+//! Heat maps of the excess: one map for each trial, one row for each sensor, one column for each window of time.
 
 use std::{collections::BTreeMap, fmt::Write as _};
 
@@ -14,17 +14,17 @@ use super::{
 };
 use crate::report::html::escape;
 
-/// Steps of colour.
+/// Number of colours.
 const LEVELS: usize = 8;
 /// Width of a map [px]; a phone shows it at about this size.
 const WIDTH: f64 = 400.0;
 /// Height of a row [px].
 const ROW: f64 = 16.0;
-/// Width of a letter of a sensor's name [px], about.
+/// Approximate width of a letter of a sensor's name [px].
 const LETTER: f64 = 6.2;
 /// Most letters of a sensor's name.
 const NAME: usize = 18;
-/// So many sensors are drawn whatever they show; of more, those in which there is something to see.
+/// Up to this many sensors all are drawn; of more, only those with an excess.
 const ALL_SENSORS: usize = 8;
 /// Trials that are shown at once; the others unfold.
 const OPEN_TRIALS: usize = 12;
@@ -36,7 +36,7 @@ struct Colours {
 }
 
 impl Colours {
-    fn of(maps: &[HeatMap]) -> Self {
+    fn from_maps(maps: &[HeatMap]) -> Self {
         let (_, greatest) = svg::range(
             maps.iter()
                 .flat_map(|map| map.sensors.values().flatten().flatten().copied()),
@@ -63,7 +63,7 @@ pub(super) fn section(html: &mut String, found: &Found, places: &[Place]) {
         html.push_str("<p>There is no window to show.</p>");
         return;
     }
-    let colours = Colours::of(&found.heat_maps);
+    let colours = Colours::from_maps(&found.heat_maps);
     if places.is_empty() && !is_coloured(found, &colours) {
         let count = found.heat_maps.len();
         let _ = write!(
@@ -101,15 +101,14 @@ pub(super) fn section(html: &mut String, found: &Found, places: &[Place]) {
     }
 }
 
-/// True where some window has more than noise alone may well give.
+/// True where some window exceeds what noise alone may give.
 fn is_coloured(found: &Found, colours: &Colours) -> bool {
     let mut values =
         (found.heat_maps.iter()).flat_map(|map| map.sensors.values().flatten().flatten());
     values.any(|value| colours.level(*value) > 0)
 }
 
-/// Sensors that are drawn, those with the largest share of the excess first, and those in which there is nothing
-/// to see, where they are many.
+/// Sensors that are drawn, the largest share of the excess first, and, where they are many, those left out.
 fn rows<'f>(found: &'f Found, colours: &Colours, places: &[Place]) -> (Vec<&'f str>, Vec<&'f str>) {
     let mut names: Vec<&str> = found
         .heat_maps
@@ -270,7 +269,7 @@ fn one(
     html.push_str("</svg>");
 }
 
-/// Share of the excess by sensor, as bars; where no window stands out they are shares of noise, and not shown.
+/// Share of the excess by sensor, as bars; not shown where no window stands out, because they would be shares of noise.
 pub(super) fn shares(html: &mut String, found: &Found, places: &[Place]) {
     let mut shares: Vec<(&str, f64)> = (found.by_sensor.iter())
         .map(|(name, share)| (name.as_str(), *share))
@@ -327,7 +326,7 @@ mod tests {
             }
         };
         let split = |found: &Found| {
-            let colours = Colours::of(&found.heat_maps);
+            let colours = Colours::from_maps(&found.heat_maps);
             let (drawn, quiet) = rows(found, &colours, &[]);
             (drawn.join(" "), quiet.len())
         };
@@ -350,7 +349,7 @@ mod tests {
                 edges: vec![0.0, 1.0, 2.0],
                 sensors: [("s".to_owned(), values)].into(),
             };
-            let colours = Colours::of(&[map]);
+            let colours = Colours::from_maps(&[map]);
             assert!(colours.bounds.windows(2).all(|pair| pair[0] < pair[1]));
             assert_eq!(colours.level(1.0), 0);
             assert_eq!(colours.level(f64::INFINITY), LEVELS - 1);

@@ -1,5 +1,5 @@
-//! The page of `hydro gap`: one HTML file without outside references or scripts, and the words that the
-//! terminal shares with it.
+//! The page of `hydro gap`, one HTML file without scripts or outside references, and the sentences that it shares with the
+//! terminal.
 
 mod diff;
 mod errors;
@@ -17,4 +17,4 @@ mod tests;
 
 pub use numbers::{interval, number, percent, probability, with_unit};
 pub use page::page;
-pub use sentence::{Standing, effect_name, effect_on, headline, place, regime};
+pub use sentence::{VerdictKind, effect_name, effect_on, headline, place, regime};

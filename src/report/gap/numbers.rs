@@ -1,6 +1,6 @@
-//! Numbers as people read them.
+//! Numbers, units, intervals and probabilities as text.
 
-/// A number with five digits, for two that differ by little.
+/// A number with five digits, for numbers that differ little.
 pub(super) fn fine(value: f64) -> String {
     if !(1e-3..1e5).contains(&value.abs()) {
         return number(value);
@@ -69,7 +69,7 @@ pub fn probability(p: f64) -> String {
     }
 }
 
-/// The same for a table.
+/// A probability for a table.
 pub(super) fn short_probability(p: f64) -> String {
     probability(p).replace("above", ">").replace("below", "<")
 }

@@ -1,4 +1,4 @@
-//! Measured, before and after on held-out trials, one small plot a channel.
+//! Section of the page: measurement and predictions on held-out trials, one small plot for each channel.
 
 use std::fmt::Write as _;
 
@@ -14,7 +14,7 @@ use crate::report::html::escape;
 const SIZE: (f64, f64) = (360.0, 170.0);
 /// Space left of and below the lines [px].
 const MARGIN: (f64, f64) = (46.0, 22.0);
-/// Bytes that the plots of a page may take; what does not fit is in `verify.json`.
+/// Greatest size of the plots of a page [byte]; the others are in `verify.json` only.
 const BUDGET: usize = 1_800_000;
 /// Plots that are shown at once, in whole trials; the others unfold.
 const OPEN_PLOTS: usize = 18;
@@ -133,8 +133,8 @@ fn title(overlay: &Overlay, all: &[Overlay]) -> String {
     }
 }
 
-/// The line as a path that breaks where there is no value. Of the points inside one pixel column only
-/// the first, the least, the greatest and the last stay: what an eye can see.
+/// The line as a path that breaks where there is no value. Of the points inside one pixel column only the first, the least,
+/// the greatest and the last are kept, the visible ones.
 fn path(time: &[f64], values: &[Option<f64>], x: &Scale, y: &Scale) -> String {
     let mut path = String::new();
     let mut run: Vec<(f64, f64)> = Vec::new();

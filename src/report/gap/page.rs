@@ -1,4 +1,4 @@
-//! The page: its order, and what each outcome leaves out.
+//! The page: the order of its sections, and those that an outcome leaves out.
 
 use std::fmt::Write as _;
 
@@ -6,15 +6,15 @@ use hydro_gap::records::{Record, Verified};
 
 use super::{
     diff, errors, facts, heat_map, overlay, parameters, ranking,
-    sentence::{self, Standing},
+    sentence::{self, VerdictKind},
 };
 use crate::report::html::escape;
 
 const STYLE: &str = include_str!("style.css");
 
-/// Renders `report.html`. No scripts and no outside references: the policy in its head forbids them.
+/// Renders `report.html`; the policy in its head forbids scripts and outside references.
 pub fn page(record: &Record) -> String {
-    let standing = Standing::of(&record.verdict);
+    let kind = VerdictKind::from_verdict(&record.verdict);
     let mut html = String::with_capacity(256 * 1024);
     let _ = write!(
         html,
@@ -27,15 +27,15 @@ pub fn page(record: &Record) -> String {
     let _ = write!(
         html,
         "<header class=\"{}\"><p class=\"label\">{}</p><h1>{}</h1>",
-        class(standing),
-        standing.label(),
+        class(kind),
+        kind.label(),
         facts::marked(&sentence::headline(&record.verdict, &record.named.chosen))
     );
     if let Some(experiment) = record
         .verdict
         .next_experiment
         .as_deref()
-        .filter(|_| standing == Standing::Confusable)
+        .filter(|_| kind == VerdictKind::Confusable)
     {
         let _ = write!(
             html,
@@ -84,7 +84,7 @@ pub fn page(record: &Record) -> String {
     html
 }
 
-/// What the held-out trials say; `patched`: there is an after.
+/// Results on the held-out trials; `patched`: there are errors after the patch.
 fn held_out(html: &mut String, verified: &Verified, patched: bool) {
     html.push_str(if patched {
         "<h2>Error on held-out trials, before and after</h2>"
@@ -111,13 +111,13 @@ fn held_out(html: &mut String, verified: &Verified, patched: bool) {
     }
 }
 
-fn class(standing: Standing) -> &'static str {
-    match standing {
-        Standing::Verified => "verified",
-        Standing::Unchecked => "unchecked",
-        Standing::Refused => "refused",
-        Standing::Confusable => "confusable",
-        Standing::NoGap => "no_gap",
-        Standing::Unknown => "unknown",
+fn class(kind: VerdictKind) -> &'static str {
+    match kind {
+        VerdictKind::Verified => "verified",
+        VerdictKind::Unchecked => "unchecked",
+        VerdictKind::Refused => "refused",
+        VerdictKind::Confusable => "confusable",
+        VerdictKind::NoGap => "no_gap",
+        VerdictKind::Unknown => "unknown",
     }
 }

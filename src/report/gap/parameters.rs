@@ -1,4 +1,4 @@
-//! What the parameters are: value, interval and unit, drawn against zero; and what else was fitted.
+//! Section of the page: fitted parameters with interval and unit, drawn against zero, and fitted nuisance parameters.
 
 use std::fmt::Write as _;
 
@@ -17,7 +17,7 @@ use crate::report::html::escape;
 
 /// Size of a drawn interval [px].
 const SIZE: (f64, f64) = (200.0, 22.0);
-/// Effects that are only likely, not chosen, are shown up to so many.
+/// Greatest number of likely effects shown beside the chosen ones.
 const LIKELY: usize = 6;
 
 /// The section.
@@ -112,8 +112,8 @@ fn row(html: &mut String, parameter: &FittedParameter, again: Option<&FittedPara
     html.push_str("</td></tr>");
 }
 
-/// Each row has its own scale: parameters have different units. Zero is always on it, so that its width
-/// is the precision.
+/// Interval of a parameter on a scale of its own, for units differ. Zero is on every scale, so that the width shows the
+/// precision.
 fn drawn(html: &mut String, parameter: &FittedParameter, again: Option<&FittedParameter>) {
     let (width, height) = SIZE;
     let values = [0.0, parameter.value]

@@ -1,4 +1,4 @@
-//! Which effect: probabilities of effects, and of the sets that were tried.
+//! Section of the page: probabilities of effects, and of the sets that were tried.
 
 use std::fmt::Write as _;
 
@@ -17,7 +17,7 @@ use crate::report::html::escape;
 /// Sets that are shown at once; the others unfold.
 const OPEN_SETS: usize = 8;
 
-/// Probability of each effect.
+/// Probabilities of the effects.
 pub(super) fn effects(html: &mut String, verdict: &Verdict, chosen: &[FittedEffect]) {
     if verdict.effects.is_empty() {
         html.push_str("<p>No effect of the catalogue has a probability worth showing.</p>");

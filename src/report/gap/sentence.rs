@@ -1,6 +1,4 @@
-//! The verdict in a sentence that a person can repeat; page and terminal share it.
-//!
-//! Names of people's things stand between backticks.
+//! The verdict in one sentence, for page and terminal. Names from the user's files stand between backticks.
 
 use hydro_effects::{Id, TargetKind, catalogue};
 use hydro_gap::{
@@ -10,26 +8,26 @@ use hydro_gap::{
 
 use super::numbers::{bare_percent, number, percent, probability};
 
-/// How firmly the verdict stands.
+/// Kind of a verdict, told apart also by what the held-out trials said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
-    /// Named, and the held-out trials confirm it.
+pub enum VerdictKind {
+    /// Named and confirmed by held-out trials.
     Verified,
-    /// Named, but there was no trial to hold out.
+    /// Named; no trial was held out.
     Unchecked,
-    /// Named, and the held-out trials refuse it.
+    /// Named and refused by held-out trials.
     Refused,
-    /// Several explanations.
+    /// Several effects explain the difference.
     Confusable,
-    /// Nothing is missing.
+    /// No effect is missing.
     NoGap,
-    /// Something outside the catalogue.
+    /// The missing effect is not in the catalogue.
     Unknown,
 }
 
-impl Standing {
-    /// Of a verdict.
-    pub fn of(verdict: &Verdict) -> Self {
+impl VerdictKind {
+    /// The kind of a verdict.
+    pub fn from_verdict(verdict: &Verdict) -> Self {
         match verdict.verdict {
             Outcome::Named if verdict.verified => Self::Verified,
             Outcome::Named if verdict.gap.n_holdout_trials == 0 => Self::Unchecked,
@@ -40,7 +38,7 @@ impl Standing {
         }
     }
 
-    /// In a few words.
+    /// Label above the sentence.
     pub fn label(self) -> &'static str {
         match self {
             Self::Verified => "Named and verified",
@@ -53,7 +51,7 @@ impl Standing {
     }
 }
 
-/// What refitting the nominal's numbers does alone, after the sentence; empty where it is not known.
+/// Sentence on the gain of refitting the nominal model alone; empty where it is not known.
 pub(super) fn recalibration(record: &Record) -> String {
     let before = record.verdict.gap.before;
     let alone = record.verified.as_ref().and_then(|of| of.recalibrated);
@@ -70,43 +68,14 @@ pub(super) fn recalibration(record: &Record) -> String {
     }
 }
 
-/// Another target of the same effect is told where it is likelier than this.
+/// Least probability at which another target of the same effect is mentioned.
 const ELSEWHERE: f64 = 0.05;
-/// Sums of probabilities may exceed one by this.
+/// Rounding error of a sum of probabilities.
 const ROUNDING: f64 = 1e-6;
 
-/// The effect as it stands in a sentence, after "the model lacks".
+/// The effect in a sentence, after "the model lacks".
 fn phrase(id: Id) -> &'static str {
-    match id {
-        Id::AddedMass => "added mass",
-        Id::LinearDrag => "linear drag",
-        Id::QuadraticDrag => "quadratic drag",
-        Id::CrossFlowDrag => "cross-flow drag",
-        Id::Current => "a water current",
-        Id::MunkMoment => "a Munk moment",
-        Id::Lift => "lift",
-        Id::NetBuoyancy => "net buoyancy",
-        Id::BuoyancyOffset => "a buoyancy offset",
-        Id::Payload => "a payload",
-        Id::WakeMemory => "wake memory",
-        Id::BassetHistory => "a Basset history force",
-        Id::FreeSurface => "a free-surface effect",
-        Id::WallProximity => "a wall effect",
-        Id::Waves => "waves",
-        Id::ActuatorGain => "an actuator gain",
-        Id::ActuatorDeadband => "an actuator deadband",
-        Id::ActuatorLag => "an actuator lag",
-        Id::ActuatorDelay => "an actuator delay",
-        Id::InflowThrustLoss => "a thrust loss with inflow",
-        Id::JointFriction => "joint friction",
-        Id::JointDamping => "joint damping",
-        Id::JointStiffness => "joint stiffness",
-        Id::JointBacklash => "joint backlash",
-        Id::SensorBias => "a sensor bias",
-        Id::SensorDelay => "a sensor delay",
-        Id::SensorScale => "a sensor scale",
-        Id::ConstantForce => "a constant force",
-    }
+    catalogue::effect(id).card().phrase
 }
 
 /// The effect's name for people.
@@ -145,28 +114,26 @@ fn listed(words: &[String], last: &str) -> String {
     }
 }
 
-/// The verdict in one sentence, or two where a second thing must be said. `chosen` are the effects that
-/// were fitted together ([`Named::chosen`](hydro_gap::records::Named)): a verdict whose name is not
-/// verified does not hold them.
+/// The verdict in one sentence or two. `chosen` are the effects that were fitted together
+/// ([`Named::chosen`](hydro_gap::records::Named)), which a verdict that is not verified does not hold.
 pub fn headline(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
-    match Standing::of(verdict) {
-        Standing::Verified => verified(verdict, chosen),
-        Standing::Unchecked => unchecked(verdict, chosen),
-        Standing::Refused => refused(verdict, chosen),
-        Standing::Confusable => confusable(verdict),
-        Standing::NoGap => no_gap(),
-        Standing::Unknown => unknown(verdict),
+    match VerdictKind::from_verdict(verdict) {
+        VerdictKind::Verified => verified(verdict, chosen),
+        VerdictKind::Unchecked => unchecked(verdict, chosen),
+        VerdictKind::Refused => refused(verdict, chosen),
+        VerdictKind::Confusable => confusable(verdict),
+        VerdictKind::NoGap => no_gap(),
+        VerdictKind::Unknown => unknown(verdict),
     }
 }
 
-/// True for an effect that one hypothesis may put on several targets, each of which then is an entry with the
-/// probability of all.
+/// True for an effect that one hypothesis may put on several targets; each is then an entry with the probability of all.
 fn may_act_on_several(id: Id) -> bool {
     let target = catalogue::effect(id).card().target;
     matches!(target, TargetKind::Joint | TargetKind::Actuator)
 }
 
-/// What is missing, each with its probability; and the pronoun for it.
+/// The missing effects with their probabilities, and the pronoun for them.
 fn missing(verdict: &Verdict, chosen: &[FittedEffect]) -> (String, &'static str) {
     let words: Vec<String> = if chosen.is_empty() {
         let ids = verdict.named.iter();
@@ -179,7 +146,7 @@ fn missing(verdict: &Verdict, chosen: &[FittedEffect]) -> (String, &'static str)
             } else {
                 ""
             };
-            // Where it sits may be open where that it is missing is not: a current past a thigh is one past a calf.
+            // The effect may be certain and its target not: a current past a thigh is one past a calf.
             let elsewhere: Vec<&FittedEffect> = (verdict.effects.iter())
                 .filter(|other| other.effect == effect.effect && other.probability > ELSEWHERE)
                 .filter(|other| !may_act_on_several(other.effect))
@@ -188,7 +155,7 @@ fn missing(verdict: &Verdict, chosen: &[FittedEffect]) -> (String, &'static str)
                 })
                 .collect();
             let sum = effect.probability + elsewhere.iter().map(|of| of.probability).sum::<f64>();
-            // More than certain: some sets hold it on both, so the other is no alternative.
+            // A sum above one: some sets have the effect on both targets, so the other is no alternative.
             let (elsewhere, sum) = if sum > 1.0 + ROUNDING {
                 (Vec::new(), effect.probability)
             } else {
@@ -221,7 +188,7 @@ fn verified(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
     )
 }
 
-/// What a further, undecided part may be.
+/// Sentence on a further, undecided part.
 fn beside(verdict: &Verdict) -> String {
     if verdict.confusion_set.is_empty() {
         return String::new();
@@ -237,7 +204,7 @@ fn set(ids: &[Id], last: &str) -> String {
     listed(&words, last)
 }
 
-/// What the held-out error does, as a predicate.
+/// Change of the held-out error, as a predicate.
 fn change(gap: &Gap) -> String {
     let trials = match gap.n_holdout_trials {
         1 => "1 held-out trial".to_owned(),
@@ -256,7 +223,7 @@ fn change(gap: &Gap) -> String {
     )
 }
 
-/// What became of it, as a clause: the error, or that nothing was added.
+/// Result as a clause: the change of the error, or that nothing was added.
 fn outcome(verdict: &Verdict, what: &str) -> String {
     if verdict.patch.is_some() && verdict.verified {
         format!("{what} {}", change(&verdict.gap))
@@ -265,7 +232,7 @@ fn outcome(verdict: &Verdict, what: &str) -> String {
     }
 }
 
-/// A reason as a clause: no full stop, for the sentence brings its own.
+/// A reason without its full stop.
 fn clause(reason: &str) -> String {
     reason.trim().trim_end_matches('.').to_owned()
 }
@@ -369,7 +336,7 @@ fn unknown(verdict: &Verdict) -> String {
     }
 }
 
-/// Where, in words.
+/// A place in words.
 pub fn place(place: &Place) -> String {
     format!(
         "{}, {} to {} s in {}: {} of the excess",
@@ -381,7 +348,7 @@ pub fn place(place: &Place) -> String {
     )
 }
 
-/// When, in words.
+/// A regime in words.
 pub fn regime(regime: &Regime) -> String {
     let share = percent(regime.share);
     if regime.samples > 0.0 {

@@ -1,5 +1,5 @@
-//! Small parts of drawings: scales, ticks, words that fit. Colours are classes of the page's style, so
-//! that a drawing follows the light and the dark theme.
+//! Parts of drawings: scales, ticks, shortened names. Colours are classes of the page's style, so that drawings follow the
+//! light and the dark theme.
 
 use std::fmt::Write as _;
 
@@ -36,8 +36,7 @@ impl Scale {
         }
     }
 
-    /// Pixel of a value, never outside of the range by more than the range; a value that is no number
-    /// stands at the start.
+    /// Pixel of a value, outside of the range by at most its width; NaN is at the start.
     pub(super) fn at(&self, value: f64) -> f64 {
         if value.is_nan() {
             return self.from;
@@ -46,7 +45,7 @@ impl Scale {
         self.from + part.clamp(-1.0, 2.0) * (self.to - self.from)
     }
 
-    /// Round values inside, about so many.
+    /// About `count` round values inside.
     pub(super) fn ticks(&self, about: usize) -> Vec<f64> {
         let rough = (self.high - self.low) / about.max(1) as f64;
         let decade = 10f64.powf(rough.log10().floor());
@@ -86,7 +85,7 @@ pub(super) fn coordinate(value: f64) -> String {
     }
 }
 
-/// Opens a drawing of a size [px]; `about` is what a reader without eyes is told.
+/// Opens a drawing of a size [px]; `about` is its text for screen readers.
 pub(super) fn open(svg: &mut String, width: f64, height: f64, about: &str) {
     let _ = write!(
         svg,
@@ -97,14 +96,14 @@ pub(super) fn open(svg: &mut String, width: f64, height: f64, about: &str) {
     );
 }
 
-/// Where a text hangs on its point.
+/// Alignment of a text at its point.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Anchor {
-    /// It starts there.
+    /// The text starts at the point.
     Start,
-    /// Its middle is there.
+    /// Its middle is at the point.
     Middle,
-    /// It ends there.
+    /// It ends at the point.
     End,
 }
 
@@ -124,7 +123,7 @@ pub(super) fn text(svg: &mut String, at: (f64, f64), anchor: Anchor, class: &str
     );
 }
 
-/// Writes a name in at most so many characters, and whole in its tooltip.
+/// Writes a name shortened to a number of characters, with the whole name as tooltip.
 pub(super) fn name(svg: &mut String, at: (f64, f64), anchor: Anchor, most: usize, name: &str) {
     let short = shorten(name, most);
     if short == name {
@@ -136,7 +135,7 @@ pub(super) fn name(svg: &mut String, at: (f64, f64), anchor: Anchor, most: usize
     svg.push_str("</g>");
 }
 
-/// Head and tail of a name that is too long: its end often tells it from its neighbours.
+/// Head and tail of a long name; the end often tells it from its neighbours.
 pub(super) fn shorten(name: &str, most: usize) -> String {
     let letters: Vec<char> = name.chars().collect();
     if letters.len() <= most {

@@ -1,23 +1,22 @@
 //! Gain, lag and delay of an actuator in plain MJCF.
 //!
-//! Forces of MuJoCo's native actuators are affine, `gain u + bias0 + bias1 length + bias2 speed`, and its
-//! shortcuts (`motor`, `position`...) are notations of that. A factor goes into gain and bias, so limits
-//! of force and control stay where they were. A shortcut keeps its notation where it can say the change;
-//! else it becomes `general`, with every number of the force said.
+//! Forces of MuJoCo's native actuators are affine, `gain u + bias0 + bias1 length + bias2 speed`; its shortcuts (`motor`,
+//! `position`...) are notations of that. A factor multiplies gain and bias, so that limits of force and control stay. A
+//! shortcut keeps its notation where that can express the change, else it becomes `general` with every number written.
 
 use roxmltree::Node;
 
 use super::{
-    document::{ACTUATORS, Mjcf, numbers_of},
-    edit::{Edits, number, numbers},
+    mjcf::{ACTUATORS, Mjcf, parse_numbers},
+    xml_edit::{Edits, number, numbers},
 };
 
 /// Numbers of an affine gain or bias.
 const AFFINE: usize = 3;
 
-/// Gain, bias and dynamics, as one element in a class or in the model leaves them.
+/// Gain, bias and dynamics of an actuator, after its default classes.
 #[derive(Clone, Debug, PartialEq)]
-struct Law {
+struct ForceLaw {
     /// The notation that it is written in.
     written: String,
     gain_type: String,
@@ -28,9 +27,9 @@ struct Law {
     dynamics: String,
 }
 
-impl Law {
+impl ForceLaw {
     /// MuJoCo's own defaults in a notation; `None` for one that is not affine.
-    fn of(written: &str) -> Option<Self> {
+    fn default_for(written: &str) -> Option<Self> {
         let law = |gain_type: &str, gain, bias_type: &str, bias, dynamics: &str| Self {
             written: written.to_owned(),
             gain_type: gain_type.to_owned(),
@@ -52,8 +51,8 @@ impl Law {
         })
     }
 
-    /// What an element makes of the laws round it, outermost first; `None`: not known. A shortcut takes
-    /// parameters only from its own kind and from `general`, `general` from anything.
+    /// The law of an element from those of the classes around it, outermost first; `None`: not known. A shortcut inherits
+    /// parameters from its own kind and from `general` only; `general` inherits from any.
     fn with(element: Node<'_, '_>, inherited: &[Option<Self>]) -> Option<Self> {
         let written = element.tag_name().name();
         if written == "general" {
@@ -62,12 +61,12 @@ impl Law {
             law.read_general(element);
             return Some(law);
         }
-        let mut law = Self::of(written)?;
+        let mut law = Self::default_for(written)?;
         let from = inherited.iter().rev().flatten().find(|from| {
             from.written == written
                 || (from.written == "general" && from.gain_type == law.gain_type)
         });
-        let given = |key| element.attribute(key).map(numbers_of);
+        let given = |key| element.attribute(key).map(parse_numbers);
         let one = |key| given(key).and_then(|numbers| numbers.first().copied());
         match written {
             "position" | "intvelocity" => {
@@ -120,14 +119,14 @@ impl Law {
         }
         for (key, numbers) in [("gainprm", &mut self.gain), ("biasprm", &mut self.bias)] {
             if let Some(found) = element.attribute(key) {
-                *numbers = filled(*numbers, &numbers_of(found));
+                *numbers = filled(*numbers, &parse_numbers(found));
             }
         }
     }
 
-    /// What the default classes of an element leave, outermost first.
-    fn of_classes(model: &Mjcf<'_>, element: Node<'_, '_>) -> Vec<Option<Self>> {
-        let mut laws = vec![Self::of("general")];
+    /// The laws of the default classes of an element, outermost first.
+    fn from_classes(model: &Mjcf<'_>, element: Node<'_, '_>) -> Vec<Option<Self>> {
+        let mut laws = vec![Self::default_for("general")];
         let chain = model
             .root()
             .document()
@@ -150,8 +149,8 @@ impl Law {
     }
 
     /// The law of an element of the model; `None` where it is not affine.
-    fn of_element(model: &Mjcf<'_>, element: Node<'_, '_>) -> Option<Self> {
-        let law = Self::with(element, &Self::of_classes(model, element))?;
+    fn from_element(model: &Mjcf<'_>, element: Node<'_, '_>) -> Option<Self> {
+        let law = Self::with(element, &Self::from_classes(model, element))?;
         let affine = ["fixed", "affine"].contains(&law.gain_type.as_str())
             && ["none", "affine"].contains(&law.bias_type.as_str());
         affine.then_some(law)
@@ -162,7 +161,7 @@ impl Law {
         self.bias_type == "affine" && self.bias[2] > 0.0 && self.gain[0] == -self.bias[1]
     }
 
-    /// The law with its force times a factor.
+    /// The law with its force multiplied by a factor.
     fn times(&self, factor: f64) -> Self {
         let mut law = self.clone();
         law.gain = law.gain.map(|gain| gain * factor);
@@ -174,7 +173,7 @@ impl Law {
         law
     }
 
-    /// Writes the element as `general`: what a class does not say already.
+    /// Writes the element as `general`, without the attributes that its class already gives.
     fn write_general(&self, model: &Mjcf<'_>, element: Node<'_, '_>, edits: &mut Edits<'_>) {
         let was = element.tag_name().name();
         for key in [
@@ -197,7 +196,7 @@ impl Law {
             "velocity" => edits.set(element, "input", "vel"),
             _ => {}
         }
-        let class = Self::of_classes(model, element).pop().flatten();
+        let class = Self::from_classes(model, element).pop().flatten();
         let mut say = |key, said: String, inherited: Option<String>| {
             if element.has_attribute(key) || inherited.as_ref() != Some(&said) {
                 edits.set(element, key, &said);
@@ -234,10 +233,10 @@ fn short(gain: &[f64; AFFINE]) -> String {
     }
 }
 
-/// The force of an actuator times a factor. `None` where MJCF cannot say it.
+/// The force of an actuator times a factor. `None` where MJCF cannot express it.
 pub(super) fn gain(model: &Mjcf<'_>, element: Node<'_, '_>, factor: f64) -> Option<String> {
-    let law = Law::of_element(model, element)?.times(factor);
-    let mut edits = Edits::of(model.text);
+    let law = ForceLaw::from_element(model, element)?.times(factor);
+    let mut edits = Edits::new(model.text);
     match element.tag_name().name() {
         "position" | "intvelocity" => {
             edits.set(element, "kp", &number(law.gain[0]));
@@ -267,16 +266,15 @@ pub(super) fn gain(model: &Mjcf<'_>, element: Node<'_, '_>, factor: f64) -> Opti
     Some(edits.apply())
 }
 
-/// Says the speed gain of an actuator whose text gives a ratio of damping, for a model whose inertia has
-/// changed: the compiler would find another. `bias` is the third number that it found [force s/length].
-/// `None` where there is no ratio.
+/// Writes out the speed gain of an actuator with a ratio of damping, for a model whose inertia has changed: the compiler
+/// would derive another. `bias` is the third number that it derived [force s/length]. `None` where there is no ratio.
 pub(super) fn keep_damping(model: &Mjcf<'_>, element: Node<'_, '_>, bias: f64) -> Option<String> {
-    let mut law = Law::of_element(model, element)?;
+    let mut law = ForceLaw::from_element(model, element)?;
     if !law.has_damping_ratio() {
         return None;
     }
     law.bias[2] = bias;
-    let mut edits = Edits::of(model.text);
+    let mut edits = Edits::new(model.text);
     if element.has_tag_name("general") {
         edits.set(element, "biasprm", &numbers(&law.bias));
     } else {
@@ -288,12 +286,12 @@ pub(super) fn keep_damping(model: &Mjcf<'_>, element: Node<'_, '_>, bias: f64) -
 
 /// A first-order lag [s] in front of an actuator. `None` where it has dynamics already, or is not affine.
 pub(super) fn lag(model: &Mjcf<'_>, element: Node<'_, '_>, time_constant: f64) -> Option<String> {
-    let mut law = Law::of_element(model, element)?;
+    let mut law = ForceLaw::from_element(model, element)?;
     if law.dynamics != "none" || time_constant <= 0.0 {
         return None;
     }
     "filterexact".clone_into(&mut law.dynamics);
-    let mut edits = Edits::of(model.text);
+    let mut edits = Edits::new(model.text);
     law.write_general(model, element, &mut edits);
     edits.set(element, "dynprm", &number(time_constant));
     // The force of a step takes the command of that step, as what was fitted does.
@@ -323,7 +321,7 @@ fn add_activation_to_keys(
         if other.range() == element.range() {
             break;
         }
-        let law = Law::of_element(model, other)?;
+        let law = ForceLaw::from_element(model, other)?;
         before += usize::from(law.dynamics != "none");
     }
     for key in keys {
@@ -334,8 +332,8 @@ fn add_activation_to_keys(
 
 /// A pure delay [s] in front of an actuator; `step` is the model's. Delays add up.
 ///
-/// MuJoCo reads the ring before it writes it, so its least delay is a step: a shorter one is rounded to
-/// a step or to none.
+/// MuJoCo's least delay is a step, because it reads its ring before it writes: a shorter one is rounded to a step or to
+/// none.
 pub(super) fn delay(
     model: &Mjcf<'_>,
     element: Node<'_, '_>,
@@ -351,7 +349,7 @@ pub(super) fn delay(
     // One more than is needed, so that rounding of time never reads before the first.
     let samples = (total / step - 1e-6).ceil() + 1.0;
     let samples = samples.max(model.attribute_number(element, "nsample"));
-    let mut edits = Edits::of(model.text);
+    let mut edits = Edits::new(model.text);
     edits.set(element, "delay", &number(total));
     edits.set(element, "nsample", &number(samples));
     edits.set(element, "interp", "linear");

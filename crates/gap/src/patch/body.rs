@@ -3,15 +3,15 @@
 use roxmltree::Node;
 
 use super::{
-    document::{Mjcf, numbers_of},
-    edit::{Edits, attribute, number, numbers},
+    mjcf::{Mjcf, parse_numbers},
+    xml_edit::{Edits, attribute, number, numbers},
 };
 
 /// Radius [m] of the geom that stands for a point mass where inertia is taken from geoms alone.
 const POINT: f64 = 1e-3;
 
-/// A point mass [kg] at a place of a body's frame [m]. `None` where the compiler would change it, or it
-/// is not a mass.
+/// A point mass [kg] at a position in a body's frame [m]. `None` where the compiler would change it, or the mass is not
+/// positive.
 pub(super) fn payload(
     model: &Mjcf<'_>,
     body: Node<'_, '_>,
@@ -37,7 +37,7 @@ pub(super) fn payload(
     } else {
         format!("<inertial pos=\"0 0 0\" mass=\"{mass}\" diaginertia=\"0 0 0\"/>")
     };
-    let mut edits = Edits::of(model.text);
+    let mut edits = Edits::new(model.text);
     edits.append(
         body,
         &format!("<body {name} pos=\"{place}\">{inside}</body>"),
@@ -45,8 +45,8 @@ pub(super) fn payload(
     Some(edits.apply())
 }
 
-/// A force [N] against gravity at the centre of a body of this mass [kg], as gravity compensation.
-/// `None` where bodies hang on it: the centre of the whole is not its own.
+/// A force [N] against gravity at the centre of mass of a body of this weight [N], as gravity compensation. `None` where
+/// bodies hang on it: the centre of mass of the tree is not its own.
 pub(super) fn buoyancy(
     model: &Mjcf<'_>,
     body: Node<'_, '_>,
@@ -61,9 +61,9 @@ pub(super) fn buoyancy(
     }
     let own = body
         .attribute("gravcomp")
-        .and_then(|text| numbers_of(text).first().copied())
+        .and_then(|text| parse_numbers(text).first().copied())
         .unwrap_or(0.0);
-    let mut edits = Edits::of(model.text);
+    let mut edits = Edits::new(model.text);
     edits.set(body, "gravcomp", &number(own + force / weight));
     Some(edits.apply())
 }
@@ -75,20 +75,20 @@ pub(super) fn has_native_fluid(model: &Mjcf<'_>) -> bool {
         .any(|key| model.setting_number("option", key) > 0.0)
 }
 
-/// Velocity of the water that the model has already [m/s].
+/// Velocity of the water in the model [m/s].
 pub(super) fn wind(model: &Mjcf<'_>) -> [f64; 3] {
-    let own = model.setting("option", "wind").map(numbers_of);
+    let own = model.setting("option", "wind").map(parse_numbers);
     let own = own.unwrap_or_default();
     std::array::from_fn(|axis| own.get(axis).copied().unwrap_or(0.0))
 }
 
-/// Velocity of the water in the world [m/s], for MuJoCo's own fluid; added to what is there.
+/// Adds a velocity of the water in the world [m/s], for MuJoCo's own fluid.
 pub(super) fn current(model: &Mjcf<'_>, velocity: [f64; 3]) -> String {
     let own = wind(model);
     let total: [f64; 3] = std::array::from_fn(|axis| own[axis] + velocity[axis]);
     let options: Vec<Node<'_, '_>> = model.sections("option").collect();
     let given = options.iter().rev().find(|node| node.has_attribute("wind"));
-    let mut edits = Edits::of(model.text);
+    let mut edits = Edits::new(model.text);
     match given.or(options.last()) {
         Some(option) => edits.set(*option, "wind", &numbers(&total)),
         None => edits.prepend(

@@ -1,11 +1,11 @@
-//! What a patch changed, line by line.
+//! Difference of the nominal and the patched text, line by line.
 
 use similar::{ChangeTag, TextDiff};
 
-/// Lines that are shown round a change.
+/// Lines shown around a change.
 const CONTEXT: usize = 2;
 
-/// What became of a line.
+/// Kind of a line in a difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DiffKind {
     /// The same in both.
@@ -20,8 +20,8 @@ pub enum DiffKind {
 
 /// A line of a difference.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
 pub struct DiffLine {
-    /// What became of it.
     pub kind: DiffKind,
     /// Its number in the nominal model, from one.
     pub nominal_line: Option<usize>,

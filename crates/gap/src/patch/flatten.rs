@@ -1,7 +1,7 @@
-//! One text out of a model and what it includes, as MuJoCo reads it.
+//! One text of a model and its included files, as MuJoCo reads it.
 //!
-//! MuJoCo replaces `<include file="..."/>` by what stands inside the root of the included file. A file
-//! is looked for from the folder of the model, then from that of the file that includes it.
+//! MuJoCo replaces `<include file="..."/>` by the children of the included file's root. It looks for a file from the
+//! folder of the model, then from that of the file that includes it.
 
 use std::{
     fs,
@@ -11,7 +11,7 @@ use std::{
 
 use roxmltree::{Document, Node};
 
-use super::{edit::Edits, error::PatchError};
+use super::{error::PatchError, xml_edit::Edits};
 
 /// Deepest chain of includes: MuJoCo includes a file only once, so a deeper one is a loop.
 const DEEPEST: usize = 32;
@@ -38,7 +38,7 @@ impl Flat {
     }
 }
 
-/// Reads a model and what it includes.
+/// Reads a model and its included files.
 pub(super) fn flatten(model: &Path) -> Result<Flat, PatchError> {
     let text = read(model, None)?;
     let path = fs::canonicalize(model).map_err(|source| PatchError::Read {
@@ -61,7 +61,7 @@ fn read(path: &Path, included_by: Option<&Path>) -> Result<String, PatchError> {
         included_by: included_by.map(Path::to_owned),
         source,
     })?;
-    // A mark of byte order is no part of the text.
+    // A byte order mark is not part of the text.
     Ok(text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned())
 }
 
@@ -123,7 +123,7 @@ fn expand(
     Ok((flat, parts))
 }
 
-/// What stands between the tags of the root, and where it starts.
+/// The text between the tags of the root, and its start.
 fn inside_of_root<'a>(text: &'a str, path: &Path) -> Result<(&'a str, usize), PatchError> {
     let document = parse(text, path)?;
     let root = document.root_element();
@@ -148,12 +148,12 @@ pub(super) fn parse<'a>(text: &'a str, path: &Path) -> Result<Document<'a>, Patc
 /// Makes every file that the model names relative to itself an absolute path.
 ///
 /// Meshes, height fields, skins and flex meshes are looked for in `meshdir`, textures in `texturedir`
-/// (`assetdir` stands for both), then beside the file that includes them; attached models beside the
-/// model. The compiler's folder is made absolute where it serves: one line for all.
+/// (`assetdir` stands for both), then beside the file that includes them; attached models beside the model. Where possible
+/// only the compiler's folder is made absolute: one line for all files.
 pub(super) fn absolute_paths(flat: &Flat, path: &Path) -> Result<String, PatchError> {
     let document = parse(&flat.text, path)?;
     let root = document.root_element();
-    let mut edits = Edits::of(&flat.text);
+    let mut edits = Edits::new(&flat.text);
     let compilers: Vec<Node<'_, '_>> = root
         .children()
         .filter(|node| node.has_tag_name("compiler"))
@@ -209,7 +209,7 @@ pub(super) fn absolute_paths(flat: &Flat, path: &Path) -> Result<String, PatchEr
             (None, Some(node)) => edits.set(*node, key, &folder),
             (None, None) => {
                 missing.push(' ');
-                missing.push_str(&super::edit::attribute(key, &folder));
+                missing.push_str(&super::xml_edit::attribute(key, &folder));
             }
         }
     }

@@ -1,40 +1,40 @@
 //! Mass, moments of inertia and centre of mass of a body in plain MJCF.
 //!
-//! The compiler makes an inertia of geoms, of an `<inertial>`, or of both and its own settings. What is
-//! turned is the compiled one, so what cannot stay as it is written becomes an explicit `<inertial>` of
-//! compiled numbers. Gravity compensation is a force: it keeps its size, and its place too.
+//! The compiler makes an inertia from geoms, from an `<inertial>`, or from both and its own settings. The compiled inertia
+//! is the one that is changed; where the text cannot express that, it gets an explicit `<inertial>` of compiled values.
+//! Gravity compensation is a force: it keeps its size and its place.
 
 use roxmltree::Node;
 
 use super::{
-    document::Mjcf,
-    edit::{Edits, attribute, number, numbers},
+    mjcf::Mjcf,
+    xml_edit::{Edits, attribute, number, numbers},
 };
 use crate::plant::Inertial;
 
-/// Mass [kg] of a body that stands for a force alone. MuJoCo's fluid passes over bodies below its `mjMINVAL`,
-/// 1e-15; a heavier one would be a box in it, of several centimetres where it weighs 1e-12.
+/// Mass [kg] of a body that only carries a force. MuJoCo's fluid ignores bodies below `mjMINVAL`, 1e-15 kg; a heavier one
+/// would be a box in it, of several centimetres at 1e-12 kg.
 const WEIGHTLESS: f64 = 1e-16;
 
-/// Groups of geoms that make inertia where the model does not say.
+/// Groups of geoms that make inertia by default.
 const ALL_GROUPS: [f64; 2] = [0.0, 5.0];
 
-/// Attributes that turn an `<inertial>`.
+/// Attributes that rotate an `<inertial>`.
 const ATTITUDES: [&str; 5] = ["quat", "axisangle", "euler", "xyaxes", "zaxis"];
 
-/// How far the inertia of a body is turned.
+/// Change of the inertia of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Turned {
+pub(super) struct InertiaChange {
     /// Factor on the mass.
     pub(super) mass: f64,
     /// Factors on the principal moments.
     pub(super) moments: [f64; 3],
-    /// Way of the centre of mass in the body's frame [m].
+    /// Displacement of the centre of mass in the body's frame [m].
     pub(super) way: [f64; 3],
 }
 
-impl Turned {
-    /// Nothing turned.
+impl InertiaChange {
+    /// No change.
     pub(super) const NONE: Self = Self {
         mass: 1.0,
         moments: [1.0; 3],
@@ -45,23 +45,23 @@ impl Turned {
         self.way != [0.0; 3]
     }
 
-    fn turns_moments(&self) -> bool {
+    fn changes_moments(&self) -> bool {
         self.moments != [1.0; 3]
     }
 }
 
-/// A body with its inertia turned.
+/// The text with a body's inertia changed.
 #[derive(Debug)]
 pub(super) struct Written {
     /// The text.
     pub(super) text: String,
     /// Principal moments as written [kg m^2].
     pub(super) moments: [f64; 3],
-    /// True where the moments that were asked for are none that a body can have.
-    pub(super) bent: bool,
+    /// True where the wanted moments are impossible and the nearest possible ones were written.
+    pub(super) moments_were_impossible: bool,
 }
 
-/// Why the compiler would make something else of what is written, for whatever body.
+/// The setting of the compiler that would undo a change of any body's inertia, if there is one.
 pub(super) fn obstacle(model: &Mjcf<'_>) -> Option<String> {
     if model.setting_number("compiler", "settotalmass") > 0.0 {
         return Some("`compiler settotalmass` rescales every mass of the model".to_owned());
@@ -70,10 +70,10 @@ pub(super) fn obstacle(model: &Mjcf<'_>) -> Option<String> {
         .then(|| "`compiler fusestatic` makes one body of several of the text".to_owned())
 }
 
-/// Makes the compiler read `<inertial>` where there is one: `inertiafromgeom="true"` passes it over. Bodies
-/// whose `<inertial>` was passed over lose it, so that none of them changes.
+/// Makes the compiler read every `<inertial>`, which `inertiafromgeom="true"` ignores. A body whose `<inertial>` was
+/// ignored loses it, so that none changes.
 pub(super) fn let_inertials_count(model: &Mjcf<'_>) -> String {
-    let mut edits = Edits::of(model.text);
+    let mut edits = Edits::new(model.text);
     if model.setting("compiler", "inertiafromgeom") == Some("true") {
         for compiler in model.sections("compiler") {
             if compiler.has_attribute("inertiafromgeom") {
@@ -94,22 +94,22 @@ pub(super) fn let_inertials_count(model: &Mjcf<'_>) -> String {
 /// The `<inertial>` of a body, be it in a frame.
 fn inertial_of<'d, 'a>(body: Node<'d, 'a>) -> Option<Node<'d, 'a>> {
     body.descendants()
-        .find(|node| node.has_tag_name("inertial") && Mjcf::body_of(*node) == Some(body))
+        .find(|node| node.has_tag_name("inertial") && Mjcf::body_around(*node) == Some(body))
 }
 
 /// True where a body has geoms that make inertia.
 fn has_geoms(model: &Mjcf<'_>, body: Node<'_, '_>) -> bool {
     let range = model
         .setting("compiler", "inertiagrouprange")
-        .map(super::document::numbers_of)
+        .map(super::mjcf::parse_numbers)
         .and_then(|range| <[f64; 2]>::try_from(range).ok())
         .unwrap_or(ALL_GROUPS);
     body.descendants()
-        .filter(|node| node.has_tag_name("geom") && Mjcf::body_of(*node) == Some(body))
+        .filter(|node| node.has_tag_name("geom") && Mjcf::body_around(*node) == Some(body))
         .any(|geom| (range[0]..=range[1]).contains(&model.attribute_number(geom, "group")))
 }
 
-/// True where the compiler puts the frame of a floating body into its centre of mass.
+/// True where the compiler moves the frame of a floating body to its centre of mass.
 fn is_aligned(model: &Mjcf<'_>, body: Node<'_, '_>) -> bool {
     let whole_model = model.setting("compiler", "alignfree") == Some("true");
     body.children()
@@ -124,15 +124,15 @@ fn is_aligned(model: &Mjcf<'_>, body: Node<'_, '_>) -> bool {
         })
 }
 
-/// Turns the inertia of a body; [`let_inertials_count`] comes before. Says why not, where it cannot.
-pub(super) fn turn(
+/// Changes the inertia of a body, after [`let_inertials_count`]; the error is the reason why it cannot.
+pub(super) fn change(
     model: &Mjcf<'_>,
     body: Node<'_, '_>,
     was: &Inertial,
-    turned: &Turned,
+    change: &InertiaChange,
 ) -> Result<Written, String> {
-    let mass = was.mass * turned.mass;
-    let wanted: [f64; 3] = std::array::from_fn(|axis| was.moments[axis] * turned.moments[axis]);
+    let mass = was.mass * change.mass;
+    let wanted: [f64; 3] = std::array::from_fn(|axis| was.moments[axis] * change.moments[axis]);
     let (moments, bent) = possible(wanted);
     let least = |key| model.setting_number("compiler", key);
     if mass < least("boundmass") {
@@ -146,25 +146,25 @@ pub(super) fn turn(
     }
     let inertial = inertial_of(body);
     let own = inertial.filter(|node| node.parent() == Some(body));
-    let in_place = own.filter(|_| !turned.turns_moments() || !is_aligned(model, body));
-    if is_aligned(model, body) && (turned.moves() || in_place.is_none()) {
+    let in_place = own.filter(|_| !change.changes_moments() || !is_aligned(model, body));
+    if is_aligned(model, body) && (change.moves() || in_place.is_none()) {
         return Err(
             "the compiler aligns the body's frame with its inertia (`align`, `alignfree`)"
                 .to_owned(),
         );
     }
-    let mut edits = Edits::of(model.text);
+    let mut edits = Edits::new(model.text);
     match in_place {
-        Some(node) => in_its_place(&mut edits, node, was, turned, mass, moments),
+        Some(node) => in_its_place(&mut edits, node, was, change, mass, moments),
         None => {
             if let Some(in_frame) = inertial {
                 edits.remove(in_frame);
             }
-            edits.prepend(body, &explicit(was, turned, mass, moments));
+            edits.prepend(body, &explicit(was, change, mass, moments));
         }
     }
     let force = was.compensation * was.mass;
-    if force != 0.0 && turned.moves() {
+    if force != 0.0 && change.moves() {
         if least("boundmass") > 0.0 || least("boundinertia") > 0.0 {
             return Err(
                 "its buoyancy needs a weightless body of its own, which `compiler boundmass` and \
@@ -174,32 +174,32 @@ pub(super) fn turn(
         }
         edits.set(body, "gravcomp", "0");
         edits.append(body, &buoy(model, body, was.position, force));
-    } else if force != 0.0 && turned.mass != 1.0 {
-        edits.set(body, "gravcomp", &number(was.compensation / turned.mass));
+    } else if force != 0.0 && change.mass != 1.0 {
+        edits.set(body, "gravcomp", &number(was.compensation / change.mass));
     }
     Ok(Written {
         text: edits.apply(),
         moments,
-        bent,
+        moments_were_impossible: bent,
     })
 }
 
-/// Changes the attributes of an `<inertial>` that are turned.
+/// Changes only those attributes of an `<inertial>` that differ.
 fn in_its_place(
     edits: &mut Edits<'_>,
     node: Node<'_, '_>,
     was: &Inertial,
-    turned: &Turned,
+    change: &InertiaChange,
     mass: f64,
     moments: [f64; 3],
 ) {
-    if turned.mass != 1.0 {
+    if change.mass != 1.0 {
         edits.set(node, "mass", &number(mass));
     }
-    if turned.moves() {
-        edits.set(node, "pos", &numbers(&moved(was, turned)));
+    if change.moves() {
+        edits.set(node, "pos", &numbers(&moved(was, change)));
     }
-    if !turned.turns_moments() {
+    if !change.changes_moments() {
         return;
     }
     if node.has_attribute("fullinertia") {
@@ -215,11 +215,11 @@ fn in_its_place(
     edits.set(node, "diaginertia", &numbers(&moments));
 }
 
-fn moved(was: &Inertial, turned: &Turned) -> [f64; 3] {
-    std::array::from_fn(|axis| was.position[axis] + turned.way[axis])
+fn moved(was: &Inertial, change: &InertiaChange) -> [f64; 3] {
+    std::array::from_fn(|axis| was.position[axis] + change.way[axis])
 }
 
-fn explicit(was: &Inertial, turned: &Turned, mass: f64, moments: [f64; 3]) -> String {
+fn explicit(was: &Inertial, change: &InertiaChange, mass: f64, moments: [f64; 3]) -> String {
     let turns = if was.attitude == [1.0, 0.0, 0.0, 0.0] {
         String::new()
     } else {
@@ -227,7 +227,7 @@ fn explicit(was: &Inertial, turned: &Turned, mass: f64, moments: [f64; 3]) -> St
     };
     format!(
         "<inertial {}{turns} {} {}/>",
-        attribute("pos", &numbers(&moved(was, turned))),
+        attribute("pos", &numbers(&moved(was, change))),
         attribute("mass", &number(mass)),
         attribute("diaginertia", &numbers(&moments)),
     )
@@ -245,8 +245,8 @@ fn buoy(model: &Mjcf<'_>, body: Node<'_, '_>, place: [f64; 3], force: f64) -> St
     )
 }
 
-/// The moments nearest to those wanted that a body can have, as they read when written: none is greater
-/// than the other two together. True where that is more than rounding.
+/// The possible moments nearest to those wanted, as they read when written: none greater than the other two together.
+/// True where they differ by more than rounding.
 fn possible(wanted: [f64; 3]) -> ([f64; 3], bool) {
     /// What rounding may take from a sum.
     const ROUNDING: f64 = 1e-9;
@@ -292,12 +292,12 @@ mod tests {
         compensation: 0.0,
     };
 
-    fn turned(text: &str, was: &Inertial, turned: &Turned) -> Result<String, String> {
+    fn turned(text: &str, was: &Inertial, change: &InertiaChange) -> Result<String, String> {
         let model = Mjcf::parse(text, Path::new("m.xml")).unwrap();
         let text = let_inertials_count(&model);
         let model = Mjcf::parse(&text, Path::new("m.xml")).unwrap();
         let body = model.bodies().next().unwrap();
-        turn(&model, body, was, turned).map(|written| written.text)
+        super::change(&model, body, was, change).map(|written| written.text)
     }
 
     fn body(attributes: &str, inside: &str) -> String {
@@ -306,7 +306,7 @@ mod tests {
         )
     }
 
-    const ALL: Turned = Turned {
+    const ALL: InertiaChange = InertiaChange {
         mass: 1.5,
         moments: [1.0, 1.0, 1.1],
         way: [0.0, 0.01, 0.0],
@@ -316,9 +316,9 @@ mod tests {
     fn only_what_is_turned_is_written() {
         let own =
             "<inertial pos=\"0.1 0 0\" euler=\"1 2 3\" mass=\"2\" fullinertia=\"1 1 1 0 0 0\"/>";
-        let heavier = Turned {
+        let heavier = InertiaChange {
             mass: 1.5,
-            ..Turned::NONE
+            ..InertiaChange::NONE
         };
         assert_eq!(
             turned(&body("", own), &WAS, &heavier).unwrap(),
@@ -360,9 +360,9 @@ mod tests {
             compensation: 0.6,
             ..WAS
         };
-        let heavier = Turned {
+        let heavier = InertiaChange {
             mass: 1.5,
-            ..Turned::NONE
+            ..InertiaChange::NONE
         };
         let text = turned(&body(" gravcomp=\"0.6\"", own), &was, &heavier).unwrap();
         assert!(text.contains("gravcomp=\"0.4\""), "{text}");

@@ -1,21 +1,21 @@
-//! Damping, spring, friction and play of a joint in plain MJCF.
+//! Damping, spring, friction and backlash of a joint in plain MJCF.
 
 use roxmltree::Node;
 
 use super::{
-    document::Mjcf,
-    edit::{Edits, attribute, number, numbers},
+    mjcf::Mjcf,
+    xml_edit::{Edits, attribute, number, numbers},
 };
 
-/// Largest excess of Stribeck, in parts of Coulomb's friction, that MuJoCo's dry friction stands for.
+/// Largest Stribeck excess, in parts of Coulomb's friction, that is written as MuJoCo's dry friction.
 const LITTLE_EXCESS: f64 = 0.1;
 
-/// Inertia of the extra joint of a play, in parts of what the joint moves, where a rotor before the play
-/// has inertia of its own.
+/// Inertia of the extra joint of a backlash, in parts of what the joint moves, where the rotor before it has an inertia
+/// of its own.
 const TINY: f64 = 1e-4;
 
-/// The same without one, when it is all the rotor there is: a lighter one crosses the play within a step
-/// or two and is thrown far into its stops.
+/// The same where the rotor has none: a lighter one crosses the gap within a step or two and is thrown far into its
+/// stops.
 const ROTOR: f64 = 0.05;
 
 /// True where the compiler sets spring and damping of a joint by itself.
@@ -24,7 +24,7 @@ fn tuned<'d>(model: &'d Mjcf<'d>, joint: Node<'d, 'd>) -> bool {
     pair.len() == 2 && pair.iter().all(|number| *number > 0.0)
 }
 
-/// True for a hinge [rad], false for a slide [m], none for what has more than one coordinate.
+/// True for a hinge [rad], false for a slide [m], `None` for a joint with several coordinates.
 fn turns<'d>(model: &'d Mjcf<'d>, joint: Node<'d, 'd>) -> Option<bool> {
     match model.attribute(joint, "type") {
         None | Some("hinge") => Some(true),
@@ -33,7 +33,7 @@ fn turns<'d>(model: &'d Mjcf<'d>, joint: Node<'d, 'd>) -> Option<bool> {
     }
 }
 
-/// What a radian is in the angles of the text.
+/// A radian in the angle unit of the text.
 fn angle_unit(model: &Mjcf<'_>) -> f64 {
     if model.setting("compiler", "angle") == Some("radian") {
         1.0
@@ -56,7 +56,7 @@ pub(super) fn damping<'d>(
         Some(linear) => *linear += damping,
         None => own.push(damping),
     }
-    let mut edits = Edits::of(model.text);
+    let mut edits = Edits::new(model.text);
     edits.set(joint, "damping", &numbers(&own));
     Some(edits.apply())
 }
@@ -72,13 +72,13 @@ pub(super) fn scaled_damping<'d>(
         return None;
     }
     let scaled: Vec<f64> = own.iter().map(|term| term * factor).collect();
-    let mut edits = Edits::of(model.text);
+    let mut edits = Edits::new(model.text);
     edits.set(joint, "damping", &numbers(&scaled));
     Some(edits.apply())
 }
 
-/// Says the spring and the damping (linear terms) that the compiler found for a joint with `springdamper`:
-/// from another inertia it would find others. `None` where it has none.
+/// Writes out the spring and the damping (linear terms) that the compiler derived from `springdamper`: from another inertia
+/// it would derive others. `None` where the joint has no `springdamper`.
 pub(super) fn keep_tuning<'d>(
     model: &'d Mjcf<'d>,
     joint: Node<'d, 'd>,
@@ -88,7 +88,7 @@ pub(super) fn keep_tuning<'d>(
     if !tuned(model, joint) {
         return None;
     }
-    let mut edits = Edits::of(model.text);
+    let mut edits = Edits::new(model.text);
     if model.inherited(joint, "springdamper").is_some() {
         edits.set(joint, "springdamper", "0 0");
     } else {
@@ -105,8 +105,8 @@ pub(super) fn keep_tuning<'d>(
     Some(edits.apply())
 }
 
-/// A spring [N m/rad or N/m] with its rest at `reference` [rad or m], beside a joint's own: two linear
-/// springs are one. `None` where the own is not linear, yields, or tendons measure their rest by it.
+/// A spring [N m/rad or N/m] with its rest at `reference` [rad or m], added to the joint's own linear spring. `None` where
+/// that one is not linear or yields, or where tendons measure their rest by it.
 pub(super) fn stiffness<'d>(
     model: &'d Mjcf<'d>,
     joint: Node<'d, 'd>,
@@ -131,7 +131,7 @@ pub(super) fn stiffness<'d>(
     }
     let rest = model.attribute_number(joint, "springref");
     let rest = (linear * rest + stiffness * reference * unit) / total;
-    let mut edits = Edits::of(model.text);
+    let mut edits = Edits::new(model.text);
     edits.set(joint, "stiffness", &number(total));
     if rest != 0.0 || model.attribute(joint, "springref").is_some() {
         edits.set(joint, "springref", &number(rest));
@@ -139,8 +139,7 @@ pub(super) fn stiffness<'d>(
     Some(edits.apply())
 }
 
-/// Dry friction [N m or N] added to a joint's own; `None` where the excess at low speed counts, which
-/// MuJoCo's has not.
+/// Dry friction [N m or N] added to the joint's own; `None` where the excess at low speed, which MuJoCo's lacks, is large.
 pub(super) fn friction<'d>(
     model: &'d Mjcf<'d>,
     joint: Node<'d, 'd>,
@@ -151,17 +150,15 @@ pub(super) fn friction<'d>(
         return None;
     }
     let own = model.attribute_number(joint, "frictionloss");
-    let mut edits = Edits::of(model.text);
+    let mut edits = Edits::new(model.text);
     edits.set(joint, "frictionloss", &number(own + coulomb));
     Some(edits.apply())
 }
 
-/// Where a joint stands in the state, and what it moves.
+/// Addresses of a joint in the state, and the inertia that it moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
-    /// In `qpos`.
     pub(super) qpos: usize,
-    /// In `qvel`.
     pub(super) dof: usize,
     /// Inertia [kg m^2 or kg].
     pub(super) inertia: f64,
@@ -169,20 +166,20 @@ pub(super) struct Place {
     pub(super) step: f64,
 }
 
-/// Play [rad or m]: a joint in series behind this one, free between two stops. Actuators and sensors stay
-/// with the joint; the body follows it within half the play on either side.
-pub(super) fn play<'d>(
+/// Backlash of a full width [rad or m]: a joint in series behind this one, free between two stops. Actuators and sensors
+/// stay with the joint; the body follows it within half the width on either side.
+pub(super) fn backlash<'d>(
     model: &'d Mjcf<'d>,
     joint: Node<'d, 'd>,
-    play: f64,
+    width: f64,
     place: Place,
 ) -> Option<String> {
     let turns = turns(model, joint)?;
-    if play <= 0.0 {
+    if width <= 0.0 {
         return None;
     }
     let name = joint.attribute("name")?;
-    let half = 0.5 * play * if turns { angle_unit(model) } else { 1.0 };
+    let half = 0.5 * width * if turns { angle_unit(model) } else { 1.0 };
     let rotor = model.attribute_number(joint, "armature") > 0.0;
     let inertia = if place.inertia > 0.0 {
         place.inertia
@@ -211,7 +208,7 @@ pub(super) fn play<'d>(
     // As stiff as the step allows: MuJoCo's usual stop gives way for 20 ms.
     say("solreflimit", &numbers(&[2.0 * place.step, 1.0]));
     say("solimplimit", "0.99 0.999 0.001");
-    // What the joint's class gives it belongs to it alone.
+    // Defaults of the joint's class must not hold for the extra joint.
     for key in [
         "damping",
         "stiffness",
@@ -232,7 +229,7 @@ pub(super) fn play<'d>(
         say("actuatorfrclimited", "false");
     }
     extra.push_str("/>");
-    let mut edits = Edits::of(model.text);
+    let mut edits = Edits::new(model.text);
     edits.after(joint, &extra);
     for key in model.section("keyframe") {
         super::keyframe::insert_zero(&mut edits, key, "qpos", place.qpos + 1);
@@ -339,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn play_is_an_extra_limited_joint() {
+    fn backlash_is_an_extra_limited_joint() {
         let place = Place {
             qpos: 0,
             dof: 0,
@@ -349,7 +346,7 @@ mod tests {
         let slack = changed(
             "<compiler angle=\"radian\"/>",
             "<joint name=\"j\" axis=\"0 1 0\" class=\"c\"/>",
-            move |model, joint| play(model, joint, 0.02, place),
+            move |model, joint| backlash(model, joint, 0.02, place),
         );
         assert_eq!(
             slack.unwrap(),

@@ -1,8 +1,8 @@
-//! Key frames of a model that gets another coordinate.
+//! Key frames of a model with a new coordinate.
 
 use roxmltree::Node;
 
-use super::edit::Edits;
+use super::xml_edit::Edits;
 
 /// Puts a zero into a list of numbers of a key frame, if it has that list.
 pub(super) fn insert_zero(edits: &mut Edits<'_>, key: Node<'_, '_>, list: &str, at: usize) {
@@ -26,7 +26,7 @@ mod tests {
     fn a_zero_is_put_where_the_coordinate_stands() {
         let text = "<key qpos=\"1 2  3\" act=\"\"/>";
         let document = roxmltree::Document::parse(text).unwrap();
-        let mut edits = Edits::of(text);
+        let mut edits = Edits::new(text);
         insert_zero(&mut edits, document.root_element(), "qpos", 1);
         insert_zero(&mut edits, document.root_element(), "qvel", 1);
         insert_zero(&mut edits, document.root_element(), "act", 1);

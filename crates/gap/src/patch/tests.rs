@@ -3,7 +3,10 @@
 
 use std::{fs, path::Path};
 
-use hydro_effects::card::{BodyScale, JointScale};
+use hydro_effects::{
+    TargetKind,
+    card::{BodyScale, JointScale},
+};
 use proptest::prelude::*;
 
 use super::*;
@@ -492,7 +495,7 @@ fn every_number_is_written_or_told_of() {
         ]
     );
     assert_eq!(patched.remarks.len(), numbers.len() - shown.len());
-    assert!(patched.remarks[0].contains("stays as the nominal has it, though +5.00 % was fitted"));
+    assert!(patched.remarks[0].contains("stays at its nominal value, though +5.00 % was fitted"));
     let wrong: Vec<(Nuisance, f64)> = numbers
         .iter()
         .map(|(nuisance, _)| (nuisance.clone(), f64::NAN))
@@ -559,10 +562,10 @@ proptest! {
         let effect = Id::ALL[effect];
         let inside: String = inside.concat().replace("worldbody", "geom");
         let text = MODEL.replace("<geom size=\"0.1\"/>", &inside);
-        let target = match place(effect) {
-            Place::Body | Place::Sensor => "hull",
-            Place::Joint => "hinge",
-            Place::Actuator => "servo",
+        let target = match hydro_effects::effect(effect).card().target {
+            TargetKind::Body | TargetKind::Sensor => "hull",
+            TargetKind::Joint => "hinge",
+            TargetKind::Actuator => "servo",
         };
         let values = vec![value; names(&description(), effect, "").len()];
         if let Ok(patched) = renumbered(&text, &[entry(effect, target, &values)], &numbers()) {

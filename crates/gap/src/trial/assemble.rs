@@ -1,65 +1,13 @@
-//! From what a reader found to a trial: the checks of meaning, the same for every format.
+//! A trial from the tables that a reader found: checks that are the same for every format.
 
 use std::path::Path;
 
 use super::{
     Part, Place, Remark, RemarkKind, SensorSignature, Series, Signature, Trial, TrialError,
-    name_of, times, units,
+    tables::Parts, times, trial_name, unit_checks,
 };
 
-/// What a reader found: widths and names fit the model, columns stand in its order.
-pub(super) struct Parts {
-    /// A column for every actuator.
-    pub(super) control: Table,
-    /// Columns of the sensors that the file has.
-    pub(super) sensors: Table,
-    /// The state at the start, full-physics.
-    pub(super) initial_state: Option<Vec<f64>>,
-    /// States along the run.
-    pub(super) state: Option<Table>,
-    /// What the reader noticed.
-    pub(super) remarks: Vec<RemarkKind>,
-}
-
-/// A series and where its rows came from.
-pub(super) struct Table {
-    pub(super) series: Series,
-    /// What the file calls its times.
-    pub(super) time_name: &'static str,
-    /// The line of each row in a text file; absent for arrays.
-    pub(super) lines: Option<Vec<u64>>,
-}
-
-impl Table {
-    /// Where a row stands in its file.
-    pub(super) fn place(&self, row: usize) -> Place {
-        let line = self.lines.as_ref().and_then(|lines| lines.get(row));
-        line.map_or(Place::Row(row), |line| Place::Line(*line))
-    }
-
-    /// Refuses what must be a number and is none; a lost sample is `allowed` where it is NaN.
-    fn check_finite(
-        &self,
-        path: &Path,
-        allowed: fn(f64) -> bool,
-        hint: &'static str,
-    ) -> Result<(), TrialError> {
-        let mut values = self.series.data.iter();
-        let Some(at) = values.position(|value| !(value.is_finite() || allowed(*value))) else {
-            return Ok(());
-        };
-        let width = self.series.width();
-        Err(TrialError::NotFinite {
-            path: path.to_owned(),
-            place: self.place(at / width),
-            column: self.series.columns[at % width].clone(),
-            found: self.series.data[at],
-            hint,
-        })
-    }
-}
-
-/// Checks what a reader found and says what a person should know of it.
+/// Checks the tables and makes a trial of them, with remarks.
 pub(super) fn assemble(
     path: &Path,
     signature: &Signature,
@@ -107,7 +55,7 @@ pub(super) fn assemble(
             model: signature.describe(),
         });
     }
-    units::check(path, signature, &sensors, &mut remarks)?;
+    unit_checks::check(path, signature, &sensors, &mut remarks)?;
 
     times::note(Part::Control, &control.series.times, &mut remarks);
     times::note(Part::Sensors, &sensors.series.times, &mut remarks);
@@ -127,7 +75,7 @@ pub(super) fn assemble(
         &mut remarks,
     );
     let trial = Trial {
-        name: name_of(path),
+        name: trial_name(path),
         control: control.series,
         sensors: sensors.series,
         initial_state,
@@ -150,7 +98,7 @@ fn check_initial_state(path: &Path, state: Option<&[f64]>) -> Result<(), TrialEr
     }
 }
 
-/// Says which sensors of the model have no sample, or lost some; drops the columns of those without any.
+/// Notes sensors of the model without a sample or with lost ones, and drops the columns of those without any.
 fn note_missing_sensors(
     signature: &Signature,
     sensors: &mut Series,
@@ -164,7 +112,7 @@ fn note_missing_sensors(
             .filter_map(|name| sensors.column(name))
             .collect();
         let lost = |row: &[f64], column: &usize| row[*column].is_nan();
-        // Components that the log lacks altogether were said to be missing, and are lost in no row.
+        // A component that the log lacks altogether is missing, not lost in every row.
         let recorded: Vec<usize> = columns
             .iter()
             .copied()

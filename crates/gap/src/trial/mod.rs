@@ -9,42 +9,43 @@
 //! sensor share a name, the actuator's column is `name_ctrl`.
 //!
 //! # Time
-//! The convention is that of `mujoco.sysid`'s `sysid_rollout`. `mj_step` reads sensors at the start of a step
-//! and the row is labelled with the time at its end, so **a sensor row labelled t holds the sensors of the state
-//! at t - timestep**; a state row labelled t is the state at t. Controls are linear between rows, held before
-//! the first and after the last, and held over a model step. `initial_state` is the state from which the run
-//! starts, at the time that is its first number.
+//! As in `mujoco.sysid`'s `sysid_rollout`: `mj_step` reads sensors at the start of a step, and the row is labelled with
+//! the time at its end. **A sensor row labelled t holds the sensors of the state at t - timestep**; a state row labelled t
+//! is the state at t. Controls are linear between rows, held before the first and after the last, and held over a model
+//! step. The run starts from `initial_state`, at the time that is its first number.
 //!
-//! # What is kept
-//! Rows, their times and their rates stay as they were recorded; [`Series::resample`] is there for who wants
-//! another grid. Columns are put into the model's order. A sensor that the log lacks has no column. What a
-//! person should know is said in a [`Remark`]; what cannot be replayed or compared is refused by a
-//! [`TrialError`].
+//! # Kept as recorded
+//! Rows, times and rates stay as they were recorded; [`Series::resample`] gives another grid. Columns are put into the
+//! model's order; a sensor that the log lacks has no column. An oddity is a [`Remark`]; a file that cannot be replayed or
+//! compared is refused by a [`TrialError`].
 
-mod arrays;
 mod assemble;
-mod columns;
 mod csv;
 mod error;
-mod folder;
+mod holdout;
+mod list;
+mod message;
 mod npz;
+mod npz_arrays;
 mod remark;
 mod series;
-mod split;
+mod signature;
+mod tables;
 mod times;
-mod units;
-mod write;
+mod unit_checks;
+mod write_whole;
 
 use std::{ffi::OsStr, path::Path};
 
 pub use self::{
     csv::write_csv,
     error::{Place, TrialError},
-    folder::{Listed, list, read_folder},
+    holdout::{Split, folds, split},
+    list::{Listed, list, read_folder},
     npz::write_npz,
     remark::{Part, Remark, RemarkKind},
     series::Series,
-    split::{Split, folds, split},
+    signature::{SensorQuantity, SensorSignature, Signature},
 };
 
 /// A recorded run.
@@ -52,57 +53,21 @@ pub use self::{
 pub struct Trial {
     /// Name of the file without its ending.
     pub name: String,
-    /// Controls, one column an actuator, in the model's order; finite. A model without actuators has no column.
+    /// Controls, one column for each actuator in the model's order; finite.
     pub control: Series,
     /// Sensors that the log has, in the model's order; NaN where a sample is missing.
     pub sensors: Series,
-    /// Full-physics state at the start, of the nominal model's size: time [s], qpos, qvel, and what more the
-    /// model has; finite.
+    /// Full-physics state at the start, of the nominal model's length: time [s], qpos, qvel and the rest; finite.
     pub initial_state: Option<Vec<f64>>,
     /// States along the run; finite. The columns are those of the full-physics vector, `state[i]`, or, from a
     /// csv that does not have all of it, `qpos[i]`, `qvel[i]`, `act[i]`.
     pub state: Option<Series>,
 }
 
-/// What the numbers of a sensor are, where units can be checked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SensorQuantity {
-    /// A unit quaternion, w x y z.
-    Quaternion,
-    /// An angle [rad].
-    Angle,
-    /// Anything else, in SI units.
-    Other,
-}
-
-/// A sensor of the model.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SensorSignature {
-    /// Its name in the MJCF.
-    pub name: String,
-    /// How many numbers it gives.
-    pub dim: usize,
-    /// What they are.
-    pub kind: SensorQuantity,
-}
-
-/// What a model has; the caller fills it from the MJCF, so that this room needs no MuJoCo.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Signature {
-    /// Names of the actuators, in the model's order, `[nu]`.
-    pub actuators: Vec<String>,
-    /// The sensors, in the model's order.
-    pub sensors: Vec<SensorSignature>,
-    /// Size of the full-physics state: time, qpos, qvel, and what more the model has.
-    pub state_len: usize,
-    /// Step of the model [s].
-    pub timestep: f64,
-}
-
 /// Reads and checks a trial.
 ///
 /// # Errors
-/// Where the file cannot be read, does not fit the model, or holds what cannot be a measurement of it.
+/// A file that cannot be read, does not fit the model, or cannot be a measurement of it.
 pub fn read(path: &Path, signature: &Signature) -> Result<(Trial, Vec<Remark>), TrialError> {
     let parts = match ending(path).as_deref() {
         Some("npz") => npz::read(path, signature)?,
@@ -122,8 +87,8 @@ fn ending(path: &Path) -> Option<String> {
     Some(ending.to_ascii_lowercase())
 }
 
-/// The name of the trial in a file.
-fn name_of(path: &Path) -> String {
+/// Name of the trial in a file: the file's without its ending.
+fn trial_name(path: &Path) -> String {
     path.file_stem()
         .map(|stem| stem.to_string_lossy().into_owned())
         .unwrap_or_default()

@@ -18,11 +18,12 @@ use zip::{CompressionMethod, DateTime, write::FileOptions};
 
 use super::{
     Part, RemarkKind, Series, Signature, Trial, TrialError,
-    arrays::{Archive, Array},
-    assemble::{Parts, Table},
-    columns::{CONTROL_SUFFIX, listed},
+    message::listed,
+    npz_arrays::{Archive, Array},
     series::component_name,
-    write,
+    signature::CONTROL_SUFFIX,
+    tables::{Parts, Table},
+    write_whole,
 };
 
 /// `SignalType.MjSensor` of `mujoco.sysid`.
@@ -281,7 +282,7 @@ impl Reader<'_> {
         Ok(Some(mapping))
     }
 
-    /// Says where columns stand in another order or are no signal's. `aside`: columns set aside by name.
+    /// Notes columns in another order and columns of no signal. `aside`: columns set aside by name.
     fn note_columns(
         &mut self,
         part: Part,
@@ -374,15 +375,15 @@ impl Block {
     }
 }
 
-/// Writes the archive that `SystemTrajectory.load_from_disk` reads, stored and not compressed, as that library
-/// writes it. The same trial gives the same bytes. That library wants an `initial_state` and every sensor of
-/// the model; a trial without them is written without them, and [`read`](super::read()) takes it.
+/// Writes the archive that `SystemTrajectory.load_from_disk` reads, uncompressed as that library writes it. The same trial
+/// gives the same bytes. That library requires an `initial_state` and every sensor of the model; a trial without them is
+/// written without them, and [`read`](super::read()) accepts it.
 ///
 /// # Errors
 /// Where the file cannot be written, or the trial is not whole.
 pub fn write_npz(path: &Path, trial: &Trial) -> Result<(), TrialError> {
-    write::check(path, trial)?;
-    write::whole(path, |file| {
+    write_whole::check(path, trial)?;
+    write_whole::whole(path, |file| {
         let mut npz = NpzWriter::new(file);
         let control = trial.control.columns.iter().enumerate();
         let control = control.map(|(column, name)| {

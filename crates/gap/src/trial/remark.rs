@@ -1,18 +1,18 @@
-//! What was noticed in a trial that was accepted all the same.
+//! Oddities of an accepted trial.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::columns::{counted, listed};
+use super::message::{counted, listed};
 
-/// Something that a person should hear about an accepted trial.
+/// An oddity of an accepted trial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Remark {
-    /// For programs.
+    /// The oddity, for programs.
     #[serde(flatten)]
     pub kind: RemarkKind,
-    /// For people: one sentence.
+    /// The same in one sentence.
     pub text: String,
 }
 
@@ -22,15 +22,13 @@ impl fmt::Display for Remark {
     }
 }
 
-/// Which part of a trial.
+/// A part of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[allow(missing_docs)]
 pub enum Part {
-    /// The controls.
     Control,
-    /// The sensors.
     Sensors,
-    /// The states.
     State,
 }
 
@@ -44,128 +42,82 @@ impl fmt::Display for Part {
     }
 }
 
-/// What was noticed, with its numbers. Times are in [s].
+/// An oddity, with its numbers. Times are in [s]; `of` is the number of all rows, or of all steps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[non_exhaustive]
+#[allow(missing_docs)]
 pub enum RemarkKind {
-    /// Steps between rows that differ from the median one by more than a hundredth of it.
+    /// Steps between rows that differ from the median step by more than a hundredth of it; `longest` is the longest that
+    /// is no gap.
     UnevenTimes {
-        /// Of what.
         part: Part,
-        /// How many steps.
         steps: usize,
-        /// Out of how many.
         of: usize,
-        /// Median step [s].
         median: f64,
-        /// Shortest step [s].
         shortest: f64,
-        /// Longest step that is no gap [s].
         longest: f64,
     },
-    /// Steps so long that rows are missing in them.
+    /// Gaps: steps that would hold further rows at the median step; `rows` would fill them all.
     MissingRows {
-        /// Of what.
         part: Part,
-        /// How many gaps.
         gaps: usize,
-        /// How many rows would fill them at the median step.
         rows: u64,
-        /// Time at which the longest gap begins [s].
         longest_at: f64,
-        /// Length of the longest gap [s].
         longest: f64,
     },
     /// Controls and sensors were sampled at different rates.
     DifferentRates {
-        /// Median step of the controls [s].
         control_period: f64,
-        /// Median step of the sensors [s].
         sensor_period: f64,
     },
     /// Samples of a sensor that are missing.
     DroppedSamples {
-        /// The sensor.
         sensor: String,
-        /// How many rows lack at least one of its components.
         rows: usize,
-        /// Out of how many.
         of: usize,
     },
     /// A sensor of the model that the log lacks.
-    MissingSensor {
-        /// The sensor.
-        sensor: String,
-    },
+    MissingSensor { sensor: String },
     /// Components of a vector sensor that the log lacks.
     MissingComponents {
-        /// The sensor.
         sensor: String,
-        /// The missing columns.
         columns: Vec<String>,
     },
-    /// Where the run started is not known.
+    /// The log has no initial state.
     MissingInitialState,
     /// No states are recorded along the run.
     MissingStates,
-    /// States are recorded in part: some columns of `qpos`, `qvel`, `act`, but not the model's whole state.
-    PartialState {
-        /// How many numbers a row has, the time counted.
-        found: usize,
-        /// How many the model's state has.
-        expected: usize,
-    },
-    /// Columns stood in another order than the model's; they were put into the model's.
-    Reordered {
-        /// Of what.
-        part: Part,
-    },
-    /// Columns or arrays that are neither an actuator's, a sensor's nor a state's, left out.
-    SetAside {
-        /// Their names.
-        names: Vec<String>,
-    },
-    /// Cells of controls that are empty in rows where other actuators have a sample; filled linearly between
-    /// the actuator's own samples, which is what a control does between rows.
+    /// Some columns of `qpos`, `qvel`, `act`, but not the whole state: `found` of `expected` numbers, the time counted.
+    PartialState { found: usize, expected: usize },
+    /// Columns in another order than the model's, reordered.
+    Reordered { part: Part },
+    /// Columns or arrays of no actuator, sensor or state, left out.
+    SetAside { names: Vec<String> },
+    /// Empty cells of a control in rows where other actuators have a sample, filled linearly between the actuator's own
+    /// samples.
     FilledControls {
-        /// The actuator.
         actuator: String,
-        /// How many cells.
         rows: usize,
-        /// Out of how many.
         of: usize,
     },
-    /// Every control is constant: the data excite nothing.
+    /// Every control is constant, so that the data excite nothing.
     ConstantControls,
     /// These controls are constant, others are not.
-    IdleActuators {
-        /// The actuators.
-        actuators: Vec<String>,
-    },
-    /// Sensor rows before the first or after the last control, which is held there.
+    IdleActuators { actuators: Vec<String> },
+    /// Sensor rows before the first or after the last control, by at most `furthest`; the control is held there.
     OutsideControls {
-        /// How many rows.
         rows: usize,
-        /// Out of how many.
         of: usize,
-        /// How far at most [s].
         furthest: f64,
     },
     /// The initial state carries another time than the first control.
     StartTimes {
-        /// Time of the initial state [s].
         initial_state: f64,
-        /// Time of the first control [s].
         first_control: f64,
     },
     /// An angle that grows beyond two turns without coming back: a joint that revolves, or degrees.
-    LargeAngle {
-        /// The column.
-        column: String,
-        /// The largest absolute value.
-        largest: f64,
-    },
+    LargeAngle { column: String, largest: f64 },
 }
 
 impl From<RemarkKind> for Remark {
@@ -175,7 +127,7 @@ impl From<RemarkKind> for Remark {
     }
 }
 
-/// A remark in words.
+/// The sentence of a remark.
 fn sentence(kind: &RemarkKind) -> String {
     match kind {
         RemarkKind::UnevenTimes {

@@ -1,4 +1,4 @@
-//! Sampled signals against time, kept as they were recorded.
+//! Sampled signals against time, as recorded.
 
 /// Rows of numbers against time.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -12,7 +12,7 @@ pub struct Series {
 }
 
 impl Series {
-    /// How many rows.
+    /// Number of rows.
     pub fn len(&self) -> usize {
         self.times.len()
     }
@@ -22,7 +22,7 @@ impl Series {
         self.times.is_empty()
     }
 
-    /// How many columns.
+    /// Number of columns.
     pub fn width(&self) -> usize {
         self.columns.len()
     }
@@ -50,13 +50,13 @@ impl Series {
         values.copied()
     }
 
-    /// Where a column stands.
+    /// Index of a column.
     pub fn column(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column == name)
     }
 
-    /// Where the columns of a signal stand, by its name: one for a scalar, its components in order for a
-    /// vector, none where the log lacks it.
+    /// Indices of the columns of a signal: one for a scalar, the components in order for a vector, none where the log lacks
+    /// it.
     pub fn columns_of(&self, signal: &str) -> Vec<usize> {
         if let Some(column) = self.column(signal) {
             return vec![column];
@@ -72,9 +72,9 @@ impl Series {
         median(steps.collect())
     }
 
-    /// The values at time `t` [s], linear between rows and held before the first and after the last;
-    /// this is what `mujoco.sysid` does to controls. `values` is `[columns]`. Beside a missing sample the
-    /// value is missing too, except at the time of a row that has it. NaN where there is no row.
+    /// Fills `values`, `[columns]`, with the values at time `t` [s]: linear between rows, held before the first and after
+    /// the last, as `mujoco.sysid` does with controls. Next to a missing sample the value is NaN, except at the time of a
+    /// row that has it; NaN where there is no row.
     pub fn interpolate(&self, t: f64, values: &mut [f64]) {
         if self.is_empty() || t.is_nan() {
             values.fill(f64::NAN);
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_are_found_by_the_name_of_their_signal() {
+    fn columns_are_found_by_the_trial_name_their_signal() {
         let series = ramp();
         assert_eq!(series.columns_of("a"), [0]);
         assert_eq!(series.columns_of("v"), [1, 2]);

@@ -1,4 +1,4 @@
-//! Times of rows: their order, and what is worth saying of them.
+//! Checks of times: order, evenness, gaps, rates.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use super::{Part, Place, RemarkKind, Series, TrialError, series::median};
 
 /// Share of the median step by which another may differ and still be called even, as in `mujoco.sysid`.
 const EVEN: f64 = 0.01;
-/// A step longer than this many median ones is a gap: a row is missing in it.
+/// A step longer than this many median steps is a gap.
 const GAP: f64 = 1.5;
 
 /// Refuses times that are not finite or do not increase from row to row.
@@ -39,7 +39,7 @@ pub(super) fn check(
     Ok(())
 }
 
-/// Says where the steps are uneven, and where rows are missing.
+/// Notes uneven steps and missing rows.
 pub(super) fn note(part: Part, times: &[f64], remarks: &mut Vec<RemarkKind>) {
     let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let Some(median) = median(steps.clone()) else {
@@ -88,7 +88,7 @@ pub(super) fn note(part: Part, times: &[f64], remarks: &mut Vec<RemarkKind>) {
     }
 }
 
-/// Says where controls and sensors were sampled at different rates.
+/// Notes different rates of controls and sensors.
 pub(super) fn note_rates(control: &Series, sensors: &Series, remarks: &mut Vec<RemarkKind>) {
     if let (Some(control_period), Some(sensor_period)) = (control.period(), sensors.period())
         && (control_period - sensor_period).abs() > EVEN * control_period.max(sensor_period)
@@ -100,8 +100,8 @@ pub(super) fn note_rates(control: &Series, sensors: &Series, remarks: &mut Vec<R
     }
 }
 
-/// Says where sensor rows lie outside the controls: those labelled `t` are of `t - timestep`, and the last
-/// control holds for one more period.
+/// Notes sensor rows outside the controls: a row labelled `t` is of `t - timestep`, and the last control holds for one more
+/// period.
 pub(super) fn note_range(
     control: &[f64],
     sensors: &[f64],

@@ -4,9 +4,8 @@ use std::{collections::BTreeMap, path::Path};
 
 use super::{
     super::{
-        Part, RemarkKind, Signature, TrialError,
-        columns::{CONTROL_SUFFIX, listed},
-        series::component_name,
+        Part, RemarkKind, Signature, TrialError, message::listed, series::component_name,
+        signature::CONTROL_SUFFIX,
     },
     BLOCKS, TIME, WHOLE_STATE, state_column,
 };

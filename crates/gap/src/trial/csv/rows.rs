@@ -7,7 +7,7 @@ use ::csv::{ErrorKind, Position, Reader, ReaderBuilder, StringRecord, Trim};
 use super::{
     super::{
         Place, RemarkKind, Series, Signature, TrialError,
-        assemble::{Parts, Table},
+        tables::{Parts, Table},
         times,
     },
     TIME,

@@ -5,7 +5,9 @@ use std::{io::Write as _, path::Path};
 use ::csv::{Terminator, WriterBuilder};
 
 use super::{
-    super::{Series, Trial, TrialError, columns::CONTROL_SUFFIX, series::component_name, write},
+    super::{
+        Series, Trial, TrialError, series::component_name, signature::CONTROL_SUFFIX, write_whole,
+    },
     TIME, WHOLE_STATE, state_column,
 };
 
@@ -15,7 +17,7 @@ use super::{
 /// # Errors
 /// Where the file cannot be written, the trial is not whole, or two of its columns would have one name.
 pub fn write_csv(path: &Path, trial: &Trial) -> Result<(), TrialError> {
-    write::check(path, trial)?;
+    write_whole::check(path, trial)?;
     let unwritable = |reason: String| TrialError::Unwritable {
         path: path.to_owned(),
         reason,
@@ -41,7 +43,7 @@ pub fn write_csv(path: &Path, trial: &Trial) -> Result<(), TrialError> {
     times.sort_by(f64::total_cmp);
     // -0 and 0 are one time.
     times.dedup_by(|one, other| one == other);
-    write::whole(path, |file| {
+    write_whole::whole(path, |file| {
         let mut writer = WriterBuilder::new()
             .terminator(Terminator::Any(b'\n'))
             .from_writer(file);

@@ -1,0 +1,89 @@
+//! Names of the effects.
+
+use serde::{Deserialize, Serialize};
+
+macro_rules! ids {
+    ($($(#[$doc:meta])* $variant:ident = $name:literal;)*) => {
+        /// Name of an effect; files spell it as [`Id::as_str`], for good.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[serde(rename_all = "snake_case")]
+        pub enum Id {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl Id {
+            /// Every effect, in the order of the catalogue.
+            pub const ALL: &[Self] = &[$(Self::$variant),*];
+
+            /// The spelling in files.
+            pub fn as_str(self) -> &'static str {
+                match self { $(Self::$variant => $name),* }
+            }
+        }
+    };
+}
+
+ids! {
+    /// Water that accelerates with the body.
+    AddedMass = "added_mass";
+    /// Drag in proportion to velocity.
+    LinearDrag = "linear_drag";
+    /// Drag in proportion to velocity squared.
+    QuadraticDrag = "quadratic_drag";
+    /// Drag of strips along the body.
+    CrossFlowDrag = "cross_flow_drag";
+    /// Constant velocity of the water.
+    Current = "current";
+    /// Munk's moment of a body at an angle of attack.
+    MunkMoment = "munk_moment";
+    /// Force across the flow.
+    Lift = "lift";
+    /// Buoyancy less weight.
+    NetBuoyancy = "net_buoyancy";
+    /// Centre of buoyancy away from the model's.
+    BuoyancyOffset = "buoyancy_offset";
+    /// Point mass.
+    Payload = "payload";
+    /// Drag that lags behind the motion.
+    WakeMemory = "wake_memory";
+    /// Basset's history force.
+    BassetHistory = "basset_history";
+    /// Drag and added mass near the surface.
+    FreeSurface = "free_surface";
+    /// Drag and added mass near a wall.
+    WallProximity = "wall_proximity";
+    /// Regular wave.
+    Waves = "waves";
+    /// Factor on an actuator's force.
+    ActuatorGain = "actuator_gain";
+    /// Dead band of an actuator.
+    ActuatorDeadband = "actuator_deadband";
+    /// First-order lag of an actuator.
+    ActuatorLag = "actuator_lag";
+    /// Pure delay of an actuator.
+    ActuatorDelay = "actuator_delay";
+    /// Thrust loss with inflow.
+    InflowThrustLoss = "inflow_thrust_loss";
+    /// Coulomb and Stribeck friction of a joint.
+    JointFriction = "joint_friction";
+    /// Viscous damping of a joint.
+    JointDamping = "joint_damping";
+    /// Spring of a joint.
+    JointStiffness = "joint_stiffness";
+    /// Backlash of a joint.
+    JointBacklash = "joint_backlash";
+    /// Constant added to a reading.
+    SensorBias = "sensor_bias";
+    /// Delay of a reading.
+    SensorDelay = "sensor_delay";
+    /// Factor on a reading.
+    SensorScale = "sensor_scale";
+    /// Constant force in the world.
+    ConstantForce = "constant_force";
+}
+
+impl std::fmt::Display for Id {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.as_str())
+    }
+}

@@ -1,0 +1,141 @@
+//! Dry friction of a joint: Coulomb friction and Stribeck's excess at low speed,
+//! `f = -(coulomb + stribeck exp(-(v / stribeck_speed)^2)) tanh(v / v0)`, `v0 = 0.1 stribeck_speed`.
+
+use crate::{Card, Effect, Id, JointPart, Parameter, Part, Placement, Target, TargetKind};
+
+/// Width of the smooth sign, in parts of the Stribeck speed: narrow enough that the excess is reached
+/// before it decays.
+const WIDTH: f64 = 0.1;
+
+/// Narrowest smooth sign [rad/s or m/s], so that the force stays differentiable.
+const NARROWEST: f64 = 1e-6;
+
+/// Slowest and fastest decay of the excess [rad/s or m/s].
+const SLOWEST: f64 = 1e-3;
+const FASTEST: f64 = 100.0;
+
+/// Parameters `coulomb`, `stribeck` [N m or N], `stribeck_speed` [rad/s or m/s].
+#[derive(Debug)]
+pub struct JointFriction;
+
+static CARD: Card = Card {
+    id: Id::JointFriction,
+    phrase: "joint friction",
+    target: TargetKind::Joint,
+    summary: "dry friction of a joint, higher where it hardly moves",
+    equation: "f = -(coulomb + stribeck exp(-(v/stribeck_speed)^2)) tanh(v/v0), v0 = 0.1 stribeck_speed",
+    source: "B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, A survey of models, analysis tools and \
+             compensation methods for the control of machines with friction, Automatica 30(7), 1994; \
+             H. Olsson et al., Friction models and friction compensation, European Journal of Control 4(3), \
+             1998 (the sign is made smooth)",
+    idealised: true,
+    placement: Placement::Mjcf,
+};
+
+impl Effect for JointFriction {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn parameters(&self, target: &Target) -> Vec<Parameter> {
+        let Target::Joint(joint) = target else {
+            return Vec::new();
+        };
+        let (force, speed) = (joint.typical_force(), joint.typical_speed());
+        vec![
+            Parameter::about("coulomb", joint.force_unit(), 0.0, 0.2 * force)
+                .within(0.0, joint.greatest_force()),
+            Parameter::about("stribeck", joint.force_unit(), 0.0, 0.1 * force)
+                .within(0.0, joint.greatest_force()),
+            // Without influence where there is no excess: the null is the centre of the prior.
+            Parameter::about(
+                "stribeck_speed",
+                joint.speed_unit(),
+                (0.1 * speed).clamp(SLOWEST, FASTEST),
+                0.1 * speed,
+            )
+            .within(SLOWEST, FASTEST)
+            .shaping(),
+        ]
+    }
+
+    fn part(&self) -> Part<'_> {
+        Part::Joint(self)
+    }
+}
+
+/// The parameters, and the width of the smooth sign.
+struct StribeckCurve {
+    coulomb: f64,
+    stribeck: f64,
+    speed: f64,
+    width: f64,
+}
+
+impl StribeckCurve {
+    fn from_parameters(p: &[f64]) -> Self {
+        let speed = p[2].abs().max(NARROWEST / WIDTH);
+        Self {
+            coulomb: p[0],
+            stribeck: p[1],
+            speed,
+            width: WIDTH * speed,
+        }
+    }
+}
+
+impl JointPart for JointFriction {
+    fn force(&self, p: &[f64], _position: f64, velocity: f64, _memory: &[f64]) -> f64 {
+        let curve = StribeckCurve::from_parameters(p);
+        let decay = (-(velocity / curve.speed).powi(2)).exp();
+        -(curve.coulomb + curve.stribeck * decay) * (velocity / curve.width).tanh()
+    }
+
+    /// Negative where Stribeck's excess falls faster than the smooth sign rises.
+    fn damping(&self, p: &[f64], _position: f64, velocity: f64, _memory: &[f64]) -> f64 {
+        let curve = StribeckCurve::from_parameters(p);
+        let decay = (-(velocity / curve.speed).powi(2)).exp();
+        let sign = (velocity / curve.width).tanh();
+        (curve.coulomb + curve.stribeck * decay) * (1.0 - sign * sign) / curve.width
+            - curve.stribeck * decay * sign * 2.0 * velocity / curve.speed.powi(2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn it_never_drives(coulomb in 0.0..10.0, excess in 0.0..10.0, speed in 0.0..1.0, v in -5.0..5.0) {
+            let force = JointFriction.force(&[coulomb, excess, speed], 0.3, v, &[]);
+            prop_assert!(force * v <= 0.0);
+            prop_assert!(force.abs() <= coulomb + excess);
+        }
+
+        #[test]
+        fn its_damping_is_its_slope(
+            coulomb in 0.0..10.0, excess in 0.0..10.0, speed in 0.05..1.0, v in -2.0..2.0,
+        ) {
+            let p = [coulomb, excess, speed];
+            let h = 1e-7;
+            let slope = (JointFriction.force(&p, 0.0, v - h, &[]) - JointFriction.force(&p, 0.0, v + h, &[])) / (2.0 * h);
+            let damping = JointFriction.damping(&p, 0.0, v, &[]);
+            prop_assert!((slope - damping).abs() < 1e-4 * (1.0 + damping.abs()), "{slope} {damping}");
+        }
+    }
+
+    #[test]
+    fn well_above_the_stribeck_speed_coulomb_is_left() {
+        let force = JointFriction.force(&[2.0, 1.0, 0.05], 0.0, 1.0, &[]);
+        assert!((force + 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_excess_is_felt_at_low_speed() {
+        let force = JointFriction.force(&[2.0, 1.0, 0.5], 0.0, 0.15, &[]);
+        assert!((-2.95..-2.85).contains(&force), "{force}");
+    }
+}

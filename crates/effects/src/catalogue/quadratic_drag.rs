@@ -1,0 +1,79 @@
+//! Quadratic drag: `F = -D |v| v` axis by axis, at the middle of the body.
+
+use super::axes;
+use crate::{
+    Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind,
+    dual::{Scalar, constant, signed_square},
+    flow::Flow,
+    wrench_law::{Parameters, WrenchLaw, about_origin},
+};
+
+/// Parameters `surge`, `sway`, `heave` [N s^2/m^2], `roll`, `pitch`, `yaw` [N m s^2/rad^2].
+#[derive(Debug)]
+pub struct QuadraticDrag;
+
+static CARD: Card = Card {
+    id: Id::QuadraticDrag,
+    phrase: "quadratic drag",
+    target: TargetKind::Body,
+    summary: "drag in proportion to velocity squared",
+    equation: "F = -D_Q |nu_r| nu_r axis by axis, at the middle of the body, in its frame; \
+               D_Q = 1/2 rho C_d A for a translation",
+    source: "T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed., Wiley 2021, \
+             section 6.4 (nonlinear surge damping; diagonal quadratic damping of underwater vehicles, \
+             section 8.1)",
+    idealised: true,
+    placement: Placement::Plugin,
+};
+
+impl Effect for QuadraticDrag {
+    fn card(&self) -> &'static Card {
+        &CARD
+    }
+
+    fn parameters(&self, target: &Target) -> Vec<Parameter> {
+        target.body().map_or_else(Vec::new, |scale| {
+            axes::never_negative(["N s^2/m^2", "N m s^2/rad^2"], |axis| {
+                (
+                    scale.expected_quadratic_drag(axis),
+                    scale.greatest_quadratic_drag(axis),
+                )
+            })
+        })
+    }
+
+    fn is_additive(&self) -> bool {
+        true
+    }
+
+    fn part(&self) -> Part<'_> {
+        Part::Body(self)
+    }
+}
+
+impl WrenchLaw for QuadraticDrag {
+    fn dual_wrench<D: Scalar>(&self, p: &Parameters<D>, flow: &Flow<D>, _memory: &[f64]) -> [D; 6] {
+        let linear = flow.linear_at_middle();
+        let force = [0, 1, 2].map(|axis| -p[axis] * signed_square(linear[axis]));
+        let torque = [0, 1, 2].map(|axis| -p[axis + 3] * signed_square(flow.angular[axis]));
+        about_origin(force, torque, constant(flow.middle()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::BodyPart;
+    use crate::tests::fixture;
+
+    #[test]
+    fn twice_as_fast_is_dragged_four_times_as_much_and_backwards_too() {
+        let drag = |speed: f64| {
+            let mut motion = fixture::still();
+            motion.linear = [speed, 0.0, 0.0];
+            QuadraticDrag.wrench(&[18.0, 0.0, 0.0, 0.0, 0.0, 0.0], &motion, &[])[0]
+        };
+        assert!((drag(0.5) + 18.0 * 0.25).abs() < 1e-12);
+        assert!((drag(-1.0) + 4.0 * drag(0.5)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,164 @@
+//! The trait of an effect, and the traits of its action on bodies, water, joints, actuators and sensors.
+
+use nalgebra::Matrix6;
+
+use crate::{Card, Id, Motion, Parameter, Target};
+
+/// One effect of the catalogue.
+pub trait Effect: Send + Sync + std::fmt::Debug {
+    /// Its entry in the catalogue.
+    fn card(&self) -> &'static Card;
+
+    /// Its parameters on a target; empty where the target is of another kind.
+    fn parameters(&self, target: &Target) -> Vec<Parameter>;
+
+    /// True where the force is proportional to every parameter, so that two of them on one target are one with the sums
+    /// of their values.
+    fn is_additive(&self) -> bool {
+        false
+    }
+
+    /// Its action.
+    fn part(&self) -> Part<'_>;
+}
+
+/// The action of an effect, by the thing acted on.
+#[derive(Clone, Copy)]
+#[expect(
+    missing_debug_implementations,
+    reason = "the effect itself, which holds the part, has one"
+)]
+pub enum Part<'a> {
+    /// A wrench on a body.
+    Body(&'a dyn BodyPart),
+    /// Motion of the water: it enters the relative velocity of the nominal model's fluid and of every other effect.
+    Water(&'a dyn WaterPart),
+    /// A generalised force on a hinge or slide.
+    Joint(&'a dyn JointPart),
+    /// A change of an actuator's command or force.
+    Actuator(&'a dyn ActuatorPart),
+    /// A change of a sensor's reading.
+    Sensor(&'a dyn SensorPart),
+}
+
+/// A wrench on a body. `p` are the parameters in the order of [`Effect::parameters`].
+pub trait BodyPart {
+    /// Length of its memory, which is kept in plugin state.
+    fn memory_len(&self) -> usize {
+        0
+    }
+
+    /// True where it adds inertia: [`BodyPart::inertia`] may then be something.
+    fn has_inertia(&self) -> bool {
+        false
+    }
+
+    /// Force [N] and torque [N m] about the body's origin, in the body's frame, without the part in proportion to
+    /// acceleration, which is [`BodyPart::inertia`].
+    fn wrench(&self, p: &[f64], motion: &Motion, memory: &[f64]) -> [f64; 6];
+
+    /// Added inertia [kg, kg m, kg m^2], (linear, angular) about the body's origin in its frame: symmetric, positive
+    /// semidefinite, applied implicitly.
+    ///
+    /// It multiplies the acceleration of the origin as seen from the world and the angular acceleration, both expressed
+    /// in the body's frame. With J the Jacobian of (linear, angular) velocity in the frame's directions, that is
+    /// `J qacc + (dJ/dt) qvel`, the directions held fixed in the world while differentiating; for a free body,
+    /// `J qacc`. Fossen's derivative of body-frame components lacks omega x v; that part is in [`BodyPart::wrench`].
+    fn inertia(&self, _p: &[f64], _motion: &Motion) -> Option<Matrix6<f64>> {
+        None
+    }
+
+    /// `-d wrench / d (linear, angular velocity)`, 6 x 6, for the implicit step of stiff drag.
+    fn damping(&self, _p: &[f64], _motion: &Motion, _memory: &[f64]) -> Option<Matrix6<f64>> {
+        None
+    }
+
+    /// `d wrench / d p`: one column of six for each parameter.
+    fn by_parameters(&self, p: &[f64], motion: &Motion, memory: &[f64]) -> Vec<[f64; 6]>;
+
+    /// Advances the memory over a step [s] that starts at `motion`.
+    fn advance(&self, _p: &[f64], _motion: &Motion, _step: f64, _memory: &mut [f64]) {}
+}
+
+/// Motion of the water.
+pub trait WaterPart {
+    /// Velocity of the water in the world [m/s] at a point [m] and a time [s].
+    fn velocity(&self, p: &[f64], position: [f64; 3], time: f64) -> [f64; 3];
+
+    /// Acceleration of the water in the world [m/s^2] at a point [m] and a time [s]. It is part of
+    /// [`Motion::water_acceleration`]; its pressure acts on every wet body, [`Motion::froude_krylov`].
+    fn acceleration(&self, _p: &[f64], _position: [f64; 3], _time: f64) -> [f64; 3] {
+        [0.0; 3]
+    }
+}
+
+/// A generalised force on a hinge [N m] or slide [N].
+pub trait JointPart {
+    /// Length of its memory.
+    fn memory_len(&self) -> usize {
+        0
+    }
+
+    /// The force at a joint position [rad or m] and velocity [rad/s or m/s].
+    fn force(&self, p: &[f64], position: f64, velocity: f64, memory: &[f64]) -> f64;
+
+    /// `-d force / d velocity`, for the implicit step.
+    fn damping(&self, p: &[f64], position: f64, velocity: f64, memory: &[f64]) -> f64;
+
+    /// Advances the memory over a step [s].
+    fn advance(&self, _p: &[f64], _position: f64, _velocity: f64, _step: f64, _memory: &mut [f64]) {
+    }
+
+    /// Backlash [rad or m], full width: the simulator puts a joint limited to half of it on either side in series behind
+    /// this one.
+    fn backlash(&self, _p: &[f64]) -> Option<f64> {
+        None
+    }
+}
+
+/// A change of an actuator, between the logged command and the force.
+pub trait ActuatorPart {
+    /// Length of its memory; `step` is the model's [s].
+    fn memory_len(&self, _p: &[f64], _step: f64) -> usize {
+        0
+    }
+
+    /// The command that takes effect, from the logged one. Called once before each step.
+    fn command(&self, _p: &[f64], command: f64, _step: f64, _memory: &mut [f64]) -> f64 {
+        command
+    }
+
+    /// Factor on the actuator's force at an inflow [m/s]: its speed through the water along its present thrust.
+    fn force_factor(&self, _p: &[f64], _inflow: f64) -> f64 {
+        1.0
+    }
+}
+
+/// A change of a sensor: measured(t) = scale * sensor(t - delay) + bias.
+pub trait SensorPart {
+    /// Delay of the readings [s].
+    fn delay(&self, _p: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// Factor on the reading.
+    fn scale(&self, _p: &[f64]) -> f64 {
+        1.0
+    }
+
+    /// Offset of a component.
+    fn bias(&self, _p: &[f64], _component: usize) -> f64 {
+        0.0
+    }
+}
+
+/// One effect on one target with values: the result of a fit, an element of an `effects.json`.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct Entry {
+    pub effect: Id,
+    /// Name of the body, joint, actuator or sensor.
+    pub target: String,
+    /// Values in the order of [`Effect::parameters`].
+    pub parameters: Vec<f64>,
+}

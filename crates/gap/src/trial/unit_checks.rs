@@ -1,0 +1,107 @@
+//! Checks of units: quaternions that are no rotations, degrees instead of radians.
+
+use std::{f64::consts::TAU, path::Path};
+
+use super::{RemarkKind, SensorQuantity, Signature, TrialError, series::median, tables::Table};
+
+/// Largest departure of the median length of quaternions from 1; noise of a measurement stays well below.
+const QUATERNION_TOLERANCE: f64 = 0.05;
+/// Largest angle accepted as radians: two turns.
+const LARGEST_ANGLE: f64 = 2.0 * TAU;
+/// A column that ends farther from zero than it began, by this share of its way, revolves and does not swing.
+const ONE_WAY: f64 = 0.9;
+
+/// Refuses sensors in other units than the model's, where that shows.
+pub(super) fn check(
+    path: &Path,
+    signature: &Signature,
+    sensors: &Table,
+    remarks: &mut Vec<RemarkKind>,
+) -> Result<(), TrialError> {
+    for sensor in &signature.sensors {
+        let columns = sensor.columns();
+        let columns: Vec<usize> = columns
+            .iter()
+            .filter_map(|name| sensors.series.column(name))
+            .collect();
+        match sensor.kind {
+            SensorQuantity::Quaternion if columns.len() == 4 => {
+                check_quaternion(path, &sensor.name, sensors, &columns)?;
+            }
+            SensorQuantity::Angle => {
+                for column in columns {
+                    check_angle(path, sensors, column, remarks)?;
+                }
+            }
+            SensorQuantity::Quaternion | SensorQuantity::Other => {}
+        }
+    }
+    Ok(())
+}
+
+fn check_quaternion(
+    path: &Path,
+    sensor: &str,
+    sensors: &Table,
+    columns: &[usize],
+) -> Result<(), TrialError> {
+    let length = |row: &[f64]| {
+        columns
+            .iter()
+            .map(|column| row[*column].powi(2))
+            .sum::<f64>()
+            .sqrt()
+    };
+    let rows = 0..sensors.series.len();
+    let lengths = rows.map(|row| length(sensors.series.row(row))).collect();
+    match median(lengths) {
+        Some(found) if (found - 1.0).abs() > QUATERNION_TOLERANCE => Err(TrialError::Quaternion {
+            path: path.to_owned(),
+            sensor: sensor.to_owned(),
+            found,
+            tolerance: QUATERNION_TOLERANCE,
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// An angle that swings beyond two turns is in degrees; one that only grows may belong to a joint that revolves.
+fn check_angle(
+    path: &Path,
+    sensors: &Table,
+    column: usize,
+    remarks: &mut Vec<RemarkKind>,
+) -> Result<(), TrialError> {
+    let values = sensors.series.column_values(column).enumerate();
+    let values: Vec<(usize, f64)> = values.filter(|(_, value)| !value.is_nan()).collect();
+    let largest = values
+        .iter()
+        .max_by(|one, other| one.1.abs().total_cmp(&other.1.abs()));
+    let Some((row, found)) = largest
+        .copied()
+        .filter(|(_, value)| value.abs() > LARGEST_ANGLE)
+    else {
+        return Ok(());
+    };
+    let travelled: f64 = values
+        .windows(2)
+        .map(|pair| (pair[1].1 - pair[0].1).abs())
+        .sum();
+    let (first, last) = (values[0].1, values[values.len() - 1].1);
+    let name = sensors.series.columns[column].clone();
+    let moved = last.abs() - first.abs();
+    if moved > LARGEST_ANGLE && moved >= ONE_WAY * travelled {
+        remarks.push(RemarkKind::LargeAngle {
+            column: name,
+            largest: found.abs(),
+        });
+        return Ok(());
+    }
+    Err(TrialError::Degrees {
+        path: path.to_owned(),
+        place: sensors.place(row),
+        column: name,
+        found,
+        turns: found.abs() / TAU,
+    })
+}

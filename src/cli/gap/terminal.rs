@@ -1,0 +1,154 @@
+//! The verdict on the terminal, in at most ten lines.
+
+use std::path::Path;
+
+use hydro_gap::records::{Added, Found, Named, Record};
+use hydro_plugin::report::gap::{
+    VerdictKind, effect_on, headline, interval, number, percent, place, probability, regime,
+    with_unit,
+};
+
+use super::results_folder::{PATCHED, REPORT};
+
+/// Greatest number of parameters shown.
+const PARAMETERS: usize = 6;
+/// Greatest number of effects shown.
+const EFFECTS: usize = 4;
+
+/// The verdict, with the sentence of the page.
+pub(super) fn ten_lines(record: &Record, out: &Path) -> String {
+    let verdict = &record.verdict;
+    let mut lines = vec![headline(verdict, &record.named.chosen)];
+    let mut line = |what: &str, words: String| {
+        if !words.is_empty() {
+            lines.push(format!("{what:>11}  {words}"));
+        }
+    };
+    line(
+        "verdict",
+        VerdictKind::from_verdict(verdict).label().to_lowercase(),
+    );
+    line("where", verdict.places.first().map_or(String::new(), place));
+    line("when", verdict.regime.first().map_or(String::new(), regime));
+    let effects = verdict.effects.iter().take(EFFECTS).map(|effect| {
+        format!(
+            "{} {}",
+            effect_on(effect.effect, &effect.target),
+            probability(effect.probability)
+        )
+    });
+    line("likeliest", joined(effects));
+    let chosen = record.named.chosen.iter();
+    let parameters = chosen
+        .flat_map(|effect| &effect.parameters)
+        .map(|parameter| {
+            format!(
+                "{} {} ({})",
+                parameter.name,
+                with_unit(parameter.value, &parameter.unit),
+                interval(parameter.ci95)
+            )
+        });
+    let count = parameters.clone().count();
+    let more = if count > PARAMETERS {
+        format!(", and {} more", count - PARAMETERS)
+    } else {
+        String::new()
+    };
+    line("values", joined(parameters.take(PARAMETERS)) + &more);
+    line("error", error(record));
+    line("next", verdict.next_experiment.clone().unwrap_or_default());
+    let refused = verdict.refused_because.clone();
+    let written = verdict.patch.as_ref().map_or_else(
+        || refused.map_or(String::new(), |why| format!("nothing: {why}")),
+        |_| out.join(PATCHED).display().to_string(),
+    );
+    line("written", written);
+    line("page", out.join(REPORT).display().to_string());
+    // Names from the user's files may hold control characters.
+    let lines: Vec<String> = lines.iter().map(|line| one_line(line)).collect();
+    lines.join("\n")
+}
+
+/// Errors on held-out trials.
+fn error(record: &Record) -> String {
+    let gap = &record.verdict.gap;
+    let metric = gap.metric.to_uppercase();
+    match (gap.before, gap.after, gap.reduction) {
+        (Some(before), Some(after), Some(reduction)) if record.is_patched() => format!(
+            "{metric} {} before, {} after, reduction {} on {} held-out trials{}",
+            number(before),
+            number(after),
+            percent(reduction),
+            gap.n_holdout_trials,
+            alone(record)
+        ),
+        (Some(before), ..) => format!(
+            "{metric} {} on {} held-out trials",
+            number(before),
+            gap.n_holdout_trials
+        ),
+        _ => String::new(),
+    }
+}
+
+/// The error with the nominal model refitted and nothing added.
+fn alone(record: &Record) -> String {
+    let verified = record.verified.as_ref();
+    let alone = verified.and_then(|of| of.recalibrated);
+    alone.map_or(String::new(), |alone| {
+        format!(" ({} with numbers refitted alone)", number(alone))
+    })
+}
+
+/// Result of `find` alone.
+pub(super) fn found(found: &Found) -> String {
+    let first = found
+        .places
+        .first()
+        .map_or(String::new(), |largest| format!("; {}", place(largest)));
+    one_line(&format!(
+        "squared difference {} times that of noise (p {}){first}",
+        number(found.excess),
+        number(found.p_value)
+    ))
+}
+
+/// Result of `name` alone.
+pub(super) fn named(named: &Named) -> String {
+    let effects = named.effects.iter().take(EFFECTS).map(|effect| {
+        format!(
+            "{} {}",
+            effect_on(effect.effect, &effect.target),
+            probability(effect.probability)
+        )
+    });
+    let effects = joined(effects);
+    one_line(if effects.is_empty() {
+        "no effect is likely"
+    } else {
+        &effects
+    })
+}
+
+/// Result of `add` alone.
+pub(super) fn added(added: Option<&Added>, candidate: &Path) -> String {
+    match added {
+        Some(added) if added.is_written() => {
+            format!("{}, to be verified", candidate.display())
+        }
+        Some(added) => one_line(&format!("nothing to add: {}", added.remarks.join("; "))),
+        None => "nothing to add".to_owned(),
+    }
+}
+
+fn joined(words: impl Iterator<Item = String>) -> String {
+    words.collect::<Vec<_>>().join(", ")
+}
+
+/// Text without line breaks and control characters.
+fn one_line(text: &str) -> String {
+    text.chars()
+        .map(|c| if c.is_control() { ' ' } else { c })
+        .collect()
+}
