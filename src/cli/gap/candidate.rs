@@ -11,7 +11,7 @@ use hydro_effects::{
 use hydro_gap::{
     patch,
     plant::{Nuisance, PlantDescription, Quantity},
-    stages::{Added, Refitted},
+    records::{Added, Refitted},
 };
 
 use super::{effects::example, results_folder::PATCHED};

@@ -86,8 +86,8 @@ mod tests {
 
     use super::*;
     use crate::mujoco::{
+        ffi::warn,
         simulator::{Data, Model},
-        warn::warn,
     };
 
     static SHOWN: AtomicUsize = AtomicUsize::new(0);
