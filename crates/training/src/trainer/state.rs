@@ -56,6 +56,7 @@ struct Header {
     optimiser_step: usize,
     #[serde(default)]
     device: TrainDevice,
+    #[serde(rename = "place")]
     position: Position,
 }
 
