@@ -419,3 +419,32 @@ fn the_doctor_finds_this_build_sound() {
     let findings: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!(findings["plugin"]["Ok"].is_string(), "{findings}");
 }
+
+/// scripts/learning_rates.py tells a divergence from other failures by this status.
+#[test]
+fn a_training_that_diverges_exits_with_three() {
+    let Place { data, out, .. } = &place();
+    let hopeless = [
+        "--model",
+        "mlp-ode",
+        "--learning-rate",
+        "1",
+        "--epochs",
+        "200",
+    ];
+    let diverged = hydro(
+        &["train", "--data", text(data), "--out", text(out)]
+            .into_iter()
+            .chain(hopeless)
+            .chain(["--hidden", "64,64,64", "--patience", "200"])
+            .collect::<Vec<_>>(),
+    );
+    let message = String::from_utf8_lossy(&diverged.stderr);
+    assert_eq!(diverged.status.code(), Some(3), "{message}");
+    assert!(message.contains("lower the learning rate"), "{message}");
+    let other = hydro(&train("no/such/folder", text(out), &[]));
+    assert_eq!(other.status.code(), Some(1));
+    assert_eq!(hydro(&["train", "--no-such-flag"]).status.code(), Some(2));
+    let help = String::from_utf8(hydro(&["train", "--help"]).stdout).unwrap();
+    assert!(help.contains("Exit status"), "{help}");
+}

@@ -14,11 +14,11 @@ pub enum TrainError {
     /// A finished checkpoint that is not the one asked for.
     #[error("the finished checkpoint has another {what}: {found}; asked for: {expected}")]
     OtherCheckpoint {
-        /// What differs.
+        /// The property that differs.
         what: &'static str,
         /// The checkpoint's.
         found: String,
-        /// What was asked for.
+        /// The value asked for.
         expected: String,
     },
     /// A setting out of its range.
@@ -28,7 +28,7 @@ pub enum TrainError {
         field: &'static str,
         /// Its value.
         found: String,
-        /// What it may be.
+        /// The allowed values.
         expected: String,
     },
     /// The loss is no longer a number.
@@ -45,7 +45,7 @@ pub enum TrainError {
         /// Learning rate of that step.
         learning_rate: f64,
     },
-    /// From the device.
+    /// Error of the device.
     #[error(transparent)]
     Device(#[from] DeviceError),
     /// A split is empty or of the wrong shape for the model.
@@ -53,7 +53,7 @@ pub enum TrainError {
     Split {
         /// Its name.
         split: &'static str,
-        /// What is wrong with it.
+        /// The fault.
         reason: String,
     },
     /// A state file that is not this run's.
@@ -61,7 +61,7 @@ pub enum TrainError {
     State {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault.
         reason: String,
     },
     /// A file could not be read or written.
@@ -69,16 +69,16 @@ pub enum TrainError {
     Io {
         /// Which file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
-    /// From the data set.
+    /// Error of the data set.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
-    /// From the checkpoint.
+    /// Error of the checkpoint.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
-    /// From the model.
+    /// Error of the model.
     #[error(transparent)]
     Model(#[from] ModelError),
 }

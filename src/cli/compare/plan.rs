@@ -83,7 +83,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// How a job is trained.
+    /// Training settings of a job.
     pub(super) fn training(&self, job: &JobId) -> anyhow::Result<TrainConfig> {
         let entry = self.entries.iter().find(|entry| entry.id == job.entry);
         let entry = entry.with_context(|| format!("job {job}: no such entry"))?;

@@ -133,7 +133,7 @@ fn measured(args: &Args, inputs: &Inputs) -> anyhow::Result<Vec<Reference>> {
     super::swimming::swim_references(args, inputs)
 }
 
-/// None without MuJoCo.
+/// Empty without MuJoCo.
 #[cfg(not(mujoco_plugins))]
 fn measured(_: &Args, _: &Inputs) -> anyhow::Result<Vec<Reference>> {
     Ok(Vec::new())

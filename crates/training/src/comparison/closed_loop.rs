@@ -13,13 +13,13 @@ use crate::rollouts::Rollout;
 pub struct ClosedLoop {
     /// Times after the start at which errors are read, and that a run reaches [s].
     pub horizons: Vec<f64>,
-    /// How many runs.
+    /// Number of runs.
     pub runs: usize,
     /// True base positions along the first run [m].
     pub truth_path: Vec<[f64; 3]>,
     /// Sample times of the paths [s].
     pub time: Vec<f64>,
-    /// One row a method.
+    /// A row a method.
     pub rows: Vec<ClosedLoopRow>,
 }
 

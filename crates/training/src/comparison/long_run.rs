@@ -1,4 +1,4 @@
-//! Ten minutes in the water: does the closed loop stay within the truth's bounds?
+//! A run of ten minutes: peaks of the closed loop over the truth's.
 //!
 //! A force model that is right on recorded inputs can still be unstable once its force changes the
 //! motion it sees. Position is exempt: a robot that is not neutral sinks for ever.
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::{drive::drive, method::Water};
 use crate::{rollouts::Rollout, simulator::Simulator};
 
-/// How far beyond the truth's peaks a long run may go.
+/// Largest allowed ratio of a long run's peaks to the truth's.
 pub const BOUND: f64 = 1.5;
 
 /// A greatest value beside the truth's.
@@ -22,7 +22,7 @@ pub struct Peak {
 }
 
 impl Peak {
-    /// How far beyond the truth; infinite where the run diverged.
+    /// Ratio to the truth; infinite if the run diverged.
     pub fn ratio(&self) -> f64 {
         if self.reached.is_finite() {
             self.reached / self.truth
@@ -51,7 +51,7 @@ pub struct LongRunPeaks {
 pub type Ratios = [Option<f64>; 4];
 
 impl LongRunPeaks {
-    /// How far beyond the truth.
+    /// Ratios of the peaks to the truth's.
     pub fn ratios(&self) -> Ratios {
         let finite = |peak: Peak| Some(peak.ratio()).filter(|ratio| ratio.is_finite());
         self.peaks().map(finite)

@@ -26,7 +26,7 @@ impl<E> std::fmt::Debug for Method<'_, E> {
     }
 }
 
-/// Where a method's base wrench comes from.
+/// Source of a method's base wrench.
 pub enum Water<'a> {
     /// The scene's own: a plugin, or MuJoCo's fluid.
     Scene,

@@ -36,7 +36,7 @@ pub struct Example {
 pub struct OpenLoop {
     /// Names of the axes, `force.x` and so on.
     pub outputs: Vec<String>,
-    /// How many test trajectories.
+    /// Number of test trajectories.
     pub trajectories: usize,
     /// One row a method.
     pub rows: Vec<OpenLoopRow>,

@@ -17,23 +17,23 @@ pub struct Summary {
     pub long: Option<LongRun>,
     /// Times of a physics step.
     pub step_times: Vec<StepTime>,
-    /// Where it all comes from: name and value.
+    /// Commands and digests behind the numbers: name and value.
     pub provenance: Vec<(String, String)>,
 }
 
-/// Where a subject was held against its rivals.
+/// Result of a comparison with baselines.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Standing {
-    /// What was compared.
+    /// Quantities compared.
     pub compared: Vec<String>,
-    /// Rivals that are at least as good as the subject, and in what.
+    /// Baselines at least as good as the subject, with the quantity.
     pub not_beaten: Vec<String>,
 }
 
 impl Summary {
-    /// The subject beside those of `rivals` that took part: pooled open-loop error with and without hydrostatics, median
+    /// The subject beside those of `baselines` that took part: pooled open-loop error with and without hydrostatics, median
     /// closed-loop position error at `horizon` [s].
-    pub fn standing(&self, rivals: &[&str], horizon: f64) -> Standing {
+    pub fn standing(&self, baselines: &[&str], horizon: f64) -> Standing {
         let mut standing = Standing::default();
         let mut compare = |what: &str, errors: &[(&str, f64)]| {
             let of = |name: &str| {
@@ -43,16 +43,16 @@ impl Summary {
                     .map(|(_, error)| *error)
             };
             let subject = of(&self.subject).unwrap_or(f64::INFINITY);
-            let met: Vec<_> = rivals
+            let met: Vec<_> = baselines
                 .iter()
-                .filter_map(|rival| Some((rival, of(rival)?)))
+                .filter_map(|baseline| Some((baseline, of(baseline)?)))
                 .collect();
             if !met.is_empty() {
                 standing.compared.push(what.to_owned());
             }
-            for (rival, error) in met {
+            for (baseline, error) in met {
                 if error <= subject {
-                    standing.not_beaten.push(format!("{rival} in {what}"));
+                    standing.not_beaten.push(format!("{baseline} in {what}"));
                 }
             }
         };

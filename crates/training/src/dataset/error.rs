@@ -14,9 +14,9 @@ pub enum DatasetError {
     /// No data set there.
     #[error("no data set at {}: manifest.json is missing; there are: {}", folder.display(), listed(found))]
     Missing {
-        /// Where it was looked for.
+        /// The folder asked for.
         folder: PathBuf,
-        /// What is there instead.
+        /// Names of the files found there.
         found: Vec<String>,
     },
     /// A file could not be read.
@@ -24,7 +24,7 @@ pub enum DatasetError {
     Io {
         /// Which file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// Another schema.
@@ -40,7 +40,7 @@ pub enum DatasetError {
     Manifest {
         /// The manifest.
         path: PathBuf,
-        /// What is wrong.
+        /// The fault.
         reason: String,
     },
     /// No such split.
@@ -50,7 +50,7 @@ pub enum DatasetError {
         path: PathBuf,
         /// The name asked for.
         name: String,
-        /// Those that exist.
+        /// Names of the splits that exist.
         found: Vec<String>,
     },
     /// Shards that the manifest names and the folder lacks.
@@ -60,7 +60,7 @@ pub enum DatasetError {
         folder: PathBuf,
         /// Names of the missing files.
         missing: Vec<String>,
-        /// How many the manifest names.
+        /// Number of shards that the manifest names.
         expected: usize,
     },
     /// Bytes other than those the manifest vouches for.
@@ -106,7 +106,7 @@ pub enum DatasetError {
         row: usize,
         /// Feature or force component.
         column: String,
-        /// What stands there.
+        /// The value.
         value: f32,
     },
 }

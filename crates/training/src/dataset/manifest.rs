@@ -19,7 +19,7 @@ pub struct ShardEntry {
     pub file: String,
     /// Trajectories in it.
     pub trajectories: usize,
-    /// Of its bytes, hexadecimal.
+    /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
 }
 

@@ -70,17 +70,17 @@ impl Dataset {
         })
     }
 
-    /// What the data set says of itself.
+    /// The manifest.
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
     }
 
-    /// Of the bytes of `manifest.json`, hexadecimal: names the content, for it holds every shard's sha256.
+    /// SHA-256 of `manifest.json`, hexadecimal. It identifies the content, since the manifest holds every shard's sha256.
     pub fn sha256(&self) -> &str {
         &self.sha256
     }
 
-    /// Where it lies.
+    /// The folder.
     pub fn folder(&self) -> &Path {
         &self.folder
     }

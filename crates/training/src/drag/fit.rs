@@ -19,7 +19,7 @@ pub enum DragError {
          at most 1e12 is usable; every velocity component must vary"
     )]
     Unexcited {
-        /// How many samples.
+        /// Number of samples.
         samples: usize,
         /// Condition number of the normal equations, columns scaled.
         condition: f64,
@@ -94,7 +94,7 @@ impl DragFit {
     /// Solves the normal equations, columns scaled to unit length first.
     ///
     /// # Errors
-    /// Where the samples leave a coefficient undetermined.
+    /// Samples that leave a coefficient undetermined.
     pub fn solve(&self) -> Result<Drag, DragError> {
         let length = self.gram.diagonal().map(f64::sqrt);
         let inverse_length = length.map(|l| if l > 0.0 { 1.0 / l } else { 0.0 });

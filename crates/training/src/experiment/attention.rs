@@ -1,4 +1,4 @@
-//! What an attention looks at.
+//! Mean attention weight by head and lag.
 
 use candle_core::{Device, Tensor};
 use hydro_model::{ForceModel, ModelError, Network};

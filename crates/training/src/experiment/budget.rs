@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How long everybody may learn: the same for all.
+/// Length of training, the same for every model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
     /// Passes over the training split; nobody stops earlier.
@@ -16,7 +16,7 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// That of the tables, by the name of the data set: about a thousand steps on Task 2, four hundred on each set of Task 1.
+    /// The budget of the tables, by the name of the data set: about a thousand steps on Task 2, four hundred on each set of Task 1.
     pub fn full(data: &str) -> Self {
         Self {
             epochs: match data {

@@ -1,6 +1,6 @@
 //! Orderings that the tables test.
 
-/// Who is claimed to be better than whom, by [`Entry::id`]: the paper's orderings, then ours.
+/// Claims (better, worse) as ids of entries: the paper's orderings, then ours.
 pub(super) const CLAIMS: [(&str, &str); 30] = [
     ("attention-ode-euler", "mlp-ode-euler"),
     ("attention-ode-rk4", "mlp-ode-rk4"),

@@ -1,4 +1,4 @@
-//! What a trajectory costs, everybody in turn on one thread.
+//! Time of a trajectory in each engine, engines in turn, on one thread.
 
 use std::time::Instant;
 
@@ -11,7 +11,7 @@ use crate::dataset::Split;
 const STEPS: usize = 400;
 /// Trajectories at a time, beside one.
 const MANY: usize = 64;
-/// Rounds; everybody has a turn in each, so that a slow moment of the machine strikes all.
+/// Rounds. Every engine is timed once a round, so that a slow moment of the machine affects all.
 pub const ROUNDS: usize = 5;
 
 /// Milliseconds for 400 samples: median over rounds, and the quartiles.
@@ -23,7 +23,7 @@ pub struct Timed {
     pub quartiles: [f64; 2],
 }
 
-/// What one model costs.
+/// Times of one model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// [`super::Entry::id`].

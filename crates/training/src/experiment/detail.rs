@@ -1,4 +1,4 @@
-//! Where in a trajectory, and in which trajectory, a model is wrong.
+//! Errors by trajectory and by time within a trajectory.
 
 use hydro_model::normaliser::Moments;
 use serde::{Deserialize, Serialize};
@@ -32,7 +32,7 @@ pub(super) fn deviations<'a>(
     moments.std()
 }
 
-/// Of predicted trajectories `[M][T * f]`; the first sample is given and does not count.
+/// Errors of predicted trajectories `[M][T * f]`; the first sample is given and does not count.
 pub(super) fn detail(split: &Split, forces: &[Vec<f64>]) -> Detail {
     let (f, samples) = (split.outputs(), split.samples());
     let std = deviations(f, (0..split.len()).map(|index| split.clean(index)));

@@ -1,4 +1,4 @@
-//! Does the predicted drag do the true one's work?
+//! Work and power of the predicted drag beside the true one's.
 
 use hydro_model::features::{Feature, FeatureLayout};
 use serde::{Deserialize, Serialize};
@@ -36,7 +36,7 @@ fn pairs(layout: &FeatureLayout, outputs: &[String]) -> Vec<(usize, usize)> {
         .collect()
 }
 
-/// Of predicted trajectories `[M][T * f]`; None where no output works on a velocity that the features hold.
+/// Work and power of predicted trajectories `[M][T * f]`; `None` if no output acts along a velocity among the features.
 pub(super) fn energy(
     layout: &FeatureLayout,
     outputs: &[String],

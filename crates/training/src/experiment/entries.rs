@@ -17,7 +17,7 @@ pub struct Entry {
     pub label: &'static str,
     /// Kind and sizes.
     pub model: ModelConfig,
-    /// How its equation is stepped.
+    /// Solver of its equation.
     pub solver: Solver,
     /// Largest learning rates.
     pub learning_rates: LearningRates,
@@ -76,7 +76,7 @@ impl Entry {
 /// Every row for forces of `outputs` components, of a robot whose links are known or not. The four models of the paper have its
 /// sizes and its raw features, h as long as the force and no linear part; beside them its other equation, ours with one mode
 /// and with three, ours without the closed forms, the paper's four given what ours is given (what is the equation's merit, and
-/// what the features'?), and two memoryless yardsticks: a perceptron of the paper's field, and one that is given what ours is
+/// what the features'?), and two memoryless baselines: a perceptron of the paper's field, and one that is given what ours is
 /// given.
 pub fn entries(outputs: usize, kinematics: Option<&Kinematics>) -> Vec<Entry> {
     use Solver::{DormandPrince, Euler, Rk4};

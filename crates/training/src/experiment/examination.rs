@@ -1,4 +1,4 @@
-//! Everything that is asked of one trained model in open loop.
+//! Open-loop examination of one trained model.
 
 use std::collections::BTreeMap;
 
@@ -20,21 +20,21 @@ use crate::{
     metrics::{ErrorSums, Errors, InitialForce},
 };
 
-/// From where trajectories are integrated: the paper starts from the truth, which nobody has.
+/// Forces from which trajectories are integrated. The paper starts from the true one, which a simulation does not have.
 const STARTS: [InitialForce; 3] = [
     InitialForce::Clean,
     InitialForce::Estimate,
     InitialForce::Zero,
 ];
 
-/// What one model shows.
+/// Results of one model.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Examination {
     /// Errors on the test split by the force at the start.
     pub starts: BTreeMap<String, Errors>,
     /// Root mean square error of the estimated first force, in standard deviations of each axis.
     pub estimate_error: f64,
-    /// By trajectory and by time, from the true start.
+    /// Errors by trajectory and by time, from the true first force.
     pub detail: Detail,
     /// The drag part's work.
     pub energy: Option<Energy>,
@@ -64,7 +64,7 @@ pub struct Noisy {
 /// Errors on a data set of another range; normalised by that set's own standard deviations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OutOfRange {
-    /// What it is called.
+    /// Name of the data set.
     pub name: String,
     /// Its manifest's sha256.
     pub sha256: String,
@@ -82,9 +82,9 @@ pub struct Swimming {
     pub position: Vec<Option<f64>>,
     /// Median angle at each [deg].
     pub attitude: Vec<Option<f64>>,
-    /// How many runs.
+    /// Number of runs.
     pub runs: usize,
-    /// How many blew up.
+    /// Number of runs that diverged.
     pub diverged: usize,
     /// Length of the long run [min].
     pub minutes: Option<f64>,

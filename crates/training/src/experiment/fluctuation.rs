@@ -1,4 +1,4 @@
-//! Does a predicted force tremble? Its power where the true force has almost none.
+//! Fluctuation of a predicted force: its power at frequencies where the true force has almost none.
 
 use rustfft::{FftPlanner, num_complex::Complex};
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::examination::Examination;
 use crate::trainer::TrainConfig;
 
-/// Of a job's result.
+/// Schema of a job's result.
 pub const SCHEMA: &str = "hydro-compare-job/1";
 
 /// One training and its examination.
@@ -17,7 +17,7 @@ pub struct JobId {
     pub data: String,
     /// [`Entry::id`].
     pub entry: String,
-    /// Of the first weights and of the order of the data.
+    /// Seed of the first weights and of the order of the data.
     pub seed: u64,
 }
 
@@ -54,19 +54,19 @@ pub struct JobResult {
     pub job: JobId,
     /// Its data set's manifest.
     pub data_sha256: String,
-    /// What else it was examined on, by name: sha256 of rollouts and of sets outside the training range.
+    /// Digests of the other data it was examined on, by name: rollouts, and data sets outside the training range.
     pub examined_on: BTreeMap<String, String>,
-    /// How it was trained.
+    /// Settings of its training.
     pub settings: TrainConfig,
     /// Numbers in the weights.
     pub parameters: usize,
-    /// What training took.
+    /// Length and cost of a training.
     pub training: TrainingNote,
-    /// What the model shows.
+    /// Results of the examination.
     pub examination: Examination,
 }
 
-/// What training took.
+/// Length and cost of a training.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrainingNote {
     /// Passes over the training split.

@@ -9,7 +9,7 @@ pub struct MeanSd {
     pub mean: f64,
     /// Standard deviation; 0 of one seed.
     pub sd: f64,
-    /// How many seeds have a value.
+    /// Number of seeds that have a value.
     pub count: usize,
 }
 

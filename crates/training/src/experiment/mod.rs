@@ -1,4 +1,4 @@
-//! The paper's experiments, whole: which models are trained on what, what is asked of each, and what all of it says.
+//! The paper's experiments: models and data sets, the training budget, examinations, and tables over seeds.
 //!
 //! ```text
 //! entries, budget -> (training) -> examination of one model, a job's result -> table over seeds, orderings

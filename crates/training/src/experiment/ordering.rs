@@ -1,4 +1,4 @@
-//! Whether one model is better than another, with a confidence.
+//! Ratio of two models' errors, with a confidence interval.
 
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -13,9 +13,9 @@ const DRAWS: usize = 1000;
 pub struct Ordering {
     /// Name of the data set.
     pub data: String,
-    /// Who is claimed to be better: label of the row.
+    /// Label of the row claimed to be better.
     pub better: String,
-    /// Than whom.
+    /// Label of the row claimed to be worse.
     pub worse: String,
     /// nRMSE of the former over that of the latter; below 1 the claim holds.
     pub ratio: f64,
@@ -28,7 +28,7 @@ pub struct Ordering {
 /// Mean square errors `[seed][trajectory]` of both, over the same trajectories. The ratio is that of the geometric means over
 /// seeds of each seed's nRMSE. Its logarithm has a variance from either's seeds (Welch), which with three of them is known
 /// badly, so that the interval is Student's; and one from the choice of test trajectories, the same for both (bootstrap).
-/// None with fewer than two seeds: they would say nothing of another training.
+/// `None` with fewer than two seeds, which say nothing of another training.
 pub fn ordering(
     data: &str,
     (better, a): (&str, &[Vec<f64>]),

@@ -18,7 +18,7 @@ pub struct ExperimentResults {
     pub experiment: Experiment,
     /// The command that made it.
     pub command: String,
-    /// What everybody was given, by data set.
+    /// Training budget by data set.
     pub budgets: BTreeMap<String, Budget>,
     /// Data sets by name: sha256 of the manifest.
     pub data: BTreeMap<String, String>,
@@ -26,11 +26,11 @@ pub struct ExperimentResults {
     pub outputs: Vec<String>,
     /// Rows, data set after data set.
     pub rows: Vec<Row>,
-    /// Whom the closed loop is measured by: rivals, and the true wrench.
+    /// Reference methods in closed loop: baselines, and the true wrench.
     pub references: Vec<Reference>,
     /// Claims, the paper's and ours.
     pub orderings: Vec<Ordering>,
-    /// Of the first test trajectory, by data set.
+    /// True force along the first test trajectory, by data set.
     pub truth: BTreeMap<String, Truth>,
 }
 

@@ -58,7 +58,7 @@ pub struct Row {
 pub struct Reference {
     /// Name in the table.
     pub label: String,
-    /// What it does.
+    /// Its results in closed loop.
     pub swimming: Swimming,
 }
 

@@ -37,7 +37,7 @@ impl fmt::Display for Experiment {
     }
 }
 
-/// A name that is none.
+/// An unknown name.
 #[derive(Debug, Error, PartialEq, Eq)]
 #[error("unknown experiment `{0}`: there are task1 and task2")]
 pub struct UnknownExperiment(pub String);

@@ -38,7 +38,7 @@ pub struct ErrorSums {
 }
 
 impl ErrorSums {
-    /// For wrenches of `axes` components.
+    /// Empty sums for wrenches of `axes` components.
     pub fn new(axes: usize) -> Self {
         Self {
             count: 0.0,

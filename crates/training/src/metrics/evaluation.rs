@@ -17,7 +17,7 @@ pub struct Evaluation {
     pub outputs: Vec<String>,
     /// The force at the start.
     pub start: InitialForce,
-    /// How many trajectories.
+    /// Number of trajectories.
     pub trajectories: usize,
     /// The errors.
     #[serde(flatten)]

@@ -14,9 +14,9 @@ pub enum InitialForce {
     Recorded,
     /// The clean one.
     Clean,
-    /// What the model predicts for a window filled with the first sample.
+    /// The model's prediction for a window filled with the first sample.
     Estimate,
-    /// None at all.
+    /// Zero force.
     Zero,
 }
 
@@ -36,7 +36,7 @@ impl fmt::Display for InitialForce {
     }
 }
 
-/// A name that is none.
+/// An unknown name.
 #[derive(Debug, Error, PartialEq, Eq)]
 #[error("unknown initial force `{0}`: there are recorded, clean, estimate and zero")]
 pub struct UnknownInitialForce(pub String);

@@ -8,7 +8,7 @@ use crate::dataset::Trajectory;
 pub(super) const SAMPLES: usize = 100;
 pub(super) const LEAST_SAMPLES: usize = 20;
 
-/// By how much the mean square of a component must exceed that of its error to be learned.
+/// Least ratio of a component's mean square to that of its error for it to be learned.
 const STANDS_OUT: f64 = 2.0;
 
 /// Part of the trials that validate.
@@ -25,7 +25,7 @@ pub struct RecordedWrench {
     pub sd: Vec<[f64; 6]>,
 }
 
-/// What is to be learned.
+/// A missing wrench along trials, and settings for learning it.
 #[derive(Clone, Debug)]
 pub struct ResidualData {
     /// Columns of `x`.
@@ -34,11 +34,11 @@ pub struct ResidualData {
     pub feature_units: Vec<String>,
     /// Time between samples [s].
     pub sample_period: f64,
-    /// By trial.
+    /// The wrench, trial by trial.
     pub recorded: Vec<RecordedWrench>,
-    /// Of weights and order of the data.
+    /// Seed of weights and order of the data.
     pub seed: u64,
-    /// For the card.
+    /// Command that the card states.
     pub command: String,
 }
 

@@ -37,7 +37,7 @@ const ROUNDS: usize = 3;
 const STEPS: usize = 2000;
 const EPOCHS: [usize; 2] = [20, 400];
 
-/// What came of a data.
+/// Result of learning a residual.
 #[derive(Clone, Debug)]
 pub enum LearnedResidual {
     /// A model that predicts the wrench of trials it was not trained on.
@@ -47,7 +47,7 @@ pub enum LearnedResidual {
         /// Part of the wrench's mean square that it predicts on them, 0 to 1.
         skill: f64,
     },
-    /// Nothing worth having; why.
+    /// No model worth using, with the reason.
     NotOffered(String),
     /// The flag was set.
     Cancelled,
@@ -113,7 +113,7 @@ struct Trained {
     checkpoint: Checkpoint,
     /// Part of the mean square that is predicted, by component; negative where none would be better.
     skills: Vec<f64>,
-    /// Of all components, each in parts of its own.
+    /// Mean of `skills`.
     pooled: f64,
 }
 
@@ -148,7 +148,7 @@ fn best(
     Ok(Some(if better { whole } else { plain }))
 }
 
-/// None where the flag was set.
+/// `None` if the flag was set.
 fn train(
     given: &ResidualData,
     axes: &[usize],

@@ -15,7 +15,7 @@ pub enum RolloutError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What went wrong.
+        /// The fault.
         reason: String,
     },
     /// Another schema.
@@ -23,7 +23,7 @@ pub enum RolloutError {
     Schema {
         /// The index file.
         path: PathBuf,
-        /// What it says.
+        /// The schema found.
         found: String,
     },
     /// The file is not the one that the index describes.
@@ -55,7 +55,7 @@ pub enum RolloutError {
         array: String,
         /// Its shape.
         found: Vec<u64>,
-        /// What it should be.
+        /// The expected shape.
         expected: String,
     },
     /// Not a number.

@@ -16,7 +16,7 @@ use super::{
 /// A folder of runs.
 #[derive(Clone, Debug)]
 pub struct Rollouts {
-    /// What the folder says of itself.
+    /// The folder's index.
     pub index: Index,
     /// The runs, in the order of the index.
     pub runs: Vec<Rollout>,

@@ -8,7 +8,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// From values row after row; `None` where they do not fill whole rows.
+    /// A table of values row after row; `None` if they do not fill whole rows.
     pub fn new(values: Vec<f64>, columns: usize) -> Option<Self> {
         (columns > 0 && values.len().is_multiple_of(columns)).then_some(Self { values, columns })
     }
@@ -26,7 +26,7 @@ impl Table {
         self.values.chunks_exact(self.columns)
     }
 
-    /// How many rows.
+    /// Number of rows.
     pub fn len(&self) -> usize {
         self.values.len() / self.columns
     }
@@ -41,7 +41,7 @@ impl Table {
         self.values.truncate(rows * self.columns);
     }
 
-    /// How many columns.
+    /// Number of columns.
     pub fn columns(&self) -> usize {
         self.columns
     }

@@ -30,7 +30,7 @@ pub(super) struct Batcher<'a> {
     pub(super) split: &'a Split,
     pub(super) encoder: &'a Encoder,
     pub(super) normaliser: &'a Normaliser,
-    /// Where the quaternion stands, when its sign reaches the network.
+    /// Column of the quaternion, if its sign reaches the network.
     pub(super) quaternion: Option<usize>,
     /// W - 1, samples of the past in front of a window.
     pub(super) past: usize,
@@ -87,7 +87,7 @@ impl Batcher<'_> {
     }
 }
 
-/// Where the quaternion's sign matters: it is canonical at the start of a window.
+/// Column of the quaternion, if the encoding keeps its sign, which is made positive at the start of a window.
 pub(super) fn signed_quaternion(encoding: &Encoding, layout: &FeatureLayout) -> Option<usize> {
     layout
         .quaternion()

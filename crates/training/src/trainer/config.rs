@@ -22,12 +22,12 @@ pub enum Labels {
 pub struct TrainConfig {
     /// Kind and sizes.
     pub model: ModelConfig,
-    /// How the ODE is stepped.
+    /// Solver of the ODE.
     pub solver: Solver,
-    /// Whose gradient is followed: that of the steps as taken, or of the differential equation. With the latter the
+    /// Gradient to follow: of the solver's steps, or of the differential equation. With the latter the
     /// log says every epoch how far it is from the former.
     pub adjoint: Adjoint,
-    /// Of the first weights and of the order of windows.
+    /// Seed of the first weights and of the order of windows.
     pub seed: u64,
     /// Passes over the training split.
     pub epochs: usize,

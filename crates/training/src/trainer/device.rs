@@ -74,7 +74,7 @@ impl From<TrainDevice> for String {
     }
 }
 
-/// A name that is none.
+/// An unknown name.
 #[derive(Debug, Error, PartialEq, Eq)]
 #[error("unknown device `{0}`: there are cpu, cuda and cuda:N")]
 pub struct UnknownDevice(pub String);

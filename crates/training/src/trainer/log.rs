@@ -9,7 +9,7 @@ use crate::TrainError;
 /// One epoch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LogRecord {
-    /// From 0.
+    /// Epoch, from 0.
     pub epoch: usize,
     /// Steps taken so far.
     pub step: usize,
@@ -23,7 +23,7 @@ pub struct LogRecord {
     pub validation_hydrodynamic: f64,
     /// The best `validation` so far.
     pub best: f64,
-    /// Where the continuous adjoint is followed: on the epoch's first batch, the distance of its gradient from that of
+    /// Distance of the continuous adjoint's gradient, on the epoch's first batch and where it is followed, from that of
     /// the steps as taken, as a share of the latter's norm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adjoint_error: Option<f64>,

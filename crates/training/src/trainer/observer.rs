@@ -3,16 +3,16 @@
 use super::log::LogRecord;
 use crate::metrics::Evaluation;
 
-/// Where a run stands.
+/// Progress of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainProgress {
-    /// From 0.
+    /// Epoch, from 0.
     pub epoch: usize,
-    /// How many there are at most.
+    /// Largest number of them.
     pub epochs: usize,
     /// Steps done over all epochs.
     pub step: usize,
-    /// How many there are at most.
+    /// Largest number of them.
     pub steps: usize,
     /// Mean loss of the epoch so far (squared standard deviations).
     pub loss: f64,
@@ -24,7 +24,7 @@ pub struct TrainProgress {
     pub remaining_secs: f64,
 }
 
-/// Who is told how a run goes.
+/// Listener to a run.
 pub trait Observer {
     /// After every step.
     fn step(&mut self, progress: &TrainProgress) {
@@ -37,5 +37,5 @@ pub trait Observer {
     }
 }
 
-/// For those who need no word.
+/// Ignores all.
 impl Observer for () {}

@@ -39,7 +39,7 @@ const STATE: &str = "state.safetensors";
 /// Name of the log inside a run's folder.
 const LOG: &str = "log.jsonl";
 
-/// How a run ended.
+/// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrainOutcome {
     /// All epochs were run.
@@ -73,7 +73,7 @@ pub struct Trainer {
     train: Split,
     validation: Split,
     device: (TrainDevice, Device),
-    /// Where the steps before the last resumption were computed.
+    /// Device of the steps before the last resumption.
     resumed_from: Option<TrainDevice>,
     model: ForceModel,
     parameters: Parameters,
@@ -217,12 +217,12 @@ impl Trainer {
         Ok(())
     }
 
-    /// Where the steps before the last [`Trainer::resume`] were computed; None without one.
+    /// Device of the steps before the last [`Trainer::resume`]; `None` without one.
     pub fn resumed_from(&self) -> Option<TrainDevice> {
         self.resumed_from
     }
 
-    /// How many numbers the weights hold.
+    /// Number of weights.
     pub fn parameter_count(&self) -> usize {
         self.parameters.count()
     }

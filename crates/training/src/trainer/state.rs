@@ -32,7 +32,7 @@ pub(super) struct Position {
     /// Epochs since the best.
     pub(super) since_best: usize,
     pub(super) finished: bool,
-    /// Of this epoch, see [`LogRecord::adjoint_error`].
+    /// Value of this epoch, see [`LogRecord::adjoint_error`].
     #[serde(default)]
     pub(super) adjoint_error: Option<f64>,
     pub(super) log: Vec<LogRecord>,
@@ -44,7 +44,7 @@ pub(super) struct State {
     pub(super) weights: BTreeMap<String, Tensor>,
     pub(super) best: BTreeMap<String, Tensor>,
     pub(super) optimiser: AdamW,
-    /// Where the last steps were computed. No part of what the run is: any device can go on with it.
+    /// Device of the last steps; another device can continue the run.
     pub(super) device: TrainDevice,
 }
 
@@ -56,6 +56,7 @@ struct Header {
     optimiser_step: usize,
     #[serde(default)]
     device: TrainDevice,
+    #[serde(rename = "place")]
     position: Position,
 }
 

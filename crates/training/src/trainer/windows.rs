@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use super::config::TrainConfig;
 use crate::dataset::Split;
 
-/// Where a window lies.
+/// A window of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Window {
     pub(super) trajectory: usize,
@@ -43,7 +43,7 @@ pub(super) fn cut_windows(config: &TrainConfig, split: &Split, epoch: usize) -> 
     windows
 }
 
-/// How many steps every epoch has: the least that any cut gives.
+/// Steps of every epoch: the least number that any cut gives.
 pub(super) fn steps_per_epoch(config: &TrainConfig, split: &Split) -> usize {
     let steps = config.horizon.min(split.samples()) - 1;
     let last_start = (split.samples() - 1) - steps;

@@ -8,7 +8,7 @@ use crate::residual_model::RecordedWrench;
 
 /// Trials of a body that goes to and fro; `wrench` from speed, time and a number that is never the
 /// same.
-fn lesson(trials: usize, wrench: &dyn Fn(f64, f64) -> f64) -> ResidualData {
+fn missing(trials: usize, wrench: &dyn Fn(f64, f64) -> f64) -> ResidualData {
     let features = FeatureLayout::floating_base(&[]).unwrap();
     let units = features.features().iter().map(|f| f.unit().to_owned());
     let recorded = (0..trials).map(|trial| {
@@ -40,13 +40,13 @@ fn lesson(trials: usize, wrench: &dyn Fn(f64, f64) -> f64) -> ResidualData {
     }
 }
 
-fn learn(lesson: &ResidualData) -> LearnedResidual {
-    learn_residual(lesson, &AtomicBool::new(false), &|_, _| {}).unwrap()
+fn learn(missing: &ResidualData) -> LearnedResidual {
+    learn_residual(missing, &AtomicBool::new(false), &|_, _| {}).unwrap()
 }
 
 #[test]
 fn a_wrench_of_the_motion_is_learned_on_its_own_axis_alone() {
-    let learned = learn(&lesson(4, &|speed, _| -8.0 * speed * speed.abs()));
+    let learned = learn(&missing(4, &|speed, _| -8.0 * speed * speed.abs()));
     let LearnedResidual::Model { checkpoint, skill } = learned else {
         panic!("{learned:?}");
     };
@@ -68,14 +68,14 @@ fn what_is_chance_or_within_its_error_is_not_offered() {
         ),
         (&|speed, _| 0.2 * speed, "does not stand out"),
     ] {
-        let learned = learn(&lesson(3, wrench));
+        let learned = learn(&missing(3, wrench));
         let LearnedResidual::NotOffered(why) = learned else {
             panic!("{learned:?}");
         };
         assert!(why.contains(words) && why.contains("offered"), "{why}");
     }
     let stopped = learn_residual(
-        &lesson(3, &|speed, _| speed),
+        &missing(3, &|speed, _| speed),
         &AtomicBool::new(true),
         &|_, _| {},
     );
