@@ -163,8 +163,8 @@ impl<'r> Writer<'r> {
         while let Some(first) = left.first().copied() {
             let element = first.nuisance.element.as_str();
             let (own, others) = left.into_iter().partition(|number| {
-                let of: &Number<'r> = number;
-                of.nuisance.element == element
+                let number: &Number<'r> = number;
+                number.nuisance.element == element
             });
             left = others;
             outcomes.extend(self.body_inertia(element, own)?);
