@@ -1,4 +1,4 @@
-//! Finds MuJoCo and writes the bindings of `src/mujoco/bindings.rs`.
+//! Finds MuJoCo and writes the bindings of `src/mujoco/ffi/bindings.rs`.
 //!
 //! Looked for in this order; the first that has both headers and library is taken:
 //!
@@ -7,7 +7,7 @@
 //! 3. Debian's `libmujoco-dev`.
 //!
 //! Nothing is linked: the bindings are a table of function pointers that is filled at run time from
-//! the MuJoCo that is already there (`src/mujoco/api.rs`). A build without the `mujoco` feature looks
+//! the MuJoCo that is already there (`src/mujoco/ffi/api.rs`). A build without the `mujoco` feature looks
 //! for nothing.
 
 #![allow(
@@ -30,7 +30,7 @@ mod mujoco {
         process::{self, Command},
     };
 
-    /// Where a library may lie below the folder that also holds `include/mujoco`.
+    /// Folders for the library, below the one that also holds `include/mujoco`.
     const LIBRARY_FOLDERS: [&str; 5] = [
         "",
         "lib",
@@ -42,7 +42,7 @@ mod mujoco {
     /// Engine plugins came with 2.3; their header says so.
     const PLUGIN_HEADER: &str = "mjplugin.h";
 
-    /// What a MuJoCo older than its engine plugins is called with: Debian 12's.
+    /// Functions of a MuJoCo older than engine plugins: Debian 12's.
     const FUNCTIONS: &[&str] = &[
         "mj_version",
         "mj_loadXML",
@@ -60,7 +60,7 @@ mod mujoco {
         "mju_warning",
     ];
 
-    /// What the engine plugins need besides.
+    /// Further functions, for engine plugins.
     const PLUGIN_FUNCTIONS: &[&str] = &[
         "mj_stateSize",
         "mj_getState",

@@ -9,7 +9,7 @@ pub enum SceneError {
     /// No XML.
     #[error("the scene is no XML: {reason}")]
     Unreadable {
-        /// What the parser said.
+        /// Message of the parser.
         reason: String,
     },
     /// The plugin is not in the scene.
@@ -27,7 +27,7 @@ pub enum SceneError {
 /// Sets `key="value"` in every instance of `plugin`, replacing or adding a `<config>`; all else stays as it is.
 ///
 /// # Errors
-/// Where the text is no XML or holds no instance of the plugin.
+/// If the text is no XML or holds no instance of the plugin.
 pub fn with_attribute(
     mjcf: &str,
     plugin: &str,

@@ -43,7 +43,7 @@ pub const FRESH_WATER: f64 = 1000.0;
 /// The force at the first sample of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum InitialForce {
-    /// What the checkpoint predicts for a window filled with the first sample.
+    /// The checkpoint's prediction for a window filled with the first sample.
     Estimate,
     /// These numbers [N, N m], one an output of the card.
     Given(Vec<f64>),
@@ -86,7 +86,7 @@ pub enum AttributeError {
         attribute: &'static str,
         /// The value found.
         found: String,
-        /// What would do, with its unit.
+        /// Allowed values, with their unit.
         expected: &'static str,
     },
     /// The checkpoint's folder does not exist.
@@ -120,7 +120,7 @@ pub enum AttributeError {
     UnreadableEffects {
         /// Which file.
         path: PathBuf,
-        /// What the system says.
+        /// Message of the system.
         reason: String,
     },
     /// An attribute of the checkpoint where there is none.

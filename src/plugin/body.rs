@@ -1,10 +1,10 @@
-//! What a model offers a card: the body that carries the plugin, how it moves, and the model's joints.
+//! The parts of a model that a card is tied to: the body that carries the plugin, how it moves, and all joints.
 
 use thiserror::Error;
 
 use hydro_frames as frames;
 
-/// How a joint moves.
+/// Kind of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
     /// Six degrees of freedom.
@@ -22,22 +22,22 @@ pub enum JointKind {
 pub struct Joint {
     /// Its name; empty where the model gives none.
     pub name: String,
-    /// How it moves.
+    /// Its kind.
     pub kind: JointKind,
-    /// Where its position starts in `qpos`.
+    /// Index of its position in `qpos`.
     pub qpos: usize,
-    /// Where its velocity starts in `qvel`.
+    /// Index of its velocity in `qvel`.
     pub dof: usize,
 }
 
-/// How the base body is held.
+/// Connection of the base body to the world.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Base {
     /// A free joint: position and quaternion at `qpos`, velocities at `dof`.
     Free {
-        /// Where x y z, then w x y z stand in `qpos`.
+        /// Index in `qpos` of x y z, then w x y z.
         qpos: usize,
-        /// Where the linear velocity (world), then the angular one (base) stand in `qvel`.
+        /// Index in `qvel` of the linear velocity (world), then the angular one (base).
         dof: usize,
     },
     /// Slides only between world and base, as under a towing carriage: the attitude never changes.
@@ -49,7 +49,7 @@ pub enum Base {
     },
     /// Neither: `reason` says what is there instead.
     Other {
-        /// What was found between the world and the base.
+        /// The joint or body between the world and the base.
         reason: String,
     },
 }
@@ -101,7 +101,7 @@ impl Base {
 pub struct Body {
     /// Its name.
     pub name: String,
-    /// How it is held.
+    /// Its connection to the world.
     pub base: Base,
     /// All joints of the model, in order.
     pub joints: Vec<Joint>,
@@ -118,9 +118,9 @@ pub enum BodyError {
         .exists.join(", ")
     )]
     NoJoint {
-        /// As the card names it.
+        /// Its name in the card.
         card: String,
-        /// As it was looked for.
+        /// The name looked for.
         wanted: String,
         /// The model's named joints.
         exists: Vec<String>,
@@ -132,7 +132,7 @@ pub enum BodyError {
     NotScalar {
         /// Its name.
         name: String,
-        /// What it is.
+        /// Its kind.
         kind: JointKind,
         /// The feature that reads it.
         feature: String,
@@ -144,7 +144,7 @@ pub enum BodyError {
         .card.join(", ")
     )]
     JointCount {
-        /// How many were given.
+        /// Number given.
         found: usize,
         /// The card's joints.
         card: Vec<String>,
@@ -160,7 +160,7 @@ pub enum BodyError {
         feature: String,
         /// The body that carries the plugin.
         body: String,
-        /// What was found instead.
+        /// The joint or body found instead.
         reason: String,
     },
     /// The card predicts something that is no part of a wrench.
@@ -178,7 +178,7 @@ pub enum BodyError {
         .outputs.join(", ")
     )]
     InitialForce {
-        /// How many were given.
+        /// Number given.
         found: usize,
         /// The card's outputs.
         outputs: Vec<String>,

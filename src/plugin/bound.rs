@@ -7,16 +7,16 @@ use hydro_effects::{ActuatorPart, BodyPart, Effect, JointPart, Part, WaterPart};
 /// One effect with its values.
 #[derive(Clone, Debug)]
 pub struct Acting {
-    /// What it does.
+    /// The effect.
     pub effect: &'static dyn Effect,
     /// Values in the order of [`Effect::parameters`].
     pub parameters: Vec<f64>,
-    /// Where its memory stands among that of all.
+    /// Range of its memory in that of all.
     pub memory: Range<usize>,
 }
 
 impl Acting {
-    /// As a wrench on a body.
+    /// The effect as a wrench on a body.
     pub fn body(&self) -> Option<&'static dyn BodyPart> {
         match self.effect.part() {
             Part::Body(part) => Some(part),
@@ -24,7 +24,7 @@ impl Acting {
         }
     }
 
-    /// As motion of the water.
+    /// The effect as motion of the water.
     pub fn water(&self) -> Option<&'static dyn WaterPart> {
         match self.effect.part() {
             Part::Water(part) => Some(part),
@@ -32,7 +32,7 @@ impl Acting {
         }
     }
 
-    /// As a force on a joint.
+    /// The effect as a force on a joint.
     pub fn joint(&self) -> Option<&'static dyn JointPart> {
         match self.effect.part() {
             Part::Joint(part) => Some(part),
@@ -40,7 +40,7 @@ impl Acting {
         }
     }
 
-    /// As a change of an actuator.
+    /// The effect as a change of an actuator.
     pub fn actuator(&self) -> Option<&'static dyn ActuatorPart> {
         match self.effect.part() {
             Part::Actuator(part) => Some(part),
@@ -66,18 +66,18 @@ pub struct WetBody {
     pub middle: [f64; 3],
     /// Displaced volume [m^3].
     pub volume: f64,
-    /// What acts.
+    /// Effects on it.
     pub acting: Vec<Acting>,
 }
 
 /// A hinge or slide with an effect on it.
 #[derive(Clone, Debug)]
 pub struct MovedJoint {
-    /// Where its position stands in `qpos`.
+    /// Index of its position in `qpos`.
     pub qpos: usize,
-    /// Where its velocity stands in `qvel`.
+    /// Index of its velocity in `qvel`.
     pub dof: usize,
-    /// What acts.
+    /// Effects on it.
     pub acting: Acting,
 }
 
@@ -86,13 +86,13 @@ pub struct MovedJoint {
 pub struct ChangedActuator {
     /// Its number.
     pub actuator: usize,
-    /// Where its control stands in `ctrl`.
+    /// Index of its control in `ctrl`.
     pub control: usize,
-    /// Where its force stands among the outputs.
+    /// Index of its force among the outputs.
     pub output: usize,
     /// The site that it pushes at, and the direction there, where it does.
     pub thrust: Option<(usize, [f64; 3])>,
-    /// What acts, from the command on.
+    /// Effects on it, in the order from command to force.
     pub acting: Vec<Acting>,
 }
 

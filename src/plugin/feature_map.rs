@@ -1,4 +1,4 @@
-//! From a state of the model to a sample: the card's features, read from `qpos` and `qvel` alone.
+//! The card's features, read from `qpos` and `qvel` of a model alone.
 //!
 //! Derived fields of `mjData` would be those of the step's start when the plugin advances; `qpos` and
 //! `qvel` are right wherever the plugin is called.
@@ -8,7 +8,7 @@ use hydro_model::features::{Feature, FeatureLayout};
 
 use super::body::{Base, Body, BodyError, JointKind};
 
-/// Where one feature comes from.
+/// Source of one feature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Source {
     Position(usize),
@@ -62,7 +62,7 @@ impl FeatureMap {
         })
     }
 
-    /// How many numbers a sample holds.
+    /// Length of a sample.
     pub fn len(&self) -> usize {
         self.sources.len()
     }
@@ -72,7 +72,7 @@ impl FeatureMap {
         self.sources.is_empty()
     }
 
-    /// How the base is held.
+    /// Connection of the base to the world.
     pub fn base(&self) -> &Base {
         &self.base
     }

@@ -20,7 +20,7 @@ use super::{
 pub struct Handle(Rc<Arc<Instance>>);
 
 impl Handle {
-    /// Of an instance that was just made.
+    /// A handle of an instance that was just made.
     pub fn new(instance: Arc<Instance>) -> Self {
         Self(Rc::new(instance))
     }
@@ -52,7 +52,7 @@ impl Deref for Handle {
     }
 }
 
-/// What this thread holds, since the registry forgot something for the `forgotten`-th time.
+/// This thread's handles; dropped when the registry has forgotten more than `forgotten` instances.
 #[derive(Default)]
 struct Known {
     forgotten: u64,

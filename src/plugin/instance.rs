@@ -13,7 +13,7 @@ pub struct Instance {
 }
 
 impl Instance {
-    /// From its parts.
+    /// An instance of its parts.
     pub fn new(settings: Settings, learned: Option<LearnedWrench>, effects: Option<Bound>) -> Self {
         Self {
             settings,
@@ -37,7 +37,7 @@ impl Instance {
         self.effects.as_ref()
     }
 
-    /// Where the memory of the effects starts in the state.
+    /// Index in the state where the memory of the effects starts.
     pub fn learned_len(&self) -> usize {
         self.learned.as_ref().map_or(0, LearnedWrench::state_len)
     }

@@ -86,10 +86,10 @@ pub struct EllipsoidCoefficients {
 }
 
 impl EllipsoidCoefficients {
-    /// How many numbers a geom has.
+    /// Numbers of a geom.
     pub const LEN: usize = 12;
 
-    /// From a geom's row.
+    /// The coefficients in a geom's row.
     pub fn from_row(row: &[f64; Self::LEN]) -> Self {
         Self {
             interaction: row[0],

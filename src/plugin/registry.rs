@@ -51,7 +51,7 @@ pub enum SetupError {
     Checkpoint {
         /// Its folder.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Fault of the checkpoint.
         #[source]
         source: Box<CheckpointError>,
     },
@@ -74,18 +74,18 @@ impl InstanceKey {
         Self(NonZeroU64::new(u64::from_le_bytes(first)).unwrap_or(NonZeroU64::MIN))
     }
 
-    /// From a number that `plugin_data` held; `None` for 0, an instance that was never made.
+    /// The key in a number of `plugin_data`; `None` for 0, an instance that was never made.
     pub fn from_bits(bits: u64) -> Option<Self> {
         NonZeroU64::new(bits).map(Self)
     }
 
-    /// As a number that `plugin_data` can hold.
+    /// The number that `plugin_data` holds.
     pub fn to_bits(self) -> u64 {
         self.0.get()
     }
 }
 
-/// When and how large the two files of a checkpoint are: a cheap sign that they were replaced.
+/// Time and size of the two files of a checkpoint: a cheap sign that they were replaced.
 type Stamp = Vec<Option<(SystemTime, u64)>>;
 
 type EngineKey = (String, EngineKind, Option<Solver>);
@@ -118,7 +118,7 @@ pub struct Registry {
     checkpoints: Mutex<HashMap<PathBuf, (Stamp, Arc<Loaded>)>>,
     engines: Mutex<HashMap<EngineKey, Weak<dyn Engine>>>,
     instances: RwLock<Instances>,
-    /// How often instances were forgotten.
+    /// Number of instances forgotten so far.
     forgotten: AtomicU64,
 }
 
@@ -227,7 +227,7 @@ impl Registry {
             .map(|held| Arc::clone(&held.instance))
     }
 
-    /// How often instances were forgotten: while this stays, whoever holds one may go on with it.
+    /// Number of instances forgotten so far: while it stays the same, a handle stays valid.
     pub fn forgotten(&self) -> u64 {
         self.forgotten.load(Ordering::Acquire)
     }

@@ -1,4 +1,4 @@
-//! Where a relative path of an attribute is looked for.
+//! The folders in which a relative path of an attribute is looked for.
 
 use std::{
     env,

@@ -1,4 +1,4 @@
-//! How much of the robot is under water.
+//! The submerged part of a robot's hull.
 //!
 //! A force model trained on submerged motion holds no depth. With a `waterline` its wrench is scaled by
 //! the submerged part of the volume of the robot's hull: the geoms with coefficients of MuJoCo's
@@ -8,7 +8,7 @@
 
 use std::f64::consts::PI;
 
-/// How surely a geom is part of the hull, rather than of the looks laid over it.
+/// Certainty that a geom is part of the hull, rather than of the looks laid over it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PartOfHull {
     /// Nothing says so.

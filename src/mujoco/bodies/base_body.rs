@@ -1,4 +1,4 @@
-//! From a compiled model to what a card is tied to: the base body, how it is held, and the joints.
+//! The base body of a compiled model, how it is held, and the joints: all that a card is tied to.
 
 use hydro_frames as frames;
 use nalgebra::{UnitQuaternion, Vector3};

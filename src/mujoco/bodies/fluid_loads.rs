@@ -41,7 +41,7 @@ pub(crate) fn coefficients(model: ModelView<'_>, geom: usize) -> EllipsoidCoeffi
     EllipsoidCoefficients::from_row(&rows[geom])
 }
 
-/// What MuJoCo's fluid puts on a body: `each` gets a point, and force and torque there, in the world.
+/// Forces of MuJoCo's fluid on a body: `each` gets a point, and force and torque there, in the world.
 /// `water` is the velocity of the water [m/s] at a point of the world.
 pub(crate) fn loads(
     data: &DataView<'_>,

@@ -54,7 +54,7 @@ fn submerged_fraction(data: &DataView<'_>, body: usize, waterline: f64) -> f64 {
     waterline::submerged_fraction(waterline, lumps)
 }
 
-/// How surely a geom is part of the hull. Only the surest of a robot count: looks lie over the hull, and
+/// Certainty that a geom is part of the hull. Only the most certain of a robot count: looks lie over the hull, and
 /// would be counted twice.
 pub(crate) fn part_of_hull(model: ModelView<'_>, geom: usize) -> waterline::PartOfHull {
     waterline::PartOfHull::from_geom(

@@ -43,7 +43,7 @@ pub(crate) fn with_active<T>(active: &ActiveEffects, step: impl FnOnce() -> T) -
     step()
 }
 
-/// What this thread's simulation adds.
+/// The active effects of this thread, if it steps a simulation of `hydro gap`.
 pub(crate) fn current<'a>() -> Option<&'a ActiveEffects> {
     // SAFETY: set by `with_active` alone, whose argument outlives all that runs inside it; callers are
     // MuJoCo's callbacks and keep nothing.

@@ -79,7 +79,7 @@ pub(crate) fn correction(
     factor * real - nominal
 }
 
-/// What an actuator with this control gives.
+/// Force of an actuator with this control [N or N m], after its limits.
 fn force(data: &DataView<'_>, changed: &ChangedActuator, control: f64) -> f64 {
     let model = data.model();
     let raw = model.raw();

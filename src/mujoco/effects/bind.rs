@@ -1,4 +1,4 @@
-//! From named effects to a model's numbers, with every refusal.
+//! Ties named effects to a model: names become numbers, and what does not fit is refused.
 
 use hydro_effects::{
     Entry, Id, Motion, Part, Target, TargetKind, Targets, card::ActuatorScale, effect,
@@ -31,7 +31,7 @@ use crate::{
 const NO_MOTION: &str =
     "it changes a reading and no motion; it belongs into `sensors` of a verdict's patch";
 
-/// What surrounds the effects.
+/// The water around the effects.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surroundings {
     /// Density of the water [kg/m^3], where the instance says one.

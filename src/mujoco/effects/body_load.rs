@@ -71,7 +71,7 @@ fn to_body(rotation: &Matrix3<f64>, arm: Vector3<f64>, spatial: &[f64]) -> Vecto
     )
 }
 
-/// What a body gets from its effects.
+/// The sum of the effects on one body.
 pub(super) struct BodyLoad<'a> {
     pub(super) wet: &'a WetBody,
     pub(super) frame: Frame,

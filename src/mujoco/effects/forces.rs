@@ -33,7 +33,7 @@ use crate::{
     plugin::bound::Acting,
 };
 
-/// What is added to MuJoCo's forces and inertia, collected while the data is read.
+/// Forces and inertias to add to MuJoCo's, collected while the data is read.
 #[derive(Default)]
 pub(crate) struct Additions {
     forces: Vec<(usize, f64)>,
@@ -44,7 +44,7 @@ pub(crate) struct Additions {
 
 #[derive(Clone, Copy)]
 enum Place {
-    /// So many entries into the row.
+    /// Number of entries before it in the row.
     Column(usize),
     Diagonal,
 }
@@ -191,7 +191,7 @@ fn generalised_force(
         + Vector3::new(axis[3], axis[4], axis[5]).dot(&force)
 }
 
-/// What effects on the water do to bodies beside the relative velocity of other effects: the pressure
+/// Forces of moving water on bodies, beside the relative velocity that other effects see: the pressure
 /// that accelerates the water (Froude-Krylov) on all that displaces it, and the change of MuJoCo's own
 /// fluid, which knows a constant wind only. `each` gets body, point, force and torque there, in the world.
 fn moving_water(
@@ -235,7 +235,7 @@ fn moving_water(
     }
 }
 
-/// What effects put on the bodies that hang below and at `root`, with the accelerations of `data`:
+/// Forces of effects on the bodies at and below `root`, with the accelerations of `data`:
 /// `each` gets a point, and force and torque there, in the world. Sources before the `first` count for the
 /// motion of the water only.
 pub(crate) fn on_subtree(

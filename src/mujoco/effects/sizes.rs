@@ -281,7 +281,7 @@ fn actuator(model: ModelView<'_>, id: usize) -> ActuatorScale {
     }
 }
 
-/// Where an actuator's single control and single output stand.
+/// Index of the single control and of the single output of an actuator.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Address {
     pub(crate) control: usize,

@@ -38,7 +38,7 @@ pub(crate) fn find(model: ModelView<'_>) -> Vec<Wall> {
         .collect()
 }
 
-/// The same for a description, where they stand now.
+/// The walls with their present places, for a description.
 pub(crate) fn standing(data: &DataView<'_>) -> Vec<wall::Wall> {
     let walls = find(data.model()).into_iter();
     walls

@@ -1,4 +1,4 @@
-//! How the water moves: wind of MuJoCo's own fluid, current, and effects.
+//! Velocity and acceleration of the water at a point: wind of MuJoCo's own fluid, current, and effects.
 
 use nalgebra::Vector3;
 
@@ -9,7 +9,7 @@ use crate::{mujoco::ffi::DataView, plugin::Bound};
 #[derive(Clone, Copy)]
 pub(crate) struct Water<'a> {
     pub(crate) sources: &'a [Source<'a>],
-    /// Where MuJoCo's own fluid acts.
+    /// Wind [m/s]; zero unless MuJoCo's own fluid acts.
     pub(crate) wind: Vector3<f64>,
     pub(crate) time: f64,
 }
@@ -39,7 +39,7 @@ impl<'a> Water<'a> {
             .any(|source| !source.bound.water.is_empty())
     }
 
-    /// What effects add to it at a point [m/s].
+    /// Velocity that effects add at a point [m/s].
     pub(crate) fn added(&self, at: Vector3<f64>) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
         for source in self.sources {
@@ -53,7 +53,7 @@ impl<'a> Water<'a> {
         sum
     }
 
-    /// What effects accelerate it by at a point [m/s^2].
+    /// Acceleration by effects at a point [m/s^2].
     pub(crate) fn acceleration(&self, at: Vector3<f64>) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
         for source in self.sources {

@@ -58,7 +58,7 @@ pub enum ApiError {
     Library {
         /// Which library.
         path: PathBuf,
-        /// What the loader says.
+        /// Message of the loader.
         reason: String,
     },
 }

@@ -62,7 +62,7 @@ pub(crate) const NGAIN: usize = super::bindings::mjNGAIN as usize;
 #[cfg(mujoco_plugins)]
 pub(crate) const NBIAS: usize = super::bindings::mjNBIAS as usize;
 
-/// How many actuators a model has; from 4.0 one may have several controls and outputs.
+/// Number of actuators of a model; from 4.0 one may have several controls and outputs.
 #[cfg(mujoco_plugins)]
 #[allow(
     clippy::unnecessary_cast,
@@ -75,7 +75,7 @@ pub(crate) fn actuators(model: &mjModel) -> i64 {
     return model.nu as i64;
 }
 
-/// How many outputs all actuators have.
+/// Number of outputs of all actuators.
 #[cfg(mujoco_plugins)]
 #[allow(
     clippy::unnecessary_cast,
@@ -510,7 +510,7 @@ impl<'a> DataView<'a> {
         unsafe { (*self.data.as_ptr()).time = time }
     }
 
-    /// When, and in what state.
+    /// The time and the state of the model.
     pub(crate) fn moment(&self) -> Moment<'_> {
         Moment {
             time: self.time(),

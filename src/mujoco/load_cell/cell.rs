@@ -109,7 +109,7 @@ impl LoadCell {
     }
 }
 
-/// What the load cell of this instance measures: force or torque; `None` where it is no load cell.
+/// True where the load cell of this instance measures force, false for torque; `None` where it is no load cell.
 pub(crate) fn measures_force(model: ModelView<'_>, instance: usize) -> Option<bool> {
     model.attribute(instance, "include")?;
     let cell = LoadCell::from_attributes(model, instance).ok()?;

@@ -1,4 +1,4 @@
-//! What a load cell reads: MuJoCo's interaction force, less the force of the water.
+//! The reading of a load cell: MuJoCo's interaction force, less the force of the water.
 
 use nalgebra::Vector3;
 
@@ -89,7 +89,7 @@ impl LoadCell {
     }
 }
 
-/// What MuJoCo's fluid and gravity compensation put on one body.
+/// Adds the forces of MuJoCo's fluid and gravity compensation on one body.
 fn add_native(data: &DataView<'_>, body: usize, water: &mut About) {
     let model = data.model();
     let option = &model.raw().opt;

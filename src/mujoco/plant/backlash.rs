@@ -7,7 +7,7 @@ use hydro_gap::plant::Simulation;
 use super::{model_edits::Backlash, simulation::MujocoSimulation};
 use crate::mujoco::ffi::{ModelView, bindings::mjOBJ_JOINT};
 
-/// Where the nominal's coordinates stand among those of the model with backlash.
+/// Indices of the nominal's coordinates among those of the model with backlash.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     qpos: Vec<usize>,

@@ -34,7 +34,7 @@ impl Backlash {
     }
 }
 
-/// What MuJoCo edits before it compiles.
+/// A model before it is compiled.
 struct Spec {
     spec: NonNull<mjSpec>,
     api: &'static Api,

@@ -1,6 +1,6 @@
 //! A nominal model, and copies of it with changed parameters.
 //!
-//! What a simulation adds to the model acts in the very stage of MuJoCo in which `hydro.wrench` applies
+//! The effects of a simulation act in the same stage of MuJoCo in which `hydro.wrench` applies
 //! the attribute `effects`, through the same code, so that a fitted effect written to a file acts as it
 //! did in the fit.
 
@@ -62,7 +62,7 @@ pub struct MujocoPlant {
     /// The latest copy with these nuisance parameters, gains and winds, for the many simulations that differ in effects
     /// alone.
     latest: Mutex<Option<(CopyKey, Copied)>>,
-    /// What replaces the integrator of the MJCF.
+    /// Integrator in place of the MJCF's.
     integrator: Option<Integrator>,
     /// With Euler's integrator, where the model's is Runge-Kutta.
     cheaper: Option<Box<MujocoPlant>>,
@@ -71,7 +71,7 @@ pub struct MujocoPlant {
 /// A model with backlash in joints.
 type WithBacklash = (Vec<Backlash>, Arc<MujocoPlant>);
 
-/// What makes a copy of the model differ: changed nuisance parameters, gains of actuators, the wind, and half the
+/// Changes in a copy of the model: nuisance parameters, gains of actuators, the wind, and half the
 /// backlash by joint [rad or m].
 #[derive(Clone, Debug, Default, PartialEq)]
 struct CopyKey {
@@ -92,7 +92,7 @@ fn fault(error: impl std::fmt::Display) -> PlantError {
 }
 
 impl MujocoPlant {
-    /// From an MJCF; `hydro.wrench` and `hydro.load_cell` are known to it.
+    /// Loads an MJCF; `hydro.wrench` and `hydro.load_cell` are known to it.
     ///
     /// # Errors
     /// A model that MuJoCo or a plugin refuses.

@@ -45,7 +45,7 @@ pub(crate) struct Turn {
     pub(crate) quantity: Quantity,
     /// Number of the body, geom, joint or actuator, where it is of one.
     pub(crate) id: usize,
-    /// How far: relative, or metres.
+    /// Change: relative, or in metres.
     pub(crate) value: f64,
 }
 
@@ -58,7 +58,7 @@ const COEFFICIENTS: [&str; 5] = [
     "magnus_lift",
 ];
 
-/// So few ellipsoids have coefficients of their own each; those of more are turned together.
+/// Up to this many ellipsoids each have coefficients of their own; those of more change together.
 const APART: usize = 6;
 
 /// Column of `geom_fluid` where these start.
@@ -211,13 +211,13 @@ pub(crate) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Nuisance, 
     nuisances
 }
 
-/// What of changed nuisance parameters is no part of the model.
+/// Changed nuisance parameters that are no part of the model.
 #[derive(Debug, Default)]
 pub(crate) struct Beside {
     pub(crate) wrench_scale: Option<[f64; 6]>,
     /// Effects of the nominal's instances (place in the list), where any was changed.
     pub(crate) effects: Vec<(usize, Vec<Entry>)>,
-    /// As in `ActiveEffects`.
+    /// See `ActiveEffects`.
     pub(crate) moved_centres: Vec<(usize, [f64; 3], f64)>,
     /// Steps by which commands act early.
     pub(crate) command_lead: f64,

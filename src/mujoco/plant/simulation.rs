@@ -32,7 +32,7 @@ const FATAL: [u32; 3] = [mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC];
 /// A force or torque sensor of MuJoCo's, which does not feel what is added.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LoadSensor {
-    /// Where its three numbers stand.
+    /// Index of its three numbers in the readings.
     start: usize,
     site: usize,
     force: bool,
@@ -71,20 +71,20 @@ fn is_dry(model: ModelView<'_>, sensor: usize) -> Option<bool> {
 pub(crate) struct MujocoSimulation {
     data: Data,
     active: ActiveEffects,
-    /// As logged.
+    /// Commands as logged.
     control: Vec<f64>,
     /// That of the step before; none before the first.
     earlier: Option<Vec<f64>>,
     readings: Vec<f64>,
     /// Velocities at the start of the latest step, which the readings belong to.
     velocities: Vec<f64>,
-    /// When that step began [s].
+    /// Time of that step's start [s].
     began: f64,
     /// The force and torque sensors that effects change.
     loads: Vec<LoadSensor>,
-    /// Where the free base stands in `qpos` and `qvel`, if there is one.
+    /// Index of the free base in `qpos` and `qvel`, if there is one.
     base: Option<(usize, usize)>,
-    /// What was put on it, in its frame.
+    /// Wrench on the base, in its frame.
     wrench: Option<Wrench>,
     diverged: bool,
 }

@@ -247,7 +247,7 @@ impl Data {
         }
     }
 
-    /// How often MuJoCo gave a warning of this kind since the last reset.
+    /// Number of MuJoCo's warnings of this kind since the last reset.
     #[cfg(mujoco_plugins)]
     pub(in crate::mujoco) fn warnings(&self, kind: u32) -> i32 {
         // SAFETY: a live data.

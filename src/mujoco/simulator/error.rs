@@ -1,4 +1,4 @@
-//! What is refused, and why.
+//! Errors of loading, looking up and setting a simulation.
 
 use std::{
     ffi::CString,

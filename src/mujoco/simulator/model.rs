@@ -27,7 +27,7 @@ use crate::{
     plugin::{Body, Joint, JointKind},
 };
 
-/// How a step is taken.
+/// The time integrator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Integrator {
     /// Semi-implicit Euler.
@@ -177,7 +177,7 @@ impl Model {
         self.api
     }
 
-    /// Of a model that MuJoCo has made, and that nothing else owns.
+    /// Takes over a model that MuJoCo has made and that nothing else owns.
     #[cfg(mujoco_plugins)]
     pub(in crate::mujoco) fn owned(
         model: NonNull<mjModel>,
@@ -223,7 +223,7 @@ impl Model {
         self.raw_mut().opt.timestep = seconds;
     }
 
-    /// Sets how a step is taken.
+    /// Sets the time integrator.
     pub fn set_integrator(&mut self, integrator: Integrator) {
         self.raw_mut().opt.integrator = integrator.code();
     }
@@ -249,7 +249,7 @@ impl Model {
     /// fluid and every body's `gravcomp` change in proportion.
     ///
     /// # Errors
-    /// Where the scene has no density to be in proportion to.
+    /// If the scene's density is zero.
     #[cfg(mujoco_plugins)]
     pub fn set_density(&mut self, density: f64) -> Result<(), SimulatorError> {
         let before = self.density();
@@ -369,14 +369,14 @@ impl Model {
         Some(model.jnt_bodyid()[joint] as usize)
     }
 
-    /// Where a sensor's numbers stand in `sensordata`.
+    /// Range of a sensor's numbers in `sensordata`.
     pub fn sensor(&self, name: &str) -> Result<Range<usize>, SimulatorError> {
         let id = self.id("sensor", mjOBJ_SENSOR as i32, name)?;
         let start = self.view().sensor_adr()[id] as usize;
         Ok(start..start + self.view().sensor_dim()[id] as usize)
     }
 
-    /// Where an actuator's control stands in `ctrl`.
+    /// Index of an actuator's control in `ctrl`.
     pub fn actuator(&self, name: &str) -> Result<usize, SimulatorError> {
         self.id("actuator", mjOBJ_ACTUATOR as i32, name)
     }

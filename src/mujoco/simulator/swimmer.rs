@@ -14,7 +14,7 @@ const RUNAWAY: f64 = 1e3;
 #[derive(Debug)]
 pub struct Swimmer {
     data: Data,
-    /// Where the base's world force and torque start in `xfrc_applied`.
+    /// Index in `xfrc_applied` of the base's force and torque in the world.
     push: usize,
     diverged: bool,
 }
@@ -23,7 +23,7 @@ impl Swimmer {
     /// At the model's initial state.
     ///
     /// # Errors
-    /// Where the model has no floating base, or its free joint is not the first.
+    /// If the model has no floating base, or its free joint is not the first.
     pub fn new(model: Model) -> Result<Self, SimulatorError> {
         let first_is_free = model.describes_floating_robot();
         let base = model.floating_base().filter(|_| first_is_free);

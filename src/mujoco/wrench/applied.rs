@@ -15,7 +15,7 @@ use crate::{
     plugin::{Base, Bound, Handle},
 };
 
-/// What the checkpoint of an instance puts on its body now.
+/// The wrench of an instance's checkpoint, with its body.
 pub(crate) struct Applied {
     pub(crate) body: usize,
     pub(crate) wrench: Wrench,
@@ -62,7 +62,7 @@ pub(crate) fn water_moves(data: &mut DataView<'_>) -> bool {
             .any(|of| of.instance.effects().is_some_and(moves))
 }
 
-/// What effects add to the velocity of the water at the base, at the time of `data` [m/s].
+/// Velocity that effects add to the water at the base, at the time of `data`, world [m/s].
 pub(crate) fn water_at(data: &mut DataView<'_>, base: &Base, body: usize) -> [f64; 3] {
     let instances = with_effects(data);
     // At a step's end `xpos` is still that of its start.

@@ -1,4 +1,4 @@
-//! What a viewer draws of `hydro.wrench`.
+//! Arrows of force and torque in a viewer.
 
 use std::{ffi::c_int, ptr};
 

@@ -51,7 +51,7 @@ const PREFIX: &str = "hydro.";
 /// A callback that was installed before ours; it is called first.
 static EARLIER: AtomicPtr<()> = AtomicPtr::new(std::ptr::null_mut());
 
-/// What was warned of, and whether a step had passed, so that a model that is refused at every step says
+/// Refusals that were told, and whether a step had passed, so that a model that is refused at every step says
 /// so once. The first warning falls into the step that the compiler takes to test a model, and a program
 /// may never show what was said there; hence a second one when the simulation moves.
 static WARNED: Mutex<Vec<(String, bool)>> = Mutex::new(Vec::new());
@@ -77,7 +77,7 @@ pub(crate) fn install(api: &Api) {
 /// An instance and its body; `None` where the model asks for none; else why it was refused.
 type Made = Result<Option<(Arc<Instance>, usize)>, String>;
 
-/// What was made of a model, recognised by what the model says.
+/// The result of setting up a model, with a hash of the texts and sizes that it was made from.
 struct Tied {
     fingerprint: u64,
     made: Made,
@@ -155,7 +155,7 @@ fn act(data: &mut DataView<'_>, learned: &LearnedWrench, body: usize) {
     }
 }
 
-/// What this thread made of a model, at its first evaluation or again after the model changed.
+/// The instance that this thread has set up for a model; made at the first evaluation and after a change of the model.
 fn tied(model: ModelView<'_>) -> Made {
     let fingerprint = fingerprint(model);
     let known = TIED.with_borrow(|tied| {

@@ -10,16 +10,16 @@ use std::cell::RefCell;
 /// Notes kept a thread; the oldest goes first. A scene holds far fewer cold instances at once.
 const CAPACITY: usize = 256;
 
-/// How far a stage's time may lie from where Runge-Kutta puts it, as a part of the step.
+/// Largest distance of a stage's time from that of Runge-Kutta, as a part of the step.
 const STAGE_TOLERANCE: f64 = 1e-6;
 
-/// Where an instance's state lies in memory: one a pair of instance and `mjData`.
+/// Address of an instance's state: one for each pair of instance and `mjData`.
 pub(super) type Place = usize;
 
-/// What a cold start amounts to.
+/// The first sample of a run, with the forces at it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Start {
-    /// When [s].
+    /// Time of the sample [s].
     pub(super) time: f64,
     /// The first sample [n].
     pub(super) sample: Vec<f64>,

@@ -43,10 +43,10 @@ const COMPONENTS: [&str; 6] = [
     "force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z",
 ];
 
-/// How far a step may miss a sample and still count as on it, as a part of the sample period.
+/// Largest distance of a step from a sample that still counts as on it, as a part of the sample period.
 const ON_SAMPLE: f64 = 1e-6;
 
-/// How far a clock may run off before it counts as moved, as a part of the step.
+/// Largest drift of the clock before it counts as moved by hand, as a part of the step.
 const SAME_CLOCK: f64 = 1e-3;
 
 /// Samples that one step may span; a longer jump starts anew.
@@ -58,7 +58,7 @@ pub struct LearnedWrench {
     settings: Settings,
     features: FeatureMap,
     network: Network,
-    /// Where each output goes in a wrench [f].
+    /// Component of the wrench for each output [f].
     components: Vec<usize>,
     sample_period: f64,
     /// True where the wrench acts beside another model of the water.
@@ -147,7 +147,7 @@ impl LearnedWrench {
         self.sample_period
     }
 
-    /// How many numbers the state slice holds.
+    /// Length of the state slice.
     pub fn state_len(&self) -> usize {
         state_len(&*self.network.engine)
     }
@@ -163,7 +163,7 @@ impl LearnedWrench {
         Phase::read(state) == Phase::Cold
     }
 
-    /// What a user should hear of when a model is loaded, where `native_fluid` is MuJoCo's own fluid.
+    /// Warnings when a model is loaded; `native_fluid`: MuJoCo's own fluid acts.
     pub fn notices_at_load(&self, native_fluid: bool) -> impl Iterator<Item = Notice> {
         (native_fluid && !self.residual)
             .then_some(Notice::FluidCountedTwice)
@@ -230,7 +230,7 @@ impl LearnedWrench {
         self.follow(state, moment)
     }
 
-    /// Where there is no hook at a step's end: takes the state at hand as that of the step's end.
+    /// As [`Self::advance`], for a MuJoCo without a hook at a step's end: the present state counts as that of the step's end.
     ///
     /// The first call after a reset is a cold start; a second one at the same time starts again, for a
     /// simulation is often moved before its first step.
@@ -320,7 +320,7 @@ impl LearnedWrench {
         });
     }
 
-    /// From the latest step's end to `moment`: takes the samples in between.
+    /// Takes the samples between the latest step's end and `moment`.
     fn follow(&self, state: &mut [f64], moment: Moment<'_>) -> Option<Notice> {
         let (inputs, outputs) = (self.features.len(), self.components.len());
         WORKSPACE.with_borrow_mut(|work| {

@@ -1,4 +1,4 @@
-//! When a wrench is asked for, and in what state of the model.
+//! The time and the state at which a wrench is asked for.
 
 /// A time and the state of the model then.
 #[derive(Clone, Copy, Debug)]

@@ -14,7 +14,7 @@ use hydro_model::{
 use super::moment::finite;
 use crate::plugin::attributes::InitialForce;
 
-/// How many times the range of its training a model is asked in that is given closed forms of the water's force (the range
+/// Factor on the training range for a model that is given closed forms of the water's force (the range
 /// of forces grows by the square): what it learned to weigh goes on to hold. Open loop, on Task 2 at speeds beyond
 /// (`gen_task2.py --regime speeds`), nRMSE of such a perceptron was 0.31 with this, 0.31 if asked anywhere, and 0.48 if held
 /// to the range itself; without closed forms an LSTM's was 0.72 held to the range and 0.80 if asked anywhere.
@@ -138,7 +138,7 @@ impl Network {
     }
 }
 
-/// What the network of a card is held to: nothing, where the card does not say what it was trained on.
+/// The range of a card's network; unlimited where the card has no `envelope`.
 pub(super) fn limits(card: &Card) -> Limits {
     let Some(envelope) = card.envelope.clone() else {
         return Limits::default();

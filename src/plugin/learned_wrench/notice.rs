@@ -1,4 +1,4 @@
-//! What a user is told about a checkpoint: warnings, each with the value found and what was expected.
+//! Warnings about a checkpoint, each with the value found and the one expected.
 
 use hydro_model::{Encoder, checkpoint::Card, envelope::Excess};
 
@@ -7,7 +7,7 @@ use crate::plugin::attributes::FRESH_WATER;
 /// Deviations from the mean within which a density counts as trained.
 const TRAINED: f64 = 4.0;
 
-/// What a user should hear of. That a fault or a start is told once, the memory in the state sees to:
+/// A warning for the user. The memory in the state sees to it that a fault or a start is told once:
 /// each notice comes with a change of it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Notice {
@@ -23,7 +23,7 @@ pub enum Notice {
     DensityOutsideTraining {
         /// The attribute [kg/m^3].
         found: f64,
-        /// What the model was trained in, mean and four standard deviations to each side [kg/m^3].
+        /// Training range, mean and four standard deviations to each side [kg/m^3].
         trained: (f64, f64),
     },
     /// The model was trained on a path that needs the future.
@@ -36,7 +36,7 @@ pub enum Notice {
 }
 
 impl Notice {
-    /// What a user reads, at `time` [s], with steps of `timestep` [s] and samples of `sample_period` [s].
+    /// Text of the warning, at `time` [s], with steps of `timestep` [s] and samples of `sample_period` [s].
     pub fn text(self, time: f64, timestep: f64, sample_period: f64) -> String {
         match self {
             Self::StepDoesNotDivide => format!(

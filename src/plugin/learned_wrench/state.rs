@@ -55,7 +55,7 @@ pub fn state_len(engine: &dyn Engine) -> usize {
     FORCES + 3 * engine.outputs() + engine.inputs() + engine.memory_len()
 }
 
-/// Where the state lies in memory.
+/// Address of the state.
 pub(super) fn place(state: &[f64]) -> Place {
     state.as_ptr() as Place
 }

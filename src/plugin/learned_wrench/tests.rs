@@ -49,7 +49,7 @@ impl Engine for Pump {
     }
 }
 
-/// What a pump is held to that was trained from -1 to 1 m/s, and from -100 to 100 N.
+/// The range of a pump that was trained from -1 to 1 m/s, and from -100 to 100 N.
 fn range() -> Limits {
     let envelope = Envelope {
         least: vec![-1.0],
