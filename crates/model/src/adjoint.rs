@@ -101,7 +101,7 @@ mod tests {
             tableau: solver.stages(true).expect("of one step"),
             field_sees_force: true,
             adjoint,
-            kept: Some(ActivationCache::default()),
+            cache: Some(ActivationCache::default()),
             mark: Mark::default(),
         }
     }

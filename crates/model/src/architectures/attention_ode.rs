@@ -1,4 +1,4 @@
-//! Attention-ODE: the force relaxes along a learned field, driven by a latent that attends to the past.
+//! Attention-ODE: the force follows a learned differential equation, driven by a latent that attends to past samples.
 //!
 //! ```text
 //! e_k = W_e z_k + b_e                                      embedding of the encoded, standardised sample
@@ -40,11 +40,11 @@ pub struct AttentionOdeConfig {
     pub latent: usize,
     /// Hidden layers of the field.
     pub hidden: Vec<usize>,
-    /// How the attitude enters.
+    /// Encoding of a sample.
     pub encoding: Encoding,
-    /// Whether the field is given F besides h; without it the force is a running sum (the paper writes both).
+    /// True if the field reads F besides h; if not, the force is a running sum (the paper writes both).
     pub field_sees_force: bool,
-    /// Whether the field has a linear part A [F; h], with A's start on F being -1.
+    /// True if the field has a linear part A [F; h], initialised to -F plus small numbers.
     pub skip: bool,
 }
 
@@ -64,7 +64,7 @@ impl Default for AttentionOdeConfig {
 }
 
 impl AttentionOdeConfig {
-    /// What is wrong with the sizes, if anything.
+    /// Reason why a model of these sizes cannot be built, if there is one.
     pub(crate) fn fault(&self) -> Option<String> {
         let sizes = [self.window, self.heads, self.embedding, self.latent];
         if sizes.contains(&0) || self.hidden.contains(&0) {
@@ -319,7 +319,7 @@ mod tests {
         }
     }
 
-    /// What was kept is found; after another way forward it is not, and is evaluated again: the same bits.
+    /// The backward pass uses the cache; after another forward pass it evaluates again, with the same bits.
     #[test]
     fn kept_activations_are_those_evaluated_again() {
         // Nine trajectories are two small chunks, 18 two large ones, the last of each not full.

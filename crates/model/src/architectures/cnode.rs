@@ -4,12 +4,12 @@
 //! ds = field(s) dX,   s = [F; g],  X = [z; t],   s_0 = [F_0; W_g [F_0; z_0] + b_g]
 //! ```
 //!
-//! The paper's rival (P. Kidger et al., NeurIPS 2020), with the force as the front of the state, so that F(t_0) is
+//! The paper's baseline (P. Kidger et al., NeurIPS 2020), with the force as the front of the state, so that F(t_0) is
 //! given as to the other ODEs. X is a path through the samples ([`super::control_path`]): a causal one, or the natural cubic
 //! spline of the whole trajectory, as in the paper, for trajectories that are known from end to end; a simulation, and
 //! every engine, takes the causal one. By Euler's method both are the same: ds = field(s) (X_{k+1} - X_k).
 //!
-//! No equation says where the force of a first sample stands, so a small perceptron learns it beside the rest, of z_0 alone.
+//! The equation does not determine the force at a first sample; a small perceptron of z_0 estimates it.
 //!
 //! Time: along the causal path the force at sample k uses the motion up to sample k; until the next sample it is held.
 
@@ -31,19 +31,19 @@ use crate::{
 /// Width of the perceptron that estimates a first force.
 const ESTIMATE: usize = 64;
 
-/// Every engine holds the numbers of the state (deviations) within this: changes add up, nothing in the equation brings a state
-/// back, and after some minutes of a simulation it would be no number. Training does not.
+/// Bound of the state [standard deviations], applied by every engine but not in training: the equation has no term that
+/// brings a state back, so in a long simulation sums of changes would overflow.
 pub(crate) const STATE_LIMIT: f64 = 100.0;
 
 /// Sizes of a CNODE.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CnodeConfig {
-    /// Length of g, what the state holds beside the force.
+    /// Length of g, the part of the state beside the force.
     pub hidden_state: usize,
     /// Hidden layers of the field.
     pub hidden: Vec<usize>,
-    /// How a sample enters.
+    /// Encoding of a sample.
     pub encoding: Encoding,
     /// The path of training, of validation and of the errors in the card.
     pub control: Control,
@@ -61,7 +61,7 @@ impl Default for CnodeConfig {
 }
 
 impl CnodeConfig {
-    /// What is wrong with the sizes, if anything.
+    /// Reason why a model of these sizes cannot be built, if there is one.
     pub(crate) fn fault(&self) -> Option<String> {
         (self.hidden_state == 0 || self.hidden.contains(&0))
             .then(|| "hidden_state and hidden sizes must be at least 1".to_owned())

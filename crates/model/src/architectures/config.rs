@@ -32,7 +32,7 @@ pub enum ModelConfig {
 }
 
 impl ModelConfig {
-    /// The kind's name.
+    /// Name of the kind, as in a card.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::AttentionOde(_) => "attention-ode",
@@ -44,7 +44,7 @@ impl ModelConfig {
         }
     }
 
-    /// How a sample enters.
+    /// Encoding of a sample.
     pub fn encoding(&self) -> &Encoding {
         match self {
             Self::AttentionOde(config) => &config.encoding,
@@ -56,7 +56,7 @@ impl ModelConfig {
         }
     }
 
-    /// W, samples seen beside what the model remembers itself.
+    /// Samples seen, W, not counting the memory of a recurrent state.
     pub fn window(&self) -> usize {
         match self {
             Self::AttentionOde(config) => config.window,
@@ -66,8 +66,7 @@ impl ModelConfig {
         }
     }
 
-    /// True where the force at a sample is stepped to the next one by what is known at the former; false where the
-    /// model gives the force at the sample itself.
+    /// True if the model steps the force at a sample to the next sample; false if it gives the force at the sample itself.
     pub fn predicts_next(&self) -> bool {
         match self {
             Self::AttentionOde(_) | Self::MlpOde(_) => true,
@@ -75,12 +74,12 @@ impl ModelConfig {
         }
     }
 
-    /// True where whole trajectories are predicted with samples to come, which a simulation does not have.
+    /// True if predictions of whole trajectories use later samples, which a simulation does not have.
     pub fn needs_the_future(&self) -> bool {
         matches!(self, Self::Cnode(config) if config.control == Control::Natural)
     }
 
-    /// False where the time loop runs through kernels for the CPU alone.
+    /// False if training needs kernels that exist for the CPU alone.
     pub fn trains_on_any_device(&self) -> bool {
         !matches!(self, Self::Cnode(_) | Self::Lstm(_))
     }
@@ -98,13 +97,13 @@ impl ModelConfig {
         fault.map_or(Ok(()), |reason| Err(ModelError::Config { reason }))
     }
 
-    /// Refuses features from which a sample cannot be encoded.
+    /// Refuses features that the encoding cannot use.
     pub fn check_features(&self, layout: &FeatureLayout) -> Result<(), ModelError> {
         let fault = self.encoding().fault(layout);
         fault.map_or(Ok(()), |reason| Err(ModelError::Config { reason }))
     }
 
-    /// Refuses a solver that cannot step this model; one that needs none takes any.
+    /// Refuses a solver that cannot step this model. A model without a differential equation accepts any.
     pub fn check_solver(&self, solver: Solver) -> Result<(), ModelError> {
         match self {
             Self::Cnode(_) => {

@@ -19,7 +19,7 @@ use crate::solver::Solver;
 /// The derivative of the channel of time, whose unit is the sample.
 pub(crate) const CLOCK: f64 = 1.0;
 
-/// Which path.
+/// Kind of path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Control {
@@ -45,7 +45,7 @@ impl fmt::Display for Control {
     }
 }
 
-/// A path's name that is none.
+/// A name that is not that of a path.
 #[derive(Debug, Error, PartialEq, Eq)]
 #[error("unknown control `{0}`: there are natural and hermite")]
 pub struct UnknownControl(pub String);
@@ -61,8 +61,8 @@ impl FromStr for Control {
     }
 }
 
-/// What a stage at time u multiplies by, between the samples `now` and `after`, `before` the one in front of them.
-/// Euler's method takes the whole increment of the path, so that it ends where the path does.
+/// Slope of the path in a stage at time u between the samples `now` and `after`; `before` precedes them. Euler's method
+/// takes the whole increment, so that its path ends at the sample.
 pub(crate) fn causal(solver: Solver, [before, now, after]: [f64; 3], u: f64) -> f64 {
     match solver {
         Solver::Euler => after - now,

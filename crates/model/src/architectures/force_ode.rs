@@ -1,7 +1,7 @@
 //! The differential equation of a force that a latent drives: dF/dt = field([F; h]) / Dt, Dt the sample period.
 //!
-//! What h is made of is the model's own: attention over the past ([`super::attention_ode`]), a perceptron of the
-//! present sample ([`super::mlp_ode`]). All in standardised units.
+//! The latent h is attention over a window ([`super::attention_ode`]) or a perceptron of the newest sample
+//! ([`super::mlp_ode`]). All quantities are standardised.
 
 use candle_core::{Result, Tensor};
 use candle_nn::VarBuilder;
@@ -28,18 +28,18 @@ pub(crate) struct ForceOdeConfig {
     pub(crate) outputs: usize,
     /// Hidden layers of the field.
     pub(crate) hidden: Vec<usize>,
-    /// Whether the field is given F besides h; without it the force is a running sum (the paper writes both).
+    /// True if the field reads F besides h; if not, the force is a running sum (the paper writes both).
     pub(crate) field_sees_force: bool,
-    /// Whether the field has a linear part A [F; h], with A's start on F being -1.
+    /// True if the field has a linear part A [F; h], initialised to -F plus small numbers.
     pub(crate) skip: bool,
 }
 
-/// How a trajectory is computed.
+/// Method of computing a trajectory.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Method {
     pub(crate) solver: Solver,
     pub(crate) adjoint: Adjoint,
-    /// Whether a gradient will be asked for; what it takes is then kept.
+    /// True if a gradient will be computed; activations are then cached.
     pub(crate) derived: bool,
 }
 
@@ -48,7 +48,7 @@ pub(crate) struct Method {
 pub(crate) struct ForceOde {
     pub(crate) field: Perceptron,
     pub(crate) field_sees_force: bool,
-    kept: ActivationCache,
+    cache: ActivationCache,
 }
 
 impl ForceOde {
@@ -65,7 +65,7 @@ impl ForceOde {
         Ok(Self {
             field: Perceptron::new(field, vb.pp("field"))?,
             field_sees_force: sees,
-            kept: ActivationCache::default(),
+            cache: ActivationCache::default(),
         })
     }
 
@@ -96,7 +96,7 @@ impl ForceOde {
             tableau,
             field_sees_force: self.field_sees_force,
             adjoint: method.adjoint,
-            kept: method.derived.then(|| self.kept.clone()),
+            cache: method.derived.then(|| self.cache.clone()),
             mark: Mark::default(),
         };
         match operations {
@@ -105,10 +105,10 @@ impl ForceOde {
         }
     }
 
-    /// Whether the layers of some call are kept now.
+    /// True if the layers of a call are cached.
     #[cfg(test)]
     pub(crate) fn keeps_something(&self) -> bool {
-        self.kept.is_owned()
+        self.cache.is_owned()
     }
 
     /// F' [rows, f] one sample period after F [rows, f] with h [rows, l], by Candle's own operations.

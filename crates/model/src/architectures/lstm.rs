@@ -4,9 +4,9 @@
 //! h^1_k = layer_1(z_0 .. z_k),  h^2_k = layer_2(h^1_0 .. h^1_k), ..     F_k = W_o h_k + b_o + A z_k
 //! ```
 //!
-//! The paper's recurrent rival (2 layers of 256, without A). It integrates nothing: F_0 is not among its inputs, and its
-//! memory at the first sample is empty. |h| < 1, so without A the force is bounded however fast the motion: no drag then
-//! holds a robot that has become faster than those of the training data.
+//! The paper's recurrent baseline (2 layers of 256, without A). F_0 is not an input, and the state before the first sample
+//! is zero. Since |h| < 1, without A the force is bounded: no drag then slows a robot that is faster than those of the
+//! training data.
 
 use candle_core::{Result, Tensor};
 use candle_nn::{Init, VarBuilder};
@@ -26,9 +26,9 @@ use crate::{
 pub struct LstmConfig {
     /// Width of each layer.
     pub hidden: Vec<usize>,
-    /// How a sample enters.
+    /// Encoding of a sample.
     pub encoding: Encoding,
-    /// Whether there is the linear part A; cards that do not say have none.
+    /// True if there is a linear part A; absent in a card means false.
     #[serde(default)]
     pub skip: bool,
 }
@@ -44,14 +44,14 @@ impl Default for LstmConfig {
 }
 
 impl LstmConfig {
-    /// What is wrong with the sizes, if anything.
+    /// Reason why a model of these sizes cannot be built, if there is one.
     pub(crate) fn fault(&self) -> Option<String> {
         (self.hidden.is_empty() || self.hidden.contains(&0))
             .then(|| "an LSTM has at least one layer, and each a width of at least 1".to_owned())
     }
 }
 
-/// Weights of a layer; gates i, f, g, o one above the other.
+/// Weights of a layer; rows of the gates i, f, g, o in this order.
 #[derive(Clone, Debug)]
 pub(crate) struct Layer {
     /// W [4 H, inputs].
@@ -145,7 +145,7 @@ impl Lstm {
         }
     }
 
-    /// Numbers of memory: h and c of every layer.
+    /// Length of the memory: h and c of every layer.
     pub(crate) fn memory_len(&self) -> usize {
         self.layers.iter().map(|layer| 2 * layer.width()).sum()
     }

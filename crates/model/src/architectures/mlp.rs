@@ -1,4 +1,4 @@
-//! The memoryless yardstick: F_k = g(x_k), a perceptron of the same size, held until the next sample.
+//! The memoryless baseline: F_k = g(x_k), a perceptron, held until the next sample.
 
 use candle_core::{Result, Tensor};
 use candle_nn::VarBuilder;
@@ -15,9 +15,9 @@ use crate::{
 pub struct MlpConfig {
     /// Hidden layers.
     pub hidden: Vec<usize>,
-    /// How the attitude enters.
+    /// Encoding of a sample.
     pub encoding: Encoding,
-    /// Whether a linear part is added.
+    /// True if there is a linear part.
     pub skip: bool,
 }
 
@@ -32,7 +32,7 @@ impl Default for MlpConfig {
 }
 
 impl MlpConfig {
-    /// What is wrong with the sizes, if anything.
+    /// Reason why a model of these sizes cannot be built, if there is one.
     pub(crate) fn fault(&self) -> Option<String> {
         self.hidden
             .contains(&0)

@@ -27,11 +27,11 @@ pub struct MlpOdeConfig {
     pub latent: usize,
     /// Hidden layers of the field.
     pub hidden: Vec<usize>,
-    /// How a sample enters.
+    /// Encoding of a sample.
     pub encoding: Encoding,
-    /// Whether the field is given F besides h.
+    /// True if the field reads F besides h.
     pub field_sees_force: bool,
-    /// Whether the field has a linear part A [F; h], with A's start on F being -1.
+    /// True if the field has a linear part A [F; h], initialised to -F plus small numbers.
     pub skip: bool,
 }
 
@@ -49,7 +49,7 @@ impl Default for MlpOdeConfig {
 }
 
 impl MlpOdeConfig {
-    /// What is wrong with the sizes, if anything.
+    /// Reason why a model of these sizes cannot be built, if there is one.
     pub(crate) fn fault(&self) -> Option<String> {
         (self.latent == 0 || self.hidden.contains(&0) || self.latent_hidden.contains(&0))
             .then(|| "latent and hidden sizes must be at least 1".to_owned())

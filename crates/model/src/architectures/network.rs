@@ -27,7 +27,7 @@ pub enum Network {
 }
 
 impl Network {
-    /// For `inputs` encoded numbers a sample and `outputs` force components; training and loading build alike.
+    /// A network for `inputs` encoded numbers a sample and `outputs` force components; used in training and in loading.
     pub fn new(
         config: &ModelConfig,
         inputs: usize,
@@ -48,7 +48,7 @@ impl Network {
         })
     }
 
-    /// Where its weights are.
+    /// Device of the weights.
     pub fn device(&self) -> &Device {
         match self {
             Self::AttentionOde(network) => network.embed.0.device(),
@@ -75,8 +75,8 @@ impl Network {
         self.run(z, start, method)
     }
 
-    /// [`Network::forward`] for training, with a choice of the gradient; a model that does not predict the next force
-    /// has one alone, that of its steps as they are taken.
+    /// [`Network::forward`] for training, with a choice of the gradient. Models that do not predict the next force ignore
+    /// the choice: their gradient is that of the steps as taken.
     pub fn forward_with(
         &self,
         z: &Tensor,
@@ -92,8 +92,8 @@ impl Network {
         self.run(z, start, method)
     }
 
-    /// Mean square error of the first force as the model estimates it, to be learned beside the trajectory; None of a
-    /// model whose estimate is what it settles to, or gives.
+    /// Mean square error of the estimated first force, an additional training loss; `None` for a model whose estimate
+    /// ([`crate::Engine::estimate`]) has no weights of its own.
     pub fn estimate_loss(&self, z: &Tensor, start: &Tensor) -> candle_core::Result<Option<Tensor>> {
         match self {
             Self::Cnode(network) => network.estimate_loss(z, start).map(Some),
@@ -102,7 +102,7 @@ impl Network {
     }
 
     fn run(&self, z: &Tensor, start: &Tensor, method: Method) -> candle_core::Result<Tensor> {
-        // The last sample drives only what comes after the trajectory.
+        // The last sample drives only the step beyond the end of the trajectory.
         let seen = || z.narrow(1, 0, z.dim(1)? - 1)?.contiguous();
         match self {
             Self::AttentionOde(network) => network.run(&seen()?, start, method),

@@ -39,9 +39,9 @@ pub struct RelaxationOdeConfig {
     pub window: usize,
     /// Hidden layers of the network.
     pub hidden: Vec<usize>,
-    /// How a sample enters.
+    /// Encoding of a sample.
     pub encoding: Encoding,
-    /// Whether there is the linear part A.
+    /// True if there is a linear part A.
     pub skip: bool,
     /// J, modes whose sum is the force.
     pub modes: usize,
@@ -60,7 +60,7 @@ impl Default for RelaxationOdeConfig {
 }
 
 impl RelaxationOdeConfig {
-    /// The usual sizes, with the links' motion where it is known.
+    /// The default sizes, with the closed forms of the links if their kinematics are known.
     pub fn with_kinematics(kinematics: Option<&Kinematics>) -> Self {
         let usual = Self::default();
         Self {
@@ -69,7 +69,7 @@ impl RelaxationOdeConfig {
         }
     }
 
-    /// What is wrong with the sizes, if anything.
+    /// Reason why a model of these sizes cannot be built, if there is one.
     pub(crate) fn fault(&self) -> Option<String> {
         if self.window == 0 || self.hidden.contains(&0) {
             return Some("window and hidden sizes must be at least 1".to_owned());
@@ -79,11 +79,11 @@ impl RelaxationOdeConfig {
     }
 }
 
-/// The slowest of so many begins with a three-thousandth of the way a sample; one slower still would stand still in a window of
-/// training.
+/// Greatest J. The slowest of five modes starts with about 1/3000 of the way a sample; a slower one would not move within a
+/// training window.
 const MOST_MODES: usize = 5;
 
-/// What is taken from kappa of mode `mode`, counted from zero.
+/// Offset subtracted from kappa of mode `mode` (0-based): each mode starts slower than the one before.
 pub(crate) fn kappa_offset(mode: usize) -> f32 {
     2.0 * mode as f32
 }
@@ -143,7 +143,8 @@ impl RelaxationOde {
         self.force(&states)
     }
 
-    /// h [rows, W n] -> what part of the way a step goes, and where to [rows, J f].
+    /// h [rows, W n] -> sigmoid(kappa), the fraction of the way to the target that a step goes, and the target, both
+    /// [rows, J f].
     fn share_and_target(&self, h: &Tensor) -> Result<(Tensor, Tensor)> {
         let found = self.field.forward(h)?;
         let width = found.dim(1)? / 2;
@@ -185,7 +186,7 @@ impl RelaxationOde {
         differences(self.window, |lag| z.narrow(0, self.window - 1 - lag, 1))
     }
 
-    /// Of the window z [W, n] at a first sample: S_2 .. S_J, and a and b of F_0 = a F_0 + b [1, (J + 1) f].
+    /// State [1, (J + 1) f] at a first sample with the window z [W, n]: S_2 .. S_J, a = 1 and b = 0 of F_0 = a F_0 + b.
     pub(crate) fn start(&self, z: &Tensor) -> Result<Tensor> {
         let (_, target) = self.share_and_target(&self.latent(z)?)?;
         let outputs = target.dim(1)? / self.modes;
@@ -194,7 +195,7 @@ impl RelaxationOde {
         Tensor::cat(&[settled, first.ones_like()?, first.zeros_like()?], 1)
     }
 
-    /// What [`RelaxationOde::start`] has, one sample on, of the window z [W, n] that ends there: F_k = a F_{k-1} + b.
+    /// The state one sample later, with the window z [W, n] that ends there: S_2 .. S_J, a and b of F_k = a F_{k-1} + b.
     pub(crate) fn follow(&self, state: &Tensor, z: &Tensor) -> Result<Tensor> {
         let (share, target) = self.share_and_target(&self.latent(z)?)?;
         let outputs = target.dim(1)? / self.modes;
@@ -220,7 +221,7 @@ impl RelaxationOde {
         (part(0)? * force)? + part(1)?
     }
 
-    /// F [1, f] that the window z [W, n] held for ever settles to.
+    /// F [1, f] to which a constant window z [W, n] leads.
     pub(crate) fn settled(&self, z: &Tensor) -> Result<Tensor> {
         self.force(&self.share_and_target(&self.latent(z)?)?.1)
     }

@@ -16,12 +16,12 @@ use crate::{
     solver::Solver,
 };
 
-/// Where a model was trained.
+/// Data set that a model was trained on.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DatasetNote {
     /// Name of the data set.
     pub name: String,
-    /// Of the bytes of its `manifest.json`, hexadecimal.
+    /// SHA-256 of its `manifest.json`, hexadecimal.
     pub sha256: String,
     /// Training trajectories.
     pub trajectories: usize,
@@ -32,7 +32,7 @@ pub struct DatasetNote {
 pub struct Card {
     /// [`SCHEMA`].
     pub schema: String,
-    /// What the model is called in tables.
+    /// Name of the model in tables.
     pub name: String,
     /// Kind and sizes.
     #[serde(flatten)]
@@ -51,26 +51,26 @@ pub struct Card {
     pub joints: Vec<String>,
     /// Time between samples, in seconds.
     pub sample_period: f64,
-    /// True where the force is only what another model of the water lacks: it acts beside that one.
+    /// True if the force is a correction added to that of another model of the water.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub residual: bool,
-    /// How the ODE is stepped.
+    /// Solver of the differential equation.
     pub solver: Solver,
     /// Means and deviations of inputs and forces.
     pub normaliser: Normaliser,
-    /// The range of its training split, which the plugin holds it to; without, it is asked anything.
+    /// Range of the training split, to which the plugin clamps inputs and forces; `None` for no limits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub envelope: Option<Envelope>,
-    /// Where it was trained.
+    /// Training data.
     pub dataset: Option<DatasetNote>,
-    /// Errors on the test split, as the training room reports them.
+    /// Errors on the test split, as reported by training.
     #[serde(default)]
     pub metrics: serde_json::Value,
     /// The command that made it.
     pub command: String,
     /// Version of this package that made it.
     pub hydro: String,
-    /// Of the bytes of `weights.safetensors`, hexadecimal; filled in on saving.
+    /// SHA-256 of `weights.safetensors`, hexadecimal; filled in on saving.
     #[serde(default)]
     pub weights_sha256: String,
 }

@@ -1,4 +1,4 @@
-//! Why a checkpoint is refused.
+//! Errors of reading and writing checkpoints.
 
 use std::{io, path::PathBuf};
 
@@ -7,18 +7,18 @@ use thiserror::Error;
 use super::files::SCHEMA;
 use crate::{document::listed, error::ModelError};
 
-/// Why a checkpoint was refused.
+/// Reason for refusing a checkpoint.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CheckpointError {
     /// No such folder, or not a checkpoint.
     #[error("no checkpoint at {}: {missing} is missing; there are: {}", folder.display(), listed(found))]
     Missing {
-        /// Where it was looked for.
+        /// The folder.
         folder: PathBuf,
-        /// What is not there.
+        /// The missing entry.
         missing: String,
-        /// What is there instead.
+        /// Entries that exist.
         found: Vec<String>,
     },
     /// A file could not be read or written.
@@ -26,7 +26,7 @@ pub enum CheckpointError {
     Io {
         /// Which file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
     /// Another schema.
@@ -37,15 +37,15 @@ pub enum CheckpointError {
         /// Its schema, as written.
         found: String,
     },
-    /// A card that does not say what it must.
+    /// A card that is malformed or contradicts itself.
     #[error("{}: {reason}", path.display())]
     Card {
         /// The card.
         path: PathBuf,
-        /// What is wrong.
+        /// The reason.
         reason: String,
     },
-    /// Bytes other than those the card vouches for.
+    /// Weights whose SHA-256 is not that of the card.
     #[error(
         "{} is damaged: its {bytes} bytes have sha256 {found}, the card says {expected}; fetch or train the checkpoint again",
         path.display()
@@ -53,7 +53,7 @@ pub enum CheckpointError {
     Damaged {
         /// The weights.
         path: PathBuf,
-        /// How many bytes there are.
+        /// Their number.
         bytes: usize,
         /// Their sha256.
         found: String,
@@ -68,7 +68,7 @@ pub enum CheckpointError {
         /// The reader's words.
         reason: String,
     },
-    /// A weight that the model needs is not there.
+    /// A weight of the model is missing.
     #[error("{}: tensor `{name}` {expected:?} is missing; there are: {}", path.display(), listed(found))]
     MissingTensor {
         /// The weights.
@@ -102,16 +102,16 @@ pub enum CheckpointError {
         /// Shape of the model's.
         expected: Vec<usize>,
     },
-    /// A weight that is not a number.
+    /// A weight that is not finite.
     #[error("{}: tensor `{name}` holds {value} at position {index}", path.display())]
     NonFinite {
         /// The weights.
         path: PathBuf,
         /// Its name.
         name: String,
-        /// Where, in row-major order.
+        /// Its row-major position.
         index: usize,
-        /// What.
+        /// The value.
         value: f32,
     },
     /// The model could not be built.

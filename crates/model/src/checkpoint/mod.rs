@@ -1,8 +1,8 @@
 //! A trained model on disk: a folder with `weights.safetensors` and `card.json`.
 //!
-//! The card is all that the plugin knows of a model: feature order, units, frames, joints, sample period, sizes,
-//! solver, normaliser, where it was trained and how well it did. Loading refuses, by name, whatever does not fit;
-//! saving writes a folder beside the target and renames it.
+//! The card describes the model completely apart from its weights: feature order, units, frames, joints, sample period,
+//! sizes, solver, normaliser, training data and errors. Loading refuses anything that does not fit and names it; saving
+//! writes a folder beside the target and renames it.
 
 mod card;
 mod error;
@@ -45,23 +45,23 @@ use crate::{
 /// A loaded or trained model.
 ///
 /// ```no_run
-/// use hydro_plugin::{checkpoint::Checkpoint, model::{EngineKind, Scratch}};
+/// use hydro_model::{EngineKind, Scratch, checkpoint::Checkpoint};
 ///
 /// let checkpoint = Checkpoint::load("models/b1-task2".as_ref())?;
 /// let engine = checkpoint.engine(EngineKind::Fused, None)?;
 /// let mut force = vec![0.0; engine.outputs()];
 /// engine.estimate(&vec![0.0; engine.inputs()], &mut force, &mut Scratch::default());
-/// # Ok::<(), hydro_plugin::checkpoint::CheckpointError>(())
+/// # Ok::<(), hydro_model::checkpoint::CheckpointError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Checkpoint {
-    /// What the model is.
+    /// Description of the model.
     pub card: Card,
     weights: BTreeMap<String, Tensor>,
 }
 
 impl Checkpoint {
-    /// From a card and weights by name, checked as on loading.
+    /// A checkpoint of a card and named weights, checked as on loading.
     pub fn new(card: Card, weights: BTreeMap<String, Tensor>) -> Result<Self, CheckpointError> {
         Self::checked(card, weights, Path::new("<memory>"))
     }
@@ -107,8 +107,8 @@ impl Checkpoint {
         Self::checked(card, weights, folder)
     }
 
-    /// Writes the folder beside `folder` and renames it; an older checkpoint there is replaced, and stays
-    /// whole and in its place until then. What runs that died while saving left beside it is removed.
+    /// Writes the folder beside `folder` and renames it; an older checkpoint stays in place and
+    /// whole until then. Leftovers of runs that were killed while saving are removed.
     pub fn save(&self, folder: &Path) -> Result<(), CheckpointError> {
         let io = |path: &Path| {
             let path = path.to_owned();
@@ -153,7 +153,7 @@ impl Checkpoint {
         &self.weights
     }
 
-    /// How many numbers the weights hold.
+    /// Numbers in all weights together.
     pub fn parameter_count(&self) -> usize {
         self.weights.values().map(Tensor::elem_count).sum()
     }
@@ -172,7 +172,7 @@ impl Checkpoint {
         )?)
     }
 
-    /// The single-step evaluator, with the card's solver or another.
+    /// An evaluator of single samples, with the card's solver or another.
     pub fn engine(
         &self,
         kind: EngineKind,
@@ -181,7 +181,7 @@ impl Checkpoint {
         Ok(self.model(solver)?.engine(kind)?)
     }
 
-    /// Names the content: equal for equal cards and weights, on any machine.
+    /// SHA-256 of the content: equal for equal cards and weights, on any machine.
     pub fn digest(&self) -> [u8; 32] {
         let mut hash = Sha256::new();
         let mut card = self.card.clone();

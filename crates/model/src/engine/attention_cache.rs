@@ -1,4 +1,4 @@
-//! The past of an Attention-ODE: cached samples, and the latent that attends to them.
+//! Latent of an Attention-ODE from cached samples, with folded weights.
 //!
 //! The embedding is linear, so keys and values of every head are linear in the standardised sample z. All of that
 //! folds into two products at load (in f64, once), and z itself is the one key and value that is cached, written once

@@ -1,6 +1,6 @@
-//! Whole trajectories in lockstep: the field's weights are read once for all of them.
+//! Several trajectories stepped together, so that the field's weights are read once for all of them.
 //!
-//! Row by row the numbers of the single step, bit for bit, for the products give the same for one row and for many.
+//! Each row has the numbers of the single step, bit for bit, since the products give the same for one row and for many.
 
 use super::{
     field_stepper::{FieldStepper, Stepped},
@@ -17,7 +17,7 @@ pub(super) struct Lockstep<'a> {
     buffers: Buffers,
     /// Memory of each row.
     memory: Vec<f64>,
-    /// Perceptron input, force, slopes and change of each row.
+    /// Field input, force, slopes and change of each row.
     input: Vec<f32>,
     now: Vec<f32>,
     slope: Vec<f32>,

@@ -1,4 +1,4 @@
-//! The engine of a model.
+//! Choice of the engine for a model.
 
 use pulp::Arch;
 
@@ -10,7 +10,7 @@ use super::{
 use crate::{architectures::Network, error::ModelError, force_model::ForceModel};
 
 impl ForceModel {
-    /// The single-step evaluator.
+    /// An evaluator of single samples.
     pub fn engine(&self, kind: EngineKind) -> Result<Box<dyn Engine>, ModelError> {
         Ok(match kind {
             EngineKind::Fused => fused(self, Precision::Single, Arch::new())?,

@@ -1,4 +1,4 @@
-//! A model stepped through Candle at batch 1: the reference for the fused engines.
+//! Engine of any model in Candle's operations at batch 1: the reference for the fused engines.
 //!
 //! Only plain operations on one row: Candle's products stay below the size from which they start threads in
 //! the host process. Memory: the window's raw samples [W, n], oldest first, and the state of a Relaxation-ODE, an LSTM
@@ -12,7 +12,7 @@ use crate::{
     force_model::ForceModel,
 };
 
-/// See the module.
+/// The engine; see the module.
 #[derive(Clone, Debug)]
 pub(super) struct CandleEngine(pub(super) ForceModel);
 
@@ -23,7 +23,7 @@ struct Parts<'a> {
 }
 
 impl CandleEngine {
-    /// Where the state's numbers begin.
+    /// Index of the state in the memory, after the window.
     fn state_at(&self) -> usize {
         self.0.window() * self.0.inputs()
     }
@@ -50,7 +50,7 @@ impl CandleEngine {
         )
     }
 
-    /// What is carried on from `force` [f] (standardised).
+    /// `next` of [`Engine::sample`] from `force` [f], both standardised.
     fn next(&self, memory: &Parts<'_>, force: &[f32]) -> Result<Vec<f32>> {
         let z = self.window_tensor(memory.window)?;
         let force = Tensor::from_slice(force, (1, force.len()), &Device::Cpu)?;
@@ -76,8 +76,8 @@ impl CandleEngine {
         next.flatten_all()?.to_vec1()
     }
 
-    /// A product of checked shapes does not fail; were it to, the force is not a number and the caller's own check
-    /// of its state holds it at zero.
+    /// [`CandleEngine::next`], with NaN in place of an error. Products of checked shapes do not fail; if one did, the
+    /// caller's check of its state would hold the force at zero.
     fn next_or_nan(&self, memory: &Parts<'_>, force: &[f32]) -> Vec<f32> {
         self.next(memory, force)
             .unwrap_or_else(|_| vec![f32::NAN; force.len()])

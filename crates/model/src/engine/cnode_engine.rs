@@ -1,4 +1,4 @@
-//! A CNODE by our own products, along the causal path. Memory: the two latest samples, the older first, and the state.
+//! Engine of the CNODE, along the causal path. Memory: the two latest samples, the older first, and the state.
 
 use pulp::Arch;
 
@@ -17,7 +17,7 @@ use crate::{
     solver::{Solver, Tableau},
 };
 
-/// See the module.
+/// The engine; see the module.
 #[derive(Clone, Debug)]
 pub(super) struct CnodeEngine {
     arch: Arch,

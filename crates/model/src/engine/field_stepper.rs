@@ -18,7 +18,7 @@ use crate::{
     },
 };
 
-/// See the module.
+/// Units, field, latent and solver of a model whose force follows a differential equation.
 #[derive(Clone, Debug)]
 pub(super) struct FieldStepper {
     /// The instructions of this machine, or those that a test asks for.
@@ -28,7 +28,7 @@ pub(super) struct FieldStepper {
     pub(super) ode: Ode,
 }
 
-/// What makes a force of the field's slopes.
+/// The differential equation: solver, latent, and whether the field reads the force.
 #[derive(Clone, Debug)]
 pub(super) struct Ode {
     solver: Solver,
@@ -43,8 +43,8 @@ impl Ode {
         stages.map_or(STAGES, |_| 1)
     }
 
-    /// The forces move on by one sample period; each row of `input` [rows, inputs] holds h behind the force's place, and
-    /// `evaluate` is the field of some rows. By adaptive steps h of more than one row is spent.
+    /// Steps the forces by one sample period. Each row of `input` [rows, inputs] holds the place of the force followed by h;
+    /// `evaluate` is the field of some rows. Adaptive steps of more than one row overwrite h.
     pub(super) fn step(
         &self,
         Stepped {
@@ -100,7 +100,7 @@ impl Ode {
 /// The forces of some rows [rows, f] and a step's buffers of them.
 pub(super) struct Stepped<'a> {
     pub(super) force: &'a mut [f32],
-    /// Of [`Ode::slopes`] stages.
+    /// Slopes of [`Ode::slopes`] stages.
     pub(super) slope: &'a mut [f32],
     pub(super) change: &'a mut [f32],
     /// [rows].

@@ -6,30 +6,30 @@ use crate::error::ModelError;
 
 /// A model ready to be stepped. Forces are SI [N, N m], features raw SI in the order of the card.
 ///
-/// What the model must know of the past is a slice of numbers that the caller keeps (the plugin: in MuJoCo's own
-/// state), so an engine is immutable and shared by any number of simulations. No locks, no threads. In
+/// All memory of the past is a slice of numbers owned by the caller (the plugin has it in MuJoCo's state), so an engine
+/// is immutable and serves any number of simulations, without locks or threads. In
 /// [`Engine::start`], [`Engine::observe`] and [`Engine::sample`] the fused engine does not allocate once `scratch` has
 /// grown.
 pub trait Engine: Send + Sync + fmt::Debug {
-    /// n, features a sample.
+    /// Features a sample, n.
     fn inputs(&self) -> usize;
 
-    /// f, force components.
+    /// Force components, f.
     fn outputs(&self) -> usize;
 
-    /// How many numbers of memory a simulation keeps.
+    /// Length of the memory of one simulation.
     fn memory_len(&self) -> usize;
 
-    /// The memory at a first sample `x` [n], where the force is `force` [f]: of a past in which every sample was that
-    /// one, or of none.
+    /// Writes the memory at a first sample `x` [n] with the force `force` [f]. The window before it is filled with `x`; a
+    /// recurrent state is empty.
     fn start(&self, x: &[f64], force: &[f64], memory: &mut [f64], scratch: &mut Scratch);
 
     /// Takes the next sample `x` [n] into the memory.
     fn observe(&self, x: &[f64], memory: &mut [f64], scratch: &mut Scratch);
 
-    /// At the newest sample, where `force` [f] was carried to: writes `now` [f], the force at this sample, and `next`
-    /// [f], what is carried to the next one. A model that predicts the next force has `force` itself now; the others
-    /// give the force at this sample, and hold it.
+    /// Forces at the newest sample, given `force` [f], the `next` of the sample before. Writes `now` [f], the force at this
+    /// sample, and `next` [f], the input of the next call. A model that predicts the next force has `now = force`; any
+    /// other model computes the force at this sample and holds it, `next = now`.
     fn sample(
         &self,
         memory: &[f64],
@@ -39,9 +39,9 @@ pub trait Engine: Send + Sync + fmt::Debug {
         scratch: &mut Scratch,
     );
 
-    /// What the model predicts for a past in which every sample was `x` [n]: the force that the ODE settles to with h
-    /// held, from the training mean in at most [`SETTLING_STEPS`]; what it gives for a first sample; or, of a CNODE,
-    /// which settles nowhere, what it learned of first samples beside the rest. By itself, what it gives for a first sample.
+    /// Estimate of the force [f] at a first sample `x` [n]. Attention-ODE and MLP-ODE: the force that the equation settles
+    /// to with h held, from the training mean in at most [`SETTLING_STEPS`]. Relaxation-ODE: its target. CNODE, which
+    /// does not settle: the output of a perceptron trained for it. Default: the force at a first sample.
     fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch) {
         let mut memory = vec![0.0; self.memory_len()];
         self.start(x, &[], &mut memory, scratch);
@@ -49,12 +49,11 @@ pub trait Engine: Send + Sync + fmt::Debug {
         self.sample(&memory, &[], force, &mut next, scratch);
     }
 
-    /// Whole trajectories of one length: `x` [B, T, n] and the forces carried to the first samples, `start` [B, f],
-    /// -> the forces at the samples [B, T, f]. The past of the first sample is that sample. Some engines step them
-    /// together, which gives the same numbers and is faster.
+    /// Whole trajectories of one length: features `x` [B, T, n] and first forces `start` [B, f] -> forces [B, T, f]. The
+    /// window before the first sample is filled with it. Some engines step a batch at a time: the same numbers, faster.
     ///
     /// # Errors
-    /// Numbers that are not whole trajectories.
+    /// If the lengths of `x` and `start` are not those of whole trajectories.
     fn trajectories(
         &self,
         x: &[f64],
@@ -65,10 +64,10 @@ pub trait Engine: Send + Sync + fmt::Debug {
     }
 }
 
-/// [`Engine::trajectories`], a sample at a time as a simulation asks for them.
+/// [`Engine::trajectories`] one sample at a time, as in a simulation.
 ///
 /// # Errors
-/// Numbers that are not whole trajectories.
+/// If the lengths of `x` and `start` are not those of whole trajectories.
 pub fn one_by_one(
     engine: &(impl Engine + ?Sized),
     x: &[f64],
@@ -99,13 +98,13 @@ pub fn one_by_one(
     Ok(forces)
 }
 
-/// Samples of a trajectory that are one product, where no force feeds back into what is multiplied.
+/// Samples in one matrix product, in models whose products do not depend on the force.
 pub(super) const BLOCK: usize = 256;
 
-/// Trajectories that are best given to [`Engine::trajectories`] at a time.
+/// Trajectories that [`Engine::trajectories`] steps at a time.
 pub const BATCH_SIZE: usize = 16;
 
-/// T of [`Engine::trajectories`].
+/// T of [`Engine::trajectories`], from the lengths of its arguments.
 pub(super) fn samples(
     engine: &(impl Engine + ?Sized),
     x: &[f64],
@@ -134,10 +133,10 @@ pub(super) fn samples(
     Ok(x.len() / (batch * inputs))
 }
 
-/// Steps after which [`Engine::estimate`] takes the force as settled.
+/// Steps after which [`Engine::estimate`] stops.
 pub const SETTLING_STEPS: usize = 200;
 
-/// Change of every component [standard deviations] below which the force has settled.
+/// The force has settled when no component changes by more than this in a step [standard deviations].
 pub(super) const SETTLED: f32 = 1e-6;
 
 /// Working memory of an engine; grows on first use.
@@ -145,7 +144,7 @@ pub(super) const SETTLED: f32 = 1e-6;
 pub struct Scratch(Vec<f32>);
 
 impl Scratch {
-    /// The first `len` numbers, whatever they hold.
+    /// The first `len` numbers; their values are arbitrary.
     pub(super) fn take(&mut self, len: usize) -> &mut [f32] {
         if self.0.len() < len {
             self.0.resize(len, 0.0);

@@ -1,16 +1,16 @@
-//! Which implementation evaluates a model, by its name.
+//! Names of the engines.
 
 use std::{fmt, str::FromStr};
 
 use thiserror::Error;
 
-/// Which implementation evaluates a model.
+/// Implementation that evaluates a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum EngineKind {
-    /// Our own products, nothing else: the fast one.
+    /// The products of this crate: the fast one.
     #[default]
     Fused,
-    /// The same with the field's weights rounded to IEEE halves: half the memory to read a step.
+    /// [`EngineKind::Fused`] with the field's weights rounded to IEEE half precision: half the memory traffic.
     FusedF16,
     /// Candle at batch 1: the reference.
     Candle,
@@ -31,7 +31,7 @@ impl fmt::Display for EngineKind {
     }
 }
 
-/// An engine name that is none.
+/// A name that is not that of an engine.
 #[derive(Debug, Error, PartialEq, Eq)]
 #[error("unknown engine `{0}`: there are fused, fused-f16 and candle")]
 pub struct UnknownEngine(pub String);

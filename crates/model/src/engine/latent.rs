@@ -1,4 +1,4 @@
-//! What drives a force's differential equation, from the memory of the past.
+//! The latent h that drives the differential equation of a force, from the memory of past samples.
 
 use pulp::Arch;
 

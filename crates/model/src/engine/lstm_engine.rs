@@ -1,4 +1,4 @@
-//! An LSTM by our own products. Memory: h and c of every layer, then the linear part's force (standardised), where there is one.
+//! Engine of the LSTM. Memory: h and c of every layer, then the force of the linear part (standardised), if there is one.
 
 use candle_core::Result;
 use pulp::Arch;
@@ -24,7 +24,7 @@ struct Layer {
     bias: Vec<f32>,
 }
 
-/// See the module.
+/// The engine; see the module.
 #[derive(Clone, Debug)]
 pub(super) struct LstmEngine {
     arch: Arch,

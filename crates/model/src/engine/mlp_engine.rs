@@ -1,4 +1,4 @@
-//! A force of the newest sample alone, by our own products. Memory: that sample, encoded [n].
+//! Engine of the memoryless MLP. Memory: the newest sample, encoded [n].
 
 use pulp::Arch;
 
@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{architectures::Mlp, error::ModelError, force_model::ForceModel};
 
-/// See the module.
+/// The engine; see the module.
 #[derive(Clone, Debug)]
 pub(super) struct MlpEngine {
     arch: Arch,

@@ -1,4 +1,5 @@
-//! One sample at a time: what the simulation asks of a model.
+//! Evaluators of a model for one sample at a time, as a simulation needs it: one engine for each architecture, and Candle's
+//! own operations as the reference.
 
 mod attention_cache;
 mod batched;

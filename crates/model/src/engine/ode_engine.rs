@@ -1,4 +1,5 @@
-//! A field stepped by our own products: no allocation, no threads, no Candle.
+//! Engine of the Attention-ODE and the MLP-ODE: a field stepped by the products of this crate, without allocation, threads
+//! or Candle.
 
 use pulp::Arch;
 
@@ -10,7 +11,7 @@ use super::{
 };
 use crate::{error::ModelError, force_model::ForceModel, solver::dormand_prince::Clock};
 
-/// See the module.
+/// The engine; see the module.
 #[derive(Clone, Debug)]
 pub(super) struct OdeEngine {
     stepper: FieldStepper,

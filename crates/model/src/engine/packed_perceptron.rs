@@ -13,7 +13,7 @@ use crate::{
     perceptron::{PackedLayers, Perceptron, PerceptronConfig},
 };
 
-/// How weights are stored.
+/// Precision of stored weights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Precision {
     Single,

@@ -1,13 +1,14 @@
-//! A Relaxation-ODE: targets and rates by our own products, then the exact step of every mode.
+//! Engine of the Relaxation-ODE: targets and rates by the products of this crate, then the exact step of every mode.
 //!
-//! A step is an affine map of the force that is carried, so what the caller holds it to is what the first mode relaxes from:
+//! A step is an affine map of the previous force, so if the caller clamps that force, the first mode relaxes from the
+//! clamped one:
 //!
 //! ```text
 //! F_k = a F_{k-1} + b,   a = 1 - s_1,   b = s_1 T_1 - a R_{k-1} + R_k,   R = S_2 + .. + S_J
 //! ```
 //!
-//! Memory: a ring as [`super::sample_ring`] has it; then S_2 .. S_J, a and b, (J + 1) f numbers (standardised). Of a first sample the
-//! map is the identity.
+//! Memory: a ring ([`super::sample_ring`]), then S_2 .. S_J, a and b, (J + 1) f numbers (standardised). At a first sample
+//! the map is the identity.
 
 use pulp::Arch;
 
@@ -24,7 +25,7 @@ use crate::{
     kernel::sigmoid,
 };
 
-/// See the module.
+/// The engine; see the module.
 #[derive(Clone, Debug)]
 pub(super) struct RelaxationEngine {
     arch: Arch,

@@ -1,11 +1,11 @@
 //! The last samples as a ring in a simulation's memory: `[slot of the newest sample, z of slot 0 [n], .., z of slot W-1 [n]]`.
 
-/// How many numbers a past of `window` samples of `inputs` numbers takes.
+/// Length of a ring of `window` samples of `inputs` numbers.
 pub(super) fn memory_len(window: usize, inputs: usize) -> usize {
     1 + window * inputs
 }
 
-/// Every slot holds what `write` puts there.
+/// Fills every slot with the sample that `write` writes.
 pub(super) fn fill(memory: &mut [f64], inputs: usize, write: impl FnOnce(&mut [f64])) {
     memory[0] = 0.0;
     let (first, rest) = memory[1..].split_at_mut(inputs);
@@ -15,7 +15,7 @@ pub(super) fn fill(memory: &mut [f64], inputs: usize, write: impl FnOnce(&mut [f
     }
 }
 
-/// The slot after the newest takes what `write` puts there and is the newest.
+/// Adds the sample that `write` writes, in place of the oldest one.
 pub(super) fn push(memory: &mut [f64], inputs: usize, write: impl FnOnce(&mut [f64])) {
     let slots = (memory.len() - 1) / inputs;
     let slot = (newest(memory, slots) + 1) % slots;
@@ -23,7 +23,7 @@ pub(super) fn push(memory: &mut [f64], inputs: usize, write: impl FnOnce(&mut [f
     write(&mut memory[1 + slot * inputs..][..inputs]);
 }
 
-/// The newest slot; any number in the memory gives one of the slots.
+/// Index of the newest slot; always a valid one, whatever number the memory holds.
 pub(super) fn newest(memory: &[f64], slots: usize) -> usize {
     memory[0] as usize % slots
 }

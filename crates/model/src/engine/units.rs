@@ -1,8 +1,8 @@
-//! Between what a card speaks of, features and forces in SI, and what a network sees: encoded and standardised.
+//! Conversion between features and forces in SI, as in the card, and the encoded, standardised numbers of the network.
 
 use crate::{encoding::Encoder, force_model::ForceModel, normaliser::Normaliser};
 
-/// See the module.
+/// Encoder and normaliser of a model.
 #[derive(Clone, Debug)]
 pub(super) struct Units {
     encoder: Encoder,

@@ -156,7 +156,7 @@ impl WithSimd for Sigmoid<'_> {
 /// Numbers that are taken side by side where an order must be the same on every machine.
 const LANES: usize = 16;
 
-/// Of all `values`, 16 side by side, then these in order.
+/// Combines all `values`: 16 partial results side by side, then these in order, the same on every machine.
 #[inline(always)]
 fn reduce(values: &[f32], start: f32, mut combine: impl FnMut(f32, f32) -> f32) -> f32 {
     let mut lanes = [start; LANES];

@@ -19,7 +19,7 @@ use super::panels::{PANEL, Panels};
 const WORDS: usize = PANEL / 2;
 /// Sign of an f32.
 const SIGN: u32 = 0x8000_0000;
-/// Where exponent and fraction of a half stand once moved.
+/// Bits of exponent and fraction of a half after the shift.
 const MAGNITUDE: u32 = 0x0fff_e000;
 /// 2^56: twice this power is the f32's bias less the half's.
 const ROOT: f32 = (1u64 << 56) as f32;
@@ -102,7 +102,7 @@ impl HalfPanels {
     }
 }
 
-/// How words become vectors of f32.
+/// Conversion of packed halves to vectors of f32.
 trait Widen: Copy {
     type Vector: Simd;
     /// The power of two that x and the sums are multiplied by.
@@ -117,7 +117,7 @@ trait Widen: Copy {
     fn column(pair: usize, second: bool, lane: usize) -> usize;
 }
 
-/// By shifts and masks: even columns first, then odd ones.
+/// Conversion by shifts and masks: even columns first, then odd ones.
 #[derive(Clone, Copy)]
 struct ByShifts<S>(S);
 
@@ -154,7 +154,7 @@ impl<S: Simd> Widen for ByShifts<S> {
     }
 }
 
-/// By AVX-512's own instruction: columns as they stand.
+/// Conversion by the AVX-512 instruction: columns in order.
 #[cfg(target_arch = "x86_64")]
 #[derive(Clone, Copy)]
 struct ByConversion(V4);

@@ -1,8 +1,9 @@
-//! Activations of the way forward, kept for the way back where memory allows.
+//! Cache of the activations of a forward pass for the backward pass, where memory allows.
 //!
-//! One slot, shared by the operations of one field: a training step writes it forward and reads it backward, and its
-//! memory serves the next step too, for fresh pages are dear. Whose numbers it holds is known by a mark; an operation
-//! that finds another's (several forward passes, then one backward) evaluates its own again.
+//! The operations of one field share one slot. A training step writes it in its forward pass and reads it in its backward
+//! pass; the memory is reused by the next step, because fresh pages are slow. A mark names the call whose activations the
+//! slot holds; an operation that finds another mark (several forward passes before a backward one) evaluates its own
+//! activations again.
 
 use std::{
     any::Any,
@@ -13,10 +14,10 @@ use std::{
     },
 };
 
-/// Numbers that are kept at most: 512 MiB in f32.
-const MOST: usize = 1 << 27;
+/// Greatest number of activations in the cache: 512 MiB in f32.
+const CAPACITY: usize = 1 << 27;
 
-/// See the module. Cloning shares the slot.
+/// The slot. Clones share it.
 #[derive(Clone, Default)]
 pub(crate) struct ActivationCache(Arc<Mutex<Slot>>);
 
@@ -27,21 +28,21 @@ struct Slot {
     chunks: Option<Box<dyn Any + Send>>,
 }
 
-/// Of one call of an operation in this process; the default is nobody's.
+/// Identifies one call of an operation in this process; the default belongs to no call.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Mark(u64);
 
 impl Mark {
-    /// A new one.
+    /// A mark that no other call has.
     pub(crate) fn new() -> Self {
         static NEXT: AtomicU64 = AtomicU64::new(1);
         Self(NEXT.fetch_add(1, Ordering::Relaxed))
     }
 }
 
-/// Whether so many numbers are kept.
-pub(crate) fn worth_keeping(numbers: usize) -> bool {
-    numbers <= MOST
+/// True if so many activations are cached.
+pub(crate) fn fits(numbers: usize) -> bool {
+    numbers <= CAPACITY
 }
 
 impl ActivationCache {
@@ -50,13 +51,13 @@ impl ActivationCache {
         read(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Whether it holds the numbers of some call.
+    /// True if it holds the activations of a call.
     #[cfg(test)]
     pub(crate) fn is_owned(&self) -> bool {
         self.with(|slot| slot.owner.is_some())
     }
 
-    /// Memory for `count` chunks, whatever they hold; nobody's from now on.
+    /// Memory for `count` chunks of arbitrary content; afterwards the slot is empty.
     pub(crate) fn memory<T: 'static>(&self, count: usize) -> Vec<Vec<T>> {
         let found = self.with(|slot| {
             slot.owner = None;
@@ -64,15 +65,15 @@ impl ActivationCache {
         });
         let chunks = found.and_then(|chunks| chunks.downcast::<Vec<Vec<T>>>().ok());
         let mut chunks = chunks.map(|chunks| *chunks).unwrap_or_default();
-        // Chunks of another call may be longer than these, and would stay for ever.
-        if !worth_keeping(chunks.iter().map(Vec::capacity).sum()) {
+        // Chunks left by a larger call would otherwise never be freed.
+        if !fits(chunks.iter().map(Vec::capacity).sum()) {
             chunks.clear();
         }
         chunks.resize_with(count, Vec::new);
         chunks
     }
 
-    /// Puts the chunks of an operation there; without one, only their memory.
+    /// Stores the chunks of the call `owner`, or only their memory if there is none.
     pub(crate) fn put<T: Send + 'static>(&self, owner: Option<Mark>, chunks: Vec<Vec<T>>) {
         self.with(|slot| {
             slot.owner = owner;
@@ -80,7 +81,7 @@ impl ActivationCache {
         });
     }
 
-    /// The chunks of an operation, if they are there.
+    /// Takes the chunks of the call `owner`, if the slot holds them.
     pub(crate) fn take<T: 'static>(&self, owner: Mark) -> Option<Vec<Vec<T>>> {
         let found = self.with(|slot| {
             (slot.owner == Some(owner)).then(|| {
@@ -106,17 +107,17 @@ mod tests {
 
     #[test]
     fn chunks_are_found_by_their_owner_once_and_nobody_else() {
-        let (kept, own, other) = (ActivationCache::default(), Mark::new(), Mark::new());
-        assert_eq!(kept.take::<f32>(own), None);
-        kept.put(Some(own), vec![vec![1.0f32]]);
-        assert_eq!(kept.take::<f32>(other), None);
-        assert_eq!(kept.take::<f32>(own), Some(vec![vec![1.0]]));
-        assert_eq!(kept.take::<f32>(own), None);
-        kept.put(Some(own), vec![vec![1.0f32]]);
+        let (cache, own, other) = (ActivationCache::default(), Mark::new(), Mark::new());
+        assert_eq!(cache.take::<f32>(own), None);
+        cache.put(Some(own), vec![vec![1.0f32]]);
+        assert_eq!(cache.take::<f32>(other), None);
+        assert_eq!(cache.take::<f32>(own), Some(vec![vec![1.0]]));
+        assert_eq!(cache.take::<f32>(own), None);
+        cache.put(Some(own), vec![vec![1.0f32]]);
         // A later operation takes the memory, and the numbers are gone.
-        assert_eq!(kept.memory::<f32>(2), [vec![1.0], vec![]]);
-        assert_eq!(kept.take::<f32>(own), None);
-        kept.put::<f32>(None, vec![vec![2.0]]);
-        assert_eq!(kept.memory::<f64>(1), [Vec::<f64>::new()]);
+        assert_eq!(cache.memory::<f32>(2), [vec![1.0], vec![]]);
+        assert_eq!(cache.take::<f32>(own), None);
+        cache.put::<f32>(None, vec![vec![2.0]]);
+        assert_eq!(cache.memory::<f64>(1), [Vec::<f64>::new()]);
     }
 }

@@ -1,20 +1,20 @@
 //! A whole trajectory of the force by adaptive steps ([`crate::solver::dormand_prince`]) as one differentiable operation.
 //!
 //! As in [`super::trajectory`] the time loop is one operation with its own derivative, the discrete adjoint of the
-//! steps as they were taken. How long they were is taken as given: that another force would have led to other lengths
-//! is no part of the gradient (it changes the force by less than the tolerance, and torchdiffeq leaves it out too).
+//! steps as they were taken. Their lengths are held fixed: the gradient leaves out that another force would have led to
+//! other lengths (which changes the force by less than the tolerance; torchdiffeq leaves it out too).
 //!
 //! ```text
 //! g = dL/dF';   for stages i = last .. first:  u_i = s (b_i g + sum_{j>i} a_ji v_j (part of F)),   v_i = J_i^T u_i
 //! dL/dF = g + sum_i v_i (part of F),   dL/dh_k += sum_i v_i (part of h)
 //! ```
 //!
-//! The way forward keeps whose every step was, its length and the force at its start: of every trajectory and sample as
-//! many times f + 2 numbers as steps were taken, little beside one hidden layer. From these the way back evaluates the
-//! stages again, those of several samples at once, and walks them in reverse.
+//! The forward pass records the trajectory, the length and the starting force of every step: f + 2 numbers a step, little
+//! beside one hidden layer. From these the backward pass evaluates the stages again, several samples at once, and walks
+//! them in reverse.
 //!
-//! The batch is cut in chunks as there; within a chunk the products are over the trajectories that still have a step to
-//! take.
+//! The batch is cut into chunks as there; within a chunk the products are over the trajectories that have not reached the
+//! end of the sample period.
 
 use std::{any::Any, ops::Range, sync::OnceLock};
 
@@ -37,15 +37,15 @@ const SEGMENT: usize = 64;
 /// The operation: F_0 [B, f], h [B, S, l], weights of a field of [F; h] (flat) -> F [B, S+1, f].
 pub(crate) struct AdaptiveTrajectory {
     field: PerceptronConfig,
-    /// A `Vec<Taken<T>>`, a chunk each, once the way forward is gone.
+    /// A `Vec<Taken<T>>` with one entry a chunk, set by the forward pass.
     taken: OnceLock<Box<dyn Any + Send + Sync>>,
 }
 
-/// The steps that a chunk's trajectories took, each one's in their order.
+/// Steps taken by the trajectories of a chunk, those of each trajectory in order.
 struct Taken<T> {
-    /// How many there were up to the end of each sample period [S].
+    /// Number of steps up to the end of each sample period [S].
     until: Vec<usize>,
-    /// Whose, and how long.
+    /// Trajectory and length of each step.
     steps: Vec<(usize, T)>,
     /// F at their starts [steps, f].
     forces: Vec<T>,
@@ -53,12 +53,12 @@ struct Taken<T> {
 
 impl<T> Taken<T> {
     /// Steps of the sample periods from `first` to before `end`.
-    fn of(&self, first: usize, end: usize) -> Range<usize> {
+    fn range(&self, first: usize, end: usize) -> Range<usize> {
         let until = |sample: usize| sample.checked_sub(1).map_or(0, |last| self.until[last]);
         until(first)..until(end)
     }
 
-    /// The last steps before `end`, back to `begin`, that are of one trajectory each.
+    /// The longest run of steps that ends at `end`, not before `begin`, with at most one step of each trajectory.
     fn round(&self, begin: usize, end: usize) -> Range<usize> {
         let mut from = end - 1;
         while from > begin && self.steps[from - 1].0 < self.steps[from].0 {
@@ -70,7 +70,7 @@ impl<T> Taken<T> {
     /// The first of the sample periods before `end` that fill a segment.
     fn segment(&self, end: usize) -> usize {
         let mut first = end - 1;
-        while first > 0 && self.of(first - 1, end).len() <= SEGMENT {
+        while first > 0 && self.range(first - 1, end).len() <= SEGMENT {
             first -= 1;
         }
         first
@@ -181,7 +181,7 @@ impl AdaptiveTrajectory {
         let mut end = steps;
         while end > 0 {
             let first = taken.segment(end);
-            let segment = taken.of(first, end);
+            let segment = taken.range(first, end);
             self.stages_again(field, sizes, (taken, latent), (first, end), &mut back);
             for sample in (first..end).rev() {
                 let at = (sample + 1) * force;
@@ -192,7 +192,7 @@ impl AdaptiveTrajectory {
                 {
                     after.copy_from_slice(&gradient[at..][..force]);
                 }
-                let Range { start, mut end } = taken.of(sample, sample + 1);
+                let Range { start, mut end } = taken.range(sample, sample + 1);
                 while end > start {
                     let round = taken.round(start, end);
                     end = round.start;
@@ -244,14 +244,14 @@ impl AdaptiveTrajectory {
             ..
         } = back;
         let inputs = self.field.inputs;
-        let segment = taken.of(first, end);
+        let segment = taken.range(first, end);
         let (begin, count) = (segment.start, segment.len());
         tape.resize(&self.field, WEIGHED * count);
         slopes.resize(WEIGHED * count * force, T::default());
         for (stage, a) in A.iter().enumerate().take(WEIGHED) {
             let input = &mut tape.input[stage * count * inputs..][..count * inputs];
             for sample in first..end {
-                for step in taken.of(sample, sample + 1) {
+                for step in taken.range(sample, sample + 1) {
                     let (row, length) = taken.steps[step];
                     let at = step - begin;
                     let (x, h) = input[at * inputs..][..inputs].split_at_mut(force);
@@ -312,11 +312,11 @@ impl AdaptiveTrajectory {
             let after = &mut after[row * force..][..force];
             let d_latent = &mut d_latent[(row * steps + sample) * width..][..width];
             for through in &*through {
-                let (of_force, of_latent) = through[index * inputs..][..inputs].split_at(force);
-                for (sum, part) in after.iter_mut().zip(of_force) {
+                let (force_part, latent_part) = through[index * inputs..][..inputs].split_at(force);
+                for (sum, part) in after.iter_mut().zip(force_part) {
                     *sum += *part;
                 }
-                for (sum, part) in d_latent.iter_mut().zip(of_latent) {
+                for (sum, part) in d_latent.iter_mut().zip(latent_part) {
                     *sum += *part;
                 }
             }
@@ -372,7 +372,7 @@ impl Operation<3> for AdaptiveTrajectory {
             .get()
             .and_then(|taken| taken.downcast_ref::<Vec<Taken<T>>>())
         else {
-            candle_core::bail!("{} was not gone forward", Self::NAME);
+            candle_core::bail!("{} has had no forward pass", Self::NAME);
         };
         let field = PerceptronRows::new(&self.field, &values::<T>(flat)?, true);
         let (h, mut g) = (values::<T>(latent)?, values::<T>(pass.gradient)?);

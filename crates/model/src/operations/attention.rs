@@ -1,4 +1,9 @@
-//! TODO
+//! Attention of the newest sample over a window of past samples, as one differentiable operation.
+//!
+//! From queries, keys and values of all samples it computes sum_l softmax(score)_l v_l for every window and head; the
+//! formula of the scores stands in [`crate::architectures::attention`]. The kernel has a backward pass of its own and runs
+//! in parallel over trajectories; in tensor operations the same sum is made lag by lag.
+
 use candle_core::{D, Result, Shape, Tensor};
 use rayon::prelude::*;
 
@@ -70,7 +75,7 @@ fn part(config: &AttentionConfig, qkv: &Tensor, index: usize) -> Result<Tensor> 
     part.reshape((batch, samples, heads, embedding / heads))
 }
 
-/// Of all samples [B, W-1+S, ..] those that stand `lag` before a newest one, [B, S, ..].
+/// The samples `lag` before the newest sample of each window: [B, W-1+S, ..] -> [B, S, ..].
 fn lagged(config: &AttentionConfig, all: &Tensor, lag: usize) -> Result<Tensor> {
     let window = config.window;
     all.narrow(1, window - 1 - lag, all.dim(1)? + 1 - window)

@@ -1,18 +1,18 @@
-//! By what a network runs: kernels of our own where there are any, else tensor operations.
+//! Implementation of an operation: kernels of this crate on the CPU, tensor operations elsewhere.
 
 use candle_core::Device;
 
-/// The two give the same numbers but for rounding.
+/// Both give the same numbers up to rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Backend {
-    /// The custom operations of this room, for the CPU.
+    /// Custom operations of this crate, for the CPU.
     Kernels,
     /// Candle's own operations, for any device.
     Tensors,
 }
 
 impl Backend {
-    /// What a device takes.
+    /// The implementation for a device.
     pub(crate) fn for_device(device: &Device) -> Self {
         if device.is_cpu() {
             Self::Kernels

@@ -5,9 +5,9 @@
 //! ```
 //!
 //! from sample to sample by one explicit step ([`Tableau`]), X' given at the stages' times. As in [`super::trajectory`]
-//! the time loop is one operation with the discrete adjoint of the steps as taken, backward keeps the states alone and
-//! evaluates the stages of a segment again, and the batch is cut in chunks that it sets alone. The control is data: no
-//! gradient is made of it.
+//! the time loop is one operation with the discrete adjoint of the steps as taken, the backward pass has the states alone and
+//! evaluates the stages of a segment again, and the batch is cut into chunks of fixed size. The control is data and has no
+//! gradient.
 
 use candle_core::{Result, Shape, Tensor};
 use rayon::prelude::*;

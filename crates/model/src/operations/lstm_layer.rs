@@ -8,10 +8,9 @@
 //! S. Hochreiter and J. Schmidhuber, "Long Short-Term Memory", Neural Computation 9(8), 1997, with the forget gate of
 //! F. Gers et al. (2000); the order of the gates is PyTorch's.
 //!
-//! Unrolled into Candle's graph, 400 samples would be sorted recursively and overflow the stack. Backward keeps
-//! nothing from the way forward but h: the gates of all samples are one product again, since every h_{k-1} is known.
-//! Only the transposed product walks the time in order. The batch is cut in chunks of a fixed size, summed in their
-//! order: the result does not depend on the number of threads.
+//! The forward pass stores h alone. The backward pass computes the gates of all samples again in one product, since every
+//! h_{k-1} is known; only the transposed product runs step by step in time. The batch is cut into chunks of fixed size,
+//! summed in order, so the result does not depend on the number of threads.
 
 use candle_core::{Result, Shape, Tensor};
 use rayon::prelude::*;

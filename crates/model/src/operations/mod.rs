@@ -1,4 +1,8 @@
-//! Differentiable operations of this crate, beside Candle's own.
+//! Differentiable operations on whole trajectories, added to Candle's.
+//!
+//! Unrolled into Candle's graph, the time loop of a trajectory of 400 samples would be sorted recursively and overflow the
+//! stack. Each loop is therefore one custom operation with a backward pass of its own, for the CPU; most have a second
+//! implementation in tensor operations for other devices ([`Backend`]).
 
 pub(crate) mod activation_cache;
 pub(crate) mod adaptive_trajectory;

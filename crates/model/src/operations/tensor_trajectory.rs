@@ -5,8 +5,8 @@
 //! then walks the segment back in time and takes the gradients of the weights as one product a segment. What is
 //! held besides forces and latents is bounded by the segment.
 //!
-//! An operation sees bare storages on its way forward, where nothing can be computed but by kernels of its own.
-//! So the forces are computed before, and the operation puts them into Candle's graph with their derivative.
+//! The forces are computed before, outside the graph, and attached to it with their derivative
+//! ([`super::custom_operation::attach`]).
 
 use candle_core::{DType, Result, Tensor};
 use candle_nn::ops::sigmoid;
@@ -365,7 +365,7 @@ mod tests {
             tableau: solver.stages(field_sees_force).expect("of one step"),
             field_sees_force,
             adjoint: Adjoint::Discrete,
-            kept: Some(ActivationCache::default()),
+            cache: Some(ActivationCache::default()),
             mark: Mark::default(),
         }
     }

@@ -19,20 +19,20 @@
 //!
 //! A field that is not given the force makes a running sum, whose products are batched over the whole time, both ways.
 //!
-//! Where they are small enough, the way back finds the hidden layers before their activation kept from the way forward
-//! ([`super::activation_cache`]). Where not, it has the forces alone: the stages of a segment of steps are evaluated again, all
-//! steps at once, since every F_k is known; bit for bit the same numbers, in memory that does not grow with the steps.
-//! Only the transposed products walk the time in order; the gradients of the weights are products over all rows of a
-//! segment.
+//! If they fit, the inputs of the hidden activations are cached in the forward pass for the backward pass
+//! ([`super::activation_cache`]). Otherwise the backward pass has the forces alone and evaluates the stages of a segment of
+//! steps again, all steps at once, since every F_k is known: the same numbers, bit for bit, in memory that does not grow
+//! with the number of steps. Only the transposed products run step by step in time; the gradients of the weights are
+//! products over all rows of a segment.
 //!
-//! The batch is cut in chunks, summed in their order; its size alone sets theirs, so the result does not depend on
-//! the number of threads. The products over rows are [`PerceptronRows`]'s.
+//! The batch is cut into chunks whose gradients are summed in order. The size of the batch alone determines the chunks, so
+//! the result does not depend on the number of threads. The products over rows are [`PerceptronRows`]'s.
 
 use candle_core::{Result, Shape, Tensor};
 use rayon::prelude::*;
 
 use super::{
-    activation_cache::{ActivationCache, Mark, worth_keeping},
+    activation_cache::{ActivationCache, Mark, fits},
     custom_operation::{BackwardPass, Operation, apply_3, values},
 };
 use crate::{
@@ -58,14 +58,14 @@ pub(super) fn chunk(batch: usize) -> usize {
 #[derive(Clone, Debug)]
 pub(crate) struct Trajectory {
     pub(crate) field: PerceptronConfig,
-    /// Of one step.
+    /// Method of a step.
     pub(crate) tableau: Tableau,
-    /// Whether the field is given [F; h], or h alone.
+    /// True if the field reads [F; h], false if h alone.
     pub(crate) field_sees_force: bool,
     pub(crate) adjoint: Adjoint,
-    /// Where hidden layers are kept for the way back; nowhere where no gradient will be asked for.
-    pub(crate) kept: Option<ActivationCache>,
-    /// What they are known by; [`Trajectory::apply`] makes a new one.
+    /// Cache of hidden layers for the backward pass; `None` if no gradient will be computed.
+    pub(crate) cache: Option<ActivationCache>,
+    /// Owner of the cached layers, set by [`Trajectory::apply`].
     pub(crate) mark: Mark,
 }
 
@@ -78,7 +78,7 @@ pub(super) struct Sizes {
 }
 
 impl Sizes {
-    /// Of F_0 [B, f] and h [B, S, l].
+    /// Sizes from the shapes of F_0 [B, f] and h [B, S, l].
     pub(super) fn from_shapes(start: &Shape, latent: &Shape) -> Result<Self> {
         let (_, force) = start.dims2()?;
         let (_, steps, latent) = latent.dims3()?;
@@ -111,27 +111,27 @@ impl Trajectory {
         }
     }
 
-    /// Numbers of one trajectory that are kept: step by step and stage by stage its hidden layers and its slope.
-    fn kept_len(&self, steps: usize) -> usize {
+    /// Numbers cached for one trajectory: hidden layers and slope of every stage of every step.
+    fn cached_len(&self, steps: usize) -> usize {
         let stages = self.tableau.weights.len();
         steps * stages * (self.field.hidden.iter().sum::<usize>() + self.field.outputs)
     }
 
-    /// Whether the way back of so many trajectories takes what the way forward kept. The stages of the continuous
-    /// adjoint are others, and a running sum is one product either way.
-    fn keeps(&self, batch: usize, steps: usize) -> Option<&ActivationCache> {
+    /// The cache, if the backward pass of `batch` trajectories can use it. The continuous adjoint has other stages than the
+    /// forward pass, and a running sum is one product in either pass.
+    fn usable_cache(&self, batch: usize, steps: usize) -> Option<&ActivationCache> {
         let worth = self.field_sees_force
             && self.adjoint == Adjoint::Discrete
-            && worth_keeping(batch * self.kept_len(steps));
-        self.kept.as_ref().filter(|_| worth)
+            && fits(batch * self.cached_len(steps));
+        self.cache.as_ref().filter(|_| worth)
     }
 
-    /// One chunk: `forces` [rows, S+1, f] with the start in place, h [rows, S, l]; `kept` takes what is kept.
+    /// One chunk: `forces` [rows, S+1, f] with the start in place, h [rows, S, l]; `cache` receives the hidden layers.
     fn forward_chunk<T: Real>(
         &self,
         field: &PerceptronRows<'_, T>,
         sizes: Sizes,
-        (forces, mut kept): (&mut [T], Option<&mut Vec<T>>),
+        (forces, mut cache): (&mut [T], Option<&mut Vec<T>>),
         latent: &[T],
     ) {
         let Sizes {
@@ -144,9 +144,9 @@ impl Trajectory {
         let tableau = self.tableau;
         let (mut work, mut slope) = (Work::default(), vec![T::default(); rows * force]);
         let mut input = vec![T::default(); rows * self.field.inputs];
-        if let Some(kept) = &mut kept {
-            kept.clear();
-            kept.reserve_exact(rows * self.kept_len(steps));
+        if let Some(cache) = &mut cache {
+            cache.clear();
+            cache.reserve_exact(rows * self.cached_len(steps));
         }
         for step in 0..steps {
             let mut change = vec![T::default(); rows * force];
@@ -160,10 +160,10 @@ impl Trajectory {
                         *slot = now[i] + T::real(*along) * slope[row * force + i];
                     }
                 }
-                match &mut kept {
-                    Some(kept) => {
-                        field.evaluate(&input, &mut slope, &mut work, &mut **kept);
-                        kept.extend_from_slice(&slope);
+                match &mut cache {
+                    Some(cache) => {
+                        field.evaluate(&input, &mut slope, &mut work, &mut **cache);
+                        cache.extend_from_slice(&slope);
                     }
                     None => field.evaluate(&input, &mut slope, &mut work, ()),
                 }
@@ -208,13 +208,13 @@ impl Trajectory {
         }
     }
 
-    /// One chunk of the adjoint: gradients of F_0 (into the front of `gradient`'s rows), of h, of the weights. `kept`
+    /// One chunk of the adjoint: gradients of F_0 (into the front of `gradient`'s rows), of h, of the weights. `cache`
     /// is what [`Trajectory::forward_chunk`] left, if it is still there.
     fn backward_chunk<T: Real>(
         &self,
         field: &PerceptronRows<'_, T>,
         sizes: Sizes,
-        (forces, latent, kept): (&[T], &[T], Option<&Vec<T>>),
+        (forces, latent, cache): (&[T], &[T], Option<&Vec<T>>),
         gradient: &mut [T],
         d_latent: &mut [T],
     ) -> Vec<T> {
@@ -234,7 +234,7 @@ impl Trajectory {
             Adjoint::Discrete => (0, 1.0),
             Adjoint::Continuous => (1, -1.0),
         };
-        let row_len = self.kept_len(1) / stages;
+        let row_len = self.cached_len(1) / stages;
         let mut d_weights = vec![T::default(); self.field.count()];
         let mut work = Work::default();
         let mut slope = Vec::new();
@@ -264,12 +264,12 @@ impl Trajectory {
                         *slot = now[i] + T::real(*along * sign) * before;
                     }
                 }
-                if let Some(kept) = kept {
+                if let Some(cache) = cache {
                     slope.clear();
                     for step in first..end {
                         let at = (stage * count + step - first) * rows;
                         let found =
-                            &kept[(step * stages + stage) * rows * row_len..][..rows * row_len];
+                            &cache[(step * stages + stage) * rows * row_len..][..rows * row_len];
                         slope.extend_from_slice(tape.hidden.recall(&self.field, at, rows, found));
                     }
                 } else {
@@ -277,7 +277,7 @@ impl Trajectory {
                     field.evaluate(input, &mut slope, &mut work, hidden);
                 }
             }
-            if kept.is_some() {
+            if cache.is_some() {
                 tape.hidden.activate();
             }
 
@@ -392,12 +392,14 @@ impl Operation<3> for Trajectory {
         let chunks = forces
             .par_chunks_mut(chunk * row)
             .zip(latent.par_chunks(chunk * steps * width));
-        if let Some(slot) = self.keeps(batch, steps) {
-            let mut kept = slot.memory::<T>(batch.div_ceil(chunk));
-            chunks.zip(&mut kept).for_each(|((forces, latent), kept)| {
-                self.forward_chunk(&field, sizes, (forces, Some(kept)), latent);
-            });
-            slot.put(Some(self.mark), kept);
+        if let Some(slot) = self.usable_cache(batch, steps) {
+            let mut cache = slot.memory::<T>(batch.div_ceil(chunk));
+            chunks
+                .zip(&mut cache)
+                .for_each(|((forces, latent), cache)| {
+                    self.forward_chunk(&field, sizes, (forces, Some(cache)), latent);
+                });
+            slot.put(Some(self.mark), cache);
         } else if self.field_sees_force {
             chunks.for_each(|(forces, latent)| {
                 self.forward_chunk(&field, sizes, (forces, None), latent);
@@ -422,9 +424,9 @@ impl Operation<3> for Trajectory {
         let mut d_latent = vec![T::default(); h.len()];
         let row = (steps + 1) * force;
         let chunk = chunk(g.len() / row);
-        let slot = self.kept.as_ref();
-        let kept = slot.and_then(|slot| slot.take::<T>(self.mark));
-        let kept_chunk = |index: usize| kept.as_ref().map(|chunks| &chunks[index]);
+        let slot = self.cache.as_ref();
+        let cache = slot.and_then(|slot| slot.take::<T>(self.mark));
+        let cached_chunk = |index: usize| cache.as_ref().map(|chunks| &chunks[index]);
         let parts: Vec<Vec<T>> = g
             .par_chunks_mut(chunk * row)
             .zip(d_latent.par_chunks_mut(chunk * steps * width))
@@ -434,13 +436,13 @@ impl Operation<3> for Trajectory {
             )
             .enumerate()
             .map(|(index, ((gradient, d_latent), (forces, latent)))| {
-                let given = (forces, latent, kept_chunk(index));
+                let given = (forces, latent, cached_chunk(index));
                 self.backward_chunk(&field, sizes, given, gradient, d_latent)
             })
             .collect();
-        // A second backward evaluates again: memory is kept for the next step, numbers are not.
-        if let (Some(slot), Some(kept)) = (slot, kept) {
-            slot.put(None, kept);
+        // A second backward evaluates again: the memory is reused by the next step, the numbers are not.
+        if let (Some(slot), Some(cache)) = (slot, cache) {
+            slot.put(None, cache);
         }
         let d_flat = sum_in_order(parts, self.field.count());
         let d_start = g

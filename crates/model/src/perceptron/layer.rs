@@ -1,5 +1,4 @@
-//! A multilayer perceptron with SiLU and an optional linear skip: the field of the ODE, and the
-//! memoryless model.
+//! A multilayer perceptron with SiLU and an optional linear part, in Candle.
 //!
 //! y = W_L s(... s(W_1 x + b_1) ...) + b_L + A x, s the SiLU, x [.., inputs] -> y [.., outputs].
 
@@ -95,7 +94,7 @@ impl Perceptron {
         &self.config
     }
 
-    /// Where its weights are.
+    /// Device of the weights.
     pub(crate) fn device(&self) -> &Device {
         self.layers[0].0.device()
     }

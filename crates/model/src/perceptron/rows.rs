@@ -1,5 +1,4 @@
-//! The field of many rows at once, without Candle, and its derivative: the products that the time loop of a
-//! trajectory asks for.
+//! A perceptron of many rows at once with its derivative, without Candle: the products inside the time loops.
 //!
 //! [`PerceptronRows::evaluate`] writes what the derivative needs to a [`Tape`], [`PerceptronRows::transpose`] walks one set of
 //! its rows back through the transposed layers, and [`PerceptronRows::accumulate`] makes the gradients of the weights
@@ -33,7 +32,7 @@ pub(crate) struct Hidden<T> {
     activation: Vec<Vec<T>>,
 }
 
-/// Who is told of the hidden layers while a field is evaluated.
+/// Receives the values of the hidden layers during an evaluation.
 pub(crate) trait Record<T> {
     /// z of a layer, all rows.
     fn z(&mut self, layer: usize, values: &[T]);
@@ -43,12 +42,12 @@ pub(crate) trait Record<T> {
     }
 }
 
-/// Nobody.
+/// Records nothing.
 impl<T> Record<T> for () {
     fn z(&mut self, _: usize, _: &[T]) {}
 }
 
-/// The rows of [`Hidden`] from one on.
+/// Writes to [`Hidden`], from the given row on.
 impl<T: Real> Record<T> for (&mut Hidden<T>, usize, &PerceptronConfig) {
     fn z(&mut self, layer: usize, values: &[T]) {
         let at = self.1 * self.2.hidden[layer];
@@ -61,7 +60,7 @@ impl<T: Real> Record<T> for (&mut Hidden<T>, usize, &PerceptronConfig) {
     }
 }
 
-/// z alone, layer after layer.
+/// Appends z of layer after layer.
 impl<T: Real> Record<T> for &mut Vec<T> {
     fn z(&mut self, _: usize, values: &[T]) {
         self.extend_from_slice(values);
@@ -94,7 +93,7 @@ impl<T: Real> Hidden<T> {
     }
 }
 
-/// What the derivative needs of a set of rows.
+/// Values of a set of rows that the derivative needs.
 #[derive(Default)]
 pub(crate) struct Tape<T> {
     /// x.

@@ -3,16 +3,16 @@
 /// Sizes of a perceptron.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct PerceptronConfig {
-    /// Length of x.
+    /// Length of the input x.
     pub(crate) inputs: usize,
-    /// Length of y.
+    /// Length of the output y.
     pub(crate) outputs: usize,
     /// Widths of the hidden layers.
     pub(crate) hidden: Vec<usize>,
-    /// Whether A is there.
+    /// True if there is a linear part A.
     pub(crate) skip: bool,
-    /// Whether -1 is added to A's leading diagonal: with the force in front of x the field then starts
-    /// out as a relaxation over one sample, which is stable, and learns its departures from it.
+    /// True if -1 is added to the leading diagonal of A. With the force first in x, dF/dt = -F + .. then holds before
+    /// training, a stable relaxation within one sample, and training learns the departures from it.
     pub(crate) relaxing: bool,
 }
 

@@ -1,29 +1,29 @@
-//! The method of Dormand and Prince with adaptive steps: order 5, with an embedded method of order 4 that says how far
-//! off a step is.
+//! The method of Dormand and Prince with adaptive steps: order 5, with an embedded method of order 4 that estimates the
+//! error of a step.
 //!
-//! J. R. Dormand, P. J. Prince, "A family of embedded Runge-Kutta formulae", J. Comput. Appl. Math. 6(1), 1980; the
-//! lengths of the steps after E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I",
+//! J. R. Dormand, P. J. Prince, "A family of embedded Runge-Kutta formulae", J. Comput. Appl. Math. 6(1), 1980;
+//! step-size control after E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I",
 //! section II.4:
 //!
 //! ```text
 //! k_i = f(F + s sum_{j<i} a_ij k_j),   F' = F + s sum_i b_i k_i,   e = s sum_i (b_i - b^_i) k_i          i = 1 .. 7
 //! |e| = sqrt(mean over components of (e / (ABSOLUTE + RELATIVE max(|F|, |F'|)))^2),   accepted where |e| <= 1
-//! s' = s min(5, max(0.2, 0.9 |e|^(-1/5))),   not longer right after a refusal
+//! s' = s min(5, max(0.2, 0.9 |e|^(-1/5))),   no growth right after a rejected step
 //! ```
 //!
-//! s is a share of the sample period, over which h is held. The first step tried in every period is the whole of it:
-//! no length is carried from sample to sample, so a simulation has nothing more to remember, and a field that one step
-//! solves costs seven evaluations. The last row of a is b: k_7 is the slope where the next step starts, its k_1.
+//! The step s is a fraction of the sample period, over which h is held. The first step tried in a period is the whole
+//! period: no step size is carried from sample to sample, so a simulation stores nothing more, and a field that one step
+//! solves costs seven evaluations. The last row of a is b, so k_7 is k_1 of the next step.
 //!
-//! Every trajectory has steps of its own, by its own numbers alone, and the products give the same for one row and for
-//! many; so a trajectory comes out the same, bit for bit, whatever is integrated beside it.
+//! The steps of a trajectory depend on that trajectory alone, and the matrix products give the same numbers for one row
+//! and for many; a trajectory is therefore the same, bit for bit, whichever others are integrated in the same batch.
 
 use crate::kernel::Real;
 
-/// Evaluations of a step that is judged.
+/// Evaluations of a step with its error estimate.
 pub(crate) const STAGES: usize = 7;
 
-/// Those of them that F' is made of.
+/// Stages that F' is computed from: all but the last.
 pub(crate) const WEIGHED: usize = 6;
 
 /// a_ij, row by row.
@@ -69,40 +69,40 @@ pub(crate) const ERROR: [f64; STAGES] = [
     -1.0 / 40.0,
 ];
 
-/// Error that a step may have, as a share of the force: far below what a learned field is off by (hundredths) and far
-/// above the rounding of f32 (1e-7), by which steps would otherwise be refused.
+/// Relative tolerance of a step: far below the error of a learned field (hundredths), and far above the rounding of f32
+/// (1e-7), which would otherwise reject steps.
 const RELATIVE: f64 = 1e-4;
 
-/// Error that a step may have where the force is small [standard deviations of the force].
+/// Absolute tolerance of a step [standard deviations of the force].
 const ABSOLUTE: f64 = 1e-5;
 
-/// Steps that are tried in a sample period. After them the rest is one step, whatever its error, so that no field, and
-/// no number that is none, keeps a simulation waiting.
+/// Greatest number of steps tried in a sample period. The rest of the period is then one step, whatever its error, so
+/// that neither a stiff field nor NaN stalls a simulation.
 const TRIES: usize = 64;
 
 const SAFETY: f64 = 0.9;
 const LEAST_GROWTH: f64 = 0.2;
 const MOST_GROWTH: f64 = 5.0;
 
-/// A rest by which the last step is made longer, rather than followed by a tiny one, as a share of the step.
+/// A remainder of the period up to this fraction of the step is added to the last step instead of being a step of its own.
 const STRETCH: f64 = 0.01;
 
-/// Where a trajectory stands in a sample period.
+/// Progress of one trajectory through a sample period.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Clock {
-    /// Which trajectory.
+    /// Index of the trajectory.
     row: usize,
-    /// What is left of the period, as a share.
+    /// Remainder of the period, as a fraction.
     left: f64,
-    /// The step at hand, as a share of the period.
+    /// Current step, as a fraction of the period.
     step: f64,
     tries: usize,
-    /// Whether the last step tried was refused.
+    /// True if the last step tried was rejected.
     refused: bool,
 }
 
 impl Clock {
-    /// At the beginning.
+    /// The beginning of a period.
     pub(crate) fn start(row: usize) -> Self {
         Self {
             row,
@@ -113,17 +113,17 @@ impl Clock {
         }
     }
 
-    /// The step at hand.
+    /// Current step, as a fraction of the period.
     pub(crate) fn step(&self) -> f64 {
         self.step
     }
 
-    /// Whether nothing is left of the period.
+    /// True at the end of the period.
     pub(crate) fn is_over(&self) -> bool {
         self.left <= 0.0
     }
 
-    /// Accepts the step at hand or refuses it, by the norm of its error, and chooses the next one.
+    /// Accepts (true) or rejects the current step by the norm of its error, and chooses the next one.
     pub(crate) fn judge(&mut self, norm: f64) -> bool {
         self.tries += 1;
         let accepted = norm <= 1.0 || self.tries > TRIES;
@@ -149,7 +149,7 @@ impl Clock {
     }
 }
 
-/// |e| of (F, F', e), component by component.
+/// |e| from (F, F', e) of every component.
 pub(crate) fn norm(components: impl ExactSizeIterator<Item = (f64, f64, f64)>) -> f64 {
     let count = components.len() as f64;
     let squares = components.map(|(force, next, error)| {
@@ -158,7 +158,7 @@ pub(crate) fn norm(components: impl ExactSizeIterator<Item = (f64, f64, f64)>) -
     (squares.sum::<f64>() / count).sqrt()
 }
 
-/// sum_j w_j k_j of a component, the first of whose slopes stands in front; the next are `stride` apart.
+/// sum_j w_j k_j of one component, with k_1 first in `slopes` and the next ones `stride` apart.
 fn weigh<T: Real>(weights: &[f64], slopes: &[T], stride: usize) -> T {
     let mut sum = T::default();
     for (weight, slope) in weights.iter().zip(slopes.iter().step_by(stride)) {
@@ -167,7 +167,7 @@ fn weigh<T: Real>(weights: &[f64], slopes: &[T], stride: usize) -> T {
     sum
 }
 
-/// A stage's force F + s sum_j a_j k_j [f]; the row's k_1 stands in front of `slopes`, the next are `stride` apart.
+/// Force of a stage, F + s sum_j a_j k_j [f], with the row's k_1 first in `slopes` and the next ones `stride` apart.
 pub(crate) fn lean<T: Real>(
     out: &mut [T],
     force: &[T],
@@ -180,23 +180,23 @@ pub(crate) fn lean<T: Real>(
     }
 }
 
-/// Trajectories that go through one sample period together.
+/// Several trajectories over one sample period.
 pub(crate) struct Period<'a, T> {
-    /// F [rows, f], in the end that of the next sample.
+    /// F [rows, f]; afterwards F of the next sample.
     pub(crate) force: &'a mut [T],
-    /// [rows, inputs], with h behind the place of F. Who has finished is left out of the products and the others move
-    /// up: of several rows, h is spent.
+    /// Input of the field [rows, inputs], the place of F followed by h. Finished rows are dropped and later ones move up,
+    /// so with more than one row h is overwritten.
     pub(crate) input: &'a mut [T],
-    /// Room for k [STAGES, rows, f].
+    /// Buffer for k [STAGES, rows, f].
     pub(crate) slopes: &'a mut [T],
-    /// Room for [rows].
+    /// Buffer for [rows] clocks.
     pub(crate) clocks: &'a mut [Clock],
 }
 
 impl<T: Real> Period<'_, T> {
-    /// Goes to the end. `evaluate` is the field of some rows; `taken` is told of every step: whose, of which length,
-    /// and F [f] at its start. Steps of one trajectory come in their order, those of several in that of the rows as
-    /// long as each takes one.
+    /// Integrates to the end of the period. `evaluate` is the field of some rows; `taken` is called for every accepted
+    /// step with the row, the step and F [f] at its start, round after round: in each round every unfinished row tries one
+    /// step, in the order of the rows.
     pub(crate) fn run(
         self,
         mut evaluate: impl FnMut(&[T], &mut [T]),
@@ -236,7 +236,7 @@ impl<T: Real> Period<'_, T> {
             for at in 0..running {
                 let clock = &mut clocks[at];
                 let force = &mut force[clock.row * outputs..][..outputs];
-                // The last stage stands at the end of the step.
+                // The input of the last stage is F at the end of the step.
                 let next = &input[at * inputs..][..outputs];
                 let step = T::real(clock.step());
                 let components = force.iter().zip(next).enumerate().map(|(i, (now, next))| {

@@ -1,7 +1,7 @@
-//! Explicit Runge-Kutta methods from sample to sample.
+//! Explicit Runge-Kutta methods that step the force from one sample to the next.
 //!
-//! With h held over the sample period (a simulation has no future h) the field depends on the force alone:
-//! k_i = f(F + sum_{j<i} a_ij k_j), F' = F + sum_i b_i k_i. Units of time are sample periods. Euler and RK4 take one
+//! The latent h is held over the sample period, since a simulation does not know a later one, so the field depends on the
+//! force alone: k_i = f(F + sum_{j<i} a_ij k_j), F' = F + sum_i b_i k_i, with the sample period as the unit of time. Euler and RK4 take one
 //! step a period; Dormand-Prince ([`Solver::DormandPrince`]) as many as the field asks for.
 
 pub(crate) mod dormand_prince;
@@ -15,7 +15,7 @@ use thiserror::Error;
 pub(crate) use self::runge_kutta::Tableau;
 use self::runge_kutta::{EULER, RK4};
 
-/// The method of a step.
+/// Method of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Solver {
@@ -24,8 +24,8 @@ pub enum Solver {
     Euler,
     /// The classical method of order 4, four evaluations a step.
     Rk4,
-    /// Dormand's and Prince's method of order 5, whose steps are as long as its embedded method of order 4 lets them
-    /// be: seven evaluations of the first one in a sample period, six of every other.
+    /// Dormand-Prince 5(4): order 5, with steps as long as the embedded method of order 4 allows. The first step of a
+    /// sample period takes seven evaluations, every other one six.
     #[serde(rename = "dopri5")]
     DormandPrince,
 }
@@ -34,11 +34,11 @@ impl Solver {
     /// Every method, for error messages and help texts.
     pub const ALL: [Self; 3] = [Self::Euler, Self::Rk4, Self::DormandPrince];
 
-    /// Those that take one step a sample period.
+    /// The methods of one step a sample period.
     pub const FIXED: [Self; 2] = [Self::Euler, Self::Rk4];
 
-    /// The stages of a sample period; None where the method takes several steps ([`dormand_prince`]). A field that
-    /// is not given the force has the same slope everywhere, so one stage is enough and exact.
+    /// Tableau of the one step of a sample period; `None` for [`dormand_prince`], which takes several steps. A field that
+    /// does not read the force has a constant slope, for which Euler's method is exact.
     pub(crate) fn stages(self, field_sees_force: bool) -> Option<Tableau> {
         if field_sees_force {
             self.tableau()
@@ -67,7 +67,7 @@ impl fmt::Display for Solver {
     }
 }
 
-/// A solver name that is none.
+/// A name that is not that of a solver.
 #[derive(Debug, Error, PartialEq, Eq)]
 #[error("unknown solver `{0}`: there are euler, rk4 and dopri5")]
 pub struct UnknownSolver(pub String);

@@ -9,10 +9,10 @@
 //!                            | 1/6 1/3 1/3 1/6
 //! ```
 
-/// Rows of a Butcher tableau; a_ij is zero but on the first subdiagonal for both methods of one step a period.
+/// Butcher tableau whose a_ij is zero except on the first subdiagonal, as those of Euler and RK4 are.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tableau {
-    /// a_{i,i-1}: how far along the previous slope stage i is taken; 0 for the first stage.
+    /// a_{i,i-1}, the factor of the previous stage's slope in stage i; 0 for the first stage.
     pub(crate) along_previous: &'static [f64],
     /// b_i.
     pub(crate) weights: &'static [f64],

@@ -95,7 +95,7 @@ fn replay(taken: &Taken<f64>, [start, latent, flat]: &[Vec<f64>; 3], weights: &[
     };
     let mut loss = weigh(&now, 0);
     for sample in 0..STEPS {
-        for (row, length) in &taken.steps[taken.of(sample, sample + 1)] {
+        for (row, length) in &taken.steps[taken.range(sample, sample + 1)] {
             let h = &latent[(row * STEPS + sample) * LATENT..][..LATENT];
             let before = now[row * FORCE..][..FORCE].to_vec();
             let mut slopes = vec![0.0; WEIGHED * FORCE];
@@ -174,7 +174,7 @@ fn forces_are_those_of_many_small_steps_to_the_tolerance() {
         tableau: Solver::Rk4.tableau().expect("of one step"),
         field_sees_force: true,
         adjoint: crate::Adjoint::Discrete,
-        kept: None,
+        cache: None,
         mark: Mark::default(),
     };
     let held = latent
