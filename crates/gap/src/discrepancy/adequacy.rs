@@ -73,7 +73,7 @@ pub(crate) fn assess(
 /// Whether the fit of the empty set leaves only noise; computed once.
 ///
 /// # Errors
-/// Where the nominal diverges, or a stop was asked for.
+/// The nominal diverges, or a stop was asked for.
 pub(crate) fn assess_empty(
     linearized: &LinearizedProblem<'_>,
     seed: u64,

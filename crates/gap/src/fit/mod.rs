@@ -1,3 +1,5 @@
+//! The problem linearised about the nominal, and the Gauss-Newton fit of a hypothesis with its Laplace evidence.
+
 pub(crate) mod finite_difference;
 pub(crate) mod gauss_newton;
 pub(crate) mod hypothesis;

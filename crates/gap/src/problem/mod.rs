@@ -1,5 +1,8 @@
+//! The identification problem: channels, sensor noise, segments, candidate effects, uncertainty of the nominal.
+
 pub(crate) mod candidates;
 pub(crate) mod channels;
+#[expect(clippy::module_inception)]
 pub(crate) mod problem;
 pub(crate) mod segments;
 pub(crate) mod sensor_noise;

@@ -1,3 +1,5 @@
+//! Simulated segments, sensor corrections, whitening, and estimated states along a trial.
+
 pub(crate) mod prepare;
 pub(crate) mod resolution;
 pub(crate) mod sensor_correction;

@@ -1,3 +1,5 @@
+//! The search over sets of effects.
+
 pub(crate) mod evidence;
 pub(crate) mod linear_evidence;
 pub(crate) mod moves;

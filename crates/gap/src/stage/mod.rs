@@ -1,3 +1,5 @@
+//! The stages: locate (find), name, add, verify, conclude.
+
 pub(crate) mod add;
 pub(crate) mod bootstrap;
 pub(crate) mod conclude;

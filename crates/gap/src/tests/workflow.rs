@@ -169,7 +169,7 @@ fn a_payload_is_found_from_wherever_its_search_begins() {
     });
 }
 
-/// What weight away from the centre of mass could be, where it weighs nothing, is no rival.
+/// Weight away from the centre of mass, where it weighs nothing, is no rival of an offset of buoyancy.
 #[test]
 fn an_offset_of_buoyancy_is_named_alone() {
     let entry = on_hull(Id::BuoyancyOffset, vec![0.02, 0.01, 0.0]);
