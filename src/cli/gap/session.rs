@@ -32,9 +32,6 @@ use super::{
 };
 use crate::cli::{cancel::cancel_on_signal, command_line, print_json, write_line};
 
-/// Up to this many trials, each is judged by a fit without it (cross-fit).
-const CROSS_FIT: usize = 10;
-
 /// Runs the stages up to `until`.
 pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
     if let Some(threads) = flags.threads {

@@ -1,7 +1,7 @@
 //! Wrenches predicted along the trajectories of a split: by the network, or by an engine as the plugin has it.
 
 use candle_core::{Device, Tensor};
-use hydro_model::{Engine, EngineKind, ForceModel, ModelError, Scratch, BATCH_SIZE};
+use hydro_model::{BATCH_SIZE, Engine, EngineKind, ForceModel, ModelError, Scratch};
 use rayon::prelude::*;
 
 use super::initial_force::InitialForce;

@@ -2,7 +2,6 @@
 //! loop.
 //!
 //! The three recorded runs last 0.9 s, so the distances after 2 s that README.md states cannot be measured here.
-#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -93,7 +92,10 @@ fn the_recorded_wrench_is_predicted_as_the_card_says() {
 
 #[cfg(mujoco_plugins)]
 mod closed {
-    use hydro_plugin::mujoco::{scene::with_attribute, simulator::Model, swimmer::Swimmer};
+    use hydro_plugin::mujoco::{
+        scene::with_attribute,
+        simulator::{Model, Swimmer},
+    };
     use hydro_training::{
         comparison::{Method, Water, closed_loop},
         simulator::Simulator,
