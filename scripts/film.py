@@ -4,6 +4,7 @@
     python scripts/film.py --out out/swim.mp4                               # the plugin's water
     python scripts/film.py --out out/truth.mp4 --scene mjcf/b1_truth.xml
     python scripts/film.py --out out/run.mp4 --rollouts out/rollouts --index 3
+    python scripts/film.py --out out/swim.webp --loop 0.5                   # for a page: without end
 
 Pale arrow: the whole force of the water on the base, 1 m for 1000 N. Orange: what is left of it
 without buoyancy, 1 m for 125 N. Violet: the torque, 1 m for 50 N m. Needs EGL (Debian: libegl1) or
@@ -24,6 +25,7 @@ try:
     import imageio.v2 as imageio
     import mujoco
     import numpy as np
+    from PIL import Image  # comes with imageio
 
     from hydro_data import DataError, features, gait, plan, replay, rollouts, scene
 except (ImportError, AttributeError) as error:
@@ -111,6 +113,41 @@ class Stage:
             geom.emission = 0.5
 
 
+class WebpWriter:
+    """Writes an animated WebP that repeats for ever; used like imageio's writers.
+
+    fade: frames at the end that blend into the first ones, so that the repetition shows no cut.
+    """
+
+    def __init__(self, path: Path, *, fps: int, quality: int, fade: int):
+        self.path, self.fps, self.quality, self.fade = path, fps, quality, fade
+        self.images: list[np.ndarray] = []
+
+    def __enter__(self) -> "WebpWriter":
+        return self
+
+    def append_data(self, image: np.ndarray) -> None:
+        self.images.append(image)
+
+    def __exit__(self, kind, *_) -> None:
+        if kind is None and self.images:
+            fade = min(self.fade, len(self.images) // 2)
+            weights = (np.arange(fade) + 1) / (fade + 1)
+            tail = self.images[len(self.images) - fade :]
+            blended = [((1 - w) * old + w * new).astype(np.uint8) for w, old, new in zip(weights, tail, self.images)]
+            shown = [Image.fromarray(image) for image in self.images[fade : len(self.images) - fade] + blended]
+            shown[0].save(self.path, save_all=True, append_images=shown[1:], duration=1000 // self.fps, loop=0,
+                          quality=self.quality, method=6)
+
+
+def writer(path: Path, args: argparse.Namespace):
+    """What takes the frames, by the ending of the film's name."""
+    if path.suffix == ".webp":
+        return WebpWriter(path, fps=args.fps, quality=args.quality, fade=round(args.loop * args.fps))
+    options = {} if path.suffix == ".gif" else {"macro_block_size": 1, "quality": 8}
+    return imageio.get_writer(path, fps=args.fps, **options)
+
+
 def frames(model, run: dict, *, fps: int, width: int, height: int):
     """Yield the frames (uint8 [height, width, 3]) of a run."""
     try:
@@ -139,7 +176,7 @@ def frames(model, run: dict, *, fps: int, width: int, height: int):
 def parse() -> argparse.Namespace:
     """The command line, checked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, required=True, help="film: .mp4, .webm or .gif")
+    parser.add_argument("--out", type=Path, required=True, help="film: .mp4, .webm, .gif or .webp")
     parser.add_argument("--scene", default="mjcf/b1_swim.xml", help="default: %(default)s")
     parser.add_argument("--plugin", type=Path, help="plugin library (default: target/release/...)")
     parser.add_argument("--checkpoint", type=Path, help="checkpoint folder, instead of the scene's")
@@ -148,6 +185,9 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--seconds", type=float, default=8.0, help="default: %(default)s")
     parser.add_argument("--density", type=float, default=1000.0, help="kg/m^3, of the built-in run (default: %(default)s)")
     parser.add_argument("--fps", type=int, default=25, choices=(10, 20, 25, 50), help="default: %(default)s")
+    parser.add_argument("--loop", type=float, default=0.0, metavar="S",
+                        help="of a .webp: its last seconds blend into its first ones (default: %(default)s)")
+    parser.add_argument("--quality", type=int, default=60, help="of a .webp, 0 to 100 (default: %(default)s)")
     parser.add_argument("--size", default="640x480", help="default: %(default)s")
     parser.add_argument("--still", type=Path, help="also write the middle frame as this PNG")
     args = parser.parse_args()
@@ -155,8 +195,10 @@ def parse() -> argparse.Namespace:
         args.width, args.height = (int(part) for part in args.size.split("x"))
     except ValueError:
         parser.error(f"--size {args.size}: expected WIDTHxHEIGHT, such as 640x480")
-    if args.out.suffix not in (".mp4", ".webm", ".gif"):
-        parser.error(f"--out {args.out}: expected .mp4, .webm or .gif")
+    if args.out.suffix not in (".mp4", ".webm", ".gif", ".webp"):
+        parser.error(f"--out {args.out}: expected .mp4, .webm, .gif or .webp")
+    if args.loop < 0 or not 0 <= args.quality <= 100:
+        parser.error("--loop must not be below zero, --quality from 0 to 100")
     if not args.seconds > 0 or not args.density >= 0:
         parser.error("--seconds must be above zero, --density not below it")
     return args
@@ -178,13 +220,12 @@ def film(args: argparse.Namespace) -> int:
     model = replay.compile_scene(args.scene, density=float(run["density"]), checkpoint=args.checkpoint)
     args.out.parent.mkdir(parents=True, exist_ok=True)
     beside = args.out.with_name(f"tmp-{args.out.name}")
-    options = {} if args.out.suffix == ".gif" else {"macro_block_size": 1, "quality": 8}
     expected = len(run["ctrl"]) // round(1 / args.fps / scene.SAMPLE_PERIOD)
     count = 0
     try:
-        with imageio.get_writer(beside, fps=args.fps, **options) as writer:
+        with writer(beside, args) as out:
             for image in frames(model, run, fps=args.fps, width=args.width, height=args.height):
-                writer.append_data(image)
+                out.append_data(image)
                 if args.still and count == expected // 2:
                     imageio.imwrite(args.still, image)
                 count += 1
