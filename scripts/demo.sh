@@ -1,44 +1,66 @@
 #!/usr/bin/env bash
-# The main job from a fresh machine: set up, make data, train a small model, swim with it, show how well.
-# Ends with a table and demo/report.html. Run again, it goes on where it was stopped.
+# The main job from a fresh machine. First the released checkpoint swims: a film and how far it strays from the truth.
+# Then a small model is trained on new data and shown the same way; that ends with a table and demo/report.html.
+# Stopped at any time and run again, it goes on where it was. HYDRO_DEMO_OUT (demo) is the folder of all it makes.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+started=$SECONDS
 source scripts/setup.sh
 
 out=${HYDRO_DEMO_OUT:-demo}
-started=$SECONDS
 mkdir -p "$out"
-step() { printf '\n== %s  (after %d s)\n' "$*" $((SECONDS - started)); }
-
-step 'building'
-cargo build --release --quiet
 hydro=target/release/hydro
 python=.venv/bin/python
+step() { printf '\n== %s  (after %d s)\n' "$*" $((SECONDS - started)); }
+
+# record FOLDER FLAGS...: unless it is there.
+record() {
+  [ -e "$1/rollouts.json" ] || "$python" scripts/record_rollouts.py --out "$1" --overwrite "${@:2}"
+}
+
+# film FILM CHECKPOINT: unless it is there; without a renderer the report goes without.
+film() {
+  [ -e "$1" ] || "$python" scripts/film.py --rollouts "$out/rollouts" --index 3 --seconds 4 --checkpoint "$2" --out "$1" ||
+    echo 'demo: no film (see above); the report goes without'
+}
+
+# report PAGE FILM FLAGS...: the table, and the same as a page.
+report() {
+  local video=()
+  [ ! -e "$2" ] || video=(--video "$2")
+  "$hydro" simulate --rollouts "$out/rollouts" --long "$out/long" --report "$1" "${video[@]}" "${@:3}"
+}
+
+step 'building; meanwhile recording runs that no model was trained on: 20 of 4 s, one of 10 minutes'
+# The recording needs Python alone. It is done long before the build, and says what is wrong in its log.
+{
+  record "$out/rollouts" --count 20 --duration 4 --seed 100
+  record "$out/long" --count 1 --minutes 10 --seed 101
+} >"$out/record.log" 2>&1 &
+recording=$!
+cargo build --release
+wait "$recording" || {
+  cat "$out/record.log" >&2
+  exit 1
+}
 "$hydro" doctor
 
-step 'Task 2 data: 600 trajectories of 400 samples'
+step 'the released checkpoint swims'
+film "$out/first.mp4" models/b1-relaxation
+report "$out/first.html" "$out/first.mp4" --checkpoint models/b1-relaxation
+printf '\nThe first picture, after %d s: open %s/first.html\n' $((SECONDS - started)) "$out"
+
+step 'data to train on: 600 trajectories of 400 samples'
 "$python" scripts/gen_task2.py --out "$out/task2" --trials 600 --seed 0 --resume
 
-step 'rollouts that no model was trained on: 20 of 4 s, one of 10 minutes'
-[ -e "$out/rollouts/rollouts.json" ] ||
-  "$python" scripts/record_rollouts.py --out "$out/rollouts" --count 20 --duration 4 --seed 100 --overwrite
-[ -e "$out/long/rollouts.json" ] ||
-  "$python" scripts/record_rollouts.py --out "$out/long" --count 1 --minutes 10 --seed 101 --overwrite
-
-step 'training our Relaxation-ODE'
+step 'training a small Relaxation-ODE'
 "$hydro" train --data "$out/task2" --out "$out/model" --model relaxation-ode --preset demo --resume
 
-step 'training a memoryless MLP beside it, given the same'
+step 'training a memoryless MLP on the same data and features, to compare'
 "$hydro" train --data "$out/task2" --out "$out/mlp" --model mlp --encoding links --preset demo --resume
 
-step 'filming the robot under the learned wrench'
-"$python" scripts/film.py --rollouts "$out/rollouts" --index 3 --seconds 4 --checkpoint "$out/model" --out "$out/swim.mp4" ||
-  echo 'demo: no film (see above); the report goes without'
-
-step 'open loop, closed loop, ten minutes'
-video=()
-[ -e "$out/swim.mp4" ] && video=(--video "$out/swim.mp4")
-"$hydro" simulate --checkpoint "$out/model" --mlp "$out/mlp" --data "$out/task2" --rollouts "$out/rollouts" \
-  --long "$out/long" --report "$out/report.html" "${video[@]}"
+step 'the trained model swims'
+film "$out/swim.mp4" "$out/model"
+report "$out/report.html" "$out/swim.mp4" --checkpoint "$out/model" --mlp "$out/mlp" --data "$out/task2"
 
 printf '\nDone in %d s. Open %s/report.html\n' $((SECONDS - started)) "$out"

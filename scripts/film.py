@@ -4,9 +4,12 @@
     python scripts/film.py --out out/swim.mp4                               # the plugin's water
     python scripts/film.py --out out/truth.mp4 --scene mjcf/b1_truth.xml
     python scripts/film.py --out out/run.mp4 --rollouts out/rollouts --index 3
+    python scripts/film.py --out docs/swim.webp --checkpoint models/b1-relaxation --seconds 6 --skip 1 --loop 0.5 \
+        --arrows motion --distance 1.85 --size 600x400                       # the front page's, without end
 
 Pale arrow: the whole force of the water on the base, 1 m for 1000 N. Orange: what is left of it
-without buoyancy, 1 m for 125 N. Violet: the torque, 1 m for 50 N m. Needs EGL (Debian: libegl1) or
+without buoyancy, 1 m for 125 N. Violet: the torque, 1 m for 50 N m. With --arrows motion the orange one
+alone, 1 m for 60 N. Needs EGL (Debian: libegl1) or
 OSMesa (libosmesa6), and imageio with imageio-ffmpeg (scripts/requirements.txt).
 """
 
@@ -24,6 +27,7 @@ try:
     import imageio.v2 as imageio
     import mujoco
     import numpy as np
+    from PIL import Image  # comes with imageio
 
     from hydro_data import DataError, features, gait, plan, replay, rollouts, scene
 except (ImportError, AttributeError) as error:
@@ -33,6 +37,10 @@ else:
 
 #: Lengths of the arrows: m/N, m/N, m/(N m); their shaft's radius [m].
 WHOLE, DYNAMIC, TORQUE, SHAFT = 1e-3, 8e-3, 2e-2, 0.012
+#: Length of the force without buoyancy where it stands alone [m/N].
+ALONE = 1 / 60
+#: Part of its way that the camera goes after the robot in 1/25 s.
+FOLLOW = 0.15
 #: Specks that drift by: how many, in a cube of this edge [m]; radius [m].
 SPECKS, CUBE, SPECK = 350, 5.0, 0.0035
 
@@ -73,7 +81,8 @@ def water_wrench(model, data, density: float) -> tuple:
 class Stage:
     """What is drawn beside the robot: arrows and specks, added to the renderer's scene each frame."""
 
-    def __init__(self, seed: int = 1):
+    def __init__(self, arrows: str, seed: int = 1):
+        self.arrows = arrows
         rng = np.random.default_rng(seed)
         self.specks = rng.uniform(-CUBE / 2, CUBE / 2, (SPECKS, 3))
         self.sizes = SPECK * rng.uniform(0.4, 1.6, SPECKS)
@@ -91,7 +100,8 @@ class Stage:
         self.shown = now if self.shown is None else 0.6 * self.shown + 0.4 * now
         looks = ((WHOLE, (0.75, 0.93, 1.0, 0.9)), (DYNAMIC, (1.0, 0.42, 0.08, 1.0)), (TORQUE, (0.72, 0.35, 1.0, 0.9)))
         top = centre + data.body(scene.BASE).xmat.reshape(3, 3) @ (0.0, 0.0, 0.10)
-        for vector, (scale, rgba) in zip(self.shown, looks):
+        drawn_arrows = zip(self.shown, looks) if self.arrows == "all" else [(self.shown[1], (ALONE, looks[1][1]))]
+        for vector, (scale, rgba) in drawn_arrows:
             if np.linalg.norm(scale * vector) > 0.03:
                 self._arrow(drawn, top, top + scale * vector, rgba)
 
@@ -111,43 +121,87 @@ class Stage:
             geom.emission = 0.5
 
 
-def frames(model, run: dict, *, fps: int, width: int, height: int):
+class WebpWriter:
+    """Writes an animated WebP that repeats for ever; used like imageio's writers.
+
+    fade: frames at the end that blend into the first ones, so that the repetition shows no cut.
+    """
+
+    def __init__(self, path: Path, *, fps: int, quality: int, fade: int):
+        self.path, self.fps, self.quality, self.fade = path, fps, quality, fade
+        self.images: list[np.ndarray] = []
+
+    def __enter__(self) -> "WebpWriter":
+        return self
+
+    def append_data(self, image: np.ndarray) -> None:
+        self.images.append(image)
+
+    def __exit__(self, kind, *_) -> None:
+        if kind is None and self.images:
+            fade = min(self.fade, len(self.images) // 2)
+            weights = (np.arange(fade) + 1) / (fade + 1)
+            tail = self.images[len(self.images) - fade :]
+            blended = [((1 - w) * old + w * new).astype(np.uint8) for w, old, new in zip(weights, tail, self.images)]
+            shown = [Image.fromarray(image) for image in self.images[fade : len(self.images) - fade] + blended]
+            shown[0].save(self.path, save_all=True, append_images=shown[1:], duration=1000 // self.fps, loop=0,
+                          quality=self.quality, method=6)
+
+
+def writer(path: Path, args: argparse.Namespace):
+    """What takes the frames, by the ending of the film's name."""
+    if path.suffix == ".webp":
+        return WebpWriter(path, fps=args.fps, quality=args.quality, fade=round(args.loop * args.fps))
+    options = {} if path.suffix == ".gif" else {"macro_block_size": 1, "quality": 8}
+    return imageio.get_writer(path, fps=args.fps, **options)
+
+
+def frames(model, run: dict, args: argparse.Namespace):
     """Yield the frames (uint8 [height, width, 3]) of a run."""
+    fps, width, height = args.fps, args.width, args.height
     try:
         renderer = mujoco.Renderer(model, height, width, max_geom=4000)
     except Exception as error:  # the backends raise errors of many kinds
         raise OSError(f"MUJOCO_GL={os.environ['MUJOCO_GL']}: {error}") from error
     camera = mujoco.MjvCamera()
-    camera.distance, camera.elevation = 2.1, -14.0
+    camera.distance, camera.elevation = args.distance, -14.0
     # The plugin draws arrows of its own, to another scale; the film's stand alone.
     option = mujoco.MjvOption()
     option.flags[mujoco.mjtVisFlag.mjVIS_PERTOBJ] = 0
-    stage, every = Stage(), round(1 / fps / scene.SAMPLE_PERIOD)
+    stage, every = Stage(args.arrows), round(1 / fps / scene.SAMPLE_PERIOD)
     camera.lookat[:] = run["qpos"][0, :3] - (0, 0, 0.2)
     with renderer:
         for k, data in enumerate(replay.replay(model, run, scene.SAMPLE_PERIOD)):
             if k % every:
                 continue
             mujoco.mj_forward(model, data)
-            camera.lookat[:] += 0.15 * (data.qpos[:3] - (0, 0, 0.12) - camera.lookat)
+            camera.lookat[:] += (1 - (1 - FOLLOW) ** (25 / fps)) * (data.qpos[:3] - (0, 0, 0.12) - camera.lookat)
             camera.azimuth = 132.0 + 5.0 * k * scene.SAMPLE_PERIOD
             renderer.update_scene(data, camera, option)
             stage.dress(renderer.scene, data, water_wrench(model, data, float(run["density"])))
-            yield renderer.render()
+            if k * scene.SAMPLE_PERIOD >= args.skip:
+                yield renderer.render()
 
 
 def parse() -> argparse.Namespace:
     """The command line, checked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, required=True, help="film: .mp4, .webm or .gif")
+    parser.add_argument("--out", type=Path, required=True, help="film: .mp4, .webm, .gif or .webp")
     parser.add_argument("--scene", default="mjcf/b1_swim.xml", help="default: %(default)s")
     parser.add_argument("--plugin", type=Path, help="plugin library (default: target/release/...)")
     parser.add_argument("--checkpoint", type=Path, help="checkpoint folder, instead of the scene's")
     parser.add_argument("--rollouts", type=Path, help="film a recorded rollout instead of the built-in gaits")
     parser.add_argument("--index", type=int, default=0, help="which one (default: %(default)s)")
     parser.add_argument("--seconds", type=float, default=8.0, help="default: %(default)s")
+    parser.add_argument("--skip", type=float, default=0.0, metavar="S", help="of these not shown (default: %(default)s)")
+    parser.add_argument("--arrows", choices=("all", "motion"), default="all",
+                        help="all, or only the force without buoyancy (default: %(default)s)")
+    parser.add_argument("--distance", type=float, default=2.1, metavar="M", help="of the camera (default: %(default)s)")
     parser.add_argument("--density", type=float, default=1000.0, help="kg/m^3, of the built-in run (default: %(default)s)")
     parser.add_argument("--fps", type=int, default=25, choices=(10, 20, 25, 50), help="default: %(default)s")
+    parser.add_argument("--loop", type=float, default=0.0, metavar="S",
+                        help="of a .webp: its last seconds blend into its first ones (default: %(default)s)")
+    parser.add_argument("--quality", type=int, default=60, help="of a .webp, 0 to 100 (default: %(default)s)")
     parser.add_argument("--size", default="640x480", help="default: %(default)s")
     parser.add_argument("--still", type=Path, help="also write the middle frame as this PNG")
     args = parser.parse_args()
@@ -155,10 +209,14 @@ def parse() -> argparse.Namespace:
         args.width, args.height = (int(part) for part in args.size.split("x"))
     except ValueError:
         parser.error(f"--size {args.size}: expected WIDTHxHEIGHT, such as 640x480")
-    if args.out.suffix not in (".mp4", ".webm", ".gif"):
-        parser.error(f"--out {args.out}: expected .mp4, .webm or .gif")
-    if not args.seconds > 0 or not args.density >= 0:
-        parser.error("--seconds must be above zero, --density not below it")
+    if args.out.suffix not in (".mp4", ".webm", ".gif", ".webp"):
+        parser.error(f"--out {args.out}: expected .mp4, .webm, .gif or .webp")
+    if args.loop < 0 or not 0 <= args.quality <= 100:
+        parser.error("--loop must not be below zero, --quality from 0 to 100")
+    if not args.seconds > 0 or not args.density >= 0 or not args.distance > 0:
+        parser.error("--seconds and --distance must be above zero, --density not below it")
+    if not 0 <= args.skip < args.seconds:
+        parser.error(f"--skip {args.skip}: expected 0 or more, and less than --seconds")
     return args
 
 
@@ -178,13 +236,12 @@ def film(args: argparse.Namespace) -> int:
     model = replay.compile_scene(args.scene, density=float(run["density"]), checkpoint=args.checkpoint)
     args.out.parent.mkdir(parents=True, exist_ok=True)
     beside = args.out.with_name(f"tmp-{args.out.name}")
-    options = {} if args.out.suffix == ".gif" else {"macro_block_size": 1, "quality": 8}
-    expected = len(run["ctrl"]) // round(1 / args.fps / scene.SAMPLE_PERIOD)
+    expected = round((len(run["ctrl"]) * scene.SAMPLE_PERIOD - args.skip) * args.fps)
     count = 0
     try:
-        with imageio.get_writer(beside, fps=args.fps, **options) as writer:
-            for image in frames(model, run, fps=args.fps, width=args.width, height=args.height):
-                writer.append_data(image)
+        with writer(beside, args) as out:
+            for image in frames(model, run, args):
+                out.append_data(image)
                 if args.still and count == expected // 2:
                     imageio.imwrite(args.still, image)
                 count += 1
