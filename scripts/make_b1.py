@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Write B1's URDF and its MuJoCo scenes from the one table in `b1_model/table.py`.
+"""Write B1's URDF and its MuJoCo scenes from the one table in `hydro_tools/robot/table.py`.
 
-The fluid coefficients of `b1_truth.xml` are those in `b1_model/identified.json`.
+The fluid coefficients of `b1_truth.xml` are those in `hydro_tools/robot/identified.json`.
 
     python scripts/make_b1.py              # writes models/robots/b1.urdf and mjcf/b1*.xml
     python scripts/make_b1.py --check      # exits 1 if a committed file differs from the table
@@ -12,8 +12,8 @@ import os
 import sys
 from pathlib import Path
 
-from b1_model import identified, mjcf, urdf
-from b1_model.hull import DISPLACED_LITRES, DISPLACED_LITRES_RANGE
+from hydro_tools.robot import identified, mjcf, urdf
+from hydro_tools.robot.hull import DISPLACED_LITRES, DISPLACED_LITRES_RANGE
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE = "Written by scripts/make_b1.py; numbers and their source in scripts/b1_model/table.py. Do not edit."

@@ -10,7 +10,7 @@ Reads raw/conditions.csv: mean force and standard error of every tow. Writes
     OUT/report.md, report.json, *.svg   errors before and after, intervals, what the data cannot tell
     OUT/identified.json, b1_truth.xml   the coefficients, and the free-swimming scene with them
 
---write puts the last two into the repository instead: scripts/b1_model/identified.json and mjcf/b1_truth.xml.
+--write puts the last two into the repository instead: scripts/hydro_tools/robot/identified.json and mjcf/b1_truth.xml.
 The same seed and data give the same files. Needs mujoco[sysid], scipy and matplotlib (scripts/requirements.txt).
 """
 
@@ -27,8 +27,8 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 import make_b1  # noqa: E402
-from b1_model import identified  # noqa: E402
-from b1_model.hull import DISPLACED_LITRES  # noqa: E402
+from hydro_tools.robot import identified  # noqa: E402
+from hydro_tools.robot.hull import DISPLACED_LITRES  # noqa: E402
 from hydro_data import DataError, arguments  # noqa: E402
 from hydro_data.files import write_beside, write_json  # noqa: E402
 

@@ -7,7 +7,7 @@ without the 1/2.
 import numpy as np
 from mujoco.sysid import Parameter
 
-from b1_model.hull import FLUID_COEFFICIENTS
+from hydro_tools.robot.hull import FLUID_COEFFICIENTS
 
 PARTS = tuple(FLUID_COEFFICIENTS)
 #: In the order of `fluidcoef`.

@@ -8,7 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from b1_model import identified
+from hydro_tools.robot import identified
 from hydro_data import VERSION
 from hydro_data.files import sha256
 from towing import conditions

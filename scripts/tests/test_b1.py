@@ -12,8 +12,8 @@ import mujoco
 import numpy as np
 from paths import ROOT, SCRIPTS
 
-from b1_model import hull, table
-from b1_model.composition import fused
+from hydro_tools.robot import hull, table
+from hydro_tools.robot.composition import fused
 from hydro_data import scene
 
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from b1_model import hull
-from b1_model.composition import fused
+from hydro_tools.robot import hull
+from hydro_tools.robot.composition import fused
 
 from .drag import DENSITY
 from .motion import Motion

@@ -18,7 +18,7 @@ and 2e5 (boundary layers on rounded edges turn turbulent there; N. K. Delany and
 
 import numpy as np
 
-from b1_model.table import SEGMENT_LENGTH
+from hydro_tools.robot.table import SEGMENT_LENGTH
 
 from .geometry import Body
 

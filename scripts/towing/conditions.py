@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from b1_model import table
+from hydro_tools.robot import table
 
 #: Tow speeds [m/s], and directions in the base frame by name.
 SPEEDS = (0.2, 0.3, 0.4, 0.5)

@@ -1,9 +1,9 @@
 """B1 in a posture, cut into strips.
 
 Sections of the links are the simplified collision shapes of the robot's description (const.xacro,
-see `b1_model.table` for the commit): trunk 0.30 x 0.15 m, thigh 0.35 x 0.05 x 0.08 m, calf
+see `hydro_tools.robot.table` for the commit): trunk 0.30 x 0.15 m, thigh 0.35 x 0.05 x 0.08 m, calf
 0.35 x 0.04 x 0.05 m, hip a cylinder of radius 0.09 and length 0.04 m, foot a sphere. The trunk's
-length is that between its cameras, as in `b1_model.hull`; joints and limits are those of the table.
+length is that between its cameras, as in `hydro_tools.robot.hull`; joints and limits are those of the table.
 Judgement: the hip motor sits against the trunk's side, the short shoulder between it and the thigh is
 left out, and links may overlap at the joints (their forces are added as if they did not).
 """
@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from b1_model import hull, table
+from hydro_tools.robot import hull, table
 
 #: Cross-sections, width (y) and height or depth (z or x, at zero angles) [m].
 TRUNK_WIDTH, TRUNK_HEIGHT = 0.30, 0.15
