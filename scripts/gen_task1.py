@@ -25,7 +25,7 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 from hydro_data import DataError, arguments  # noqa: E402
-from towing import campaign, dataset, task1  # noqa: E402
+from hydro_tools.tank import campaign, dataset, task1  # noqa: E402
 
 
 def parse() -> argparse.Namespace:
@@ -54,7 +54,7 @@ def parse() -> argparse.Namespace:
 
 def draw(raw: Path, figures: Path) -> None:
     """Pictures of the recorded runs."""
-    from towing import figures as pictures
+    from hydro_tools.tank import figures as pictures
     # The fastest tow of the middle configuration where it was towed, else the last run.
     files = [entry["file"] for entry in campaign.manifest(raw)["files"]]
     shown = "run-027.npz" if "run-027.npz" in files else files[-1]

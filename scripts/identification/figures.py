@@ -6,8 +6,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
 
-from towing import conditions
-from towing.figures import COLOURS, save
+from hydro_tools.tank import conditions
+from hydro_tools.tank.figures import COLOURS, save
 
 from .coefficients import OFFSETS
 from .result import MODELS

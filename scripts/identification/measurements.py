@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from hydro_data import DataError
-from towing import campaign, conditions
+from hydro_tools.tank import campaign, conditions
 
 #: Columns that are read; the table may hold more.
 NUMBERS = ("thigh", "calf", "velocity_x", "velocity_y", "force_x", "force_y", "error_x", "error_y")

@@ -11,8 +11,8 @@ import numpy as np
 from hydro_tools.robot import identified
 from hydro_data import VERSION
 from hydro_data.files import sha256
-from towing import conditions
-from towing.campaign import SCHEMA as TOWING_SCHEMA
+from hydro_tools.tank import conditions
+from hydro_tools.tank.campaign import SCHEMA as TOWING_SCHEMA
 
 from .coefficients import DEFAULT, KINDS, LARGEST, NAMES, OFFSETS, by_part
 from .fit import LEVELS, Prior

@@ -23,7 +23,7 @@ from identification import blocks, fit, identifiability, measurements, split, st
 from identification.coefficients import DEFAULT, LARGEST, NAMES, OFFSETS, by_part, kind
 from identification.measurements import Measurements
 from identification.water import NOMINAL, Water
-from towing import campaign, conditions
+from hydro_tools.tank import campaign, conditions
 
 ERROR = 0.05  # N
 

@@ -13,8 +13,8 @@ from paths import SCRIPTS
 from safetensors.numpy import load_file
 
 from hydro_data import DataError, files, folder
-from towing import campaign, conditions, dataset, force, processing, task1
-from towing.conditions import Condition
+from hydro_tools.tank import campaign, conditions, dataset, force, processing, task1
+from hydro_tools.tank.conditions import Condition
 
 SHARES = (0.5, 0.25, 0.25)
 

@@ -11,10 +11,10 @@ import numpy as np
 from paths import ROOT, SCRIPTS
 
 from hydro_data import DataError
-from towing import cell, coefficients, conditions, force, geometry, motion, processing, shedding, tank, wake
-from towing.conditions import Condition, Stance
-from towing.drag import DENSITY, Strips
-from towing.geometry import Body, Link
+from hydro_tools.tank import cell, coefficients, conditions, force, geometry, motion, processing, shedding, tank, wake
+from hydro_tools.tank.conditions import Condition, Stance
+from hydro_tools.tank.drag import DENSITY, Strips
+from hydro_tools.tank.geometry import Body, Link
 
 X, Y, Z = np.eye(3)
 STANCE = Stance(0.5, -1.3, "x")
