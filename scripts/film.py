@@ -25,7 +25,7 @@ try:
     import mujoco
     import numpy as np
 
-    from hydro_data import DataError, features, gait, plan, replay, rollouts, scene
+    from hydro_tools.datasets import DataError, features, gait, plan, replay, rollouts, scene
 except (ImportError, AttributeError) as error:
     IMPORT_FAULT: Exception | None = error
 else:

@@ -23,8 +23,8 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 from hidden_data import HiddenError, plan  # noqa: E402
 from hidden_data.case import Case, Spec, is_complete  # noqa: E402
 from hidden_data.systems import SYSTEMS  # noqa: E402
-from hydro_data.files import write_json  # noqa: E402
-from hydro_data.progress import Progress  # noqa: E402
+from hydro_tools.datasets.files import write_json  # noqa: E402
+from hydro_tools.datasets.progress import Progress  # noqa: E402
 
 
 def make(spec: Spec, out: Path) -> str | None:

@@ -18,13 +18,12 @@ import sys
 import time
 from pathlib import Path
 
-import hydro_data
 from fanout import FanoutError
 from fanout.cluster import Cluster
 from fanout.executor import Executor
 from fanout.here import Here
 from fanout.processes import Processes
-from hydro_data import DataError, arguments, dataset, regime, scene
+from hydro_tools.datasets import DataError, arguments, dataset, regime, scene
 
 
 def parse() -> argparse.Namespace:
@@ -57,7 +56,7 @@ def parse() -> argparse.Namespace:
 def executor(args: argparse.Namespace) -> Executor:
     """Where shards are made."""
     if args.ray:
-        return Cluster(args.ray, packages=[hydro_data])
+        return Cluster(args.ray, packages=[])
     workers = args.workers or os.cpu_count() or 1
     return Processes(workers) if workers > 1 else Here()
 

@@ -29,8 +29,8 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 import make_b1  # noqa: E402
 from hydro_tools.robot import identified  # noqa: E402
 from hydro_tools.robot.hull import DISPLACED_LITRES  # noqa: E402
-from hydro_data import DataError, arguments  # noqa: E402
-from hydro_data.files import write_beside, write_json  # noqa: E402
+from hydro_tools.datasets import DataError, arguments  # noqa: E402
+from hydro_tools.datasets.files import write_beside, write_json  # noqa: E402
 
 
 def _share(text: str) -> float:

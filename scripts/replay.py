@@ -15,8 +15,8 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from hydro_data import DataError
-from hydro_data.replay import built_library, load_plugin
+from hydro_tools.datasets import DataError
+from hydro_tools.datasets.replay import built_library, load_plugin
 
 #: Before a log begins nothing is known: memories are led through its first motion and command, held so long [s].
 HELD = 1.0

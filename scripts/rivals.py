@@ -25,7 +25,7 @@ from pathlib import Path
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
-from hydro_data.progress import Progress  # noqa: E402
+from hydro_tools.datasets.progress import Progress  # noqa: E402
 from rivals import RivalError  # noqa: E402
 from rivals.settings import METHODS  # noqa: E402
 

@@ -17,8 +17,8 @@ import sys
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
-from hydro_data.progress import Progress
-from hydro_data.scene import ROOT
+from hydro_tools.datasets.progress import Progress
+from hydro_tools.datasets.scene import ROOT
 
 
 def run(program: Path, case: Path, out: Path, limit: float, threads: int) -> str | None:

@@ -19,7 +19,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from hydro_data import DataError, replay, rollouts, scene
+from hydro_tools.datasets import DataError, replay, rollouts, scene
 
 #: When the error is read [s].
 INSTANTS = (1.0, 2.0, 4.0)

@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 import numpy as np
-from hydro_data.files import write_beside
+from hydro_tools.datasets.files import write_beside
 from safetensors.numpy import save
 
 from . import ROOT

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hydro_data import DataError
+from hydro_tools.datasets import DataError
 from hydro_tools.tank import campaign, conditions
 
 #: Columns that are read; the table may hold more.

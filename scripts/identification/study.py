@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydro_data.progress import Progress
+from hydro_tools.datasets.progress import Progress
 
 from . import blocks, identifiability
 from .coefficients import DEFAULT

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from mujoco import sysid
 
-from hydro_data import DataError
+from hydro_tools.datasets import DataError
 
 #: Steps of the optimiser; the problem is nearly linear, it needs a few.
 STEPS = 60

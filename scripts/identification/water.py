@@ -7,7 +7,7 @@ the robot is the free joint's part of `qfrc_fluid`. The towing scene would say t
 import mujoco
 import numpy as np
 
-from hydro_data import DataError, scene
+from hydro_tools.datasets import DataError, scene
 
 from .coefficients import KINDS, PARTS
 from .measurements import Measurements

@@ -11,7 +11,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import replay
-from hydro_data.replay import built_library, load_plugin
+from hydro_tools.datasets.replay import built_library, load_plugin
 
 from . import RivalError, motion, rollout
 

@@ -14,7 +14,7 @@ from paths import ROOT, SCRIPTS
 
 from hydro_tools.robot import hull, table
 from hydro_tools.robot.composition import fused
-from hydro_data import scene
+from hydro_tools.datasets import scene
 
 
 class Files(unittest.TestCase):

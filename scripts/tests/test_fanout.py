@@ -15,8 +15,8 @@ from fanout import FanoutError
 from fanout.cluster import Cluster
 from fanout.here import Here
 from fanout.processes import AHEAD, Processes
-from hydro_data import DataError
-from hydro_data.proof import Proof
+from hydro_tools.datasets import DataError
+from hydro_tools.datasets.proof import Proof
 
 
 def begun_by_a_slow_receiver(executor, count, patience):

@@ -29,7 +29,7 @@ from hidden_data.systems import SYSTEMS, Schedule
 from hidden_score import intervals
 from hidden_score.figures import coefficients
 from hidden_score.read import Scored
-from hydro_data.replay import built_library
+from hydro_tools.datasets.replay import built_library
 
 
 def digest(folder: Path) -> str:

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import paths  # noqa: F401
 
-from hydro_data import DataError, kinematics, scene
+from hydro_tools.datasets import DataError, kinematics, scene
 
 
 def turn(quaternion):

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import paths  # noqa: F401  makes the scripts importable
 
-from hydro_data import features, plan, scene, simulation
+from hydro_tools.datasets import features, plan, scene, simulation
 
 
 class TowedBox(unittest.TestCase):

@@ -17,11 +17,10 @@ import fanout_jobs as jobs
 from paths import SCRIPTS
 from test_fanout import begun_by_a_slow_receiver
 
-import hydro_data
 from fanout import FanoutError, cluster
 from fanout.here import Here
 from fanout.two_nodes import TwoNodes
-from hydro_data import DataError, dataset, proof, task2
+from hydro_tools.datasets import DataError, dataset, proof, task2
 
 SETTINGS = dataset.Settings(name="t", trials=40, seed=5, samples=60, splits=(0.5, 0.25, 0.25), shard_size=5,
                             model="mjcf/b1_truth.xml")
@@ -48,7 +47,7 @@ class OnTwoNodes(unittest.TestCase):
 
     def test_both_nodes_work_and_every_file_has_the_bytes_of_one_machine(self):
         out = self.folder / "two"
-        with self.connected(hydro_data) as executor:
+        with self.connected() as executor:
             dataset.generate(SETTINGS, out, executor=executor)
         self.assertEqual(contents(out), self.reference)
         self.assertEqual(len(executor.done_by), 2, executor.done_by)
@@ -58,14 +57,14 @@ class OnTwoNodes(unittest.TestCase):
         out = self.folder / "resumed"
         dataset.generate(SETTINGS, out, executor=Here())
         (out / "test-00001-of-00002.safetensors").unlink()
-        with self.connected(hydro_data) as executor:
+        with self.connected() as executor:
             dataset.generate(SETTINGS, out, executor=executor, resume=True)
         self.assertEqual(executor.done_by.total(), 1)
         self.assertEqual(contents(out), self.reference)
 
     def test_a_node_killed_in_the_middle_changes_no_byte(self):
         out = self.folder / "killed"
-        with TwoNodes() as nodes, cluster.Cluster(nodes.address, packages=[hydro_data]) as executor:
+        with TwoNodes() as nodes, cluster.Cluster(nodes.address, packages=[]) as executor:
             take, left = executor.result, []
 
             def result(handle):
@@ -116,7 +115,7 @@ with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
 
     def test_a_node_with_other_bits_is_refused(self):
         with mock.patch.object(proof.Proof, "of", lambda known: proof.Proof("0" * 64, "another machine")):
-            with self.connected(hydro_data) as executor, self.assertRaisesRegex(DataError, "rounds otherwise.*--resume"):
+            with self.connected() as executor, self.assertRaisesRegex(DataError, "rounds otherwise.*--resume"):
                 dataset.generate(SETTINGS, self.folder / "refused", executor=executor)
 
     def test_a_second_connection_is_refused(self):

@@ -18,7 +18,7 @@ from scipy.optimize import lsq_linear
 import make_b1
 import real_to_sim
 from hydro_tools.robot import identified
-from hydro_data import DataError, scene
+from hydro_tools.datasets import DataError, scene
 from identification import blocks, fit, identifiability, measurements, split, study, uncertainty
 from identification.coefficients import DEFAULT, LARGEST, NAMES, OFFSETS, by_part, kind
 from identification.measurements import Measurements

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from paths import ROOT, SCRIPTS
 
-from hydro_data import DataError, features, rollouts, scene
+from hydro_tools.datasets import DataError, features, rollouts, scene
 
 RECORDED = ROOT / "tests/data/rollouts"
 

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from paths import ROOT, SCRIPTS
 
-from hydro_data import replay, rollouts, scene
+from hydro_tools.datasets import replay, rollouts, scene
 
 
 def script(name, *arguments):

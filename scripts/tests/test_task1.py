@@ -12,7 +12,7 @@ import numpy as np
 from paths import SCRIPTS
 from safetensors.numpy import load_file
 
-from hydro_data import DataError, files, folder
+from hydro_tools.datasets import DataError, files, folder
 from hydro_tools.tank import campaign, conditions, dataset, force, processing, task1
 from hydro_tools.tank.conditions import Condition
 

@@ -17,8 +17,8 @@ from safetensors.numpy import load_file
 
 from fanout.here import Here
 from fanout.processes import Processes
-from hydro_data import DataError, dataset, files, gait, plan, scene, task2
-from hydro_data.regime import DENSITIES, GAITS, REGIMES, SPEEDS, USUAL
+from hydro_tools.datasets import DataError, dataset, files, gait, plan, scene, task2
+from hydro_tools.datasets.regime import DENSITIES, GAITS, REGIMES, SPEEDS, USUAL
 
 SETTINGS = dataset.Settings(name="t", trials=8, seed=5, samples=60, splits=(0.5, 0.25, 0.25), shard_size=2,
                             model="mjcf/b1_truth.xml")

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from paths import ROOT, SCRIPTS
 
-from hydro_data import DataError
+from hydro_tools.datasets import DataError
 from hydro_tools.tank import cell, coefficients, conditions, force, geometry, motion, processing, shedding, tank, wake
 from hydro_tools.tank.conditions import Condition, Stance
 from hydro_tools.tank.drag import DENSITY, Strips

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import scipy
 
-from hydro_data import DataError, folder
-from hydro_data.files import npz_bytes, sha256, write_beside
+from hydro_tools.datasets import DataError, folder
+from hydro_tools.datasets.files import npz_bytes, sha256, write_beside
 
 from . import VERSION, cell, conditions, motion, processing, shedding, tank, wake
 from .drag import DENSITY, VISCOSITY

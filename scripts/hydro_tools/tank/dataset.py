@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import save
 
-from hydro_data import DataError, folder
-from hydro_data.folder import SCHEMA, SPLITS, Shard
-from hydro_data.randomness import generator
+from hydro_tools.datasets import DataError, folder
+from hydro_tools.datasets.folder import SCHEMA, SPLITS, Shard
+from hydro_tools.datasets.randomness import generator
 
 from . import VERSION, campaign, processing, task1
 from .conditions import Condition

@@ -26,7 +26,7 @@ def built_library(variable: str) -> Path:
     """The plugin library that an environment variable names, else the newest in target/."""
     if variable in os.environ:
         return Path(os.environ[variable])
-    target = Path(__file__).resolve().parents[2] / "target"
+    target = scene.ROOT / "target"
     built = target.glob(f"*/{library_name()}")
     return max(built, key=lambda path: path.stat().st_mtime, default=target / "release" / library_name())
 

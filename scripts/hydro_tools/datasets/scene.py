@@ -7,9 +7,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from ..repository import ROOT
 from . import DataError
 
-ROOT = Path(__file__).resolve().parent.parent.parent
 #: The truth of Task 2, relative to the repository.
 TRUTH = "mjcf/b1_truth.xml"
 #: Seconds between samples.
