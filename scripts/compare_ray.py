@@ -17,10 +17,10 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
-from fanout import FanoutError
-from fanout.cluster import Cluster
-from fanout.here import Here
-from fanout.program import HERE, Job, Program, packed, unpack
+from hydro_tools.jobs import FanoutError
+from hydro_tools.jobs.cluster import Cluster
+from hydro_tools.jobs.here import Here
+from hydro_tools.jobs.program import HERE, Job, Program, packed, unpack
 
 #: Flags of `hydro compare` that name files, which nodes must find from wherever they are.
 PATHS = ("--data", "--rollouts", "--long", "--scenes")
@@ -69,7 +69,7 @@ def main() -> int:
     jobs = {name: Job([*compare, *away, "--only", name], packed(out, f"jobs/{name}")) for name in names}
     work = Program((("RAYON_NUM_THREADS", "1"),))
     try:
-        with Here() if args.ray == "here" else Cluster(args.ray, packages=[]) as executor:
+        with Here() if args.ray == "here" else Cluster(args.ray) as executor:
             with closing(executor.run(work, jobs)) as results:
                 for count, (name, content) in enumerate(results, 1):
                     unpack(content, out)

@@ -18,11 +18,11 @@ import sys
 import time
 from pathlib import Path
 
-from fanout import FanoutError
-from fanout.cluster import Cluster
-from fanout.executor import Executor
-from fanout.here import Here
-from fanout.processes import Processes
+from hydro_tools.jobs import FanoutError
+from hydro_tools.jobs.cluster import Cluster
+from hydro_tools.jobs.executor import Executor
+from hydro_tools.jobs.here import Here
+from hydro_tools.jobs.processes import Processes
 from hydro_tools.datasets import DataError, arguments, dataset, regime, scene
 
 
@@ -56,7 +56,7 @@ def parse() -> argparse.Namespace:
 def executor(args: argparse.Namespace) -> Executor:
     """Where shards are made."""
     if args.ray:
-        return Cluster(args.ray, packages=[])
+        return Cluster(args.ray)
     workers = args.workers or os.cpu_count() or 1
     return Processes(workers) if workers > 1 else Here()
 

@@ -20,7 +20,7 @@ import sys
 import time
 from pathlib import Path
 
-from fanout.two_nodes import TwoNodes
+from hydro_tools.jobs.two_nodes import TwoNodes
 
 GENERATOR = Path(__file__).resolve().parent / "gen_task2.py"
 #: Seconds between two looks at a running generator.

@@ -11,10 +11,10 @@ from unittest import mock
 import paths  # noqa: F401
 import fanout_jobs as jobs
 
-from fanout import FanoutError
-from fanout.cluster import Cluster
-from fanout.here import Here
-from fanout.processes import AHEAD, Processes
+from hydro_tools.jobs import FanoutError
+from hydro_tools.jobs.cluster import Cluster
+from hydro_tools.jobs.here import Here
+from hydro_tools.jobs.processes import AHEAD, Processes
 from hydro_tools.datasets import DataError
 from hydro_tools.datasets.proof import Proof
 

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import paths
 
-from fanout import FanoutError
-from fanout.here import Here
-from fanout.processes import Processes
-from fanout.program import HERE, Job, Program, packed, unpack
+from hydro_tools.jobs import FanoutError
+from hydro_tools.jobs.here import Here
+from hydro_tools.jobs.processes import Processes
+from hydro_tools.jobs.program import HERE, Job, Program, packed, unpack
 
 #: Writes its environment and first word below the folder that it is given.
 WRITES = ("import os, pathlib, sys; out = pathlib.Path(sys.argv[1]) / 'a' / 'b'; out.mkdir(parents=True); "

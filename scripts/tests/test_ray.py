@@ -17,9 +17,9 @@ import fanout_jobs as jobs
 from paths import SCRIPTS
 from test_fanout import begun_by_a_slow_receiver
 
-from fanout import FanoutError, cluster
-from fanout.here import Here
-from fanout.two_nodes import TwoNodes
+from hydro_tools.jobs import FanoutError, cluster
+from hydro_tools.jobs.here import Here
+from hydro_tools.jobs.two_nodes import TwoNodes
 from hydro_tools.datasets import DataError, dataset, proof, task2
 
 SETTINGS = dataset.Settings(name="t", trials=40, seed=5, samples=60, splits=(0.5, 0.25, 0.25), shard_size=5,
@@ -64,7 +64,7 @@ class OnTwoNodes(unittest.TestCase):
 
     def test_a_node_killed_in_the_middle_changes_no_byte(self):
         out = self.folder / "killed"
-        with TwoNodes() as nodes, cluster.Cluster(nodes.address, packages=[]) as executor:
+        with TwoNodes() as nodes, cluster.Cluster(nodes.address) as executor:
             take, left = executor.result, []
 
             def result(handle):
@@ -81,11 +81,11 @@ class OnTwoNodes(unittest.TestCase):
 
     def test_nodes_need_no_checkout(self):
         copy = self.folder / "checkout"
-        for package in ("fanout", "tests/fanout_jobs"):
+        for package in ("hydro_tools", "tests/fanout_jobs"):
             shutil.copytree(SCRIPTS / package, copy / Path(package).name)
         code = f"""
 import shutil, fanout_jobs as jobs
-from fanout.cluster import Cluster
+from hydro_tools.jobs.cluster import Cluster
 with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
     shutil.rmtree({str(copy)!r})
     print({{file.decode() for _, file in executor.run(jobs.where, dict.fromkeys("abcd"))}})
@@ -125,7 +125,7 @@ with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
     def test_no_cluster(self):
         for address, reason in (("127.0.0.1:1", "refused"), ("ray://127.0.0.1:1", "refused"), ("nowhere", "Invalid")):
             with self.assertRaisesRegex(FanoutError, f"`{address}`.*{reason}"):
-                cluster.Cluster(address, packages=[])
+                cluster.Cluster(address)
 
     def test_a_cluster_without_cores_is_told(self):
         with self.connected() as executor, mock.patch.object(cluster, "PATIENCE", 0.2), \

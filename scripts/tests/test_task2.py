@@ -15,8 +15,8 @@ import numpy as np
 from paths import ROOT, SCRIPTS
 from safetensors.numpy import load_file
 
-from fanout.here import Here
-from fanout.processes import Processes
+from hydro_tools.jobs.here import Here
+from hydro_tools.jobs.processes import Processes
 from hydro_tools.datasets import DataError, dataset, files, gait, plan, scene, task2
 from hydro_tools.datasets.regime import DENSITIES, GAITS, REGIMES, SPEEDS, USUAL
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from fanout import FanoutError
-from fanout.executor import Executor
+from hydro_tools.jobs import FanoutError
+from hydro_tools.jobs.executor import Executor
 
 from . import VERSION, DataError, features, kinematics, scene, task2
 from .folder import SCHEMA, Shard, complete, cut, entries, finished, intact, prepare, share

@@ -1,6 +1,6 @@
 """Jobs on the nodes of a Ray cluster (https://docs.ray.io), which need none of our files.
 
-Our packages travel with the jobs (`py_modules`); Python and what our packages import must be there. Results come
+`hydro_tools` travels with the jobs (`py_modules`); Python and what it imports must be there. Results come
 back through Ray's object store. Jobs of a lost node are done again on another one; nodes that join are used.
 """
 
@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 from urllib.parse import urlsplit
+
+import hydro_tools
 
 from . import FanoutError
 from .executor import Executor, Work
@@ -30,20 +32,20 @@ os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
 class Cluster(Executor):
     """The cluster at `address`: `auto`, `host:6379`, `ray://host:10001`, or `local` for one on this machine.
 
-    packages: those of ours that jobs need on the nodes, as modules.
+    packages: modules that jobs need on the nodes beside `hydro_tools`.
     done_by: jobs done so far, by node.
     """
 
     other_machines = True
 
-    def __init__(self, address: str, packages: Sequence[ModuleType]):
+    def __init__(self, address: str, packages: Sequence[ModuleType] = ()):
         try:
             import ray
         except ImportError as error:
             raise FanoutError("Ray is not installed here: pip install -r scripts/requirements-ray.txt") from error
         if ray.is_initialized():
             raise FanoutError("this process is connected to a Ray cluster already: call ray.shutdown() first")
-        sources = [str(Path(package.__file__).parent) for package in (sys.modules[__package__], *packages)]
+        sources = [str(Path(package.__file__).parent) for package in (hydro_tools, *packages)]
         _refuse_silence(address)
         options = {"include_dashboard": False} if address == "local" else {}
         try:
