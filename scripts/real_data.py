@@ -18,8 +18,8 @@ import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
-from measured import MeasuredError, ball_drops, roll_decay
-from measured.trial import Trial, write
+from hydro_tools.datasets.measured import MeasuredError, ball_drops, roll_decay
+from hydro_tools.datasets.measured.trial import Trial, write
 
 ROOT = Path(__file__).resolve().parent.parent
 CASES = (roll_decay.CASE, *ball_drops.BALLS)
@@ -41,7 +41,7 @@ def make_case(case: str, data: Path, out: Path, with_speed: bool) -> list[Trial]
 def check(cases: dict[str, list[Trial]]) -> dict[str, dict]:
     """Print SciPy's fits and return them."""
     try:
-        from measured import reference
+        from hydro_tools.datasets.measured import reference
     except ImportError as error:
         raise MeasuredError(f"--check needs scipy ({error}): python -m pip install scipy, in an environment of its own")
     found: dict[str, dict] = {}

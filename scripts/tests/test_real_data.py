@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 from paths import ROOT, SCRIPTS
 
-from measured import MeasuredError, ball_drops, roll_decay
-from measured.trial import Trial, write
+from hydro_tools.datasets.measured import MeasuredError, ball_drops, roll_decay
+from hydro_tools.datasets.measured.trial import Trial, write
 
 DATA = ROOT.parent / "shared" / "data"
 HAVE_DATA = (DATA / roll_decay.FILE).is_file() and (DATA / ball_drops.FILE).is_file()
@@ -19,7 +19,7 @@ WITHOUT = f"the measurements are not in {DATA}"
 CASES = ("roll_decay", *ball_drops.BALLS)
 
 try:
-    from measured import reference
+    from hydro_tools.datasets.measured import reference
 except ImportError:
     reference = None
 
