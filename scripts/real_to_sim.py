@@ -61,7 +61,7 @@ def parse() -> argparse.Namespace:
 def run(args: argparse.Namespace) -> dict:
     """Fit, and write everything; returns the report."""
     try:
-        from identification import figures, measurements, page, result, study
+        from hydro_tools.identification import figures, measurements, page, result, study
     except ImportError as error:
         raise DataError(f"{error}: python -m pip install -r scripts/requirements.txt") from error
     table = measurements.find(args.towing)

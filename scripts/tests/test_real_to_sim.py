@@ -19,10 +19,10 @@ import make_b1
 import real_to_sim
 from hydro_tools.robot import identified
 from hydro_tools.datasets import DataError, scene
-from identification import blocks, fit, identifiability, measurements, split, study, uncertainty
-from identification.coefficients import DEFAULT, LARGEST, NAMES, OFFSETS, by_part, kind
-from identification.measurements import Measurements
-from identification.water import NOMINAL, Water
+from hydro_tools.identification import blocks, fit, identifiability, measurements, split, study, uncertainty
+from hydro_tools.identification.coefficients import DEFAULT, LARGEST, NAMES, OFFSETS, by_part, kind
+from hydro_tools.identification.measurements import Measurements
+from hydro_tools.identification.water import NOMINAL, Water
 from hydro_tools.tank import campaign, conditions
 
 ERROR = 0.05  # N
