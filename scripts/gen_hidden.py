@@ -20,9 +20,9 @@ from pathlib import Path
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
-from hidden_data import HiddenError, plan  # noqa: E402
-from hidden_data.case import Case, Spec, is_complete  # noqa: E402
-from hidden_data.systems import SYSTEMS  # noqa: E402
+from hydro_tools.hidden_cases import HiddenError, plan  # noqa: E402
+from hydro_tools.hidden_cases.case import Case, Spec, is_complete  # noqa: E402
+from hydro_tools.hidden_cases.systems import SYSTEMS  # noqa: E402
 from hydro_tools.datasets.files import write_json  # noqa: E402
 from hydro_tools.datasets.progress import Progress  # noqa: E402
 

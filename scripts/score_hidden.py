@@ -16,9 +16,9 @@ import math
 import sys
 from pathlib import Path
 
-from hidden_score import figures as table
-from hidden_score import intervals, record
-from hidden_score.read import Scored, ScoreError, load
+from hydro_tools.hidden_cases.score import figures as table
+from hydro_tools.hidden_cases.score import intervals, record
+from hydro_tools.hidden_cases.score.read import Scored, ScoreError, load
 
 
 def summary(figure: table.Figure) -> dict:

@@ -1,6 +1,6 @@
 """`mujoco.sysid` with every parameter of the nominal free: masses, inertias, centres, fluid, gains, damping.
 
-Output error over segments of a second from hydro_tools.datasets.measured starts, residuals divided by each sensor's noise, by the
+Output error over segments of a second from measured starts, residuals divided by each sensor's noise, by the
 toolbox's own optimiser. No name comes out of it, hence no false alarm either.
 """
 

@@ -1,4 +1,4 @@
-"""Held-out error: open-loop rollouts from hydro_tools.datasets.measured starts, without and with what a method has found.
+"""Held-out error: open-loop rollouts from measured starts, without and with what a method has found.
 
 A start every two seconds, the error over the first 0.5, 1 and 2 s of each rollout. A sensor's squared NRMSE is its
 squared error less the noise variance, over its measured variance, both summed over its components, the mean over

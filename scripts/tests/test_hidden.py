@@ -17,18 +17,18 @@ import mujoco
 import numpy as np
 from paths import SCRIPTS
 
-from hidden_data import plan
-from hidden_data.case import Case, Spec, is_complete
-from hidden_data.effects import IDS
-from hidden_data.effects.drag import LinearDrag
-from hidden_data.effects.inertial import AddedMass
-from hidden_data.measurement import Recorder, filtered, log
-from hidden_data.plant import Plant
-from hidden_data.strength import left_over
-from hidden_data.systems import SYSTEMS, Schedule
-from hidden_score import intervals
-from hidden_score.figures import coefficients
-from hidden_score.read import Scored
+from hydro_tools.hidden_cases import plan
+from hydro_tools.hidden_cases.case import Case, Spec, is_complete
+from hydro_tools.hidden_cases.effects import IDS
+from hydro_tools.hidden_cases.effects.drag import LinearDrag
+from hydro_tools.hidden_cases.effects.inertial import AddedMass
+from hydro_tools.hidden_cases.measurement import Recorder, filtered, log
+from hydro_tools.hidden_cases.plant import Plant
+from hydro_tools.hidden_cases.strength import left_over
+from hydro_tools.hidden_cases.systems import SYSTEMS, Schedule
+from hydro_tools.hidden_cases.score import intervals
+from hydro_tools.hidden_cases.score.figures import coefficients
+from hydro_tools.hidden_cases.score.read import Scored
 from hydro_tools.datasets.replay import built_library
 
 
@@ -136,8 +136,8 @@ class Truth(unittest.TestCase):
 import sys; sys.path[:0] = [{str(SCRIPTS)!r}, {str(SCRIPTS / 'tests')!r}]
 import mujoco, numpy as np
 mujoco.mj_loadPluginLibrary({str(path)!r})
-from hidden_data.plant import Plant
-from hidden_data.systems import SYSTEMS, Schedule
+from hydro_tools.hidden_cases.plant import Plant
+from hydro_tools.hidden_cases.systems import SYSTEMS, Schedule
 system = SYSTEMS['swim'](); xml = system.nominal_xml(1.0)
 model, plain = mujoco.MjModel.from_xml_string(xml), system.plain_model(xml)
 assert model.npluginstate == system.plugin_state(), (model.npluginstate, system.plugin_state())

@@ -2,9 +2,9 @@
 
 import re
 import xml.etree.ElementTree as ET
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent.parent
+from ..repository import ROOT
+
 GAP = ROOT / "mjcf" / "gap"
 
 _NOISE = re.compile(r'noise="([^"]+)"')
