@@ -26,13 +26,13 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 from hydro_tools.datasets.progress import Progress  # noqa: E402
-from rivals import RivalError  # noqa: E402
-from rivals.settings import METHODS  # noqa: E402
+from hydro_tools.baselines import RivalError  # noqa: E402
+from hydro_tools.baselines.settings import METHODS  # noqa: E402
 
 
 def one_case(folder: Path, out: Path, methods: list[str], sealed: Path | None) -> list[str]:
     """Run the methods that have no verdict yet on a case; returns a line each."""
-    from rivals import case, motion
+    from hydro_tools.baselines import case, motion
 
     lines, bench, fault = [], None, None
     kept_back = motion.kept_back(sealed, folder.name) if sealed else {}
@@ -61,8 +61,8 @@ def one_case(folder: Path, out: Path, methods: list[str], sealed: Path | None) -
 
 def one_patched(folder: Path, verdicts: Path, sealed: Path) -> str | None:
     """Score what `hydro gap` wrote for a case on the same trials: elsewhere.json beside its verdict."""
-    from rivals import case, motion, patched
-    from rivals.settings import Settings
+    from hydro_tools.baselines import case, motion, patched
+    from hydro_tools.baselines.settings import Settings
 
     smooth_s, place = Settings().smooth_s, verdicts / folder.name
     try:
@@ -118,7 +118,7 @@ def folders(args: argparse.Namespace) -> list[Path]:
 
 def tune(args: argparse.Namespace) -> int:
     """Print the best settings of each method."""
-    from rivals import tuning
+    from hydro_tools.baselines import tuning
 
     cases, names, errors = folders(args), [], []
     for named, left in results(args, cases, cases, tuning.one_case, args.sealed, args.method):

@@ -10,9 +10,9 @@ import mujoco
 import numpy as np
 import paths  # noqa: F401
 
-from rivals import RivalError, case, library, patched, rollout, sparse, tuning
-from rivals.motion import Motion
-from rivals.settings import METHODS
+from hydro_tools.baselines import RivalError, case, library, patched, rollout, sparse, tuning
+from hydro_tools.baselines.motion import Motion
+from hydro_tools.baselines.settings import METHODS
 
 try:
     import pysindy

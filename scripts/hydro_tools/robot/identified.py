@@ -1,4 +1,4 @@
-"""The fluid coefficients that `real_to_sim.py` identified from hydro_tools.tank data: `identified.json` beside this file.
+"""The fluid coefficients that `real_to_sim.py` identified from towing data: `identified.json` beside this file.
 
     {"schema": "hydro-identified/1", "coefficients": {part: [blunt, slender, angular, Kutta, Magnus]}, "from": {...}}
 

@@ -186,7 +186,7 @@ def truth(header: str, litres: float) -> str:
 
 
 def identified(header: str, litres: float, fluid: Coefficients) -> str:
-    """As `truth`, with the fluid coefficients that were identified from hydro_tools.tank data."""
+    """As `truth`, with the fluid coefficients that were identified from towing data."""
     return _free_scene("b1 truth identified", header, litres=litres, density=DENSITY, viscosity=VISCOSITY,
                        fluid=fluid, buoyancy=True)
 
