@@ -12,10 +12,10 @@ import argparse
 import sys
 from pathlib import Path
 
-from bench import RESULTS, WORK, BenchError, machine, plots, record
-from bench.page import page
-from bench.parts import PARTS
-from bench.settings import Settings
+from hydro_tools.benchmarks import RESULTS, WORK, BenchError, machine, plots, record
+from hydro_tools.benchmarks.page import page
+from hydro_tools.benchmarks.parts import PARTS
+from hydro_tools.benchmarks.settings import Settings
 
 
 def parse() -> argparse.Namespace:

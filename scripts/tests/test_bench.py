@@ -8,23 +8,22 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-import paths
+import paths  # noqa: F401
 
-from bench import BenchError, alternation, networks, record, weights, worker
-from bench.accuracy import axis_error
-from bench.alternation import Entry
-from bench.markdown import between, digits, named, timings
-from bench.page import page
-from bench.parts import PARTS, evaluate, step, train
-from bench.spread import Spread, ratio, spread
-from bench.target import Target
+from hydro_tools.benchmarks import BenchError, alternation, networks, record, weights, worker
+from hydro_tools.benchmarks.accuracy import axis_error
+from hydro_tools.benchmarks.alternation import Entry
+from hydro_tools.benchmarks.markdown import between, digits, named, timings
+from hydro_tools.benchmarks.page import page
+from hydro_tools.benchmarks.parts import PARTS, evaluate, step, train
+from hydro_tools.benchmarks.spread import Spread, ratio, spread
+from hydro_tools.benchmarks.target import Target
 
 #: A contender whose seconds are its count times `pace`, and whose check is `answer`.
 FAKE = textwrap.dedent("""
     import os, sys
-    sys.path.insert(0, {scripts!r})
     sys.stderr = open(os.devnull, "w")
-    from bench.worker import serve
+    from hydro_tools.benchmarks.worker import serve
 
     class Fake:
       def __init__(self, *, answer, pace):
@@ -41,7 +40,7 @@ FAKE = textwrap.dedent("""
 
 
 def command() -> list[str]:
-  return [sys.executable, "-c", FAKE.format(scripts=str(paths.SCRIPTS))]
+  return [sys.executable, "-c", FAKE]
 
 
 def entry(name: str, answer: list[float], pace: float, **more) -> Entry:

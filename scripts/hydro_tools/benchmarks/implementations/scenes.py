@@ -2,7 +2,8 @@
 
 import mujoco
 
-from .. import LIBRARY, ROOT, BenchError
+from ...repository import ROOT
+from .. import LIBRARY, BenchError
 
 INTEGRATORS = {"euler": mujoco.mjtIntegrator.mjINT_EULER, "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
                "rk4": mujoco.mjtIntegrator.mjINT_RK4}

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import load_file
 
-from . import ROOT, WORK, weights
+from ..repository import ROOT
+from . import WORK, weights
 
 #: Of the Task 2 data: 160 trajectories of 401 samples, so that 400 steps lie between.
 TRIALS, SAMPLES = 160, 401

@@ -8,7 +8,8 @@ import time
 
 import numpy as np
 
-from .. import ROOT, WORK, BenchError, commands, data, weights
+from ...repository import ROOT
+from .. import WORK, BenchError, commands, data, weights
 from ..alternation import Entry, run
 from ..markdown import digits, named, table
 from ..spread import spread

@@ -15,7 +15,8 @@ import sys
 from pathlib import Path
 from typing import Protocol
 
-from . import ROOT, BenchError
+from ..repository import ROOT, SCRIPTS
+from . import BenchError
 
 
 class Contender(Protocol):
@@ -36,7 +37,7 @@ class Worker:
     names = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS")
     self.command = command
     self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT,
-                                    env={**os.environ, **dict.fromkeys(names, str(threads))})
+                                    env={**os.environ, **dict.fromkeys(names, str(threads)), "PYTHONPATH": str(SCRIPTS)})
 
   def ask(self, **request) -> dict:
     """One request; an answer that reports an error, or none at all, is raised."""

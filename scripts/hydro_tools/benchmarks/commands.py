@@ -5,15 +5,14 @@ import subprocess
 import sys
 from functools import cache
 
-from . import ROOT, BenchError
+from ..repository import ROOT
+from . import BenchError
 
 
 def python(module: str) -> list[str]:
-  """A contender of `bench.contenders`."""
-  # Not as a module of the working directory: the package lies in scripts/.
-  start = "import sys; sys.path.insert(0, 'scripts'); import runpy; " \
-          f"runpy.run_module('bench.contenders.{module}', run_name='__main__')"
-  return [sys.executable, "-c", start]
+  """A contender of `hydro_tools.benchmarks.implementations`."""
+  # -P: the working directory is no place for modules.
+  return [sys.executable, "-P", "-m", f"hydro_tools.benchmarks.implementations.{module}"]
 
 
 @cache

@@ -7,7 +7,7 @@ from datetime import datetime, timezone
 from importlib import metadata
 from pathlib import Path
 
-from . import ROOT
+from ..repository import ROOT
 
 PACKAGES = ("torch", "torchdiffeq", "onnxruntime", "onnx", "mujoco", "numpy")
 

@@ -1,8 +1,7 @@
-"""Ours and the rivals, timed in alternation: see scripts/bench/README.md and scripts/bench.sh."""
+"""Ours and the rivals, timed in alternation: see README.md here and scripts/bench.sh."""
 
-from pathlib import Path
+from ..repository import ROOT
 
-ROOT = Path(__file__).resolve().parent.parent.parent
 #: Raw blocks, one file a part.
 RESULTS = ROOT / "benches/results"
 #: Weights, data and scenes that the contenders share; made anew where it is missing.

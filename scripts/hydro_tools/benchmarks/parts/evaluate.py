@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import load_file
 
-from .. import ROOT, WORK, commands, data, networks, weights
+from ...repository import ROOT
+from .. import WORK, commands, data, networks, weights
 from ..accuracy import axis_error
 from ..alternation import Entry, run
 from ..engines import CANDLE, ENGINES, F16, F32

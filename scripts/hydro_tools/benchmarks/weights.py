@@ -8,7 +8,7 @@ import numpy as np
 from hydro_tools.datasets.files import write_beside
 from safetensors.numpy import save
 
-from . import ROOT
+from ..repository import ROOT
 
 
 def _uniform(rng: np.random.Generator, outputs: int, inputs: int, up: float) -> np.ndarray:

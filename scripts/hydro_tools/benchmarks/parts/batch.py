@@ -4,7 +4,8 @@ from itertools import product
 
 import numpy as np
 
-from .. import ROOT, commands
+from ...repository import ROOT
+from .. import commands
 from ..alternation import Entry, run
 from ..markdown import between, named, table
 from ..spread import spread

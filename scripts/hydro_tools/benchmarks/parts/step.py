@@ -1,6 +1,7 @@
 """`mj_step` of B1: bare, in MuJoCo's own ellipsoid fluid, in the plugin's water, under three integrators."""
 
-from .. import ROOT, WORK, commands, data, weights
+from ...repository import ROOT
+from .. import WORK, commands, data, weights
 from ..alternation import Entry, run
 from ..engines import CANDLE, ENGINES
 from ..markdown import digits, named, timings
