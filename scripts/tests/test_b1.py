@@ -10,11 +10,11 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from paths import ROOT, SCRIPTS
 
+from hydro_tools.datasets import scene
+from hydro_tools.repository import ROOT, SCRIPTS
 from hydro_tools.robot import hull, table
 from hydro_tools.robot.composition import fused
-from hydro_tools.datasets import scene
 
 
 class Files(unittest.TestCase):

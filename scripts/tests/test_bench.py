@@ -8,7 +8,6 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-import paths  # noqa: F401
 
 from hydro_tools.benchmarks import BenchError, alternation, networks, record, weights, worker
 from hydro_tools.benchmarks.accuracy import axis_error

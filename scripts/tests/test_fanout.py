@@ -8,15 +8,14 @@ from contextlib import closing
 from pathlib import Path
 from unittest import mock
 
-import paths  # noqa: F401
 import fanout_jobs as jobs
 
+from hydro_tools.datasets import DataError
+from hydro_tools.datasets.proof import Proof
 from hydro_tools.jobs import FanoutError
 from hydro_tools.jobs.cluster import Cluster
 from hydro_tools.jobs.here import Here
 from hydro_tools.jobs.processes import AHEAD, Processes
-from hydro_tools.datasets import DataError
-from hydro_tools.datasets.proof import Proof
 
 
 def begun_by_a_slow_receiver(executor, count, patience):

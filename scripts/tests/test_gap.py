@@ -11,9 +11,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from paths import ROOT, SCRIPTS
-
-import replay
+from hydro_tools.datasets.trial_replay import compare
+from hydro_tools.repository import ROOT, SCRIPTS
 
 
 def program() -> Path | None:
@@ -68,7 +67,7 @@ class Fixed(unittest.TestCase):
         self.assertEqual((verdict["verdict"], verdict["named"]), ("named", [effect]), verdict["refused_because"])
         self.assertTrue(verdict["verified"])
         unseen = self.folder / "sealed" / case / "never_shown"
-        found = replay.compare(self.folder / "cases" / case / "nominal.xml", out, unseen, 2.0)
+        found = compare(self.folder / "cases" / case / "nominal.xml", out, unseen, 2.0)
         self.assertLess(found["after"], part * found["before"], found)
 
     def test_quadratic_drag_of_a_vehicle(self):

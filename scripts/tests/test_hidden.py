@@ -15,8 +15,8 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
 
 import mujoco
 import numpy as np
-from paths import SCRIPTS
 
+from hydro_tools.datasets.replay import built_library
 from hydro_tools.hidden_cases import plan
 from hydro_tools.hidden_cases.case import Case, Spec, is_complete
 from hydro_tools.hidden_cases.effects import IDS
@@ -24,12 +24,12 @@ from hydro_tools.hidden_cases.effects.drag import LinearDrag
 from hydro_tools.hidden_cases.effects.inertial import AddedMass
 from hydro_tools.hidden_cases.measurement import Recorder, filtered, log
 from hydro_tools.hidden_cases.plant import Plant
-from hydro_tools.hidden_cases.strength import left_over
-from hydro_tools.hidden_cases.systems import SYSTEMS, Schedule
 from hydro_tools.hidden_cases.score import intervals
 from hydro_tools.hidden_cases.score.figures import coefficients
 from hydro_tools.hidden_cases.score.read import Scored
-from hydro_tools.datasets.replay import built_library
+from hydro_tools.hidden_cases.strength import left_over
+from hydro_tools.hidden_cases.systems import SYSTEMS, Schedule
+from hydro_tools.repository import SCRIPTS
 
 
 def digest(folder: Path) -> str:
@@ -133,7 +133,6 @@ class Truth(unittest.TestCase):
         if not path.exists():
             self.skipTest("no libhydro_plugin.so was built")
         code = f"""
-import sys; sys.path[:0] = [{str(SCRIPTS)!r}, {str(SCRIPTS / 'tests')!r}]
 import mujoco, numpy as np
 mujoco.mj_loadPluginLibrary({str(path)!r})
 from hydro_tools.hidden_cases.plant import Plant
@@ -157,7 +156,7 @@ for thrown in (0.0, 2.5):
     error = np.abs(data.qvel - record.qvel[0, -1]).max()
     assert error < 1e-4 * np.abs(record.qvel[0]).max(), (thrown, error)
 """
-        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=SCRIPTS)
         if "declines" in run.stderr or "not registered" in run.stderr:
             self.skipTest("the library was built for another MuJoCo")
         self.assertEqual(run.returncode, 0, run.stderr)

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import mujoco
 import numpy as np
-import paths  # noqa: F401
 
 from hydro_tools.datasets import DataError, kinematics, scene
 

@@ -4,7 +4,6 @@ import unittest
 
 import mujoco
 import numpy as np
-import paths  # noqa: F401  makes the scripts importable
 
 from hydro_tools.datasets import features, plan, scene, simulation
 

@@ -6,9 +6,10 @@ import textwrap
 import unittest
 from pathlib import Path
 
-import paths  # noqa: F401
-
-from learning_rates import TrainingError, Trainings, search, table
+from hydro_tools.learning_rates import TrainingError
+from hydro_tools.learning_rates.search import search
+from hydro_tools.learning_rates.table import table
+from hydro_tools.learning_rates.trainings import Trainings
 
 
 def told(errors):

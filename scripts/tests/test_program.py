@@ -11,12 +11,11 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import paths
-
 from hydro_tools.jobs import FanoutError
 from hydro_tools.jobs.here import Here
 from hydro_tools.jobs.processes import Processes
 from hydro_tools.jobs.program import HERE, Job, Program, packed, unpack
+from hydro_tools.repository import SCRIPTS
 
 #: Writes its environment and first word below the folder that it is given.
 WRITES = ("import os, pathlib, sys; out = pathlib.Path(sys.argv[1]) / 'a' / 'b'; out.mkdir(parents=True); "
@@ -79,7 +78,7 @@ class Compare(unittest.TestCase):
         hydro = folder / "hydro"
         hydro.write_text(HYDRO.format(python=sys.executable))
         hydro.chmod(hydro.stat().st_mode | stat.S_IXUSR)
-        return subprocess.run([sys.executable, paths.SCRIPTS / "compare_ray.py", "--ray", "here", "--hydro", hydro, "--",
+        return subprocess.run([sys.executable, SCRIPTS / "compare_ray.py", "--ray", "here", "--hydro", hydro, "--",
                                *words], capture_output=True, text=True, cwd=folder, env=os.environ, check=False)
 
     def test_what_is_not_done_is_done_and_the_tables_are_written(self):

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from paths import ROOT, SCRIPTS
 
 from hydro_tools.datasets.measured import MeasuredError, ball_drops, roll_decay
 from hydro_tools.datasets.measured.trial import Trial, write
+from hydro_tools.repository import ROOT, SCRIPTS
 
 DATA = ROOT.parent / "shared" / "data"
 HAVE_DATA = (DATA / roll_decay.FILE).is_file() and (DATA / ball_drops.FILE).is_file()

@@ -12,17 +12,16 @@ from unittest import mock
 
 import mujoco
 import numpy as np
-from paths import ROOT, SCRIPTS
 from scipy.optimize import lsq_linear
 
-import make_b1
-import real_to_sim
-from hydro_tools.robot import identified
+from hydro_tools.commands import real_to_sim
 from hydro_tools.datasets import DataError, scene
 from hydro_tools.identification import blocks, fit, identifiability, measurements, split, study, uncertainty
 from hydro_tools.identification.coefficients import DEFAULT, LARGEST, NAMES, OFFSETS, by_part, kind
 from hydro_tools.identification.measurements import Measurements
 from hydro_tools.identification.water import NOMINAL, Water
+from hydro_tools.repository import ROOT, SCRIPTS
+from hydro_tools.robot import files, identified
 from hydro_tools.tank import campaign, conditions
 
 ERROR = 0.05  # N
@@ -269,7 +268,7 @@ class Refusals(unittest.TestCase):
 class Committed(unittest.TestCase):
     def test_scene_has_the_identified_coefficients(self):
         held = identified.read()
-        found, default = (scene.load(path).model for path in (make_b1.IDENTIFIED, NOMINAL))
+        found, default = (scene.load(path).model for path in (files.IDENTIFIED, NOMINAL))
         for i in range(found.ngeom):
             name = found.geom(i).name or ""
             if name.endswith("_hull"):
@@ -282,7 +281,7 @@ class Committed(unittest.TestCase):
         def bare(path):
             text = (ROOT / path).read_text()
             return re.sub(r'fluidcoef="[^"]*"|<!--.*?-->|<mujoco model="[^"]*">', "", text)
-        self.assertEqual(bare(make_b1.IDENTIFIED), bare(NOMINAL))
+        self.assertEqual(bare(files.IDENTIFIED), bare(NOMINAL))
 
     def test_coefficients_are_sensible(self):
         for values in identified.read().values():

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-import paths  # noqa: F401
 
 from hydro_tools.baselines import RivalError, case, library, patched, rollout, sparse, tuning
 from hydro_tools.baselines.motion import Motion

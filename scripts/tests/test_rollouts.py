@@ -8,9 +8,9 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from paths import ROOT, SCRIPTS
 
 from hydro_tools.datasets import DataError, features, rollouts, scene
+from hydro_tools.repository import ROOT, SCRIPTS
 
 RECORDED = ROOT / "tests/data/rollouts"
 

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from paths import ROOT, SCRIPTS
 
 from hydro_tools.datasets import replay, rollouts, scene
+from hydro_tools.repository import ROOT, SCRIPTS
 
 
 def script(name, *arguments):

@@ -9,10 +9,10 @@ from pathlib import Path
 from unittest import mock
 
 import numpy as np
-from paths import SCRIPTS
 from safetensors.numpy import load_file
 
 from hydro_tools.datasets import DataError, files, folder
+from hydro_tools.repository import SCRIPTS
 from hydro_tools.tank import campaign, conditions, dataset, force, processing, task1
 from hydro_tools.tank.conditions import Condition
 

@@ -12,13 +12,13 @@ from pathlib import Path
 from unittest import mock
 
 import numpy as np
-from paths import ROOT, SCRIPTS
 from safetensors.numpy import load_file
 
-from hydro_tools.jobs.here import Here
-from hydro_tools.jobs.processes import Processes
 from hydro_tools.datasets import DataError, dataset, files, gait, plan, scene, task2
 from hydro_tools.datasets.regime import DENSITIES, GAITS, REGIMES, SPEEDS, USUAL
+from hydro_tools.jobs.here import Here
+from hydro_tools.jobs.processes import Processes
+from hydro_tools.repository import ROOT, SCRIPTS
 
 SETTINGS = dataset.Settings(name="t", trials=8, seed=5, samples=60, splits=(0.5, 0.25, 0.25), shard_size=2,
                             model="mjcf/b1_truth.xml")

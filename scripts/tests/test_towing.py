@@ -8,9 +8,9 @@ from unittest import mock
 
 import mujoco
 import numpy as np
-from paths import ROOT, SCRIPTS
 
 from hydro_tools.datasets import DataError
+from hydro_tools.repository import ROOT, SCRIPTS
 from hydro_tools.tank import cell, coefficients, conditions, force, geometry, motion, processing, shedding, tank, wake
 from hydro_tools.tank.conditions import Condition, Stance
 from hydro_tools.tank.drag import DENSITY, Strips
@@ -364,7 +364,7 @@ class Cell(unittest.TestCase):
             self.assertFalse(np.array_equal(first.reading, other.reading))
 
     def test_the_tank_needs_no_mujoco(self):
-        code = "import sys, gen_task1, towing.figures; sys.exit('mujoco' in sys.modules)"
+        code = "import sys, hydro_tools.commands.gen_task1, hydro_tools.tank.figures; sys.exit('mujoco' in sys.modules)"
         self.assertEqual(subprocess.run([sys.executable, "-c", code], cwd=SCRIPTS).returncode, 0)
 
 

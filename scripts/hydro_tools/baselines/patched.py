@@ -10,7 +10,8 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-import replay
+
+from hydro_tools.datasets import trial_replay
 from hydro_tools.datasets.replay import built_library, load_plugin
 
 from . import RivalError, motion, rollout
@@ -24,7 +25,7 @@ class Rollouts:
     def __init__(self, model: mujoco.MjModel, nominal: mujoco.MjModel, corrections: dict):
         self.model, self.corrections = model, corrections
         joints = [nominal.joint(j).name for j in range(nominal.njnt)]
-        self.at_q, self.at_v = (replay.places(model, joints, which, replay.SIZES) for which in ("qpos", "qvel"))
+        self.at_q, self.at_v = (trial_replay.places(model, joints, which, trial_replay.SIZES) for which in ("qpos", "qvel"))
         self.columns = np.concatenate([model.sensor(nominal.sensor(i).name).adr[0] + np.arange(nominal.sensor_dim[i])
                                        for i in range(nominal.nsensor)])
         self.sensors = {nominal.sensor(i).name: slice(nominal.sensor_adr[i], nominal.sensor_adr[i] + nominal.sensor_dim[i])

@@ -5,8 +5,9 @@ import json
 from pathlib import Path
 
 import numpy as np
-from hydro_tools.datasets.files import write_beside
 from safetensors.numpy import save
+
+from hydro_tools.datasets.files import write_beside
 
 from ..repository import ROOT
 
