@@ -12,6 +12,9 @@ step 'lints'
 cargo clippy --all-targets --quiet -- -D warnings
 step 'documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --no-deps --document-private-items --quiet
+step 'Python: format and lints'
+.venv/bin/ruff format --quiet --check scripts
+.venv/bin/ruff check --quiet scripts
 step 'robot and scenes are what make_b1.py writes'
 .venv/bin/python scripts/make_b1.py --check
 .venv/bin/python scripts/make_gap_scenes.py --check

@@ -16,7 +16,7 @@ export HYDRO_TEST_OTHER_WHEEL=$PWD/$other
 scripts/check.sh
 
 printf '\n== Python: data, scenes, benchmark\n'
-.venv/bin/python -m unittest discover -s scripts/tests
+.venv/bin/python -m pytest scripts/tests
 
 printf '\n== Debian MuJoCo 2.2.2: the same library as a passive callback\n'
 scripts/lend_build.sh target/debian

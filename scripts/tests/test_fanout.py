@@ -59,7 +59,7 @@ class OnThisMachine(unittest.TestCase):
 
 class Elsewhere(unittest.TestCase):
     def test_ray_not_installed(self):
-        with mock.patch.dict(sys.modules, {"ray": None}), self.assertRaisesRegex(FanoutError, "requirements-ray.txt"):
+        with mock.patch.dict(sys.modules, {"ray": None}), self.assertRaisesRegex(FanoutError, "setup_venv.sh ray"):
             Cluster("auto", packages=[jobs])
 
     def test_a_machine_with_other_bits_is_refused(self):

@@ -32,7 +32,7 @@ def contents(folder):
     return {path.name: path.read_bytes() for path in Path(folder).iterdir()}
 
 
-@unittest.skipUnless(RAY, "Ray is not installed (scripts/requirements-ray.txt)")
+@unittest.skipUnless(RAY, "Ray is not installed (scripts/setup_venv.sh ray)")
 class OnTwoNodes(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -173,9 +173,9 @@ class Shown(unittest.TestCase):
 
     @unittest.skipIf(RAY, "Ray is installed")
     def test_no_ray(self):
-        self.assertIn("requirements-ray.txt", self.refused())
+        self.assertIn("setup_venv.sh ray", self.refused())
 
-    @unittest.skipUnless(RAY, "Ray is not installed (scripts/requirements-ray.txt)")
+    @unittest.skipUnless(RAY, "Ray is not installed (scripts/setup_venv.sh ray)")
     def test_a_folder_that_holds_something(self):
         with tempfile.TemporaryDirectory() as folder:
             Path(folder, "20").mkdir()

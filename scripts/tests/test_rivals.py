@@ -19,7 +19,7 @@ try:
 except ImportError:
     pysindy = sklearn = None
 needs_library = unittest.skipIf(pysindy is None or sklearn is None,
-                                "PySINDy or scikit-learn is missing: scripts/rivals/setup.sh installs them")
+                                "PySINDy or scikit-learn is missing: scripts/setup_venv.sh baselines installs them")
 
 NOMINAL = """<mujoco><option timestep="0.005" gravity="0 0 0"/><worldbody><body name="sled">
 <joint name="x" type="slide" axis="1 0 0"/><geom type="sphere" size="0.1" mass="10"/></body></worldbody>

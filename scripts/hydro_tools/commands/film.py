@@ -6,7 +6,7 @@
 
 Pale arrow: the whole force of the water on the base, 1 m for 1000 N. Orange: what is left of it
 without buoyancy, 1 m for 125 N. Violet: the torque, 1 m for 50 N m. Needs EGL (Debian: libegl1) or
-OSMesa (libosmesa6), and imageio with imageio-ffmpeg (scripts/requirements.txt).
+OSMesa (libosmesa6), and imageio with imageio-ffmpeg (pip install -e scripts[film]).
 """
 
 import argparse

@@ -7,8 +7,8 @@ has 400 samples at 10 ms (five 2 ms physics steps) and 40 switches of condition;
 water's wrench on the base at the same state as the features, in the base frame about the base
 origin [N, N m], clean and with 10 % noise. --regime speeds, densities or gaits draws these from
 outside the usual ranges, to test what was trained inside them. The same seed gives the same bytes
-at any number of workers, here or on the nodes of a Ray cluster (--ray). Needs mujoco, numpy and
-safetensors (scripts/requirements.txt), and for --ray also scripts/requirements-ray.txt.
+at any number of workers, here or on the nodes of a Ray cluster (--ray). Needs pip install -e
+scripts, and scripts[ray] for --ray.
 """
 
 import argparse

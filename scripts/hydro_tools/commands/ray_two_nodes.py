@@ -1,6 +1,6 @@
 """Task 2 through two Ray nodes of this machine, beside two worker processes: time, memory, the same bytes?
 
-    python -m venv .venv-ray && .venv-ray/bin/pip install -r scripts/requirements.txt -r scripts/requirements-ray.txt
+    scripts/setup_venv.sh ray
     .venv-ray/bin/python scripts/ray_two_nodes.py --out out/ray --trials 100 400
     .venv-ray/bin/python scripts/ray_two_nodes.py --out out/ray --trials 10000
 
@@ -77,7 +77,7 @@ def main() -> int:
     if min(*args.trials, args.shard_size, sys.maxsize) < 1:
         parser.error("--trials and --shard-size: at least 1")
     if not importlib.util.find_spec("ray"):
-        parser.error("Ray is not installed here: pip install -r scripts/requirements-ray.txt")
+        parser.error("Ray is not installed here: scripts/setup_venv.sh ray")
     there = [str(folder) for folder in (args.out / str(trials) for trials in args.trials) if folder.exists()]
     if there:
         parser.error(f"{', '.join(there)} exists: choose another --out, or remove what a former run left")

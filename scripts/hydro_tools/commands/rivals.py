@@ -1,6 +1,6 @@
 """Rivals of `hydro gap` on the same cases: PySINDy, its ensemble, BINDy, `mujoco.sysid`, a residual network.
 
-    scripts/rivals/setup.sh                                                     # an environment of its own
+    scripts/setup_venv.sh baselines                                             # an environment of its own
     .venv-rivals/bin/python scripts/rivals.py run --cases out/hidden/cases --sealed out/hidden/sealed --out out/rivals \\
         --jobs 2
     .venv-rivals/bin/python scripts/rivals.py tune --cases out/own/cases --sealed out/own/sealed

@@ -42,7 +42,7 @@ class Cluster(Executor):
         try:
             import ray
         except ImportError as error:
-            raise FanoutError("Ray is not installed here: pip install -r scripts/requirements-ray.txt") from error
+            raise FanoutError("Ray is not installed here: scripts/setup_venv.sh ray") from error
         if ray.is_initialized():
             raise FanoutError("this process is connected to a Ray cluster already: call ray.shutdown() first")
         sources = [str(Path(package.__file__).parent) for package in (hydro_tools, *packages)]
