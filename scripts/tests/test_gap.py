@@ -46,8 +46,17 @@ class Fixed(unittest.TestCase):
         """What `hydro gap run` says of a case whose answer it cannot see."""
         nominal = self.folder / "cases" / case / "nominal.xml"
         out = self.folder / "out" / case
-        command = [str(program()), "gap", "run", "--model", str(nominal), "--trials", str(nominal.parent / "trials"),
-                   "--out", str(out)]
+        command = [
+            str(program()),
+            "gap",
+            "run",
+            "--model",
+            str(nominal),
+            "--trials",
+            str(nominal.parent / "trials"),
+            "--out",
+            str(out),
+        ]
         ran = subprocess.run(command, capture_output=True, text=True)
         self.assertEqual(ran.returncode, 0, ran.stderr)
         return out, json.loads((out / "verdict.json").read_text())
@@ -55,8 +64,11 @@ class Fixed(unittest.TestCase):
     def one(self, system: str, effect: str | None) -> str:
         """The fixed case of a system with an effect, or its null."""
         wanted = [effect] if effect else []
-        found = [case for case, answer in self.answers.items()
-                 if answer["system"] == system and [of["effect"] for of in answer["effects"]] == wanted]
+        found = [
+            case
+            for case, answer in self.answers.items()
+            if answer["system"] == system and [of["effect"] for of in answer["effects"]] == wanted
+        ]
         self.assertEqual(len(found), 1, self.answers)
         return found[0]
 

@@ -84,8 +84,12 @@ class Programs(unittest.TestCase):
             trainings.error("2", "lstm", 0.004, 0)
 
     def test_the_table_has_both_seeds_and_the_choice(self):
-        found = {("2", "lstm", 0.002, 0): 0.3, ("2", "lstm", 0.004, 0): 0.2, ("2", "lstm", 0.004, 1): 0.25,
-                 ("2", "lstm", 0.008, 0): math.inf}
+        found = {
+            ("2", "lstm", 0.002, 0): 0.3,
+            ("2", "lstm", 0.004, 0): 0.2,
+            ("2", "lstm", 0.004, 1): 0.25,
+            ("2", "lstm", 0.008, 0): math.inf,
+        }
         lines = table("2", {"lstm": 0.004}, found).splitlines()
         self.assertIn("| | 0.002 | 0.004 | 0.008 |", lines)
         self.assertIn("| lstm | 0.300 | **0.200, 0.250** | diverged |", lines)

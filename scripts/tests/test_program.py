@@ -18,8 +18,10 @@ from hydro_tools.jobs.program import HERE, Job, Program, packed, unpack
 from hydro_tools.repository import SCRIPTS
 
 #: Writes its environment and first word below the folder that it is given.
-WRITES = ("import os, pathlib, sys; out = pathlib.Path(sys.argv[1]) / 'a' / 'b'; out.mkdir(parents=True); "
-          "(out / 'word').write_text(sys.argv[2] + os.environ['COLOUR'])")
+WRITES = (
+    "import os, pathlib, sys; out = pathlib.Path(sys.argv[1]) / 'a' / 'b'; out.mkdir(parents=True); "
+    "(out / 'word').write_text(sys.argv[2] + os.environ['COLOUR'])"
+)
 #: Stands in for `hydro`: two jobs, one done; what it is asked to do alone it does into its --out.
 HYDRO = """#!{python}
 import json, pathlib, sys
@@ -78,8 +80,14 @@ class Compare(unittest.TestCase):
         hydro = folder / "hydro"
         hydro.write_text(HYDRO.format(python=sys.executable))
         hydro.chmod(hydro.stat().st_mode | stat.S_IXUSR)
-        return subprocess.run([sys.executable, SCRIPTS / "compare_ray.py", "--ray", "here", "--hydro", hydro, "--",
-                               *words], capture_output=True, text=True, cwd=folder, env=os.environ, check=False)
+        return subprocess.run(
+            [sys.executable, SCRIPTS / "compare_ray.py", "--ray", "here", "--hydro", hydro, "--", *words],
+            capture_output=True,
+            text=True,
+            cwd=folder,
+            env=os.environ,
+            check=False,
+        )
 
     def test_what_is_not_done_is_done_and_the_tables_are_written(self):
         with tempfile.TemporaryDirectory() as folder:

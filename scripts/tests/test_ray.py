@@ -22,8 +22,9 @@ from hydro_tools.jobs.here import Here
 from hydro_tools.jobs.two_nodes import TwoNodes
 from hydro_tools.repository import SCRIPTS
 
-SETTINGS = dataset.Settings(name="t", trials=40, seed=5, samples=60, splits=(0.5, 0.25, 0.25), shard_size=5,
-                            model="mjcf/b1_truth.xml")
+SETTINGS = dataset.Settings(
+    name="t", trials=40, seed=5, samples=60, splits=(0.5, 0.25, 0.25), shard_size=5, model="mjcf/b1_truth.xml"
+)
 SHARDS = 8
 RAY = importlib.util.find_spec("ray")
 
@@ -91,8 +92,13 @@ with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
     print({{file.decode() for _, file in executor.run(jobs.where, dict.fromkeys("abcd"))}})
 """
         # A worker on this machine also looks where its driver's modules are, and in its working directory.
-        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=self.folder,
-                             env=os.environ | {"PYTHONPATH": str(copy)})
+        run = subprocess.run(
+            [sys.executable, "-c", code],
+            capture_output=True,
+            text=True,
+            cwd=self.folder,
+            env=os.environ | {"PYTHONPATH": str(copy)},
+        )
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertIn("py_modules", run.stdout)
         self.assertNotIn(str(copy), run.stdout)
@@ -128,9 +134,12 @@ with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
                 cluster.Cluster(address)
 
     def test_a_cluster_without_cores_is_told(self):
-        with self.connected() as executor, mock.patch.object(cluster, "PATIENCE", 0.2), \
-                mock.patch.object(executor._ray, "cluster_resources", return_value={}), \
-                mock.patch("sys.stderr", io.StringIO()) as said:
+        with (
+            self.connected() as executor,
+            mock.patch.object(cluster, "PATIENCE", 0.2),
+            mock.patch.object(executor._ray, "cluster_resources", return_value={}),
+            mock.patch("sys.stderr", io.StringIO()) as said,
+        ):
             list(executor.run(jobs.command, {"only": ["sleep", "1"]}))
         self.assertIn("has a core; waiting", said.getvalue())
 
@@ -141,8 +150,18 @@ with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
 
     def test_an_interrupt_keeps_finished_shards(self):
         out = self.folder / "interrupted" / "t"
-        command = [sys.executable, str(SCRIPTS / "gen_task2.py"), "--out", str(out), "--trials", "40", "--shard-size", "1",
-                   "--ray", self.nodes.address]
+        command = [
+            sys.executable,
+            str(SCRIPTS / "gen_task2.py"),
+            "--out",
+            str(out),
+            "--trials",
+            "40",
+            "--shard-size",
+            "1",
+            "--ray",
+            self.nodes.address,
+        ]
         run = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
         until = time.monotonic() + 60
         while not list(out.glob("*.safetensors")) and time.monotonic() < until:
@@ -164,7 +183,9 @@ with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
 
 class Shown(unittest.TestCase):
     def refused(self, *arguments):
-        run = subprocess.run([sys.executable, str(SCRIPTS / "ray_two_nodes.py"), *arguments], capture_output=True, text=True)
+        run = subprocess.run(
+            [sys.executable, str(SCRIPTS / "ray_two_nodes.py"), *arguments], capture_output=True, text=True
+        )
         self.assertEqual(run.returncode, 2, run.stderr)
         return run.stderr
 

@@ -65,8 +65,11 @@ class Files(unittest.TestCase):
         with self.assertRaisesRegex(MeasuredError, "--data"):
             roll_decay.read(Path("nowhere"))
         with tempfile.TemporaryDirectory() as out:
-            done = subprocess.run([sys.executable, SCRIPTS / "real_data.py", "--data", "nowhere", "--out", out],
-                                  capture_output=True, text=True)
+            done = subprocess.run(
+                [sys.executable, SCRIPTS / "real_data.py", "--data", "nowhere", "--out", out],
+                capture_output=True,
+                text=True,
+            )
         self.assertEqual(done.returncode, 1)
         self.assertIn("roll_decay_kvlcc2_zero_speed.csv is not there", done.stderr)
 
@@ -94,7 +97,9 @@ class Release(unittest.TestCase):
 class Measured(unittest.TestCase):
     def test_every_case_is_written(self):
         with tempfile.TemporaryDirectory() as out:
-            done = subprocess.run([sys.executable, SCRIPTS / "real_data.py", "--out", out], capture_output=True, text=True)
+            done = subprocess.run(
+                [sys.executable, SCRIPTS / "real_data.py", "--out", out], capture_output=True, text=True
+            )
             self.assertEqual(done.returncode, 0, done.stderr)
             for case in CASES:
                 model = mujoco.MjModel.from_xml_path(str(Path(out, case, "nominal.xml")))

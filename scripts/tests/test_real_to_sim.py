@@ -29,8 +29,11 @@ ERROR = 0.05  # N
 
 def plan(configurations, speeds=(0.2, 0.5)):
     """Tows in all directions, without forces."""
-    chosen = [c for c in map(conditions.Condition, range(conditions.COUNT))
-              if c.configuration in configurations and c.speed in speeds]
+    chosen = [
+        c
+        for c in map(conditions.Condition, range(conditions.COUNT))
+        if c.configuration in configurations and c.speed in speeds
+    ]
     features = np.array([c.features for c in chosen])
     nothing = np.zeros((len(chosen), 2))
     return Measurements(np.array([c.index for c in chosen]), features[:, :2], features[:, 2:], nothing, nothing + ERROR)
@@ -52,7 +55,10 @@ def write(tows, folder):
     path = Path(folder, "raw", campaign.TABLE)
     path.parent.mkdir(parents=True, exist_ok=True)
     columns = np.column_stack((tows.condition, tows.posture, tows.velocity, tows.force, tows.error))
-    rows = [",".join(measurements.NEEDED), *(f"{int(row[0])}," + ",".join(f"{v:.9g}" for v in row[1:]) for row in columns)]
+    rows = [
+        ",".join(measurements.NEEDED),
+        *(f"{int(row[0])}," + ",".join(f"{v:.9g}" for v in row[1:]) for row in columns),
+    ]
     path.write_text("\n".join(rows) + "\n")
     return path
 
@@ -181,8 +187,13 @@ class Held(unittest.TestCase):
         rng = np.random.default_rng(5)
         tows = measured(plan({0, 7, 12}), drawn(rng), rng)
         held = split.held_out(tows, 0.25, 0)
-        other = Measurements(tows.condition, tows.posture, tows.velocity, np.where(held[:, None], 10 * tows.force, tows.force),
-                             np.where(held[:, None], 3 * tows.error, tows.error))
+        other = Measurements(
+            tows.condition,
+            tows.posture,
+            tows.velocity,
+            np.where(held[:, None], 10 * tows.force, tows.force),
+            np.where(held[:, None], 3 * tows.error, tows.error),
+        )
         few = functools.partial(blocks.bootstrap, count=40)
         with mock.patch.object(study, "OTHER_PRIORS", ()), mock.patch.object(blocks, "bootstrap", few):
             one, two = (study.run(each, 0.25, 0) for each in (tows, other))
@@ -212,7 +223,7 @@ class Refusals(unittest.TestCase):
         """The table with one field changed; lines count from 1, the header's."""
         fields = self.lines[line - 1].split(",")
         fields[measurements.NEEDED.index(column)] = value
-        return [*self.lines[:line - 1], ",".join(fields), *self.lines[line:]]
+        return [*self.lines[: line - 1], ",".join(fields), *self.lines[line:]]
 
     def test_what_is_written_is_read(self):
         tows = measurements.read(measurements.find(Path(self.folder.name)))
@@ -236,7 +247,9 @@ class Refusals(unittest.TestCase):
 
     def test_unknown_condition(self):
         for value in ("192", "-1", "2.5"):
-            self.refused("line 2", f"condition {value} is unknown", "0 to 191", lines=self.changed(2, "condition", value))
+            self.refused(
+                "line 2", f"condition {value} is unknown", "0 to 191", lines=self.changed(2, "condition", value)
+            )
 
     def test_contradicted_condition(self):
         self.refused("line 4", "thigh is 0.3", "has 0", lines=self.changed(4, "thigh", "0.3"))
@@ -281,6 +294,7 @@ class Committed(unittest.TestCase):
         def bare(path):
             text = (ROOT / path).read_text()
             return re.sub(r'fluidcoef="[^"]*"|<!--.*?-->|<mujoco model="[^"]*">', "", text)
+
         self.assertEqual(bare(files.IDENTIFIED), bare(NOMINAL))
 
     def test_coefficients_are_sensible(self):
@@ -289,9 +303,12 @@ class Committed(unittest.TestCase):
 
     def test_broken_files_are_refused(self):
         good = json.loads(identified.FILE.read_text())
-        cases = {"schema": good | {"schema": "other"}, "coefficients of": good | {"coefficients": {}},
-                 "foot has": good | {"coefficients": good["coefficients"] | {"foot": [1, 2]}},
-                 "hip has": good | {"coefficients": good["coefficients"] | {"hip": [1, -2, 0, 0, 0]}}}
+        cases = {
+            "schema": good | {"schema": "other"},
+            "coefficients of": good | {"coefficients": {}},
+            "foot has": good | {"coefficients": good["coefficients"] | {"foot": [1, 2]}},
+            "hip has": good | {"coefficients": good["coefficients"] | {"hip": [1, -2, 0, 0, 0]}},
+        }
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "identified.json")
             for words, content in cases.items():
@@ -309,17 +326,41 @@ class Command(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             table = write(measured(plan({0, 7, 12}), drawn(rng), rng, error=0.2), Path(folder, "tank"))
             out = Path(folder, "out")
-            run = subprocess.run([sys.executable, str(SCRIPTS / "real_to_sim.py"), "--towing", str(table.parent.parent),
-                                  "--out", str(out), "--seed", "3"], capture_output=True, text=True)
+            run = subprocess.run(
+                [
+                    sys.executable,
+                    str(SCRIPTS / "real_to_sim.py"),
+                    "--towing",
+                    str(table.parent.parent),
+                    "--out",
+                    str(out),
+                    "--seed",
+                    "3",
+                ],
+                capture_output=True,
+                text=True,
+            )
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertIn("held-out tows, RMSE", run.stdout)
             names = {path.name for path in out.iterdir()}
-            self.assertEqual(names, {"report.md", "report.json", "identified.json", "b1_truth.xml", "before_after.svg",
-                                     "residuals.svg", "coefficients.svg"})
+            self.assertEqual(
+                names,
+                {
+                    "report.md",
+                    "report.json",
+                    "identified.json",
+                    "b1_truth.xml",
+                    "before_after.svg",
+                    "residuals.svg",
+                    "coefficients.svg",
+                },
+            )
             report = json.loads((out / "report.json").read_text())
             self.assertEqual(report["schema"], "hydro-real-to-sim/1")
             self.assertEqual(len(report["left_out_configuration"]["each"]), 3)
-            errors = {model: report["errors"][model]["held_out"]["rmse"]["pooled"]["value"] for model in report["errors"]}
+            errors = {
+                model: report["errors"][model]["held_out"]["rmse"]["pooled"]["value"] for model in report["errors"]
+            }
             self.assertLess(errors["identified"], 0.1 * errors["default"])
             self.assertNotIn(folder, (out / "report.md").read_text() + (out / "identified.json").read_text())
             found = identified.read(out / "identified.json")
@@ -328,12 +369,16 @@ class Command(unittest.TestCase):
             np.testing.assert_allclose(model.geom_fluid[model.geom("FR_calf_hull").id, 1:6], found["calf"], atol=1e-12)
 
     def test_faults_and_interrupts_end_cleanly(self):
-        run = subprocess.run([sys.executable, str(SCRIPTS / "real_to_sim.py"), "--towing", "nowhere"],
-                             capture_output=True, text=True)
+        run = subprocess.run(
+            [sys.executable, str(SCRIPTS / "real_to_sim.py"), "--towing", "nowhere"], capture_output=True, text=True
+        )
         self.assertEqual(run.returncode, 1)
         self.assertIn("real_to_sim.py: nowhere holds no raw/conditions.csv: make it with", run.stderr)
-        with (mock.patch.object(sys, "argv", ["real_to_sim.py"]), mock.patch("sys.stderr") as stderr,
-              mock.patch.object(real_to_sim, "run", side_effect=KeyboardInterrupt)):
+        with (
+            mock.patch.object(sys, "argv", ["real_to_sim.py"]),
+            mock.patch("sys.stderr") as stderr,
+            mock.patch.object(real_to_sim, "run", side_effect=KeyboardInterrupt),
+        ):
             self.assertEqual(real_to_sim.main(), 130)
         self.assertIn("nothing was written", "".join(call.args[0] for call in stderr.write.call_args_list))
 

@@ -18,8 +18,10 @@ try:
     import sklearn
 except ImportError:
     pysindy = sklearn = None
-needs_library = unittest.skipIf(pysindy is None or sklearn is None,
-                                "PySINDy or scikit-learn is missing: scripts/setup_venv.sh baselines installs them")
+needs_library = unittest.skipIf(
+    pysindy is None or sklearn is None,
+    "PySINDy or scikit-learn is missing: scripts/setup_venv.sh baselines installs them",
+)
 
 NOMINAL = """<mujoco><option timestep="0.005" gravity="0 0 0"/><worldbody><body name="sled">
 <joint name="x" type="slide" axis="1 0 0"/><geom type="sphere" size="0.1" mass="10"/></body></worldbody>
@@ -51,21 +53,36 @@ def record(folder: Path, drag: float, seed: int) -> None:
         state = state + step / 6 * (a + 2 * b + 2 * c + rate(t + step, state + step * c))
     time = np.arange(rows) * 0.02
     readings = np.array(kept) + rng.normal(size=(rows, 2)) * [0.001, 0.002]
-    np.savez(folder / f"trial_{seed}.npz", control_times=time, control_data=push(time)[:, None],
-             sensordata_times=time + 0.005, sensordata_data=readings, initial_state=np.zeros(3),
-             sensordata_signal_mapping=np.asarray(json.dumps({"place": [0, [0]], "speed": [0, [1]]})))
+    np.savez(
+        folder / f"trial_{seed}.npz",
+        control_times=time,
+        control_data=push(time)[:, None],
+        sensordata_times=time + 0.005,
+        sensordata_data=readings,
+        initial_state=np.zeros(3),
+        sensordata_signal_mapping=np.asarray(json.dumps({"place": [0, [0]], "speed": [0, [1]]})),
+    )
 
 
 class Clip(unittest.TestCase):
     def test_a_wild_rollout_counts_ten_times_the_spread_of_its_own_axis(self):
         model = mujoco.MjModel.from_xml_string(
             """<mujoco><worldbody><body name="drum"><joint type="ball"/><geom type="sphere" size="0.1"/></body></worldbody>
-            <sensor><framequat name="attitude" objtype="body" objname="drum"/></sensor></mujoco>""")
+            <sensor><framequat name="attitude" objtype="body" objname="drum"/></sensor></mujoco>"""
+        )
         roll, yaw = 0.02 * np.sin(np.arange(150)), 0.3 * np.cos(np.arange(150))
-        half = np.stack([np.cos(roll / 2) * np.cos(yaw / 2), np.sin(roll / 2) * np.cos(yaw / 2),
-                         -np.sin(roll / 2) * np.sin(yaw / 2), np.cos(roll / 2) * np.sin(yaw / 2)], 1)
-        motion = Motion("", np.arange(150) * 0.02, 0.02, half, np.zeros((150, 3)), np.zeros((150, 3)), np.zeros((150, 0)),
-                        half)
+        half = np.stack(
+            [
+                np.cos(roll / 2) * np.cos(yaw / 2),
+                np.sin(roll / 2) * np.cos(yaw / 2),
+                -np.sin(roll / 2) * np.sin(yaw / 2),
+                np.cos(roll / 2) * np.sin(yaw / 2),
+            ],
+            1,
+        )
+        motion = Motion(
+            "", np.arange(150) * 0.02, 0.02, half, np.zeros((150, 3)), np.zeros((150, 3)), np.zeros((150, 0)), half
+        )
         spread = rollout.variances(model, [motion])
         np.testing.assert_allclose(np.sqrt(spread[[0, 2]]), [0.02 / np.sqrt(2), 0.3 / np.sqrt(2)], rtol=0.1)
         lost = rollout.scored(model, [motion], lambda motion, row, rows: np.full((rows, 4), np.nan))
@@ -90,22 +107,28 @@ class Sled(unittest.TestCase):
     def test_the_coefficient_of_the_true_column(self):
         problem = self.bench.problem(0.5)
         fit = sparse.restricted(problem, ["quadratic_drag"])
-        value = {label.parameter: w / size for label, w, size in zip(problem.labels, fit.coefficients, problem.size) if w}
+        value = {
+            label.parameter: w / size for label, w, size in zip(problem.labels, fit.coefficients, problem.size) if w
+        }
         self.assertAlmostEqual(value["surge"], DRAG, delta=0.05 * DRAG)
 
     def test_the_true_column_closes_the_gap(self):
         problem = self.bench.problem(0.5)
-        forcing = rollout.SparseForcing(self.bench.equations, problem, sparse.restricted(problem, ["quadratic_drag"]),
-                                        self.bench.spread)
+        forcing = rollout.SparseForcing(
+            self.bench.equations, problem, sparse.restricted(problem, ["quadratic_drag"]), self.bench.spread
+        )
         before = rollout.nrmse(self.bench.model, self.bench.before(), self.bench.variance)[""]
-        after = rollout.nrmse(self.bench.model, rollout.errors(forcing.model(), self.bench.motions, forcing),
-                              self.bench.variance)[""]
+        after = rollout.nrmse(
+            self.bench.model, rollout.errors(forcing.model(), self.bench.motions, forcing), self.bench.variance
+        )[""]
         self.assertLess(after, 0.15 * before)
 
     def test_added_mass_is_implicit(self):
         problem = self.bench.problem(0.5)
         w = np.zeros(len(problem.labels))
-        at = [i for i, label in enumerate(problem.labels) if label.effect == "added_mass" and label.parameter == "surge"][0]
+        at = [
+            i for i, label in enumerate(problem.labels) if label.effect == "added_mass" and label.parameter == "surge"
+        ][0]
         # Three times the sled's own mass, which explicit forces could not hold.
         w[at] = 30.0 * problem.size[at]
         fit = sparse.Sparse(w, 0 * w, 1.0 * (w != 0))
@@ -118,8 +141,20 @@ class Sled(unittest.TestCase):
         np.testing.assert_allclose(heavy[:, 1] - start, (light[:, 1] - start) / 4, atol=0.02)
 
     def keys_of(self, method: str) -> dict:
-        keys = {"schema", "verdict", "named", "effects", "confusion_set", "next_experiment", "where", "regime", "gap",
-                "verified", "refused_because", "patch"}
+        keys = {
+            "schema",
+            "verdict",
+            "named",
+            "effects",
+            "confusion_set",
+            "next_experiment",
+            "where",
+            "regime",
+            "gap",
+            "verified",
+            "refused_because",
+            "patch",
+        }
         shown = sorted((Path(self.folder.name) / "trials").glob("*.npz"))
         verdict = case.run(self.bench, method, METHODS[method], {"never_shown": shown[:1]})
         self.assertLessEqual(keys, set(verdict), method)
@@ -130,10 +165,12 @@ class Sled(unittest.TestCase):
     def test_trials_too_short_for_a_rollout_are_refused(self):
         whole = self.bench.motions[0]
         rows = round(1.5 / whole.period)
-        short = replace(whole, **{name: getattr(whole, name)[:rows]
-                                  for name in ("time", "qpos", "qvel", "qacc", "control", "readings")})
+        short = replace(
+            whole,
+            **{name: getattr(whole, name)[:rows] for name in ("time", "qpos", "qvel", "qacc", "control", "readings")},
+        )
         with self.assertRaisesRegex(RivalError, "no rollout of 2 s fits in these trials; the longest has 1.5 s"):
-            rollout.scored(self.bench.model, [short], lambda motion, row, count: motion.readings[row:row + count])
+            rollout.scored(self.bench.model, [short], lambda motion, row, count: motion.readings[row : row + count])
 
     def test_a_test_function_longer_than_a_trial_is_refused(self):
         for length in (8.0, 12.0):
@@ -153,16 +190,24 @@ class Sled(unittest.TestCase):
             self.assertEqual(self.keys_of(method)["gap"]["n_holdout_trials"], 4)
         network = self.keys_of("network")
         self.assertFalse(network["names"])
-        self.assertLess(network["elsewhere"]["never_shown"]["after"], 0.5 * network["elsewhere"]["never_shown"]["before"])
+        self.assertLess(
+            network["elsewhere"]["never_shown"]["after"], 0.5 * network["elsewhere"]["never_shown"]["before"]
+        )
 
     def test_settings_are_ranked_by_names_and_by_errors(self):
-        names = [("bindy", (1.0, 2.0), False, True), ("bindy", (1.0, 2.0), True, True), ("bindy", (1.0, 3.0), False, True),
-                 ("bindy", (1.0, 3.0), True, False), ("stlsq", (9.0,), True, True)]
+        names = [
+            ("bindy", (1.0, 2.0), False, True),
+            ("bindy", (1.0, 2.0), True, True),
+            ("bindy", (1.0, 3.0), False, True),
+            ("bindy", (1.0, 3.0), True, False),
+            ("stlsq", (9.0,), True, True),
+        ]
         errors = [("network", ((16,), 0.5), 0.4), ("network", ((32, 32), 0.5), 0.2)]
         lines = tuning.ranking(["bindy", "network"], names, errors)
-        self.assertEqual([line for line in lines if line.startswith("  ")],
-                         ["  1, 2: 1/1, 1/1", "  1, 3: 1/1, 0/1", "  32-32, 0.5: 0.200, 0.200 of 1",
-                          "  16, 0.5: 0.400, 0.400 of 1"])
+        self.assertEqual(
+            [line for line in lines if line.startswith("  ")],
+            ["  1, 2: 1/1, 1/1", "  1, 3: 1/1, 0/1", "  32-32, 0.5: 0.200, 0.200 of 1", "  16, 0.5: 0.400, 0.400 of 1"],
+        )
 
     def test_every_sensor_effect_is_beyond_force_columns(self):
         effects = {label.effect for label in self.bench.problem(0.5).labels}
@@ -171,8 +216,10 @@ class Sled(unittest.TestCase):
         self.assertEqual(len(library.AXES), 6)
 
 
-LAGGED = NOMINAL.replace('<motor name="push" joint="x" gear="20"/>',
-                         '<general name="push" joint="x" gear="20" dyntype="filterexact" dynprm="0.3"/>')
+LAGGED = NOMINAL.replace(
+    '<motor name="push" joint="x" gear="20"/>',
+    '<general name="push" joint="x" gear="20" dyntype="filterexact" dynprm="0.3"/>',
+)
 
 
 def driven(xml: str, rows: int) -> Motion:
@@ -212,8 +259,10 @@ class Patched(unittest.TestCase):
 
     def test_another_joint_moves_nothing(self):
         # The patched model's own joint stands before the nominal's.
-        other = NOMINAL.replace('<body name="sled">', '<body name="free"><joint name="new" type="hinge"/><geom size=".1"/>'
-                                '</body><body name="sled">')
+        other = NOMINAL.replace(
+            '<body name="sled">',
+            '<body name="free"><joint name="new" type="hinge"/><geom size=".1"/></body><body name="sled">',
+        )
         log = driven(NOMINAL, 200)
         np.testing.assert_allclose(self.rollouts(other)(log, 60, 50), log.readings[61:111], atol=1e-12)
 

@@ -62,11 +62,17 @@ class Data(unittest.TestCase):
         for task, samples in task1.SAMPLES.items():
             shard = load_file(self.root / task / "train-00000-of-00002.safetensors")
             shapes = {name: (tensor.dtype.name, tensor.shape) for name, tensor in shard.items()}
-            self.assertEqual(shapes, {
-                "x": ("float32", (3, samples, 4)), "wrench": ("float32", (3, samples, 2)),
-                "wrench_clean": ("float32", (3, samples, 2)), "hydrostatic": ("float32", (3, samples, 2)),
-                "time": ("float32", (samples,)), "condition": ("int32", (3, samples)),
-            })
+            self.assertEqual(
+                shapes,
+                {
+                    "x": ("float32", (3, samples, 4)),
+                    "wrench": ("float32", (3, samples, 2)),
+                    "wrench_clean": ("float32", (3, samples, 2)),
+                    "hydrostatic": ("float32", (3, samples, 2)),
+                    "time": ("float32", (samples,)),
+                    "condition": ("int32", (3, samples)),
+                },
+            )
             np.testing.assert_allclose(shard["time"], np.arange(samples) * 0.1, rtol=1e-6)
             self.assertFalse(shard["hydrostatic"].any())
             manifest = self.manifests[task]
@@ -115,9 +121,9 @@ class Data(unittest.TestCase):
         for part in self.tensors["1.2"].values():
             for clean, row in zip(part["wrench_clean"], part["condition"]):
                 for k in missed:
-                    held = [Condition(int(c)) for c in row[10 + k::10]]
+                    held = [Condition(int(c)) for c in row[10 + k :: 10]]
                     mean = np.array([force.developed(c.stance, c.speed)[:2] for c in held])
-                    missed[k].append(np.abs(clean[10 + k::10] - mean))
+                    missed[k].append(np.abs(clean[10 + k :: 10] - mean))
         self.assertGreater(np.mean(missed[0]), 2 * np.mean(missed[9]))
 
     def test_noisy_trajectories_are_the_changing_ones_with_a_tenth_of_noise(self):
@@ -179,8 +185,11 @@ class Data(unittest.TestCase):
             campaign.tow(raw, 5, [(0, 0)], resume=True)
 
     def test_resume_with_other_settings_is_refused(self):
-        for change, word in (({"seed": 6}, "seed was 5, now 6"), ({"trials": 12}, "--trials"),
-                             ({"by": "configuration", "splits": (0.4, 0.3, 0.3)}, "split_by was 'trajectory'")):
+        for change, word in (
+            ({"seed": 6}, "seed was 5, now 6"),
+            ({"trials": 12}, "--trials"),
+            ({"by": "configuration", "splits": (0.4, 0.3, 0.3)}, "split_by was 'trajectory'"),
+        ):
             with self.assertRaisesRegex(DataError, word):
                 dataset.generate(settings("1.2", **change), self.root / "1.2", self.tank, resume=True)
 
@@ -235,11 +244,15 @@ class Splits(unittest.TestCase):
     def test_generated_by_configuration(self):
         with tempfile.TemporaryDirectory() as out:
             manifest = dataset.generate(settings("1.2", by="configuration"), Path(out, "d"), Path(out, "no tank"))
-            found = {split: {Condition(int(c)).configuration for c in part["condition"].ravel()}
-                     for split, part in tensors(Path(out, "d")).items()}
+            found = {
+                split: {Condition(int(c)).configuration for c in part["condition"].ravel()}
+                for split, part in tensors(Path(out, "d")).items()
+            }
             for split, held in manifest["configurations"].items():
                 self.assertLessEqual(found[split], set(held))
-            self.assertFalse(found["train"] & found["test"] or found["train"] & found["val"] or found["val"] & found["test"])
+            self.assertFalse(
+                found["train"] & found["test"] or found["train"] & found["val"] or found["val"] & found["test"]
+            )
 
     def test_repeats_of_a_condition_stay_in_one_split(self):
         for by in task1.BY:
@@ -270,7 +283,9 @@ class CommandLine(unittest.TestCase):
             if "FULL" in arguments:
                 (out / "1.2").mkdir(parents=True)
                 (out / "1.2/notes.txt").write_text("mine")
-            run = subprocess.run(command("--out", out, *(a for a in arguments if a != "FULL")), capture_output=True, text=True)
+            run = subprocess.run(
+                command("--out", out, *(a for a in arguments if a != "FULL")), capture_output=True, text=True
+            )
             self.assertEqual(run.returncode, code, run.stderr)
             self.assertNotIn("Traceback", run.stderr)
             if out.exists():

@@ -13,8 +13,15 @@ from .settings import SPARSE, Settings
 
 SCHEMA = "hydro-gap-verdict/1"
 BOOTSTRAPS = 1000
-NO_GAP = {"metric": "nrmse", "before": None, "after": None, "reduction": None, "ci95": None, "n_holdout_trials": 0,
-          "per_sensor": {}}
+NO_GAP = {
+    "metric": "nrmse",
+    "before": None,
+    "after": None,
+    "reduction": None,
+    "ci95": None,
+    "n_holdout_trials": 0,
+    "per_sensor": {},
+}
 
 
 class Bench:
@@ -33,8 +40,10 @@ class Bench:
         except ValueError as error:
             raise RivalError(f"{self.xml} does not load ({error})") from error
         if self.model.nplugin:
-            raise RivalError(f"{self.xml} has a water of the plugin, whose memory inverse dynamics cannot ask: "
-                             "no method on forces applies")
+            raise RivalError(
+                f"{self.xml} has a water of the plugin, whose memory inverse dynamics cannot ask: "
+                "no method on forces applies"
+            )
         files = trials or motion.trials(folder)
         self.motions = [motion.load(path, self.model, smooth_s) for path in files]
         public = folder / "case.json"
@@ -103,8 +112,9 @@ def run(bench: Bench, method: str, settings: Settings, elsewhere: dict[str, list
         raise RivalError(f"{method} has no cross-fit and is scored on trials kept back alone: give --sealed")
     began = time.monotonic()
     everything = list(range(len(bench.motions)))
-    model, forcing, effects, extra = fitted(bench, method, settings, everything) if method in SPARSE or elsewhere else \
-        (None, None, [], None)
+    model, forcing, effects, extra = (
+        fitted(bench, method, settings, everything) if method in SPARSE or elsewhere else (None, None, [], None)
+    )
     gap = dict(NO_GAP)
     if settings.folds > 1 and len(everything) > 1:
         before, after = bench.before(), rollout.Errors(np.zeros_like(bench.before().squared), bench.before().count)
@@ -113,23 +123,42 @@ def run(bench: Bench, method: str, settings: Settings, elsewhere: dict[str, list
             after.squared[held] = rollout.errors(fold_model, [bench.motions[i] for i in held], fold_forcing).squared
         gap = compared(bench.model, bench.variance, before, after)
     verified = bool(gap["ci95"] and gap["ci95"][0] > 0)
-    verdict = _verdict(method, ("named" if effects else "no_gap") if method in SPARSE else "unknown", gap, verified,
-                       None if verified else "the held-out error does not fall with 95 % confidence")
+    verdict = _verdict(
+        method,
+        ("named" if effects else "no_gap") if method in SPARSE else "unknown",
+        gap,
+        verified,
+        None if verified else "the held-out error does not fall with 95 % confidence",
+    )
     verdict["named"], verdict["effects"] = effects, _effects(effects, *extra) if extra else []
     verdict["elsewhere"] = {}
     for regime, paths in elsewhere.items():
         logs = [motion.load(path, bench.model, settings.smooth_s) for path in paths]
-        verdict["elsewhere"][regime] = compared(bench.model, bench.variance, rollout.errors(bench.model, logs, None),
-                                                rollout.errors(model, logs, forcing))
+        verdict["elsewhere"][regime] = compared(
+            bench.model, bench.variance, rollout.errors(bench.model, logs, None), rollout.errors(model, logs, forcing)
+        )
     verdict["seconds"] = time.monotonic() - began
     return verdict
 
 
 def _verdict(method: str, outcome: str, gap: dict, verified: bool, refused: str | None) -> dict:
     """The contract's keys, and two more: the method and whether it can name at all."""
-    return {"schema": SCHEMA, "verdict": outcome, "named": [], "effects": [], "confusion_set": [],
-            "next_experiment": None, "where": [], "regime": [], "gap": gap, "verified": verified,
-            "refused_because": refused, "patch": None, "method": method, "names": method in SPARSE}
+    return {
+        "schema": SCHEMA,
+        "verdict": outcome,
+        "named": [],
+        "effects": [],
+        "confusion_set": [],
+        "next_experiment": None,
+        "where": [],
+        "regime": [],
+        "gap": gap,
+        "verified": verified,
+        "refused_because": refused,
+        "patch": None,
+        "method": method,
+        "names": method in SPARSE,
+    }
 
 
 def impossible(method: str, why: str) -> dict:
@@ -139,6 +168,7 @@ def impossible(method: str, why: str) -> dict:
 
 def compared(model: mujoco.MjModel, variance: np.ndarray, before: rollout.Errors, after: rollout.Errors) -> dict:
     """The contract's `gap`, with a bootstrap over trials."""
+
     def both(chosen=None):
         return (rollout.nrmse(model, errors, variance, chosen) for errors in (before, after))
 
@@ -154,10 +184,25 @@ def compared(model: mujoco.MjModel, variance: np.ndarray, before: rollout.Errors
         for name in drawn:
             drawn[name].append(reduction(a.get(name, 0.0), b.get(name, 0.0)))
     interval = {name: [float(x) for x in np.quantile(values, [0.025, 0.975])] for name, values in drawn.items()}
-    sensors = {name: {"before": one[name], "after": two[name], "reduction": reduction(one[name], two[name]),
-                      "ci95": interval[name]} for name in one if name}
-    return {"metric": "nrmse", "before": one[""], "after": two[""], "reduction": reduction(one[""], two[""]),
-            "ci95": interval[""], "n_holdout_trials": count, "per_sensor": sensors}
+    sensors = {
+        name: {
+            "before": one[name],
+            "after": two[name],
+            "reduction": reduction(one[name], two[name]),
+            "ci95": interval[name],
+        }
+        for name in one
+        if name
+    }
+    return {
+        "metric": "nrmse",
+        "before": one[""],
+        "after": two[""],
+        "reduction": reduction(one[""], two[""]),
+        "ci95": interval[""],
+        "n_holdout_trials": count,
+        "per_sensor": sensors,
+    }
 
 
 def _effects(named: list[str], problem: weak.Problem, refit: sparse.Sparse) -> list[dict]:
@@ -169,11 +214,17 @@ def _effects(named: list[str], problem: weak.Problem, refit: sparse.Sparse) -> l
             if label.effect == effect and w != 0:
                 low, high = (w - 1.96 * error) / size, (w + 1.96 * error) / size
                 by_target.setdefault(label.target, []).append(
-                    {"name": label.parameter, "value": float(w / size), "unit": label.unit,
-                     "ci95": [float(low), float(high)]})
+                    {
+                        "name": label.parameter,
+                        "value": float(w / size),
+                        "unit": label.unit,
+                        "ci95": [float(low), float(high)],
+                    }
+                )
         for target, parameters in by_target.items():
-            out.append({"effect": effect, "target": target, "probability": 1.0, "surrogate": False,
-                        "parameters": parameters})
+            out.append(
+                {"effect": effect, "target": target, "probability": 1.0, "surrogate": False, "parameters": parameters}
+            )
     return out
 
 

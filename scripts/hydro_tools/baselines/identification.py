@@ -34,22 +34,29 @@ def parameters(model: mujoco.MjModel) -> sysid.parameter.ParameterDict:
     for geom in range(model.ngeom):
         name = model.geom(geom).name
         if model.geom_fluid[geom, 0] and name:
+
             def fluid(spec, p, name=name):
                 spec.geom(name).fluid_coefs = p.value
+
             base = model.geom_fluid[geom, 1:6]
             add(f"fluid {name}", base, np.zeros(5), np.maximum(4 * base, 3.0), fluid)
     for actuator in range(model.nu):
         name = model.actuator(actuator).name
 
-        def gain(spec, p, name=name, g=model.actuator_gainprm[actuator].copy(), b=model.actuator_biasprm[actuator].copy()):
+        def gain(
+            spec, p, name=name, g=model.actuator_gainprm[actuator].copy(), b=model.actuator_biasprm[actuator].copy()
+        ):
             thing = spec.actuator(name)
             thing.gainprm, thing.biasprm = g * float(p.value[0]), b * float(p.value[0])
+
         add(f"gain {name}", [1.0], [0.3], [2.0], gain)
     for joint in range(model.njnt):
         name = model.joint(joint).name
         if name:
+
             def damping(spec, p, name=name):
                 spec.joint(name).damping = np.array([float(p.value[0]), 0.0, 0.0])
+
             base = float(model.dof_damping[model.jnt_dofadr[joint]])
             add(f"damping {name}", [base], [0.0], [max(20 * base, 20.0)], damping)
     return out
@@ -97,10 +104,10 @@ def fit(xml: str, model: mujoco.MjModel, motions: list[Motion], segments: int, i
     starts = [starts[i] for i in np.unique(np.linspace(0, len(starts) - 1, min(segments, len(starts))).astype(int))]
     noise = np.ones(model.nsensordata)
     for i in range(model.nsensor):
-        noise[model.sensor_adr[i]:model.sensor_adr[i] + model.sensor_dim[i]] = max(model.sensor_noise[i], 1e-6)
+        noise[model.sensor_adr[i] : model.sensor_adr[i] + model.sensor_dim[i]] = max(model.sensor_noise[i], 1e-6)
         if model.sensor_type[i] == mujoco.mjtSensor.mjSENS_FRAMEQUAT:
             # A quaternion's components are half a rotation vector's.
-            noise[model.sensor_adr[i]:model.sensor_adr[i] + 4] *= 0.5
+            noise[model.sensor_adr[i] : model.sensor_adr[i] + 4] *= 0.5
     measured = sysid.TimeSeries.compute_all_sensor_mapping(model)
     controls = sysid.TimeSeries.compute_all_control_mapping(model)
     names, initial, control, sensors = [], [], [], []

@@ -61,7 +61,11 @@ def targets(model: mujoco.MjModel) -> list[int]:
 
 def single_joints(model: mujoco.MjModel) -> list[int]:
     """Hinges and slides."""
-    return [j for j in range(model.njnt) if int(model.jnt_type[j]) in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)]
+    return [
+        j
+        for j in range(model.njnt)
+        if int(model.jnt_type[j]) in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+    ]
 
 
 def shape(model: mujoco.MjModel, body: int) -> tuple[float, int]:
@@ -97,8 +101,9 @@ class Observer:
             bodies.append((turn.copy(), data.xpos[body].copy(), jacobian @ data.qvel, jacobian))
         moment = np.zeros((model.nu, model.nv))
         if model.nu:
-            mujoco.mju_sparse2dense(moment, data.actuator_moment, data.moment_rownnz, data.moment_rowadr,
-                                    data.moment_colind)
+            mujoco.mju_sparse2dense(
+                moment, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind
+            )
         inflow = np.where(self.by_site, data.actuator_velocity / np.maximum(self.gear, 1e-9), 0.0)
         return bodies, data.actuator_force.copy(), moment, inflow
 
@@ -132,12 +137,33 @@ def along(model: mujoco.MjModel, data: mujoco.MjData, motion) -> Kinematics:
     for i, body in enumerate(observer.bodies):
         turn, place, nu, jacobian = (np.stack([row[i][part] for row in rows]) for part in range(4))
         memory = np.stack([_filtered(nu, rate, motion.period, np.zeros(6)) for rate in RATES], 1)
-        found.append(Body(body, model.body(body).name, *observer.shapes[i], model.body_ipos[body].copy(), turn, place, nu,
-                          np.gradient(nu, motion.period, axis=0), jacobian, memory))
+        found.append(
+            Body(
+                body,
+                model.body(body).name,
+                *observer.shapes[i],
+                model.body_ipos[body].copy(),
+                turn,
+                place,
+                nu,
+                np.gradient(nu, motion.period, axis=0),
+                jacobian,
+                memory,
+            )
+        )
     thrust = np.stack(thrusts)
     shift = max(1, round(DELAY_S / motion.period))
     delayed = np.concatenate([np.repeat(thrust[:1], shift, 0), thrust[:-shift]])
     lagged = _filtered(thrust, 1 / LAG_S, motion.period, thrust[0] * LAG_S) / LAG_S
-    return Kinematics(motion.time, found, thrust, lagged, delayed, np.stack(inflows), np.stack(moments),
-                      motion.qpos[:, observer.addresses] - model.qpos0[observer.addresses],
-                      motion.qvel[:, observer.dofs], observer.dofs)
+    return Kinematics(
+        motion.time,
+        found,
+        thrust,
+        lagged,
+        delayed,
+        np.stack(inflows),
+        np.stack(moments),
+        motion.qpos[:, observer.addresses] - model.qpos0[observer.addresses],
+        motion.qvel[:, observer.dofs],
+        observer.dofs,
+    )

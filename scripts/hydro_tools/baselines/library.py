@@ -12,8 +12,11 @@ import numpy as np
 from .kinematics import RATES, Body, Kinematics
 
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-UNITS = {"linear_drag": ("N s/m", "N m s/rad"), "quadratic_drag": ("N s^2/m^2", "N m s^2/rad^2"),
-         "added_mass": ("kg", "kg m^2")}
+UNITS = {
+    "linear_drag": ("N s/m", "N m s/rad"),
+    "quadratic_drag": ("N s^2/m^2", "N m s^2/rad^2"),
+    "added_mass": ("kg", "kg m^2"),
+}
 DEPTH_SCALE_M, DEADBAND, STRIPS = 0.45, 0.05, 7
 SURFACE_Z_M = 0.0
 
@@ -71,17 +74,21 @@ def _body(b: Body, wave_hz: float, time: np.ndarray, floor_z: float | None, only
     for i in range(6):
         side = i // 3
         if wanted("linear_drag"):
-            yield make("linear_drag", AXES[i], -nu[:, i:i + 1] * eye[i], UNITS["linear_drag"][side])
+            yield make("linear_drag", AXES[i], -nu[:, i : i + 1] * eye[i], UNITS["linear_drag"][side])
         if wanted("quadratic_drag"):
-            yield make("quadratic_drag", AXES[i], -(np.abs(nu) * nu)[:, i:i + 1] * eye[i], UNITS["quadratic_drag"][side])
+            yield make(
+                "quadratic_drag", AXES[i], -(np.abs(nu) * nu)[:, i : i + 1] * eye[i], UNITS["quadratic_drag"][side]
+            )
         if wanted("added_mass"):
             inertia = np.outer(eye[i], eye[i])
             yield make("added_mass", AXES[i], _inertial(b, inertia), UNITS["added_mass"][side], inertia)
         if wanted("wake_memory"):
-            yield make("wake_memory", AXES[i], -b.memory[:, 2, i:i + 1] * eye[i], "")
+            yield make("wake_memory", AXES[i], -b.memory[:, 2, i : i + 1] * eye[i], "")
         if wanted("basset_history"):
             # 1/sqrt(t) as a sum of exponentials; the integral of a exp(-rate s) is nu - rate z.
-            kernel = sum(np.sqrt(rate) * (nu[:, i] - rate * b.memory[:, j, i]) for j, rate in enumerate(RATES) if j != 2)
+            kernel = sum(
+                np.sqrt(rate) * (nu[:, i] - rate * b.memory[:, j, i]) for j, rate in enumerate(RATES) if j != 2
+            )
             yield make("basset_history", AXES[i], -kernel[:, None] * eye[i], "")
     if wanted("cross_flow_drag"):
         spots = np.linspace(-0.5, 0.5, STRIPS) * b.length
@@ -114,8 +121,13 @@ def _body(b: Body, wave_hz: float, time: np.ndarray, floor_z: float | None, only
             else:
                 inertia[:3, 3:], inertia[3:, :3] = -_cross(i - 1), _cross(i - 1)
                 weight = _wrench(n, None, np.cross(np.eye(3)[i - 1], -9.81 * up))
-            yield make("payload", ("mass", "mx", "my", "mz")[i], _inertial(b, inertia) + weight, "kg" if i == 0 else "kg m",
-                       inertia)
+            yield make(
+                "payload",
+                ("mass", "mx", "my", "mz")[i],
+                _inertial(b, inertia) + weight,
+                "kg" if i == 0 else "kg m",
+                inertia,
+            )
     near = {"free_surface": np.exp(-np.maximum(SURFACE_Z_M - b.place[:, 2], 0) / DEPTH_SCALE_M)}
     if floor_z is not None:
         near["wall_proximity"] = np.exp(-np.maximum(b.place[:, 2] - floor_z, 0) / DEPTH_SCALE_M)
@@ -123,9 +135,10 @@ def _body(b: Body, wave_hz: float, time: np.ndarray, floor_z: float | None, only
         if wanted(effect):
             for i in range(3):
                 yield make(effect, AXES[i], -(closeness * np.abs(nu[:, i]) * nu[:, i])[:, None] * eye[i], "N s^2/m^2")
-    for effect, factors in (("constant_force", (("", np.ones(n)),)),
-                            ("waves", (("cos", np.cos(2 * np.pi * wave_hz * time)),
-                                       ("sin", np.sin(2 * np.pi * wave_hz * time))))):
+    for effect, factors in (
+        ("constant_force", (("", np.ones(n)),)),
+        ("waves", (("cos", np.cos(2 * np.pi * wave_hz * time)), ("sin", np.sin(2 * np.pi * wave_hz * time)))),
+    ):
         if wanted(effect):
             for tag, factor in factors:
                 # A vertical constant force is called net_buoyancy.
@@ -133,22 +146,42 @@ def _body(b: Body, wave_hz: float, time: np.ndarray, floor_z: float | None, only
                     yield make(effect, f"{tag}{'xyz'[i]}", _wrench(n, b.rotation[:, i, :] * factor[:, None]), "N")
 
 
-def columns(k: Kinematics, actuators: list[str], joints: list[str], *, wave_hz: float, floor_z: float | None,
-            scale: np.ndarray, only: set[str] | None = None) -> list[Column]:
+def columns(
+    k: Kinematics,
+    actuators: list[str],
+    joints: list[str],
+    *,
+    wave_hz: float,
+    floor_z: float | None,
+    scale: np.ndarray,
+    only: set[str] | None = None,
+) -> list[Column]:
     """Every column along a motion; `scale` [nu]: a large force of each actuator; `only`: effects wanted."""
     out = [column for b in k.bodies for column in _body(b, wave_hz, k.time, floor_z, only)]
     dead = np.clip(k.thrust, -DEADBAND * scale, DEADBAND * scale)
-    per_actuator = {"actuator_gain": k.thrust, "actuator_deadband": -dead, "actuator_lag": k.lagged - k.thrust,
-                    "actuator_delay": k.delayed - k.thrust, "inflow_thrust_loss": -k.thrust * np.abs(k.inflow)}
+    per_actuator = {
+        "actuator_gain": k.thrust,
+        "actuator_deadband": -dead,
+        "actuator_lag": k.lagged - k.thrust,
+        "actuator_delay": k.delayed - k.thrust,
+        "inflow_thrust_loss": -k.thrust * np.abs(k.inflow),
+    }
     for effect, values in per_actuator.items():
         if only is None or effect in only:
-            out += [Column(effect, "share", name, "1", force=values[:, i:i + 1] * k.moment[:, i])
-                    for i, name in enumerate(actuators)]
-    per_joint = {"joint_friction": (-np.tanh(k.velocity / 0.05), "N m"), "joint_damping": (-k.velocity, "N m s/rad"),
-                 "joint_stiffness": (-k.position, "N m/rad")}
+            out += [
+                Column(effect, "share", name, "1", force=values[:, i : i + 1] * k.moment[:, i])
+                for i, name in enumerate(actuators)
+            ]
+    per_joint = {
+        "joint_friction": (-np.tanh(k.velocity / 0.05), "N m"),
+        "joint_damping": (-k.velocity, "N m s/rad"),
+        "joint_stiffness": (-k.position, "N m/rad"),
+    }
     nv = k.moment.shape[2]
     for effect, (values, unit) in per_joint.items():
         if only is None or effect in only:
-            out += [Column(effect, "coefficient", name, unit, force=values[:, i:i + 1] * np.eye(nv)[k.dofs[i]])
-                    for i, name in enumerate(joints)]
+            out += [
+                Column(effect, "coefficient", name, unit, force=values[:, i : i + 1] * np.eye(nv)[k.dofs[i]])
+                for i, name in enumerate(joints)
+            ]
     return out

@@ -47,22 +47,27 @@ def read(path: Path, model: mujoco.MjModel) -> tuple[np.ndarray, np.ndarray, np.
         with np.load(path, allow_pickle=False) as file:
             times, controls = file["control_times"], file["control_data"]
             labels, data = file["sensordata_times"], file["sensordata_data"]
-            mapping = json.loads(str(file["sensordata_signal_mapping"])) if "sensordata_signal_mapping" in file else None
+            mapping = (
+                json.loads(str(file["sensordata_signal_mapping"])) if "sensordata_signal_mapping" in file else None
+            )
         readings = np.full((len(labels), model.nsensordata), np.nan)
         if mapping is None:
             readings[:] = data
         else:
             for name, (_, columns) in mapping.items():
                 start = model.sensor(name).adr[0]
-                readings[:, start:start + len(columns)] = data[:, columns]
+                readings[:, start : start + len(columns)] = data[:, columns]
         return times, controls, labels, readings
     with path.open(newline="") as file:
         rows = list(csv.reader(file))
     head, table = rows[0], np.array([[float(x) if x else np.nan for x in row] for row in rows[1:]])
     place = {name: i for i, name in enumerate(head)}
     labels = table[:, place["time"]]
-    controls = np.stack([table[:, place[model.actuator(i).name]] for i in range(model.nu)], 1) if model.nu else \
-        np.zeros((len(labels), 0))
+    controls = (
+        np.stack([table[:, place[model.actuator(i).name]] for i in range(model.nu)], 1)
+        if model.nu
+        else np.zeros((len(labels), 0))
+    )
     readings = np.full((len(labels), model.nsensordata), np.nan)
     for i in range(model.nsensor):
         name, start, width = model.sensor(i).name, model.sensor_adr[i], model.sensor_dim[i]
@@ -83,8 +88,10 @@ def kept_back(answers: Path, case_id: str, regimes: tuple[str, ...] = REGIMES) -
     found = {regime: sorted((answers / case_id / regime).glob("*.npz")) for regime in regimes}
     found = {regime: paths for regime, paths in found.items() if paths}
     if not found:
-        raise RivalError(f"{answers / case_id}: no trials that were kept back (*.npz in {' or '.join(regimes)}); "
-                         "--sealed is OUT/sealed of gen_hidden.py")
+        raise RivalError(
+            f"{answers / case_id}: no trials that were kept back (*.npz in {' or '.join(regimes)}); "
+            "--sealed is OUT/sealed of gen_hidden.py"
+        )
     return found
 
 
@@ -139,7 +146,7 @@ def load(path: Path, model: mujoco.MjModel, smooth_s: float) -> Motion:
         q, v = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
         body, name = int(model.jnt_bodyid[joint]), model.joint(joint).name
         if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE:
-            _free(found, model, body, half, period, qpos[:, q:q + 7], qvel[:, v:v + 6], name)
+            _free(found, model, body, half, period, qpos[:, q : q + 7], qvel[:, v : v + 6], name)
         elif model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_BALL:
             raise RivalError(f"joint {name} is a ball: hinges, slides and one free joint are handled")
         else:
@@ -150,8 +157,9 @@ def load(path: Path, model: mujoco.MjModel, smooth_s: float) -> Motion:
             qpos[:, q] = _local(position[0][:, 0], half)
             rate = velocity[0][:, 0] if velocity is not None else np.gradient(position[0][:, 0], period)
             qvel[:, v] = _local(rate, half)
-    control = np.stack([np.interp(time, times, column) for column in controls.T], 1) if model.nu else \
-        np.zeros((len(time), 0))
+    control = (
+        np.stack([np.interp(time, times, column) for column in controls.T], 1) if model.nu else np.zeros((len(time), 0))
+    )
     readings = np.full((len(time), model.nsensordata), np.nan)
     for column in range(model.nsensordata):
         good = np.isfinite(raw[:, column])

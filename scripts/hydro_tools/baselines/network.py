@@ -20,8 +20,16 @@ class Network:
 
     def __init__(self, equations: Equations, hidden: tuple[int, ...], alpha: float, smooth_s: float):
         self.equations, self.smooth_s = equations, smooth_s
-        self.regressor = MLPRegressor(hidden_layer_sizes=hidden, alpha=alpha, learning_rate_init=2e-3, max_iter=200, early_stopping=True,
-                                      validation_fraction=0.15, n_iter_no_change=12, random_state=0)
+        self.regressor = MLPRegressor(
+            hidden_layer_sizes=hidden,
+            alpha=alpha,
+            learning_rate_init=2e-3,
+            max_iter=200,
+            early_stopping=True,
+            validation_fraction=0.15,
+            n_iter_no_change=12,
+            random_state=0,
+        )
 
     def features(self, qpos: np.ndarray, qvel: np.ndarray, control: np.ndarray) -> np.ndarray:
         """[n, inputs]."""
@@ -29,18 +37,21 @@ class Network:
         for joint in range(model.njnt):
             q, v = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
             if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE:
-                turn = _matrices(qpos[:, q + 3:q + 7])
-                parts += [np.einsum("nji,nj->ni", turn, qvel[:, v:v + 3]), qvel[:, v + 3:v + 6], turn[:, 2, :],
-                          qpos[:, q + 2:q + 3]]
+                turn = _matrices(qpos[:, q + 3 : q + 7])
+                parts += [
+                    np.einsum("nji,nj->ni", turn, qvel[:, v : v + 3]),
+                    qvel[:, v + 3 : v + 6],
+                    turn[:, 2, :],
+                    qpos[:, q + 2 : q + 3],
+                ]
             else:
-                parts += [qpos[:, q:q + 1], qvel[:, v:v + 1]]
+                parts += [qpos[:, q : q + 1], qvel[:, v : v + 1]]
         return np.concatenate(parts, 1)
 
     def fit(self, motions: list, residuals: list[np.ndarray]) -> "Network":
         """Train on motions and their row-wise residuals [n, nv + cells]."""
         x = np.concatenate([self.features(m.qpos, m.qvel, m.control) for m in motions])
-        y = np.concatenate([gaussian_filter1d(r, self.smooth_s / m.period, axis=0)
-                            for m, r in zip(motions, residuals)])
+        y = np.concatenate([gaussian_filter1d(r, self.smooth_s / m.period, axis=0) for m, r in zip(motions, residuals)])
         self.mean, self.spread = x.mean(0), np.maximum(x.std(0), 1e-6)
         self.size = np.maximum(y.std(0), 1e-9)
         with warnings.catch_warnings():
@@ -52,17 +63,17 @@ class Network:
         """Nothing is remembered."""
 
     def apply(self, model, data, period):
-        force = self._residual(data)[:model.nv]
+        force = self._residual(data)[: model.nv]
         free = self.equations.free
         if free is not None:
             turn = data.xmat[self.equations.model.jnt_bodyid[self.equations.model.dof_jntid[free]]].reshape(3, 3)
-            force[free:free + 3] = turn @ force[free:free + 3]
+            force[free : free + 3] = turn @ force[free : free + 3]
         data.qfrc_applied[:] = force
 
     def sensed(self, model, data):
-        out, found = np.zeros(model.nsensordata), self._residual(data)[model.nv:]
+        out, found = np.zeros(model.nsensordata), self._residual(data)[model.nv :]
         for i, cell in enumerate(self.equations.cells):
-            out[model.sensor_adr[cell]:model.sensor_adr[cell] + 3] = found[3 * i:3 * i + 3]
+            out[model.sensor_adr[cell] : model.sensor_adr[cell] + 3] = found[3 * i : 3 * i + 3]
         return out
 
     def _residual(self, data) -> np.ndarray:
@@ -82,6 +93,11 @@ def _forward(regressor: MLPRegressor, x: np.ndarray) -> np.ndarray:
 def _matrices(quaternion: np.ndarray) -> np.ndarray:
     """Rotation matrices [n, 3, 3] of unit quaternions [n, 4]."""
     w, x, y, z = quaternion.T
-    return np.stack([np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], -1),
-                     np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], -1),
-                     np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], -1)], 1)
+    return np.stack(
+        [
+            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], -1),
+            np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], -1),
+            np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], -1),
+        ],
+        1,
+    )

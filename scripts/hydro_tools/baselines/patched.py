@@ -25,11 +25,19 @@ class Rollouts:
     def __init__(self, model: mujoco.MjModel, nominal: mujoco.MjModel, corrections: dict):
         self.model, self.corrections = model, corrections
         joints = [nominal.joint(j).name for j in range(nominal.njnt)]
-        self.at_q, self.at_v = (trial_replay.places(model, joints, which, trial_replay.SIZES) for which in ("qpos", "qvel"))
-        self.columns = np.concatenate([model.sensor(nominal.sensor(i).name).adr[0] + np.arange(nominal.sensor_dim[i])
-                                       for i in range(nominal.nsensor)])
-        self.sensors = {nominal.sensor(i).name: slice(nominal.sensor_adr[i], nominal.sensor_adr[i] + nominal.sensor_dim[i])
-                        for i in range(nominal.nsensor)}
+        self.at_q, self.at_v = (
+            trial_replay.places(model, joints, which, trial_replay.SIZES) for which in ("qpos", "qvel")
+        )
+        self.columns = np.concatenate(
+            [
+                model.sensor(nominal.sensor(i).name).adr[0] + np.arange(nominal.sensor_dim[i])
+                for i in range(nominal.nsensor)
+            ]
+        )
+        self.sensors = {
+            nominal.sensor(i).name: slice(nominal.sensor_adr[i], nominal.sensor_adr[i] + nominal.sensor_dim[i])
+            for i in range(nominal.nsensor)
+        }
 
     def __call__(self, log: motion.Motion, row: int, rows: int) -> np.ndarray:
         """Readings [rows, ns] at rows row + 1 ... row + rows; NaN from where a rollout diverges."""

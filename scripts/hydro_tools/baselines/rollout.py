@@ -80,7 +80,7 @@ def difference(model: mujoco.MjModel, predicted: np.ndarray, measured: np.ndarra
             turn = 2 * np.arctan2(np.linalg.norm(vector, axis=1), np.abs(scalar))
             size = np.maximum(np.linalg.norm(vector, axis=1), 1e-12)
             out[:, at] = 0.0
-            out[:, at.start:at.start + 3] = vector * (np.sign(scalar) * turn / size)[:, None]
+            out[:, at.start : at.start + 3] = vector * (np.sign(scalar) * turn / size)[:, None]
     return out
 
 
@@ -109,7 +109,7 @@ def scored(model: mujoco.MjModel, motions: list, predict: Callable[..., np.ndarr
         spread = variances(model, [motion])
         for row in range(0, len(motion.time) - longest - 1, max(1, round(STRIDE_S / motion.period))):
             predicted = predict(motion, row, longest)
-            measured = motion.readings[row + 1:row + 1 + longest]
+            measured = motion.readings[row + 1 : row + 1 + longest]
             gap = difference(model, predicted, measured)
             good = np.isfinite(measured)
             lost = good & ~np.isfinite(predicted)
@@ -121,12 +121,16 @@ def scored(model: mujoco.MjModel, motions: list, predict: Callable[..., np.ndarr
                 squared[trial, h] += np.sum(gap[:rows] ** 2, 0)
                 count[trial, h] += good[:rows].sum(0)
     if not count.any():
-        raise RivalError(f"no rollout of {HORIZONS_S[-1]:g} s fits in these trials; the longest has "
-                         f"{max((len(m.time) * m.period for m in motions), default=0):.3g} s")
+        raise RivalError(
+            f"no rollout of {HORIZONS_S[-1]:g} s fits in these trials; the longest has "
+            f"{max((len(m.time) * m.period for m in motions), default=0):.3g} s"
+        )
     return Errors(squared, count)
 
 
-def nrmse(model: mujoco.MjModel, found: Errors, variance: np.ndarray, chosen: np.ndarray | None = None) -> dict[str, float]:
+def nrmse(
+    model: mujoco.MjModel, found: Errors, variance: np.ndarray, chosen: np.ndarray | None = None
+) -> dict[str, float]:
     """By sensor and pooled ("") over the chosen trials; `variance` [ns] of the measured channels."""
     chosen = np.arange(len(found.squared)) if chosen is None else chosen
     mean = found.squared[chosen].sum(0) / np.maximum(found.count[chosen].sum(0), 1)
@@ -150,7 +154,7 @@ def variances(model: mujoco.MjModel, motions: list) -> np.ndarray:
             good = readings[np.isfinite(readings[:, at]).all(1)]
             if len(good):
                 whole = difference(model, good, np.tile(good[len(good) // 2], (len(good), 1)))
-                out[at.start:at.start + 3] = whole[:, at.start:at.start + 3].var(0)
+                out[at.start : at.start + 3] = whole[:, at.start : at.start + 3].var(0)
     return out
 
 
@@ -160,8 +164,11 @@ class SparseForcing:
     def __init__(self, equations: Equations, problem: Problem, sparse: Sparse, spread: dict[str, float]):
         self.equations, self.problem, self.spread = equations, problem, spread
         self.amounts = problem.knobs(sparse.coefficients)
-        self.values = {(label.effect, label.parameter, label.target): w / size for label, w, size
-                       in zip(problem.labels, sparse.coefficients, problem.size) if w != 0}
+        self.values = {
+            (label.effect, label.parameter, label.target): w / size
+            for label, w, size in zip(problem.labels, sparse.coefficients, problem.size)
+            if w != 0
+        }
         self.effects = {key[0] for key in self.values} - {"current"}
         self.wind = np.zeros(3)
         for (effect, parameter, _), value in self.values.items():
@@ -187,19 +194,47 @@ class SparseForcing:
         rows, thrust, moment, inflow = self.observer.row(data)
         self.history.append(thrust)
         delay = max(1, round(DELAY_S / period))
-        bodies = [Body(index, model.body(index).name, *shape, model.body_ipos[index], turn[None], place[None], nu[None],
-                       np.zeros((1, 6)), jacobian[None], memory[None])
-                  for index, shape, (turn, place, nu, jacobian), memory
-                  in zip(self.observer.bodies, self.observer.shapes, rows, self.memory)]
-        k = Kinematics(np.array([data.time]), bodies, thrust[None], self.lagged[None],
-                       self.history[max(0, len(self.history) - 1 - delay)][None], inflow[None], moment[None],
-                       (data.qpos[self.observer.addresses] - model.qpos0[self.observer.addresses])[None],
-                       data.qvel[self.observer.dofs][None], self.observer.dofs)
+        bodies = [
+            Body(
+                index,
+                model.body(index).name,
+                *shape,
+                model.body_ipos[index],
+                turn[None],
+                place[None],
+                nu[None],
+                np.zeros((1, 6)),
+                jacobian[None],
+                memory[None],
+            )
+            for index, shape, (turn, place, nu, jacobian), memory in zip(
+                self.observer.bodies, self.observer.shapes, rows, self.memory
+            )
+        ]
+        k = Kinematics(
+            np.array([data.time]),
+            bodies,
+            thrust[None],
+            self.lagged[None],
+            self.history[max(0, len(self.history) - 1 - delay)][None],
+            inflow[None],
+            moment[None],
+            (data.qpos[self.observer.addresses] - model.qpos0[self.observer.addresses])[None],
+            data.qvel[self.observer.dofs][None],
+            self.observer.dofs,
+        )
         wrenches = {body: np.zeros(6) for body in self.observer.bodies}
         inertias = {body: np.zeros((6, 6)) for body in self.observer.bodies}
         force = np.zeros(model.nv)
-        for column in library.columns(k, self.equations.actuators, self.equations.joints, wave_hz=self.problem.wave_hz,
-                                      floor_z=self.equations.floor_z, scale=self.problem.scale, only=self.effects):
+        for column in library.columns(
+            k,
+            self.equations.actuators,
+            self.equations.joints,
+            wave_hz=self.problem.wave_hz,
+            floor_z=self.equations.floor_z,
+            scale=self.problem.scale,
+            only=self.effects,
+        ):
             value = self.values.get((column.effect, column.parameter, column.target))
             if value is None:
                 continue
@@ -238,11 +273,19 @@ class SparseForcing:
             push = turn @ wrench[:3]
             # MuJoCo applies at the centre of mass, the column acts at the body's origin.
             data.xfrc_applied[body.index, :3] = push
-            data.xfrc_applied[body.index, 3:] = turn @ wrench[3:] + np.cross(data.xpos[body.index] - data.xipos[body.index],
-                                                                            push)
+            data.xfrc_applied[body.index, 3:] = turn @ wrench[3:] + np.cross(
+                data.xpos[body.index] - data.xipos[body.index], push
+            )
 
 
 def _part(motion, first: int, last: int):
     part = slice(first, last)
-    return replace(motion, time=motion.time[part], qpos=motion.qpos[part], qvel=motion.qvel[part], qacc=motion.qacc[part],
-                   control=motion.control[part], readings=motion.readings[part])
+    return replace(
+        motion,
+        time=motion.time[part],
+        qpos=motion.qpos[part],
+        qvel=motion.qvel[part],
+        qacc=motion.qacc[part],
+        control=motion.control[part],
+        readings=motion.readings[part],
+    )

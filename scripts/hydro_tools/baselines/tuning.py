@@ -15,10 +15,17 @@ from . import RivalError, case, motion, sparse
 from .settings import METHODS, SPARSE
 
 GRIDS = {
-    "stlsq": {"threshold": [0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 0.6], "alpha": [1e-4, 1e-2, 1e-1, 1.0],
-              "least_share": [0.3, 0.5, 0.8, 0.95]},
-    "ensemble": {"threshold": [0.1, 0.2, 0.3, 0.45], "alpha": [1e-2, 1e-1], "inclusion": [0.6, 0.9],
-                 "least_share": [0.3, 0.5, 0.8]},
+    "stlsq": {
+        "threshold": [0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 0.6],
+        "alpha": [1e-4, 1e-2, 1e-1, 1.0],
+        "least_share": [0.3, 0.5, 0.8, 0.95],
+    },
+    "ensemble": {
+        "threshold": [0.1, 0.2, 0.3, 0.45],
+        "alpha": [1e-2, 1e-1],
+        "inclusion": [0.6, 0.9],
+        "least_share": [0.3, 0.5, 0.8],
+    },
     "bindy": {"prior": [0.3, 1.0, 3.0], "correlation": [1.0, 3.0, 10.0, 30.0], "least_share": [0.3, 0.5, 0.8]},
     "sysid": {"segments": [12, 24], "iterations": [6, 15]},
     "network": {"hidden": [(16,), (32, 32)], "alpha": [1e-2, 1e-1, 1.0], "smooth_s": [0.1, 0.2]},
@@ -79,8 +86,10 @@ def errors_of(folder: Path, answers: Path, methods: list[str]) -> list[tuple[str
 
 def one_case(folder: Path, answers: Path, methods: list[str]) -> tuple[list, list]:
     """(names, errors) of the methods on a case."""
-    return (names_of(folder, answers, [m for m in methods if m in SPARSE]),
-            errors_of(folder, answers, [m for m in methods if m not in SPARSE]))
+    return (
+        names_of(folder, answers, [m for m in methods if m in SPARSE]),
+        errors_of(folder, answers, [m for m in methods if m not in SPARSE]),
+    )
 
 
 def ranking(methods: list[str], names: list, errors: list) -> list[str]:
@@ -104,8 +113,10 @@ def _by_name(rows: list[tuple[tuple, bool, bool]]) -> list[str]:
     # A false alarm costs as much as a missed name, each as a share of its kind; a case that cannot be done is missed.
     most = [max(len(of[kind]) for of in table.values()) for kind in (0, 1)]
     ranked = sorted(table.items(), key=lambda item: -sum(sum(x) / max(n, 1) for x, n in zip(item[1], most)))
-    return [f"  {_text(values)}: {sum(cases)}/{len(cases)}, {sum(nulls)}/{len(nulls)}"
-            for values, (cases, nulls) in ranked[:SHOWN]]
+    return [
+        f"  {_text(values)}: {sum(cases)}/{len(cases)}, {sum(nulls)}/{len(nulls)}"
+        for values, (cases, nulls) in ranked[:SHOWN]
+    ]
 
 
 def _by_error(rows: list[tuple[tuple, float]]) -> list[str]:
@@ -113,8 +124,10 @@ def _by_error(rows: list[tuple[tuple, float]]) -> list[str]:
     for values, left in rows:
         table.setdefault(values, []).append(max(left, 1e-3))
     ranked = sorted(table.items(), key=lambda item: np.mean(np.log(item[1])))
-    return [f"  {_text(values)}: {np.exp(np.mean(np.log(left))):.3f}, {np.median(left):.3f} of {len(left)}"
-            for values, left in ranked[:SHOWN]]
+    return [
+        f"  {_text(values)}: {np.exp(np.mean(np.log(left))):.3f}, {np.median(left):.3f} of {len(left)}"
+        for values, left in ranked[:SHOWN]
+    ]
 
 
 def _text(values: tuple) -> str:

@@ -38,8 +38,15 @@ class Problem:
     def of(self, trials: set[int]) -> "Problem":
         """The rows of some trials."""
         rows = np.isin(self.trial, list(trials))
-        return replace(self, design=self.design[rows], response=self.response[rows], raw=self.raw[rows],
-                       told=self.told[rows], spoil=self.spoil[rows], trial=self.trial[rows])
+        return replace(
+            self,
+            design=self.design[rows],
+            response=self.response[rows],
+            raw=self.raw[rows],
+            told=self.told[rows],
+            spoil=self.spoil[rows],
+            trial=self.trial[rows],
+        )
 
     def knobs(self, coefficients: np.ndarray) -> np.ndarray:
         """What the columns leave, explained by the nominal's uncertainty [q], standard deviations."""
@@ -52,10 +59,15 @@ class Equations:
 
     def __init__(self, model: mujoco.MjModel):
         self.model, self.data = model, mujoco.MjData(model)
-        self.free = next((int(model.jnt_dofadr[j]) for j in range(model.njnt)
-                          if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_FREE), None)
-        self.cells = [i for i in range(model.nsensor)
-                      if int(model.sensor_type[i]) in (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)]
+        self.free = next(
+            (int(model.jnt_dofadr[j]) for j in range(model.njnt) if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_FREE),
+            None,
+        )
+        self.cells = [
+            i
+            for i in range(model.nsensor)
+            if int(model.sensor_type[i]) in (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE)
+        ]
         self.actuators = [model.actuator(i).name for i in range(model.nu)]
         self.joints = [model.joint(j).name for j in kinematics.single_joints(model)]
         floors = [g for g in range(model.ngeom) if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_PLANE]
@@ -73,13 +85,13 @@ class Equations:
             force = data.qfrc_inverse - data.qfrc_actuator
             if self.free is not None:
                 turn = np.zeros(9)
-                mujoco.mju_quat2Mat(turn, q[self._quaternion():self._quaternion() + 4])
+                mujoco.mju_quat2Mat(turn, q[self._quaternion() : self._quaternion() + 4])
                 part = slice(self.free, self.free + 3)
                 force[part] = turn.reshape(3, 3).T @ force[part]
-            out[row, :model.nv] = force
+            out[row, : model.nv] = force
             for i, cell in enumerate(self.cells):
                 at = slice(model.sensor_adr[cell], model.sensor_adr[cell] + 3)
-                out[row, model.nv + 3 * i:model.nv + 3 * i + 3] = motion.readings[row, at] - data.sensordata[at]
+                out[row, model.nv + 3 * i : model.nv + 3 * i + 3] = motion.readings[row, at] - data.sensordata[at]
         # A lost reading of a load cell says nothing: it is filled with its neighbours.
         for column in out.T:
             bad = ~np.isfinite(column)
@@ -107,7 +119,7 @@ class Equations:
             base = k.bodies[0]
             part = slice(self.free, self.free + 3)
             force[:, part] = np.einsum("nji,nj->ni", base.rotation, force[:, part])
-        out[:, :model.nv] = force
+        out[:, : model.nv] = force
         return out
 
     def _felt(self, column: Column, body, out: np.ndarray) -> None:
@@ -129,9 +141,9 @@ class Equations:
                 # The holder's place relative to the body, from the nominal's rest: it only slides or is fixed.
                 arm = body.place - (body.place[:1] * 0 + self._rest(site))
             if model.sensor_type[cell] == mujoco.mjtSensor.mjSENS_FORCE:
-                out[:, model.nv + 3 * i:model.nv + 3 * i + 3] = -push
+                out[:, model.nv + 3 * i : model.nv + 3 * i + 3] = -push
             else:
-                out[:, model.nv + 3 * i:model.nv + 3 * i + 3] = -(twist + np.cross(arm, push))
+                out[:, model.nv + 3 * i : model.nv + 3 * i + 3] = -(twist + np.cross(arm, push))
 
     def _rest(self, site: int) -> np.ndarray:
         data = mujoco.MjData(self.model)
@@ -167,6 +179,7 @@ def knobs(model: mujoco.MjModel, spread: dict[str, float]) -> list[Knob]:
         def turn(m, z):
             for name in names:
                 getattr(m, name)[at] *= 1 + share * z
+
         out.append(turn)
 
     solid = [b for b in range(1, model.nbody) if model.body_mass[b] > 1e-3]
@@ -177,6 +190,7 @@ def knobs(model: mujoco.MjModel, spread: dict[str, float]) -> list[Knob]:
 
             def shift(m, z, bodies=bodies, axis=axis):
                 m.body_ipos[bodies, axis] += spread.get("com_m", 0.002) * z
+
             out.append(shift)
     if model.geom_fluid[:, 0].any():
         for slot in range(1, 5):
@@ -204,7 +218,7 @@ def integrated(values: np.ndarray, period: float, test_s: float) -> np.ndarray:
     test = (1 - s**2) ** 2
     test /= np.sqrt(np.sum(test**2))
     starts = range(0, len(values) - length + 1, max(1, length // 2))
-    return np.stack([test @ values[a:a + length] for a in starts])
+    return np.stack([test @ values[a : a + length] for a in starts])
 
 
 def peak_frequency(residuals: list[np.ndarray], period: float, highest: float = 0.8) -> float:
@@ -224,8 +238,10 @@ def problem(equations: Equations, motions: list, spread: dict[str, float], test_
     model = equations.model
     shortest = min(motion.time[-1] - motion.time[0] for motion in motions)
     if shortest < LEAST_LENGTHS * test_s:
-        raise RivalError(f"test functions of {test_s:g} s are too long for a trial of {shortest:.3g} s: it must have "
-                         f"{LEAST_LENGTHS:g} lengths, for their noise is told from neighbours")
+        raise RivalError(
+            f"test functions of {test_s:g} s are too long for a trial of {shortest:.3g} s: it must have "
+            f"{LEAST_LENGTHS:g} lengths, for their noise is told from neighbours"
+        )
     residuals = [equations.residual(motion) for motion in motions]
     wave_hz = peak_frequency(residuals, motions[0].period)
     paths = [kinematics.along(model, equations.data, motion) for motion in motions]
@@ -235,8 +251,9 @@ def problem(equations: Equations, motions: list, spread: dict[str, float], test_
     others = [turned(model, spread, row) for row in np.eye(count)]
     responses, designs, spoils, trials, labels = [], [], [], [], []
     for index, (motion, residual, k) in enumerate(zip(motions, residuals, paths)):
-        found = library.columns(k, equations.actuators, equations.joints, wave_hz=wave_hz, floor_z=equations.floor_z,
-                                scale=scale)
+        found = library.columns(
+            k, equations.actuators, equations.joints, wave_hz=wave_hz, floor_z=equations.floor_z, scale=scale
+        )
         strong = [equations.response_of(column, motion, k) for column in found]
         for axis, value in enumerate(equations.wind(motion)):
             found.append(Column("current", "xyz"[axis], k.bodies[0].name, "m/s"))
@@ -245,8 +262,12 @@ def problem(equations: Equations, motions: list, spread: dict[str, float], test_
         weak = integrated(residual, motion.period, test_s)
         responses.append(weak)
         designs.append(np.stack([integrated(value, motion.period, test_s) for value in strong], -1))
-        spoils.append(np.stack([integrated(residual - equations.residual(motion, other), motion.period, test_s)
-                                for other in others], -1))
+        spoils.append(
+            np.stack(
+                [integrated(residual - equations.residual(motion, other), motion.period, test_s) for other in others],
+                -1,
+            )
+        )
         trials.append(np.full(weak.size, index))
     noise = _noise(responses)
     y = np.concatenate([(r / noise).ravel() for r in responses])
@@ -258,8 +279,18 @@ def problem(equations: Equations, motions: list, spread: dict[str, float], test_
     keep = size > 1e-6 * max(float(size.max()), 1e-12)
     if not keep.any():
         raise RivalError("nothing moves: every column is zero")
-    return Problem(x[:, keep] / size[keep], y, raw[:, keep] / size[keep], told, n, np.concatenate(trials),
-                   [c for c, use in zip(labels, keep) if use], size[keep], wave_hz, scale)
+    return Problem(
+        x[:, keep] / size[keep],
+        y,
+        raw[:, keep] / size[keep],
+        told,
+        n,
+        np.concatenate(trials),
+        [c for c, use in zip(labels, keep) if use],
+        size[keep],
+        wave_hz,
+        scale,
+    )
 
 
 def _noise(responses: list[np.ndarray]) -> np.ndarray:

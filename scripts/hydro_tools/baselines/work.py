@@ -29,8 +29,10 @@ def one_case(folder: Path, out: Path, methods: list[str], sealed: Path | None) -
         case.write(verdict, place)
         gap = verdict["gap"]
         told = "" if gap["before"] is None else f", gap {gap['before']:.3f} -> {gap['after']:.3f}"
-        lines.append(f"{folder.name} {method:9} {verdict['verdict']:8} {'+'.join(verdict['named']) or '-'}{told}, "
-                     f"{time.monotonic() - began:.1f} s")
+        lines.append(
+            f"{folder.name} {method:9} {verdict['verdict']:8} {'+'.join(verdict['named']) or '-'}{told}, "
+            f"{time.monotonic() - began:.1f} s"
+        )
     return lines
 
 
@@ -40,8 +42,9 @@ def one_patched(folder: Path, verdicts: Path, sealed: Path) -> str | None:
     try:
         found, shown = {}, motion.trials(folder)
         for regime, paths in motion.kept_back(sealed, folder.name).items():
-            model, before, after, variance = patched.gap(folder / "nominal.xml", place / "verdict.json", smooth_s, shown,
-                                                         paths)
+            model, before, after, variance = patched.gap(
+                folder / "nominal.xml", place / "verdict.json", smooth_s, shown, paths
+            )
             found[regime] = case.compared(model, variance, before, after)
     except (RivalError, OSError) as error:
         return f"{folder.name}: {error}"

@@ -11,4 +11,4 @@ LIBRARY = ROOT / "target/release/libhydro_plugin.so"
 
 
 class BenchError(Exception):
-  """A contender failed, or computes something else than the others."""
+    """A contender failed, or computes something else than the others."""

@@ -4,9 +4,9 @@ The one place to switch an engine on or off.
 """
 
 ENGINES = {
-  "fused": ("hydro, f32", 1e-4),
-  # Over 64 samples of a random field, which forgets nothing, the rounding adds up; `evaluate` reports what it is.
-  "fused-f16": ("hydro, f16", 1e-1),
+    "fused": ("hydro, f32", 1e-4),
+    # Over 64 samples of a random field, which forgets nothing, the rounding adds up; `evaluate` reports what it is.
+    "fused-f16": ("hydro, f16", 1e-1),
 }
 #: The reference among ours, timed as a contender of its own.
 CANDLE = ("candle", "hydro, Candle engine", 1e-4)

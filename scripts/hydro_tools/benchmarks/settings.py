@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Settings:
-  """`quick` is for seeing that everything works; its numbers are worth little."""
+    """`quick` is for seeing that everything works; its numbers are worth little."""
 
-  quick: bool = False
+    quick: bool = False
 
-  def pick(self, full, quick):
-    """One of the two."""
-    return quick if self.quick else full
+    def pick(self, full, quick):
+        """One of the two."""
+        return quick if self.quick else full

@@ -20,86 +20,94 @@ from . import BenchError
 
 
 class Contender(Protocol):
-  """One way to do a task; made from the task's fields."""
+    """One way to do a task; made from the task's fields."""
 
-  def check(self) -> list[float]:
-    """Numbers that every contender of the task computes alike; not timed."""
+    def check(self) -> list[float]:
+        """Numbers that every contender of the task computes alike; not timed."""
 
-  def block(self, count: int) -> dict:
-    """The work, `count` times: `seconds`, and `values` or more where it gives numbers worth comparing."""
+    def block(self, count: int) -> dict:
+        """The work, `count` times: `seconds`, and `values` or more where it gives numbers worth comparing."""
 
 
 class Worker:
-  """A contender's process, the driver's end."""
+    """A contender's process, the driver's end."""
 
-  def __init__(self, command: list[str], *, threads: int = 1):
-    """`threads` limits what the contender's libraries may start; a contender sets its own count besides."""
-    names = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS")
-    self.command = command
-    self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT,
-                                    env={**os.environ, **dict.fromkeys(names, str(threads)), "PYTHONPATH": str(SCRIPTS)})
+    def __init__(self, command: list[str], *, threads: int = 1):
+        """`threads` limits what the contender's libraries may start; a contender sets its own count besides."""
+        names = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS")
+        self.command = command
+        self.process = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=ROOT,
+            env={**os.environ, **dict.fromkeys(names, str(threads)), "PYTHONPATH": str(SCRIPTS)},
+        )
 
-  def ask(self, **request) -> dict:
-    """One request; an answer that reports an error, or none at all, is raised."""
-    try:
-      self.process.stdin.write(json.dumps(request) + "\n")
-      self.process.stdin.flush()
-      line = self.process.stdout.readline()
-    except BrokenPipeError:
-      line = ""
-    if not line:
-      raise BenchError(f"{' '.join(self.command)}: ended with status {self.process.wait()} at {request.get('do')}")
-    answer = json.loads(line)
-    if "error" in answer:
-      raise BenchError(f"{' '.join(self.command)}: {answer['error']}")
-    return answer
+    def ask(self, **request) -> dict:
+        """One request; an answer that reports an error, or none at all, is raised."""
+        try:
+            self.process.stdin.write(json.dumps(request) + "\n")
+            self.process.stdin.flush()
+            line = self.process.stdout.readline()
+        except BrokenPipeError:
+            line = ""
+        if not line:
+            raise BenchError(
+                f"{' '.join(self.command)}: ended with status {self.process.wait()} at {request.get('do')}"
+            )
+        answer = json.loads(line)
+        if "error" in answer:
+            raise BenchError(f"{' '.join(self.command)}: {answer['error']}")
+        return answer
 
-  def core_seconds(self) -> float:
-    """What the process has taken of all cores so far."""
-    # After the name, which may hold anything, in parentheses; user and system ticks are fields 14 and 15.
-    fields = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    def core_seconds(self) -> float:
+        """What the process has taken of all cores so far."""
+        # After the name, which may hold anything, in parentheses; user and system ticks are fields 14 and 15.
+        fields = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
-  def close(self) -> None:
-    """Ends the process."""
-    self.process.stdin.close()
-    self.process.wait()
-    self.process.stdout.close()
+    def close(self) -> None:
+        """Ends the process."""
+        self.process.stdin.close()
+        self.process.wait()
+        self.process.stdout.close()
 
-  def __enter__(self) -> "Worker":
-    return self
+    def __enter__(self) -> "Worker":
+        return self
 
-  def __exit__(self, *_) -> None:
-    self.close()
+    def __exit__(self, *_) -> None:
+        self.close()
 
 
 def peak_bytes() -> int:
-  """Largest resident size of this process so far, as the kernel keeps it (`VmHWM`)."""
-  for line in Path("/proc/self/status").read_text().splitlines():
-    if line.startswith("VmHWM:"):
-      return int(line.split()[1]) * 1024
-  raise BenchError("no VmHWM in /proc/self/status")
+    """Largest resident size of this process so far, as the kernel keeps it (`VmHWM`)."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmHWM:"):
+            return int(line.split()[1]) * 1024
+    raise BenchError("no VmHWM in /proc/self/status")
 
 
 def serve(kinds: dict[str, type]) -> None:
-  """Answers until the input ends; a task's field `kind` chooses the contender, the others are its arguments."""
-  contender = None
-  # What a library prints must not be taken for an answer.
-  answers, sys.stdout = sys.stdout, sys.stderr
-  for line in sys.stdin:
-    try:
-      request = json.loads(line)
-      match request["do"]:
-        case "prepare":
-          task = request["task"]
-          contender = kinds[task.pop("kind")](**task)
-          answer = {"values": [float(value) for value in contender.check()]}
-        case "block":
-          answer = {"values": [], **contender.block(request["count"])}
-        case "peak":
-          answer = {"bytes": peak_bytes()}
-        case other:
-          raise BenchError(f"unknown request `{other}`")
-    except Exception as error:  # whatever it is, the driver is told
-      answer = {"error": f"{type(error).__name__}: {error}"}
-    print(json.dumps(answer), file=answers, flush=True)
+    """Answers until the input ends; a task's field `kind` chooses the contender, the others are its arguments."""
+    contender = None
+    # What a library prints must not be taken for an answer.
+    answers, sys.stdout = sys.stdout, sys.stderr
+    for line in sys.stdin:
+        try:
+            request = json.loads(line)
+            match request["do"]:
+                case "prepare":
+                    task = request["task"]
+                    contender = kinds[task.pop("kind")](**task)
+                    answer = {"values": [float(value) for value in contender.check()]}
+                case "block":
+                    answer = {"values": [], **contender.block(request["count"])}
+                case "peak":
+                    answer = {"bytes": peak_bytes()}
+                case other:
+                    raise BenchError(f"unknown request `{other}`")
+        except Exception as error:  # whatever it is, the driver is told
+            answer = {"error": f"{type(error).__name__}: {error}"}
+        print(json.dumps(answer), file=answers, flush=True)

@@ -18,36 +18,40 @@ from hydro_tools.benchmarks.settings import Settings
 
 
 def parse() -> argparse.Namespace:
-  """The command line."""
-  parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-  parser.add_argument("--quick", action="store_true", help="few short blocks, into out/bench/quick: does everything work?")
-  parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART", help=f"of {', '.join(PARTS)}")
-  parser.add_argument("--report", action="store_true", help="measure nothing, write the page again")
-  return parser.parse_args()
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument(
+        "--quick", action="store_true", help="few short blocks, into out/bench/quick: does everything work?"
+    )
+    parser.add_argument(
+        "--only", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART", help=f"of {', '.join(PARTS)}"
+    )
+    parser.add_argument("--report", action="store_true", help="measure nothing, write the page again")
+    return parser.parse_args()
 
 
 def write_page(folder: Path, results: Path) -> None:
-  """`RESULTS.md` and its pictures in `folder`, from the records in `results`."""
-  records = record.read(results, PARTS)
-  (folder / "RESULTS.md").write_text(page(records))
-  if "train" in records:
-    plots.losses(records["train"]["groups"], folder / "loss.svg")
-  if "scaling" in records:
-    plots.sizes(records["scaling"]["groups"], folder / "scaling.svg")
-  print(f"wrote {folder / 'RESULTS.md'}")
+    """`RESULTS.md` and its pictures in `folder`, from the records in `results`."""
+    records = record.read(results, PARTS)
+    (folder / "RESULTS.md").write_text(page(records))
+    if "train" in records:
+        plots.losses(records["train"]["groups"], folder / "loss.svg")
+    if "scaling" in records:
+        plots.sizes(records["scaling"]["groups"], folder / "scaling.svg")
+    print(f"wrote {folder / 'RESULTS.md'}")
 
 
 def main() -> int:
-  options = parse()
-  results = WORK / "quick/results" if options.quick else RESULTS
-  try:
-    for part in [] if options.report else options.only:
-      stamp, others = machine.stamp(), machine.Others()
-      print(f"== {PARTS[part].TITLE}", flush=True)
-      groups = PARTS[part].measure(Settings(options.quick))
-      record.write(results, part, groups, quick=options.quick, stamp=stamp | {"others": others.share()})
-    write_page(results.parent, results)
-  except BenchError as error:
-    print(f"bench.py: {error}", file=sys.stderr)
-    return 1
-  return 0
+    options = parse()
+    results = WORK / "quick/results" if options.quick else RESULTS
+    try:
+        for part in [] if options.report else options.only:
+            stamp, others = machine.stamp(), machine.Others()
+            print(f"== {PARTS[part].TITLE}", flush=True)
+            groups = PARTS[part].measure(Settings(options.quick))
+            record.write(results, part, groups, quick=options.quick, stamp=stamp | {"others": others.share()})
+        write_page(results.parent, results)
+    except BenchError as error:
+        print(f"bench.py: {error}", file=sys.stderr)
+        return 1
+    return 0

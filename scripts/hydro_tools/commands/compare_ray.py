@@ -28,8 +28,12 @@ PATHS = ("--data", "--rollouts", "--long", "--scenes")
 def parse() -> argparse.Namespace:
     """The command line, checked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--ray", metavar="ADDRESS", required=True,
-                        help="auto, host:6379, ray://host:10001, local for a cluster on this machine, here for none")
+    parser.add_argument(
+        "--ray",
+        metavar="ADDRESS",
+        required=True,
+        help="auto, host:6379, ray://host:10001, local for a cluster on this machine, here for none",
+    )
     parser.add_argument("--hydro", type=Path, default=Path("target/release/hydro"), help="default: %(default)s")
     parser.add_argument("words", nargs="+", metavar="-- WORDS", help="for `hydro compare`")
     args = parser.parse_args()

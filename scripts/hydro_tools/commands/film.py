@@ -30,6 +30,7 @@ except (ImportError, AttributeError) as error:
 else:
     IMPORT_FAULT = None
 
+
 def parse() -> argparse.Namespace:
     """The command line, checked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -40,7 +41,9 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--rollouts", type=Path, help="film a recorded rollout instead of the built-in gaits")
     parser.add_argument("--index", type=int, default=0, help="which one (default: %(default)s)")
     parser.add_argument("--seconds", type=float, default=8.0, help="default: %(default)s")
-    parser.add_argument("--density", type=float, default=1000.0, help="kg/m^3, of the built-in run (default: %(default)s)")
+    parser.add_argument(
+        "--density", type=float, default=1000.0, help="kg/m^3, of the built-in run (default: %(default)s)"
+    )
     parser.add_argument("--fps", type=int, default=25, choices=(10, 20, 25, 50), help="default: %(default)s")
     parser.add_argument("--size", default="640x480", help="default: %(default)s")
     parser.add_argument("--still", type=Path, help="also write the middle frame as this PNG")

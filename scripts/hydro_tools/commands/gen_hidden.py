@@ -38,12 +38,16 @@ def make(spec: Spec, out: Path) -> str | None:
 def chosen(args: argparse.Namespace) -> list[Spec]:
     """The specs that the filters leave."""
     specs = plan.fixed() if args.fixed else plan.full(args.seed)
-    specs = [spec for spec in specs if (not args.system or spec.system in args.system)
-             and (not args.kind or spec.kind in args.kind)
-             and (not args.effect or set(args.effect) & set(spec.effects))]
+    specs = [
+        spec
+        for spec in specs
+        if (not args.system or spec.system in args.system)
+        and (not args.kind or spec.kind in args.kind)
+        and (not args.effect or set(args.effect) & set(spec.effects))
+    ]
     if args.quick and not args.fixed:
         specs = [Spec(**{**spec.__dict__, "small": True}) for spec in specs]
-    return specs[:args.count] if args.count else specs
+    return specs[: args.count] if args.count else specs
 
 
 def main() -> int:
@@ -77,10 +81,19 @@ def main() -> int:
                 fault = done.result()
                 faults += [fault] if fault else []
                 progress.advance()
-    write_json(args.out / "manifest.json", {
-        "schema": "hydro-hidden/1", "seed": args.seed, "quick": args.quick, "fixed": args.fixed,
-        "cases": sorted(({"id": spec.case_id, "system": spec.system} for spec in specs
-                         if is_complete(args.out, spec.case_id)), key=lambda line: line["id"])})
+    write_json(
+        args.out / "manifest.json",
+        {
+            "schema": "hydro-hidden/1",
+            "seed": args.seed,
+            "quick": args.quick,
+            "fixed": args.fixed,
+            "cases": sorted(
+                ({"id": spec.case_id, "system": spec.system} for spec in specs if is_complete(args.out, spec.case_id)),
+                key=lambda line: line["id"],
+            ),
+        },
+    )
     for fault in faults:
         print(fault, file=sys.stderr)
     return 1 if faults else 0

@@ -31,18 +31,36 @@ def parse() -> argparse.Namespace:
     """The command line, checked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("data/task1"), help="folder (default: %(default)s)")
-    parser.add_argument("--task", nargs="+", choices=sorted(task1.SAMPLES), default=sorted(task1.SAMPLES),
-                        help="which data sets (default: all)")
+    parser.add_argument(
+        "--task",
+        nargs="+",
+        choices=sorted(task1.SAMPLES),
+        default=sorted(task1.SAMPLES),
+        help="which data sets (default: all)",
+    )
     parser.add_argument("--seed", type=arguments.seed, default=0, help="default: %(default)s")
-    parser.add_argument("--trials", type=arguments.count,
-                        help="trajectories of each data set (default: " +
-                             ", ".join(f"{n} of {task}" for task, n in dataset.TRIALS.items()) +
-                             "); more than 192 of 1.1 tow conditions again")
-    parser.add_argument("--splits", type=arguments.splits, default=(0.8, 0.1, 0.1),
-                        help="shares of train,val,test (default: 0.8,0.1,0.1)")
-    parser.add_argument("--split-by", choices=task1.BY, default=task1.BY[0],
-                        help="configuration: no leg configuration of one split occurs in another (default: %(default)s)")
-    parser.add_argument("--shard-size", type=arguments.count, default=500, help="trajectories a file (default: %(default)s)")
+    parser.add_argument(
+        "--trials",
+        type=arguments.count,
+        help="trajectories of each data set (default: "
+        + ", ".join(f"{n} of {task}" for task, n in dataset.TRIALS.items())
+        + "); more than 192 of 1.1 tow conditions again",
+    )
+    parser.add_argument(
+        "--splits",
+        type=arguments.splits,
+        default=(0.8, 0.1, 0.1),
+        help="shares of train,val,test (default: 0.8,0.1,0.1)",
+    )
+    parser.add_argument(
+        "--split-by",
+        choices=task1.BY,
+        default=task1.BY[0],
+        help="configuration: no leg configuration of one split occurs in another (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--shard-size", type=arguments.count, default=500, help="trajectories a file (default: %(default)s)"
+    )
     clash = parser.add_mutually_exclusive_group()
     clash.add_argument("--resume", action="store_true", help="finish what a former run left")
     clash.add_argument("--overwrite", action="store_true", help="replace what --out holds of these tasks")
@@ -54,6 +72,7 @@ def parse() -> argparse.Namespace:
 def draw(raw: Path, figures: Path) -> None:
     """Pictures of the recorded runs."""
     from hydro_tools.tank import figures as pictures
+
     # The fastest tow of the middle configuration where it was towed, else the last run.
     files = [entry["file"] for entry in campaign.manifest(raw)["files"]]
     shown = "run-027.npz" if "run-027.npz" in files else files[-1]
@@ -64,8 +83,17 @@ def draw(raw: Path, figures: Path) -> None:
 def main() -> int:
     args = parse()
     start = time.monotonic()
-    wanted = [dataset.Settings(task=task, trials=args.trials or dataset.TRIALS[task], seed=args.seed, splits=args.splits,
-                               by=args.split_by, shard_size=args.shard_size) for task in args.task]
+    wanted = [
+        dataset.Settings(
+            task=task,
+            trials=args.trials or dataset.TRIALS[task],
+            seed=args.seed,
+            splits=args.splits,
+            by=args.split_by,
+            shard_size=args.shard_size,
+        )
+        for task in args.task
+    ]
     flags = {"resume": args.resume, "overwrite": args.overwrite}
     raw = args.out / "raw"
     try:

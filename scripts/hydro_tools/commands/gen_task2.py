@@ -29,18 +29,32 @@ def parse() -> argparse.Namespace:
     """The command line, checked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("data/task2"), help="folder (default: %(default)s)")
-    parser.add_argument("--trials", type=arguments.count, default=1000, help="trajectories in all (default: %(default)s)")
+    parser.add_argument(
+        "--trials", type=arguments.count, default=1000, help="trajectories in all (default: %(default)s)"
+    )
     parser.add_argument("--seed", type=arguments.seed, default=0, help="default: %(default)s")
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--workers", type=arguments.count, help=f"processes (default: all {os.cpu_count() or 1} cores)")
-    where.add_argument("--ray", metavar="ADDRESS", help="a Ray cluster does it: auto, host:6379, ray://host:10001, or "
-                       "local for one on this machine; files are written here")
-    parser.add_argument("--regime", choices=regime.REGIMES, default=regime.USUAL.name,
-                        help="ranges to draw from (default: %(default)s)")
-    parser.add_argument("--splits", type=arguments.splits,
-                        help="shares of train,val,test (default: 0.8,0.1,0.1; 0,0,1 outside the usual regime)")
-    parser.add_argument("--samples", type=arguments.count, default=400, help="samples a trajectory (default: %(default)s)")
-    parser.add_argument("--shard-size", type=arguments.count, default=50, help="trajectories a file (default: %(default)s)")
+    where.add_argument(
+        "--ray",
+        metavar="ADDRESS",
+        help="a Ray cluster does it: auto, host:6379, ray://host:10001, or "
+        "local for one on this machine; files are written here",
+    )
+    parser.add_argument(
+        "--regime", choices=regime.REGIMES, default=regime.USUAL.name, help="ranges to draw from (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--splits",
+        type=arguments.splits,
+        help="shares of train,val,test (default: 0.8,0.1,0.1; 0,0,1 outside the usual regime)",
+    )
+    parser.add_argument(
+        "--samples", type=arguments.count, default=400, help="samples a trajectory (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--shard-size", type=arguments.count, default=50, help="trajectories a file (default: %(default)s)"
+    )
     parser.add_argument("--model", default=scene.TRUTH, help="truth scene (default: %(default)s)")
     clash = parser.add_mutually_exclusive_group()
     clash.add_argument("--resume", action="store_true", help="finish what a former run left")
@@ -62,14 +76,22 @@ def executor(args: argparse.Namespace) -> Executor:
 
 def main() -> int:
     args = parse()
-    settings = dataset.Settings(name=args.out.resolve().name, trials=args.trials, seed=args.seed,
-                                samples=args.samples, splits=args.splits, shard_size=args.shard_size,
-                                model=args.model, regime=regime.REGIMES[args.regime])
+    settings = dataset.Settings(
+        name=args.out.resolve().name,
+        trials=args.trials,
+        seed=args.seed,
+        samples=args.samples,
+        splits=args.splits,
+        shard_size=args.shard_size,
+        model=args.model,
+        regime=regime.REGIMES[args.regime],
+    )
     start = time.monotonic()
     try:
         with executor(args) as workers:
-            manifest = dataset.generate(settings, args.out, executor=workers, resume=args.resume,
-                                        overwrite=args.overwrite)
+            manifest = dataset.generate(
+                settings, args.out, executor=workers, resume=args.resume, overwrite=args.overwrite
+            )
     except (DataError, FanoutError, OSError) as error:
         print(f"gen_task2.py: {error}", file=sys.stderr)
         return 1
@@ -77,6 +99,8 @@ def main() -> int:
         print(f"\ngen_task2.py: stopped; finished shards are kept in {args.out}: go on with --resume", file=sys.stderr)
         return 130
     counts = ", ".join(f"{split} {part['trajectories']}" for split, part in manifest["splits"].items())
-    print(f"{args.out}: {counts} trajectories of {args.samples} samples in {time.monotonic() - start:.1f} s "
-          f"({workers.description})")
+    print(
+        f"{args.out}: {counts} trajectories of {args.samples} samples in {time.monotonic() - start:.1f} s "
+        f"({workers.description})"
+    )
     return 0

@@ -27,9 +27,23 @@ from hydro_tools.learning_rates.trainings import Trainings
 #: Data sets of a task that are searched.
 SETS = {"task1": ("1.1", "1.2"), "task2": ("2",)}
 #: Rows that are searched, those that take long first.
-ROWS = ("lstm-informed", "lstm", "cnode-informed", "cnode-hermite-euler", "attention-ode-informed", "attention-ode-euler",
-        "mlp-ode-informed", "mlp-ode-euler", "mlp", "mlp-informed", "relaxation-ode", "relaxation-ode-modes",
-        "relaxation-ode-raw")
+ROWS = (
+    "lstm-informed",
+    "lstm",
+    "cnode-informed",
+    "cnode-hermite-euler",
+    "attention-ode-informed",
+    "attention-ode-euler",
+    "mlp-ode-informed",
+    "mlp-ode-euler",
+    "mlp",
+    "mlp-informed",
+    "relaxation-ode",
+    "relaxation-ode-modes",
+    "relaxation-ode-raw",
+)
+
+
 def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("task", choices=sorted(SETS))
@@ -52,7 +66,10 @@ def main() -> int:
     trainings = Trainings(args.hydro.resolve(), args.task, args.data, args.out)
     rows = args.rows.split(",") if args.rows else list(ROWS)
     if unknown := set(rows) - set(known := trainings.rows()):
-        print(f"learning_rates.py: --rows: unknown {', '.join(sorted(unknown))}; there are {', '.join(known)}", file=sys.stderr)
+        print(
+            f"learning_rates.py: --rows: unknown {', '.join(sorted(unknown))}; there are {', '.join(known)}",
+            file=sys.stderr,
+        )
         return 2
     chosen: dict[str, dict[str, float]] = {data: {} for data in SETS[args.task]}
     failed = []
@@ -60,7 +77,9 @@ def main() -> int:
     pool = ThreadPoolExecutor(max(1, args.parallel))
     try:
         searches = {
-            (data, row): pool.submit(search, lambda rate, seed, at=(data, row): trainings.error(*at, rate, seed), args.first)
+            (data, row): pool.submit(
+                search, lambda rate, seed, at=(data, row): trainings.error(*at, rate, seed), args.first
+            )
             for row in rows
             for data in SETS[args.task]
         }

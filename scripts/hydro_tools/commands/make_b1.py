@@ -20,8 +20,13 @@ def main() -> int:
     low, high = DISPLACED_LITRES_RANGE
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="compare with the files on disk, write nothing")
-    parser.add_argument("--displaced-volume", type=float, default=DISPLACED_LITRES, metavar="L",
-                        help=f"water that B1 displaces, {low:g} to {high:g} litres (default: %(default)g)")
+    parser.add_argument(
+        "--displaced-volume",
+        type=float,
+        default=DISPLACED_LITRES,
+        metavar="L",
+        help=f"water that B1 displaces, {low:g} to {high:g} litres (default: %(default)g)",
+    )
     parser.add_argument("--root", type=Path, default=ROOT, help="folder to write below (default: the repository)")
     args = parser.parse_args()
     try:
@@ -36,8 +41,11 @@ def main() -> int:
             found = path.read_text(encoding="utf-8") if path.is_file() else None
             if found != content:
                 stale += 1
-                print(f"make_b1.py: {name} is {'missing' if found is None else 'not what the table gives'}: "
-                      "run python scripts/make_b1.py", file=sys.stderr)
+                print(
+                    f"make_b1.py: {name} is {'missing' if found is None else 'not what the table gives'}: "
+                    "run python scripts/make_b1.py",
+                    file=sys.stderr,
+                )
             continue
         path.parent.mkdir(parents=True, exist_ok=True)
         beside = path.with_name(path.name + ".tmp")

@@ -36,7 +36,9 @@ class Run:
         out = folder / "task2"
         began, self.first_mib, self.own_mib, self.shared_mib = time.monotonic(), 0.0, 0.0, 0.0
         command = [sys.executable, GENERATOR, "--out", out, "--trials", trials, "--shard-size", shard_size, *where]
-        with subprocess.Popen([*map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as run:
+        with subprocess.Popen(
+            [*map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        ) as run:
             while run.poll() is None:
                 stand = len(list(out.glob("*.safetensors")))
                 if stand:
@@ -97,8 +99,11 @@ def main() -> int:
         for how, done in runs.items():
             equal = done.digests == reference.digests
             same &= equal
-            print(f"{trials:12}  {how:22}  {done.seconds:7.1f}  {done.seconds / reference.seconds:5.2f}  "
-                  f"{done.first_mib:5.1f}..{done.own_mib:6.1f}  {done.shared_mib:6.1f}  "
-                  f"{f'same {len(done.digests)} files' if equal else 'OTHER'}", flush=True)
+            print(
+                f"{trials:12}  {how:22}  {done.seconds:7.1f}  {done.seconds / reference.seconds:5.2f}  "
+                f"{done.first_mib:5.1f}..{done.own_mib:6.1f}  {done.shared_mib:6.1f}  "
+                f"{f'same {len(done.digests)} files' if equal else 'OTHER'}",
+                flush=True,
+            )
         print(f"              {runs['--ray, two nodes'].said}", flush=True)
     return 0 if same else 1

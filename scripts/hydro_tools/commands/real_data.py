@@ -24,17 +24,30 @@ from hydro_tools.repository import ROOT
 def parse() -> argparse.Namespace:
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--data", type=Path, default=ROOT.parent / "shared" / "data",
-                        help="folder of the csv files (default: ../shared/data)")
+    parser.add_argument(
+        "--data",
+        type=Path,
+        default=ROOT.parent / "shared" / "data",
+        help="folder of the csv files (default: ../shared/data)",
+    )
     parser.add_argument("--out", type=Path, required=True, help="folder to write the cases to")
     parser.add_argument("--case", choices=CASES, action="append", help="only this one; may be given again")
     parser.add_argument("--with-speed", action="store_true", help="keep the balls' differentiated speed as a sensor")
     parser.add_argument("--check", action="store_true", help="fit by SciPy too; writes OUT/reference.json")
     parser.add_argument("--run", action="store_true", help="run `hydro gap` on each case; writes OUT/<case>/gap")
-    parser.add_argument("--hydro", type=Path, default=ROOT / "target" / "release" / "hydro",
-                        help="the program (default: target/release/hydro)")
-    parser.add_argument("--gap-option", action="append", default=[], metavar="WORD",
-                        help="a word passed on to `hydro gap run`, such as --gap-option=--seed --gap-option=1")
+    parser.add_argument(
+        "--hydro",
+        type=Path,
+        default=ROOT / "target" / "release" / "hydro",
+        help="the program (default: target/release/hydro)",
+    )
+    parser.add_argument(
+        "--gap-option",
+        action="append",
+        default=[],
+        metavar="WORD",
+        help="a word passed on to `hydro gap run`, such as --gap-option=--seed --gap-option=1",
+    )
     return parser.parse_args()
 
 
@@ -45,8 +58,10 @@ def main() -> int:
         for case in args.case or CASES:
             cases[case] = make_case(case, args.data, args.out, args.with_speed)
             for trial in cases[case]:
-                print(f"{case}/{trial.name}: {len(trial.time)} rows, {trial.time[-1]:.2f} s, "
-                      f"starts at {trial.position:.5g}, {trial.velocity:.4g} a second")
+                print(
+                    f"{case}/{trial.name}: {len(trial.time)} rows, {trial.time[-1]:.2f} s, "
+                    f"starts at {trial.position:.5g}, {trial.velocity:.4g} a second"
+                )
         if args.check:
             (args.out / "reference.json").write_text(json.dumps(check(cases), indent=1))
         if args.run:

@@ -47,13 +47,23 @@ def _portable(path: Path) -> str:
 def parse() -> argparse.Namespace:
     """The command line, checked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--towing", type=Path, default=Path("data/task1"),
-                        help="folder with raw/conditions.csv (default: %(default)s)")
+    parser.add_argument(
+        "--towing", type=Path, default=Path("data/task1"), help="folder with raw/conditions.csv (default: %(default)s)"
+    )
     parser.add_argument("--out", type=Path, default=Path("out/real_to_sim"), help="folder (default: %(default)s)")
     parser.add_argument("--seed", type=arguments.seed, default=0, help="of what is held out (default: %(default)s)")
-    parser.add_argument("--holdout", type=_share, default=0.25, metavar="SHARE",
-                        help="share of the conditions that no fit sees (default: %(default)s)")
-    parser.add_argument("--write", action="store_true", help="write identified.json and b1_truth.xml into the repository, not into --out")
+    parser.add_argument(
+        "--holdout",
+        type=_share,
+        default=0.25,
+        metavar="SHARE",
+        help="share of the conditions that no fit sees (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--write",
+        action="store_true",
+        help="write identified.json and b1_truth.xml into the repository, not into --out",
+    )
     return parser.parse_args()
 
 
@@ -67,8 +77,16 @@ def run(args: argparse.Namespace) -> dict:
     tows = measurements.read(table)
     if args.out.exists() and not args.out.is_dir():
         raise DataError(f"{args.out} is a file: choose a folder for --out")
-    command = ["python", "scripts/real_to_sim.py", "--towing", _portable(args.towing), "--seed", str(args.seed),
-               "--holdout", f"{args.holdout:g}"]
+    command = [
+        "python",
+        "scripts/real_to_sim.py",
+        "--towing",
+        _portable(args.towing),
+        "--seed",
+        str(args.seed),
+        "--holdout",
+        f"{args.holdout:g}",
+    ]
     source = result.Source(shlex.join(command), table, args.seed, args.holdout)
     found = study.run(tows, args.holdout, args.seed)
     report = result.report(found, source)
@@ -76,8 +94,11 @@ def run(args: argparse.Namespace) -> dict:
     scene = files.identified_scene(DISPLACED_LITRES, coefficients["coefficients"])
 
     args.out.mkdir(parents=True, exist_ok=True)
-    into = (identified.FILE, ROOT / files.IDENTIFIED) if args.write else (
-        args.out / identified.FILE.name, args.out / Path(files.IDENTIFIED).name)
+    into = (
+        (identified.FILE, ROOT / files.IDENTIFIED)
+        if args.write
+        else (args.out / identified.FILE.name, args.out / Path(files.IDENTIFIED).name)
+    )
     write_json(into[0], coefficients)
     write_beside(into[1], scene.encode())
     figures.draw(report, args.out)
@@ -99,8 +120,12 @@ def main() -> int:
     except KeyboardInterrupt:
         print("\nreal_to_sim.py: stopped; nothing was written", file=sys.stderr)
         return 130
-    before, after = (report["errors"][model]["held_out"]["rmse"]["pooled"]["value"] for model in ("default", "identified"))
+    before, after = (
+        report["errors"][model]["held_out"]["rmse"]["pooled"]["value"] for model in ("default", "identified")
+    )
     left = report["left_out_configuration"]["all"]["rmse"]["pooled"]["value"]
-    print(f"{args.out / 'report.md'}: {report['tows']['held_out']} held-out tows, RMSE {before:.2f} N with the defaults, "
-          f"{after:.2f} N identified; {left:.2f} N with the leg configuration left out; {time.monotonic() - start:.1f} s")
+    print(
+        f"{args.out / 'report.md'}: {report['tows']['held_out']} held-out tows, RMSE {before:.2f} N with the defaults, "
+        f"{after:.2f} N identified; {left:.2f} N with the leg configuration left out; {time.monotonic() - start:.1f} s"
+    )
     return 0

@@ -40,8 +40,13 @@ def parse() -> argparse.Namespace:
     length.add_argument("--duration", type=float, default=4.0, metavar="S", help="seconds a run (default: %(default)s)")
     length.add_argument("--minutes", type=float, help="minutes a run, instead of --duration")
     parser.add_argument("--seed", type=int, default=0, help="default: %(default)s")
-    parser.add_argument("--density-range", type=_range, default=plan.DENSITY_RANGE, metavar="LOW,HIGH",
-                        help="kg/m^3 (default: 990,1030)")
+    parser.add_argument(
+        "--density-range",
+        type=_range,
+        default=plan.DENSITY_RANGE,
+        metavar="LOW,HIGH",
+        help="kg/m^3 (default: 990,1030)",
+    )
     parser.add_argument("--model", default=scene.TRUTH, help="truth scene (default: %(default)s)")
     parser.add_argument("--overwrite", action="store_true", help="replace the rollouts in --out")
     args = parser.parse_args()
@@ -64,8 +69,10 @@ def run(args: argparse.Namespace) -> None:
     args.out.mkdir(parents=True, exist_ok=True)
     held = sorted(path.name for path in args.out.iterdir())
     if held and not args.overwrite:
-        raise DataError(f"{args.out} is not empty ({held[0]}, ...): pass --overwrite to replace its rollouts, or choose "
-                        "another --out")
+        raise DataError(
+            f"{args.out} is not empty ({held[0]}, ...): pass --overwrite to replace its rollouts, or choose "
+            "another --out"
+        )
     for path in (args.out / rollouts.INDEX, *args.out.glob("rollout-*.npz"), *args.out.glob("*.tmp")):
         path.unlink(missing_ok=True)
     progress, entries = Progress(args.count, "rollouts"), []
@@ -74,9 +81,11 @@ def run(args: argparse.Namespace) -> None:
         entries.append(rollouts.write_run(args.out, index, arrays))
         progress.advance()
     low, high = args.density_range
-    command = (f"python scripts/record_rollouts.py --out {shlex.quote(_portable(args.out))} --count {args.count} "
-               f"--duration {args.duration:g} --seed {args.seed} --density-range {low:g},{high:g} "
-               f"--model {shlex.quote(args.model)}")
+    command = (
+        f"python scripts/record_rollouts.py --out {shlex.quote(_portable(args.out))} --count {args.count} "
+        f"--duration {args.duration:g} --seed {args.seed} --density-range {low:g},{high:g} "
+        f"--model {shlex.quote(args.model)}"
+    )
     rollouts.write_index(args.out, loaded, args.seed, command, entries)
 
 

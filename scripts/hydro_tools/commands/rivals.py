@@ -68,7 +68,7 @@ def folders(args: argparse.Namespace) -> list[Path]:
     found = sorted(p for p in args.cases.iterdir() if (p / "nominal.xml").is_file())
     if not found:
         raise RivalError(f"{args.cases} holds no case (a folder with nominal.xml and trials/)")
-    return found[:args.count] if args.count else found
+    return found[: args.count] if args.count else found
 
 
 def tune(args: argparse.Namespace) -> int:
@@ -88,8 +88,11 @@ def main() -> int:
     parser.add_argument("--cases", type=Path, required=True, help="folder of case folders")
     parser.add_argument("--out", type=Path, default=Path("out/rivals"), help="where verdicts go (default: out/rivals)")
     parser.add_argument("--method", action="append", choices=sorted(METHODS), help="only these (default: all)")
-    parser.add_argument("--sealed", type=Path, help="OUT/sealed of gen_hidden.py: trials that are scored and never "
-                        "fitted; `tune` also reads the answers")
+    parser.add_argument(
+        "--sealed",
+        type=Path,
+        help="OUT/sealed of gen_hidden.py: trials that are scored and never fitted; `tune` also reads the answers",
+    )
     parser.add_argument("--verdicts", type=Path, help="what run_hidden.py wrote, for `patched`")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="worker processes")
     parser.add_argument("--count", type=int, help="at most so many cases")

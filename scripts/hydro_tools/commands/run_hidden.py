@@ -34,8 +34,11 @@ def main() -> int:
         parser.error(f"--jobs {args.jobs}: at least 1 is needed")
     if not args.hydro.exists():
         parser.error(f"{args.hydro}: no such program; build it with `cargo build --release`")
-    cases = [file.parent for file in sorted(args.cases.glob("*/case.json"))
-             if not args.system or json.loads(file.read_text())["system"] in args.system]
+    cases = [
+        file.parent
+        for file in sorted(args.cases.glob("*/case.json"))
+        if not args.system or json.loads(file.read_text())["system"] in args.system
+    ]
     if not cases:
         parser.error(f"{args.cases}: no case of these systems; make some with scripts/gen_hidden.py")
     args.out.mkdir(parents=True, exist_ok=True)

@@ -25,9 +25,17 @@ def main() -> int:
     parser.add_argument("--cases", type=Path, help="OUT/cases of gen_hidden.py")
     parser.add_argument("--sealed", type=Path, help="OUT/sealed of gen_hidden.py")
     parser.add_argument("--verdicts", type=Path, help="folder with <case id>/verdict.json")
-    parser.add_argument("--method", action="append", default=[], metavar="NAME=DIR", help="a method and its verdicts; several")
-    parser.add_argument("--record", type=Path, action="append", default=[], metavar="FILE",
-                        help="what --save wrote, instead of folders; several, of different cases")
+    parser.add_argument(
+        "--method", action="append", default=[], metavar="NAME=DIR", help="a method and its verdicts; several"
+    )
+    parser.add_argument(
+        "--record",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="what --save wrote, instead of folders; several, of different cases",
+    )
     parser.add_argument("--save", type=Path, metavar="FILE", help="writes what was hidden and said to a file")
     parser.add_argument("--json", action="store_true", help="one machine-readable result")
     args = parser.parse_args()

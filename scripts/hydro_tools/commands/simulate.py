@@ -26,8 +26,12 @@ def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rollouts", type=Path, required=True, help="folder of scripts/record_rollouts.py")
     parser.add_argument("--scene", default="mjcf/b1_swim.xml", help="default: %(default)s")
-    parser.add_argument("--plugin", type=Path, default=scene.ROOT / "target/release" / replay.library_name(),
-                        help="plugin library (default: target/release/...)")
+    parser.add_argument(
+        "--plugin",
+        type=Path,
+        default=scene.ROOT / "target/release" / replay.library_name(),
+        help="plugin library (default: target/release/...)",
+    )
     parser.add_argument("--checkpoint", type=Path, help="checkpoint folder, instead of the scene's")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     return parser.parse_args()
@@ -42,8 +46,13 @@ def run(args: argparse.Namespace) -> list[dict]:
     for entry, recorded in zip(index["rollouts"], runs):
         model = replay.compile_scene(args.scene, density=entry["density"], checkpoint=args.checkpoint)
         found = errors(model, recorded, index["sample_period"])
-        results.append({"file": entry["file"], "density": entry["density"],
-                        "errors": [{"t": t, "position_m": p, "attitude_deg": a} for t, (p, a) in found.items()]})
+        results.append(
+            {
+                "file": entry["file"],
+                "density": entry["density"],
+                "errors": [{"t": t, "position_m": p, "attitude_deg": a} for t, (p, a) in found.items()],
+            }
+        )
     if not any(result["errors"] for result in results):
         raise DataError(f"{args.rollouts}: no run lasts {INSTANTS[0]:g} s; record longer ones with --duration")
     return results
@@ -59,12 +68,16 @@ def main() -> int:
     if args.json:
         print(json.dumps({"scene": args.scene, "rollouts": results}))
         return 0
-    print(f"{args.scene}, {len(results)} rollouts\n{'t [s]':>6} {'runs':>5} {'position [m]: mean':>19} {'median':>8} {'worst':>8}"
-          f" {'attitude [deg]: mean':>21} {'median':>8} {'worst':>8}")
+    print(
+        f"{args.scene}, {len(results)} rollouts\n{'t [s]':>6} {'runs':>5} {'position [m]: mean':>19} {'median':>8} {'worst':>8}"
+        f" {'attitude [deg]: mean':>21} {'median':>8} {'worst':>8}"
+    )
     for t in INSTANTS:
         found = [(e["position_m"], e["attitude_deg"]) for r in results for e in r["errors"] if e["t"] == t]
         if found:
             p, a = np.array(found).T
-            print(f"{t:6g} {len(p):5d} {p.mean():19.4f} {np.median(p):8.4f} {p.max():8.4f}"
-                  f" {a.mean():21.3f} {np.median(a):8.3f} {a.max():8.3f}")
+            print(
+                f"{t:6g} {len(p):5d} {p.mean():19.4f} {np.median(p):8.4f} {p.max():8.4f}"
+                f" {a.mean():21.3f} {np.median(a):8.3f} {a.max():8.3f}"
+            )
     return 0

@@ -27,5 +27,6 @@ def splits(text: str) -> tuple[float, float, float]:
         shares = ()
     if len(shares) != 3 or not all(0 <= share <= 1 for share in shares) or abs(sum(shares) - 1) > 1e-9:
         raise argparse.ArgumentTypeError(
-            f"`{text}`: expected three shares train,val,test that sum to 1, such as 0.8,0.1,0.1")
+            f"`{text}`: expected three shares train,val,test that sum to 1, such as 0.8,0.1,0.1"
+        )
     return shares

@@ -66,8 +66,9 @@ def _head(settings: Settings, loaded: scene.Scene) -> dict:
     } | settings.regime.recorded()
 
 
-def generate(settings: Settings, out: Path, *, executor: Executor, resume: bool = False,
-             overwrite: bool = False) -> dict:
+def generate(
+    settings: Settings, out: Path, *, executor: Executor, resume: bool = False, overwrite: bool = False
+) -> dict:
     """Make or finish the data set; returns its manifest."""
     loaded = scene.load(settings.model)
     head = _head(settings, loaded)
@@ -79,8 +80,10 @@ def generate(settings: Settings, out: Path, *, executor: Executor, resume: bool 
         recorded, std = finished(out, head, planned, unsaid={"regime": USUAL.name})
         hashes = intact(out, recorded)
     if std is None:
-        std = [float(s) for s in task2.PERTURBATION * task2.pilot_std(loaded, settings.regime, settings.seed,
-                                                                           settings.samples)]
+        std = [
+            float(s)
+            for s in task2.PERTURBATION * task2.pilot_std(loaded, settings.regime, settings.seed, settings.samples)
+        ]
 
     maker = task2.Maker(loaded, settings.regime, settings.seed, settings.samples, np.array(std))
     if executor.other_machines:
@@ -89,7 +92,13 @@ def generate(settings: Settings, out: Path, *, executor: Executor, resume: bool 
     # Workers may be machines without this folder: only this process writes.
     try:
         with closing(executor.run(maker, missing)) as results:
-            return complete(out, head | {"perturbation_std": std}, planned, hashes, results,
-                            lambda hashes: {"splits": entries(settings.counts(), shards, hashes)})
+            return complete(
+                out,
+                head | {"perturbation_std": std},
+                planned,
+                hashes,
+                results,
+                lambda hashes: {"splits": entries(settings.counts(), shards, hashes)},
+            )
     except FanoutError as error:
         raise DataError(f"{error}; finished shards are kept: go on with --resume") from error

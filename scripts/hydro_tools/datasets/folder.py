@@ -58,8 +58,9 @@ def entries(counts: dict[str, int], made: list[Shard], hashes: dict[str, str]) -
     return {
         split: {
             "trajectories": count,
-            "shards": [{"file": s.file, "trajectories": s.count, "sha256": hashes[s.file]}
-                       for s in made if s.split == split],
+            "shards": [
+                {"file": s.file, "trajectories": s.count, "sha256": hashes[s.file]} for s in made if s.split == split
+            ],
         }
         for split, count in counts.items()
     }
@@ -76,8 +77,9 @@ def read(path: Path) -> dict:
     return value
 
 
-def finished(out: Path, head: dict, plan: dict[str, int],
-             unsaid: dict | None = None) -> tuple[dict[str, str], list[float] | None]:
+def finished(
+    out: Path, head: dict, plan: dict[str, int], unsaid: dict | None = None
+) -> tuple[dict[str, str], list[float] | None]:
     """Shards recorded in `out` as (sha256 by file, noise std); refuses a folder made with other settings.
 
     unsaid: settings that hold where a head does not name them.
@@ -89,22 +91,28 @@ def finished(out: Path, head: dict, plan: dict[str, int],
         counts = found.get("planned")
     elif manifest.is_file():
         found = read(manifest)
-        listed = found.get("files") or [entry for split in found.get("splits", {}).values() for entry in split["shards"]]
+        listed = found.get("files") or [
+            entry for split in found.get("splits", {}).values() for entry in split["shards"]
+        ]
         hashes = {entry["file"]: entry["sha256"] for entry in listed}
         counts = {entry["file"]: entry.get("trajectories", 1) for entry in listed}
         std = found.get("perturbation_std")
     else:
-        raise DataError(f"{out} holds no {MANIFEST} or {GENERATION}, so there is nothing to resume: choose "
-                        "another --out, or --overwrite")
+        raise DataError(
+            f"{out} holds no {MANIFEST} or {GENERATION}, so there is nothing to resume: choose "
+            "another --out, or --overwrite"
+        )
     found, head = (unsaid or {}) | found, (unsaid or {}) | head
     unlike = [key for key in head if found.get(key) != head[key]]
     if unlike:
-        details = "; ".join(f"{key} was {reprlib.repr(found.get(key))}, now {reprlib.repr(head[key])}"
-                            for key in unlike[:3])
+        details = "; ".join(
+            f"{key} was {reprlib.repr(found.get(key))}, now {reprlib.repr(head[key])}" for key in unlike[:3]
+        )
         raise DataError(f"{out} was made with other settings ({details}): repeat them to resume, or --overwrite")
     if counts != plan:
-        raise DataError(f"{out} was made with other --trials, --splits or --shard-size: repeat them to resume, "
-                        "or --overwrite")
+        raise DataError(
+            f"{out} was made with other --trials, --splits or --shard-size: repeat them to resume, or --overwrite"
+        )
     return dict(hashes), std
 
 
@@ -122,8 +130,10 @@ def prepare(out: Path, *, resume: bool, overwrite: bool, files: tuple[str, ...] 
     held = sorted(path.name for path in out.iterdir())
     if held and not (resume or overwrite):
         shown = ", ".join(held[:3]) + (", ..." if len(held) > 3 else "")
-        raise DataError(f"{out} is not empty ({shown}): pass --resume to finish it, --overwrite to replace it, "
-                        "or choose another --out")
+        raise DataError(
+            f"{out} is not empty ({shown}): pass --resume to finish it, --overwrite to replace it, "
+            "or choose another --out"
+        )
     if overwrite:
         for path in (*(path for pattern in files for path in out.glob(pattern)), out / MANIFEST, out / GENERATION):
             path.unlink(missing_ok=True)
@@ -136,8 +146,16 @@ def intact(out: Path, hashes: dict[str, str]) -> dict[str, str]:
     return {file: digest for file, digest in hashes.items() if (out / file).is_file() and sha256(out / file) == digest}
 
 
-def complete(out: Path, head: dict, planned: dict[str, int], hashes: dict[str, str], results: Iterable[tuple[str, bytes]],
-             closing: Callable[[dict[str, str]], dict], *, unit: str = "trajectories") -> dict:
+def complete(
+    out: Path,
+    head: dict,
+    planned: dict[str, int],
+    hashes: dict[str, str],
+    results: Iterable[tuple[str, bytes]],
+    closing: Callable[[dict[str, str]], dict],
+    *,
+    unit: str = "trajectories",
+) -> dict:
     """Write the files that are missing as they come; returns the manifest, `head` and `closing(sha256 by file)`.
 
     planned: units by file, for the record and the progress; hashes: sha256 of the files that stand; results:
@@ -158,9 +176,18 @@ def complete(out: Path, head: dict, planned: dict[str, int], hashes: dict[str, s
     return manifest
 
 
-def fill(out: Path, head: dict, planned: dict[str, int], make: Callable[[str], bytes],
-         closing: Callable[[dict[str, str]], dict], *, resume: bool, overwrite: bool,
-         files: tuple[str, ...] = ("*-of-*.safetensors",), unit: str = "trajectories") -> dict:
+def fill(
+    out: Path,
+    head: dict,
+    planned: dict[str, int],
+    make: Callable[[str], bytes],
+    closing: Callable[[dict[str, str]], dict],
+    *,
+    resume: bool,
+    overwrite: bool,
+    files: tuple[str, ...] = ("*-of-*.safetensors",),
+    unit: str = "trajectories",
+) -> dict:
     """Make or finish a folder in this process, file by file, as `complete` does; returns its manifest.
 
     make: the bytes of a file.

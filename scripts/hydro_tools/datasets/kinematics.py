@@ -20,8 +20,13 @@ def tree(loaded: scene.Scene) -> dict:
     for body in range(base, model.nbody):
         if model.body_rootid[body] != model.body_rootid[base] or (hull := _largest_hull(model, body)) is None:
             continue
-        link = {"name": model.body(body).name, "origin": [0.0, 0.0, 0.0], "rotation": [1.0, 0.0, 0.0, 0.0],
-                "centre": model.geom_pos[hull].tolist(), "along": _longest_axis(model, hull)}
+        link = {
+            "name": model.body(body).name,
+            "origin": [0.0, 0.0, 0.0],
+            "rotation": [1.0, 0.0, 0.0, 0.0],
+            "centre": model.geom_pos[hull].tolist(),
+            "along": _longest_axis(model, hull),
+        }
         if body != base:
             link |= _hung(loaded, body, base, places)
         places[body] = len(links)
@@ -40,10 +45,15 @@ def _hung(loaded: scene.Scene, body: int, base: int, places: dict[int, int]) -> 
         out["parent"] = places[parent]
     first, count = model.body_jntadr[body], model.body_jntnum[body]
     if count > 1 or (count and (int(model.jnt_type[first]) not in KINDS or np.any(model.jnt_pos[first]))):
-        raise DataError(f"model {loaded.path}: body `{name}`: expected at most one hinge or slide, at the body's origin")
+        raise DataError(
+            f"model {loaded.path}: body `{name}`: expected at most one hinge or slide, at the body's origin"
+        )
     if count:
-        out["joint"] = {"name": model.joint(first).name, "kind": KINDS[int(model.jnt_type[first])],
-                        "axis": model.jnt_axis[first].tolist()}
+        out["joint"] = {
+            "name": model.joint(first).name,
+            "kind": KINDS[int(model.jnt_type[first])],
+            "axis": model.jnt_axis[first].tolist(),
+        }
     return out
 
 

@@ -72,8 +72,14 @@ def _attitude(rng: np.random.Generator) -> np.ndarray:
     if kind == 2:
         return anything / np.sqrt(np.sum(anything**2))
     (cr, cp, cy), (sr, sp, sy) = np.cos([roll / 2, pitch / 2, yaw / 2]), np.sin([roll / 2, pitch / 2, yaw / 2])
-    return np.array([cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy,
-                     cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy])
+    return np.array(
+        [
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        ]
+    )
 
 
 def _bounded(vector: np.ndarray, least: float, most: float) -> np.ndarray:
@@ -106,18 +112,29 @@ def _dwell(rng: np.random.Generator, start: int, end: int) -> list[int]:
         instants.append(at)
 
 
-def _draw(rng: np.random.Generator, ranges: Ranges, *, warm_up: int, rows: int, changes: list[int], density: np.ndarray,
-          condition: np.ndarray, joint_range: np.ndarray) -> Plan:
+def _draw(
+    rng: np.random.Generator,
+    ranges: Ranges,
+    *,
+    warm_up: int,
+    rows: int,
+    changes: list[int],
+    density: np.ndarray,
+    condition: np.ndarray,
+    joint_range: np.ndarray,
+) -> Plan:
     """Initial state, and the tracks of targets and pushes that change at `changes` [samples]."""
     t = np.arange(rows) * SAMPLE_PERIOD
     first = gait.draw(rng, ranges)
     posture = gait.within(first.targets(t[:1])[0] + rng.normal(0, JOINT_SPREAD, 12), joint_range)
     qpos = np.concatenate((np.zeros(3), _attitude(rng), posture))
-    qvel = np.concatenate((
-        _bounded(rng.normal(0, ranges.start_speed, 3), *ranges.speed_norm),
-        _bounded(rng.normal(0, ranges.start_rate, 3), *ranges.rate_norm),
-        rng.normal(0, JOINT_SPEED, 12),
-    ))
+    qvel = np.concatenate(
+        (
+            _bounded(rng.normal(0, ranges.start_speed, 3), *ranges.speed_norm),
+            _bounded(rng.normal(0, ranges.start_rate, 3), *ranges.rate_norm),
+            rng.normal(0, JOINT_SPEED, 12),
+        )
+    )
     ctrl = gait.hold(posture).targets(t)
     push = np.zeros((rows, 6))
     ramp = round(PUSH_RAMP / SAMPLE_PERIOD)
@@ -135,8 +152,7 @@ def _warm_up(rng: np.random.Generator) -> int:
     return round(rng.uniform(0, longest) / SAMPLE_PERIOD)
 
 
-def task2(seed: int, stream: int, index: int, *, samples: int, joint_range: np.ndarray,
-          regime: Regime = USUAL) -> Plan:
+def task2(seed: int, stream: int, index: int, *, samples: int, joint_range: np.ndarray, regime: Regime = USUAL) -> Plan:
     """A trajectory of Task 2: SWITCHES switches at random instants after its first sample."""
     rng = generator(seed, stream, index, *regime.key)
     warm_up = _warm_up(rng)
@@ -146,13 +162,21 @@ def task2(seed: int, stream: int, index: int, *, samples: int, joint_range: np.n
     density = np.concatenate((np.full(warm_up, densities[0]), densities[condition]))
     restless = rng.choice(RESTLESSNESS, p=RESTLESSNESS_SHARES)
     during = [warm_up + int(at) for at in switches if rng.random() < restless]
-    return _draw(rng, regime.ranges, warm_up=warm_up, rows=warm_up + samples,
-                 changes=_dwell(rng, 0, warm_up) + during, density=density, condition=condition,
-                 joint_range=joint_range)
+    return _draw(
+        rng,
+        regime.ranges,
+        warm_up=warm_up,
+        rows=warm_up + samples,
+        changes=_dwell(rng, 0, warm_up) + during,
+        density=density,
+        condition=condition,
+        joint_range=joint_range,
+    )
 
 
-def rollout(seed: int, index: int, *, samples: int, density_range: tuple[float, float],
-            joint_range: np.ndarray) -> Plan:
+def rollout(
+    seed: int, index: int, *, samples: int, density_range: tuple[float, float], joint_range: np.ndarray
+) -> Plan:
     """A run for closed-loop comparison: one density, gait and push changing every DWELL seconds or so.
 
     Its stream is disjoint from every stream of Task 2, so no run was ever trained on.
@@ -160,6 +184,13 @@ def rollout(seed: int, index: int, *, samples: int, density_range: tuple[float, 
     rng = generator(seed, Stream.ROLLOUT, index)
     warm_up = _warm_up(rng)
     rows = warm_up + samples
-    return _draw(rng, USUAL.ranges, warm_up=warm_up, rows=rows, changes=_dwell(rng, 0, rows),
-                 density=np.full(rows, rng.uniform(*density_range)), condition=np.zeros(samples, int),
-                 joint_range=joint_range)
+    return _draw(
+        rng,
+        USUAL.ranges,
+        warm_up=warm_up,
+        rows=rows,
+        changes=_dwell(rng, 0, rows),
+        density=np.full(rows, rng.uniform(*density_range)),
+        condition=np.zeros(samples, int),
+        joint_range=joint_range,
+    )

@@ -36,9 +36,11 @@ class Proof:
         """Make the known bytes, once a process; refuses a machine that makes others."""
         if self not in _HELD:
             if hashlib.sha256(make()).hexdigest() != self.sha256:
-                raise DataError(f"this node rounds otherwise than the machine that asks, so its shards would have "
-                                f"other bytes: leave it out, or give it the same packages and kind of processor "
-                                f"({machine()}; expected as on {self.made_on})")
+                raise DataError(
+                    f"this node rounds otherwise than the machine that asks, so its shards would have "
+                    f"other bytes: leave it out, or give it the same packages and kind of processor "
+                    f"({machine()}; expected as on {self.made_on})"
+                )
             _HELD.add(self)
 
 

@@ -78,8 +78,10 @@ def replay(model: mujoco.MjModel, run: dict[str, np.ndarray], sample_period: flo
     substeps = round(sample_period / model.opt.timestep)
     data = mujoco.MjData(model)
     if model.nq != run["qpos"].shape[1] or model.nu != run["ctrl"].shape[1]:
-        raise DataError(f"the scene has {model.nq} positions and {model.nu} controls, the rollout "
-                        f"{run['qpos'].shape[1]} and {run['ctrl'].shape[1]}")
+        raise DataError(
+            f"the scene has {model.nq} positions and {model.nu} controls, the rollout "
+            f"{run['qpos'].shape[1]} and {run['ctrl'].shape[1]}"
+        )
     data.qpos[:], data.qvel[:] = run["qpos"][0], run["qvel"][0]
     yield data
     for ctrl, push in zip(run["ctrl"], run["push"]):

@@ -20,12 +20,12 @@ SCHEMA = "hydro-rollouts/1"
 INDEX = "rollouts.json"
 
 
-def record(loaded: scene.Scene, seed: int, index: int, *, duration: float,
-           density_range: tuple[float, float]) -> dict[str, np.ndarray]:
+def record(
+    loaded: scene.Scene, seed: int, index: int, *, duration: float, density_range: tuple[float, float]
+) -> dict[str, np.ndarray]:
     """Run number `index` of `seed`, `duration` seconds long."""
     periods = round(duration / scene.SAMPLE_PERIOD)
-    drawn = plan.rollout(seed, index, samples=periods + 1, density_range=density_range,
-                         joint_range=loaded.joint_range)
+    drawn = plan.rollout(seed, index, samples=periods + 1, density_range=density_range, joint_range=loaded.joint_range)
     run = simulation.simulate(loaded, [drawn])
     return {
         "time": np.arange(periods + 1) * scene.SAMPLE_PERIOD,
@@ -44,25 +44,32 @@ def write_run(out: Path, index: int, arrays: dict[str, np.ndarray]) -> dict:
     """Write one run; returns its entry of the index."""
     path = out / f"rollout-{index:03d}.npz"
     write_beside(path, npz_bytes(arrays))
-    return {"file": path.name, "sha256": sha256(path), "density": float(arrays["density"]),
-            "duration": float(arrays["time"][-1])}
+    return {
+        "file": path.name,
+        "sha256": sha256(path),
+        "density": float(arrays["density"]),
+        "duration": float(arrays["time"][-1]),
+    }
 
 
 def write_index(out: Path, loaded: scene.Scene, seed: int, command: str, entries: list[dict]) -> None:
     """Write `rollouts.json`, last: a folder without it is unfinished."""
-    write_json(out / INDEX, {
-        "schema": SCHEMA,
-        "model": loaded.path,
-        "model_sha256": loaded.sha256,
-        "timestep": loaded.model.opt.timestep,
-        "sample_period": scene.SAMPLE_PERIOD,
-        "seed": seed,
-        "command": command,
-        "mujoco": mujoco.__version__,
-        "features": features.names(loaded.joints),
-        "joints": list(loaded.joints),
-        "rollouts": entries,
-    })
+    write_json(
+        out / INDEX,
+        {
+            "schema": SCHEMA,
+            "model": loaded.path,
+            "model_sha256": loaded.sha256,
+            "timestep": loaded.model.opt.timestep,
+            "sample_period": scene.SAMPLE_PERIOD,
+            "seed": seed,
+            "command": command,
+            "mujoco": mujoco.__version__,
+            "features": features.names(loaded.joints),
+            "joints": list(loaded.joints),
+            "rollouts": entries,
+        },
+    )
 
 
 def read(folder: Path) -> tuple[dict, list[dict[str, np.ndarray]]]:

@@ -63,7 +63,9 @@ def load(path: str = TRUTH) -> Scene:
         raise DataError(f"model {path}: expected one servo a joint, {list(joints)}; found {list(servos)}")
     substeps = SAMPLE_PERIOD / model.opt.timestep
     if abs(substeps - round(substeps)) > 1e-9:
-        raise DataError(f"model {path}: its timestep {model.opt.timestep} s does not divide the sample period {SAMPLE_PERIOD} s")
+        raise DataError(
+            f"model {path}: its timestep {model.opt.timestep} s does not divide the sample period {SAMPLE_PERIOD} s"
+        )
     # Sensors cost time and feed nothing back.
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
     return Scene(path, hashlib.sha256(file.read_bytes()).hexdigest(), model, joints)

@@ -53,8 +53,12 @@ def simulate(scene: Scene, plans: Sequence[Plan], *, threads: int = 1) -> Record
     fixed_lift = lift_at(model, np.float64(0.0))
 
     shape = (m, samples)
-    record = {"qpos": np.empty((*shape, model.nq)), "qvel": np.empty((*shape, model.nv)),
-              "fluid": np.empty((*shape, 6)), "lift": np.empty((*shape, 6))}
+    record = {
+        "qpos": np.empty((*shape, model.nq)),
+        "qvel": np.empty((*shape, model.nv)),
+        "fluid": np.empty((*shape, 6)),
+        "lift": np.empty((*shape, 6)),
+    }
     for row in range(longest + samples):
         active = np.flatnonzero(joins <= row)
         if not active.size:
@@ -75,7 +79,7 @@ def simulate(scene: Scene, plans: Sequence[Plan], *, threads: int = 1) -> Record
     quaternion = record["qpos"][..., 3:7]
     hydrostatic = features.base_wrench(quaternion, record["lift"])
     wrench = features.base_wrench(quaternion, record["fluid"] + record["lift"])
-    along = np.stack([plan.density[plan.warm_up:] for plan in plans])
+    along = np.stack([plan.density[plan.warm_up :] for plan in plans])
     x = features.features(record["qpos"], record["qvel"], along)
     return Recording(record["qpos"], record["qvel"], x, wrench, hydrostatic)
 

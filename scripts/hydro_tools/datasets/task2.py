@@ -22,8 +22,10 @@ SPLITS = {"train": plan.Stream.TRAIN, "val": plan.Stream.VAL, "test": plan.Strea
 
 
 def _record(scene: Scene, regime: Regime, seed: int, stream: int, first: int, count: int, samples: int):
-    plans = [plan.task2(seed, stream, first + i, samples=samples, joint_range=scene.joint_range, regime=regime)
-             for i in range(count)]
+    plans = [
+        plan.task2(seed, stream, first + i, samples=samples, joint_range=scene.joint_range, regime=regime)
+        for i in range(count)
+    ]
     return plans, simulation.simulate(scene, plans)
 
 
@@ -43,10 +45,12 @@ def shard_bytes(scene: Scene, regime: Regime, seed: int, shard: Shard, samples: 
     for first in range(shard.first, shard.first + shard.count, BLOCK):
         count = min(BLOCK, shard.first + shard.count - first)
         plans, record = _record(scene, regime, seed, stream, first, count, samples)
-        noise = np.stack([
-            plan.generator(seed, plan.Stream.NOISE, stream, first + i, *regime.key).normal(size=(samples, 6))
-            for i in range(count)
-        ])
+        noise = np.stack(
+            [
+                plan.generator(seed, plan.Stream.NOISE, stream, first + i, *regime.key).normal(size=(samples, 6))
+                for i in range(count)
+            ]
+        )
         blocks["x"].append(record.x.astype(np.float32))
         blocks["wrench"].append((record.wrench + noise_std * noise).astype(np.float32))
         blocks["wrench_clean"].append(record.wrench.astype(np.float32))
@@ -78,5 +82,4 @@ class Maker:
 
     def sample(self) -> bytes:
         """One trajectory, as a shard of its own: what a proof is made of."""
-        return shard_bytes(self.scene, self.regime, self.seed, Shard("train", 0, 1, 0, 1), self.samples,
-                           self.noise_std)
+        return shard_bytes(self.scene, self.regime, self.seed, Shard("train", 0, 1, 0, 1), self.samples, self.noise_std)

@@ -24,7 +24,9 @@ class Trial:
             self.control_times, self.control = log["control_times"], log["control_data"]
             self.times, self.values = log["sensordata_times"], log["sensordata_data"]
             self.state = log["initial_state"]
-            self.sensors = {name: columns for name, (_, columns) in json.loads(str(log["sensordata_signal_mapping"])).items()}
+            self.sensors = {
+                name: columns for name, (_, columns) in json.loads(str(log["sensordata_signal_mapping"])).items()
+            }
 
     def command(self, time: float) -> np.ndarray:
         """Linear between rows."""
@@ -47,8 +49,8 @@ SIZES = {"qpos": {0: 7, 1: 4, 2: 1, 3: 1}, "qvel": {0: 6, 1: 3, 2: 1, 3: 1}}
 def set_motion(model, data, nominal, trial: Trial) -> None:
     """The nominal's joints as the log has them; a joint that only the patched model has stays in the middle."""
     names = [nominal.joint(j).name for j in range(nominal.njnt)]
-    data.qpos[places(model, names, "qpos", SIZES)] = trial.state[1:1 + nominal.nq]
-    data.qvel[places(model, names, "qvel", SIZES)] = trial.state[1 + nominal.nq:1 + nominal.nq + nominal.nv]
+    data.qpos[places(model, names, "qpos", SIZES)] = trial.state[1 : 1 + nominal.nq]
+    data.qvel[places(model, names, "qvel", SIZES)] = trial.state[1 + nominal.nq : 1 + nominal.nq + nominal.nv]
 
 
 def rollout(model, nominal, trial: Trial, seconds: float, corrections: dict) -> tuple[np.ndarray, np.ndarray]:
@@ -116,7 +118,13 @@ def compare(nominal_path: Path, out: Path, folder: Path, seconds: float) -> dict
         raise SystemExit(f"{folder}: no *.npz; expected trials as mujoco.sysid writes them")
     before = errors(nominal, nominal, trials, seconds, {})
     after = errors(patched, nominal, trials, seconds, verdict["patch"]["sensors"])
-    pooled = {side: float(np.sqrt(np.mean(np.square(list(by.values()))))) for side, by in
-              (("before", before), ("after", after))}
-    return {"trials": len(trials), "sensors": {name: {"before": before[name], "after": after[name]} for name in before},
-            **pooled, "reduction": 1.0 - pooled["after"] / pooled["before"]}
+    pooled = {
+        side: float(np.sqrt(np.mean(np.square(list(by.values())))))
+        for side, by in (("before", before), ("after", after))
+    }
+    return {
+        "trials": len(trials),
+        "sensors": {name: {"before": before[name], "after": after[name]} for name in before},
+        **pooled,
+        "reduction": 1.0 - pooled["after"] / pooled["before"],
+    }

@@ -20,5 +20,10 @@ def choreography(seconds: float, density: float) -> dict:
     gait.crossfade(ctrl, swing("paddle", 0.7, (0.2, 0.6, 0.6), (0.1, 0.6, -1.35))[half:], half, 60)
     joint_range = scene.load().joint_range
     qpos = np.concatenate(([0, 0, 0, 1, 0, 0, 0], np.tile(gait.CENTRE, 4)))
-    return {"qpos": qpos[None], "qvel": np.zeros((1, 18)), "ctrl": gait.within(ctrl, joint_range),
-            "push": np.zeros((len(t), 6)), "density": density}
+    return {
+        "qpos": qpos[None],
+        "qvel": np.zeros((1, 18)),
+        "ctrl": gait.within(ctrl, joint_range),
+        "push": np.zeros((len(t), 6)),
+        "density": density,
+    }

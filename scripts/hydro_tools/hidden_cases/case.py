@@ -38,7 +38,7 @@ class Spec:
 
     index: int
     seed: int
-    kind: str                       # single | null | pair | outside | inseparable
+    kind: str  # single | null | pair | outside | inseparable
     system: str
     effects: tuple[str, ...]
     target: tuple[float, ...]
@@ -74,10 +74,10 @@ class Problem:
     windows: Windows
     coarse: mujoco.MjModel
     water: Callable | None
-    change: np.ndarray         # [windows, rows, ns'] whitened; what knobs explain in it is linear in them
-    raw: float                 # norm of the change itself
-    nuisances: np.ndarray      # [windows, rows, ns', p]
-    share: float               # weight of a window
+    change: np.ndarray  # [windows, rows, ns'] whitened; what knobs explain in it is linear in them
+    raw: float  # norm of the change itself
+    nuisances: np.ndarray  # [windows, rows, ns', p]
+    share: float  # weight of a window
 
 
 def _part(problem: Problem) -> float:
@@ -113,8 +113,16 @@ class Case:
         styles = [self.system.style_for(kind) for kind in spec.effects]
         self.style = self.twin.style if self.twin else next((style for style in styles if style != "normal"), "normal")
 
-    def run(self, schedule: Schedule, stream: int, effects: list[Effect], *, fine: bool, copies: int = 1,
-            scales: np.ndarray | None = None) -> Recording:
+    def run(
+        self,
+        schedule: Schedule,
+        stream: int,
+        effects: list[Effect],
+        *,
+        fine: bool,
+        copies: int = 1,
+        scales: np.ndarray | None = None,
+    ) -> Recording:
         """Drive the truth. With `copies` the same trials run several times, at the scales given."""
         drive = self.system.drive(self.spec.generator(stream), self.truth, schedule, self.style)
         if copies > 1:
@@ -124,12 +132,24 @@ class Case:
                 effect.scale = np.repeat(scales, schedule.trials)[:, None]
         self.modes = drive.modes
         members = len(drive.qpos)
-        plant = Plant(self.truth, effects, qpos=drive.qpos, qvel=drive.qvel, start=np.zeros(members),
-                      water=self.system.water(members))
+        plant = Plant(
+            self.truth,
+            effects,
+            qpos=drive.qpos,
+            qvel=drive.qvel,
+            start=np.zeros(members),
+            water=self.system.water(members),
+        )
         per_row = round(schedule.period / self.truth.opt.timestep)
         every = range(0, schedule.rows + 1, round(1.0 / schedule.period)) if plant.water is not None else ()
-        return plant.run(schedule.rows, schedule.period, drive.policy, record_every=1 if fine else per_row,
-                         lead=self.lead, keep_water_at=every)
+        return plant.run(
+            schedule.rows,
+            schedule.period,
+            drive.policy,
+            record_every=1 if fine else per_row,
+            lead=self.lead,
+            keep_water_at=every,
+        )
 
     def sensed(self, record: Recording, effects: list[Effect], trial: int, scale: float | None = None) -> np.ndarray:
         """Readings of a trial after the sensors' own effects [T, ns]."""
@@ -149,6 +169,7 @@ class Case:
             rows = sorted(record.waters)
             waters = [record.waters[row] for row in rows]
             return type(waters[0]).gathered(waters, [rows.index(f) for f in first], trial)
+
         return pick
 
     def strength_of(self, record: Recording, sensed: np.ndarray, *, every: int = 1) -> float:
@@ -178,14 +199,22 @@ class Case:
             draws = [factory(rng) for _ in range(8)]
             there = [draw for draw in draws if draw.target == self.effects[0].target][:1] or draws[:2]
             parts = [part for draw in there for part in draw.parts()]
-            columns = effect_columns(problem.windows, self.layout, problem.coarse, parts, scale=0.1,
-                                     water_of=problem.water)
+            columns = effect_columns(
+                problem.windows, self.layout, problem.coarse, parts, scale=0.1, water_of=problem.water
+            )
             # Free coefficients: a prior a thousand times wider than this small dose.
-            out[kind] = left_over(problem.change, np.concatenate([problem.nuisances, 1e3 * problem.share * columns], -1))
+            out[kind] = left_over(
+                problem.change, np.concatenate([problem.nuisances, 1e3 * problem.share * columns], -1)
+            )
         return dict(sorted(out.items(), key=lambda pair: pair[1]))
 
     def _problem(self, record: Recording, sensed: np.ndarray) -> "Problem":
-        windows = Windows(record, self.schedule.period, self.lead, most=PROJECTED_WINDOWS if self.truth.nv <= 6 else PROJECTED_WINDOWS // 2)
+        windows = Windows(
+            record,
+            self.schedule.period,
+            self.lead,
+            most=PROJECTED_WINDOWS if self.truth.nv <= 6 else PROJECTED_WINDOWS // 2,
+        )
         water = self._water_of(record)
         truth, shadow = windows.truth(sensed), windows.outputs(self.truth, [], water)
         # Sensitivities need no finer step than the nominal's own.
@@ -194,9 +223,15 @@ class Case:
         nuisances = Nuisances(windows, self.layout, coarse, water_of=water, most=40 if self.truth.nv <= 6 else 24)
         # A few windows stand for all, against a prior that is there once.
         share = np.sqrt(self.schedule.trials * self.schedule.rows / (len(windows.trial) * windows.rows))
-        return Problem(windows, coarse, water, change=share * nuisances.unexplained(truth, shadow, share),
-                       raw=share * float(np.linalg.norm(self.layout.whitened(truth, shadow))),
-                       nuisances=share * nuisances.columns, share=float(share))
+        return Problem(
+            windows,
+            coarse,
+            water,
+            change=share * nuisances.unexplained(truth, shadow, share),
+            raw=share * float(np.linalg.norm(self.layout.whitened(truth, shadow))),
+            nuisances=share * nuisances.columns,
+            share=float(share),
+        )
 
     def aim(self, effect: Effect, target: float) -> float:
         """The scale at which `effect` alone has about the projected strength `target`."""
@@ -209,9 +244,14 @@ class Case:
         found = []
         for i, scale in enumerate(ladder):
             part = slice(i * trials, (i + 1) * trials)
-            sub = Recording(record.sensors[part], record.times, record.commands[part], record.qpos[part],
-                            record.qvel[part], {row: water.copy_members(np.arange(part.start, part.stop))
-                                                for row, water in record.waters.items()})
+            sub = Recording(
+                record.sensors[part],
+                record.times,
+                record.commands[part],
+                record.qpos[part],
+                record.qvel[part],
+                {row: water.copy_members(np.arange(part.start, part.stop)) for row, water in record.waters.items()},
+            )
             sensed = np.stack([self.sensed(sub, [effect], t, float(scale)) for t in range(trials)])
             if i == len(ladder) // 2:
                 part_left = self.projection(sub, sensed)
@@ -264,12 +304,18 @@ class Case:
         fine = [self.sensed(record, self.effects, trial) for trial in range(everything.trials)]
         if not self.effects:
             return Whole(record, fine, 0.0, 0.0, None)
-        at = np.round((np.arange(1, self.schedule.rows + 1) * self.schedule.period - self.lead)
-                      / self.truth.opt.timestep).astype(int)
+        at = np.round(
+            (np.arange(1, self.schedule.rows + 1) * self.schedule.period - self.lead) / self.truth.opt.timestep
+        ).astype(int)
         rows = np.stack([values[at] for values in fine[:shown]])
-        sub = Recording(record.sensors[:shown], record.times, record.commands[:shown], record.qpos[:shown],
-                        record.qvel[:shown], {row: water.copy_members(np.arange(shown))
-                                              for row, water in record.waters.items()})
+        sub = Recording(
+            record.sensors[:shown],
+            record.times,
+            record.commands[:shown],
+            record.qpos[:shown],
+            record.qvel[:shown],
+            {row: water.copy_members(np.arange(shown)) for row, water in record.waters.items()},
+        )
         # Every second window stands for its neighbour too.
         raw = self.strength_of(sub, rows, every=2) * 2**0.5
         problem = self._problem(sub, rows)
@@ -307,26 +353,64 @@ class Case:
         for trial, values in enumerate(fine):
             hidden = trial >= shown
             folder = secret_part / "never_shown" if hidden else open_part / "trials"
-            self._log(rng, folder / f"trial_{trial - shown if hidden else trial:02d}", record, trial, values,
-                      as_csv=as_csv and not hidden)
-        public = {"schema": SCHEMA, "id": spec.case_id, "system": spec.system, "nominal": "nominal.xml",
-                  "trials": shown, "row_period": self.schedule.period, "format": "csv" if as_csv else "npz",
-                  "uncertainty": {"mass": 0.03, "inertia": 0.03, "com_m": 0.002, "fluid": 0.03, "gain": 0.03,
-                                  "damping": 0.03}}
+            self._log(
+                rng,
+                folder / f"trial_{trial - shown if hidden else trial:02d}",
+                record,
+                trial,
+                values,
+                as_csv=as_csv and not hidden,
+            )
+        public = {
+            "schema": SCHEMA,
+            "id": spec.case_id,
+            "system": spec.system,
+            "nominal": "nominal.xml",
+            "trials": shown,
+            "row_period": self.schedule.period,
+            "format": "csv" if as_csv else "npz",
+            "uncertainty": {
+                "mass": 0.03,
+                "inertia": 0.03,
+                "com_m": 0.002,
+                "fluid": 0.03,
+                "gain": 0.03,
+                "damping": 0.03,
+            },
+        }
         effects = []
         for effect, values in zip(self.effects, coefficients):
-            effects.append({"effect": effect.kind, "target": effect.target, "comparable": effect.comparable,
-                            "parameters": [{"name": name, "value": float(value), "unit": unit}
-                                           for name, (value, unit) in values.items()]})
+            effects.append(
+                {
+                    "effect": effect.kind,
+                    "target": effect.target,
+                    "comparable": effect.comparable,
+                    "parameters": [
+                        {"name": name, "value": float(value), "unit": unit} for name, (value, unit) in values.items()
+                    ],
+                }
+            )
         near = [kind for kind, distance in whole.rivals.items() if distance < LIKE]
         identifiable = spec.kind in ("single", "pair") and not near and bool(whole.projected >= LIKE)
-        answer = {"schema": SCHEMA, "id": spec.case_id, "system": spec.system, "kind": spec.kind, "effects": effects,
-                  "lookalikes": near, "identifiable": identifiable, "distances": whole.rivals,
-                  "twin": self.twin.other if self.twin else None,
-                  "strength": {"projected": whole.projected, "raw": whole.raw, "asked": list(spec.target)},
-                  "noise": spec.noise, "recorder": asdict(self.recorder), "style": self.style,
-                  "modes": modes, "perturbations": self.amounts,
-                  "truth_step": self.truth.opt.timestep, "truth_integrator": int(self.truth.opt.integrator)}
+        answer = {
+            "schema": SCHEMA,
+            "id": spec.case_id,
+            "system": spec.system,
+            "kind": spec.kind,
+            "effects": effects,
+            "lookalikes": near,
+            "identifiable": identifiable,
+            "distances": whole.rivals,
+            "twin": self.twin.other if self.twin else None,
+            "strength": {"projected": whole.projected, "raw": whole.raw, "asked": list(spec.target)},
+            "noise": spec.noise,
+            "recorder": asdict(self.recorder),
+            "style": self.style,
+            "modes": modes,
+            "perturbations": self.amounts,
+            "truth_step": self.truth.opt.timestep,
+            "truth_integrator": int(self.truth.opt.integrator),
+        }
         rng = spec.generator(7)
         for trial, values in enumerate(fast):
             self._log(rng, secret_part / "faster" / f"trial_{trial:02d}", faster, trial, values, as_csv=False)
@@ -338,26 +422,37 @@ class Case:
             os.replace(part, folder)
         return {"id": spec.case_id, "system": spec.system}
 
-    def _log(self, rng: np.random.Generator, stem: Path, record: Recording, trial: int, values: np.ndarray, *,
-             as_csv: bool) -> None:
+    def _log(
+        self, rng: np.random.Generator, stem: Path, record: Recording, trial: int, values: np.ndarray, *, as_csv: bool
+    ) -> None:
         """One trial as the recorder takes it."""
         times = np.arange(self.schedule.rows + 1) * self.schedule.period
-        labels, readings = measurement.log(rng, self.recorder, self.layout, record.times, values,
-                                           rows=self.schedule.rows, period=self.schedule.period, lead=self.lead)
+        labels, readings = measurement.log(
+            rng,
+            self.recorder,
+            self.layout,
+            record.times,
+            values,
+            rows=self.schedule.rows,
+            period=self.schedule.period,
+            lead=self.lead,
+        )
         state = self._initial_state(rng, record.qpos[trial, 0], record.qvel[trial, 0])
         if as_csv:
             trialfile.write_csv(stem.with_suffix(".csv"), self.nominal, times, record.commands[trial], labels, readings)
         else:
-            trialfile.write_npz(stem.with_suffix(".npz"), self.nominal, times, record.commands[trial], labels, readings,
-                                state)
+            trialfile.write_npz(
+                stem.with_suffix(".npz"), self.nominal, times, record.commands[trial], labels, readings, state
+            )
 
     def _initial_state(self, rng: np.random.Generator, qpos: np.ndarray, qvel: np.ndarray) -> np.ndarray:
         """Full-physics state of the nominal, as a rig that stood still could know it: a third of the noise off."""
         model = self.nominal
-        state = np.zeros(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS.value)
-                         + self.system.plugin_state())
-        state[1:1 + model.nq] = self.system.known_position(rng, qpos, self.layout)
-        state[1 + model.nq:1 + model.nq + model.nv] = qvel
+        state = np.zeros(
+            mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS.value) + self.system.plugin_state()
+        )
+        state[1 : 1 + model.nq] = self.system.known_position(rng, qpos, self.layout)
+        state[1 + model.nq : 1 + model.nq + model.nv] = qvel
         return state
 
 

@@ -31,8 +31,10 @@ class Checkpoint:
         card = json.loads((folder / "card.json").read_text())
         config = card["config"]
         if card["kind"] != "attention-ode" or config["encoding"] != "up" or card["solver"] != "euler":
-            raise ValueError(f"{folder}: expected an attention-ode with the up encoding and euler steps, "
-                             f"found {card['kind']}, {config['encoding']}, {card['solver']}")
+            raise ValueError(
+                f"{folder}: expected an attention-ode with the up encoding and euler steps, "
+                f"found {card['kind']}, {config['encoding']}, {card['solver']}"
+            )
         w = {name: value.astype(float) for name, value in load_file(folder / "weights.safetensors").items()}
         self.window, self.heads, self.period = config["window"], config["heads"], card["sample_period"]
         self.joints = card["joints"]
@@ -52,7 +54,7 @@ class Checkpoint:
         self.skip = skip
         lags = np.arange(self.window)
         slope = 4.0 ** (1 - np.arange(self.heads))
-        self.bias = w["attention.lag_bias"] - slope[:, None] * lags      # [heads, lag], lag 0 the newest
+        self.bias = w["attention.lag_bias"] - slope[:, None] * lags  # [heads, lag], lag 0 the newest
 
     def standardised(self, sample: np.ndarray) -> np.ndarray:
         """Encoded, standardised inputs [M, 34] of raw features [M, 35]: the quaternion gives way to `up`."""
@@ -95,8 +97,8 @@ class Checkpoint:
         width = newest.shape[1]
         depth = width // self.heads
         q = qkv[:, -1, :width].reshape(m, self.heads, depth)
-        k = qkv[:, :, width:2 * width].reshape(m, w, self.heads, depth)
-        v = qkv[:, :, 2 * width:].reshape(m, w, self.heads, depth)
+        k = qkv[:, :, width : 2 * width].reshape(m, w, self.heads, depth)
+        v = qkv[:, :, 2 * width :].reshape(m, w, self.heads, depth)
         score = np.einsum("mhd,mwhd->mhw", q, k) / np.sqrt(depth) + self.bias[:, ::-1]
         score = np.exp(score - score.max(-1, keepdims=True))
         score /= score.sum(-1, keepdims=True)
@@ -142,8 +144,17 @@ class LearnedWater:
         q = plant.qpos[:, 3:7]
         turn = rotation(q)
         velocity = turned_back(turn, plant.qvel[:, :3] - plant.current)
-        return np.concatenate([plant.qpos[:, 7:19], plant.qvel[:, 6:18], q, plant.qvel[:, 3:6], velocity,
-                               np.full((len(q), 1), self.density)], 1)
+        return np.concatenate(
+            [
+                plant.qpos[:, 7:19],
+                plant.qvel[:, 6:18],
+                q,
+                plant.qvel[:, 3:6],
+                velocity,
+                np.full((len(q), 1), self.density),
+            ],
+            1,
+        )
 
     def apply(self, plant) -> None:
         """Add the wrench; take a sample where one is due."""

@@ -3,8 +3,16 @@
 import numpy as np
 
 
-def multisine(rng: np.random.Generator, rows: int, period: float, channels: int, *, lowest: float = 0.05,
-              highest: float = 1.0, tones: int = 6) -> np.ndarray:
+def multisine(
+    rng: np.random.Generator,
+    rows: int,
+    period: float,
+    channels: int,
+    *,
+    lowest: float = 0.05,
+    highest: float = 1.0,
+    tones: int = 6,
+) -> np.ndarray:
     """Sums of sines at random phases [rows, channels]; frequencies [Hz] spread evenly in their logarithm."""
     t = np.arange(rows) * period
     out = np.zeros((rows, channels))
@@ -17,7 +25,9 @@ def multisine(rng: np.random.Generator, rows: int, period: float, channels: int,
     return out * ramp(rows, period)[:, None]
 
 
-def chirp(rng: np.random.Generator, rows: int, period: float, *, lowest: float = 0.05, highest: float = 1.5) -> np.ndarray:
+def chirp(
+    rng: np.random.Generator, rows: int, period: float, *, lowest: float = 0.05, highest: float = 1.5
+) -> np.ndarray:
     """A sine whose frequency [Hz] grows evenly in its logarithm [rows]."""
     t = np.arange(rows) * period
     span = t[-1]
@@ -33,7 +43,7 @@ def steps(rng: np.random.Generator, rows: int, period: float, channels: int, *, 
         at = 0
         while at < rows:
             length = max(int(rng.uniform(0.6, 1.6) * hold / period), 4)
-            out[at:at + length, channel] = rng.choice([0.0, *rng.uniform(-1, 1, 2)])
+            out[at : at + length, channel] = rng.choice([0.0, *rng.uniform(-1, 1, 2)])
             at += length
     kernel = np.ones(3) / 3
     return np.stack([np.convolve(column, kernel, "same") for column in out.T], 1) * ramp(rows, period)[:, None]
@@ -48,7 +58,7 @@ def pulses(rng: np.random.Generator, rows: int, period: float, channels: int) ->
         if not order:
             order = list(rng.permutation(channels))
         window = np.hanning(width + 2)[1:-1] ** 0.3
-        out[at:at + width, order.pop()] = rng.uniform(0.5, 1.0) * rng.choice([-1, 1]) * window
+        out[at : at + width, order.pop()] = rng.uniform(0.5, 1.0) * rng.choice([-1, 1]) * window
         at += width + gap
     return out
 

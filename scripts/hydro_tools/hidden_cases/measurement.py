@@ -16,17 +16,20 @@ from .strength import Layout
 class Recorder:
     """How a case's logs are taken."""
 
-    cutoff: float          # Hz
-    jitter: float          # s, standard deviation of the sampling instants
-    dropout: float         # share of rows in which one sensor is lost (NaN)
-    missing: float         # share of rows that are missing altogether
+    cutoff: float  # Hz
+    jitter: float  # s, standard deviation of the sampling instants
+    dropout: float  # share of rows in which one sensor is lost (NaN)
+    missing: float  # share of rows that are missing altogether
 
 
 def recorder(rng: np.random.Generator, period: float) -> Recorder:
     """A recorder for a case; most are clean, some jitter, most drop a little."""
-    return Recorder(cutoff=float(rng.uniform(20, 40)),
-                    jitter=float(rng.choice([0.0, 0.0, 0.0, 0.05, 0.1]) * period),
-                    dropout=float(rng.choice([0.0, 0.005, 0.02])), missing=float(rng.choice([0.0, 0.0, 0.01])))
+    return Recorder(
+        cutoff=float(rng.uniform(20, 40)),
+        jitter=float(rng.choice([0.0, 0.0, 0.0, 0.05, 0.1]) * period),
+        dropout=float(rng.choice([0.0, 0.005, 0.02])),
+        missing=float(rng.choice([0.0, 0.0, 0.01])),
+    )
 
 
 def filtered(values: np.ndarray, step: float, cutoff: float) -> np.ndarray:
@@ -52,8 +55,17 @@ def sample(times: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
     return values[whole] * (1 - part) + values[whole + 1] * part
 
 
-def log(rng: np.random.Generator, recorder: Recorder, layout: Layout, times: np.ndarray, values: np.ndarray, *,
-        rows: int, period: float, lead: float) -> tuple[np.ndarray, np.ndarray]:
+def log(
+    rng: np.random.Generator,
+    recorder: Recorder,
+    layout: Layout,
+    times: np.ndarray,
+    values: np.ndarray,
+    *,
+    rows: int,
+    period: float,
+    lead: float,
+) -> tuple[np.ndarray, np.ndarray]:
     """(labels [K], rows [K, ns]) of one trial from its fine readings. A row labelled t reads the state at t - lead."""
     step = times[1] - times[0]
     labels = np.arange(1, rows + 1) * period
@@ -63,8 +75,9 @@ def log(rng: np.random.Generator, recorder: Recorder, layout: Layout, times: np.
     data = sample(times, values, labels - lead)
     for width in sorted(set(layout.bandwidth.values()) - {np.inf}):
         cutoff = recorder.cutoff * width
-        own = np.concatenate([np.arange(c.start, c.stop) for name, c in layout.columns.items()
-                              if layout.bandwidth[name] == width])
+        own = np.concatenate(
+            [np.arange(c.start, c.stop) for name, c in layout.columns.items() if layout.bandwidth[name] == width]
+        )
         smooth = filtered(values[:, own], step, cutoff)
         data[:, own] = sample(times, smooth, labels - lead + 1 / (2 * np.pi * cutoff))
     for name, columns in layout.columns.items():

@@ -82,24 +82,28 @@ def groups(model: mujoco.MjModel) -> dict[str, list[Knob]]:
 def _mass(body):
     def turn(model, z):
         model.body_mass[body] *= 1 + RELATIVE * z
+
     return turn
 
 
 def _inertia(body, axis):
     def turn(model, z):
         model.body_inertia[body, axis] *= 1 + RELATIVE * z
+
     return turn
 
 
 def _com(body, axis):
     def turn(model, z):
         model.body_ipos[body, axis] += COM * z
+
     return turn
 
 
 def _fluid(geom, slot):
     def turn(model, z):
         model.geom_fluid[geom, slot] *= 1 + RELATIVE * z
+
     return turn
 
 
@@ -107,10 +111,12 @@ def _gain(actuator):
     def turn(model, z):
         model.actuator_gainprm[actuator] *= 1 + RELATIVE * z
         model.actuator_biasprm[actuator] *= 1 + RELATIVE * z
+
     return turn
 
 
 def _damping(dof):
     def turn(model, z):
         model.dof_damping[dof] *= 1 + RELATIVE * z
+
     return turn

@@ -34,12 +34,20 @@ def full(seed: int) -> list[Spec]:
 
 def fixed() -> list[Spec]:
     """The small part for the test script: one or two cases a system, short trials."""
-    wanted = [("single", "vehicle", ("quadratic_drag",), (40.0,)), ("null", "vehicle", (), ()),
-              ("single", "vehicle", ("current",), (40.0,)), ("single", "leg", ("joint_friction",), (40.0,)),
-              ("null", "leg", (), ()), ("single", "tow", ("linear_drag",), (40.0,)),
-              ("single", "swim", ("payload",), (40.0,))]
-    return [Spec(i, 7, kind, system, effects, target, 1.0, small=True)
-            for i, (kind, system, effects, target) in enumerate(wanted) if system in SYSTEMS]
+    wanted = [
+        ("single", "vehicle", ("quadratic_drag",), (40.0,)),
+        ("null", "vehicle", (), ()),
+        ("single", "vehicle", ("current",), (40.0,)),
+        ("single", "leg", ("joint_friction",), (40.0,)),
+        ("null", "leg", (), ()),
+        ("single", "tow", ("linear_drag",), (40.0,)),
+        ("single", "swim", ("payload",), (40.0,)),
+    ]
+    return [
+        Spec(i, 7, kind, system, effects, target, 1.0, small=True)
+        for i, (kind, system, effects, target) in enumerate(wanted)
+        if system in SYSTEMS
+    ]
 
 
 class _Menu:
@@ -48,8 +56,11 @@ class _Menu:
     def __init__(self, name: str):
         system = SYSTEMS[name]()
         model = system.plain_model(system.nominal_xml(1.0))
-        self.decks = {"single": sorted(system.singles(model)), "outside": sorted(system.outside(model)),
-                      "inseparable": sorted(system.twins(model))}
+        self.decks = {
+            "single": sorted(system.singles(model)),
+            "outside": sorted(system.outside(model)),
+            "inseparable": sorted(system.twins(model)),
+        }
         self.hands: dict[str, list] = {}
 
     def deal(self, deck: str, rng: np.random.Generator):
@@ -65,12 +76,24 @@ def _strength(rng: np.random.Generator, *, least: float = 0.0) -> float:
 
 
 #: Two effects that are hardly two: not used as a pair.
-_TOO_CLOSE = ({"net_buoyancy", "payload"}, {"linear_drag", "quadratic_drag"}, {"current", "constant_force"},
-              {"actuator_lag", "actuator_delay"}, {"added_mass", "payload"}, {"waves", "current"},
-              {"quadratic_drag", "cross_flow_drag"}, {"linear_drag", "wake_memory"}, {"added_mass", "basset_history"},
-              {"linear_drag", "joint_damping"}, {"free_surface", "wall_proximity"}, {"waves", "wall_proximity"},
-              {"free_surface", "quadratic_drag"}, {"wall_proximity", "quadratic_drag"},
-              {"wake_memory", "basset_history"}, {"net_buoyancy", "constant_force"})
+_TOO_CLOSE = (
+    {"net_buoyancy", "payload"},
+    {"linear_drag", "quadratic_drag"},
+    {"current", "constant_force"},
+    {"actuator_lag", "actuator_delay"},
+    {"added_mass", "payload"},
+    {"waves", "current"},
+    {"quadratic_drag", "cross_flow_drag"},
+    {"linear_drag", "wake_memory"},
+    {"added_mass", "basset_history"},
+    {"linear_drag", "joint_damping"},
+    {"free_surface", "wall_proximity"},
+    {"waves", "wall_proximity"},
+    {"free_surface", "quadratic_drag"},
+    {"wall_proximity", "quadratic_drag"},
+    {"wake_memory", "basset_history"},
+    {"net_buoyancy", "constant_force"},
+)
 
 
 def _spec(index: int, seed: int, kind: str, system: str, menus: dict, rng: np.random.Generator) -> Spec:
@@ -83,12 +106,14 @@ def _spec(index: int, seed: int, kind: str, system: str, menus: dict, rng: np.ra
     if kind == "outside":
         return Spec(index, seed, kind, system, (menu.deal("outside", rng),), (_strength(rng, least=12.0),), noise)
     if kind == "inseparable":
-        return Spec(index, seed, kind, system, (menu.deal("inseparable", rng),),
-                    (float(rng.uniform(10.0, 25.0)),), noise)
+        return Spec(
+            index, seed, kind, system, (menu.deal("inseparable", rng),), (float(rng.uniform(10.0, 25.0)),), noise
+        )
     first = menu.deal("single", rng)
     while True:
         second = menu.deal("single", rng)
         if second != first and {first, second} not in _TOO_CLOSE:
             break
-    return Spec(index, seed, kind, system, (first, second), (_strength(rng, least=12.0), _strength(rng, least=12.0)),
-                noise)
+    return Spec(
+        index, seed, kind, system, (first, second), (_strength(rng, least=12.0), _strength(rng, least=12.0)), noise
+    )

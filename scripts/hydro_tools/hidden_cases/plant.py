@@ -34,30 +34,38 @@ class Water(Protocol):
 class BodyMotion:
     """Motion of one body's frame, M members. `nu` and `omega` in the body's frame."""
 
-    position: np.ndarray      # [M, 3] m, world
-    rotation: np.ndarray      # [M, 3, 3] world_from_base
-    nu: np.ndarray            # [M, 3] m/s, relative to the water
-    nu_ground: np.ndarray     # [M, 3] m/s, relative to the ground
-    omega: np.ndarray         # [M, 3] rad/s
+    position: np.ndarray  # [M, 3] m, world
+    rotation: np.ndarray  # [M, 3, 3] world_from_base
+    nu: np.ndarray  # [M, 3] m/s, relative to the water
+    nu_ground: np.ndarray  # [M, 3] m/s, relative to the ground
+    omega: np.ndarray  # [M, 3] rad/s
 
 
 @dataclass
 class Recording:
     """What a run leaves behind. T fine steps, K rows, M members."""
 
-    sensors: np.ndarray                     # [M, T+1, ns] readings at fine steps (or rows only, see `fine`)
-    times: np.ndarray                       # [T+1] s since the start, of `sensors`
-    commands: np.ndarray                    # [M, K+1, nu] at rows
-    qpos: np.ndarray                        # [M, K+1, nq] at rows
-    qvel: np.ndarray                        # [M, K+1, nv]
-    waters: dict = field(default_factory=dict)   # row -> copy of the water's memory
+    sensors: np.ndarray  # [M, T+1, ns] readings at fine steps (or rows only, see `fine`)
+    times: np.ndarray  # [T+1] s since the start, of `sensors`
+    commands: np.ndarray  # [M, K+1, nu] at rows
+    qpos: np.ndarray  # [M, K+1, nq] at rows
+    qvel: np.ndarray  # [M, K+1, nv]
+    waters: dict = field(default_factory=dict)  # row -> copy of the water's memory
 
 
 class Plant:
     """See the module. `start` is the absolute time at which each member begins, [M] s."""
 
-    def __init__(self, model: mujoco.MjModel, effects: Sequence, *, qpos: np.ndarray, qvel: np.ndarray,
-                 start: np.ndarray, water: Water | None = None):
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        effects: Sequence,
+        *,
+        qpos: np.ndarray,
+        qvel: np.ndarray,
+        start: np.ndarray,
+        water: Water | None = None,
+    ):
         self.model, self.effects, self.water = model, list(effects), water
         self.members = len(qpos)
         self.step_length = model.opt.timestep
@@ -110,8 +118,13 @@ class Plant:
         if not middle.any():
             return motion
         turn = cross(motion.omega, middle)
-        return BodyMotion(motion.position + turned(motion.rotation, np.tile(middle, (self.members, 1))), motion.rotation,
-                          motion.nu + turn, motion.nu_ground + turn, motion.omega)
+        return BodyMotion(
+            motion.position + turned(motion.rotation, np.tile(middle, (self.members, 1))),
+            motion.rotation,
+            motion.nu + turn,
+            motion.nu_ground + turn,
+            motion.omega,
+        )
 
     def middle(self, body: int) -> np.ndarray:
         """Centre [3] m of the largest hull of a body in its frame; its origin where it has none."""
@@ -150,8 +163,16 @@ class Plant:
         shift[:3, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
         self.add_inertia(body, shift.T @ inertia @ shift, bias @ shift)
 
-    def run(self, rows: int, period: float, policy, *, record_every: int = 1, lead: float = 0.0,
-            keep_water_at: Sequence[int] = ()) -> Recording:
+    def run(
+        self,
+        rows: int,
+        period: float,
+        policy,
+        *,
+        record_every: int = 1,
+        lead: float = 0.0,
+        keep_water_at: Sequence[int] = (),
+    ) -> Recording:
         """Run `rows` rows of `period` s. `policy(row, plant)` gives the commands [M, nu] of a row.
 
         Readings are kept every `record_every` fine steps, counted so that the instants `lead` s before
@@ -257,8 +278,11 @@ class Plant:
 
 def _late_columns(model: mujoco.MjModel) -> np.ndarray:
     """Columns of `sensordata` that belong to the acceleration stage."""
-    columns = [np.arange(a, a + d) for a, d, s in
-               zip(model.sensor_adr, model.sensor_dim, model.sensor_needstage) if s == ACCELERATION]
+    columns = [
+        np.arange(a, a + d)
+        for a, d, s in zip(model.sensor_adr, model.sensor_dim, model.sensor_needstage)
+        if s == ACCELERATION
+    ]
     return np.concatenate(columns) if columns else np.empty(0, int)
 
 

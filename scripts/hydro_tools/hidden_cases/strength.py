@@ -26,8 +26,12 @@ WINDOW = 1.0
 
 #: Encoders are digital, the strain gauges of a cell are wider than the servos' ripple (a filter that took it out
 #: would by itself be a gap to any nominal), speeds of joints are half of each; the rest has the case's filter.
-_BANDWIDTH = {mujoco.mjtSensor.mjSENS_JOINTPOS: float("inf"), mujoco.mjtSensor.mjSENS_FORCE: float("inf"),
-              mujoco.mjtSensor.mjSENS_TORQUE: float("inf"), mujoco.mjtSensor.mjSENS_JOINTVEL: 4.0}
+_BANDWIDTH = {
+    mujoco.mjtSensor.mjSENS_JOINTPOS: float("inf"),
+    mujoco.mjtSensor.mjSENS_FORCE: float("inf"),
+    mujoco.mjtSensor.mjSENS_TORQUE: float("inf"),
+    mujoco.mjtSensor.mjSENS_JOINTVEL: 4.0,
+}
 
 
 @dataclass(frozen=True)
@@ -37,7 +41,7 @@ class Layout:
     columns: dict[str, slice]
     noise: dict[str, float]
     quaternions: set[str]
-    bandwidth: dict[str, float]      # of the sensor's filter, as a multiple of the case's cut-off; inf: none
+    bandwidth: dict[str, float]  # of the sensor's filter, as a multiple of the case's cut-off; inf: none
 
     @classmethod
     def of(cls, model: mujoco.MjModel) -> "Layout":
@@ -55,8 +59,11 @@ class Layout:
         """(a - b) / noise, attitudes as rotation vectors [..., ns']."""
         parts = []
         for name, columns in self.columns.items():
-            change = difference(a[..., columns], b[..., columns]) if name in self.quaternions else \
-                a[..., columns] - b[..., columns]
+            change = (
+                difference(a[..., columns], b[..., columns])
+                if name in self.quaternions
+                else a[..., columns] - b[..., columns]
+            )
             parts.append(change / self.noise[name])
         return np.concatenate(parts, -1)
 
@@ -81,11 +88,17 @@ class Windows:
         rows = self.first[:, None] + np.arange(self.rows + 1)
         commands = self.record.commands[self.trial[:, None], rows]
         water = water_of(self.trial, self.first) if water_of else None
-        plant = Plant(model, effects, qpos=self.record.qpos[self.trial, self.first],
-                      qvel=self.record.qvel[self.trial, self.first], start=self.first * self.period, water=water)
+        plant = Plant(
+            model,
+            effects,
+            qpos=self.record.qpos[self.trial, self.first],
+            qvel=self.record.qvel[self.trial, self.first],
+            start=self.first * self.period,
+            water=water,
+        )
         per_row = round(self.period / model.opt.timestep)
         run = plant.run(self.rows, self.period, lambda row, _: commands[:, row], record_every=per_row, lead=self.lead)
-        return run.sensors[:, :self.rows]
+        return run.sensors[:, : self.rows]
 
     def truth(self, rows: np.ndarray) -> np.ndarray:
         """The same windows of recorded rows [trials, K, ns] (row n at index n - 1)."""
@@ -152,8 +165,9 @@ class Nuisances:
         return change + self.columns @ amounts
 
 
-def effect_columns(windows: Windows, layout: Layout, model: mujoco.MjModel, effects: Sequence[Effect], *,
-                   scale: float, water_of=None) -> np.ndarray:
+def effect_columns(
+    windows: Windows, layout: Layout, model: mujoco.MjModel, effects: Sequence[Effect], *, scale: float, water_of=None
+) -> np.ndarray:
     """Whitened change of the outputs by each of `effects` at a scale [windows, rows, ns', p]."""
     shadow = windows.outputs(model, [], water_of)
     times = np.arange(1, windows.rows + 1) * windows.period

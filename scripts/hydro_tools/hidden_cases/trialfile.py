@@ -14,17 +14,26 @@ SENSOR, CONTROL = 0, 5
 def mappings(model: mujoco.MjModel) -> tuple[str, str]:
     """Signal mappings of controls and sensors, in the JSON form of `encode_signal_mapping`."""
     controls = {f"{model.actuator(i).name}_ctrl": [CONTROL, [i]] for i in range(model.nu)}
-    sensors = {model.sensor(i).name: [SENSOR, list(range(model.sensor_adr[i], model.sensor_adr[i] + model.sensor_dim[i]))]
-               for i in range(model.nsensor)}
+    sensors = {
+        model.sensor(i).name: [SENSOR, list(range(model.sensor_adr[i], model.sensor_adr[i] + model.sensor_dim[i]))]
+        for i in range(model.nsensor)
+    }
     return json.dumps(controls), json.dumps(sensors)
 
 
 def write_npz(path: Path, model: mujoco.MjModel, control_times, controls, labels, readings, state) -> None:
     """One trial; the keys of `SystemTrajectory.save_to_disk`, without a state (a rig does not log one)."""
     control_mapping, sensor_mapping = mappings(model)
-    np.savez(path, control_times=control_times, control_data=controls, sensordata_times=labels,
-             sensordata_data=readings, initial_state=state, control_signal_mapping=np.asarray(control_mapping),
-             sensordata_signal_mapping=np.asarray(sensor_mapping))
+    np.savez(
+        path,
+        control_times=control_times,
+        control_data=controls,
+        sensordata_times=labels,
+        sensordata_data=readings,
+        initial_state=state,
+        control_signal_mapping=np.asarray(control_mapping),
+        sensordata_signal_mapping=np.asarray(sensor_mapping),
+    )
 
 
 def write_csv(path: Path, model: mujoco.MjModel, control_times, controls, labels, readings) -> None:

@@ -20,8 +20,11 @@ REPLICATES, COUNT = 303, 500
 def _levels(design: np.ndarray, target: np.ndarray, drag: np.ndarray, lift: np.ndarray) -> np.ndarray:
     """Factors on drag and lift defaults [2] for a whitened design whose last two columns are the offsets."""
     columns = np.column_stack((design[:, :-2] @ drag, design[:, :-2] @ lift, design[:, -2:]))
-    return lsq_linear(columns, target, ([0.01, 0.01, -LARGEST_OFFSET, -LARGEST_OFFSET],
-                                        [LARGEST, LARGEST, LARGEST_OFFSET, LARGEST_OFFSET])).x[:2]
+    return lsq_linear(
+        columns,
+        target,
+        ([0.01, 0.01, -LARGEST_OFFSET, -LARGEST_OFFSET], [LARGEST, LARGEST, LARGEST_OFFSET, LARGEST_OFFSET]),
+    ).x[:2]
 
 
 def bootstrap(tank: Tank, fit: Fit, prior: Prior, seed: int, count: int = COUNT) -> np.ndarray:
@@ -30,7 +33,9 @@ def bootstrap(tank: Tank, fit: Fit, prior: Prior, seed: int, count: int = COUNT)
     design = whitened(tank, fit.sd).reshape(len(tows), 2, -1)
     target = (tows.force - tank.rest) / fit.sd
     # The frozen coefficients exert no force.
-    drag, lift = ((level_factors(*which) - level_factors(0.0, 0.0))[acting] * DEFAULT[acting] for which in ((1, 0), (0, 1)))
+    drag, lift = (
+        (level_factors(*which) - level_factors(0.0, 0.0))[acting] * DEFAULT[acting] for which in ((1, 0), (0, 1))
+    )
     blocks = [np.flatnonzero(tows.configuration == number) for number in np.unique(tows.configuration)]
     high = np.concatenate((np.full(acting.sum(), LARGEST), (LARGEST_OFFSET,) * 2))
     low = np.concatenate((np.zeros(acting.sum()), (-LARGEST_OFFSET,) * 2))
@@ -42,6 +47,7 @@ def bootstrap(tank: Tank, fit: Fit, prior: Prior, seed: int, count: int = COUNT)
         mean = drag * factor[0] + lift * factor[1]
         spread = np.concatenate((prior.relative * mean, fit.spread[-2:]))
         centre = np.concatenate((mean, (0.0, 0.0))) + spread * rng.normal(size=len(high))
-        out[i] = lsq_linear(np.concatenate((matrix, np.diag(1.0 / spread))), np.concatenate((wanted, centre / spread)),
-                            (low, high)).x
+        out[i] = lsq_linear(
+            np.concatenate((matrix, np.diag(1.0 / spread))), np.concatenate((wanted, centre / spread)), (low, high)
+        ).x
     return out

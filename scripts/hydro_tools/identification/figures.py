@@ -36,12 +36,21 @@ def before_after(report: dict, path: Path) -> None:
             axis.plot(measured[:, k], predicted[:, k], ".", ms=4, color=colour, label=f"force {name}")
             axis.plot(measured[held, k], predicted[held, k], "o", ms=6, mfc="none", mec=colour, mew=0.7)
         rmse = report["errors"][model]["held_out"]["rmse"]["pooled"]["value"]
-        axis.set(title=f"{title}\nheld-out RMSE {rmse:.3g} N", xlabel="measured [N]", xlim=(measured.min() * 1.05, high),
-                 ylim=(low, high))
+        axis.set(
+            title=f"{title}\nheld-out RMSE {rmse:.3g} N",
+            xlabel="measured [N]",
+            xlim=(measured.min() * 1.05, high),
+            ylim=(low, high),
+        )
     axes[0].set_ylabel("predicted [N]")
-    axes[0].legend(handles=[*(Line2D([], [], marker=".", ls="", color=c, label=f"force {n}") for n, c in COLOURS.items()),
-                            Line2D([], [], marker="o", ls="", mfc="none", mec="black", mew=0.7, label="held out")],
-                   frameon=False, loc="lower right")
+    axes[0].legend(
+        handles=[
+            *(Line2D([], [], marker=".", ls="", color=c, label=f"force {n}") for n, c in COLOURS.items()),
+            Line2D([], [], marker="o", ls="", mfc="none", mec="black", mew=0.7, label="held out"),
+        ],
+        frameon=False,
+        loc="lower right",
+    )
     save(figure, path)
 
 
@@ -51,16 +60,25 @@ def residuals(report: dict, path: Path) -> None:
     gap = np.array(found["measured"]) - np.array(found["identified"])
     error = np.array(found["error"])
     towed = [conditions.Condition(i) for i in found["condition"]]
-    figure, axes = plt.subplots(2, len(conditions.DIRECTIONS), figsize=(9, 5), sharex=True, sharey="row",
-                                layout="constrained")
+    figure, axes = plt.subplots(
+        2, len(conditions.DIRECTIONS), figsize=(9, 5), sharex=True, sharey="row", layout="constrained"
+    )
     for column, direction in enumerate(conditions.DIRECTIONS):
         for row, name in enumerate(COLOURS):
             axis = axes[row, column]
             for k, (speed, colour) in enumerate(zip(conditions.SPEEDS, SPEED_COLOURS)):
                 chosen = [i for i, c in enumerate(towed) if c.stance.direction == direction and c.speed == speed]
-                axis.errorbar([towed[i].configuration + 0.18 * (k - 1.5) for i in chosen], gap[chosen, row],
-                              2 * error[chosen, row], color=colour, ls="", marker=".", ms=4, elinewidth=0.6,
-                              label=f"{speed} m/s")
+                axis.errorbar(
+                    [towed[i].configuration + 0.18 * (k - 1.5) for i in chosen],
+                    gap[chosen, row],
+                    2 * error[chosen, row],
+                    color=colour,
+                    ls="",
+                    marker=".",
+                    ms=4,
+                    elinewidth=0.6,
+                    label=f"{speed} m/s",
+                )
             axis.axhline(0.0, color="black", lw=0.6)
             if row == 0:
                 axis.set_title(f"towed along {direction}")
@@ -81,8 +99,14 @@ def coefficients(report: dict, path: Path) -> None:
     at = -np.arange(len(rows), dtype=float)
     for y, row in zip(at, rows):
         centre, sd, colour = row["prior"]["centre"], row["prior"]["sd"], COLOURS["x"]
-        axis.plot((max(centre - 1.96 * sd, 0), centre + 1.96 * sd), (y, y), color="0.85", lw=9, solid_capstyle="butt",
-                  zorder=1)
+        axis.plot(
+            (max(centre - 1.96 * sd, 0), centre + 1.96 * sd),
+            (y, y),
+            color="0.85",
+            lw=9,
+            solid_capstyle="butt",
+            zorder=1,
+        )
         axis.plot(row["ci95"], (y + 0.13,) * 2, color=colour, lw=1.6, zorder=2)
         axis.plot(row["ci95_blocks"], (y - 0.13,) * 2, color=COLOURS["y"], lw=1.6, zorder=2)
         axis.plot(row["value"], y, "o", ms=6, mec=colour, mfc=colour if row["identified"] else "white", zorder=3)
@@ -92,12 +116,18 @@ def coefficients(report: dict, path: Path) -> None:
     axis.set(xlabel="coefficient", xlim=(-0.01, None))
     axis.grid(axis="y", visible=False)
     blue = COLOURS["x"]
-    figure.legend(handles=[Line2D([], [], marker="o", ls="", color=blue, label="identified"),
-                           Line2D([], [], marker="o", ls="", mec=blue, mfc="white", label="not identified"),
-                           Line2D([], [], color=blue, lw=1.6, label="95 %, mujoco.sysid"),
-                           Line2D([], [], color=COLOURS["y"], lw=1.6, label="95 %, bootstrap over configurations"),
-                           Line2D([], [], color="0.85", lw=9, label="95 %, prior"),
-                           Line2D([], [], marker="|", ls="", color="0.35", label="extremes under other priors"),
-                           Line2D([], [], marker="x", ls="", color="black", label="default by judgement")],
-                  frameon=False, loc="outside lower center", ncols=4)
+    figure.legend(
+        handles=[
+            Line2D([], [], marker="o", ls="", color=blue, label="identified"),
+            Line2D([], [], marker="o", ls="", mec=blue, mfc="white", label="not identified"),
+            Line2D([], [], color=blue, lw=1.6, label="95 %, mujoco.sysid"),
+            Line2D([], [], color=COLOURS["y"], lw=1.6, label="95 %, bootstrap over configurations"),
+            Line2D([], [], color="0.85", lw=9, label="95 %, prior"),
+            Line2D([], [], marker="|", ls="", color="0.35", label="extremes under other priors"),
+            Line2D([], [], marker="x", ls="", color="black", label="default by judgement"),
+        ],
+        frameon=False,
+        loc="outside lower center",
+        ncols=4,
+    )
     save(figure, path)

@@ -96,18 +96,22 @@ def _starting_offsets() -> list:
 
 def density_scale(tank: Tank, sd: np.ndarray) -> tuple[float, np.ndarray]:
     """The best factor on the water's density with all coefficients at their defaults, and the offsets [2] N."""
+
     def residual(values):
         force = tank.water.force(DEFAULT, values[DENSITY]) + _offsets(values)
         return ((force - tank.tows.force) / sd).ravel()
+
     found = solve([parameter(DENSITY, 1.0), *_starting_offsets()], residual).values
     return found[DENSITY], _offsets(found)
 
 
 def levels(tank: Tank, sd: np.ndarray) -> tuple[float, float]:
     """The best factors on drag and on lift coefficients."""
+
     def residual(values):
         force = tank.water.force(DEFAULT * level_factors(*(values[name] for name in LEVELS))) + _offsets(values)
         return ((force - tank.tows.force) / sd).ravel()
+
     found = solve([parameter(name, 1.0) for name in LEVELS] + _starting_offsets(), residual).values
     return tuple(found[name] for name in LEVELS)
 
@@ -122,8 +126,11 @@ def _coefficients(tank: Tank, sd: np.ndarray, centre: np.ndarray, spread: np.nda
         return np.concatenate((((force - tank.tows.force) / sd).ravel(), prior))
 
     start = dict(zip(free, centre))
-    return solve([parameter(name, start.get(name, default), frozen=name not in start)
-                  for name, default in zip(NAMES, DEFAULT)] + _starting_offsets(), residual)
+    return solve(
+        [parameter(name, start.get(name, default), frozen=name not in start) for name, default in zip(NAMES, DEFAULT)]
+        + _starting_offsets(),
+        residual,
+    )
 
 
 def effective(tank: Tank, sd: np.ndarray, spread: np.ndarray) -> float:
@@ -134,7 +141,9 @@ def effective(tank: Tank, sd: np.ndarray, spread: np.ndarray) -> float:
 
 def whitened(tank: Tank, sd: np.ndarray) -> np.ndarray:
     """Derivative of the whitened forces after the acting coefficients and the offsets, [2 N, k]."""
-    force = np.concatenate((tank.columns[..., tank.acting], np.broadcast_to(np.eye(2), (len(tank.tows), 2, 2))), axis=-1)
+    force = np.concatenate(
+        (tank.columns[..., tank.acting], np.broadcast_to(np.eye(2), (len(tank.tows), 2, 2))), axis=-1
+    )
     return (force / sd[..., None]).reshape(2 * len(tank.tows), -1)
 
 

@@ -22,10 +22,12 @@ UNSEEN = 0.05
 #: Singular values below this share of the largest are none; members of a relation below this are left out.
 NOTHING, MEMBER = 1e-6, 0.02
 #: Why a coefficient exerts no force in a tow.
-SILENT = {"angular": "acts on a turning body; a tow does not turn B1",
-          "Magnus": "acts on a turning body; a tow does not turn B1",
-          "slender": "a sphere shows the same area from every side, and this drag is that of the difference",
-          "Kutta": "a sphere's lift is nil whatever the coefficient"}
+SILENT = {
+    "angular": "acts on a turning body; a tow does not turn B1",
+    "Magnus": "acts on a turning body; a tow does not turn B1",
+    "slender": "a sphere shows the same area from every side, and this drag is that of the difference",
+    "Kutta": "a sphere's lift is nil whatever the coefficient",
+}
 
 
 @dataclass(frozen=True)
@@ -57,8 +59,10 @@ def _relations(columns: np.ndarray, spread: np.ndarray, names: tuple[str, ...]) 
     rank = int((size > NOTHING * size[0]).sum())
     kept, made = order[:rank], order[rank:]
     shares = np.linalg.lstsq(columns[:, kept], columns[:, made], rcond=None)[0]
-    return {names[j]: {names[k]: float(value) for k, value in zip(kept, column) if abs(value) > MEMBER}
-            for j, column in zip(made, shares.T)}
+    return {
+        names[j]: {names[k]: float(value) for k, value in zip(kept, column) if abs(value) > MEMBER}
+        for j, column in zip(made, shares.T)
+    }
 
 
 def analyse(tank: Tank, fit: Fit) -> Analysis:
@@ -86,8 +90,10 @@ def analyse(tank: Tank, fit: Fit) -> Analysis:
         kept=dict(zip((*names, *OFFSETS), (float(k) for k in kept))),
         unseen={name: float(share) for name, share in zip(names, (rows[nothing] ** 2).sum(axis=0))},
         alike={name: (names[k], float(cosines[i, k])) for i, (name, k) in enumerate(zip(names, nearest))},
-        strengths=[(float(s), {name: float(v) for name, v in zip(names, row) if abs(v) > 0.25})
-                   for s, row in zip(strength, rows)],
+        strengths=[
+            (float(s), {name: float(v) for name, v in zip(names, row) if abs(v) > 0.25})
+            for s, row in zip(strength, rows)
+        ],
         relations=_relations(columns, spread, names),
         density=float(np.linalg.norm(scaled - made) / np.linalg.norm(scaled)),
     )

@@ -57,8 +57,9 @@ def find(towing: Path) -> Path:
     for path in (towing / "raw" / campaign.TABLE, towing / campaign.TABLE):
         if path.is_file():
             return path
-    raise DataError(f"{towing} holds no raw/{campaign.TABLE}: make it with "
-                    f"`python scripts/gen_task1.py --out {towing} --task 1.1`")
+    raise DataError(
+        f"{towing} holds no raw/{campaign.TABLE}: make it with `python scripts/gen_task1.py --out {towing} --task 1.1`"
+    )
 
 
 def _row(path: Path, line: int, row: dict) -> tuple[int, list[float]]:
@@ -75,8 +76,10 @@ def _row(path: Path, line: int, row: dict) -> tuple[int, list[float]]:
         values.append(value)
     number, values = values[0], values[1:]
     if number != int(number) or not 0 <= number < conditions.COUNT:
-        raise DataError(f"{path} line {line}: condition {row['condition']} is unknown, expected a whole number 0 to "
-                        f"{conditions.COUNT - 1}")
+        raise DataError(
+            f"{path} line {line}: condition {row['condition']} is unknown, expected a whole number 0 to "
+            f"{conditions.COUNT - 1}"
+        )
     expected = conditions.Condition(int(number)).features
     for name, value, wanted in zip(NUMBERS, values, expected):
         if abs(value - wanted) > ROUNDING:
@@ -94,17 +97,21 @@ def read(path: Path) -> Measurements:
             reader = csv.DictReader(file)
             missing = [name for name in NEEDED if name not in (reader.fieldnames or ())]
             if missing:
-                raise DataError(f"{path} lacks the column{'s'[:len(missing) > 1]} {', '.join(missing)}; "
-                                f"it has {', '.join(reader.fieldnames or ('none',))}")
+                raise DataError(
+                    f"{path} lacks the column{'s'[: len(missing) > 1]} {', '.join(missing)}; "
+                    f"it has {', '.join(reader.fieldnames or ('none',))}"
+                )
             rows = [_row(path, reader.line_num, row) for row in reader]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise DataError(f"{path}: {error}") from error
     if not rows:
         raise DataError(f"{path} holds a header and no tows")
     values = np.array([values for _, values in rows])
-    found = Measurements(np.array([number for number, _ in rows]), *(values[:, i:i + 2] for i in (0, 2, 4, 6)))
+    found = Measurements(np.array([number for number, _ in rows]), *(values[:, i : i + 2] for i in (0, 2, 4, 6)))
     configurations, directions = set(found.configuration.tolist()), set(found.direction.tolist())
     if len(configurations) < LEAST_CONFIGURATIONS or directions != set(conditions.DIRECTIONS):
-        raise DataError(f"{path} has {len(configurations)} leg configurations towed along {', '.join(sorted(directions))}: "
-                        f"expected at least {LEAST_CONFIGURATIONS}, and tows along {', '.join(conditions.DIRECTIONS)}")
+        raise DataError(
+            f"{path} has {len(configurations)} leg configurations towed along {', '.join(sorted(directions))}: "
+            f"expected at least {LEAST_CONFIGURATIONS}, and tows along {', '.join(conditions.DIRECTIONS)}"
+        )
     return found

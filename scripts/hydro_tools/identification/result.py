@@ -36,8 +36,15 @@ class Source:
 
     def record(self) -> dict:
         """Fingerprints of the table and of the campaign's manifest, and what fitted them."""
-        found = {"command": self.command, "generator": f"real_to_sim.py {VERSION}", "mujoco": mujoco.__version__,
-                 "seed": self.seed, "holdout": self.share, "table": self.table.name, "table_sha256": sha256(self.table)}
+        found = {
+            "command": self.command,
+            "generator": f"real_to_sim.py {VERSION}",
+            "mujoco": mujoco.__version__,
+            "seed": self.seed,
+            "holdout": self.share,
+            "table": self.table.name,
+            "table_sha256": sha256(self.table),
+        }
         manifest = self.table.with_name("manifest.json")
         if manifest.is_file():
             try:
@@ -45,15 +52,20 @@ class Source:
             except ValueError:
                 held = None
             if isinstance(held, dict) and held.get("schema") == TOWING_SCHEMA:
-                found |= {"towing": held.get("generator"), "towing_seed": held.get("seed"),
-                          "manifest_sha256": hashlib.sha256(manifest.read_bytes()).hexdigest()}
+                found |= {
+                    "towing": held.get("generator"),
+                    "towing_seed": held.get("seed"),
+                    "manifest_sha256": hashlib.sha256(manifest.read_bytes()).hexdigest(),
+                }
         return found
 
 
 def coefficients(study: Study) -> dict:
     """`identified.json` without its source."""
-    return {"schema": identified.SCHEMA,
-            "coefficients": {part: list(values) for part, values in by_part(study.fit.coefficients).items()}}
+    return {
+        "schema": identified.SCHEMA,
+        "coefficients": {part: list(values) for part, values in by_part(study.fit.coefficients).items()},
+    }
 
 
 def _prior(prior: Prior) -> str:
@@ -74,16 +86,28 @@ def _free(study: Study) -> list[dict]:
     for i, name in enumerate(fit.solution.free):
         value, half = float(after[name]), float(fit.solution.half_width[i])
         least, most = (-np.inf, np.inf) if name in OFFSETS else (0.0, LARGEST)
-        row = {"name": name, "unit": "N" if name in OFFSETS else "1", "default": float(default.get(name, 0.0)),
-               "value": value, "ci95": [max(value - half, least), min(value + half, most)],
-               "ci95_blocks": [float(low[i]), float(high[i])],
-               "prior": {"centre": float(fit.centre[i]), "sd": float(fit.spread[i])},
-               "sd_after_over_before": analysis.kept[name], "outweighs": analysis.outweighs(name)}
+        row = {
+            "name": name,
+            "unit": "N" if name in OFFSETS else "1",
+            "default": float(default.get(name, 0.0)),
+            "value": value,
+            "ci95": [max(value - half, least), min(value + half, most)],
+            "ci95_blocks": [float(low[i]), float(high[i])],
+            "prior": {"centre": float(fit.centre[i]), "sd": float(fit.spread[i])},
+            "sd_after_over_before": analysis.kept[name],
+            "outweighs": analysis.outweighs(name),
+        }
         elsewhere = [found.solution.values[name] for _, found, _ in study.others]
         row |= {"other_priors": [min(elsewhere), max(elsewhere)]}
-        inside = least < min(row["ci95"][0], row["ci95_blocks"][0]) and max(row["ci95"][1], row["ci95_blocks"][1]) < most
-        row |= {"identified": row["outweighs"] and inside and min(row["ci95"][0], row["ci95_blocks"][0]) <= min(elsewhere)
-                and max(elsewhere) <= max(row["ci95"][1], row["ci95_blocks"][1])}
+        inside = (
+            least < min(row["ci95"][0], row["ci95_blocks"][0]) and max(row["ci95"][1], row["ci95_blocks"][1]) < most
+        )
+        row |= {
+            "identified": row["outweighs"]
+            and inside
+            and min(row["ci95"][0], row["ci95_blocks"][0]) <= min(elsewhere)
+            and max(elsewhere) <= max(row["ci95"][1], row["ci95_blocks"][1])
+        }
         if name in analysis.alike:
             other, cosine = analysis.alike[name]
             row |= {"unseen": analysis.unseen[name], "alike": {"name": other, "cosine": cosine}}
@@ -98,11 +122,17 @@ def _left_out(study: Study, spread: np.ndarray) -> list[dict]:
         gap, force = study.left_out[chosen] - study.tows.force[chosen], study.tows.force[chosen]
         square = (gap**2).mean(axis=0)
         stance = conditions.Condition(int(study.tows.condition[chosen][0])).stance
-        rows.append({"configuration": int(number), "thigh": stance.thigh, "calf": stance.calf,
-                     "rmse": dict(zip((*AXES, "pooled"), [*np.sqrt(square).tolist(), float(np.sqrt(square.mean()))])),
-                     "nrmse": float(np.sqrt(square.mean() / (spread**2).mean())),
-                     "relative": float((np.linalg.norm(gap, axis=1) / np.linalg.norm(force, axis=1)).mean()),
-                     "coefficients": dict(zip(NAMES, study.left_out_coefficients[int(number)].tolist()))})
+        rows.append(
+            {
+                "configuration": int(number),
+                "thigh": stance.thigh,
+                "calf": stance.calf,
+                "rmse": dict(zip((*AXES, "pooled"), [*np.sqrt(square).tolist(), float(np.sqrt(square.mean()))])),
+                "nrmse": float(np.sqrt(square.mean() / (spread**2).mean())),
+                "relative": float((np.linalg.norm(gap, axis=1) / np.linalg.norm(force, axis=1)).mean()),
+                "coefficients": dict(zip(NAMES, study.left_out_coefficients[int(number)].tolist())),
+            }
+        )
     return rows
 
 
@@ -114,9 +144,16 @@ def _unexplained(study: Study) -> list[dict]:
         for speed in conditions.SPEEDS:
             chosen = (tows.direction == direction) & (tows.speed == speed)
             if chosen.any():
-                rows.append({"direction": direction, "speed": speed, "measured": tows.force[chosen].mean(axis=0).tolist(),
-                             "residual": gap[chosen].mean(axis=0).tolist(), "spread": gap[chosen].std(axis=0).tolist(),
-                             "error": tows.error[chosen].mean(axis=0).tolist()})
+                rows.append(
+                    {
+                        "direction": direction,
+                        "speed": speed,
+                        "measured": tows.force[chosen].mean(axis=0).tolist(),
+                        "residual": gap[chosen].mean(axis=0).tolist(),
+                        "spread": gap[chosen].std(axis=0).tolist(),
+                        "error": tows.error[chosen].mean(axis=0).tolist(),
+                    }
+                )
     return rows
 
 
@@ -130,36 +167,55 @@ def report(study: Study, source: Source) -> dict:
         return {name: scores(tows.take(rows), predicted[rows], spread, source.seed) for name, rows in sets.items()}
 
     analysis = study.analysis
-    others = [{"prior": _prior(prior), "share_of_form": found.share,
-               "rmse_held_out": float(np.sqrt(((predicted - tows.force)[held] ** 2).mean())),
-               "coefficients": dict(zip(NAMES, found.coefficients.tolist()))}
-              for prior, found, predicted in [(study.prior, fit, study.predicted["identified"]), *study.others]]
+    others = [
+        {
+            "prior": _prior(prior),
+            "share_of_form": found.share,
+            "rmse_held_out": float(np.sqrt(((predicted - tows.force)[held] ** 2).mean())),
+            "coefficients": dict(zip(NAMES, found.coefficients.tolist())),
+        }
+        for prior, found, predicted in [(study.prior, fit, study.predicted["identified"]), *study.others]
+    ]
     return {
         "schema": SCHEMA,
         "from": source.record(),
         "nominal": NOMINAL,
         "frame": "base",
-        "tows": {"count": len(tows), "held_out": int(held.sum()), "configurations": len(np.unique(tows.configuration)),
-                 "held_out_conditions": sorted(set(tows.condition[held].tolist())),
-                 "force_sd": dict(zip(AXES, spread.tolist()))},
+        "tows": {
+            "count": len(tows),
+            "held_out": int(held.sum()),
+            "configurations": len(np.unique(tows.configuration)),
+            "held_out_conditions": sorted(set(tows.condition[held].tolist())),
+            "force_sd": dict(zip(AXES, spread.tolist())),
+        },
         "errors": {name: errors(study.predicted[name]) for name in MODELS},
-        "left_out_configuration": {"all": scores(tows, study.left_out, spread, source.seed),
-                                   "each": _left_out(study, spread)},
+        "left_out_configuration": {
+            "all": scores(tows, study.left_out, spread, source.seed),
+            "each": _left_out(study, spread),
+        },
         "levels": dict(zip(LEVELS, fit.levels)) | {"density scale": study.density},
         "share_of_form": fit.share,
-        "reduced_chi_square": float((fit.solution.residuals @ fit.solution.residuals)
-                                    / (len(fit.solution.residuals) - len(fit.solution.free))),
+        "reduced_chi_square": float(
+            (fit.solution.residuals @ fit.solution.residuals) / (len(fit.solution.residuals) - len(fit.solution.free))
+        ),
         "coefficients": _free(study),
         "density_scale": {"value": 1.0, "identified": False, "not_made_up_by_coefficients": analysis.density},
-        "without_force": [{"name": name, "value": float(DEFAULT[NAMES.index(name)]), "reason": reason}
-                          for name, reason in analysis.silent.items()],
+        "without_force": [
+            {"name": name, "value": float(DEFAULT[NAMES.index(name)]), "reason": reason}
+            for name, reason in analysis.silent.items()
+        ],
         "combinations": [{"strength": strength, "of": members} for strength, members in analysis.strengths],
         "relations": analysis.relations,
         "priors": others,
         "unexplained": _unexplained(study),
         "decimals": DECIMALS,
         "kinds": list(KINDS),
-        "predictions": {"condition": tows.condition.tolist(), "held_out": held.tolist(), "measured": tows.force.tolist(),
-                        "error": tows.error.tolist(), "left_out_configuration": np.round(study.left_out, 6).tolist()}
-                       | {name: np.round(study.predicted[name], 6).tolist() for name in MODELS},
+        "predictions": {
+            "condition": tows.condition.tolist(),
+            "held_out": held.tolist(),
+            "measured": tows.force.tolist(),
+            "error": tows.error.tolist(),
+            "left_out_configuration": np.round(study.left_out, 6).tolist(),
+        }
+        | {name: np.round(study.predicted[name], 6).tolist() for name in MODELS},
     }

@@ -34,7 +34,9 @@ def scores(tows: Measurements, predicted: np.ndarray, spread: np.ndarray, seed: 
         rows = np.concatenate([blocks[i] for i in rng.integers(len(blocks), size=len(blocks))])
         drawn.append(_errors(gap[rows], tows.force[rows], spread))
     low, high = np.percentile(drawn, (2.5, 97.5), axis=0)
-    found = [{"value": float(v), "ci95": [float(a), float(b)]} for v, a, b in
-             zip(_errors(gap, tows.force, spread), low, high)]
+    found = [
+        {"value": float(v), "ci95": [float(a), float(b)]}
+        for v, a, b in zip(_errors(gap, tows.force, spread), low, high)
+    ]
     names = (*AXES, "pooled")
     return {"rmse": dict(zip(names, found[:3])), "nrmse": dict(zip(names, found[3:6])), "relative": found[6]}

@@ -49,8 +49,11 @@ def run(tows: Measurements, share: float, seed: int, *, prior: Prior = Prior()) 
     fit = identify(tank, prior)
     fit = dataclasses.replace(fit, coefficients=np.round(fit.coefficients, DECIMALS))
     scale, offsets = density_scale(tank, fit.sd)
-    predicted = {"default": whole.water.force(DEFAULT), "density": whole.water.force(DEFAULT, scale) + offsets,
-                 "identified": fit.predict(whole.water)}
+    predicted = {
+        "default": whole.water.force(DEFAULT),
+        "density": whole.water.force(DEFAULT, scale) + offsets,
+        "identified": fit.predict(whole.water),
+    }
     progress.advance()
 
     left_out, coefficients = np.empty_like(tows.force), {}
@@ -64,5 +67,16 @@ def run(tows: Measurements, share: float, seed: int, *, prior: Prior = Prior()) 
         found = identify(tank, other)
         others.append((other, found, found.predict(whole.water)))
         progress.advance()
-    return Study(tows, held, fit, prior, scale, predicted, left_out, coefficients,
-                 blocks.bootstrap(tank, fit, prior, seed), identifiability.analyse(tank, fit), others)
+    return Study(
+        tows,
+        held,
+        fit,
+        prior,
+        scale,
+        predicted,
+        left_out,
+        coefficients,
+        blocks.bootstrap(tank, fit, prior, seed),
+        identifiability.analyse(tank, fit),
+        others,
+    )

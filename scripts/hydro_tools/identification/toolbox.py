@@ -49,7 +49,9 @@ def solve(parameters: list[sysid.Parameter], residual: Callable[[dict[str, float
         with contextlib.redirect_stdout(io.StringIO()):
             best, result = sysid.optimize(free, residuals, optimizer="mujoco", verbose=False, max_iters=STEPS)
     except (ValueError, np.linalg.LinAlgError) as error:
-        raise DataError(f"mujoco.sysid gave up on {', '.join(p.name for p in parameters if not p.frozen)}: {error}") from error
+        raise DataError(
+            f"mujoco.sysid gave up on {', '.join(p.name for p in parameters if not p.frozen)}: {error}"
+        ) from error
     star = residual(values(best))
     covariance, half_width = sysid.calculate_intervals([star], result.jac)
     names = tuple(name for name, parameter in best.items() if not parameter.frozen)

@@ -26,7 +26,9 @@ class Water:
         self._density = self.model.opt.density
         geoms = [self.model.geom(i).name or "" for i in range(self.model.ngeom)]
         self._geoms = [[i for i, name in enumerate(geoms) if name.endswith(f"{part}_hull")] for part in PARTS]
-        bare = [part for part, found in zip(PARTS, self._geoms) if not found or not self.model.geom_fluid[found, 0].all()]
+        bare = [
+            part for part, found in zip(PARTS, self._geoms) if not found or not self.model.geom_fluid[found, 0].all()
+        ]
         if bare:
             raise DataError(f"model {path}: no geom `*_hull` with an ellipsoid's fluid for {', '.join(bare)}")
         self._velocity = tows.velocity

@@ -49,8 +49,13 @@ class Cluster(Executor):
         _refuse_silence(address)
         options = {"include_dashboard": False} if address == "local" else {}
         try:
-            ray.init(address=address, log_to_driver=False, logging_level="ERROR", **options,
-                     runtime_env={"py_modules": sources, "excludes": ["__pycache__"]})
+            ray.init(
+                address=address,
+                log_to_driver=False,
+                logging_level="ERROR",
+                **options,
+                runtime_env={"py_modules": sources, "excludes": ["__pycache__"]},
+            )
         except (OSError, RuntimeError, ValueError) as error:
             raise FanoutError(f"no Ray cluster to be had at `{address}`: {error}") from error
         self._ray, self.address, self.done_by = ray, address, Counter()
@@ -108,8 +113,9 @@ def _refuse_silence(address: str) -> None:
         if parts.port:
             socket.create_connection((parts.hostname, parts.port), timeout=10).close()
     except (OSError, ValueError) as error:
-        raise FanoutError(f"no Ray cluster at `{address}` ({meant}): {error}; start one with `ray start --head`, or "
-                          "let `local` do it") from error
+        raise FanoutError(
+            f"no Ray cluster at `{address}` ({meant}): {error}; start one with `ray start --head`, or let `local` do it"
+        ) from error
 
 
 def _latest() -> str:

@@ -25,8 +25,9 @@ class Processes(Executor):
         return f"{self.workers} workers"
 
     def start(self, work):
-        self._pool = ProcessPoolExecutor(self.workers, mp_context=multiprocessing.get_context("spawn"),
-                                         initializer=_begin, initargs=(work,))
+        self._pool = ProcessPoolExecutor(
+            self.workers, mp_context=multiprocessing.get_context("spawn"), initializer=_begin, initargs=(work,)
+        )
 
     def window(self):
         return AHEAD * self.workers

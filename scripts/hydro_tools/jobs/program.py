@@ -39,8 +39,15 @@ class Program:
                 unpack(job.files, Path(folder))
             command = [word.replace(HERE, folder) for word in job.words]
             try:
-                done = subprocess.run(command, env=os.environ | dict(self.environment), stdin=subprocess.DEVNULL,
-                                      stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, check=False)
+                done = subprocess.run(
+                    command,
+                    env=os.environ | dict(self.environment),
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.PIPE,
+                    text=True,
+                    check=False,
+                )
             except OSError as error:
                 raise FanoutError(f"{command[0]}: {error.strerror} on this node") from error
             if done.returncode:

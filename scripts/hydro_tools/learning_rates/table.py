@@ -7,7 +7,12 @@ def table(data: str, chosen: dict[str, float], found: dict[tuple[str, str, float
     """Errors of one data set, seed 0 and, where it was tried, seed 1."""
     known = {key: error for key, error in found.items() if key[0] == data}
     rates = sorted({rate for _, _, rate, _ in known})
-    lines = [f"On {data}:", "", "| | " + " | ".join(f"{rate:g}" for rate in rates) + " |", "|---|" + "---|" * len(rates)]
+    lines = [
+        f"On {data}:",
+        "",
+        "| | " + " | ".join(f"{rate:g}" for rate in rates) + " |",
+        "|---|" + "---|" * len(rates),
+    ]
     for row, own in chosen.items():
         cells = []
         for rate in rates:

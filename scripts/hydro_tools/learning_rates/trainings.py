@@ -40,8 +40,14 @@ class Trainings:
             return self.found[key]
         job, out = f"{data}/{row}/seed-{seed}", self.folder / f"{rate:g}"
         words = [*self.command(out), "--learning-rate", f"{rate:g}", "--seeds", str(seed), "--only", job]
-        done = subprocess.run(words, env={**os.environ, "RAYON_NUM_THREADS": "1"}, stdout=subprocess.DEVNULL,
-                              stderr=subprocess.PIPE, text=True, check=False)
+        done = subprocess.run(
+            words,
+            env={**os.environ, "RAYON_NUM_THREADS": "1"},
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
         if done.returncode == 0:
             note = json.loads((out / "jobs" / job / "result.json").read_text())["training"]
             error = note["validation"] if note["validation"] is not None else math.inf

@@ -39,7 +39,9 @@ def fused() -> dict[str, Inertial]:
     own = {"trunk": TRUNK} | {link.name: link.inertial for link in moving_links()}
     origin = (0.0, 0.0, 0.0)
     return {
-        name: _fuse([(inertial, origin, origin)]
-                    + [(link.inertial, link.xyz, link.rpy) for link in fixed_links() if link.parent == name])
+        name: _fuse(
+            [(inertial, origin, origin)]
+            + [(link.inertial, link.xyz, link.rpy) for link in fixed_links() if link.parent == name]
+        )
         for name, inertial in own.items()
     }

@@ -15,8 +15,11 @@ def header(litres: float) -> str:
 
 def identified_scene(litres: float, fluid: mjcf.Coefficients) -> str:
     """The truth with coefficients that `real_to_sim.py` identified."""
-    return mjcf.identified(f"{header(litres)} Fluid coefficients: scripts/b1_model/identified.json, by "
-                           "scripts/real_to_sim.py.", litres, fluid)
+    return mjcf.identified(
+        f"{header(litres)} Fluid coefficients: scripts/b1_model/identified.json, by scripts/real_to_sim.py.",
+        litres,
+        fluid,
+    )
 
 
 def files(litres: float) -> dict[str, str]:

@@ -5,8 +5,18 @@ import xml.etree.ElementTree as ET
 from ..repository import ROOT
 
 #: Standard deviation by sensor element: rad, rad/s, m/s, m/s^2, m, N, N m.
-NOISE = {"gyro": 0.01, "accelerometer": 0.1, "framequat": 0.006, "velocimeter": 0.02, "jointpos": 0.003,
-         "jointvel": 0.05, "framepos": 0.01, "framelinvel": 0.01, "force": 2.0, "torque": 0.6}
+NOISE = {
+    "gyro": 0.01,
+    "accelerometer": 0.1,
+    "framequat": 0.006,
+    "velocimeter": 0.02,
+    "jointpos": 0.003,
+    "jointvel": 0.05,
+    "framepos": 0.01,
+    "framelinvel": 0.01,
+    "force": 2.0,
+    "torque": 0.6,
+}
 
 
 def bare(source: str, header: str) -> ET.Element:

@@ -69,18 +69,38 @@ def hulls(displaced_litres: float = DISPLACED_LITRES) -> list[Hull]:
     for leg in table.LEGS:
         s, f = table.side(leg), table.fore(leg)
         legs += [
-            Hull(f"{leg}_hip_hull", f"{leg}_hip", "hip", (-f * 0.0110, s * 0.00655, 0.0),
-                 _squeezed((0.0957, 0.04875, 0.08495), 1.014)),
-            Hull(f"{leg}_thigh_hull", f"{leg}_thigh", "thigh", (0.0, -s * 0.0308, -0.1445),
-                 _squeezed((0.08495, 0.0628, 0.22945), 2.487)),
-            Hull(f"{leg}_calf_hull", f"{leg}_calf", "calf", (0.00535, 0.0, -0.16525),
-                 _squeezed((0.04555, 0.0275, 0.22505), 0.470)),
+            Hull(
+                f"{leg}_hip_hull",
+                f"{leg}_hip",
+                "hip",
+                (-f * 0.0110, s * 0.00655, 0.0),
+                _squeezed((0.0957, 0.04875, 0.08495), 1.014),
+            ),
+            Hull(
+                f"{leg}_thigh_hull",
+                f"{leg}_thigh",
+                "thigh",
+                (0.0, -s * 0.0308, -0.1445),
+                _squeezed((0.08495, 0.0628, 0.22945), 2.487),
+            ),
+            Hull(
+                f"{leg}_calf_hull",
+                f"{leg}_calf",
+                "calf",
+                (0.00535, 0.0, -0.16525),
+                _squeezed((0.04555, 0.0275, 0.22505), 0.470),
+            ),
             Hull(f"{leg}_foot_hull", f"{leg}_calf", "foot", (0.0, 0.0, -table.SEGMENT_LENGTH), (foot, foot, foot)),
         ]
     tail, head = TRUNK_ENDS
     half_length = (head - tail) / 2
     area = (displaced_litres * 1e-3 - sum(hull.volume for hull in legs)) / (4.0 / 3.0 * pi * half_length)
     half_height = sqrt(area / TRUNK_ASPECT)
-    trunk = Hull("trunk_hull", "trunk", "trunk", ((head + tail) / 2, 0.0, TRUNK_RISE),
-                 (half_length, TRUNK_ASPECT * half_height, half_height))
+    trunk = Hull(
+        "trunk_hull",
+        "trunk",
+        "trunk",
+        ((head + tail) / 2, 0.0, TRUNK_RISE),
+        (half_length, TRUNK_ASPECT * half_height, half_height),
+    )
     return [trunk] + legs

@@ -28,7 +28,10 @@ def read(path: Path = FILE) -> dict[str, tuple[float, ...]]:
     if not isinstance(found, dict) or set(found) != set(FLUID_COEFFICIENTS):
         raise ValueError(f"{path.name}: expected coefficients of {', '.join(FLUID_COEFFICIENTS)}; {again}")
     for part, values in found.items():
-        if not (isinstance(values, list) and len(values) == 5
-                and all(isinstance(v, (int, float)) and isfinite(v) and v >= 0 for v in values)):
+        if not (
+            isinstance(values, list)
+            and len(values) == 5
+            and all(isinstance(v, (int, float)) and isfinite(v) and v >= 0 for v in values)
+        ):
             raise ValueError(f"{path.name}: {part} has {values}, expected five numbers that are not negative; {again}")
     return {part: tuple(float(v) for v in found[part]) for part in FLUID_COEFFICIENTS}

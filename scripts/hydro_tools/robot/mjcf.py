@@ -51,8 +51,10 @@ def _look() -> list[str]:
         '    <texture name="water" type="skybox" builtin="gradient" rgb1="0.22 0.62 0.72" rgb2="0.01 0.07 0.14" width="512" height="3072"/>',
     ]
     for name, (rgba, (specular, shininess, reflectance)) in looks.MATERIALS.items():
-        lines.append("    " + element("material", name=name, rgba=rgba, specular=specular,
-                                      shininess=shininess, reflectance=reflectance))
+        lines.append(
+            "    "
+            + element("material", name=name, rgba=rgba, specular=specular, shininess=shininess, reflectance=reflectance)
+        )
     lines += [
         '    <material name="hull" rgba="0.2 0.6 0.9 0.25"/>',
         "  </asset>",
@@ -78,19 +80,28 @@ def _hull(hull: Hull, *, fluid: Coefficients | None, buoyancy: bool) -> list[str
         lift = DENSITY * hull.volume / FLOAT_MASS
         moments = (FLOAT_INERTIA,) * 3
         inertial = element("inertial", pos=(0, 0, 0), mass=FLOAT_MASS, diaginertia=moments)
-        body = element("body", close=False, name=hull.name.replace("_hull", "_buoyancy"), pos=hull.centre, gravcomp=lift)
+        body = element(
+            "body", close=False, name=hull.name.replace("_hull", "_buoyancy"), pos=hull.centre, gravcomp=lift
+        )
         lines.append(f"{body}{inertial}</body>")
     return lines
 
 
 def _shape(shape: looks.Shape) -> str:
     turn = {} if shape.euler == (0.0, 0.0, 0.0) else {"euler": shape.euler}
-    return element("geom", class_="look", type=shape.kind, size=shape.size, pos=shape.centre,
-                   material=shape.material, **turn)
+    return element(
+        "geom", class_="look", type=shape.kind, size=shape.size, pos=shape.centre, material=shape.material, **turn
+    )
 
 
-def _robot(*, litres: float, fluid: Coefficients | None, buoyancy: bool, attachment: list[str],
-           pos: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> list[str]:
+def _robot(
+    *,
+    litres: float,
+    fluid: Coefficients | None,
+    buoyancy: bool,
+    attachment: list[str],
+    pos: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> list[str]:
     """The trunk and its legs, with MuJoCo's ellipsoid fluid where `fluid` gives its coefficients; `attachment` stands first in the trunk (free joint, plugin, sites)."""
     inertials, shapes = fused(), looks.shapes()
     hull_list = hulls(litres)
@@ -110,11 +121,12 @@ def _robot(*, litres: float, fluid: Coefficients | None, buoyancy: bool, attachm
         lines += [f"{pad}  {_shape(shape)}" for shape in shapes[name]]
         for hull in hull_list:
             if hull.body == name:
-                lines += [f"{pad}  {line}" for line in
-                          _hull(hull, fluid=fluid, buoyancy=buoyancy)]
+                lines += [f"{pad}  {line}" for line in _hull(hull, fluid=fluid, buoyancy=buoyancy)]
         if name.endswith("calf"):
-            lines.append(f"{pad}  " + element("site", name=name.replace("calf", "foot"),
-                                              pos=(0, 0, -table.SEGMENT_LENGTH), size=[0.01]))
+            lines.append(
+                f"{pad}  "
+                + element("site", name=name.replace("calf", "foot"), pos=(0, 0, -table.SEGMENT_LENGTH), size=[0.01])
+            )
         for child in moving:
             if child.parent == name:
                 lines += body(child.name, depth + 1)
@@ -125,9 +137,18 @@ def _robot(*, litres: float, fluid: Coefficients | None, buoyancy: bool, attachm
 
 
 def _servos() -> list[str]:
-    return ["    " + element("position", class_="servo", name=link.joint, joint=link.joint,
-                             ctrlrange=(link.lower, link.upper), forcerange=(-link.effort, link.effort))
-            for link in table.moving_links()]
+    return [
+        "    "
+        + element(
+            "position",
+            class_="servo",
+            name=link.joint,
+            joint=link.joint,
+            ctrlrange=(link.lower, link.upper),
+            forcerange=(-link.effort, link.effort),
+        )
+        for link in table.moving_links()
+    ]
 
 
 def _sensors(*, floating: bool) -> list[str]:
@@ -161,14 +182,28 @@ def _home(*, floating: bool, gantry: bool = False) -> list[str]:
     return ["  <keyframe>", "    " + element("key", name="home", qpos=root + legs, ctrl=control), "  </keyframe>"]
 
 
-def _free_scene(name: str, header: str, *, litres: float, density: float, viscosity: float,
-                fluid: Coefficients | None, buoyancy: bool, extension: list[str] = (), attachment: list[str] = (),
-                sensors: list[str] = ()) -> str:
+def _free_scene(
+    name: str,
+    header: str,
+    *,
+    litres: float,
+    density: float,
+    viscosity: float,
+    fluid: Coefficients | None,
+    buoyancy: bool,
+    extension: list[str] = (),
+    attachment: list[str] = (),
+    sensors: list[str] = (),
+) -> str:
     """B1 on a free joint."""
     lines = [f"<!-- {header} -->", f'<mujoco model="{name}">', *_option(density=density, viscosity=viscosity)]
     lines += [*extension, *_look(), "  <worldbody>", *_LIGHTS]
-    lines += _robot(litres=litres, fluid=fluid, buoyancy=buoyancy,
-                    attachment=['<freejoint name="base"/>', *attachment, _IMU, _TRACKING])
+    lines += _robot(
+        litres=litres,
+        fluid=fluid,
+        buoyancy=buoyancy,
+        attachment=['<freejoint name="base"/>', *attachment, _IMU, _TRACKING],
+    )
     lines += ["  </worldbody>", "  <actuator>", *_servos(), "  </actuator>"]
     lines += ["  <sensor>", *_sensors(floating=True), *sensors, "  </sensor>", *_home(floating=True), "</mujoco>"]
     return "\n".join(lines) + "\n"
@@ -181,20 +216,23 @@ def robot(header: str, litres: float) -> str:
 
 def truth(header: str, litres: float) -> str:
     """MuJoCo's ellipsoid fluid, and buoyancy a hull at a time: what the learned model is to reproduce."""
-    return _free_scene("b1 truth", header, litres=litres, density=DENSITY, viscosity=VISCOSITY,
-                       fluid=FLUID_COEFFICIENTS, buoyancy=True)
+    return _free_scene(
+        "b1 truth", header, litres=litres, density=DENSITY, viscosity=VISCOSITY, fluid=FLUID_COEFFICIENTS, buoyancy=True
+    )
 
 
 def identified(header: str, litres: float, fluid: Coefficients) -> str:
     """As `truth`, with the fluid coefficients that were identified from towing data."""
-    return _free_scene("b1 truth identified", header, litres=litres, density=DENSITY, viscosity=VISCOSITY,
-                       fluid=fluid, buoyancy=True)
+    return _free_scene(
+        "b1 truth identified", header, litres=litres, density=DENSITY, viscosity=VISCOSITY, fluid=fluid, buoyancy=True
+    )
 
 
 def box_fluid(header: str, litres: float) -> str:
     """The rival: MuJoCo's inertia-box fluid on every link, the same exact buoyancy."""
-    return _free_scene("b1 box fluid", header, litres=litres, density=DENSITY, viscosity=VISCOSITY,
-                       fluid=None, buoyancy=True)
+    return _free_scene(
+        "b1 box fluid", header, litres=litres, density=DENSITY, viscosity=VISCOSITY, fluid=None, buoyancy=True
+    )
 
 
 def swim(header: str, litres: float) -> str:
@@ -209,10 +247,18 @@ def swim(header: str, litres: float) -> str:
         "    </plugin>",
         "  </extension>",
     ]
-    return _free_scene("b1 swim", header, litres=litres, density=0, viscosity=0, fluid=None,
-                       buoyancy=False, extension=extension,
-                       attachment=['<plugin plugin="hydro.wrench" instance="water"/>'],
-                       sensors=['    <plugin name="water_wrench" plugin="hydro.wrench" instance="water"/>'])
+    return _free_scene(
+        "b1 swim",
+        header,
+        litres=litres,
+        density=0,
+        viscosity=0,
+        fluid=None,
+        buoyancy=False,
+        extension=extension,
+        attachment=['<plugin plugin="hydro.wrench" instance="water"/>'],
+        sensors=['    <plugin name="water_wrench" plugin="hydro.wrench" instance="water"/>'],
+    )
 
 
 def tow(header: str, litres: float) -> str:
@@ -243,8 +289,10 @@ def tow(header: str, litres: float) -> str:
         '      <geom class="look" type="cylinder" size="0.018 0.2" pos="0 0 0.2" material="motor"/>',
     ]
     site = element("site", name="gantry", pos=TOW_POINT, size=[0.015])
-    lines += ["  " + line for line in _robot(litres=litres, fluid=FLUID_COEFFICIENTS, buoyancy=True,
-                                             attachment=[site, _IMU], pos=hang)]
+    lines += [
+        "  " + line
+        for line in _robot(litres=litres, fluid=FLUID_COEFFICIENTS, buoyancy=True, attachment=[site, _IMU], pos=hang)
+    ]
     lines += ["    </body>", "  </worldbody>", "  <actuator>"]
     lines += [f'    <velocity name="gantry_{axis}" joint="gantry_{axis}" kv="{number(GANTRY_KV)}"/>' for axis in "xy"]
     lines += [*_servos(), "  </actuator>", "  <sensor>", *_sensors(floating=False)]
@@ -255,6 +303,8 @@ def tow(header: str, litres: float) -> str:
         '    <plugin name="gantry_torque" plugin="hydro.load_cell" instance="gantry_torque"/>',
         '    <framepos name="gantry_position" objtype="site" objname="gantry"/>',
         '    <framelinvel name="gantry_velocity" objtype="site" objname="gantry"/>',
-        "  </sensor>", *_home(floating=False, gantry=True), "</mujoco>",
+        "  </sensor>",
+        *_home(floating=False, gantry=True),
+        "</mujoco>",
     ]
     return "\n".join(lines) + "\n"

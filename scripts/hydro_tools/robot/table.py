@@ -104,24 +104,52 @@ def moving_links() -> list[MovingLink]:
         s, f = side(leg), fore(leg)
         links += [
             MovingLink(
-                f"{leg}_hip", f"{leg}_hip_joint", "trunk", (f * HIP_X, s * HIP_Y, 0.0), (1.0, 0.0, 0.0),
-                -0.75, 0.75, 91.0035, 19.69,
-                Inertial(2.15, (-f * 0.020298, s * 0.009758, 0.000109),
-                         (0.00406608, 0.008775259, 0.006060348,
-                          -s * f * 0.000288071, -f * 4.371e-06, s * 1.811e-06)),
+                f"{leg}_hip",
+                f"{leg}_hip_joint",
+                "trunk",
+                (f * HIP_X, s * HIP_Y, 0.0),
+                (1.0, 0.0, 0.0),
+                -0.75,
+                0.75,
+                91.0035,
+                19.69,
+                Inertial(
+                    2.15,
+                    (-f * 0.020298, s * 0.009758, 0.000109),
+                    (0.00406608, 0.008775259, 0.006060348, -s * f * 0.000288071, -f * 4.371e-06, s * 1.811e-06),
+                ),
             ),
             MovingLink(
-                f"{leg}_thigh", f"{leg}_thigh_joint", f"{leg}_hip", (0.0, s * THIGH_Y, 0.0), (0.0, 1.0, 0.0),
-                -1.0, 3.5, 93.33, 23.32,
-                Inertial(4.3, (-0.000235, -s * 0.028704, -0.054169),
-                         (0.044459086, 0.046023457, 0.008696078,
-                          s * 0.000128738, -0.002343913, s * 0.006032996)),
+                f"{leg}_thigh",
+                f"{leg}_thigh_joint",
+                f"{leg}_hip",
+                (0.0, s * THIGH_Y, 0.0),
+                (0.0, 1.0, 0.0),
+                -1.0,
+                3.5,
+                93.33,
+                23.32,
+                Inertial(
+                    4.3,
+                    (-0.000235, -s * 0.028704, -0.054169),
+                    (0.044459086, 0.046023457, 0.008696078, s * 0.000128738, -0.002343913, s * 0.006032996),
+                ),
             ),
             MovingLink(
-                f"{leg}_calf", f"{leg}_calf_joint", f"{leg}_thigh", (0.0, 0.0, -SEGMENT_LENGTH), (0.0, 1.0, 0.0),
-                -2.6, -0.6, 140.0, 15.55,
-                Inertial(1.05, (0.005237, 0.0, -0.202805),
-                         (0.015011003, 0.015159462, 0.000375749, 5.2e-08, 0.000250042, 4.61e-07)),
+                f"{leg}_calf",
+                f"{leg}_calf_joint",
+                f"{leg}_thigh",
+                (0.0, 0.0, -SEGMENT_LENGTH),
+                (0.0, 1.0, 0.0),
+                -2.6,
+                -0.6,
+                140.0,
+                15.55,
+                Inertial(
+                    1.05,
+                    (0.005237, 0.0, -0.202805),
+                    (0.015011003, 0.015159462, 0.000375749, 5.2e-08, 0.000250042, 4.61e-07),
+                ),
             ),
         ]
     return links
@@ -138,6 +166,8 @@ def fixed_links() -> list[FixedLink]:
             ("calf_rotor", "calf_rotor_joint", f"{leg}_thigh", (0.0, -s * 0.0519, 0.0), _LEG_ROTOR),
             ("foot", "foot_fixed", f"{leg}_calf", (0.0, 0.0, -SEGMENT_LENGTH), _FOOT),
         )
-        links += [FixedLink(f"{leg}_{name}", f"{leg}_{joint}", parent, xyz, _CENTRED, inertial)
-                  for name, joint, parent, xyz, inertial in rides]
+        links += [
+            FixedLink(f"{leg}_{name}", f"{leg}_{joint}", parent, xyz, _CENTRED, inertial)
+            for name, joint, parent, xyz, inertial in rides
+        ]
     return links

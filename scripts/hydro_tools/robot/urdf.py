@@ -75,7 +75,11 @@ def urdf(header: str) -> str:
         if name in moving:
             link = moving[name]
             limit = element("limit", lower=link.lower, upper=link.upper, effort=link.effort, velocity=link.velocity)
-            extra = [f"    {element('axis', xyz=link.axis)}", '    <dynamics damping="0" friction="0"/>', f"    {limit}"]
+            extra = [
+                f"    {element('axis', xyz=link.axis)}",
+                '    <dynamics damping="0" friction="0"/>',
+                f"    {limit}",
+            ]
             lines += _joint(link.joint, "revolute", link.parent, name, link.origin, (0, 0, 0), extra)
         lines += [f'  <link name="{name}">', *_inertial(inertial)]
         for shape in shapes[name]:

@@ -22,8 +22,24 @@ from .force import LAG, LAG_SPEED, LAGGING, STIRRING
 
 SCHEMA = "hydro-towing/1"
 TABLE = "conditions.csv"
-COLUMNS = ("condition", "repeat", "run", "configuration", "direction", "speed", "thigh", "calf", "velocity_x", "velocity_y",
-           "force_x", "force_y", "spread_x", "spread_y", "error_x", "error_y")
+COLUMNS = (
+    "condition",
+    "repeat",
+    "run",
+    "configuration",
+    "direction",
+    "speed",
+    "thigh",
+    "calf",
+    "velocity_x",
+    "velocity_y",
+    "force_x",
+    "force_y",
+    "spread_x",
+    "spread_y",
+    "error_x",
+    "error_y",
+)
 
 
 def file_name(repeat: int, run: int) -> str:
@@ -43,24 +59,46 @@ def _head(seed: int) -> dict:
         "rate": cell.RATE,
         "step": tank.STEP,
         "water": {"density": DENSITY, "viscosity": VISCOSITY, "stirring": STIRRING},
-        "conditions": {"speeds": list(conditions.SPEEDS), "directions": list(conditions.DIRECTIONS),
-                       "thighs": list(conditions.THIGHS), "calves": list(conditions.CALVES)},
-        "tow": {"rest": motion.REST, "settle": motion.SETTLE, "ramp": motion.RAMP, "start_up": motion.START_UP,
-                "steady": motion.STEADY},
+        "conditions": {
+            "speeds": list(conditions.SPEEDS),
+            "directions": list(conditions.DIRECTIONS),
+            "thighs": list(conditions.THIGHS),
+            "calves": list(conditions.CALVES),
+        },
+        "tow": {
+            "rest": motion.REST,
+            "settle": motion.SETTLE,
+            "ramp": motion.RAMP,
+            "start_up": motion.START_UP,
+            "steady": motion.STEADY,
+        },
         "wakes": {"cap": wake.CAP, "drift": wake.DRIFT, "lagging": LAGGING, "lag": LAG, "lag_speed": LAG_SPEED},
         "vortices": {"lift": shedding.LIFT, "damping": shedding.DAMPING},
-        "cell": {"wet_weight": cell.WET_WEIGHT, "zero": cell.ZERO, "misalignment": cell.MISALIGNMENT,
-                 "drift_rate": cell.DRIFT_RATE, "drift_walk": cell.DRIFT_WALK, "noise": cell.NOISE,
-                 "vibration": cell.VIBRATION, "vibration_band": list(cell.VIBRATION_BAND)},
+        "cell": {
+            "wet_weight": cell.WET_WEIGHT,
+            "zero": cell.ZERO,
+            "misalignment": cell.MISALIGNMENT,
+            "drift_rate": cell.DRIFT_RATE,
+            "drift_walk": cell.DRIFT_WALK,
+            "noise": cell.NOISE,
+            "vibration": cell.VIBRATION,
+            "vibration_band": list(cell.VIBRATION_BAND),
+        },
     }
 
 
 def _run_bytes(run: tank.Run) -> bytes:
-    return npz_bytes({
-        "reading": run.reading.astype(np.float32), "rate": np.float64(run.rate), "condition": run.condition,
-        "marks": run.marks, "rest": np.float64(run.rest),
-        "truth": run.truth.astype(np.float32), "truth_rate": np.float64(run.truth_rate),
-    })
+    return npz_bytes(
+        {
+            "reading": run.reading.astype(np.float32),
+            "rate": np.float64(run.rate),
+            "condition": run.condition,
+            "marks": run.marks,
+            "rest": np.float64(run.rest),
+            "truth": run.truth.astype(np.float32),
+            "truth_rate": np.float64(run.truth_rate),
+        }
+    )
 
 
 def read(path: Path) -> tank.Run:
@@ -78,12 +116,22 @@ def read(path: Path) -> tank.Run:
     return tank.Run(**values | {"reading": values["reading"].astype(float)})
 
 
-def tow(out: Path, seed: int, runs: Iterable[tuple[int, int]], *, resume: bool = False, overwrite: bool = False) -> None:
+def tow(
+    out: Path, seed: int, runs: Iterable[tuple[int, int]], *, resume: bool = False, overwrite: bool = False
+) -> None:
     """Record the runs, each given as (repeat, run), into the folder `out`, and write the table."""
     numbers = {file_name(*each): each for each in sorted(runs)}
-    folder.fill(out, _head(seed), dict.fromkeys(numbers, 1), lambda file: _run_bytes(tank.tow(seed, *numbers[file])),
-                lambda hashes: {"files": [{"file": file, "sha256": hashes[file]} for file in numbers]},
-                resume=resume, overwrite=overwrite, files=("run-*.npz", TABLE), unit="runs of the tank")
+    folder.fill(
+        out,
+        _head(seed),
+        dict.fromkeys(numbers, 1),
+        lambda file: _run_bytes(tank.tow(seed, *numbers[file])),
+        lambda hashes: {"files": [{"file": file, "sha256": hashes[file]} for file in numbers]},
+        resume=resume,
+        overwrite=overwrite,
+        files=("run-*.npz", TABLE),
+        unit="runs of the tank",
+    )
     write_beside(out / TABLE, _table(out, numbers).encode())
 
 
@@ -96,9 +144,20 @@ def _table(out: Path, numbers: dict[str, tuple[int, int]]) -> str:
     for file, (repeat, number) in numbers.items():
         for part in processing.steady(read(out / file), intensity):
             condition, stance = part.condition, part.condition.stance
-            writer.writerow([condition.index, repeat, number, condition.configuration, stance.direction, condition.speed,
-                             stance.thigh, stance.calf, *(f"{v:.9g}" for v in condition.features[2:]),
-                             *(f"{v:.6g}" for values in (part.mean, part.spread, part.error) for v in values)])
+            writer.writerow(
+                [
+                    condition.index,
+                    repeat,
+                    number,
+                    condition.configuration,
+                    stance.direction,
+                    condition.speed,
+                    stance.thigh,
+                    stance.calf,
+                    *(f"{v:.9g}" for v in condition.features[2:]),
+                    *(f"{v:.6g}" for values in (part.mean, part.spread, part.error) for v in values),
+                ]
+            )
     return text.getvalue()
 
 

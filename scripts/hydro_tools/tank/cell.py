@@ -48,8 +48,12 @@ class Faults:
 
 def faults(rng: np.random.Generator) -> Faults:
     """Drawn for one run."""
-    return Faults(rng.normal(0, MISALIGNMENT, 3), rng.uniform(-ZERO, ZERO, 3), rng.normal(0, DRIFT_RATE, 3),
-                  float(rng.uniform(*VIBRATION_BAND)))
+    return Faults(
+        rng.normal(0, MISALIGNMENT, 3),
+        rng.uniform(-ZERO, ZERO, 3),
+        rng.normal(0, DRIFT_RATE, 3),
+        float(rng.uniform(*VIBRATION_BAND)),
+    )
 
 
 def read(motion: Motion, water: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -86,8 +86,10 @@ def drag_areas(body: Body) -> np.ndarray:
             corner = CORNER[link.part]
             # Flow along e1 meets the extent along e2, and the other way round.
             whole = max(link.length, WHOLE.get(link.part, 0.0))
-            row = tuple(section_drag(depth / breadth, corner) * np.interp(whole / breadth, *FINITE) * length * breadth
-                        for depth, breadth in ((along1, along2), (along2, along1)))
+            row = tuple(
+                section_drag(depth / breadth, corner) * np.interp(whole / breadth, *FINITE) * length * breadth
+                for depth, breadth in ((along1, along2), (along2, along1))
+            )
             frontal = along1 * along2
             rod = np.interp(link.length / np.sqrt(frontal), *ROD)
             row += (rod * OPEN_END[link.part] * frontal / link.strips,)
@@ -105,8 +107,10 @@ def added_volumes(body: Body) -> np.ndarray:
             row = (SPHERE_ADDED * np.pi / 6 * along1**3,) * 3
         else:
             prism = np.interp(link.length / np.sqrt(along1 * along2), *PRISM_ADDED)
-            row = (section_added(along2 / along1) * np.pi * (along2 / 2) ** 2 * length,
-                   section_added(along1 / along2) * np.pi * (along1 / 2) ** 2 * length,
-                   prism * along1 * along2 * length)
+            row = (
+                section_added(along2 / along1) * np.pi * (along2 / 2) ** 2 * length,
+                section_added(along1 / along2) * np.pi * (along1 / 2) ** 2 * length,
+                prism * along1 * along2 * length,
+            )
         rows += [row] * link.strips
     return np.array(rows)

@@ -53,8 +53,10 @@ class Settings:
             counts = folder.share(self.trials, self.splits)
         empty = [split for split, part in zip(SPLITS, self.splits) if part > 0 and counts[split] == 0]
         if empty:
-            raise DataError(f"task {self.task}: {self.trials} trajectories leave {', '.join(empty)} without any; "
-                            "raise --trials, or give it no share by --splits")
+            raise DataError(
+                f"task {self.task}: {self.trials} trajectories leave {', '.join(empty)} without any; "
+                "raise --trials, or give it no share by --splits"
+            )
         return counts
 
 
@@ -81,7 +83,9 @@ def _head(settings: Settings, more: dict) -> dict:
 
 def _shard_bytes(samples: int, trajectories: list[dict[str, np.ndarray]]) -> bytes:
     """The shard as safetensors: x, wrench, wrench_clean, hydrostatic f32, time f32, condition i32."""
-    tensors = {name: np.stack([t[name] for t in trajectories]).astype(np.float32) for name in ("x", "wrench", "wrench_clean")}
+    tensors = {
+        name: np.stack([t[name] for t in trajectories]).astype(np.float32) for name in ("x", "wrench", "wrench_clean")
+    }
     # Zeroed at rest, the cell shows nothing of gravity and buoyancy.
     tensors["hydrostatic"] = np.zeros_like(tensors["wrench"])
     tensors["condition"] = np.stack([t["condition"] for t in trajectories]).astype(np.int32)
@@ -110,7 +114,11 @@ def _switched(settings: Settings, std: np.ndarray) -> Callable[[str, int], dict[
     def make(split: str, index: int) -> dict[str, np.ndarray]:
         number = SPLITS.index(split)
         trajectory = task1.switched(settings.seed, number, index, pools[split])
-        return task1.perturbed(trajectory, std, generator(settings.seed, task1.NOISE, number, index)) if std.any() else trajectory
+        return (
+            task1.perturbed(trajectory, std, generator(settings.seed, task1.NOISE, number, index))
+            if std.any()
+            else trajectory
+        )
 
     return make
 
@@ -136,6 +144,12 @@ def generate(settings: Settings, out: Path, tank: Path, *, resume: bool = False,
         made = [make(shard.split, shard.first + i) for i in range(shard.count)]
         return _shard_bytes(task1.SAMPLES[settings.task], made)
 
-    return folder.fill(out, _head(settings, more), {file: shard.count for file, shard in shards.items()}, content,
-                       lambda hashes: {"splits": folder.entries(counts, list(shards.values()), hashes)},
-                       resume=resume, overwrite=overwrite)
+    return folder.fill(
+        out,
+        _head(settings, more),
+        {file: shard.count for file, shard in shards.items()},
+        content,
+        lambda hashes: {"splits": folder.entries(counts, list(shards.values()), hashes)},
+        resume=resume,
+        overwrite=overwrite,
+    )

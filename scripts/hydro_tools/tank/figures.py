@@ -13,8 +13,17 @@ from .tank import Run
 
 matplotlib.use("svg")
 # The same file for the same numbers; text stays text.
-plt.rcParams.update({"svg.hashsalt": "hydro", "svg.fonttype": "none", "font.size": 9, "axes.spines.top": False,
-                     "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.3})
+plt.rcParams.update(
+    {
+        "svg.hashsalt": "hydro",
+        "svg.fonttype": "none",
+        "font.size": 9,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "axes.grid": True,
+        "grid.alpha": 0.3,
+    }
+)
 COLOURS = {"x": "#1b6ca8", "y": "#d1495b"}
 #: Drawn points a second of a trace.
 DRAWN_RATE = 20.0
@@ -45,7 +54,9 @@ def raw(run: Run, path: Path) -> None:
     stance = conditions.Condition(int(run.condition[0])).stance
     speed = conditions.Condition(int(run.condition[0])).speed
     axis.set(xlabel="time [s]", ylabel="load cell [N]", xlim=(0, time[-1]))
-    axis.set_title(f"raw, {speed} m/s, thigh {stance.thigh} rad, calf {stance.calf} rad", loc="left", pad=18, fontsize=9)
+    axis.set_title(
+        f"raw, {speed} m/s, thigh {stance.thigh} rad, calf {stance.calf} rad", loc="left", pad=18, fontsize=9
+    )
     axis.legend(frameon=False, loc="lower left", ncols=2)
     save(figure, path)
 
@@ -61,9 +72,17 @@ def speeds(table: Path, path: Path) -> None:
             chosen.sort(key=lambda row: float(row["speed"]))
             at = [float(row["speed"]) for row in chosen]
             for name, colour in COLOURS.items():
-                axis.errorbar(at, [float(row[f"force_{name}"]) for row in chosen],
-                              [2 * float(row[f"error_{name}"]) for row in chosen], color=colour, lw=0.7, elinewidth=0.7,
-                              marker=".", ms=3, label=f"force {name}" if number == 0 else None)
+                axis.errorbar(
+                    at,
+                    [float(row[f"force_{name}"]) for row in chosen],
+                    [2 * float(row[f"error_{name}"]) for row in chosen],
+                    color=colour,
+                    lw=0.7,
+                    elinewidth=0.7,
+                    marker=".",
+                    ms=3,
+                    label=f"force {name}" if number == 0 else None,
+                )
         axis.set(title=f"along {direction}", xlabel="speed [m/s]", xticks=conditions.SPEEDS)
     axes[0].set_ylabel("mean force of the water [N]")
     axes[0].legend(frameon=False)

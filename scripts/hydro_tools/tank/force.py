@@ -107,8 +107,10 @@ def _added(motion: Motion) -> np.ndarray:
 
 def _vortices(motion: Motion, rng: np.random.Generator) -> np.ndarray:
     """[T,3] N"""
-    tables = [[shedding.lift(link, stance.unit, prepared(stance)[0].density)
-               for link in prepared(stance)[0].body.links] for stance in motion.stances]
+    tables = [
+        [shedding.lift(link, stance.unit, prepared(stance)[0].density) for link in prepared(stance)[0].body.links]
+        for stance in motion.stances
+    ]
     lifts = np.array([[force for force, _ in row] for row in tables])[motion.stance]
     frequencies = np.array([[hertz for _, hertz in row] for row in tables])[motion.stance]
     phase = shedding.oscillate(2 * np.pi * frequencies * motion.speed[:, None], motion.step, rng)

@@ -58,12 +58,24 @@ def links(thigh: float, calf: float) -> list[Link]:
     across = np.array([0.0, 1.0, 0.0])
     forward, up = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
     tail, head = hull.TRUNK_ENDS
-    out = [Link("trunk", "trunk", tail * forward, head * forward, across, up, (TRUNK_WIDTH, TRUNK_HEIGHT), TRUNK_STRIPS)]
+    out = [
+        Link("trunk", "trunk", tail * forward, head * forward, across, up, (TRUNK_WIDTH, TRUNK_HEIGHT), TRUNK_STRIPS)
+    ]
     for leg in table.LEGS:
         side, fore = table.side(leg), table.fore(leg)
         inner = np.array([fore * table.HIP_X, side * TRUNK_WIDTH / 2, 0.0])
-        out.append(Link(f"{leg}_hip", "hip", inner, inner + side * HIP_LENGTH * across, forward, up,
-                        (2 * HIP_RADIUS, 2 * HIP_RADIUS), 1))
+        out.append(
+            Link(
+                f"{leg}_hip",
+                "hip",
+                inner,
+                inner + side * HIP_LENGTH * across,
+                forward,
+                up,
+                (2 * HIP_RADIUS, 2 * HIP_RADIUS),
+                1,
+            )
+        )
         depth, down = _swung(thigh)
         shoulder = np.array([fore * table.HIP_X, side * (table.HIP_Y + table.THIGH_Y), 0.0])
         knee = shoulder + table.SEGMENT_LENGTH * down
@@ -72,8 +84,19 @@ def links(thigh: float, calf: float) -> list[Link]:
         ankle = knee + table.SEGMENT_LENGTH * down
         out.append(Link(f"{leg}_calf", "calf", knee, ankle, depth, across, (CALF_DEPTH, CALF_WIDTH), BAR_STRIPS))
         radius = table.FOOT_RADIUS
-        out.append(Link(f"{leg}_foot", "foot", ankle - radius * down, ankle + radius * down, depth, across,
-                        (2 * radius, 2 * radius), 1, ball=True))
+        out.append(
+            Link(
+                f"{leg}_foot",
+                "foot",
+                ankle - radius * down,
+                ankle + radius * down,
+                depth,
+                across,
+                (2 * radius, 2 * radius),
+                1,
+                ball=True,
+            )
+        )
     return out
 
 
@@ -112,8 +135,12 @@ class Body:
     @cached_property
     def centre(self) -> np.ndarray:
         """[S,3] m"""
-        return np.concatenate([link.start + (np.arange(link.strips)[:, None] + 0.5) / link.strips
-                               * (link.end - link.start) for link in self.links])
+        return np.concatenate(
+            [
+                link.start + (np.arange(link.strips)[:, None] + 0.5) / link.strips * (link.end - link.start)
+                for link in self.links
+            ]
+        )
 
     @cached_property
     def axes(self) -> np.ndarray:

@@ -90,5 +90,11 @@ def switching(conditions: tuple[Condition, ...], *, samples: int, period: float,
     at = (np.arange(rows * len(conditions)) + substeps // 2) // rows
     number = np.minimum(at, len(conditions) - 1)
     speed = np.array([condition.speed for condition in conditions])[number]
-    return Motion(period / substeps, tuple(condition.stance for condition in conditions), number, speed,
-                  np.zeros(len(speed)), underway=True)
+    return Motion(
+        period / substeps,
+        tuple(condition.stance for condition in conditions),
+        number,
+        speed,
+        np.zeros(len(speed)),
+        underway=True,
+    )

@@ -44,16 +44,23 @@ class Steady:
 def _zeros(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Means [4,3] N of the four spells of rest, before each tow and at the end; their variances; when [4] s."""
     if run.reading.ndim != 2 or run.reading.shape[1] != 3 or not np.isfinite(run.reading).all():
-        raise DataError(f"a run's reading is {run.reading.shape} with {np.sum(~np.isfinite(run.reading))} numbers "
-                        "that are none: expected finite readings [N, 3]")
+        raise DataError(
+            f"a run's reading is {run.reading.shape} with {np.sum(~np.isfinite(run.reading))} numbers "
+            "that are none: expected finite readings [N, 3]"
+        )
     time = np.arange(len(run.reading)) / run.rate
     ends = np.append(run.marks[:, 0], len(run.reading) / run.rate)
     inside = [(time >= end - run.rest - 1e-9) & (time < end - 1e-9) for end in ends]
     still = [0.0, *run.marks[:, 3]]
-    short = [end for end, rows, since in zip(ends, inside, still)
-             if rows.sum() < 0.9 * run.rest * run.rate or end - run.rest < since - 1e-9]
+    short = [
+        end
+        for end, rows, since in zip(ends, inside, still)
+        if rows.sum() < 0.9 * run.rest * run.rate or end - run.rest < since - 1e-9
+    ]
     if short:
-        raise DataError(f"a run of {len(run.reading) / run.rate:.1f} s lacks the {run.rest} s of rest that end at {short[0]:.1f} s")
+        raise DataError(
+            f"a run of {len(run.reading) / run.rate:.1f} s lacks the {run.rest} s of rest that end at {short[0]:.1f} s"
+        )
     zeros = np.array([run.reading[rows].mean(axis=0) for rows in inside])
     variances = np.array([run.reading[rows].var(axis=0, ddof=1) / rows.sum() for rows in inside])
     return zeros, variances, ends - run.rest / 2
@@ -98,9 +105,12 @@ def steady(run: Run, intensity: float | None = None) -> list[Steady]:
         mean = force.mean(axis=0)
         batches = np.array([part.mean(axis=0) for part in np.array_split(force, BATCHES)])
         at = share.mean()
-        variance = (batches.var(axis=0, ddof=1) / BATCHES
-                    + (1 - at) ** 2 * zero_variance[k] + at**2 * zero_variance[k + 1]
-                    + intensity * bridge(start - middles[k], end - middles[k], middles[k + 1] - middles[k])
-                    + MISALIGNMENT**2 * (mean @ mean - mean**2))
+        variance = (
+            batches.var(axis=0, ddof=1) / BATCHES
+            + (1 - at) ** 2 * zero_variance[k]
+            + at**2 * zero_variance[k + 1]
+            + intensity * bridge(start - middles[k], end - middles[k], middles[k + 1] - middles[k])
+            + MISALIGNMENT**2 * (mean @ mean - mean**2)
+        )
         out.append(Steady(condition, time[rows], force[:, :2], mean[:2], force.std(axis=0)[:2], np.sqrt(variance)[:2]))
     return out

@@ -37,5 +37,12 @@ def tow(seed: int, repeat: int, number: int) -> Run:
     path, marks = motion.tows(towed, STEP)
     water = force.along(path, generator(seed, STREAM, repeat, number, 0)).total
     reading = cell.read(path, water, generator(seed, STREAM, repeat, number, 1))
-    return Run(reading, cell.RATE, np.array([c.index for c in towed], np.int32),
-               np.array([[m.leave, m.reach, m.brake, m.stop] for m in marks]), motion.REST, water, 1 / STEP)
+    return Run(
+        reading,
+        cell.RATE,
+        np.array([c.index for c in towed], np.int32),
+        np.array([[m.leave, m.reach, m.brake, m.stop] for m in marks]),
+        motion.REST,
+        water,
+        1 / STEP,
+    )

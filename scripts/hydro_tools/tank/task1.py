@@ -84,8 +84,15 @@ class Partition:
             allowed = {split: set(conditions) for split, conditions in self.drawn().items()}
             held = {split: [c for c in order if c in allowed[split]] for split in SPLITS}
         rank = {condition: i for i, condition in enumerate(order)}
-        return {split: [(c, repeat) for repeat in range(-(-trials // once)) for c in conditions
-                        if repeat * once + rank[c] < trials] for split, conditions in held.items()}
+        return {
+            split: [
+                (c, repeat)
+                for repeat in range(-(-trials // once))
+                for c in conditions
+                if repeat * once + rank[c] < trials
+            ]
+            for split, conditions in held.items()
+        }
 
 
 def constant(run: Run, part: Steady, rng: np.random.Generator) -> dict[str, np.ndarray]:
@@ -93,19 +100,27 @@ def constant(run: Run, part: Steady, rng: np.random.Generator) -> dict[str, np.n
     samples, stride = SAMPLES["1.1"], round(PERIOD * run.rate)
     spare = len(part.time) - ((samples - 1) * stride + 1)
     if spare < 0:
-        raise DataError(f"condition {part.condition.index}: its steady part lasts {len(part.time) / run.rate:.1f} s, "
-                        f"a trajectory {samples * PERIOD:g} s")
+        raise DataError(
+            f"condition {part.condition.index}: its steady part lasts {len(part.time) / run.rate:.1f} s, "
+            f"a trajectory {samples * PERIOD:g} s"
+        )
     rows = int(rng.integers(spare + 1)) + stride * np.arange(samples)
     at = np.arange(len(run.truth)) / run.truth_rate
     clean = np.stack([np.interp(part.time[rows], at, run.truth[:, axis]) for axis in range(2)], axis=1)
-    return {"x": np.tile(part.condition.features, (samples, 1)), "wrench": part.force[rows], "wrench_clean": clean,
-            "condition": np.full(samples, part.condition.index)}
+    return {
+        "x": np.tile(part.condition.features, (samples, 1)),
+        "wrench": part.force[rows],
+        "wrench_clean": clean,
+        "condition": np.full(samples, part.condition.index),
+    }
 
 
 def switched(seed: int, split: int, index: int, pool: list[int]) -> dict[str, np.ndarray]:
     """Trajectory `index` of 1.2: SWITCHED different conditions out of `pool`."""
     if len(pool) < SWITCHED:
-        raise DataError(f"a trajectory switches between {SWITCHED} conditions, this split has {len(pool)}: give it a larger share")
+        raise DataError(
+            f"a trajectory switches between {SWITCHED} conditions, this split has {len(pool)}: give it a larger share"
+        )
     drawn = generator(seed, SWITCH, split, index).choice(pool, SWITCHED, replace=False)
     sequence = tuple(Condition(int(c)) for c in drawn)
     held = SAMPLES["1.2"] // SWITCHED

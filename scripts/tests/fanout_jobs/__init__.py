@@ -31,5 +31,3 @@ def begins(file: str) -> bytes:
 def command(line: list[str]) -> bytes:
     """What a command prints."""
     return subprocess.run(line, capture_output=True, check=True).stdout
-
-

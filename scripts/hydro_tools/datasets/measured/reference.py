@@ -46,8 +46,15 @@ class Fit:
 
 def _path(acceleration: Callable[[float, float], float], start: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Positions [n] at `time` from (position, velocity) `start`."""
-    run = solve_ivp(lambda _, x: (x[1], acceleration(x[0], x[1])), (time[0], time[-1]), start, t_eval=time,
-                    method="DOP853", rtol=1e-10, atol=1e-10)
+    run = solve_ivp(
+        lambda _, x: (x[1], acceleration(x[0], x[1])),
+        (time[0], time[-1]),
+        start,
+        t_eval=time,
+        method="DOP853",
+        rtol=1e-10,
+        atol=1e-10,
+    )
     return run.y[0] if run.success else np.full(len(time), 1e3)
 
 
@@ -63,8 +70,10 @@ class _Hypothesis:
 def _residuals(trials: list[Trial], sensor: str, hypothesis: _Hypothesis, x: np.ndarray) -> list[np.ndarray]:
     """Predicted less measured of every trial at x = (shared parameters, start of each trial)."""
     shared = len(hypothesis.first)
-    return [_path(hypothesis.rhs(x[:shared]), x[shared + 2 * k:shared + 2 * k + 2], trial.time) - trial.sensors[sensor]
-            for k, trial in enumerate(trials)]
+    return [
+        _path(hypothesis.rhs(x[:shared]), x[shared + 2 * k : shared + 2 * k + 2], trial.time) - trial.sensors[sensor]
+        for k, trial in enumerate(trials)
+    ]
 
 
 def _solve(trials: list[Trial], sensor: str, hypothesis: _Hypothesis, sigma: float):
@@ -77,8 +86,9 @@ def _solve(trials: list[Trial], sensor: str, hypothesis: _Hypothesis, sigma: flo
         return np.concatenate([np.concatenate(_residuals(trials, sensor, hypothesis, x)) / sigma, pull])
 
     # The integrator's own error, about 1e-10, must stay well below a difference.
-    return least_squares(cost, np.concatenate([hypothesis.first, starts]), x_scale="jac", jac="3-point",
-                         diff_step=DIFFERENCE)
+    return least_squares(
+        cost, np.concatenate([hypothesis.first, starts]), x_scale="jac", jac="3-point", diff_step=DIFFERENCE
+    )
 
 
 def _noise(trials: list[Trial], sensor: str, widest: _Hypothesis) -> float:
@@ -100,7 +110,7 @@ def _fit(trials: list[Trial], sensor: str, hypothesis: _Hypothesis, sigma: float
     hessian = solution.jac.T @ solution.jac
     flat = np.concatenate(_residuals(trials, sensor, hypothesis, solution.x))
     # The starts' priors are flat and the same for every hypothesis: they cancel in a difference.
-    log_evidence = (-solution.cost - float(np.sum(np.log(hypothesis.prior))) - 0.5 * np.linalg.slogdet(hessian)[1])
+    log_evidence = -solution.cost - float(np.sum(np.log(hypothesis.prior))) - 0.5 * np.linalg.slogdet(hessian)[1]
     value, error = 0.0, 0.0
     if report is not None:
         value, error = solution.x[report], np.sqrt(np.linalg.inv(hessian)[report, report])
@@ -112,15 +122,18 @@ def roll(trial: Trial, inertia: float, stiffness: float, cubic: float, damping: 
 
     inertia [kg m^2], stiffness [N m/rad], cubic [N m/rad^3], damping [N m s/rad]: of the nominal model.
     """
-    trial = replace(trial, time=trial.time[::ROLL_STRIDE],
-                    sensors={name: values[::ROLL_STRIDE] for name, values in trial.sensors.items()})
+    trial = replace(
+        trial,
+        time=trial.time[::ROLL_STRIDE],
+        sensors={name: values[::ROLL_STRIDE] for name, values in trial.sensors.items()},
+    )
     # w, b, d, s. 3 % of stiffness and inertia each, and of the damping; a decay within a cycle or two for d.
     first = np.array([np.sqrt(stiffness / inertia), damping / inertia, 0.0, cubic / stiffness])
     prior = np.array([0.03 * first[0] / np.sqrt(2.0), 0.03 * first[1], 1.0, 1.0])
 
     def acceleration(x: np.ndarray) -> Callable:
-        w, b, d, s = np.concatenate([x, first[len(x):]])
-        return lambda angle, rate: -w**2 * (angle + s * angle**3) - b * rate - d * abs(rate) * rate
+        w, b, d, s = np.concatenate([x, first[len(x) :]])
+        return lambda angle, rate: -(w**2) * (angle + s * angle**3) - b * rate - d * abs(rate) * rate
 
     hypotheses = [_Hypothesis(acceleration, first[:n], prior[:n]) for n in (2, 3, 4)]
     sigma = _noise([trial], "roll_angle", hypotheses[2])
@@ -133,6 +146,7 @@ def roll(trial: Trial, inertia: float, stiffness: float, cubic: float, damping: 
 
 def ball(trials: list[Trial]) -> dict[str, Fit]:
     """Fits without drag, with linear [1/s] and with quadratic drag [1/m], a unit of mass."""
+
     def hypothesis(*powers: int) -> _Hypothesis:
         def acceleration(x: np.ndarray) -> Callable:
             return lambda height, speed: -GRAVITY - sum(c * abs(speed) ** (p - 1) * speed for c, p in zip(x, powers))
@@ -141,6 +155,8 @@ def ball(trials: list[Trial]) -> dict[str, Fit]:
         return _Hypothesis(acceleration, np.zeros(len(powers)), np.array([GRAVITY / 10.0**p for p in powers]))
 
     sigma = _noise(trials, "height", hypothesis(1, 2))
-    return {"none": _fit(trials, "height", hypothesis(), sigma, None),
-            "linear": _fit(trials, "height", hypothesis(1), sigma, 0),
-            "quadratic": _fit(trials, "height", hypothesis(2), sigma, 0)}
+    return {
+        "none": _fit(trials, "height", hypothesis(), sigma, None),
+        "linear": _fit(trials, "height", hypothesis(1), sigma, 0),
+        "quadratic": _fit(trials, "height", hypothesis(2), sigma, 0),
+    }

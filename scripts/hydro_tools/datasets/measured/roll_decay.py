@@ -40,9 +40,9 @@ def free_from(time: np.ndarray, roll: np.ndarray) -> int:
     crossed = np.flatnonzero(after > 0)
     if crossed.size == 0:
         raise MeasuredError("the roll angle never crosses zero after its largest value: there is no decay in it")
-    back = np.flatnonzero(after[crossed[0]:] <= 0)
+    back = np.flatnonzero(after[crossed[0] :] <= 0)
     end = crossed[0] + (back[0] if back.size else after.size - crossed[0])
-    return released + int(crossed[0] + np.argmax(after[crossed[0]:end]))
+    return released + int(crossed[0] + np.argmax(after[crossed[0] : end]))
 
 
 def initial_state(time: np.ndarray, roll: np.ndarray, row: int) -> tuple[float, float]:

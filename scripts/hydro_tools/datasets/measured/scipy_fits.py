@@ -33,10 +33,12 @@ def check(cases: dict[str, list[Trial]]) -> dict[str, dict]:
             for name, fit in fits.items():
                 low, high = (mass * end for end in fit.ci95)
                 gain = fit.log_evidence - fits[base].log_evidence
-                rows[name] = {"value": mass * fit.value, "ci95": [low, high], "rms": fit.rms,
-                              "log_evidence": gain}
-                numbers = "" if name == base else (f"{mass * fit.value:10.4g} [{low:.4g}, {high:.4g}] {unit[name]}"
-                                                   f", log evidence {gain:+.1f}")
+                rows[name] = {"value": mass * fit.value, "ci95": [low, high], "rms": fit.rms, "log_evidence": gain}
+                numbers = (
+                    ""
+                    if name == base
+                    else (f"{mass * fit.value:10.4g} [{low:.4g}, {high:.4g}] {unit[name]}, log evidence {gain:+.1f}")
+                )
                 print(f"  {case:20} {which:10} {name:17} rms {fit.rms:.4g} {numbers}")
             found[case][which or "release"] = rows
     return found

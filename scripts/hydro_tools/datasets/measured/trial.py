@@ -47,4 +47,3 @@ def write(trial: Trial, folder: Path, timestep: float) -> Path:
         initial_state=np.array([0.0, trial.position, trial.velocity]),
     )
     return path
-

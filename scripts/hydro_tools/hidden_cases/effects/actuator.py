@@ -112,8 +112,9 @@ class InflowThrustLoss(Effect):
 
     kind = "inflow_thrust_loss"
 
-    def __init__(self, target: str, actuators: list[int], slope: float, *, body: int, directions: np.ndarray,
-                 places: np.ndarray):
+    def __init__(
+        self, target: str, actuators: list[int], slope: float, *, body: int, directions: np.ndarray, places: np.ndarray
+    ):
         super().__init__(target, {"slope": (slope, "s/m")})
         self.actuators, self.slope, self.body = actuators, slope, body
         self.directions, self.places = directions, places

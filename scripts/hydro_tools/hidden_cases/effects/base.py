@@ -57,8 +57,9 @@ class Effect:
     def scaled_parameters(self, factor: float) -> dict[str, tuple[float, str]]:
         """Parameters at a scale; what does not scale (a rate, a length) overrides this."""
         fixed = self.fixed()
-        return {name: (value if name in fixed else value * factor, unit)
-                for name, (value, unit) in self.parameters.items()}
+        return {
+            name: (value if name in fixed else value * factor, unit) for name, (value, unit) in self.parameters.items()
+        }
 
     def fixed(self) -> set[str]:
         """Parameters that the scale leaves alone."""

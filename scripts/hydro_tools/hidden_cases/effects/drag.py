@@ -65,8 +65,17 @@ class CrossFlowDrag(Effect):
 
     kind = "cross_flow_drag"
 
-    def __init__(self, target: str, body: int, *, along: int, length: float, diameter: float, coefficient: float,
-                 centre: float = 0.0):
+    def __init__(
+        self,
+        target: str,
+        body: int,
+        *,
+        along: int,
+        length: float,
+        diameter: float,
+        coefficient: float,
+        centre: float = 0.0,
+    ):
         super().__init__(target, {"coefficient": (coefficient, "1")}, comparable=False)
         self.body, self.along = body, along
         station = (np.arange(13) - 6) / 6 * length / 2

@@ -17,8 +17,9 @@ class AddedMass(Effect):
 
     def __init__(self, target: str, body: int, diagonal: np.ndarray, *, coriolis: float = 1.0):
         units = ("kg", "kg m^2")
-        super().__init__(target, {axis: (float(v), units[i // 3])
-                                  for i, (axis, v) in enumerate(zip(AXES, diagonal)) if v != 0.0})
+        super().__init__(
+            target, {axis: (float(v), units[i // 3]) for i, (axis, v) in enumerate(zip(AXES, diagonal)) if v != 0.0}
+        )
         self.body, self.coriolis = body, coriolis
         self.matrix = np.diag(diagonal).astype(float)
         for (i, j), part in COUPLING.items():
@@ -32,8 +33,9 @@ class AddedMass(Effect):
         inertia = np.broadcast_to(self.scale[:, :, None] * self.matrix, (plant.members, 6, 6))
         nu, omega = motion.nu, motion.omega
         momentum = np.matmul(inertia, np.concatenate([nu, omega], 1)[..., None])[..., 0]
-        bias = np.concatenate([cross(omega, momentum[:, :3]),
-                               cross(nu, momentum[:, :3]) + cross(omega, momentum[:, 3:])], 1)
+        bias = np.concatenate(
+            [cross(omega, momentum[:, :3]), cross(nu, momentum[:, :3]) + cross(omega, momentum[:, 3:])], 1
+        )
         plant.add_hull_inertia(self.body, inertia, self.coriolis * bias)
 
 
@@ -43,8 +45,9 @@ class MunkMoment(Effect):
     kind = "munk_moment"
 
     def __init__(self, target: str, body: int, masses: np.ndarray):
-        super().__init__(target, {axis: (float(v), "kg") for axis, v in zip(AXES, masses) if v != 0.0},
-                         comparable=False)
+        super().__init__(
+            target, {axis: (float(v), "kg") for axis, v in zip(AXES, masses) if v != 0.0}, comparable=False
+        )
         self.body, self.masses = body, np.asarray(masses, float)[:3]
 
     def parts(self):

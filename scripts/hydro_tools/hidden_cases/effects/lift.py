@@ -13,8 +13,9 @@ class Lift(Effect):
 
     kind = "lift"
 
-    def __init__(self, target: str, body: int, *, area: float, slope: float, planes: tuple[int, ...] = (1, 2),
-                 along: int = 0):
+    def __init__(
+        self, target: str, body: int, *, area: float, slope: float, planes: tuple[int, ...] = (1, 2), along: int = 0
+    ):
         super().__init__(target, {"slope": (slope, "1")}, comparable=False)
         self.body, self.area, self.slope, self.planes, self.along = body, area, slope, planes, along
 

@@ -15,8 +15,11 @@ class WakeMemory(Effect):
     PARTS = ((1.0, 0.75), (2.6, 0.25))
 
     def __init__(self, target: str, body: int, amplitudes: np.ndarray, rate: float):
-        names = {f"amplitude_{axis}": (float(v), ("N s/m", "N m s/rad")[i // 3])
-                 for i, (axis, v) in enumerate(zip(AXES, amplitudes)) if v != 0.0}
+        names = {
+            f"amplitude_{axis}": (float(v), ("N s/m", "N m s/rad")[i // 3])
+            for i, (axis, v) in enumerate(zip(AXES, amplitudes))
+            if v != 0.0
+        }
         super().__init__(target, names | {"rate": (rate, "1/s")}, comparable=False)
         self.body, self.amplitudes, self.rate = body, np.asarray(amplitudes, float), rate
 

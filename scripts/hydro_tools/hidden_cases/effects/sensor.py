@@ -12,8 +12,11 @@ class SensorBias(Effect):
     kind = "sensor_bias"
 
     def __init__(self, target: str, bias: np.ndarray, unit: str):
-        names = {"bias": (float(bias[0]), unit)} if len(bias) == 1 else {
-            f"bias_{axis}": (float(b), unit) for axis, b in zip("xyz", bias)}
+        names = (
+            {"bias": (float(bias[0]), unit)}
+            if len(bias) == 1
+            else {f"bias_{axis}": (float(b), unit) for axis, b in zip("xyz", bias)}
+        )
         super().__init__(target, names)
         self.bias, self.unit = np.asarray(bias, float), unit
 

@@ -37,10 +37,27 @@ class Waves(Effect):
     kind = "waves"
     moves_water = True
 
-    def __init__(self, target: str, body: int, *, amplitude: float, frequency: float, phase: float,
-                 direction: float, displaced_mass: float):
-        super().__init__(target, {"amplitude": (amplitude, "m/s"), "frequency": (frequency, "Hz"),
-                                  "phase": (phase, "rad"), "direction": (direction, "rad")}, comparable=False)
+    def __init__(
+        self,
+        target: str,
+        body: int,
+        *,
+        amplitude: float,
+        frequency: float,
+        phase: float,
+        direction: float,
+        displaced_mass: float,
+    ):
+        super().__init__(
+            target,
+            {
+                "amplitude": (amplitude, "m/s"),
+                "frequency": (frequency, "Hz"),
+                "phase": (phase, "rad"),
+                "direction": (direction, "rad"),
+            },
+            comparable=False,
+        )
         self.body, self.displaced = body, displaced_mass
         self.omega = 2 * np.pi * frequency
         self.number = self.omega**2 / GRAVITY

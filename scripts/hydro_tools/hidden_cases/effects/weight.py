@@ -92,8 +92,9 @@ class Payload(Effect):
         # Linear and angular momentum of the load, turned with the body.
         twist = np.concatenate([nu, omega], 1)
         momentum = np.matmul(inertia, twist[..., None])[..., 0]
-        bias = np.concatenate([cross(omega, momentum[:, :3]),
-                               cross(nu, momentum[:, :3]) + cross(omega, momentum[:, 3:])], 1)
+        bias = np.concatenate(
+            [cross(omega, momentum[:, :3]), cross(nu, momentum[:, :3]) + cross(omega, momentum[:, 3:])], 1
+        )
         plant.add_inertia(self.body, np.broadcast_to(inertia, (plant.members, 6, 6)), bias)
         weight = np.zeros((plant.members, 3))
         weight[:, 2] = -self.scale[:, 0] * self.mass * GRAVITY

@@ -45,8 +45,11 @@ def figures(cases: list[Scored]) -> list[Figure]:
     pairs = [case for case in cases if case.kind == "pair"]
     nulls = [case for case in cases if case.kind == "null"]
     outside = [case for case in cases if case.kind == "outside" and _strong(case)]
-    twins = [case for case in cases if case.kind == "inseparable" and case.answer["twin"] in case.answer["lookalikes"]
-             and case.strength >= WEAK]
+    twins = [
+        case
+        for case in cases
+        if case.kind == "inseparable" and case.answer["twin"] in case.answer["lookalikes"] and case.strength >= WEAK
+    ]
     known = [case for case in cases if case.kind in ("single", "null", "pair")]
     errors, covered = [], []
     for case in strong + pairs:
@@ -56,29 +59,63 @@ def figures(cases: list[Scored]) -> list[Figure]:
     at_least = lambda bound: lambda value: value >= bound  # noqa: E731
     at_most = lambda bound: lambda value: value <= bound  # noqa: E731
     return [
-        Figure("top-1 name, strength >= 10", ">= 95 %", [case.top in case.truth for case in strong], meets=at_least(.95)),
-        Figure("top-1 name, strength 3 to 10", ">= 80 %", [case.top in case.truth for case in weak], meets=at_least(.8)),
-        Figure("exact set, one effect, strength >= 10", ">= 90 %",
-               [sorted(case.named) == sorted(case.truth) for case in strong], meets=at_least(.9)),
-        Figure("exact set, two effects", ">= 80 %", [sorted(case.named) == sorted(case.truth) for case in pairs],
-               meets=at_least(.8)),
-        Figure("two effects: both put forward, one rival at most", "",
-               [set(case.truth) <= case.called and len(case.called) <= len(case.truth) + 1 for case in pairs]),
-        Figure("false alarm, nothing missing", "<= 5 %", [case.said in ("named", "confusable") for case in nulls],
-               meets=at_most(.05)),
-        Figure("outside: unknown, or marked surrogate", ">= 80 %",
-               [case.said == "unknown" or case.surrogate for case in outside], meets=at_least(.8)),
-        Figure("false unknown", "<= 5 %", [case.said == "unknown" for case in known], meets=at_most(.05)),
-        Figure("inseparable: the set holds the truth", ">= 95 %",
-               [set(case.truth) <= case.called for case in twins], meets=at_least(.95)),
-        Figure("inseparable: size of the set", "<= 2", values=[float(len(case.called)) for case in twins if case.called],
-               meets=at_most(2.0)),
+        Figure(
+            "top-1 name, strength >= 10", ">= 95 %", [case.top in case.truth for case in strong], meets=at_least(0.95)
+        ),
+        Figure(
+            "top-1 name, strength 3 to 10", ">= 80 %", [case.top in case.truth for case in weak], meets=at_least(0.8)
+        ),
+        Figure(
+            "exact set, one effect, strength >= 10",
+            ">= 90 %",
+            [sorted(case.named) == sorted(case.truth) for case in strong],
+            meets=at_least(0.9),
+        ),
+        Figure(
+            "exact set, two effects",
+            ">= 80 %",
+            [sorted(case.named) == sorted(case.truth) for case in pairs],
+            meets=at_least(0.8),
+        ),
+        Figure(
+            "two effects: both put forward, one rival at most",
+            "",
+            [set(case.truth) <= case.called and len(case.called) <= len(case.truth) + 1 for case in pairs],
+        ),
+        Figure(
+            "false alarm, nothing missing",
+            "<= 5 %",
+            [case.said in ("named", "confusable") for case in nulls],
+            meets=at_most(0.05),
+        ),
+        Figure(
+            "outside: unknown, or marked surrogate",
+            ">= 80 %",
+            [case.said == "unknown" or case.surrogate for case in outside],
+            meets=at_least(0.8),
+        ),
+        Figure("false unknown", "<= 5 %", [case.said == "unknown" for case in known], meets=at_most(0.05)),
+        Figure(
+            "inseparable: the set holds the truth",
+            ">= 95 %",
+            [set(case.truth) <= case.called for case in twins],
+            meets=at_least(0.95),
+        ),
+        Figure(
+            "inseparable: size of the set",
+            "<= 2",
+            values=[float(len(case.called)) for case in twins if case.called],
+            meets=at_most(2.0),
+        ),
         Figure("single with look-alikes: set holds the truth", "", [set(case.truth) <= case.called for case in alike]),
-        Figure("95 % intervals cover", "92-98 %", covered, meets=lambda value: .92 <= value <= .98),
-        Figure("coefficient error, strength >= 10", "<= 10 %", values=errors, meets=at_most(.10)),
-        Figure("held-out reduction, strength >= 10", ">= 0.8", values=reductions, meets=at_least(.8)),
-        Figure("target too, where the name is right",
-               "", [_target_right(case) for case in strong if case.top in case.truth]),
+        Figure("95 % intervals cover", "92-98 %", covered, meets=lambda value: 0.92 <= value <= 0.98),
+        Figure("coefficient error, strength >= 10", "<= 10 %", values=errors, meets=at_most(0.10)),
+        Figure("held-out reduction, strength >= 10", ">= 0.8", values=reductions, meets=at_least(0.8)),
+        Figure(
+            "target too, where the name is right",
+            "",
+            [_target_right(case) for case in strong if case.top in case.truth],
+        ),
         Figure("error left, trials never shown", "", values=left["never_shown"]),
         Figure("error left, driven half as fast again", "", values=left["faster"]),
         Figure("seconds a case", "", values=seconds),

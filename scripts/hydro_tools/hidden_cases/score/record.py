@@ -45,7 +45,9 @@ def load(paths: list[Path]) -> dict[str, list[Scored]]:
     for path in paths:
         names, lines = _read(path)
         if seen and names != list(methods):
-            raise ScoreError(f"{path}: methods {', '.join(names)}, expected {', '.join(methods)} as in the files before")
+            raise ScoreError(
+                f"{path}: methods {', '.join(names)}, expected {', '.join(methods)} as in the files before"
+            )
         methods |= {name: methods.get(name, []) for name in names}
         for number, line in lines:
             place = f"{path}, line {number}"
@@ -96,14 +98,23 @@ def _figures(verdict: dict | None) -> dict | None:
     if verdict is None:
         return None
     likeliest = max((effect["probability"] for effect in verdict["effects"]), default=0.0)
-    effects = [effect for effect in verdict["effects"]
-               if effect["probability"] >= min(NEGLIGIBLE, likeliest)
-               or effect["effect"] in verdict["named"] or effect.get("surrogate")]
+    effects = [
+        effect
+        for effect in verdict["effects"]
+        if effect["probability"] >= min(NEGLIGIBLE, likeliest)
+        or effect["effect"] in verdict["named"]
+        or effect.get("surrogate")
+    ]
     gap = {"reduction": (verdict.get("gap") or {}).get("reduction")}
-    elsewhere = {regime: {side: gap[side] for side in ("before", "after")}
-                 for regime, gap in (verdict.get("elsewhere") or {}).items()}
+    elsewhere = {
+        regime: {side: gap[side] for side in ("before", "after")}
+        for regime, gap in (verdict.get("elsewhere") or {}).items()
+    }
     return {key: verdict[key] for key in VERDICT if key in verdict} | {
-        "effects": effects, "gap": gap, **({"elsewhere": elsewhere} if elsewhere else {})}
+        "effects": effects,
+        "gap": gap,
+        **({"elsewhere": elsewhere} if elsewhere else {}),
+    }
 
 
 def _short(value):

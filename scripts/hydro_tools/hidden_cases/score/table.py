@@ -18,18 +18,28 @@ def summary(figure: figures.Figure) -> dict:
         value, low, high = intervals.median(figure.values)
         line = {"kind": "median"}
     met = None if not total or not figure.asked else bool(figure.meets(value))
-    return line | {"name": figure.name, "asked": figure.asked, "value": value, "low": low, "high": high, "n": total,
-                   "met": met}
+    return line | {
+        "name": figure.name,
+        "asked": figure.asked,
+        "value": value,
+        "low": low,
+        "high": high,
+        "n": total,
+        "met": met,
+    }
 
 
 def score(cases: list[Scored]) -> dict:
     """Everything about one method."""
     systems = sorted({case.system for case in cases})
     return {
-        "cases": len(cases), "verdicts": sum(case.verdict is not None for case in cases),
+        "cases": len(cases),
+        "verdicts": sum(case.verdict is not None for case in cases),
         "table": [summary(figure) for figure in figures.figures(cases)],
-        "by_system": {system: [summary(figure) for figure in figures.figures([c for c in cases if c.system == system])]
-                      for system in systems},
+        "by_system": {
+            system: [summary(figure) for figure in figures.figures([c for c in cases if c.system == system])]
+            for system in systems
+        },
         "confusion": figures.confusion(cases),
     }
 

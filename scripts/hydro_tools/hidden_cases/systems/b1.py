@@ -43,7 +43,7 @@ def gait(rng: np.random.Generator, rows: int, period: float, mode: str) -> np.nd
         phase = np.pi * (leg in (1, 2)) if mode == "trot" else np.pi * (leg % 2)
         angle = 2 * np.pi * frequency * t + phase
         wave = np.stack([0.3 * np.sin(angle), np.sin(angle), np.cos(angle) - np.cos(phase)], 1)
-        out[:, 3 * leg:3 * leg + 3] += SWING * size * wave * excitation.ramp(rows, period, 1.0)[:, None]
+        out[:, 3 * leg : 3 * leg + 3] += SWING * size * wave * excitation.ramp(rows, period, 1.0)[:, None]
     return out
 
 
@@ -51,8 +51,9 @@ class _Table:
     """Commands from a table; legs are held by their own servos."""
 
     def __init__(self, model, table):
-        self.table = np.clip(table, *np.where(model.actuator_ctrllimited[:, None], model.actuator_ctrlrange,
-                                              [-np.inf, np.inf]).T)
+        self.table = np.clip(
+            table, *np.where(model.actuator_ctrllimited[:, None], model.actuator_ctrlrange, [-np.inf, np.inf]).T
+        )
 
     def tiled(self, count: int) -> "_Table":
         """The same trials `count` times over."""
@@ -93,15 +94,20 @@ class Tow(System):
                 at = int(0.5 / period)
                 while at < rows:
                     length = int(rng.uniform(1.2, 2.2) / period)
-                    levels[at:at + length] = rng.uniform(-1, 1, 2) * [size, 0.6 * size]
+                    levels[at : at + length] = rng.uniform(-1, 1, 2) * [size, 0.6 * size]
                     at += length
                 kernel = np.hanning(int(0.8 / period))
                 kernel /= kernel.sum()
-                table[i, :, :2] = np.stack([np.convolve(c, kernel)[:rows + 1] for c in levels.T], 1)
+                table[i, :, :2] = np.stack([np.convolve(c, kernel)[: rows + 1] for c in levels.T], 1)
             elif run == "multisine":
-                table[i, :, :2] = excitation.multisine(rng, rows + 1, period, 2, lowest=0.1, highest=0.9) * [size, 0.6 * size]
+                table[i, :, :2] = excitation.multisine(rng, rows + 1, period, 2, lowest=0.1, highest=0.9) * [
+                    size,
+                    0.6 * size,
+                ]
             elif run == "sine":
-                table[i, :, 0] = size * np.sin(2 * np.pi * rng.uniform(0.2, 0.5) * t) * excitation.ramp(rows + 1, period)
+                table[i, :, 0] = (
+                    size * np.sin(2 * np.pi * rng.uniform(0.2, 0.5) * t) * excitation.ramp(rows + 1, period)
+                )
             table[i, :, 2:] = gait(rng, rows + 1, period, legs)
         start = np.concatenate([np.zeros((m, 2)), np.tile(HOME, (m, 4))], 1)
         return Drive(start, np.zeros((m, 14)), _Table(model, table), modes)
@@ -122,15 +128,20 @@ class Tow(System):
             "added_mass": lambda rng: inertial.AddedMass("trunk", trunk, _vary(rng, [10, 25, 30, 0.5, 1.5, 1.5])),
             "linear_drag": lambda rng: drag.LinearDrag("trunk", trunk, _vary(rng, [15, 25, 30, 1, 2, 2])),
             "quadratic_drag": lambda rng: drag.QuadraticDrag("trunk", trunk, _vary(rng, [40, 70, 80, 2, 3, 3])),
-            "current": lambda rng: water.Current("trunk", trunk, np.array(
-                [_sign(rng) * 0.1, rng.normal(0, 0.05), 0.0]), rng.uniform(0, 6)),
+            "current": lambda rng: water.Current(
+                "trunk", trunk, np.array([_sign(rng) * 0.1, rng.normal(0, 0.05), 0.0]), rng.uniform(0, 6)
+            ),
             "munk_moment": lambda rng: inertial.MunkMoment("trunk", trunk, _vary(rng, [3, 20, 25, 0, 0, 0])),
             "lift": lambda rng: lift.Lift("trunk", trunk, area=0.15, slope=rng.uniform(0.8, 1.4), planes=(1,)),
-            "net_buoyancy": lambda rng: weight.NetBuoyancy("trunk", trunk, _sign(rng) * 6.0, np.array([0.015, 0, 0.05])),
-            "constant_force": lambda rng: weight.ConstantForce("trunk", trunk, np.array(
-                [_sign(rng) * 4.0, rng.normal(0, 2.0), 0.0])),
-            "wake_memory": lambda rng: memory.WakeMemory("trunk", trunk, _vary(rng, [20, 30, 30, 1, 2, 2]),
-                                                         rng.uniform(0.8, 3.0)),
+            "net_buoyancy": lambda rng: weight.NetBuoyancy(
+                "trunk", trunk, _sign(rng) * 6.0, np.array([0.015, 0, 0.05])
+            ),
+            "constant_force": lambda rng: weight.ConstantForce(
+                "trunk", trunk, np.array([_sign(rng) * 4.0, rng.normal(0, 2.0), 0.0])
+            ),
+            "wake_memory": lambda rng: memory.WakeMemory(
+                "trunk", trunk, _vary(rng, [20, 30, 30, 1, 2, 2]), rng.uniform(0.8, 3.0)
+            ),
             "joint_friction": lambda rng: joint.JointFriction(*hinge(rng), 1.5),
             "joint_damping": lambda rng: joint.JointDamping(*hinge(rng), 2.0),
             "sensor_bias": bias,
@@ -211,24 +222,36 @@ class Swim(System):
             return model.joint(j).name, int(model.jnt_dofadr[j]), int(model.jnt_qposadr[j])
 
         def bias(rng):
-            name, size, unit = (("imu_gyro", 0.01, "rad/s"), ("base_linear_velocity", 0.02, "m/s"))[int(rng.integers(2))]
+            name, size, unit = (("imu_gyro", 0.01, "rad/s"), ("base_linear_velocity", 0.02, "m/s"))[
+                int(rng.integers(2))
+            ]
             return sensor.SensorBias(name, rng.normal(0, size, 3), unit)
 
         return {
             "added_mass": lambda rng: inertial.AddedMass("trunk", trunk, _vary(rng, [8, 20, 25, 0.4, 1.2, 1.2])),
             "linear_drag": lambda rng: drag.LinearDrag("trunk", trunk, _vary(rng, [12, 20, 25, 1, 2, 2])),
             "quadratic_drag": lambda rng: drag.QuadraticDrag("trunk", trunk, _vary(rng, [40, 70, 80, 2, 3, 3])),
-            "current": lambda rng: water.Current("trunk", trunk, np.array(
-                [rng.normal(0, 0.1), rng.normal(0, 0.1), 0.0]), rng.uniform(0, 6)),
-            "net_buoyancy": lambda rng: weight.NetBuoyancy("trunk", trunk, _sign(rng) * 5.0, np.array([0.015, 0, 0.05])),
-            "buoyancy_offset": lambda rng: weight.BuoyancyOffset("trunk", trunk, rng.normal(0, 1, 3) * [0.006, 0.004, 0.002],
-                                                                 DISPLACED * weight.GRAVITY),
-            "payload": lambda rng: weight.Payload("trunk", trunk, 1.0, np.array(
-                [_sign(rng) * rng.uniform(0.1, 0.35), rng.uniform(-0.1, 0.1), rng.uniform(-0.05, 0.12)])),
-            "constant_force": lambda rng: weight.ConstantForce("trunk", trunk, np.array(
-                [rng.normal(0, 4), rng.normal(0, 4), 0.0])),
-            "wake_memory": lambda rng: memory.WakeMemory("trunk", trunk, _vary(rng, [15, 25, 30, 1, 2, 2]),
-                                                         rng.uniform(0.8, 3.0)),
+            "current": lambda rng: water.Current(
+                "trunk", trunk, np.array([rng.normal(0, 0.1), rng.normal(0, 0.1), 0.0]), rng.uniform(0, 6)
+            ),
+            "net_buoyancy": lambda rng: weight.NetBuoyancy(
+                "trunk", trunk, _sign(rng) * 5.0, np.array([0.015, 0, 0.05])
+            ),
+            "buoyancy_offset": lambda rng: weight.BuoyancyOffset(
+                "trunk", trunk, rng.normal(0, 1, 3) * [0.006, 0.004, 0.002], DISPLACED * weight.GRAVITY
+            ),
+            "payload": lambda rng: weight.Payload(
+                "trunk",
+                trunk,
+                1.0,
+                np.array([_sign(rng) * rng.uniform(0.1, 0.35), rng.uniform(-0.1, 0.1), rng.uniform(-0.05, 0.12)]),
+            ),
+            "constant_force": lambda rng: weight.ConstantForce(
+                "trunk", trunk, np.array([rng.normal(0, 4), rng.normal(0, 4), 0.0])
+            ),
+            "wake_memory": lambda rng: memory.WakeMemory(
+                "trunk", trunk, _vary(rng, [15, 25, 30, 1, 2, 2]), rng.uniform(0.8, 3.0)
+            ),
             "actuator_lag": lambda rng: actuator.ActuatorLag("all", list(range(12)), 0.03),
             "actuator_delay": lambda rng: actuator.ActuatorDelay("all", list(range(12)), 0.02),
             "joint_friction": lambda rng: joint.JointFriction(*hinge(rng), 1.5),

@@ -48,8 +48,9 @@ class Drive:
 
     def tiled(self, count: int) -> "Drive":
         """The same trials `count` times over."""
-        return Drive(np.tile(self.qpos, (count, 1)), np.tile(self.qvel, (count, 1)), self.policy.tiled(count),
-                     self.modes * count)
+        return Drive(
+            np.tile(self.qpos, (count, 1)), np.tile(self.qvel, (count, 1)), self.policy.tiled(count), self.modes * count
+        )
 
 
 class System:

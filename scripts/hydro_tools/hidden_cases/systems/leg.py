@@ -50,7 +50,9 @@ class Leg(System):
                 table[i] = _smooth(excitation.steps(rng, rows + 1, period, 2, hold=0.9), period) * reach
             elif mode == "chirp":
                 which = int(rng.integers(2))
-                table[i, :, which] = excitation.chirp(rng, rows + 1, period, lowest=0.1, highest=2.5) * reach[which] * 0.7
+                table[i, :, which] = (
+                    excitation.chirp(rng, rows + 1, period, lowest=0.1, highest=2.5) * reach[which] * 0.7
+                )
             elif mode == "slow":
                 table[i] = excitation.multisine(rng, rows + 1, period, 2, lowest=0.06, highest=0.25, tones=3) * REACH
             elif mode == "pulses":
@@ -80,7 +82,9 @@ class Leg(System):
 
         def bias(rng):
             name = str(rng.choice(["cell_force", "calf_position", "thigh_position", "cell_torque"]))
-            size, unit, width = {"cell_force": (1.0, "N", 3), "cell_torque": (0.3, "N m", 3)}.get(name, (0.01, "rad", 1))
+            size, unit, width = {"cell_force": (1.0, "N", 3), "cell_torque": (0.3, "N m", 3)}.get(
+                name, (0.01, "rad", 1)
+            )
             return sensor.SensorBias(name, sign(rng) * size * rng.uniform(0.5, 1.5, width), unit)
 
         def backlash(rng):
@@ -91,19 +95,30 @@ class Leg(System):
             "added_mass": lambda rng: inertial.AddedMass("calf", calf, vary(rng, [1.0, 0.6, 0.05, 0.08, 0.12, 0.001])),
             "linear_drag": lambda rng: drag.LinearDrag("calf", calf, vary(rng, [4, 3, 1, 0.05, 0.1, 0.02])),
             "quadratic_drag": lambda rng: drag.QuadraticDrag("calf", calf, vary(rng, [12, 8, 2, 0.05, 0.1, 0.02])),
-            "cross_flow_drag": lambda rng: drag.CrossFlowDrag("calf", calf, along=2, length=0.4, diameter=0.06,
-                                                              coefficient=1.0, centre=-0.165),
-            "current": lambda rng: water.Current("calf", calf, np.array([sign(rng) * 0.2, rng.normal(0, 0.08), 0.0]),
-                                                 rng.uniform(0, 6)),
+            "cross_flow_drag": lambda rng: drag.CrossFlowDrag(
+                "calf", calf, along=2, length=0.4, diameter=0.06, coefficient=1.0, centre=-0.165
+            ),
+            "current": lambda rng: water.Current(
+                "calf", calf, np.array([sign(rng) * 0.2, rng.normal(0, 0.08), 0.0]), rng.uniform(0, 6)
+            ),
             "net_buoyancy": lambda rng: weight.NetBuoyancy("calf", calf, sign(rng) * 1.5, np.array([0.005, 0, -0.17])),
             "payload": lambda rng: weight.Payload("calf", calf, 0.2, np.array([0.02, 0.0, -rng.uniform(0.2, 0.36)])),
-            "constant_force": lambda rng: weight.ConstantForce("calf", calf, np.array([sign(rng) * 1.5, rng.normal(0, 0.5), 0])),
-            "wake_memory": lambda rng: memory.WakeMemory("calf", calf, vary(rng, [5, 4, 1, 0.05, 0.2, 0.02]),
-                                                         rng.uniform(1.0, 4.0)),
+            "constant_force": lambda rng: weight.ConstantForce(
+                "calf", calf, np.array([sign(rng) * 1.5, rng.normal(0, 0.5), 0])
+            ),
+            "wake_memory": lambda rng: memory.WakeMemory(
+                "calf", calf, vary(rng, [5, 4, 1, 0.05, 0.2, 0.02]), rng.uniform(1.0, 4.0)
+            ),
             "basset_history": lambda rng: memory.BassetHistory("calf", calf, 3.0, axes=vary(rng, [1.0, 0.8, 0.3])),
-            "waves": lambda rng: water.Waves("calf", calf, amplitude=0.1, frequency=rng.uniform(0.3, 0.7),
-                                             phase=rng.uniform(0, 6.28), direction=rng.choice([0.0, 0.5]),
-                                             displaced_mass=0.74),
+            "waves": lambda rng: water.Waves(
+                "calf",
+                calf,
+                amplitude=0.1,
+                frequency=rng.uniform(0.3, 0.7),
+                phase=rng.uniform(0, 6.28),
+                direction=rng.choice([0.0, 0.5]),
+                displaced_mass=0.74,
+            ),
             "actuator_gain": lambda rng: actuator.ActuatorGain(*servo(rng), sign(rng) * 0.15),
             "actuator_lag": lambda rng: actuator.ActuatorLag(*servo(rng), 0.03),
             "actuator_delay": lambda rng: actuator.ActuatorDelay(*servo(rng), 0.02),
@@ -113,8 +128,9 @@ class Leg(System):
             "joint_backlash": backlash,
             "sensor_bias": bias,
             "sensor_delay": lambda rng: sensor.SensorDelay(str(rng.choice(["cell_force", "calf_position"])), 0.015),
-            "sensor_scale": lambda rng: sensor.SensorScale(str(rng.choice(["cell_force", "cell_torque", "calf_velocity"])),
-                                                           sign(rng) * 0.03),
+            "sensor_scale": lambda rng: sensor.SensorScale(
+                str(rng.choice(["cell_force", "cell_torque", "calf_velocity"])), sign(rng) * 0.03
+            ),
         }
 
     def outside(self, model):
@@ -141,7 +157,7 @@ def _smooth(table: np.ndarray, period: float) -> np.ndarray:
     """Edges of a quarter of a second, as a trajectory generator would give them."""
     kernel = np.hanning(max(int(0.25 / period), 3))
     kernel /= kernel.sum()
-    return np.stack([np.convolve(column, kernel)[:len(column)] for column in table.T], 1)
+    return np.stack([np.convolve(column, kernel)[: len(column)] for column in table.T], 1)
 
 
 class _Servo:

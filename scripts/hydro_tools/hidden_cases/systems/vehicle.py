@@ -42,7 +42,7 @@ class Vehicle(System):
         m, rows, period = schedule.trials, schedule.rows, schedule.period
         wrench = np.zeros((m, rows + 1, 6))
         direct = np.zeros((m, rows + 1, model.nu))
-        goals = np.zeros((m, rows + 1, 4))            # x y z yaw
+        goals = np.zeros((m, rows + 1, 4))  # x y z yaw
         position_gain, depth_gain = np.zeros(m), np.ones(m)
         depth = _depths(rng, m, style)
         modes = []
@@ -74,8 +74,11 @@ class Vehicle(System):
             elif mode in ("gentle", "slow"):
                 reach = REACH * size * (0.25 if mode == "gentle" else 0.8) * [1, 1, 1, 0, 0, 1]
                 wrench[i] = excitation.multisine(rng, rows + 1, period, 6, lowest=0.04, highest=0.2, tones=4) * reach
-        noise = {"position": rng.normal(0, 0.008, (m, rows + 1, 3)), "turn": rng.normal(0, 0.003, (m, rows + 1, 3)),
-                 "nu": rng.normal(0, 0.008, (m, rows + 1, 6))}
+        noise = {
+            "position": rng.normal(0, 0.008, (m, rows + 1, 3)),
+            "turn": rng.normal(0, 0.003, (m, rows + 1, 3)),
+            "nu": rng.normal(0, 0.008, (m, rows + 1, 6)),
+        }
         hold = _Hold(model, wrench, direct, goals, position_gain, depth_gain, noise, period)
         qpos = np.zeros((m, 7))
         qpos[:, 2] = depth
@@ -115,8 +118,14 @@ class Vehicle(System):
         def inflow(rng):
             if rng.random() < 0.6:
                 sites = [model.site(name).id for name in thrusters]
-                return actuator.InflowThrustLoss("all", list(range(8)), 0.3, body=body, directions=rotation(
-                    model.site_quat[sites])[:, :, 2], places=model.site_pos[sites])
+                return actuator.InflowThrustLoss(
+                    "all",
+                    list(range(8)),
+                    0.3,
+                    body=body,
+                    directions=rotation(model.site_quat[sites])[:, :, 2],
+                    places=model.site_pos[sites],
+                )
             name, index, axes, places = push(rng)
             return actuator.InflowThrustLoss(name, index, 0.3, body=body, directions=axes, places=places)
 
@@ -136,27 +145,41 @@ class Vehicle(System):
             "added_mass": lambda rng: inertial.AddedMass("hull", body, vary(rng, [6, 12, 18, 0.12, 0.35, 0.35])),
             "linear_drag": lambda rng: drag.LinearDrag("hull", body, vary(rng, [5, 8, 10, 0.3, 0.4, 0.5])),
             "quadratic_drag": lambda rng: drag.QuadraticDrag("hull", body, vary(rng, [18, 30, 40, 0.5, 0.7, 0.8])),
-            "cross_flow_drag": lambda rng: drag.CrossFlowDrag("hull", body, along=0, length=0.66,
-                                                              diameter=rng.uniform(0.2, 0.3), coefficient=0.6),
+            "cross_flow_drag": lambda rng: drag.CrossFlowDrag(
+                "hull", body, along=0, length=0.66, diameter=rng.uniform(0.2, 0.3), coefficient=0.6
+            ),
             "current": lambda rng: water.Current("hull", body, 0.1 * direction(rng), rng.uniform(0, 6)),
             "munk_moment": lambda rng: inertial.MunkMoment("hull", body, vary(rng, [2, 10, 16, 0, 0, 0])),
             "lift": lambda rng: lift.Lift("hull", body, area=0.08, slope=rng.uniform(0.8, 1.4)),
             "net_buoyancy": lambda rng: weight.NetBuoyancy("hull", body, signs(rng) * 2.0, np.array([0, 0, 0.02])),
             "buoyancy_offset": lambda rng: weight.BuoyancyOffset(
-                "hull", body, rng.normal(0, 1, 3) * [0.006, 0.004, 0.004], DISPLACED * weight.GRAVITY),
-            "payload": lambda rng: weight.Payload("hull", body, 0.4, np.array(
-                [signs(rng) * rng.uniform(0.15, 0.3), rng.uniform(-0.15, 0.15), rng.uniform(-0.15, 0.1)])),
-            "wake_memory": lambda rng: memory.WakeMemory("hull", body, vary(rng, [8, 14, 16, 0.3, 0.4, 0.6]),
-                                                         rng.uniform(0.5, 2.5)),
+                "hull", body, rng.normal(0, 1, 3) * [0.006, 0.004, 0.004], DISPLACED * weight.GRAVITY
+            ),
+            "payload": lambda rng: weight.Payload(
+                "hull",
+                body,
+                0.4,
+                np.array([signs(rng) * rng.uniform(0.15, 0.3), rng.uniform(-0.15, 0.15), rng.uniform(-0.15, 0.1)]),
+            ),
+            "wake_memory": lambda rng: memory.WakeMemory(
+                "hull", body, vary(rng, [8, 14, 16, 0.3, 0.4, 0.6]), rng.uniform(0.5, 2.5)
+            ),
             "basset_history": lambda rng: memory.BassetHistory("hull", body, 5.0, axes=vary(rng, [0.6, 1.0, 1.3])),
-            "free_surface": lambda rng: boundary.FreeSurface("hull", body, coefficient=0.8, length=rng.uniform(0.3, 0.6),
-                                                             drag=AREAS, suction=0.0),
-            "wall_proximity": lambda rng: boundary.WallProximity("hull", body, bed=-6.0, coefficient=0.8,
-                                                                 length=rng.uniform(0.3, 0.6), drag=AREAS,
-                                                                 suction=-10.0),
-            "waves": lambda rng: water.Waves("hull", body, amplitude=0.05, frequency=rng.uniform(0.12, 0.35),
-                                             phase=rng.uniform(0, 6.28), direction=rng.uniform(0, 6.28),
-                                             displaced_mass=DISPLACED),
+            "free_surface": lambda rng: boundary.FreeSurface(
+                "hull", body, coefficient=0.8, length=rng.uniform(0.3, 0.6), drag=AREAS, suction=0.0
+            ),
+            "wall_proximity": lambda rng: boundary.WallProximity(
+                "hull", body, bed=-6.0, coefficient=0.8, length=rng.uniform(0.3, 0.6), drag=AREAS, suction=-10.0
+            ),
+            "waves": lambda rng: water.Waves(
+                "hull",
+                body,
+                amplitude=0.05,
+                frequency=rng.uniform(0.12, 0.35),
+                phase=rng.uniform(0, 6.28),
+                direction=rng.uniform(0, 6.28),
+                displaced_mass=DISPLACED,
+            ),
             "actuator_gain": lambda rng: actuator.ActuatorGain(*one(rng), signs(rng) * 0.08),
             "actuator_deadband": lambda rng: actuator.ActuatorDeadband(*some(rng), 0.04),
             "actuator_lag": lambda rng: actuator.ActuatorLag(*some(rng), 0.08),
@@ -172,7 +195,8 @@ class Vehicle(System):
         body = model.body("hull").id
         return {
             "thruster_interaction": lambda rng: outside.ThrusterInteraction(
-                "all", [(0, 1), (1, 0), (2, 3), (3, 2), (4, 6), (5, 7)], 0.15),
+                "all", [(0, 1), (1, 0), (2, 3), (3, 2), (4, 6), (5, 7)], 0.15
+            ),
             "spin_sway": lambda rng: outside.SpinSway("hull", body, 12.0),
             "vortex_shedding": lambda rng: outside.VortexShedding("hull", body, 20.0, rng.uniform(0.15, 0.3)),
             "lopsided_drag": lambda rng: outside.LopsidedDrag("hull", body, 15.0, int(rng.choice([0, 1]))),
@@ -187,10 +211,12 @@ class Vehicle(System):
         every = list(range(8))
         return {
             # Speeds of one size: a slope and a square differ by a third harmonic.
-            "linear_drag": Twin(lambda rng: drag.LinearDrag("hull", body, np.array([5, 8, 10, 0, 0, 0])), "gentle",
-                                "quadratic_drag"),
-            "quadratic_drag": Twin(lambda rng: drag.QuadraticDrag("hull", body, np.array([18, 30, 40, 0, 0, 0])), "gentle",
-                                   "linear_drag"),
+            "linear_drag": Twin(
+                lambda rng: drag.LinearDrag("hull", body, np.array([5, 8, 10, 0, 0, 0])), "gentle", "quadratic_drag"
+            ),
+            "quadratic_drag": Twin(
+                lambda rng: drag.QuadraticDrag("hull", body, np.array([18, 30, 40, 0, 0, 0])), "gentle", "linear_drag"
+            ),
             # Slow commands see of a lag only its delay.
             "actuator_lag": Twin(lambda rng: actuator.ActuatorLag("all", every, 0.08), "slow", "actuator_delay"),
             "actuator_delay": Twin(lambda rng: actuator.ActuatorDelay("all", every, 0.05), "slow", "actuator_lag"),
@@ -239,7 +265,7 @@ def _way(rng, rows: int, period: float, *, still: bool) -> np.ndarray:
     kernel = np.hanning(int(1.6 / period))
     kernel /= kernel.sum()
     padded = np.concatenate([np.zeros((3, len(kernel))), out], 1)
-    return np.stack([np.convolve(row, kernel)[len(kernel):len(kernel) + rows] for row in padded])
+    return np.stack([np.convolve(row, kernel)[len(kernel) : len(kernel) + rows] for row in padded])
 
 
 class _Hold:
