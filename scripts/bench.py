@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Times `hydro` beside other implementations and writes benches/RESULTS.md; `scripts/bench.sh` prepares all it needs."""
+"""Times `hydro` beside other implementations and writes benches/RESULTS.md; scripts/bench.sh prepares it."""
 
 import sys
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from unittest import mock
 
 import fanout_jobs as jobs
-
 from hydro_tools.datasets import DataError
 from hydro_tools.datasets.proof import Proof
 from hydro_tools.jobs import FanoutError

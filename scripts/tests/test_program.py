@@ -1,4 +1,4 @@
-"""Jobs that are command lines: files come back, failures are told, nothing is written outside; compare_ray.py by them."""
+"""Jobs that are command lines: files come back, failures are told, nothing is written outside; compare_ray.py."""
 
 import io
 import json
@@ -55,7 +55,8 @@ class Programs(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             for name in ("b", "a"):
                 (Path(folder) / name).write_text(name)
-            names = tarfile.open(fileobj=io.BytesIO(packed(Path(folder)))).getnames()
+            with tarfile.open(fileobj=io.BytesIO(packed(Path(folder)))) as archive:
+                names = archive.getnames()
         self.assertEqual(names, ["a", "b"])
 
     def test_a_failure_tells_the_last_words(self):

@@ -14,13 +14,12 @@ from pathlib import Path
 from unittest import mock
 
 import fanout_jobs as jobs
-from test_fanout import begun_by_a_slow_receiver
-
 from hydro_tools.datasets import DataError, dataset, proof, task2
 from hydro_tools.jobs import FanoutError, cluster
 from hydro_tools.jobs.here import Here
 from hydro_tools.jobs.two_nodes import TwoNodes
 from hydro_tools.repository import SCRIPTS
+from test_fanout import begun_by_a_slow_receiver
 
 SETTINGS = dataset.Settings(
     name="t", trials=40, seed=5, samples=60, splits=(0.5, 0.25, 0.25), shard_size=5, model="mjcf/b1_truth.xml"

@@ -43,11 +43,11 @@ def parameters(model: mujoco.MjModel) -> sysid.parameter.ParameterDict:
     for actuator in range(model.nu):
         name = model.actuator(actuator).name
 
-        def gain(
-            spec, p, name=name, g=model.actuator_gainprm[actuator].copy(), b=model.actuator_biasprm[actuator].copy()
-        ):
+        gain0, bias0 = model.actuator_gainprm[actuator].copy(), model.actuator_biasprm[actuator].copy()
+
+        def gain(spec, p, name=name, gain0=gain0, bias0=bias0):
             thing = spec.actuator(name)
-            thing.gainprm, thing.biasprm = g * float(p.value[0]), b * float(p.value[0])
+            thing.gainprm, thing.biasprm = gain0 * float(p.value[0]), bias0 * float(p.value[0])
 
         add(f"gain {name}", [1.0], [0.3], [2.0], gain)
     for joint in range(model.njnt):

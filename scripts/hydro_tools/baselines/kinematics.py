@@ -34,7 +34,8 @@ class Body:
 @dataclass
 class Kinematics:
     """All of a motion. thrust, lagged, delayed [n, nu]: actuator forces; inflow [n, nu] m/s (0 for a joint's);
-    moment [n, nu, nv]; time [n] s; position, velocity: hinge and slide joints [n, joints]."""
+    moment [n, nu, nv]; time [n] s; position, velocity: hinge and slide joints [n, joints].
+    """
 
     time: np.ndarray
     bodies: list[Body]

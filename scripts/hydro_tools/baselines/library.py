@@ -24,7 +24,8 @@ SURFACE_Z_M = 0.0
 @dataclass
 class Column:
     """Force of one unit of one parameter. `wrench` [n, 6] on `body`, or `force` [n, nv]; `inertia` [6, 6] is
-    the part of the wrench that multiplies the body's acceleration, already in `wrench` where rates are known."""
+    the part of the wrench that multiplies the body's acceleration, already in `wrench` where rates are known.
+    """
 
     effect: str
     parameter: str

@@ -100,7 +100,8 @@ def errors(model: mujoco.MjModel, motions: list, forcing: Forcing | None) -> Err
 
 def scored(model: mujoco.MjModel, motions: list, predict: Callable[..., np.ndarray]) -> Errors:
     """Squared errors over motions of `predict(motion, row, rows)` -> [rows, ns]; a rollout that diverges counts a
-    hundred times its readings' spread."""
+    hundred times its readings' spread.
+    """
     ns = model.nsensordata
     squared = np.zeros((len(motions), len(HORIZONS_S), ns))
     count = np.zeros_like(squared)

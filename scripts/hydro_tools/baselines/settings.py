@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 @dataclass(frozen=True)
 class Settings:
     """smooth_s: width of the local parabolas [s]; test_s: length of a test function [s]; folds: of the
-    cross-fit (0: none); options: of the method itself."""
+    cross-fit (0: none); options: of the method itself.
+    """
 
     smooth_s: float = 0.2
     test_s: float = 1.0

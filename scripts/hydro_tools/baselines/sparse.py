@@ -11,7 +11,8 @@ from .weak import Problem
 @dataclass(frozen=True)
 class Sparse:
     """Coefficients of the scaled columns [p] (zero: dropped), their standard errors, and each column's
-    probability of being in."""
+    probability of being in.
+    """
 
     coefficients: np.ndarray
     errors: np.ndarray

@@ -22,7 +22,8 @@ from .library import Column
 class Problem:
     """design [m, p] and response [m] in units of noise, whitened; raw, told: the same before that; spoil [m, q]: what
     a standard deviation of each knob does; trial [m] the row's trial; labels: effect, parameter, target and unit of
-    each column; size [p]: what the column was divided by."""
+    each column; size [p]: what the column was divided by.
+    """
 
     design: np.ndarray
     response: np.ndarray
@@ -124,7 +125,8 @@ class Equations:
 
     def _felt(self, column: Column, body, out: np.ndarray) -> None:
         """Load cells above the body: they read minus the wrench that acts below them, here for cells at rest
-        relative to the world or to a body without rotation (a mount, a carriage)."""
+        relative to the world or to a body without rotation (a mount, a carriage).
+        """
         model = self.model
         for i, cell in enumerate(self.cells):
             site = int(model.sensor_objid[cell])

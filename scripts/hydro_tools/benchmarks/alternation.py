@@ -1,8 +1,8 @@
 """Contenders run in turn, block by block, so that a busy machine slows them alike: A B C A B C ..."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from statistics import median
-from typing import Callable
 
 import numpy as np
 

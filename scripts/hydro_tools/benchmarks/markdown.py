@@ -24,6 +24,7 @@ def between(values: Spread) -> str:
 
 
 def mebibytes(count: int) -> str:
+    """A number of bytes in MiB: `1,024`."""
     return f"{count / 2**20:,.0f}"
 
 

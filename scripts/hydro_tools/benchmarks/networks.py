@@ -31,7 +31,7 @@ def field(weights: dict[str, np.ndarray], x: np.ndarray, *, relaxing: bool = Fal
 
 
 def encode(card: dict, x: np.ndarray) -> np.ndarray:
-    """Raw features [.., n] -> standardised inputs, the quaternion turned into the up direction where the card says so."""
+    """Raw features [.., n] -> standardised inputs; the quaternion becomes the up direction where the card says so."""
     encoding = card["config"]["encoding"]
     if encoding not in ("raw", "up"):
         raise ValueError(f"encoding `{encoding}` is not known here: there are raw and up")
@@ -65,7 +65,7 @@ def latents(config: dict, weights: dict[str, np.ndarray], z: np.ndarray) -> np.n
 
 
 def walk(checkpoint: Path, x: np.ndarray) -> np.ndarray:
-    """The forces [S, f] (SI) after each of the samples x [S, n], from zero force and a past that was the first sample."""
+    """Forces [S, f] (SI) after each sample x [S, n], from zero force and a past that was the first sample."""
     card, weights = read(checkpoint)
     norm = card["normaliser"]
     mean, std = np.array(norm["output_mean"]), np.array(norm["output_std"])

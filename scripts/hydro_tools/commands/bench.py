@@ -42,6 +42,7 @@ def write_page(folder: Path, results: Path) -> None:
 
 
 def main() -> int:
+    """Run the command line; returns the exit status."""
     options = parse()
     results = WORK / "quick/results" if options.quick else RESULTS
     try:

@@ -4,8 +4,8 @@
 
 What follows `--` is for `hydro compare`. Jobs that --out holds are not done again. Nodes need the `hydro` program, the
 data and the rollouts at the same paths as here; a job's own files go along and come back, and only this process writes.
-A training gives the same weights wherever it runs, as long as the processors have the same instructions. --ray here does
-it in this process.
+A training gives the same weights wherever it runs, as long as the processors have the same instructions. --ray here
+does it in this process.
 """
 
 import argparse
@@ -59,6 +59,7 @@ def everywhere(words: list[str]) -> list[str]:
 
 
 def main() -> int:
+    """Run the command line; returns the exit status."""
     args = parse()
     compare = [str(args.hydro.resolve()), "compare"]
     words = everywhere(args.words)

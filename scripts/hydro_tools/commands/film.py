@@ -92,6 +92,7 @@ def film(args: argparse.Namespace) -> int:
 
 
 def main() -> int:
+    """Run the command line; returns the exit status."""
     args = parse()
     fault: Exception | None = IMPORT_FAULT
     if fault is None:

@@ -81,6 +81,7 @@ def draw(raw: Path, figures: Path) -> None:
 
 
 def main() -> int:
+    """Run the command line; returns the exit status."""
     args = parse()
     start = time.monotonic()
     wanted = [

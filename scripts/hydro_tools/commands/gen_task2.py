@@ -75,6 +75,7 @@ def executor(args: argparse.Namespace) -> Executor:
 
 
 def main() -> int:
+    """Run the command line; returns the exit status."""
     args = parse()
     settings = dataset.Settings(
         name=args.out.resolve().name,

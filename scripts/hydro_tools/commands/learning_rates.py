@@ -1,16 +1,16 @@
-"""What learning rate each row of `hydro compare` is given: by validation, on the data and under the budget of its tables.
+"""Search the learning rate of each row of `hydro compare` by validation, on the data and budget of its tables.
 
     python scripts/learning_rates.py task1 --data out/compare/task1-data --out out/rates-task1
     python scripts/learning_rates.py task2 --data out/compare/task2 --out out/rates-task2 --rows lstm,mlp
 
-From a first rate (--first), the rate is doubled or halved for as long as that lowers the validation error (nRMSE, open loop) of
-seed 0 by more than one per cent: on either side of the least there is one that is no better, or one that diverged. The
-two best rates are then tried with seed 1 as well, and the one with the lower geometric mean of both is the row's. The test
-split has no say. Rates of 1.2 serve 1.3, which is 1.2 with noise. Rows of the Runge-Kutta and the adaptive solver
-are too dear to be searched and have the rate of the Euler row, or the next lower one at which they do not diverge.
+From a first rate (--first), the rate is doubled or halved for as long as that lowers the validation error (nRMSE, open
+loop) of seed 0 by more than one per cent. The rates on either side of the best one are then no better, or diverged. The
+two best rates are tried with seed 1 as well; the row gets the one with the lower geometric mean of both. The test split
+is not used. Rates of 1.2 serve 1.3, which is 1.2 with noise. Rows of the Runge-Kutta and the adaptive solver cost too
+much to be searched; they have the rate of the Euler row, or the next lower one at which they do not diverge.
 
-What was trained before is not trained again: --out holds RATE/jobs/SET/ROW/seed-N, as `hydro compare --out RATE --learning-rate RATE`
-would leave them. The Markdown tables go to standard output; the row's rate is in bold.
+A finished training is not repeated: --out holds RATE/jobs/SET/ROW/seed-N, as `hydro compare --out RATE
+--learning-rate RATE` leaves them. The Markdown tables go to standard output; the row's rate is in bold.
 """
 
 import argparse
@@ -45,6 +45,7 @@ ROWS = (
 
 
 def parse() -> argparse.Namespace:
+    """The command line, checked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("task", choices=sorted(SETS))
     parser.add_argument("--data", type=Path, required=True, help="as of hydro compare")
@@ -62,6 +63,7 @@ def parse() -> argparse.Namespace:
 
 
 def main() -> int:
+    """Run the command line; returns the exit status."""
     args = parse()
     trainings = Trainings(args.hydro.resolve(), args.task, args.data, args.out)
     rows = args.rows.split(",") if args.rows else list(ROWS)

@@ -17,6 +17,7 @@ from hydro_tools.robot.hull import DISPLACED_LITRES, DISPLACED_LITRES_RANGE
 
 
 def main() -> int:
+    """Run the command line; returns the exit status."""
     low, high = DISPLACED_LITRES_RANGE
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true", help="compare with the files on disk, write nothing")

@@ -28,7 +28,11 @@ LOOK = 0.05
 
 
 class Run:
-    """One run of the generator: seconds, first_mib, own_mib, shared_mib, digests (sha256 by file), said (its last line)."""
+    """One run of the generator.
+
+    seconds: wall time; first_mib, own_mib, shared_mib: memory of its process [MiB]; digests: sha256 by file name;
+    said: its last line.
+    """
 
     def __init__(self, folder: Path, trials: int, shard_size: int, where: list[str], then=None):
         """`where` is handed to the generator; `then()` is called once, when a third of the shards stands."""
@@ -87,7 +91,7 @@ def main() -> int:
     print("trajectories  how                     seconds  ratio        own MiB  shared  bytes")
     for trials in args.trials:
 
-        def run(name: str, *where: str, then=None) -> Run:
+        def run(name: str, *where: str, then=None, trials=trials) -> Run:
             return Run(args.out / str(trials) / name, trials, args.shard_size, list(where), then)
 
         runs = {"--workers 2": run("workers", "--workers", "2")}

@@ -52,6 +52,7 @@ def parse() -> argparse.Namespace:
 
 
 def main() -> int:
+    """Run the command line; returns the exit status."""
     args = parse()
     try:
         cases = {}

@@ -110,6 +110,7 @@ def run(args: argparse.Namespace) -> dict:
 
 
 def main() -> int:
+    """Run the command line; returns the exit status."""
     args = parse()
     start = time.monotonic()
     try:

@@ -90,6 +90,7 @@ def run(args: argparse.Namespace) -> None:
 
 
 def main() -> int:
+    """Run the command line; returns the exit status."""
     args = parse()
     try:
         run(args)

@@ -1,10 +1,10 @@
-"""Rivals of `hydro gap` on the same cases: PySINDy, its ensemble, BINDy, `mujoco.sysid`, a residual network.
+r"""Rivals of `hydro gap` on the same cases: PySINDy, its ensemble, BINDy, `mujoco.sysid`, a residual network.
 
     scripts/setup_venv.sh baselines                                             # an environment of its own
-    .venv-rivals/bin/python scripts/rivals.py run --cases out/hidden/cases --sealed out/hidden/sealed --out out/rivals \\
-        --jobs 2
+    .venv-rivals/bin/python scripts/rivals.py run --cases out/hidden/cases --sealed out/hidden/sealed \
+        --out out/rivals --jobs 2
     .venv-rivals/bin/python scripts/rivals.py tune --cases out/own/cases --sealed out/own/sealed
-    .venv-rivals/bin/python scripts/rivals.py patched --cases out/hidden/cases --sealed out/hidden/sealed \\
+    .venv-rivals/bin/python scripts/rivals.py patched --cases out/hidden/cases --sealed out/hidden/sealed \
         --verdicts out/verdicts
 
 `run` writes OUT/<method>/<case id>/verdict.json and goes on where it was; a case that a method cannot take has a
@@ -83,6 +83,7 @@ def tune(args: argparse.Namespace) -> int:
 
 
 def main() -> int:
+    """Run the command line; returns the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", choices=("run", "tune", "patched"))
     parser.add_argument("--cases", type=Path, required=True, help="folder of case folders")

@@ -59,6 +59,7 @@ def run(args: argparse.Namespace) -> list[dict]:
 
 
 def main() -> int:
+    """Run the command line; returns the exit status."""
     args = parse()
     try:
         results = run(args)
@@ -69,7 +70,8 @@ def main() -> int:
         print(json.dumps({"scene": args.scene, "rollouts": results}))
         return 0
     print(
-        f"{args.scene}, {len(results)} rollouts\n{'t [s]':>6} {'runs':>5} {'position [m]: mean':>19} {'median':>8} {'worst':>8}"
+        f"{args.scene}, {len(results)} rollouts\n"
+        f"{'t [s]':>6} {'runs':>5} {'position [m]: mean':>19} {'median':>8} {'worst':>8}"
         f" {'attitude [deg]: mean':>21} {'median':>8} {'worst':>8}"
     )
     for t in INSTANTS:

@@ -1,7 +1,8 @@
 """Trials (npz of `mujoco.sysid`) replayed open loop in plain MuJoCo, under a nominal model and under the patched one.
 
-The error of a sensor is an NRMSE: root mean square difference over the spread of the measurement, pooled over trials, with
-the sensor noise left in. Nothing of `hydro gap` runs here but the plugin, loaded where the patched model asks for it.
+The error of a sensor is an NRMSE: root mean square difference over the spread of the measurement, pooled over trials,
+with the sensor noise left in. Nothing of `hydro gap` runs here but the plugin, loaded where the patched model asks for
+it.
 """
 
 import json

@@ -1,7 +1,7 @@
-"""From the truth's readings to a log: filter, sampling, jitter, noise, dropouts.
+"""The log of a trial, made from the truth's readings: filter, sampling, jitter, noise, dropouts.
 
-The anti-alias filter of the analogue sensors is of first order, 20 to 40 Hz; its known delay (its time constant) is taken out again
-by the logger, as a data sheet would tell it to, so that a log of the nominal itself shows no delay.
+Analogue sensors have an anti-alias filter of first order, 20 to 40 Hz. The logger takes out the filter's delay (its
+time constant), as a data sheet would advise, so a log of the nominal itself shows no delay.
 """
 
 from dataclasses import dataclass

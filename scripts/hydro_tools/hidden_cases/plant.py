@@ -1,7 +1,7 @@
 """The truth: M simulations in lockstep, with forces, water and actuators that the nominal lacks.
 
-A step of length h: commands (linear between rows, sent every `lead` seconds, as the logs' convention
-says) pass the actuators' effects; forces and moving water are evaluated at the state; inertia that the engine does not know is solved for
+A step of length h: commands (linear between rows, sent every `lead` seconds, the logs' convention) pass the actuators'
+effects; forces and moving water are evaluated at the state; inertia that the engine does not know is solved for
 implicitly; then the engine steps. Everything is vectorised over the M members.
 """
 

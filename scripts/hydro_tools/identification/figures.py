@@ -64,7 +64,7 @@ def residuals(report: dict, path: Path) -> None:
         2, len(conditions.DIRECTIONS), figsize=(9, 5), sharex=True, sharey="row", layout="constrained"
     )
     for column, direction in enumerate(conditions.DIRECTIONS):
-        for row, name in enumerate(COLOURS):
+        for row in range(len(COLOURS)):
             axis = axes[row, column]
             for k, (speed, colour) in enumerate(zip(conditions.SPEEDS, SPEED_COLOURS)):
                 chosen = [i for i, c in enumerate(towed) if c.stance.direction == direction and c.speed == speed]

@@ -64,7 +64,8 @@ class Tank:
 @dataclass(frozen=True)
 class Fit:
     """coefficients [25]; offsets [2] N; levels (drag, lift); share of the form's error; sd [N,2] N of the fitted tows;
-    centre and spread of the prior of the acting coefficients and offsets; the toolbox's solution."""
+    centre and spread of the prior of the acting coefficients and offsets; the toolbox's solution.
+    """
 
     coefficients: np.ndarray
     offsets: np.ndarray

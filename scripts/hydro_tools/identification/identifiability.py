@@ -1,10 +1,10 @@
-"""Which coefficients the tows see: from the whitened Jacobian, in units of the prior.
+"""Coefficients that the tows determine, from the whitened Jacobian in units of the prior.
 
 - A coefficient without a column exerts no force in any tow.
-- The null space holds what trades without any trace: exact relations between columns.
-- The data outweigh the prior where they say more of a coefficient than it does: its standard deviation falls
-  below 1/sqrt(2) of the prior's, and next to nothing of its prior variance lies in the null space. Whether it is identified
-  also depends on its bounds and on other priors, see `result`.
+- The null space holds combinations that change no force: exact relations between columns.
+- The data outweigh the prior where a coefficient's standard deviation falls below 1/sqrt(2) of the prior's, and almost
+  none of its prior variance lies in the null space. Whether it is identified also depends on its bounds and on other
+  priors, see `result`.
 """
 
 from dataclasses import dataclass
@@ -36,7 +36,8 @@ class Analysis:
     before, by name. unseen: share of each name's prior variance that lies in the null space. alike: the coefficient
     whose force looks most like it, and the cosine. strengths: singular values in units of the prior, offsets taken
     out, with the combination each belongs to. relations: a force that others make up, and of what. density: what no
-    coefficient makes up of the density scale's force, a share of it."""
+    coefficient makes up of the density scale's force, a share of it.
+    """
 
     silent: dict[str, str]
     names: tuple[str, ...]

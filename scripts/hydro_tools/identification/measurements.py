@@ -21,7 +21,8 @@ ROUNDING = 1e-6
 @dataclass(frozen=True)
 class Measurements:
     """N tows: number of the condition [N]; posture (thigh, calf) [N,2] rad; velocity [N,2] m/s; mean force of the
-    water and its standard error [N,2] N; base frame."""
+    water and its standard error [N,2] N; base frame.
+    """
 
     condition: np.ndarray
     posture: np.ndarray

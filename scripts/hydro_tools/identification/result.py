@@ -76,7 +76,8 @@ def _prior(prior: Prior) -> str:
 def _free(study: Study) -> list[dict]:
     """Every acting coefficient and offset: value, both intervals, prior, how much the data say.
 
-    Identified: the data outweigh the prior, no interval ends at a bound, and no other prior takes the value out of both.
+    Identified: the data outweigh the prior, no interval ends at a bound, and the value stays in both intervals under
+    every other prior.
     """
     fit, analysis = study.fit, study.analysis
     low, high = np.percentile(study.replicates, (2.5, 97.5), axis=0)

@@ -23,7 +23,8 @@ OTHER_PRIORS = (Prior(0.25), Prior(1.0), Prior(2.0), Prior(0.5, levelled=False))
 class Study:
     """Over N tows: held [N] out; predicted forces by model [N,2] N; those of fits without each tow's configuration
     [N,2] N, and their coefficients by configuration; the fit, its bootstrap and analysis; fits under other priors with
-    their predictions."""
+    their predictions.
+    """
 
     tows: Measurements
     held: np.ndarray
@@ -38,8 +39,9 @@ class Study:
     others: list[tuple[Prior, Fit, np.ndarray]]
 
 
-def run(tows: Measurements, share: float, seed: int, *, prior: Prior = Prior()) -> Study:
+def run(tows: Measurements, share: float, seed: int, *, prior: Prior | None = None) -> Study:
     """Everything the report tells; the held-out tows are only predicted."""
+    prior = prior or Prior()
     held = held_out(tows, share, seed)
     whole = Tank.of(tows)
     tank = whole.take(~held)

@@ -30,7 +30,7 @@ def typical(tows: Measurements) -> np.ndarray:
 
 
 def share(gap: np.ndarray, error: np.ndarray, scale: np.ndarray, freedom: float) -> float:
-    """The share of `scale` [N,2] N for which gaps [N,2] N have a chi-square of `freedom`; 0 where errors explain them."""
+    """Share of `scale` [N,2] N at which gaps [N,2] N have a chi-square of `freedom`; 0 where errors explain them."""
 
     def excess(value: float) -> float:
         return float((gap**2 / (error**2 + (value * scale) ** 2)).sum() - freedom)

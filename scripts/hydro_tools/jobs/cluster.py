@@ -90,7 +90,7 @@ class Cluster(Executor):
             node, result = self._ray.get(handle)
         except RayTaskError as error:
             # What the work raised, without Ray's account of where.
-            raise error.cause or error
+            raise (error.cause or error) from None
         except RayError as error:
             raise FanoutError(f"{type(error).__name__} (a lost job is tried {RETRIES} times more): {error}") from error
         self.done_by[node] += 1

@@ -77,7 +77,7 @@ class Executor(ABC):
     def stop(self, running: Mapping[Hashable, str]) -> None:
         """Drop the jobs that are still under way and the work."""
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027 - most kinds hold nothing
         """Let go of what the executor holds between runs."""
 
     @property

@@ -2,7 +2,8 @@
 
 from . import identified, mjcf, urdf
 
-#: Names the table's former place: the scene's bytes, and with them `model_sha256` in recorded manifests, stay as they are.
+#: Names the table's former place (it is hydro_tools/robot/table.py): recorded manifests hold the scene's sha256, so the
+#: scene's bytes stay.
 SOURCE = "Written by scripts/make_b1.py; numbers and their source in scripts/b1_model/table.py. Do not edit."
 #: The scene with identified coefficients, relative to the repository.
 IDENTIFIED = "mjcf/b1_truth.xml"

@@ -1,4 +1,4 @@
-"""B1's scenes as nominal models of `hydro gap`: nothing for the eye, `noise` on every sensor, MuJoCo's own load cell."""
+"""B1's scenes as nominal models of `hydro gap`: no looks, `noise` on every sensor, MuJoCo's own load cell."""
 
 import xml.etree.ElementTree as ET
 
@@ -26,9 +26,7 @@ def bare(source: str, header: str) -> ET.Element:
         for child in list(parent):
             # The carriage's little sphere stays: its zero coefficients keep the box fluid off it.
             looks = child.get("class") == "look" and child.get("name") != "carriage"
-            if child.tag in ("visual", "asset", "camera", "light") or looks:
-                parent.remove(child)
-            elif child.tag is ET.Comment:
+            if looks or child.tag in ("visual", "asset", "camera", "light", ET.Comment):
                 parent.remove(child)
     for element in root.iter():
         element.attrib.pop("material", None)

@@ -102,7 +102,11 @@ def _robot(
     attachment: list[str],
     pos: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> list[str]:
-    """The trunk and its legs, with MuJoCo's ellipsoid fluid where `fluid` gives its coefficients; `attachment` stands first in the trunk (free joint, plugin, sites)."""
+    """The trunk and its legs, as lines of MJCF.
+
+    fluid: coefficients of MuJoCo's ellipsoid fluid, None for none; attachment: first lines of the trunk (free joint,
+    plugin, sites).
+    """
     inertials, shapes = fused(), looks.shapes()
     hull_list = hulls(litres)
     moving = table.moving_links()

@@ -75,7 +75,8 @@ def friction(reynolds: np.ndarray) -> np.ndarray:
 
 def drag_areas(body: Body) -> np.ndarray:
     """Coefficient times area [S,3] m^2 for flow along e1, e2 and (pressure on the ends only) e3; edge() and
-    friction() come on top. Of a ball the area alone, for sphere()."""
+    friction() come on top. Of a ball the area alone, for sphere().
+    """
     rows = []
     for link in body.links:
         along1, along2 = link.breadths

@@ -101,7 +101,7 @@ def links(thigh: float, calf: float) -> list[Link]:
 
 
 def frontal(link: Link, direction: np.ndarray) -> tuple[float, float]:
-    """Height and width [m] of the rectangle that stands for a link's area across `direction`; the height is the longer."""
+    """Height and width [m] of the rectangle of a link's area across `direction`; the height is the longer."""
     across1, across2 = abs(link.e1 @ direction), abs(link.e2 @ direction)
     along = np.sqrt(max(1.0 - across1**2 - across2**2, 0.0))
     first, second = link.breadths

@@ -84,7 +84,7 @@ def tows(conditions: tuple[Condition, ...], step: float) -> tuple[Motion, tuple[
 
 
 def switching(conditions: tuple[Condition, ...], *, samples: int, period: float, substeps: int) -> Motion:
-    """Each condition held for `samples` samples of `period` s, the first one since ever; row substeps * k is sample k."""
+    """Conditions held for `samples` samples of `period` s, the first before too; row substeps * k is sample k."""
     # Half-way between two samples, so that no sample falls on a switch.
     rows = samples * substeps
     at = (np.arange(rows * len(conditions)) + substeps // 2) // rows

@@ -62,7 +62,7 @@ class Partition:
         return self._dealt(CONFIGURATIONS, 0)
 
     def drawn(self) -> dict[str, list[int]]:
-        """Conditions from which the trajectories of 1.2 and 1.3 are drawn: all, or those of the split's configurations."""
+        """Conditions from which trajectories of 1.2 and 1.3 are drawn: all, or those of the split's configurations."""
         if self.by == "trajectory":
             return {split: list(range(COUNT)) for split in SPLITS}
         held = self.configurations()

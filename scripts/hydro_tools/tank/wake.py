@@ -33,7 +33,8 @@ FELT = 1e-3
 @dataclass(frozen=True)
 class Wakes:
     """share [S,B]: water's speed at a strip over the tow speed, from each link; travel [S,B] m: what the robot
-    goes from the passage of the link to that of the strip."""
+    goes from the passage of the link to that of the strip.
+    """
 
     share: np.ndarray
     travel: np.ndarray

@@ -1,1 +1,4 @@
-"""The rivals written in Python, and MuJoCo's own steps; each module is a process: `python -m hydro_tools.benchmarks.implementations.<name>`."""
+"""Implementations in Python (PyTorch, ONNX Runtime, MuJoCo's own steps).
+
+Each module is a process: `python -m hydro_tools.benchmarks.implementations.<name>`.
+"""

@@ -49,7 +49,7 @@ class HeldFlat(torch.nn.Module):
 def continuous_adjoint(model: AttentionOde, h, start, solver: str):
     """Backward solves another ODE: no activations are kept, and the gradient is not the discrete one's."""
     times = torch.arange(h.shape[1] + 1, dtype=torch.float32)
-    wanted = [p for p in model.field.parameters()] + ([h] if h.requires_grad else [])
+    wanted = list(model.field.parameters()) + ([h] if h.requires_grad else [])
     forces = odeint_adjoint(
         HeldFlat(model, h), start, times, method=solver, options={"perturb": True}, adjoint_params=tuple(wanted)
     )

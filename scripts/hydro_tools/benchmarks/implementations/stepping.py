@@ -24,7 +24,7 @@ class Stepping:
         self.starts, self.single = 0, single
 
     def start(self) -> float:
-        """A fresh start, up to the first sample; the microseconds of its first step, which looks for a force to begin with."""
+        """Start anew, up to the first sample; returns the time [us] of the first step, which finds a start force."""
         mujoco.mj_resetData(self.model, self.data)
         self.data.qvel[:] = 0.2 * np.random.default_rng(self.starts).standard_normal(self.model.nv)
         begin = time.perf_counter_ns()

@@ -1,5 +1,6 @@
 """What is measured, a file each: `measure(settings)` gives groups of outcomes, `render(groups)` the section of the page,
-`targets(groups)` the figures that have a limit."""
+`targets(groups)` the figures that have a limit.
+"""
 
 from . import batch, evaluate, memory, scaling, step, train
 

@@ -21,6 +21,7 @@ def _name(water: str, threads: int) -> str:
 
 
 def measure(settings) -> dict:
+    """Time every implementation; outcomes by group."""
     print(f"{SIMULATIONS} simulations")
     checkpoint = str(ROOT / "models/b1-task2")
     entries = []
@@ -68,6 +69,7 @@ def identical(outcomes: list[dict], water: str) -> bool:
 
 
 def render(groups: dict) -> str:
+    """The section of the page, in Markdown."""
     outcomes, rows = groups["batch"], []
     for water, title in WATERS.items():
         each = [
@@ -92,6 +94,7 @@ def render(groups: dict) -> str:
 
 
 def targets(groups: dict) -> list[Target]:
+    """The figures that have a target."""
     outcomes = groups["batch"]
     plugin = speed_up(outcomes, "plugin")
     return [

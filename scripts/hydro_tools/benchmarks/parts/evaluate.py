@@ -73,6 +73,7 @@ def _run(entries: list[Entry], rounds: int, checkpoint: Path, inputs: Path, axes
 
 
 def measure(settings) -> dict:
+    """Time every implementation; outcomes by group."""
     field, x = weights.bare_field(WORK / "field-512", WIDTHS, seed=0), data.drawn(WIDTHS[0])
     files = {"checkpoint": str(field), "inputs": str(x)}
     rounds, count = settings.pick(60, 6), settings.pick(400, 200)
@@ -125,6 +126,7 @@ def without_call(outcomes: list[dict]) -> list[float]:
 
 
 def render(groups: dict) -> str:
+    """The section of the page, in Markdown."""
     field = groups["field"]
     inner = ratio(named(field, F32)["seconds"], without_call(field))
     return "\n".join(
@@ -146,6 +148,7 @@ def render(groups: dict) -> str:
 
 
 def targets(groups: dict) -> list[Target]:
+    """The figures that have a target."""
     field = groups["field"]
 
     def of(name, other):

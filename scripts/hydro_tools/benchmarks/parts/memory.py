@@ -11,6 +11,7 @@ BATCH = 256
 
 
 def measure(settings) -> dict:
+    """Time every implementation; outcomes by group."""
     groups = {}
     for solver in train.SOLVERS:
         print(f"memory of a training step, batch {BATCH}, {solver}")
@@ -59,6 +60,7 @@ def render(groups: dict, others: dict) -> str:
 
 
 def targets(groups: dict) -> list[Target]:
+    """The figures that have a target."""
     return [
         Target(
             f"GiB at the peak of our training step, {train.SOLVERS[solver]}, batch {BATCH}",

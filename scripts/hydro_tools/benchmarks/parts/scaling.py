@@ -195,6 +195,7 @@ SWEEPS = {
 
 
 def measure(settings) -> dict:
+    """Time every implementation; outcomes by group."""
     groups = {}
     for name, (varied, *_, sweep) in SWEEPS.items():
         print(f"scaling: {varied}")
@@ -223,6 +224,7 @@ def _line(points: list) -> tuple[float, float, float]:
 
 
 def render(groups: dict) -> str:
+    """The section of the page, in Markdown."""
     lines = [
         "Medians. Window: a sample of the Attention-ODE with the paper's field, one thread. Width: three hidden layers of it, one "
         "thread. Batch: 400 steps by Euler, the plugin's engine or the network that is trained. `mujoco.batch` runs on two threads; robots "
@@ -253,4 +255,5 @@ def render(groups: dict) -> str:
 
 
 def targets(_: dict) -> list[Target]:
+    """The figures that have a target."""
     return []

@@ -20,13 +20,14 @@ def _label(engine: str, field: str) -> str:
 
 
 def measure(settings) -> dict:
+    """Time every implementation; outcomes by group."""
     paper = weights.random_ode(WORK / "b1-512", data.PAPER, seed=0)
     checkpoints = {RELEASED: ROOT / "models/b1-task2", PAPER: paper}
     groups = {}
     for integrator in INTEGRATORS:
         print(f"scene, {integrator}")
 
-        def entry(name, **scene):
+        def entry(name, *, integrator=integrator, **scene):
             task = {"kind": "stepping", "integrator": integrator, **scene}
             return Entry(name, commands.python("stepping"), task, settings.pick(1000, 400), tolerance=None)
 
@@ -57,6 +58,7 @@ def _first(outcome: dict) -> str:
 
 
 def render(groups: dict) -> str:
+    """The section of the page, in Markdown."""
     lines = [
         "B1, physics every 2 ms, the model every 10 ms; no contact, no gravity. Runs of 200 steps from random velocities. Not "
         "in the time of a step is the first one after a reset, where the plugin looks for a force to begin with (up to 200 "
@@ -78,6 +80,7 @@ def render(groups: dict) -> str:
 
 
 def targets(groups: dict) -> list[Target]:
+    """The figures that have a target."""
     found = []
     for integrator, (title, limit) in INTEGRATORS.items():
         outcomes = groups.get(integrator, [])

@@ -44,6 +44,7 @@ def entries(lesson: dict, *, count: int, slow: int, slow_rounds: int) -> list[En
 
 
 def measure(settings) -> dict:
+    """Time every implementation; outcomes by group."""
     groups = {}
     samples = settings.pick(data.SAMPLES, 51)
     for solver in SOLVERS:
@@ -85,6 +86,7 @@ def _apart(outcomes: list[dict]) -> str:
 
 
 def render(groups: dict) -> str:
+    """The section of the page, in Markdown."""
     extra = {
         "first loss": lambda outcome: f"{outcome['check'][0]:.6g}",
         "gradient norm": lambda outcome: f"{outcome['check'][1]:.6g}",
@@ -116,6 +118,7 @@ def render(groups: dict) -> str:
 
 
 def targets(groups: dict) -> list[Target]:
+    """The figures that have a target."""
     found = []
     for name, title in {**SOLVERS, **{f"{s}, field alone": f"{t}, field alone" for s, t in SOLVERS.items()}}.items():
         if name in groups:

@@ -1,8 +1,8 @@
-"""What was hidden and what was said, in one file: the table can be made again without the cases.
+"""Answers and verdicts in one file, from which the table can be made again without the cases.
 
-JSON lines. The first is `{"schema": ..., "methods": [...]}`, every other a case: its id, what the answer says of it, and
-by method what the table needs of the verdict: of its effects the likeliest, those that were named or marked as a
-surrogate, and any above 5 %; errors before and after on the trials kept back. Numbers have five digits.
+JSON lines. The first is `{"schema": ..., "methods": [...]}`. Every other line is a case: its id, its answer, and by
+method the part of the verdict that the table needs: the likeliest effect, the effects that were named or marked as a
+surrogate, any above 5 %, and the errors before and after on the trials kept back. Numbers have five digits.
 """
 
 import json

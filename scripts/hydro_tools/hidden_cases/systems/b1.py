@@ -190,8 +190,8 @@ class Swim(System):
         return LearnedWater(_checkpoint(), 1)
 
     def plugin_state(self):
-        # Phase, count, two times and whether it was out of range; two forces and the drag out there; the latest features; the newest
-        # slot and the window of inputs. Zeros: cold.
+        # Phase, count, two times and whether it was out of range; two forces and the drag out there; the latest
+        # features; the newest slot and the window of inputs. Zeros: cold.
         net = _checkpoint()
         return 5 + 18 + net.features + 1 + net.window * len(net.mean)
 
