@@ -77,11 +77,13 @@ class Programs(unittest.TestCase):
             self.assertAlmostEqual(trainings.error("2", "lstm", 0.004, 1), 0.4)
 
     def test_divergence_is_a_finding_and_anything_else_a_failure(self):
-        trainings = self.trainings('sys.exit("Error: the loss is NaN at epoch 1, step 7")')
+        trainings = self.trainings('print("hydro: NaN at epoch 1", file=sys.stderr); sys.exit(3)')
         self.assertEqual(trainings.error("2", "lstm", 0.004, 0), math.inf)
-        trainings = self.trainings('sys.exit("Error: no data set")')
-        with self.assertRaisesRegex(TrainingError, "2/lstm/seed-0 at 0.004: Error: no data set"):
-            trainings.error("2", "lstm", 0.004, 0)
+        # A failure is no divergence, whatever its words.
+        for words in ("no data set", "the loss is written to a full disk"):
+            trainings = self.trainings(f'sys.exit("hydro: {words}")')
+            with self.subTest(words), self.assertRaisesRegex(TrainingError, f"2/lstm/seed-0 at 0.004: hydro: {words}"):
+                trainings.error("2", "lstm", 0.004, 0)
 
     def test_the_table_has_both_seeds_and_the_choice(self):
         found = {

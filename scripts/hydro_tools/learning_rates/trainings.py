@@ -10,8 +10,8 @@ from pathlib import Path
 
 from . import TrainingError
 
-#: What `hydro` says of a training that diverged (Diverged in src/training/mod.rs).
-DIVERGED = "the loss is"
+#: Exit status of `hydro` where a training diverged.
+DIVERGED = 3
 
 
 class Trainings:
@@ -51,7 +51,7 @@ class Trainings:
         if done.returncode == 0:
             note = json.loads((out / "jobs" / job / "result.json").read_text())["training"]
             error = note["validation"] if note["validation"] is not None else math.inf
-        elif DIVERGED in done.stderr:
+        elif done.returncode == DIVERGED:
             error = math.inf
         else:
             raise TrainingError(f"{job} at {rate:g}: {done.stderr.strip().rpartition(chr(10))[2]}")
