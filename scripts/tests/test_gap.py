@@ -43,7 +43,7 @@ class Fixed(unittest.TestCase):
         cls.place.cleanup()
 
     def verdict(self, case: str) -> tuple[Path, dict]:
-        """What `hydro gap run` says of a case whose answer it cannot see."""
+        """Verdict of `hydro gap run` on a case whose answer it cannot see."""
         nominal = self.folder / "cases" / case / "nominal.xml"
         out = self.folder / "out" / case
         command = [

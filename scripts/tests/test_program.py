@@ -11,7 +11,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from hydro_tools.jobs import FanoutError
+from hydro_tools.jobs import JobError
 from hydro_tools.jobs.here import Here
 from hydro_tools.jobs.processes import Processes
 from hydro_tools.jobs.program import HERE, Job, Program, packed, unpack
@@ -61,18 +61,18 @@ class Programs(unittest.TestCase):
 
     def test_a_failure_tells_the_last_words(self):
         job = {"job": Job([sys.executable, "-c", "import sys; sys.exit('no water')"])}
-        with self.assertRaisesRegex(FanoutError, "^job: exit status 1: no water"):
+        with self.assertRaisesRegex(JobError, "^job: exit status 1: no water"):
             list(Here().run(Program(), job))
 
     def test_a_program_that_is_not_there_is_named(self):
-        with self.assertRaisesRegex(FanoutError, "/nowhere/hydro: No such file or directory on this node"):
+        with self.assertRaisesRegex(JobError, "/nowhere/hydro: No such file or directory on this node"):
             list(Here().run(Program(), {"job": Job(["/nowhere/hydro"])}))
 
     def test_files_outside_the_folder_are_refused(self):
         out = io.BytesIO()
         with tarfile.open(fileobj=out, mode="w") as archive:
             archive.addfile(tarfile.TarInfo("../escaped"), io.BytesIO(b""))
-        with tempfile.TemporaryDirectory() as folder, self.assertRaisesRegex(FanoutError, "escaped"):
+        with tempfile.TemporaryDirectory() as folder, self.assertRaisesRegex(JobError, "escaped"):
             unpack(out.getvalue(), Path(folder))
 
 

@@ -13,13 +13,13 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-import fanout_jobs as jobs
+import example_jobs as jobs
 from hydro_tools.datasets import DataError, dataset, proof, task2
-from hydro_tools.jobs import FanoutError, cluster
+from hydro_tools.jobs import JobError, cluster
 from hydro_tools.jobs.here import Here
 from hydro_tools.jobs.two_nodes import TwoNodes
 from hydro_tools.repository import SCRIPTS
-from test_fanout import begun_by_a_slow_receiver
+from test_jobs import begun_by_a_slow_receiver
 
 SETTINGS = dataset.Settings(
     name="t", trials=40, seed=5, samples=60, splits=(0.5, 0.25, 0.25), shard_size=5, model="mjcf/b1_truth.xml"
@@ -81,10 +81,10 @@ class OnTwoNodes(unittest.TestCase):
 
     def test_nodes_need_no_checkout(self):
         copy = self.folder / "checkout"
-        for package in ("hydro_tools", "tests/fanout_jobs"):
+        for package in ("hydro_tools", "tests/example_jobs"):
             shutil.copytree(SCRIPTS / package, copy / Path(package).name)
         code = f"""
-import shutil, fanout_jobs as jobs
+import shutil, example_jobs as jobs
 from hydro_tools.jobs.cluster import Cluster
 with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
     shutil.rmtree({str(copy)!r})
@@ -104,12 +104,12 @@ with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
 
     def test_a_failure_names_job_and_reason(self):
         with self.connected() as executor:
-            with self.assertRaisesRegex(FanoutError, "^third: ValueError: what was found"):
+            with self.assertRaisesRegex(JobError, "^third: ValueError: what was found"):
                 list(executor.run(jobs.fails, {"first": "a", "second": "b", "third": "bad", "fourth": "c"}))
 
     def test_what_kills_its_worker_each_time_is_a_fault(self):
         with mock.patch.object(cluster, "RETRIES", 1), self.connected() as executor:
-            with self.assertRaisesRegex(FanoutError, "^only: WorkerCrashedError .*tried 1 times more"):
+            with self.assertRaisesRegex(JobError, "^only: WorkerCrashedError .*tried 1 times more"):
                 list(executor.run(jobs.kills_its_worker, {"only": 0}))
 
     def test_a_slow_receiver_stops_the_flow(self):
@@ -119,17 +119,17 @@ with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
         self.assertLessEqual(begun, cluster.AHEAD * 2 + 1)
 
     def test_a_node_with_other_bits_is_refused(self):
-        with mock.patch.object(proof.Proof, "of", lambda known: proof.Proof("0" * 64, "another machine")):
+        with mock.patch.object(proof.Proof, "from_bytes", lambda known: proof.Proof("0" * 64, "another machine")):
             with self.connected() as executor, self.assertRaisesRegex(DataError, "rounds otherwise.*--resume"):
                 dataset.generate(SETTINGS, self.folder / "refused", executor=executor)
 
     def test_a_second_connection_is_refused(self):
-        with self.connected(), self.assertRaisesRegex(FanoutError, "connected to a Ray cluster already"):
+        with self.connected(), self.assertRaisesRegex(JobError, "connected to a Ray cluster already"):
             self.connected()
 
     def test_no_cluster(self):
         for address, reason in (("127.0.0.1:1", "refused"), ("ray://127.0.0.1:1", "refused"), ("nowhere", "Invalid")):
-            with self.assertRaisesRegex(FanoutError, f"`{address}`.*{reason}"):
+            with self.assertRaisesRegex(JobError, f"`{address}`.*{reason}"):
                 cluster.Cluster(address)
 
     def test_a_cluster_without_cores_is_told(self):
@@ -144,7 +144,7 @@ with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
 
     def test_auto_means_a_cluster_that_answers(self):
         with mock.patch.dict(os.environ, {"RAY_ADDRESS": "127.0.0.1:1"}):
-            with self.assertRaisesRegex(FanoutError, "`auto`.*127.0.0.1:1.*refused"):
+            with self.assertRaisesRegex(JobError, "`auto`.*127.0.0.1:1.*refused"):
                 cluster.Cluster("auto", packages=[])
 
     def test_an_interrupt_keeps_finished_shards(self):

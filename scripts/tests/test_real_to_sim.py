@@ -87,7 +87,7 @@ class Physics(unittest.TestCase):
         np.testing.assert_allclose(Water(tows).force(coefficients), by_hand, atol=0.02)
 
     def test_force_is_the_weighted_sum_of_the_columns(self):
-        tank = fit.Tank.of(plan({1, 9, 14}))
+        tank = fit.Tank.from_tows(plan({1, 9, 14}))
         coefficients = drawn(np.random.default_rng(1))
         np.testing.assert_allclose(tank.water.force(coefficients), tank.rest + tank.columns @ coefficients, atol=1e-10)
 
@@ -98,7 +98,7 @@ class Recovery(unittest.TestCase):
         for seed in range(6):
             rng = np.random.default_rng(seed)
             truth, offsets = drawn(rng), np.array([0.2, -0.1])
-            tank = fit.Tank.of(measured(plan({0, 8, 15}), truth, rng, offsets))
+            tank = fit.Tank.from_tows(measured(plan({0, 8, 15}), truth, rng, offsets))
             found = fit.identify(tank)
             self.assertLess(found.share, 0.02)
             self.assertLess(np.abs(found.predict(tank.water) - tank.water.force(truth) - offsets).max(), 4 * ERROR)
@@ -111,7 +111,7 @@ class Recovery(unittest.TestCase):
 
     def test_bootstrap_solves_the_problem_of_the_toolbox(self):
         rng = np.random.default_rng(2)
-        tank = fit.Tank.of(measured(plan({0, 5, 10}), drawn(rng), rng, error=0.5))
+        tank = fit.Tank.from_tows(measured(plan({0, 5, 10}), drawn(rng), rng, error=0.5))
         found = fit.identify(tank)
         matrix = np.concatenate((fit.whitened(tank, found.sd), np.diag(1 / found.spread)))
         wanted = np.concatenate((((tank.tows.force - tank.rest) / found.sd).ravel(), found.centre / found.spread))
@@ -138,7 +138,7 @@ class Unseen(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rng = np.random.default_rng(4)
-        cls.tank = fit.Tank.of(measured(plan({0, 3, 8, 15}), drawn(rng), rng))
+        cls.tank = fit.Tank.from_tows(measured(plan({0, 3, 8, 15}), drawn(rng), rng))
         cls.fit = fit.identify(cls.tank)
         cls.analysis = identifiability.analyse(cls.tank, cls.fit)
 

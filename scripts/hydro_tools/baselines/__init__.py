@@ -1,5 +1,5 @@
-"""Rival methods on the cases of `hydro gap`: sparse regression, system identification, residual network."""
+"""Other methods on the cases of `hydro gap`: sparse regression, system identification, residual network."""
 
 
-class RivalError(Exception):
+class BaselineError(Exception):
     """A case, or a request about it, cannot be used as it is."""

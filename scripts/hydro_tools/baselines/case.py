@@ -8,7 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from . import RivalError, motion, rollout, sparse, weak
+from . import BaselineError, motion, rollout, sparse, weak
 from .settings import SPARSE, Settings
 
 SCHEMA = "hydro-gap-verdict/1"
@@ -24,13 +24,13 @@ NO_GAP = {
 }
 
 
-class Bench:
+class PreparedCase:
     """A case: model, motions, equations; built once and shared by the methods."""
 
     def __init__(self, folder: Path, smooth_s: float, trials: list[Path] | None = None):
         self.folder, self.xml = folder, folder / "nominal.xml"
         if not self.xml.is_file():
-            raise RivalError(f"{folder} has no nominal.xml: a case is nominal.xml and trials/")
+            raise BaselineError(f"{folder} has no nominal.xml: a case is nominal.xml and trials/")
         try:
             spec = mujoco.MjSpec.from_file(str(self.xml))
             for body in spec.bodies:
@@ -38,9 +38,9 @@ class Bench:
                 body.simple = False
             self.model = spec.compile()
         except ValueError as error:
-            raise RivalError(f"{self.xml} does not load ({error})") from error
+            raise BaselineError(f"{self.xml} does not load ({error})") from error
         if self.model.nplugin:
-            raise RivalError(
+            raise BaselineError(
                 f"{self.xml} has a water of the plugin, whose memory inverse dynamics cannot ask: "
                 "no method on forces applies"
             )
@@ -85,43 +85,48 @@ def select(problem: weak.Problem, method: str, options: dict) -> tuple[sparse.Sp
     return found, sparse.named(sparse.contributions(problem, found), options["least_share"])
 
 
-def fitted(bench: Bench, method: str, settings: Settings, train: list[int]):
+def fitted(prepared: PreparedCase, method: str, settings: Settings, train: list[int]):
     """(model, forcing, effects named, sparse fit and problem or None) from the training trials."""
     if method in SPARSE:
-        problem = bench.problem(settings.test_s).of(set(train))
+        problem = prepared.problem(settings.test_s).with_trials(set(train))
         _, effects = select(problem, method, settings.options)
         refit = sparse.restricted(problem, effects)
-        forcing = rollout.SparseForcing(bench.equations, problem, refit, bench.spread)
+        forcing = rollout.SparseForcing(prepared.equations, problem, refit, prepared.spread)
         return forcing.model(), forcing if effects else None, effects, (problem, refit)
-    motions = [bench.motions[i] for i in train]
+    motions = [prepared.motions[i] for i in train]
     if method == "network":
         from .network import Network
 
         options = settings.options
-        net = Network(bench.equations, options["hidden"], options["alpha"], options["smooth_s"])
-        residuals = bench.residuals()
-        return bench.model, net.fit(motions, [residuals[i] for i in train]), [], None
+        net = Network(prepared.equations, options["hidden"], options["alpha"], options["smooth_s"])
+        residuals = prepared.residuals()
+        return prepared.model, net.fit(motions, [residuals[i] for i in train]), [], None
     from . import identification
 
-    return identification.fit(str(bench.xml), bench.model, motions, **settings.options), None, [], None
+    return identification.fit(str(prepared.xml), prepared.model, motions, **settings.options), None, [], None
 
 
-def run(bench: Bench, method: str, settings: Settings, elsewhere: dict[str, list[Path]]) -> dict:
+def run(prepared: PreparedCase, method: str, settings: Settings, elsewhere: dict[str, list[Path]]) -> dict:
     """The verdict of a method on a case. `elsewhere`: trials by regime that are scored and never fitted."""
     if not settings.folds and not elsewhere:
-        raise RivalError(f"{method} has no cross-fit and is scored on trials kept back alone: give --sealed")
+        raise BaselineError(f"{method} has no cross-fit and is scored on trials kept back alone: give --sealed")
     began = time.monotonic()
-    everything = list(range(len(bench.motions)))
+    everything = list(range(len(prepared.motions)))
     model, forcing, effects, extra = (
-        fitted(bench, method, settings, everything) if method in SPARSE or elsewhere else (None, None, [], None)
+        fitted(prepared, method, settings, everything) if method in SPARSE or elsewhere else (None, None, [], None)
     )
     gap = dict(NO_GAP)
     if settings.folds > 1 and len(everything) > 1:
-        before, after = bench.before(), rollout.Errors(np.zeros_like(bench.before().squared), bench.before().count)
-        for held in bench.folds(settings.folds):
-            fold_model, fold_forcing, _, _ = fitted(bench, method, settings, [i for i in everything if i not in held])
-            after.squared[held] = rollout.errors(fold_model, [bench.motions[i] for i in held], fold_forcing).squared
-        gap = compared(bench.model, bench.variance, before, after)
+        before, after = (
+            prepared.before(),
+            rollout.Errors(np.zeros_like(prepared.before().squared), prepared.before().count),
+        )
+        for held in prepared.folds(settings.folds):
+            fold_model, fold_forcing, _, _ = fitted(
+                prepared, method, settings, [i for i in everything if i not in held]
+            )
+            after.squared[held] = rollout.errors(fold_model, [prepared.motions[i] for i in held], fold_forcing).squared
+        gap = compared(prepared.model, prepared.variance, before, after)
     verified = bool(gap["ci95"] and gap["ci95"][0] > 0)
     verdict = _verdict(
         method,
@@ -133,9 +138,12 @@ def run(bench: Bench, method: str, settings: Settings, elsewhere: dict[str, list
     verdict["named"], verdict["effects"] = effects, _effects(effects, *extra) if extra else []
     verdict["elsewhere"] = {}
     for regime, paths in elsewhere.items():
-        logs = [motion.load(path, bench.model, settings.smooth_s) for path in paths]
+        logs = [motion.load(path, prepared.model, settings.smooth_s) for path in paths]
         verdict["elsewhere"][regime] = compared(
-            bench.model, bench.variance, rollout.errors(bench.model, logs, None), rollout.errors(model, logs, forcing)
+            prepared.model,
+            prepared.variance,
+            rollout.errors(prepared.model, logs, None),
+            rollout.errors(model, logs, forcing),
         )
     verdict["seconds"] = time.monotonic() - began
     return verdict

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from mujoco import sysid
 
-from . import RivalError
+from . import BaselineError
 from .motion import Motion
 
 SEGMENT_S = 1.0
@@ -151,5 +151,5 @@ def fit(xml: str, model: mujoco.MjModel, motions: list[Motion], segments: int, i
             best, _ = sysid.optimize(free, residual, optimizer="mujoco", verbose=False, max_iters=iterations)
     except ValueError as error:
         # "times must be strictly increasing": a rollout that diverged was reset by the engine, and time with it.
-        raise RivalError(f"mujoco.sysid gave up: {error}") from error
+        raise BaselineError(f"mujoco.sysid gave up: {error}") from error
     return sysid.apply_param_modifiers(best, mujoco.MjSpec.from_file(xml))

@@ -1,4 +1,4 @@
-"""What the force columns are made of: velocities, attitudes and thrusts of the nominal along a motion."""
+"""Velocities, attitudes and thrusts of the nominal along a motion, from which force columns are made."""
 
 from dataclasses import dataclass, field
 

@@ -1,4 +1,4 @@
-"""From a trial file to motion: uniform rows of joint states, controls and readings.
+"""A trial file as motion: uniform rows of joint states, controls and readings.
 
 Positions and velocities come from the sensors alone, found by type: framepos, framequat, gyro and velocimeter of
 the body on the free joint; jointpos and jointvel of hinges and slides. A row labelled t holds the sensors of the
@@ -13,7 +13,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from . import RivalError
+from . import BaselineError
 
 #: Trials of sealed/<id>/ that are scored and never fitted.
 REGIMES = ("never_shown", "faster")
@@ -88,7 +88,7 @@ def kept_back(answers: Path, case_id: str, regimes: tuple[str, ...] = REGIMES) -
     found = {regime: sorted((answers / case_id / regime).glob("*.npz")) for regime in regimes}
     found = {regime: paths for regime, paths in found.items() if paths}
     if not found:
-        raise RivalError(
+        raise BaselineError(
             f"{answers / case_id}: no trials that were kept back (*.npz in {' or '.join(regimes)}); "
             "--sealed is OUT/sealed of gen_hidden.py"
         )
@@ -148,12 +148,12 @@ def load(path: Path, model: mujoco.MjModel, smooth_s: float) -> Motion:
         if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE:
             _free(found, model, body, half, period, qpos[:, q : q + 7], qvel[:, v : v + 6], name)
         elif model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_BALL:
-            raise RivalError(f"joint {name} is a ball: hinges, slides and one free joint are handled")
+            raise BaselineError(f"joint {name} is a ball: hinges, slides and one free joint are handled")
         else:
             position = found.get((int(_S.mjSENS_JOINTPOS), joint))
             velocity = found.get((int(_S.mjSENS_JOINTVEL), joint))
             if position is None:
-                raise RivalError(f"no jointpos sensor of {name} with readings: its state is not measured")
+                raise BaselineError(f"no jointpos sensor of {name} with readings: its state is not measured")
             qpos[:, q] = _local(position[0][:, 0], half)
             rate = velocity[0][:, 0] if velocity is not None else np.gradient(position[0][:, 0], period)
             qvel[:, v] = _local(rate, half)
@@ -177,7 +177,7 @@ def _free(found, model, body: int, half: int, period: float, qpos: np.ndarray, q
     position, attitude = (found.get((int(kind), body)) for kind in (_S.mjSENS_FRAMEPOS, _S.mjSENS_FRAMEQUAT))
     gyro, speed = (found.get((int(kind), body)) for kind in (_S.mjSENS_GYRO, _S.mjSENS_VELOCIMETER))
     if position is None or attitude is None or gyro is None:
-        raise RivalError(f"the free joint {name} needs sensors framepos, framequat and gyro with readings")
+        raise BaselineError(f"the free joint {name} needs sensors framepos, framequat and gyro with readings")
     quaternion = attitude[0].copy()
     flips = np.cumprod(np.where(np.sum(quaternion[1:] * quaternion[:-1], 1) < 0, -1.0, 1.0))
     quaternion[1:] *= flips[:, None]

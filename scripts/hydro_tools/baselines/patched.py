@@ -1,4 +1,4 @@
-"""What `hydro gap` wrote, rolled out and scored as the rivals are: same trials, starts, horizons and measure.
+"""Patched models of `hydro gap`, scored like the baselines: same trials, starts, horizons and measure.
 
 The nominal and the patched model run alike: from a measured start, after three seconds of the log along which the
 state is set row by row (less near its beginning, where the first row is held for a second), so that the memories of
@@ -14,7 +14,7 @@ import numpy as np
 from hydro_tools.datasets import trial_replay
 from hydro_tools.datasets.replay import built_library, load_plugin
 
-from . import RivalError, motion, rollout
+from . import BaselineError, motion, rollout
 
 PAST_S, HELD_S = 3.0, 1.0
 
@@ -102,7 +102,7 @@ def models(nominal: Path, verdict: Path) -> tuple[Rollouts, Rollouts, mujoco.MjM
         better = mujoco.MjModel.from_xml_path(str(path))
         return Rollouts(known, known, {}), Rollouts(better, known, patch["sensors"] if patch else {}), known
     except (ValueError, KeyError, OSError) as error:
-        raise RivalError(f"{verdict}: {error}") from error
+        raise BaselineError(f"{verdict}: {error}") from error
 
 
 def gap(nominal: Path, verdict: Path, smooth_s: float, shown: list[Path], others: list[Path]):

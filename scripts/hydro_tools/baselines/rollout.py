@@ -12,7 +12,7 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
-from . import RivalError, kinematics, library
+from . import BaselineError, kinematics, library
 from .kinematics import DELAY_S, LAG_S, RATES, Body, Kinematics
 from .sparse import Sparse
 from .weak import Equations, Problem, turned
@@ -22,7 +22,7 @@ STRIDE_S = 2.0
 
 
 class Forcing(Protocol):
-    """What is added to the nominal."""
+    """Forces and readings added to the nominal."""
 
     def start(self, model: mujoco.MjModel, motion, row: int) -> None:
         """A rollout begins at a row of a motion."""
@@ -31,7 +31,7 @@ class Forcing(Protocol):
         """Set applied forces for the next row from a forwarded state."""
 
     def sensed(self, model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray | float:
-        """What is added to the readings [ns] of a forwarded state."""
+        """Correction of the readings [ns] of a forwarded state."""
 
 
 def simulate(model: mujoco.MjModel, motion, row: int, rows: int, forcing: Forcing | None) -> np.ndarray:
@@ -122,7 +122,7 @@ def scored(model: mujoco.MjModel, motions: list, predict: Callable[..., np.ndarr
                 squared[trial, h] += np.sum(gap[:rows] ** 2, 0)
                 count[trial, h] += good[:rows].sum(0)
     if not count.any():
-        raise RivalError(
+        raise BaselineError(
             f"no rollout of {HORIZONS_S[-1]:g} s fits in these trials; the longest has "
             f"{max((len(m.time) * m.period for m in motions), default=0):.3g} s"
         )
@@ -132,7 +132,7 @@ def scored(model: mujoco.MjModel, motions: list, predict: Callable[..., np.ndarr
 def nrmse(
     model: mujoco.MjModel, found: Errors, variance: np.ndarray, chosen: np.ndarray | None = None
 ) -> dict[str, float]:
-    """By sensor and pooled ("") over the chosen trials; `variance` [ns] of the measured channels."""
+    """NRMSE by sensor, and pooled (""), over the chosen trials; `variance` [ns] of the measured channels."""
     chosen = np.arange(len(found.squared)) if chosen is None else chosen
     mean = found.squared[chosen].sum(0) / np.maximum(found.count[chosen].sum(0), 1)
     out = {}

@@ -1,4 +1,4 @@
-"""How well each setting of each method does on cases of the rivals' own.
+"""Scores of each setting of each method, on cases made for tuning alone (another seed).
 
 The sparse methods are ranked by names: exact sets where something is hidden, silence where nothing is. The others,
 which name nothing, by the error they leave on trials that they were not fitted on.
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import RivalError, case, motion, sparse
+from . import BaselineError, case, motion, sparse
 from .settings import METHODS, SPARSE
 
 GRIDS = {
@@ -43,14 +43,14 @@ def names_of(folder: Path, answers: Path, methods: list[str]) -> list[tuple[str,
     truth = sorted(effect["effect"] for effect in answer["effects"])
     truths = [truth] + [[other] for other in answer["lookalikes"] if answer["kind"] == "inseparable"]
     try:
-        bench = case.Bench(folder, METHODS["stlsq"].smooth_s)
-    except RivalError:
+        prepared = case.PreparedCase(folder, METHODS["stlsq"].smooth_s)
+    except BaselineError:
         return []
     out = []
     for test_s, method in itertools.product(TEST_S, methods):
         try:
-            problem = bench.problem(test_s)
-        except RivalError:
+            problem = prepared.problem(test_s)
+        except BaselineError:
             continue  # Too long for these trials: ranked behind by what it cannot do.
         # `least_share`, the last, only cuts what a fit has found.
         names, cuts = list(GRIDS[method])[:-1], GRIDS[method]["least_share"]
@@ -70,15 +70,15 @@ def errors_of(folder: Path, answers: Path, methods: list[str]) -> list[tuple[str
     for method in methods:
         settings = METHODS[method]
         try:
-            bench = case.Bench(folder, settings.smooth_s)
-        except RivalError:
+            prepared = case.PreparedCase(folder, settings.smooth_s)
+        except BaselineError:
             continue
         for values in itertools.product(*GRIDS[method].values()):
             tried = replace(settings, options=dict(zip(GRIDS[method], values)))
             try:
-                gap = case.run(bench, method, tried, kept_back)["elsewhere"]["never_shown"]
+                gap = case.run(prepared, method, tried, kept_back)["elsewhere"]["never_shown"]
                 left = gap["after"] / max(gap["before"], 1e-9)
-            except RivalError:
+            except BaselineError:
                 left = 1.0
             out.append((method, values, left))
     return out

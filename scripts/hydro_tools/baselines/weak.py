@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import mujoco
 import numpy as np
 
-from . import RivalError, kinematics, library
+from . import BaselineError, kinematics, library
 from .library import Column
 
 
@@ -36,7 +36,7 @@ class Problem:
     wave_hz: float
     scale: np.ndarray
 
-    def of(self, trials: set[int]) -> "Problem":
+    def with_trials(self, trials: set[int]) -> "Problem":
         """The rows of some trials."""
         rows = np.isin(self.trial, list(trials))
         return replace(
@@ -50,7 +50,7 @@ class Problem:
         )
 
     def knobs(self, coefficients: np.ndarray) -> np.ndarray:
-        """What the columns leave, explained by the nominal's uncertainty [q], standard deviations."""
+        """Uncertainty [q] of the nominal that explains the remainder of the columns, standard deviations."""
         gram = self.spoil.T @ self.spoil + np.eye(self.spoil.shape[1])
         return np.linalg.solve(gram, self.spoil.T @ (self.told - self.raw @ coefficients))
 
@@ -174,7 +174,7 @@ Knob = Callable[[mujoco.MjModel, float], None]
 
 
 def knobs(model: mujoco.MjModel, spread: dict[str, float]) -> list[Knob]:
-    """What is uncertain: masses, inertias, centres, fluid, gains, damping; parts of many bodies are tied."""
+    """Uncertain parameters: masses, inertias, centres, fluid, gains, damping; parts of many bodies are tied."""
     out: list[Knob] = []
 
     def scaled(names: tuple[str, ...], at, share: float) -> None:
@@ -240,7 +240,7 @@ def problem(equations: Equations, motions: list, spread: dict[str, float], test_
     model = equations.model
     shortest = min(motion.time[-1] - motion.time[0] for motion in motions)
     if shortest < LEAST_LENGTHS * test_s:
-        raise RivalError(
+        raise BaselineError(
             f"test functions of {test_s:g} s are too long for a trial of {shortest:.3g} s: it must have "
             f"{LEAST_LENGTHS:g} lengths, for their noise is told from neighbours"
         )
@@ -280,7 +280,7 @@ def problem(equations: Equations, motions: list, spread: dict[str, float], test_
     size = np.sqrt(np.mean(x**2, axis=0))
     keep = size > 1e-6 * max(float(size.max()), 1e-12)
     if not keep.any():
-        raise RivalError("nothing moves: every column is zero")
+        raise BaselineError("nothing moves: every column is zero")
     return Problem(
         x[:, keep] / size[keep],
         y,

@@ -3,13 +3,13 @@
 import time
 from pathlib import Path
 
-from . import RivalError, case, motion, patched
+from . import BaselineError, case, motion, patched
 from .settings import METHODS, Settings
 
 
 def one_case(folder: Path, out: Path, methods: list[str], sealed: Path | None) -> list[str]:
     """Run the methods that have no verdict yet on a case; returns a line each."""
-    lines, bench, fault = [], None, None
+    lines, prepared, fault = [], None, None
     kept_back = motion.kept_back(sealed, folder.name) if sealed else {}
     for method in methods:
         place = out / method / folder.name
@@ -19,12 +19,12 @@ def one_case(folder: Path, out: Path, methods: list[str], sealed: Path | None) -
         began = time.monotonic()
         try:
             if fault:
-                raise RivalError(fault)
-            if bench is None:
-                bench = case.Bench(folder, settings.smooth_s)
-            verdict = case.run(bench, method, settings, kept_back)
-        except RivalError as error:
-            fault = str(error) if bench is None else None
+                raise BaselineError(fault)
+            if prepared is None:
+                prepared = case.PreparedCase(folder, settings.smooth_s)
+            verdict = case.run(prepared, method, settings, kept_back)
+        except BaselineError as error:
+            fault = str(error) if prepared is None else None
             verdict = case.impossible(method, str(error))
         case.write(verdict, place)
         gap = verdict["gap"]
@@ -46,7 +46,7 @@ def one_patched(folder: Path, verdicts: Path, sealed: Path) -> str | None:
                 folder / "nominal.xml", place / "verdict.json", smooth_s, shown, paths
             )
             found[regime] = case.compared(model, variance, before, after)
-    except (RivalError, OSError) as error:
+    except (BaselineError, OSError) as error:
         return f"{folder.name}: {error}"
     case.write(found, place, "elsewhere.json")
     return None

@@ -1,4 +1,4 @@
-"""How far off a reduced precision is, in standard deviations of the force."""
+"""Error of a reduced precision, in standard deviations of the force."""
 
 import numpy as np
 

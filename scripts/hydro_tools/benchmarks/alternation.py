@@ -1,4 +1,4 @@
-"""Contenders run in turn, block by block, so that a busy machine slows them alike: A B C A B C ..."""
+"""Implementations run in turn, block by block, so that a busy machine slows them alike: A B C A B C ..."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from statistics import median
 
 import numpy as np
 
-from . import BenchError
+from . import BenchmarkError
 from .worker import Worker
 
 #: Blocks at the start that warm caches, clocks and allocators, and are thrown away.
@@ -15,7 +15,7 @@ WARM_UP = 1
 
 @dataclass
 class Entry:
-    """One contender of a group: its process, its task, how long its blocks are."""
+    """One implementation of a group: its process, its task, how long its blocks are."""
 
     name: str
     command: list[str]
@@ -31,7 +31,7 @@ class Entry:
 
 @dataclass
 class Outcome:
-    """What a contender did: seconds a unit by round, and what it was asked besides."""
+    """Result of an implementation: seconds a unit by round, and its answers to the other requests."""
 
     name: str
     seconds: list[float] = field(default_factory=list)
@@ -76,8 +76,8 @@ def run(
 ) -> list[dict]:
     """Prepares all, checks that they agree, runs `rounds` rounds of blocks; an `Outcome` each, as a dictionary.
 
-    expected: what each computes; the first contender's own numbers without it. With `warm_up=0` nothing is thrown away,
-    as for training, where every block moves on.
+    expected: what each computes; the first implementation's own numbers without it. With `warm_up=0` nothing is
+    thrown away, as for training, where every block moves on.
     """
     workers, outcomes = [], []
     try:
@@ -90,7 +90,7 @@ def run(
                 expected = found
             apart = compare(found, expected) if entry.tolerance is not None else None
             if apart is not None and not apart <= entry.tolerance:
-                raise BenchError(
+                raise BenchmarkError(
                     f"{entry.name} computes something else: {apart:.2g} apart, {entry.tolerance:g} allowed; "
                     f"{found[:6]} against {expected[:6]}"
                 )

@@ -1,4 +1,4 @@
-"""How each contender's process is started."""
+"""Command lines that start the implementations."""
 
 import json
 import subprocess
@@ -6,22 +6,26 @@ import sys
 from functools import cache
 
 from ..repository import ROOT
-from . import BenchError
+from . import BenchmarkError
 
 
 def python(module: str) -> list[str]:
-    """A contender of `hydro_tools.benchmarks.implementations`."""
+    """An implementation of `hydro_tools.benchmarks.implementations`."""
     # -P: the working directory is no place for modules.
     return [sys.executable, "-P", "-m", f"hydro_tools.benchmarks.implementations.{module}"]
 
 
+#: The Rust implementations, a bench target of Cargo.toml.
+RUST = "contender"
+
+
 @cache
 def rust() -> tuple[str, ...]:
-    """The Rust contender; cargo says where it was built, and builds it where it is not."""
-    build = ["cargo", "build", "--release", "--quiet", "--bench", "contender", "--message-format=json"]
+    """The Rust implementation; cargo says where it was built, and builds it where it is not."""
+    build = ["cargo", "build", "--release", "--quiet", "--bench", RUST, "--message-format=json"]
     done = subprocess.run(build, cwd=ROOT, capture_output=True, text=True)
     for line in done.stdout.splitlines():
         message = json.loads(line)
-        if message.get("executable") and message["target"]["name"] == "contender":
+        if message.get("executable") and message["target"]["name"] == RUST:
             return (message["executable"],)
-    raise BenchError(f"cargo built no contender:\n{done.stderr}")
+    raise BenchmarkError(f"cargo built no {RUST}:\n{done.stderr}")

@@ -1,4 +1,4 @@
-"""Inputs of the contenders: recorded samples of Task 2 and lessons cut from them; made where they are missing."""
+"""Inputs of the implementations: recorded samples of Task 2 and training cases cut from them, made where missing."""
 
 import json
 import shutil
@@ -74,7 +74,7 @@ PAPER = {
 }
 
 
-def lesson(
+def training_case(
     solver: str,
     *,
     batch: int = 32,
@@ -83,7 +83,7 @@ def lesson(
     config: dict = PAPER,
     field_alone: bool = False,
 ) -> dict:
-    """The fields of a contender's lesson; files are written anew, the same numbers every time."""
+    """The fields of a training case (`lesson` in a task); its files are written anew, the same numbers every time."""
     recorded_split = split(task2(), "train")
     x, force = recorded_split["x"][:, :samples], recorded_split["wrench"][:, :samples]
 

@@ -8,6 +8,6 @@ ENGINES = {
     # Over 64 samples of a random field, which forgets nothing, the rounding adds up; `evaluate` reports what it is.
     "fused-f16": ("hydro, f16", 1e-1),
 }
-#: The reference among ours, timed as a contender of its own.
+#: The reference among ours, timed as an implementation of its own.
 CANDLE = ("candle", "hydro, Candle engine", 1e-4)
 F32, F16 = "hydro, f32", "hydro, f16"

@@ -1,4 +1,4 @@
-"""Where and with what the numbers were measured."""
+"""Machine, versions and commit of a measurement."""
 
 import os
 import platform
@@ -78,7 +78,7 @@ def commit() -> str:
 
 
 class Others:
-    """What other programs take of the machine from here on."""
+    """Share of the machine that other programs take from here on."""
 
     def __init__(self):
         self.before = self._busy()
@@ -92,7 +92,7 @@ class Others:
         return own.elapsed, all_cores, own.user + own.system + own.children_user + own.children_system
 
     def share(self) -> float:
-        """Of all cores, 0 to 1."""
+        """Share of all cores, 0 to 1."""
         clock, busy, own = (after - before for after, before in zip(self._busy(), self.before))
         return max(0.0, (busy - own) / (clock * os.cpu_count()))
 

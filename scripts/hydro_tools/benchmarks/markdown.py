@@ -29,12 +29,12 @@ def mebibytes(count: int) -> str:
 
 
 def named(outcomes: list[dict], name: str) -> dict | None:
-    """The outcome of a contender, where it took part."""
+    """The outcome of an implementation, where it took part."""
     return next((outcome for outcome in outcomes if outcome["name"] == name), None)
 
 
 def timings(outcomes: list[dict], unit: str, references: dict[str, str], extra: dict | None = None) -> str:
-    """A row a contender: time, ratios to the references (name -> head of the column), and more columns.
+    """One row for each implementation: time, ratios to the references (name -> head of the column), and more columns.
 
     extra: head -> function of an outcome.
     """

@@ -1,4 +1,4 @@
-"""The same networks in numpy, in double precision: what every contender is checked against."""
+"""The same networks in numpy, in double precision: the check of every implementation."""
 
 import json
 from pathlib import Path

@@ -11,8 +11,8 @@ REMARKS = Path(__file__).with_name("remarks.md")
 HEAD = """# Benchmarks: what was measured
 
 Written by `scripts/bench.sh` from the raw blocks in `results/`; do not edit (`scripts/bench.sh --report` writes it again
-without measuring). Contenders are live processes that are timed in turn, block by block, so that a busy machine slows them alike; a
-ratio is taken within each round, and its median and quartiles over the rounds are shown. Before anything is timed, every contender must
+without measuring). Implementations are live processes that are timed in turn, block by block, so that a busy machine slows them alike; a
+ratio is taken within each round, and its median and quartiles over the rounds are shown. Before anything is timed, every implementation must
 compute the same numbers. Trust the ratios more than the times.
 """
 

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from . import BenchError
+from . import BenchmarkError
 
 SCHEMA = "hydro-bench/1"
 
@@ -35,6 +35,6 @@ def read(folder: Path, parts) -> dict[str, dict]:
         if path.is_file():
             record = json.loads(path.read_text())
             if record.get("schema") != SCHEMA:
-                raise BenchError(f"{path}: schema {record.get('schema')!r}, this program reads {SCHEMA!r}")
+                raise BenchmarkError(f"{path}: schema {record.get('schema')!r}, this program reads {SCHEMA!r}")
             found[part] = record
     return found

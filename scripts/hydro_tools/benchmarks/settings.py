@@ -1,14 +1,14 @@
-"""How long a run is."""
+"""Length of a run: full or quick."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Settings:
-    """`quick` is for seeing that everything works; its numbers are worth little."""
+    """quick: few short blocks, to see that everything works; the numbers are worth little."""
 
     quick: bool = False
 
     def pick(self, full, quick):
-        """One of the two."""
+        """`full`, or `quick` in a quick run."""
         return quick if self.quick else full

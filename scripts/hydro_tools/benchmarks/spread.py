@@ -7,7 +7,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Spread:
-    """Of some numbers."""
+    """Median and quartiles of some numbers."""
 
     median: float
     low: float

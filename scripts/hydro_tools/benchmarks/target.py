@@ -1,4 +1,4 @@
-"""What is aimed at, and whether it is there."""
+"""A target figure: its value, its limit, met or not."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""First weights and checkpoints, drawn by numpy: the same file for every contender."""
+"""First weights and checkpoints, drawn by numpy: the same file for every implementation."""
 
 import hashlib
 import json
@@ -45,7 +45,7 @@ def attention_ode(
 
 
 def write(path: Path, tensors: dict[str, np.ndarray]) -> Path:
-    """A safetensors file. Renamed into place: a contender may have mapped the one that it replaces."""
+    """A safetensors file. Renamed into place: an implementation may have mapped the one that it replaces."""
     path.parent.mkdir(parents=True, exist_ok=True)
     write_beside(path, save(tensors))
     return path

@@ -1,11 +1,11 @@
-"""Contenders as live processes that answer one JSON line with another.
+"""Implementations as live processes that answer one JSON line with another.
 
     {"do": "prepare", "task": {..}}   {"values": [..]}                  what it computes, for the check
     {"do": "block", "count": 100}     {"seconds": s, "values": [..]}
     {"do": "peak"}                    {"bytes": b}                      largest memory so far
     anything                          {"error": "..."}                  what went wrong
 
-`Worker` is the driver's end, `serve` that of a contender written in Python.
+`Worker` is the driver's end, `serve` that of an implementation written in Python.
 """
 
 import json
@@ -16,24 +16,24 @@ from pathlib import Path
 from typing import Protocol
 
 from ..repository import ROOT, SCRIPTS
-from . import BenchError
+from . import BenchmarkError
 
 
-class Contender(Protocol):
+class Implementation(Protocol):
     """One way to do a task; made from the task's fields."""
 
     def check(self) -> list[float]:
-        """Numbers that every contender of the task computes alike; not timed."""
+        """Numbers that every implementation of the task computes alike; not timed."""
 
     def block(self, count: int) -> dict:
         """The work, `count` times: `seconds`, and `values` or more where it gives numbers worth comparing."""
 
 
 class Worker:
-    """A contender's process, the driver's end."""
+    """An implementation's process, the driver's end."""
 
     def __init__(self, command: list[str], *, threads: int = 1):
-        """`threads` limits what the contender's libraries may start; a contender sets its own count besides."""
+        """`threads` limits what the libraries may start; an implementation sets its own count besides."""
         names = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS")
         self.command = command
         self.process = subprocess.Popen(
@@ -54,16 +54,16 @@ class Worker:
         except BrokenPipeError:
             line = ""
         if not line:
-            raise BenchError(
+            raise BenchmarkError(
                 f"{' '.join(self.command)}: ended with status {self.process.wait()} at {request.get('do')}"
             )
         answer = json.loads(line)
         if "error" in answer:
-            raise BenchError(f"{' '.join(self.command)}: {answer['error']}")
+            raise BenchmarkError(f"{' '.join(self.command)}: {answer['error']}")
         return answer
 
     def core_seconds(self) -> float:
-        """What the process has taken of all cores so far."""
+        """Core seconds that the process has taken so far."""
         # After the name, which may hold anything, in parentheses; user and system ticks are fields 14 and 15.
         fields = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
@@ -86,12 +86,12 @@ def peak_bytes() -> int:
     for line in Path("/proc/self/status").read_text().splitlines():
         if line.startswith("VmHWM:"):
             return int(line.split()[1]) * 1024
-    raise BenchError("no VmHWM in /proc/self/status")
+    raise BenchmarkError("no VmHWM in /proc/self/status")
 
 
 def serve(kinds: dict[str, type]) -> None:
-    """Answers until the input ends; a task's field `kind` chooses the contender, the others are its arguments."""
-    contender = None
+    """Answers until the input ends; a task's field `kind` chooses the implementation, the others are its arguments."""
+    implementation = None
     # What a library prints must not be taken for an answer.
     answers, sys.stdout = sys.stdout, sys.stderr
     for line in sys.stdin:
@@ -100,14 +100,14 @@ def serve(kinds: dict[str, type]) -> None:
             match request["do"]:
                 case "prepare":
                     task = request["task"]
-                    contender = kinds[task.pop("kind")](**task)
-                    answer = {"values": [float(value) for value in contender.check()]}
+                    implementation = kinds[task.pop("kind")](**task)
+                    answer = {"values": [float(value) for value in implementation.check()]}
                 case "block":
-                    answer = {"values": [], **contender.block(request["count"])}
+                    answer = {"values": [], **implementation.block(request["count"])}
                 case "peak":
                     answer = {"bytes": peak_bytes()}
                 case other:
-                    raise BenchError(f"unknown request `{other}`")
+                    raise BenchmarkError(f"unknown request `{other}`")
         except Exception as error:  # whatever it is, the driver is told
             answer = {"error": f"{type(error).__name__}: {error}"}
         print(json.dumps(answer), file=answers, flush=True)

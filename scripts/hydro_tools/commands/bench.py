@@ -1,4 +1,4 @@
-"""Time ours and the rivals in alternation; write benches/RESULTS.md from the raw blocks.
+"""Time `hydro` and other implementations in alternation; write benches/RESULTS.md from the raw blocks.
 
     .venv-bench/bin/python scripts/bench.py [--quick] [--only evaluate step] [--report]
 
@@ -11,7 +11,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from hydro_tools.benchmarks import RESULTS, WORK, BenchError, machine, plots, record
+from hydro_tools.benchmarks import RESULTS, WORK, BenchmarkError, machine, plots, record
 from hydro_tools.benchmarks.page import page
 from hydro_tools.benchmarks.parts import PARTS
 from hydro_tools.benchmarks.settings import Settings
@@ -52,7 +52,7 @@ def main() -> int:
             groups = PARTS[part].measure(Settings(options.quick))
             record.write(results, part, groups, quick=options.quick, stamp=stamp | {"others": others.share()})
         write_page(results.parent, results)
-    except BenchError as error:
+    except BenchmarkError as error:
         print(f"bench.py: {error}", file=sys.stderr)
         return 1
     return 0

@@ -16,7 +16,7 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
-from hydro_tools.jobs import FanoutError
+from hydro_tools.jobs import JobError
 from hydro_tools.jobs.cluster import Cluster
 from hydro_tools.jobs.here import Here
 from hydro_tools.jobs.program import HERE, Job, Program, packed, unpack
@@ -79,7 +79,7 @@ def main() -> int:
                     unpack(content, out)
                     print(f"{count}/{len(jobs)} {name}", file=sys.stderr)
             print(executor.description, file=sys.stderr)
-    except (FanoutError, OSError) as error:
+    except (JobError, OSError) as error:
         print(f"compare_ray.py: {error}; finished jobs are kept in {out}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

@@ -21,7 +21,7 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 from hydro_tools.datasets.files import write_json  # noqa: E402
 from hydro_tools.datasets.progress import Progress  # noqa: E402
-from hydro_tools.hidden_cases import HiddenError, plan  # noqa: E402
+from hydro_tools.hidden_cases import HiddenCaseError, plan  # noqa: E402
 from hydro_tools.hidden_cases.case import Case, Spec, is_complete  # noqa: E402
 from hydro_tools.hidden_cases.systems import SYSTEMS  # noqa: E402
 
@@ -31,7 +31,7 @@ def make(spec: Spec, out: Path) -> str | None:
     try:
         Case(spec).make(out)
         return None
-    except HiddenError as error:
+    except HiddenCaseError as error:
         return f"case {spec.index} ({spec.kind}, {spec.system}, {'+'.join(spec.effects) or 'nothing'}): {error}"
 
 

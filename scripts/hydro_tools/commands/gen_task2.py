@@ -18,7 +18,7 @@ import time
 from pathlib import Path
 
 from hydro_tools.datasets import DataError, arguments, dataset, regime, scene
-from hydro_tools.jobs import FanoutError
+from hydro_tools.jobs import JobError
 from hydro_tools.jobs.cluster import Cluster
 from hydro_tools.jobs.executor import Executor
 from hydro_tools.jobs.here import Here
@@ -67,7 +67,7 @@ def parse() -> argparse.Namespace:
 
 
 def executor(args: argparse.Namespace) -> Executor:
-    """Where shards are made."""
+    """The executor that makes the shards: this process, processes, or a cluster."""
     if args.ray:
         return Cluster(args.ray)
     workers = args.workers or os.cpu_count() or 1
@@ -93,7 +93,7 @@ def main() -> int:
             manifest = dataset.generate(
                 settings, args.out, executor=workers, resume=args.resume, overwrite=args.overwrite
             )
-    except (DataError, FanoutError, OSError) as error:
+    except (DataError, JobError, OSError) as error:
         print(f"gen_task2.py: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

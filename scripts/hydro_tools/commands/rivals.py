@@ -1,4 +1,4 @@
-r"""Rivals of `hydro gap` on the same cases: PySINDy, its ensemble, BINDy, `mujoco.sysid`, a residual network.
+r"""Run the baselines on the cases of `hydro gap`: PySINDy, its ensemble, BINDy, `mujoco.sysid`, a residual network.
 
     scripts/setup_venv.sh baselines                                             # an environment of its own
     .venv-rivals/bin/python scripts/rivals.py run --cases out/hidden/cases --sealed out/hidden/sealed \
@@ -23,13 +23,13 @@ from pathlib import Path
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
-from hydro_tools.baselines import RivalError  # noqa: E402
+from hydro_tools.baselines import BaselineError  # noqa: E402
 from hydro_tools.baselines.settings import METHODS  # noqa: E402
 from hydro_tools.datasets.progress import Progress  # noqa: E402
 
 
 def results(args: argparse.Namespace, cases: list[Path], todo: list[Path], task: Callable, *more) -> Iterator:
-    """What `task(case, *more)` returns for the cases to do, as they are done, side by side."""
+    """Results of `task(case, *more)` on the cases to do, as they come; `--jobs` processes side by side."""
     progress = Progress(len(cases), "cases", done=len(cases) - len(todo))
     with ProcessPoolExecutor(args.jobs) as pool:
         for done in as_completed([pool.submit(task, c, *more) for c in todo]):
@@ -64,10 +64,10 @@ def run(args: argparse.Namespace) -> int:
 def folders(args: argparse.Namespace) -> list[Path]:
     """The cases, in order."""
     if not args.cases.is_dir():
-        raise RivalError(f"{args.cases} is no folder: give the cases/ of gen_hidden.py by --cases")
+        raise BaselineError(f"{args.cases} is no folder: give the cases/ of gen_hidden.py by --cases")
     found = sorted(p for p in args.cases.iterdir() if (p / "nominal.xml").is_file())
     if not found:
-        raise RivalError(f"{args.cases} holds no case (a folder with nominal.xml and trials/)")
+        raise BaselineError(f"{args.cases} holds no case (a folder with nominal.xml and trials/)")
     return found[: args.count] if args.count else found
 
 
@@ -104,7 +104,7 @@ def main() -> int:
             parser.error(f"{args.what} needs --{need}")
     try:
         return {"run": run, "tune": tune, "patched": score_patched}[args.what](args)
-    except (RivalError, OSError) as error:
+    except (BaselineError, OSError) as error:
         print(f"rivals.py: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

@@ -11,7 +11,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from hydro_tools.jobs import FanoutError
+from hydro_tools.jobs import JobError
 from hydro_tools.jobs.executor import Executor
 
 from . import VERSION, DataError, features, kinematics, scene, task2
@@ -22,7 +22,7 @@ from .regime import USUAL, Regime
 
 @dataclass(frozen=True)
 class Settings:
-    """What determines the bytes of a data set."""
+    """Everything that determines the bytes of a data set."""
 
     name: str
     trials: int
@@ -87,7 +87,7 @@ def generate(
 
     maker = task2.Maker(loaded, settings.regime, settings.seed, settings.samples, np.array(std))
     if executor.other_machines:
-        maker = replace(maker, proof=Proof.of(maker.sample()))
+        maker = replace(maker, proof=Proof.from_bytes(maker.sample()))
     missing = {shard.file: shard for shard in shards if shard.file not in hashes}
     # Workers may be machines without this folder: only this process writes.
     try:
@@ -100,5 +100,5 @@ def generate(
                 results,
                 lambda hashes: {"splits": entries(settings.counts(), shards, hashes)},
             )
-    except FanoutError as error:
+    except JobError as error:
         raise DataError(f"{error}; finished shards are kept: go on with --resume") from error

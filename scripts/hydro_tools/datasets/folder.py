@@ -39,7 +39,7 @@ class Shard:
 
 
 def share(total: int, shares: tuple[float, float, float]) -> dict[str, int]:
-    """How many of `total` fall to each split; they sum to it."""
+    """Number of trajectories by split; they sum to `total`."""
     edges = np.round(np.cumsum(shares) * total).astype(int)
     return dict(zip(SPLITS, (int(n) for n in np.diff([0, *edges[:2], total]))))
 

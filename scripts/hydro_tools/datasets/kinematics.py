@@ -35,7 +35,7 @@ def tree(loaded: scene.Scene) -> dict:
 
 
 def _hung(loaded: scene.Scene, body: int, base: int, places: dict[int, int]) -> dict:
-    """How a body hangs on its parent."""
+    """The joint or weld that holds a body on its parent."""
     model, name = loaded.model, loaded.model.body(body).name
     parent = int(model.body_parentid[body])
     if parent != base and parent not in places:

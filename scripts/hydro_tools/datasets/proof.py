@@ -16,7 +16,7 @@ from . import DataError
 
 
 def machine() -> str:
-    """What decides about bits here, for people to compare."""
+    """Versions and processor that decide about the bits here, for people to compare."""
     return f"{platform.node()}: MuJoCo {mujoco.__version__}, NumPy {np.__version__}, {platform.platform()}"
 
 
@@ -28,7 +28,7 @@ class Proof:
     made_on: str
 
     @staticmethod
-    def of(known: bytes) -> "Proof":
+    def from_bytes(known: bytes) -> "Proof":
         """The proof that this machine gives."""
         return Proof(hashlib.sha256(known).hexdigest(), machine())
 

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, replace
 
 @dataclass(frozen=True)
 class Ranges:
-    """What one regime may change. Triples are hip, thigh, calf."""
+    """Ranges that a regime may change. Triples are hip, thigh, calf."""
 
     #: Density of the water, one of these bands, in proportion to their widths [kg/m^3].
     density: tuple[tuple[float, float], ...]
@@ -45,7 +45,7 @@ class Regime:
     ranges: Ranges
 
     def recorded(self) -> dict:
-        """What a manifest says of it: nothing of the usual one, whose data sets stay what they were."""
+        """Its fields in a manifest; none for the usual regime, whose manifests stay as they were."""
         return {} if self == USUAL else {"regime": self.name, "ranges": json.loads(json.dumps(asdict(self.ranges)))}
 
 

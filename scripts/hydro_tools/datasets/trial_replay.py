@@ -35,7 +35,7 @@ class Trial:
 
 
 def places(model: mujoco.MjModel, names: list[str], which: str, sizes: dict) -> np.ndarray:
-    """Where the coordinates of some joints stand, in their order."""
+    """Indices of the coordinates of some joints in qpos or qvel, in the order of `names`."""
     address = model.jnt_qposadr if which == "qpos" else model.jnt_dofadr
     rows = []
     for name in names:

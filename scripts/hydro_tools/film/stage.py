@@ -26,7 +26,7 @@ def water_wrench(model, data, density: float) -> tuple:
 
 
 class Stage:
-    """What is drawn beside the robot: arrows and specks, added to the renderer's scene each frame."""
+    """Arrows and specks, added to the renderer's scene each frame."""
 
     def __init__(self, seed: int = 1):
         rng = np.random.default_rng(seed)

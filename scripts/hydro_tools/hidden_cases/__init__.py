@@ -5,5 +5,5 @@ of the effects, a finer step, another integrator, perturbed nominal parameters.
 """
 
 
-class HiddenError(Exception):
+class HiddenCaseError(Exception):
     """A case that cannot be made, a file that cannot be read: with what was found and what was expected."""

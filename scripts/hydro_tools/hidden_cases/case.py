@@ -12,7 +12,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from . import HiddenError, measurement, perturbation, trialfile
+from . import HiddenCaseError, measurement, perturbation, trialfile
 from .effects import Effect, Readings
 from .plant import Plant, Recording
 from .strength import Layout, Nuisances, Windows, effect_columns, left_over
@@ -34,7 +34,7 @@ LIKE = 3.0
 
 @dataclass(frozen=True)
 class Spec:
-    """What a case shall be. `effects` are the kinds; `target` the projected strengths to aim at, one an effect."""
+    """The plan of a case. effects: kinds; target: projected strengths to aim at, one for each effect."""
 
     index: int
     seed: int
@@ -64,7 +64,7 @@ class Whole:
     raw: float
     projected: float
     problem: "Problem | None"
-    rivals: dict[str, float] = field(default_factory=dict)
+    distances: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass
@@ -93,7 +93,7 @@ class Case:
         rng = spec.generator(1)
         self.xml = self.system.nominal_xml(spec.noise)
         self.nominal = self.system.plain_model(self.xml)
-        self.layout = Layout.of(self.nominal)
+        self.layout = Layout.from_model(self.nominal)
         self.lead = self.nominal.opt.timestep
         self.truth = self.system.plain_model(self.xml)
         self.truth.opt.timestep, self.truth.opt.integrator = self.system.truth_step(rng)
@@ -107,7 +107,7 @@ class Case:
             factories = self.system.singles(self.truth) | self.system.outside(self.truth)
         unknown = [kind for kind in spec.effects if kind not in factories]
         if unknown:
-            raise HiddenError(f"system {spec.system} has no effect {unknown}; it has {sorted(factories)}")
+            raise HiddenCaseError(f"system {spec.system} has no effect {unknown}; it has {sorted(factories)}")
         effect_rng = spec.generator(2)
         self.effects: list[Effect] = [factories[kind](effect_rng) for kind in spec.effects]
         styles = [self.system.style_for(kind) for kind in spec.effects]
@@ -179,7 +179,7 @@ class Case:
         return float(np.linalg.norm(self.layout.whitened(windows.truth(sensed), shadow)))
 
     def projection(self, record: Recording, sensed: np.ndarray) -> float:
-        """What part of the raw strength the nominal's uncertainties cannot explain, 0..1."""
+        """Share of the raw strength that the nominal's uncertainties cannot explain, 0..1."""
         return _part(self._problem(record, sensed))
 
     def distances(self, whole: Whole) -> dict[str, float]:
@@ -279,17 +279,17 @@ class Case:
                 scales = [scales[0] * float(np.clip(off, 0.1, 10.0))]
                 whole = self._whole(scales)
         if spec.kind in ("single", "inseparable"):
-            whole.rivals = self.distances(whole)
+            whole.distances = self.distances(whole)
         if self.twin:
             # Told apart after all where it is strong: down to where the other effect explains it.
             for _ in range(3):
-                distance = whole.rivals[self.twin.other]
+                distance = whole.distances[self.twin.other]
                 if distance <= LIKE:
                     break
                 # The difference of two such effects often grows with the square of their size.
                 scales = [scales[0] * float((0.8 * LIKE / distance) ** 0.6)]
                 whole = self._whole(scales)
-                whole.rivals = self.distances(whole)
+                whole.distances = self.distances(whole)
         return self._write(out, whole, scales)
 
     def _whole(self, scales: list[float]) -> "Whole":
@@ -390,7 +390,7 @@ class Case:
                     ],
                 }
             )
-        near = [kind for kind, distance in whole.rivals.items() if distance < LIKE]
+        near = [kind for kind, distance in whole.distances.items() if distance < LIKE]
         identifiable = spec.kind in ("single", "pair") and not near and bool(whole.projected >= LIKE)
         answer = {
             "schema": SCHEMA,
@@ -400,7 +400,7 @@ class Case:
             "effects": effects,
             "lookalikes": near,
             "identifiable": identifiable,
-            "distances": whole.rivals,
+            "distances": whole.distances,
             "twin": self.twin.other if self.twin else None,
             "strength": {"projected": whole.projected, "raw": whole.raw, "asked": list(spec.target)},
             "noise": spec.noise,

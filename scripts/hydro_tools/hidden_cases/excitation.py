@@ -64,5 +64,5 @@ def pulses(rng: np.random.Generator, rows: int, period: float, channels: int) ->
 
 
 def ramp(rows: int, period: float, rise: float = 0.5) -> np.ndarray:
-    """From 0 to 1 over the first `rise` s."""
+    """A ramp from 0 to 1 over the first `rise` s."""
     return np.minimum(np.arange(rows) * period / rise, 1.0)

@@ -14,7 +14,7 @@ from .strength import Layout
 
 @dataclass(frozen=True)
 class Recorder:
-    """How a case's logs are taken."""
+    """Sampling, filter and noise of a case's logs."""
 
     cutoff: float  # Hz
     jitter: float  # s, standard deviation of the sampling instants

@@ -1,5 +1,6 @@
-"""Where the truth's nominal parameters differ from the nominal: 3 % of masses, inertias, gains, fluid
-coefficients and damping, 2 mm of every centre of mass. Nobody writes them down in the nominal.
+"""Perturbed parameters of the truth, which the nominal does not have.
+
+3 % of masses, inertias, gains, fluid coefficients and damping; 2 mm of every centre of mass.
 """
 
 from collections.abc import Callable

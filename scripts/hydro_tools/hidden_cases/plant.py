@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from . import HiddenError
+from . import HiddenCaseError
 from .frames import cross, turned, turned_back
 
 VEL = mujoco.mjtStage.mjSTAGE_VEL.value
@@ -43,7 +43,7 @@ class BodyMotion:
 
 @dataclass
 class Recording:
-    """What a run leaves behind. T fine steps, K rows, M members."""
+    """Record of a run. T fine steps, K rows, M members."""
 
     sensors: np.ndarray  # [M, T+1, ns] readings at fine steps (or rows only, see `fine`)
     times: np.ndarray  # [T+1] s since the start, of `sensors`
@@ -180,7 +180,7 @@ class Plant:
         """
         per_row = round(period / self.step_length)
         if abs(per_row * self.step_length - period) > 1e-9:
-            raise HiddenError(f"the step {self.step_length} s does not divide the row period {period} s")
+            raise HiddenCaseError(f"the step {self.step_length} s does not divide the row period {period} s")
         hold = max(round(lead / self.step_length), 1)
         offset = (-round(lead / self.step_length)) % record_every
         total = rows * per_row
@@ -213,7 +213,7 @@ class Plant:
                 # Readings that feel acceleration are those of the step that began here.
                 sensors[:, slot[k]][:, late] = self.sensordata[:, late]
         if not np.isfinite(sensors).all() or np.abs(qvel).max() > 1e3:
-            raise HiddenError("the truth diverged")
+            raise HiddenCaseError("the truth diverged")
         return Recording(sensors, kept * self.step_length, commands, qpos, qvel, waters)
 
     def _one_step(self, asked: np.ndarray) -> None:

@@ -1,4 +1,4 @@
-"""How strongly an effect shows: the whitened norm of what it changes in the outputs.
+"""Strength of an effect: the whitened norm of its change of the outputs.
 
 The shadow is the same truth (perturbations included) without the effect, under the same commands. Left to
 itself it would drift away and count the drift; so it is restarted from the truth's own state every second,
@@ -44,7 +44,7 @@ class Layout:
     bandwidth: dict[str, float]  # of the sensor's filter, as a multiple of the case's cut-off; inf: none
 
     @classmethod
-    def of(cls, model: mujoco.MjModel) -> "Layout":
+    def from_model(cls, model: mujoco.MjModel) -> "Layout":
         columns, noise, quaternions, bandwidth = {}, {}, set(), {}
         for i in range(model.nsensor):
             name = model.sensor(i).name

@@ -25,7 +25,7 @@ OFFSET_SD = 1.0
 
 
 def kind(name: str) -> str:
-    """Of a coefficient by its name."""
+    """Kind of a coefficient, by its name."""
     return name.split()[1]
 
 

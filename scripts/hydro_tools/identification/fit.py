@@ -46,7 +46,7 @@ class Tank:
     rest: np.ndarray = field(repr=False)
 
     @staticmethod
-    def of(tows: Measurements) -> "Tank":
+    def from_tows(tows: Measurements) -> "Tank":
         """With MuJoCo's water."""
         water = Water(tows)
         return Tank(tows, water, water.columns(), water.rest())
@@ -58,7 +58,7 @@ class Tank:
 
     def take(self, rows: np.ndarray) -> "Tank":
         """Some of the tows."""
-        return Tank.of(self.tows.take(rows))
+        return Tank.from_tows(self.tows.take(rows))
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Fit:
     solution: Solution
 
     def predict(self, water: Water) -> np.ndarray:
-        """What the cell would show [N,2] N: MuJoCo's force and the offsets."""
+        """Predicted readings of the cell [N,2] N: MuJoCo's force and the offsets."""
         return water.force(self.coefficients) + self.offsets
 
 
@@ -135,7 +135,7 @@ def _coefficients(tank: Tank, sd: np.ndarray, centre: np.ndarray, spread: np.nda
 
 
 def effective(tank: Tank, sd: np.ndarray, spread: np.ndarray) -> float:
-    """How many numbers the data decide rather than the prior."""
+    """Number of parameters that the data decide rather than the prior."""
     seen = np.linalg.svd(whitened(tank, sd) * spread, compute_uv=False) ** 2
     return float((seen / (1.0 + seen)).sum())
 

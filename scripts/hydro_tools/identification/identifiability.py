@@ -49,7 +49,7 @@ class Analysis:
     density: float
 
     def outweighs(self, name: str) -> bool:
-        """Whether the data say more of it than the prior."""
+        """True where the data say more of it than the prior."""
         return name in self.kept and bool(self.kept[name] < OUTWEIGHED and self.unseen.get(name, 0.0) < UNSEEN)
 
 
@@ -67,7 +67,7 @@ def _relations(columns: np.ndarray, spread: np.ndarray, names: tuple[str, ...]) 
 
 
 def analyse(tank: Tank, fit: Fit) -> Analysis:
-    """What the tows of `tank` can tell."""
+    """Coefficients that the tows of `tank` determine."""
     acting = tank.acting
     names = tuple(np.array(NAMES)[acting].tolist())
     jacobian = whitened(tank, fit.sd)

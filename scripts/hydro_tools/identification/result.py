@@ -1,4 +1,4 @@
-"""What a study found, for machines: `report.json`, and the coefficients as `identified.json`."""
+"""Results of a study, for machines: `report.json`, and the coefficients as `identified.json`."""
 
 import hashlib
 import json
@@ -27,7 +27,7 @@ MODELS = {"default": "defaults by judgement", "density": "density scale alone", 
 
 @dataclass(frozen=True)
 class Source:
-    """Where the tows came from, and the command that fitted them."""
+    """Origin of the tows, and the command that fitted them."""
 
     command: str
     table: Path

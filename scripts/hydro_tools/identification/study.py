@@ -43,7 +43,7 @@ def run(tows: Measurements, share: float, seed: int, *, prior: Prior | None = No
     """Everything the report tells; the held-out tows are only predicted."""
     prior = prior or Prior()
     held = held_out(tows, share, seed)
-    whole = Tank.of(tows)
+    whole = Tank.from_tows(tows)
     tank = whole.take(~held)
     configurations = np.unique(tows.configuration)
     progress = Progress(1 + len(configurations) + len(OTHER_PRIORS), "fits")

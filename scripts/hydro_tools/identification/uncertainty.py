@@ -1,4 +1,4 @@
-"""How far a measured mean may lie from the model.
+"""Uncertainty of a measured mean about the model.
 
     sd^2 = (standard error)^2 + (share * typical)^2
 

@@ -64,5 +64,5 @@ class Water:
         return np.stack([self.force(unit) - rest for unit in units], axis=-1)
 
     def rest(self) -> np.ndarray:
-        """What is left when all coefficients are zero: the viscosity's force, [N,2] N."""
+        """Force of the viscosity alone, all coefficients zero, [N,2] N."""
         return self.force(np.zeros(len(PARTS) * len(KINDS)))

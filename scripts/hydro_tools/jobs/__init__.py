@@ -12,5 +12,5 @@ to each worker once. Nodes need not share a file system: only bytes come back, a
 """
 
 
-class FanoutError(Exception):
+class JobError(Exception):
     """A job failed, or its workers could not be had; the message says which and why."""

@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 
 import hydro_tools
 
-from . import FanoutError
+from . import JobError
 from .executor import Executor, Work
 
 #: Jobs under way for each core: one that it does, one that it finds when it is done.
@@ -42,9 +42,9 @@ class Cluster(Executor):
         try:
             import ray
         except ImportError as error:
-            raise FanoutError("Ray is not installed here: scripts/setup_venv.sh ray") from error
+            raise JobError("Ray is not installed here: scripts/setup_venv.sh ray") from error
         if ray.is_initialized():
-            raise FanoutError("this process is connected to a Ray cluster already: call ray.shutdown() first")
+            raise JobError("this process is connected to a Ray cluster already: call ray.shutdown() first")
         sources = [str(Path(package.__file__).parent) for package in (hydro_tools, *packages)]
         _refuse_silence(address)
         options = {"include_dashboard": False} if address == "local" else {}
@@ -57,7 +57,7 @@ class Cluster(Executor):
                 runtime_env={"py_modules": sources, "excludes": ["__pycache__"]},
             )
         except (OSError, RuntimeError, ValueError) as error:
-            raise FanoutError(f"no Ray cluster to be had at `{address}`: {error}") from error
+            raise JobError(f"no Ray cluster to be had at `{address}`: {error}") from error
         self._ray, self.address, self.done_by = ray, address, Counter()
 
     @property
@@ -92,7 +92,7 @@ class Cluster(Executor):
             # What the work raised, without Ray's account of where.
             raise (error.cause or error) from None
         except RayError as error:
-            raise FanoutError(f"{type(error).__name__} (a lost job is tried {RETRIES} times more): {error}") from error
+            raise JobError(f"{type(error).__name__} (a lost job is tried {RETRIES} times more): {error}") from error
         self.done_by[node] += 1
         return result
 
@@ -113,13 +113,13 @@ def _refuse_silence(address: str) -> None:
         if parts.port:
             socket.create_connection((parts.hostname, parts.port), timeout=10).close()
     except (OSError, ValueError) as error:
-        raise FanoutError(
+        raise JobError(
             f"no Ray cluster at `{address}` ({meant}): {error}; start one with `ray start --head`, or let `local` do it"
         ) from error
 
 
 def _latest() -> str:
-    """What `auto` means according to `ray.init`: RAY_ADDRESS, else the cluster last started here, if any."""
+    """The address that `ray.init` takes for `auto`: RAY_ADDRESS, else the cluster last started here, or ""."""
     note = Path(os.environ.get("RAY_TMPDIR", "/tmp"), "ray", "ray_current_cluster")
     return os.environ.get("RAY_ADDRESS") or (note.read_text(encoding="utf-8").strip() if note.is_file() else "")
 

@@ -1,4 +1,4 @@
-"""What every executor does: hand out jobs as places become free, yield results as they come.
+"""The base of every executor: it hands out jobs as places become free and yields results as they come.
 
 Jobs begin only while fewer than `window()` results are under way or waiting to be taken, so memory does not grow
 with the number of jobs, however slow their receiver is.
@@ -9,13 +9,13 @@ from collections.abc import Callable, Hashable, Iterator, Mapping
 from itertools import islice
 from typing import Any
 
-from . import FanoutError
+from . import JobError
 
 Work = Callable[[Any], bytes]
 
 
 class Executor(ABC):
-    """Where jobs run: `with Kind(...) as executor`. `run` is for users, the rest is what a kind must know."""
+    """A place where jobs run: `with Kind(...) as executor`. Users call `run`; a kind implements the rest."""
 
     #: Whether jobs may run on other machines, whose files, packages and processors differ.
     other_machines = False
@@ -27,7 +27,7 @@ class Executor(ABC):
         self.close()
 
     def run(self, work: Work, jobs: Mapping[str, Any]) -> Iterator[tuple[str, bytes]]:
-        """Yield (name, result) of every job, in any order; FanoutError names the first that fails.
+        """Yield (name, result) of every job, in any order; JobError names the first that fails.
 
         Close the iterator (`contextlib.closing`) to stop early: jobs under way are dropped.
         """
@@ -43,10 +43,10 @@ class Executor(ABC):
                 name = running.pop(handle)
                 try:
                     result = self.result(handle)
-                except FanoutError as error:
-                    raise FanoutError(f"{name}: {error}") from error
+                except JobError as error:
+                    raise JobError(f"{name}: {error}") from error
                 except Exception as error:
-                    raise FanoutError(f"{name}: {type(error).__name__}: {error}") from error
+                    raise JobError(f"{name}: {type(error).__name__}: {error}") from error
                 # A handle may keep its result alive where it was made.
                 del handle
                 yield name, result
@@ -83,4 +83,4 @@ class Executor(ABC):
     @property
     @abstractmethod
     def description(self) -> str:
-        """Who did it, for a summary."""
+        """The workers that did the jobs, for a summary."""

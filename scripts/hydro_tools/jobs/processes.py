@@ -7,7 +7,7 @@ from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import connection
 
-from . import FanoutError
+from . import JobError
 from .executor import Executor
 
 #: Jobs under way for each worker: one that it does, one that it finds when it is done.
@@ -36,7 +36,7 @@ class Processes(Executor):
         try:
             return self._pool.submit(_do, job)
         except BrokenProcessPool as error:
-            raise FanoutError(f"{name}: a worker process was killed") from error
+            raise JobError(f"{name}: a worker process was killed") from error
 
     def first(self, running):
         return next(iter(wait(running, return_when=FIRST_COMPLETED).done))
@@ -45,7 +45,7 @@ class Processes(Executor):
         try:
             return handle.result()
         except BrokenProcessPool as error:
-            raise FanoutError("a worker process was killed") from error
+            raise JobError("a worker process was killed") from error
 
     def stop(self, running):
         self._pool.shutdown(wait=True, cancel_futures=True)

@@ -11,7 +11,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import FanoutError
+from . import JobError
 
 #: Stands for the folder in a command line.
 HERE = "{here}"
@@ -49,10 +49,10 @@ class Program:
                     check=False,
                 )
             except OSError as error:
-                raise FanoutError(f"{command[0]}: {error.strerror} on this node") from error
+                raise JobError(f"{command[0]}: {error.strerror} on this node") from error
             if done.returncode:
                 last = " / ".join(done.stderr.strip().splitlines()[-LAST_LINES:])
-                raise FanoutError(f"exit status {done.returncode}: {last}")
+                raise JobError(f"exit status {done.returncode}: {last}")
             return packed(Path(folder))
 
 
@@ -73,7 +73,7 @@ def unpack(content: bytes, folder: Path) -> list[Path]:
         for member in archive.getmembers():
             path = (folder / member.name).resolve()
             if not member.isfile() or folder.resolve() not in path.parents:
-                raise FanoutError(f"packed files hold {member.name!r}, which is no file below the folder")
+                raise JobError(f"packed files hold {member.name!r}, which is no file below the folder")
             path.parent.mkdir(parents=True, exist_ok=True)
             beside = path.with_name(path.name + ".part")
             beside.write_bytes(archive.extractfile(member).read())

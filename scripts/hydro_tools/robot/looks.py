@@ -1,4 +1,4 @@
-"""What B1 looks like: primitive shapes that serve as visual and as collision geometry."""
+"""Primitive shapes of B1, its visual and its collision geometry."""
 
 from dataclasses import dataclass
 

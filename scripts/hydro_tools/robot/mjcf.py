@@ -233,7 +233,7 @@ def identified(header: str, litres: float, fluid: Coefficients) -> str:
 
 
 def box_fluid(header: str, litres: float) -> str:
-    """The rival: MuJoCo's inertia-box fluid on every link, the same exact buoyancy."""
+    """The baseline scene: MuJoCo's inertia-box fluid on every link, the same exact buoyancy."""
     return _free_scene(
         "b1 box fluid", header, litres=litres, density=DENSITY, viscosity=VISCOSITY, fluid=None, buoyancy=True
     )

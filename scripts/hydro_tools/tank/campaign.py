@@ -43,12 +43,12 @@ COLUMNS = (
 
 
 def file_name(repeat: int, run: int) -> str:
-    """Of a run."""
+    """File name of a run."""
     return f"run-{repeat * conditions.RUNS + run:03d}.npz"
 
 
 def _head(seed: int) -> dict:
-    """What determines the bytes of every run."""
+    """Everything that determines the bytes of every run."""
     return {
         "schema": SCHEMA,
         "generator": f"gen_task1.py {VERSION}",
@@ -176,6 +176,6 @@ def manifest(out: Path) -> dict:
 
 
 def fingerprint(out: Path) -> str:
-    """Of the manifest, and by it of every run."""
+    """sha256 of the manifest, which holds that of every run."""
     manifest(out)
     return sha256(out / folder.MANIFEST)

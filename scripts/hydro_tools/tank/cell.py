@@ -38,7 +38,7 @@ VIBRATION_BAND, VIBRATION, VIBRATION_WANDER = (6.0, 9.0), 0.5, 1.0
 
 @dataclass(frozen=True)
 class Faults:
-    """What one run's cell does wrong: theta [3] rad, zero [3] N, rate [3] N/s, frequency [Hz]."""
+    """Errors of the cell in one run: theta [3] rad, zero [3] N, rate [3] N/s, frequency [Hz]."""
 
     theta: np.ndarray
     zero: np.ndarray

@@ -24,7 +24,7 @@ TRIALS = {"1.1": 192, "1.2": 2000, "1.3": 2000}
 
 @dataclass(frozen=True)
 class Settings:
-    """What determines the bytes of one data set."""
+    """Everything that determines the bytes of one data set."""
 
     task: str
     trials: int
@@ -35,7 +35,7 @@ class Settings:
 
     @property
     def partition(self) -> task1.Partition:
-        """What each split holds."""
+        """Content of each split."""
         return task1.Partition(self.seed, self.splits, self.by)
 
     def tows(self) -> set[tuple[int, int]]:

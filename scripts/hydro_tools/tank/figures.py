@@ -39,7 +39,7 @@ def save(figure, path: Path) -> None:
 
 
 def raw(run: Run, path: Path) -> None:
-    """What the load cell read along x and y, tow after tow; nothing is taken off."""
+    """Readings of the load cell along x and y, tow after tow, unprocessed."""
     stride = round(run.rate / DRAWN_RATE)
     time = np.arange(len(run.reading))[::stride] / run.rate
     figure, axis = plt.subplots(figsize=(9, 3.4), layout="constrained")

@@ -1,4 +1,4 @@
-"""From raw traces to hydrodynamic force: zero, drift, low-pass, start-up cut, mean with its error.
+"""Raw traces processed to hydrodynamic force: zero, drift, low-pass, start-up cut, mean with its error.
 
 1. The mean over the rest before a tow is its zero, that over the rest after it the zero it has drifted
    to; the straight line between them is taken off. Gravity, buoyancy and the amplifier go with it.

@@ -16,10 +16,12 @@ STREAM = 200
 
 @dataclass(frozen=True)
 class Run:
-    """What is recorded: reading [N,3] N at `rate`; condition [3]; marks [3,4] s, of each tow the instants when it
-    leaves rest, reaches its speed, brakes and stands; rest [s], how long before `leave` the robot surely rests.
+    """The record of one run; forces in the base frame.
 
-    truth [T,3] N at `truth_rate`: the water's force, which no tank knows. Base frame.
+    reading: [N,3] N at `rate` [Hz]; condition: [3], one for each tow;
+    marks: [3,4] s, the instants when each tow leaves rest, reaches its speed, brakes and stands;
+    rest: seconds for which the robot surely rests before it leaves;
+    truth: [T,3] N at `truth_rate` [Hz], the water's force, which no tank knows.
     """
 
     reading: np.ndarray

@@ -1,4 +1,4 @@
-"""How the library comes into a process."""
+"""Loading the library into a process."""
 
 import os
 import pathlib

@@ -1,4 +1,4 @@
-"""What a simulation remembers, and that copies, threads and resets keep it apart."""
+"""Memory of a simulation; copies, threads and resets keep it apart."""
 
 import copy
 import pathlib

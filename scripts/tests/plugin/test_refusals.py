@@ -1,4 +1,4 @@
-"""What is refused, and what is said."""
+"""Refused scenes and their messages."""
 
 import os
 import pathlib

@@ -10,9 +10,9 @@ from safetensors.torch import load_file
 
 from ..networks import encode
 from ..worker import serve
-from .lesson import Lesson
 from .model import AttentionOde, Field
 from .samples import OneSample
+from .training_case import TrainingCase
 
 
 def _rows(inputs: str) -> np.ndarray:
@@ -73,14 +73,14 @@ class Trajectories:
 
     def __init__(self, *, lesson: dict, batch: int, threads: int):
         torch.set_num_threads(threads)
-        self.lesson = Lesson(**lesson)
-        chosen = [index % len(self.lesson.z) for index in range(batch)]
-        self.batch = self.lesson.gather(chosen)
+        self.training_case = TrainingCase(**lesson)
+        chosen = [index % len(self.training_case.z) for index in range(batch)]
+        self.batch = self.training_case.gather(chosen)
 
     @torch.inference_mode()
     def forward(self):
         z, start, _ = self.batch
-        return self.lesson.model.integrate(self.lesson.model.latents(z), start, self.lesson.solver)
+        return self.training_case.model.integrate(self.training_case.model.latents(z), start, self.training_case.solver)
 
     def check(self):
         return self.forward()[0, -1].tolist()

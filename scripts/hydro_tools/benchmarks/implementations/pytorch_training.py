@@ -6,8 +6,8 @@ import torch
 from torchdiffeq import odeint, odeint_adjoint
 
 from ..worker import serve
-from .lesson import Lesson
 from .model import AttentionOde
+from .training_case import TrainingCase
 
 
 def by_hand(model: AttentionOde, h, start, solver: str):
@@ -63,14 +63,14 @@ class Training:
 
     def __init__(self, *, lesson: dict, way: str, threads: int):
         torch.set_num_threads(threads)
-        self.lesson, self.integrate = Lesson(**lesson), self.WAYS[way]
+        self.training_case, self.integrate = TrainingCase(**lesson), self.WAYS[way]
 
     def check(self):
-        return self.lesson.first(self.integrate)
+        return self.training_case.first(self.integrate)
 
     def block(self, count: int) -> dict:
         begin = time.perf_counter()
-        values = [self.lesson.learn(self.integrate) for _ in range(count)]
+        values = [self.training_case.learn(self.integrate) for _ in range(count)]
         return {"seconds": time.perf_counter() - begin, "values": values}
 
 

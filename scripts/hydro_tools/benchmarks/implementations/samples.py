@@ -1,4 +1,4 @@
-"""Single evaluations over recorded inputs, one row after the other: what the contenders of `evaluate` share."""
+"""Single evaluations over recorded inputs, one row after the other, for the implementations of `evaluate`."""
 
 import time
 

@@ -3,7 +3,7 @@
 import mujoco
 
 from ...repository import ROOT
-from .. import LIBRARY, BenchError
+from .. import LIBRARY, BenchmarkError
 
 INTEGRATORS = {
     "euler": mujoco.mjtIntegrator.mjINT_EULER,
@@ -22,7 +22,7 @@ def _spec(water: str, checkpoint: str | None, engine: str) -> mujoco.MjSpec:
         return mujoco.MjSpec.from_file(str(FLUID))
     text = SWIM.read_text()
     if RELEASED not in text:
-        raise BenchError(f"{SWIM} has no {RELEASED}")
+        raise BenchmarkError(f"{SWIM} has no {RELEASED}")
     config = f'<config key="checkpoint" value="{checkpoint}"/><config key="engine" value="{engine}"/>'
     return mujoco.MjSpec.from_string(text.replace(RELEASED, config))
 

@@ -1,5 +1,7 @@
-"""What is measured, a file each: `measure(settings)` gives groups of outcomes, `render(groups)` the section of the page,
-`targets(groups)` the figures that have a limit.
+"""The parts of the benchmarks, one a file.
+
+Each has `measure(settings)`: outcomes by group; `render(groups)`: its section of the page; `targets(groups)`: the
+figures that have a limit.
 """
 
 from . import batch, evaluate, memory, scaling, step, train

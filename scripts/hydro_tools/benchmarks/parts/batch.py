@@ -57,13 +57,13 @@ def measure(settings) -> dict:
 
 
 def speed_up(outcomes: list[dict], water: str) -> np.ndarray:
-    """Of two threads over one, round by round."""
+    """Speed-up of two threads over one, round by round."""
     one, two = (np.array(named(outcomes, _name(water, threads))["seconds"]) for threads in (1, 2))
     return one / two
 
 
 def identical(outcomes: list[dict], water: str) -> bool:
-    """Whether one thread, two threads and a loop of `mj_step` end in the same bits."""
+    """True where one thread, two threads and a loop of `mj_step` end in the same bits."""
     names = (_name(water, 1), _name(water, 2), f"{WATERS[water]}, mj_step")
     return len({tuple(named(outcomes, name)["check"]) for name in names}) == 1
 
@@ -107,7 +107,7 @@ def targets(groups: dict) -> list[Target]:
         for water in ("bare", "ellipsoid")
     ] + [
         Target(
-            "contenders whose simulations end in other bits than mj_step's",
+            "implementations whose simulations end in other bits than mj_step's",
             float(sum(not identical(outcomes, water) for water in WATERS)),
             0,
             timed=False,

@@ -28,7 +28,7 @@ EVICTED = 16 << 20
 
 
 def weight_bytes(widths: list[int]) -> int:
-    """Of a perceptron in f32."""
+    """Bytes of a perceptron's weights in f32."""
     return 4 * sum((a + 1) * b for a, b in zip(widths, widths[1:]))
 
 
@@ -47,7 +47,7 @@ def _candle(checkpoint: Path, inputs: Path, count: int) -> Entry:
     return Entry(name, [*commands.rust()], task, count, tolerance=tolerance)
 
 
-def rival(name: str, module: str, kind: str, count: int, threads: int = 1, **task) -> Entry:
+def baseline(name: str, module: str, kind: str, count: int, threads: int = 1, **task) -> Entry:
     """One that is called from Python."""
     return Entry(name, commands.python(module), {"kind": kind, "threads": threads, **task}, count, threads=threads)
 
@@ -83,10 +83,10 @@ def measure(settings) -> dict:
         *ours(field, x, count),
         _candle(field, x, count),
         Entry("Candle, linear layers", [*commands.rust()], {"kind": "plain-field", **files}, count),
-        rival(ORT, "onnx_runtime", "evaluate", count, **files),
-        rival("ONNX Runtime, 2 threads", "onnx_runtime", "evaluate", count, 2, **files),
-        rival("PyTorch, 1 thread", "pytorch", "evaluate", count, **files),
-        rival("PyTorch, 2 threads", "pytorch", "evaluate", count, 2, **files),
+        baseline(ORT, "onnx_runtime", "evaluate", count, **files),
+        baseline("ONNX Runtime, 2 threads", "onnx_runtime", "evaluate", count, 2, **files),
+        baseline("PyTorch, 1 thread", "pytorch", "evaluate", count, **files),
+        baseline("PyTorch, 2 threads", "pytorch", "evaluate", count, 2, **files),
         read(LIMIT, size, count),
         read(HALF_LIMIT, size // 2, count),
         Entry(
@@ -100,7 +100,7 @@ def measure(settings) -> dict:
     groups = {"field": _run(warm, rounds, field, x, WIDTHS[-1])}
 
     print("field, weights pushed out of the caches")
-    cold = [*ours(field, x, 20, EVICTED), rival(ORT, "onnx_runtime", "evaluate", 20, **files, evict=EVICTED)]
+    cold = [*ours(field, x, 20, EVICTED), baseline(ORT, "onnx_runtime", "evaluate", 20, **files, evict=EVICTED)]
     groups["cold"] = _run(cold, settings.pick(20, 3), field, x, WIDTHS[-1])
 
     print("one sample of the released model")
@@ -109,8 +109,8 @@ def measure(settings) -> dict:
     whole = [
         *ours(RELEASED, samples, count),
         _candle(RELEASED, samples, count),
-        rival(ORT, "onnx_runtime", "step", count, **files),
-        rival("PyTorch, 1 thread", "pytorch", "step", count, **files),
+        baseline(ORT, "onnx_runtime", "step", count, **files),
+        baseline("PyTorch, 1 thread", "pytorch", "step", count, **files),
     ]
     groups["sample"] = _run(whole, settings.pick(40, 4), RELEASED, samples, 6)
     return groups
@@ -141,7 +141,7 @@ def render(groups: dict) -> str:
             "With 64 MiB read between evaluations, so that the weights come from memory:\n",
             timings(groups["cold"], "us", {ORT: "of ONNX Runtime"}),
             "A whole sample of the released model (35 features, window 8, 256-256-256), as the plugin takes it. Ours begins with the "
-            "raw features; the rivals are given encoded and standardised inputs, and attend to the whole window anew.\n",
+            "raw features; the others are given encoded and standardised inputs, and attend to the whole window anew.\n",
             timings(groups["sample"], "us", {ORT: "of ONNX Runtime"}, {"error": _error}),
         ]
     )
@@ -151,16 +151,16 @@ def targets(groups: dict) -> list[Target]:
     """The figures that have a target."""
     field = groups["field"]
 
-    def of(name, other):
+    def median_ratio(name, other):
         return ratio(named(field, name)["seconds"], named(field, other)["seconds"]).median
 
     found = [
-        Target("one evaluation, f32, of ONNX Runtime", of(F32, ORT), 0.65),
-        Target("one evaluation, f32, of the bandwidth limit", of(F32, LIMIT), 1.3),
+        Target("one evaluation, f32, of ONNX Runtime", median_ratio(F32, ORT), 0.65),
+        Target("one evaluation, f32, of the bandwidth limit", median_ratio(F32, LIMIT), 1.3),
     ]
     if named(field, F16):
         found += [
-            Target("one evaluation, f16, of ONNX Runtime", of(F16, ORT), 0.45),
+            Target("one evaluation, f16, of ONNX Runtime", median_ratio(F16, ORT), 0.45),
             Target(
                 "wrench error of f16, released model [standard deviations]",
                 named(groups["sample"], F16)["error"],

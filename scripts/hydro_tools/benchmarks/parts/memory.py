@@ -1,4 +1,4 @@
-"""Peak memory: training on a batch of 256 here, that of every other contender as its part noted it."""
+"""Peak memory: training on a batch of 256 here, that of every other implementation as its part noted it."""
 
 from .. import data
 from ..alternation import run
@@ -15,8 +15,8 @@ def measure(settings) -> dict:
     groups = {}
     for solver in train.SOLVERS:
         print(f"memory of a training step, batch {BATCH}, {solver}")
-        lesson = data.lesson(solver, batch=BATCH, steps=2, samples=settings.pick(data.SAMPLES, 51))
-        entries = train.entries(lesson, count=1, slow=1, slow_rounds=1)
+        training_case = data.training_case(solver, batch=BATCH, steps=2, samples=settings.pick(data.SAMPLES, 51))
+        entries = train.entries(training_case, count=1, slow=1, slow_rounds=1)
         # One after the other. RK4's activations of 400 steps would take PyTorch beyond a common machine.
         chosen = [
             entry
@@ -29,7 +29,7 @@ def measure(settings) -> dict:
 
 
 def render(groups: dict, others: dict) -> str:
-    """others: part -> groups of the parts that were run, whose contenders noted their peak."""
+    """others: part -> groups of the parts that were run, whose implementations noted their peak."""
     rows = []
     for solver, outcomes in groups.items():
         rows += [
@@ -55,7 +55,7 @@ def render(groups: dict, others: dict) -> str:
         ]
     return (
         "The largest resident size of each process (`VmHWM`), MiB: with its libraries loaded and nothing done, and at the end.\n\n"
-        + table(["", "contender", "idle", "peak"], rows)
+        + table(["", "implementation", "idle", "peak"], rows)
     )
 
 

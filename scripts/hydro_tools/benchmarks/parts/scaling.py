@@ -9,7 +9,7 @@ import time
 import numpy as np
 
 from ...repository import ROOT
-from .. import WORK, BenchError, commands, data, weights
+from .. import WORK, BenchmarkError, commands, data, weights
 from ..alternation import Entry, run
 from ..markdown import digits, named, table
 from ..spread import spread
@@ -29,7 +29,7 @@ def _window(settings) -> list[tuple[int, list[dict]]]:
         files = {"checkpoint": str(checkpoint), "inputs": str(x)}
         entries = [
             *evaluate.ours(checkpoint, x, 200),
-            evaluate.rival(evaluate.ORT, "onnx_runtime", "step", 200, **files),
+            evaluate.baseline(evaluate.ORT, "onnx_runtime", "step", 200, **files),
         ]
         found.append((window, run(entries, settings.pick(15, 2), expected=evaluate.expected(checkpoint, x))))
     return found
@@ -43,7 +43,7 @@ def _width(settings) -> list[tuple[int, list[dict]]]:
         files = {"checkpoint": str(checkpoint), "inputs": str(x)}
         entries = [
             *evaluate.ours(checkpoint, x, 200),
-            evaluate.rival(evaluate.ORT, "onnx_runtime", "evaluate", 200, **files),
+            evaluate.baseline(evaluate.ORT, "onnx_runtime", "evaluate", 200, **files),
             evaluate.read(evaluate.LIMIT, evaluate.weight_bytes(widths), 200),
         ]
         found.append((width, run(entries, settings.pick(15, 2), expected=evaluate.expected(checkpoint, x))))
@@ -52,14 +52,14 @@ def _width(settings) -> list[tuple[int, list[dict]]]:
 
 def _trajectories(settings) -> list[tuple[int, list[dict]]]:
     """Seconds a trajectory of 400 steps, forward: the plugin's engine on one thread, the network that is trained on two."""
-    found, lesson, x = [], data.lesson("euler"), data.recorded(data.SAMPLES)
+    found, training_case, x = [], data.training_case("euler"), data.recorded(data.SAMPLES)
     checkpoint = weights.random_ode(WORK / "b1-512", data.PAPER, seed=0)
     for batch in settings.pick((1, 2, 4, 8, 16, 32, 64, 128), (1, 32)):
         entries = [
             Entry(
                 "hydro, network, 2 threads",
                 [*commands.rust()],
-                {"kind": "trajectories", "lesson": lesson, "batch": batch},
+                {"kind": "trajectories", "lesson": training_case, "batch": batch},
                 1,
                 threads=2,
                 tolerance=1e-3,
@@ -80,7 +80,7 @@ def _trajectories(settings) -> list[tuple[int, list[dict]]]:
             Entry(
                 "PyTorch, 2 threads",
                 commands.python("pytorch"),
-                {"kind": "trajectories", "lesson": lesson, "batch": batch, "threads": 2},
+                {"kind": "trajectories", "lesson": training_case, "batch": batch, "threads": 2},
                 1,
                 threads=2,
                 tolerance=1e-3,
@@ -166,7 +166,7 @@ def _epoch(folder, count: int) -> dict:
     seconds = time.perf_counter() - begin
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
-        raise BenchError(f"{' '.join(command)}: {said.decode()}")
+        raise BenchmarkError(f"{' '.join(command)}: {said.decode()}")
     return {"name": EPOCH, "seconds": [seconds], "peak_bytes": usage.ru_maxrss * 1024}
 
 
@@ -208,7 +208,7 @@ def measure(settings) -> dict:
 
 
 def series(points: list) -> dict[str, tuple[list, list]]:
-    """Contender -> (varied sizes, median seconds)."""
+    """Implementation -> (varied sizes, median seconds)."""
     return {
         name: ([at for at, _ in points], [float(np.median(named(outcomes, name)["seconds"])) for _, outcomes in points])
         for name in (outcome["name"] for outcome in points[0][1])

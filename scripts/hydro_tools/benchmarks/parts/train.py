@@ -19,19 +19,21 @@ TOLERANCE = 1e-3
 CURVE, CURVE_END = 0.01, 20
 
 
-def entries(lesson: dict, *, count: int, slow: int, slow_rounds: int) -> list[Entry]:
-    """All ways to train on a lesson, 2 threads but where it says so; those that take all day in few blocks of `slow` steps."""
+def entries(training_case: dict, *, count: int, slow: int, slow_rounds: int) -> list[Entry]:
+    """All ways to train on a case, 2 threads but where it says so; slow ways have few blocks, of `slow` steps."""
 
     def rust(name, task, tolerance=TOLERANCE, **more):
-        return Entry(name, [*commands.rust()], {"lesson": lesson, **task}, threads=2, tolerance=tolerance, **more)
+        return Entry(
+            name, [*commands.rust()], {"lesson": training_case, **task}, threads=2, tolerance=tolerance, **more
+        )
 
     def torch(name, way, tolerance=TOLERANCE, threads=2, **more):
-        task = {"kind": "training", "lesson": lesson, "way": way, "threads": threads}
+        task = {"kind": "training", "lesson": training_case, "way": way, "threads": threads}
         return Entry(name, commands.python("pytorch_training"), task, threads=threads, tolerance=tolerance, **more)
 
     rare = {"count": slow, "rounds": slow_rounds}
     # torchdiffeq's rk4 is Kutta's 3/8 rule, so its losses are its own.
-    same = TOLERANCE if lesson["solver"] == "euler" else None
+    same = TOLERANCE if training_case["solver"] == "euler" else None
     return [
         rust(OURS, {"kind": "ours", "adjoint": "discrete"}, count=count),
         torch(HAND, "by hand", count=count),
@@ -49,12 +51,14 @@ def measure(settings) -> dict:
     samples = settings.pick(data.SAMPLES, 51)
     for solver in SOLVERS:
         print(f"training step, {solver}")
-        lesson = data.lesson(solver, samples=samples)
-        chosen = entries(lesson, count=settings.pick(10, 1), slow=settings.pick(2, 1), slow_rounds=settings.pick(4, 1))
+        training_case = data.training_case(solver, samples=samples)
+        chosen = entries(
+            training_case, count=settings.pick(10, 1), slow=settings.pick(2, 1), slow_rounds=settings.pick(4, 1)
+        )
         groups[solver] = run(chosen, settings.pick(20, 2), warm_up=0, compare=elementwise)
         print(f"training step of the field alone, {solver}")
         chosen = entries(
-            data.lesson(solver, samples=samples, field_alone=True),
+            data.training_case(solver, samples=samples, field_alone=True),
             count=settings.pick(4, 1),
             slow=settings.pick(2, 1),
             slow_rounds=settings.pick(3, 1),
@@ -96,7 +100,7 @@ def render(groups: dict) -> str:
     lines = [
         "Attention-ODE of the paper's sizes (window 8, embedding 64, h in R^6, field 512-512-512 that sees F, no linear part) on "
         "Task 2: 400 steps, 32 trajectories, 35 features; forward, mean squared error, backward through the solver, clipping at "
-        "norm 1, AdamW with a rate of 3e-4 (at 1e-3 such a field runs away at first, in every contender). Two threads each; same first weights, same batches in the same order. torchdiffeq's `rk4` is Kutta's "
+        "norm 1, AdamW with a rate of 3e-4 (at 1e-3 such a field runs away at first, in every implementation). Two threads each; same first weights, same batches in the same order. torchdiffeq's `rk4` is Kutta's "
         "3/8 rule. The continuous adjoint keeps no activations and has another gradient. Losses and norms are those of the first step. "
         "Core seconds: what the process took of all cores.\n"
     ]
@@ -123,7 +127,7 @@ def targets(groups: dict) -> list[Target]:
     for name, title in {**SOLVERS, **{f"{s}, field alone": f"{t}, field alone" for s, t in SOLVERS.items()}}.items():
         if name in groups:
             settled = _settled(groups[name])
-            fastest = min((HAND, ONE, DIFFEQ), key=lambda rival: np.median(named(settled, rival)["seconds"]))
+            fastest = min((HAND, ONE, DIFFEQ), key=lambda name: np.median(named(settled, name)["seconds"]))
             value = ratio(named(settled, OURS)["seconds"], named(settled, fastest)["seconds"]).median
             found.append(Target(f"a training step, {title}, of {fastest}", value, 0.6))
     for solver, title in SOLVERS.items():

@@ -29,7 +29,7 @@ START_S = 0.5
 
 
 def read(folder: Path) -> dict[tuple[str, str], np.ndarray]:
-    """By (ball, drop): rows [n, 3] of time [s], height [m], speed upwards [m/s]."""
+    """Rows [n, 3] by (ball, drop): time [s], height [m], speed upwards [m/s]."""
     path = folder / FILE
     if not path.is_file():
         raise MeasuredError(f"{path} is not there: give the folder that holds it by --data")

@@ -1,4 +1,4 @@
-"""What the measurements hold, by SciPy alone: no MuJoCo, no code of `hydro`.
+"""Fits of the measurements by SciPy alone: no MuJoCo, no code of `hydro`.
 
 Output-error fits of one ODE of second order with free initial states,
 

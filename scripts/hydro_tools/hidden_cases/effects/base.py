@@ -1,4 +1,4 @@
-"""What every hidden effect offers to the plant."""
+"""The base class of the hidden effects: the hooks that the plant calls."""
 
 from typing import TYPE_CHECKING
 
@@ -73,7 +73,7 @@ class Effect:
         """Allocate memory for the members."""
 
     def command(self, plant: "Plant", asked: np.ndarray) -> np.ndarray:
-        """What arrives at the actuators of the commands [M, nu]."""
+        """Commands [M, nu] as they arrive at the actuators."""
         return asked
 
     def force(self, plant: "Plant") -> None:

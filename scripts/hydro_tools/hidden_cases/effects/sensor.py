@@ -1,4 +1,4 @@
-"""What a sensor reports: measured(t) = scale sensor(t - delay) + bias."""
+"""Sensor effects: measured(t) = scale sensor(t - delay) + bias."""
 
 import numpy as np
 

@@ -43,7 +43,7 @@ class Scored:
 
     @property
     def names(self) -> bool:
-        """Whether the method can name at all."""
+        """True where the method names effects."""
         return bool(self.verdict) and self.verdict.get("names", True)
 
     @property
@@ -73,7 +73,7 @@ class Scored:
 
     @property
     def called(self) -> set[str]:
-        """What a verdict puts forward: what was named, with the undecided part."""
+        """Effects that a verdict puts forward: the named ones and the undecided ones."""
         if not self.verdict:
             return set()
         return set(self.verdict["named"]) | set(self.verdict.get("confusion_set") or [])

@@ -1,4 +1,4 @@
-"""What a system gives to a case: a nominal scene, a way to be driven, effects that make sense on it."""
+"""A system of the benchmark: a nominal scene, a way to be driven, effects that make sense on it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -32,14 +32,14 @@ class Schedule:
     speed: float = 1.0
 
     def size(self, rng: np.random.Generator, least: float, most: float) -> float:
-        """Of an excitation, its largest being 1: any between where a tool is to learn, the most where it is faster."""
+        """Size of an excitation, at most 1: drawn from least to most in training trials, the most in faster ones."""
         drawn = float(rng.uniform(least, most))
         return drawn if self.speed == 1.0 else most
 
 
 @dataclass
 class Drive:
-    """How M trials are driven: start states, and a policy `policy(row, plant) -> [M, nu]`."""
+    """Drive of M trials: start states, and a policy `policy(row, plant) -> [M, nu]`."""
 
     qpos: np.ndarray
     qvel: np.ndarray
@@ -72,7 +72,7 @@ class System:
         raise NotImplementedError
 
     def schedule(self, rng: np.random.Generator, *, small: bool) -> Schedule:
-        """How long and how many."""
+        """Length and number of the trials."""
         raise NotImplementedError
 
     def drive(self, rng: np.random.Generator, model: mujoco.MjModel, schedule: Schedule, style: str) -> Drive:

@@ -8,17 +8,17 @@ from contextlib import closing
 from pathlib import Path
 from unittest import mock
 
-import fanout_jobs as jobs
+import example_jobs as jobs
 from hydro_tools.datasets import DataError
 from hydro_tools.datasets.proof import Proof
-from hydro_tools.jobs import FanoutError
+from hydro_tools.jobs import JobError
 from hydro_tools.jobs.cluster import Cluster
 from hydro_tools.jobs.here import Here
 from hydro_tools.jobs.processes import AHEAD, Processes
 
 
 def begun_by_a_slow_receiver(executor, count, patience):
-    """How many of `count` jobs have begun when one result was taken and time went by."""
+    """Number of the `count` jobs that have begun when one result was taken and time went by."""
     with tempfile.TemporaryDirectory() as folder:
         with closing(executor.run(jobs.begins, {str(i): f"{folder}/{i}" for i in range(count)})) as results:
             next(results)
@@ -42,11 +42,11 @@ class OnThisMachine(unittest.TestCase):
 
     def test_a_failure_names_job_and_reason(self):
         for executor in self.executors():
-            with self.assertRaisesRegex(FanoutError, "^third: ValueError: what was found"):
+            with self.assertRaisesRegex(JobError, "^third: ValueError: what was found"):
                 list(executor.run(jobs.fails, {"first": "a", "second": "b", "third": "bad", "fourth": "c"}))
 
     def test_a_killed_worker_is_told(self):
-        with self.assertRaisesRegex(FanoutError, "^only: a worker process was killed"):
+        with self.assertRaisesRegex(JobError, "^only: a worker process was killed"):
             list(Processes(2).run(jobs.kills_its_worker, {"only": 0}))
 
     def test_a_slow_receiver_stops_the_flow(self):
@@ -58,11 +58,11 @@ class OnThisMachine(unittest.TestCase):
 
 class Elsewhere(unittest.TestCase):
     def test_ray_not_installed(self):
-        with mock.patch.dict(sys.modules, {"ray": None}), self.assertRaisesRegex(FanoutError, "setup_venv.sh ray"):
+        with mock.patch.dict(sys.modules, {"ray": None}), self.assertRaisesRegex(JobError, "setup_venv.sh ray"):
             Cluster("auto", packages=[jobs])
 
     def test_a_machine_with_other_bits_is_refused(self):
-        proof = Proof.of(b"known")
+        proof = Proof.from_bytes(b"known")
         with self.assertRaisesRegex(DataError, "rounds otherwise.*MuJoCo .*expected as on .*MuJoCo"):
             proof.check(lambda: b"knowm")
         proof.check(lambda: b"known")

@@ -29,5 +29,5 @@ def begins(file: str) -> bytes:
 
 
 def command(line: list[str]) -> bytes:
-    """What a command prints."""
+    """Output of a command."""
     return subprocess.run(line, capture_output=True, check=True).stdout

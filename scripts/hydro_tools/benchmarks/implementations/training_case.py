@@ -1,4 +1,4 @@
-"""What is trained on: standardised trajectories, their order, the first weights; as the Rust contender reads them."""
+"""A training case: standardised trajectories, their order, the first weights; the Rust side reads the same."""
 
 import torch
 from safetensors.torch import load_file
@@ -6,7 +6,7 @@ from safetensors.torch import load_file
 from .model import AttentionOde
 
 
-class Lesson:
+class TrainingCase:
     """A model with its data and the optimiser's settings."""
 
     def __init__(

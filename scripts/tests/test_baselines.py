@@ -1,4 +1,4 @@
-"""Rivals on a slide in water that pulls it back by a known law. What needs PySINDy is skipped where there is none."""
+"""Baselines on a slide in water that pulls it back by a known law. What needs PySINDy is skipped where there is none."""
 
 import json
 import tempfile
@@ -9,7 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from hydro_tools.baselines import RivalError, case, library, patched, rollout, sparse, tuning
+from hydro_tools.baselines import BaselineError, case, library, patched, rollout, sparse, tuning
 from hydro_tools.baselines.motion import Motion
 from hydro_tools.baselines.settings import METHODS
 
@@ -98,14 +98,14 @@ class Sled(unittest.TestCase):
         (root / "nominal.xml").write_text(NOMINAL)
         for seed in range(4):
             record(root / "trials", DRAG, seed)
-        cls.bench = case.Bench(root, 0.1)
+        cls.prepared = case.PreparedCase(root, 0.1)
 
     @classmethod
     def tearDownClass(cls):
         cls.folder.cleanup()
 
     def test_the_coefficient_of_the_true_column(self):
-        problem = self.bench.problem(0.5)
+        problem = self.prepared.problem(0.5)
         fit = sparse.restricted(problem, ["quadratic_drag"])
         value = {
             label.parameter: w / size for label, w, size in zip(problem.labels, fit.coefficients, problem.size) if w
@@ -113,18 +113,18 @@ class Sled(unittest.TestCase):
         self.assertAlmostEqual(value["surge"], DRAG, delta=0.05 * DRAG)
 
     def test_the_true_column_closes_the_gap(self):
-        problem = self.bench.problem(0.5)
+        problem = self.prepared.problem(0.5)
         forcing = rollout.SparseForcing(
-            self.bench.equations, problem, sparse.restricted(problem, ["quadratic_drag"]), self.bench.spread
+            self.prepared.equations, problem, sparse.restricted(problem, ["quadratic_drag"]), self.prepared.spread
         )
-        before = rollout.nrmse(self.bench.model, self.bench.before(), self.bench.variance)[""]
+        before = rollout.nrmse(self.prepared.model, self.prepared.before(), self.prepared.variance)[""]
         after = rollout.nrmse(
-            self.bench.model, rollout.errors(forcing.model(), self.bench.motions, forcing), self.bench.variance
+            self.prepared.model, rollout.errors(forcing.model(), self.prepared.motions, forcing), self.prepared.variance
         )[""]
         self.assertLess(after, 0.15 * before)
 
     def test_added_mass_is_implicit(self):
-        problem = self.bench.problem(0.5)
+        problem = self.prepared.problem(0.5)
         w = np.zeros(len(problem.labels))
         at = [
             i for i, label in enumerate(problem.labels) if label.effect == "added_mass" and label.parameter == "surge"
@@ -132,10 +132,10 @@ class Sled(unittest.TestCase):
         # Three times the sled's own mass, which explicit forces could not hold.
         w[at] = 30.0 * problem.size[at]
         fit = sparse.Sparse(w, 0 * w, 1.0 * (w != 0))
-        forcing = rollout.SparseForcing(self.bench.equations, problem, fit, {})
+        forcing = rollout.SparseForcing(self.prepared.equations, problem, fit, {})
         forcing.amounts = np.zeros_like(forcing.amounts)
-        motion = self.bench.motions[0]
-        light = rollout.simulate(self.bench.model, motion, 50, 50, None)
+        motion = self.prepared.motions[0]
+        light = rollout.simulate(self.prepared.model, motion, 50, 50, None)
         heavy = rollout.simulate(forcing.model(), motion, 50, 50, forcing)
         start = motion.qvel[50, 0]
         np.testing.assert_allclose(heavy[:, 1] - start, (light[:, 1] - start) / 4, atol=0.02)
@@ -156,30 +156,32 @@ class Sled(unittest.TestCase):
             "patch",
         }
         shown = sorted((Path(self.folder.name) / "trials").glob("*.npz"))
-        verdict = case.run(self.bench, method, METHODS[method], {"never_shown": shown[:1]})
+        verdict = case.run(self.prepared, method, METHODS[method], {"never_shown": shown[:1]})
         self.assertLessEqual(keys, set(verdict), method)
         self.assertEqual(verdict["elsewhere"]["never_shown"]["n_holdout_trials"], 1)
         json.dumps(verdict)
         return verdict
 
     def test_trials_too_short_for_a_rollout_are_refused(self):
-        whole = self.bench.motions[0]
+        whole = self.prepared.motions[0]
         rows = round(1.5 / whole.period)
         short = replace(
             whole,
             **{name: getattr(whole, name)[:rows] for name in ("time", "qpos", "qvel", "qacc", "control", "readings")},
         )
-        with self.assertRaisesRegex(RivalError, "no rollout of 2 s fits in these trials; the longest has 1.5 s"):
-            rollout.scored(self.bench.model, [short], lambda motion, row, count: motion.readings[row : row + count])
+        with self.assertRaisesRegex(BaselineError, "no rollout of 2 s fits in these trials; the longest has 1.5 s"):
+            rollout.scored(self.prepared.model, [short], lambda motion, row, count: motion.readings[row : row + count])
 
     def test_a_test_function_longer_than_a_trial_is_refused(self):
         for length in (8.0, 12.0):
-            with self.assertRaisesRegex(RivalError, f"test functions of {length:g} s are too long for a trial of 9.9"):
-                self.bench.problem(length)
+            with self.assertRaisesRegex(
+                BaselineError, f"test functions of {length:g} s are too long for a trial of 9.9"
+            ):
+                self.prepared.problem(length)
 
     def test_without_folds_or_other_trials_there_is_nothing_to_score(self):
-        with self.assertRaisesRegex(RivalError, "network has no cross-fit .* --sealed"):
-            case.run(self.bench, "network", METHODS["network"], {})
+        with self.assertRaisesRegex(BaselineError, "network has no cross-fit .* --sealed"):
+            case.run(self.prepared, "network", METHODS["network"], {})
 
     def test_evidence_needs_no_library(self):
         self.assertEqual(self.keys_of("bindy")["gap"]["n_holdout_trials"], 4)
@@ -210,7 +212,7 @@ class Sled(unittest.TestCase):
         )
 
     def test_every_sensor_effect_is_beyond_force_columns(self):
-        effects = {label.effect for label in self.bench.problem(0.5).labels}
+        effects = {label.effect for label in self.prepared.problem(0.5).labels}
         self.assertFalse({e for e in effects if e.startswith("sensor_")})
         self.assertIn("joint_damping", effects)
         self.assertEqual(len(library.AXES), 6)
@@ -245,7 +247,7 @@ class Patched(unittest.TestCase):
     def rollouts(self, xml: str, corrections: dict | None = None) -> patched.Rollouts:
         return patched.Rollouts(mujoco.MjModel.from_xml_string(xml), self.nominal, corrections or {})
 
-    def test_without_memory_it_is_the_rivals_own_rollout(self):
+    def test_without_memory_it_is_the_baselines_own_rollout(self):
         log = driven(NOMINAL, 200)
         own = rollout.simulate(self.nominal, log, 60, 50, None)
         np.testing.assert_allclose(self.rollouts(NOMINAL)(log, 60, 50), own, atol=1e-12)
@@ -279,7 +281,7 @@ class Patched(unittest.TestCase):
             place = Path(folder)
             (place / "nominal.xml").write_text(NOMINAL)
             (place / "verdict.json").write_text(json.dumps({"patch": {"model": "patched.xml", "sensors": {}}}))
-            with self.assertRaisesRegex(RivalError, "patched.xml"):
+            with self.assertRaisesRegex(BaselineError, "patched.xml"):
                 patched.models(place / "nominal.xml", place / "verdict.json")
             (place / "verdict.json").write_text(json.dumps({"patch": None}))
             before, after, _ = patched.models(place / "nominal.xml", place / "verdict.json")

@@ -1,4 +1,4 @@
-"""The benchmarks' own machinery, on fake contenders: no timing, no rivals, nothing but numpy and safetensors."""
+"""The benchmarks' own machinery, on fake implementations: no timing, nothing but numpy and safetensors."""
 
 import json
 import sys
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hydro_tools.benchmarks import BenchError, alternation, networks, record, weights, worker
+from hydro_tools.benchmarks import BenchmarkError, alternation, networks, record, weights, worker
 from hydro_tools.benchmarks.accuracy import axis_error
 from hydro_tools.benchmarks.alternation import Entry
 from hydro_tools.benchmarks.markdown import between, digits, named, timings
@@ -18,7 +18,7 @@ from hydro_tools.benchmarks.parts import PARTS, evaluate, step, train
 from hydro_tools.benchmarks.spread import Spread, ratio, spread
 from hydro_tools.benchmarks.target import Target
 
-#: A contender whose seconds are its count times `pace`, and whose check is `answer`.
+#: An implementation whose seconds are its count times `pace`, and whose check is `answer`.
 FAKE = textwrap.dedent("""
     import os, sys
     sys.stderr = open(os.devnull, "w")
@@ -87,18 +87,18 @@ class Protocol(unittest.TestCase):
     def test_a_worker_answers_and_reports_what_went_wrong(self):
         with worker.Worker(command()) as live:
             self.assertGreater(live.ask(do="peak")["bytes"], 1 << 20)
-            with self.assertRaisesRegex(BenchError, "block"):
+            with self.assertRaisesRegex(BenchmarkError, "block"):
                 live.ask(do="block", count=1)  # nothing is prepared
             task = {"kind": "fake", "answer": [1.5], "pace": 1e-3}
             self.assertEqual(live.ask(do="prepare", task=task), {"values": [1.5]})
             self.assertEqual(live.ask(do="block", count=4), {"seconds": 0.004, "values": [1], "extra": 2.0})
             self.assertGreaterEqual(live.core_seconds(), 0)
-            with self.assertRaisesRegex(BenchError, "KeyError.*other"):
+            with self.assertRaisesRegex(BenchmarkError, "KeyError.*other"):
                 live.ask(do="prepare", task={"kind": "other"})
 
     def test_a_worker_that_dies_is_named(self):
         dies = [sys.executable, "-c", "raise SystemExit(3)"]
-        with worker.Worker(dies) as live, self.assertRaisesRegex(BenchError, "SystemExit.*status 3"):
+        with worker.Worker(dies) as live, self.assertRaisesRegex(BenchmarkError, "SystemExit.*status 3"):
             live.ask(do="peak")
 
 
@@ -114,12 +114,12 @@ class Alternation(unittest.TestCase):
         self.assertEqual(found[0]["notes"], {"extra": [2.0] * 3})
         self.assertGreater(found[0]["peak_bytes"], 1 << 20)
 
-    def test_contenders_that_compute_something_else_are_refused(self):
+    def test_implementations_that_compute_something_else_are_refused(self):
         close, far = entry("close", [1.0, 2.0 + 1e-5], 1e-3), entry("far", [1.0, 2.1], 1e-3)
         self.assertLess(self.run_silently([entry("a", [1.0, 2.0], 1e-3), close], 1)[1]["difference"], 1e-5)
-        with self.assertRaisesRegex(BenchError, "far computes something else"):
+        with self.assertRaisesRegex(BenchmarkError, "far computes something else"):
             self.run_silently([entry("a", [1.0, 2.0], 1e-3), far], 1)
-        with self.assertRaisesRegex(BenchError, "a computes something else"):
+        with self.assertRaisesRegex(BenchmarkError, "a computes something else"):
             self.run_silently([entry("a", [1.0, 2.0], 1e-3)], 1, expected=[3.0, 2.0])
         far.tolerance = None
         self.assertIsNone(self.run_silently([entry("a", [1.0, 2.0], 1e-3), far], 1)[1]["difference"])
@@ -131,7 +131,7 @@ class Alternation(unittest.TestCase):
 
     def test_what_is_not_a_number_agrees_with_nothing(self):
         for answer in ([float("nan"), 2.0], [1.0, float("nan")]):
-            with self.assertRaisesRegex(BenchError, "computes something else"):
+            with self.assertRaisesRegex(BenchmarkError, "computes something else"):
                 self.run_silently([entry("a", answer, 1e-3)], 1, expected=[1.0, 2.0])
 
 
@@ -160,7 +160,7 @@ class Files(unittest.TestCase):
             found = record.read(Path(folder), ["evaluate", "step"])
             self.assertEqual((list(found), found["step"]["groups"]), (["step"], {"a": [0.333333333]}))
             (Path(folder) / "step.json").write_text(json.dumps({"schema": "hydro-bench/0"}))
-            with self.assertRaisesRegex(BenchError, "hydro-bench/0"):
+            with self.assertRaisesRegex(BenchmarkError, "hydro-bench/0"):
                 record.read(Path(folder), ["step"])
 
 
@@ -172,7 +172,7 @@ class Page(unittest.TestCase):
         )
         self.assertEqual(between(Spread(1.0, 0.5, 2.0)), "1 (0.5 to 2)")
 
-    def test_a_row_a_contender_and_no_ratio_to_oneself(self):
+    def test_a_row_for_each_implementation_and_no_ratio_to_oneself(self):
         shown = timings([outcome("a", [1e-6, 1e-6]), outcome("b", [2e-6, 2e-6])], "us", {"b": "of b"})
         self.assertIn("| a | 1 (1 to 1) | 0.5 (0.5 to 0.5) |", shown)
         self.assertIn("| b | 2 (2 to 2) |  |", shown)
