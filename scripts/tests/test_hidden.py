@@ -27,7 +27,7 @@ from hydro_tools.hidden_cases.plant import Plant
 from hydro_tools.hidden_cases.score import intervals
 from hydro_tools.hidden_cases.score.figures import coefficients
 from hydro_tools.hidden_cases.score.read import Scored
-from hydro_tools.hidden_cases.strength import left_over
+from hydro_tools.hidden_cases.strength import remainder
 from hydro_tools.hidden_cases.systems import SYSTEMS, Schedule
 from hydro_tools.repository import SCRIPTS
 
@@ -202,9 +202,9 @@ class Measurement(unittest.TestCase):
         rng = np.random.default_rng(0)
         g = rng.normal(size=(200, 3)) * 100
         inside = g @ [0.01, -0.01, 0.005]
-        self.assertLess(left_over(inside, g), 0.05)
+        self.assertLess(remainder(inside, g), 0.05)
         outside = rng.normal(size=200)
-        self.assertGreater(left_over(outside, g), 0.9 * np.linalg.norm(outside))
+        self.assertGreater(remainder(outside, g), 0.9 * np.linalg.norm(outside))
 
     def test_two_millimetres_of_buoyancy_are_a_centre_of_mass_a_little_off(self):
         # They turn the hull by far more than the attitude's noise, and the doubt of 2 mm explains nearly all of it.

@@ -164,7 +164,7 @@ class SparseForcing:
 
     def __init__(self, equations: Equations, problem: Problem, sparse: Sparse, spread: dict[str, float]):
         self.equations, self.problem, self.spread = equations, problem, spread
-        self.amounts = problem.knobs(sparse.coefficients)
+        self.amounts = problem.nuisance_amounts(sparse.coefficients)
         self.values = {
             (label.effect, label.parameter, label.target): w / size
             for label, w, size in zip(problem.labels, sparse.coefficients, problem.size)

@@ -96,12 +96,12 @@ def ranking(methods: list[str], names: list, errors: list) -> list[str]:
     """Lines to print: the best settings of each method."""
     out = []
     for method in methods:
-        knobs = ", ".join(GRIDS[method])
+        varied = ", ".join(GRIDS[method])
         if method in SPARSE:
-            out.append(f"\n{method}: test_s, {knobs}: exact set of cases with an effect, nulls kept silent")
+            out.append(f"\n{method}: test_s, {varied}: exact set of cases with an effect, nulls kept silent")
             out += _by_name([row[1:] for row in names if row[0] == method])
         else:
-            out.append(f"\n{method}: {knobs}: error left, geometric mean and median over cases")
+            out.append(f"\n{method}: {varied}: error left, geometric mean and median over cases")
             out += _by_error([row[1:] for row in errors if row[0] == method])
     return out
 

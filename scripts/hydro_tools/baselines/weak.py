@@ -20,16 +20,19 @@ from .library import Column
 
 @dataclass
 class Problem:
-    """design [m, p] and response [m] in units of noise, whitened; raw, told: the same before that; spoil [m, q]: what
-    a standard deviation of each knob does; trial [m] the row's trial; labels: effect, parameter, target and unit of
-    each column; size [p]: what the column was divided by.
+    """A regression problem of m rows, p columns and q nuisance parameters; all rows in units of their noise.
+
+    design: [m, p] and response: [m], whitened by the nuisance parameters; raw_design and raw_response: before that;
+    nuisance_columns: [m, q], change of the response by one standard deviation of each nuisance parameter;
+    trial: [m], the row's trial; labels: effect, parameter, target and unit of each column;
+    size: [p], divisor of the column; wave_hz: frequency of the wave columns [Hz]; scale: scale of the controls.
     """
 
     design: np.ndarray
     response: np.ndarray
-    raw: np.ndarray
-    told: np.ndarray
-    spoil: np.ndarray
+    raw_design: np.ndarray
+    raw_response: np.ndarray
+    nuisance_columns: np.ndarray
     trial: np.ndarray
     labels: list[Column]
     size: np.ndarray
@@ -43,16 +46,17 @@ class Problem:
             self,
             design=self.design[rows],
             response=self.response[rows],
-            raw=self.raw[rows],
-            told=self.told[rows],
-            spoil=self.spoil[rows],
+            raw_design=self.raw_design[rows],
+            raw_response=self.raw_response[rows],
+            nuisance_columns=self.nuisance_columns[rows],
             trial=self.trial[rows],
         )
 
-    def knobs(self, coefficients: np.ndarray) -> np.ndarray:
-        """Uncertainty [q] of the nominal that explains the remainder of the columns, standard deviations."""
-        gram = self.spoil.T @ self.spoil + np.eye(self.spoil.shape[1])
-        return np.linalg.solve(gram, self.spoil.T @ (self.told - self.raw @ coefficients))
+    def nuisance_amounts(self, coefficients: np.ndarray) -> np.ndarray:
+        """Nuisance parameters [q] that best explain what the columns leave, in standard deviations."""
+        columns = self.nuisance_columns
+        gram = columns.T @ columns + np.eye(columns.shape[1])
+        return np.linalg.solve(gram, columns.T @ (self.raw_response - self.raw_design @ coefficients))
 
 
 class Equations:
@@ -169,13 +173,13 @@ class Equations:
 #: A trial has so many lengths of a test function at least: three half overlapping windows.
 LEAST_LENGTHS = 2.0
 
-#: Turns a nominal's uncertain number by z standard deviations.
-Knob = Callable[[mujoco.MjModel, float], None]
+#: Moves a nuisance parameter of a model by z standard deviations.
+Nuisance = Callable[[mujoco.MjModel, float], None]
 
 
-def knobs(model: mujoco.MjModel, spread: dict[str, float]) -> list[Knob]:
+def nuisances(model: mujoco.MjModel, spread: dict[str, float]) -> list[Nuisance]:
     """Uncertain parameters: masses, inertias, centres, fluid, gains, damping; parts of many bodies are tied."""
-    out: list[Knob] = []
+    out: list[Nuisance] = []
 
     def scaled(names: tuple[str, ...], at, share: float) -> None:
         def turn(m, z):
@@ -205,10 +209,10 @@ def knobs(model: mujoco.MjModel, spread: dict[str, float]) -> list[Knob]:
 
 
 def turned(model: mujoco.MjModel, spread: dict[str, float], amounts: np.ndarray) -> mujoco.MjModel:
-    """A copy with every knob turned by its amount."""
+    """A copy with every nuisance parameter moved by its amount [standard deviations]."""
     other = copy.copy(model)
-    for knob, amount in zip(knobs(model, spread), amounts):
-        knob(other, float(amount))
+    for nuisance, amount in zip(nuisances(model, spread), amounts):
+        nuisance(other, float(amount))
     mujoco.mj_setConst(other, mujoco.MjData(other))
     return other
 
@@ -249,7 +253,7 @@ def problem(equations: Equations, motions: list, spread: dict[str, float], test_
     paths = [kinematics.along(model, equations.data, motion) for motion in motions]
     scale = np.quantile(np.abs(np.concatenate([k.thrust for k in paths])), 0.95, axis=0) if model.nu else np.zeros(0)
     scale = np.maximum(scale, 1e-9)
-    count = len(knobs(model, spread))
+    count = len(nuisances(model, spread))
     others = [turned(model, spread, row) for row in np.eye(count)]
     responses, designs, spoils, trials, labels = [], [], [], [], []
     for index, (motion, residual, k) in enumerate(zip(motions, residuals, paths)):
@@ -275,7 +279,7 @@ def problem(equations: Equations, motions: list, spread: dict[str, float], test_
     y = np.concatenate([(r / noise).ravel() for r in responses])
     x = np.concatenate([(d / noise[:, None]).reshape(-1, d.shape[-1]) for d in designs])
     n = np.concatenate([(s / noise[:, None]).reshape(-1, s.shape[-1]) for s in spoils])
-    raw, told = x, y
+    raw_design, raw_response = x, y
     x, y = _without(n, x, y)
     size = np.sqrt(np.mean(x**2, axis=0))
     keep = size > 1e-6 * max(float(size.max()), 1e-12)
@@ -284,8 +288,8 @@ def problem(equations: Equations, motions: list, spread: dict[str, float], test_
     return Problem(
         x[:, keep] / size[keep],
         y,
-        raw[:, keep] / size[keep],
-        told,
+        raw_design[:, keep] / size[keep],
+        raw_response,
         n,
         np.concatenate(trials),
         [c for c, use in zip(labels, keep) if use],

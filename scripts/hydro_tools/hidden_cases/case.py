@@ -15,7 +15,7 @@ import numpy as np
 from . import HiddenCaseError, measurement, perturbation, trialfile
 from .effects import Effect, Readings
 from .plant import Plant, Recording
-from .strength import Layout, Nuisances, Windows, effect_columns, left_over
+from .strength import Layout, Nuisances, Windows, effect_columns, remainder
 from .systems import SYSTEMS
 from .systems.base import Schedule, System
 
@@ -74,14 +74,14 @@ class Problem:
     windows: Windows
     coarse: mujoco.MjModel
     water: Callable | None
-    change: np.ndarray  # [windows, rows, ns'] whitened; what knobs explain in it is linear in them
+    change: np.ndarray  # [windows, rows, ns'] whitened; what nuisance parameters explain in it is linear in them
     raw: float  # norm of the change itself
     nuisances: np.ndarray  # [windows, rows, ns', p]
     share: float  # weight of a window
 
 
 def _part(problem: Problem) -> float:
-    return left_over(problem.change, problem.nuisances) / problem.raw if problem.raw > 1e-9 else 0.0
+    return remainder(problem.change, problem.nuisances) / problem.raw if problem.raw > 1e-9 else 0.0
 
 
 class Case:
@@ -203,7 +203,7 @@ class Case:
                 problem.windows, self.layout, problem.coarse, parts, scale=0.1, water_of=problem.water
             )
             # Free coefficients: a prior a thousand times wider than this small dose.
-            out[kind] = left_over(
+            out[kind] = remainder(
                 problem.change, np.concatenate([problem.nuisances, 1e3 * problem.share * columns], -1)
             )
         return dict(sorted(out.items(), key=lambda pair: pair[1]))

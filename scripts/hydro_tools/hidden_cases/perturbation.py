@@ -18,15 +18,15 @@ SERVO = mujoco.mjtBias.mjBIAS_AFFINE
 
 
 @dataclass(frozen=True)
-class Knob:
-    """One nuisance: `turn(model, z)` moves it by z standard deviations; `group` ties knobs in a projection."""
+class Nuisance:
+    """A nuisance parameter: `turn(model, z)` moves it by z standard deviations; `group` ties parameters together."""
 
     name: str
     group: str
     turn: Callable[[mujoco.MjModel, float], None]
 
 
-def knobs(model: mujoco.MjModel) -> list[Knob]:
+def nuisances(model: mujoco.MjModel) -> list[Nuisance]:
     """Every nuisance of a model."""
     out = []
     root_first = {}
@@ -37,32 +37,32 @@ def knobs(model: mujoco.MjModel) -> list[Knob]:
         # Nuisances of the heaviest part stand alone, those of small parts are tied by class.
         kind = name if model.nv <= 6 or not root_first else name.rsplit("_", 1)[-1]
         root_first.setdefault("root", body)
-        out.append(Knob(f"mass {name}", f"mass {kind}", _mass(body)))
+        out.append(Nuisance(f"mass {name}", f"mass {kind}", _mass(body)))
         for axis in range(3):
-            out.append(Knob(f"com {name} {axis}", f"com {kind} {axis}", _com(body, axis)))
-            out.append(Knob(f"inertia {name} {axis}", f"inertia {kind} {axis}", _inertia(body, axis)))
+            out.append(Nuisance(f"com {name} {axis}", f"com {kind} {axis}", _com(body, axis)))
+            out.append(Nuisance(f"inertia {name} {axis}", f"inertia {kind} {axis}", _inertia(body, axis)))
     for geom in range(model.ngeom):
         if model.geom_fluid[geom, 0] > 0 and model.geom_fluid[geom, 1:5].any():
             kind = model.geom(geom).name.rsplit("_", 2)[-2] if "_" in model.geom(geom).name else "hull"
             for slot in range(1, 5):
-                out.append(Knob(f"fluid {geom} {slot}", f"fluid {kind} {slot}", _fluid(geom, slot)))
+                out.append(Nuisance(f"fluid {geom} {slot}", f"fluid {kind} {slot}", _fluid(geom, slot)))
     for actuator in range(model.nu):
         name = model.actuator(actuator).name
         kind = name if model.nu <= 8 else name.split("_", 1)[-1]
-        out.append(Knob(f"gain {name}", f"gain {kind}", _gain(actuator)))
+        out.append(Nuisance(f"gain {name}", f"gain {kind}", _gain(actuator)))
     for dof in range(model.nv):
         if np.any(model.dof_damping[dof] > 0):
-            out.append(Knob(f"damping {dof}", f"damping {dof}", _damping(dof)))
+            out.append(Nuisance(f"damping {dof}", f"damping {dof}", _damping(dof)))
     return out
 
 
 def perturbed(model: mujoco.MjModel, rng: np.random.Generator) -> dict[str, float]:
-    """Turn every knob of `model` by a random amount; returns the amounts [standard deviations]."""
+    """Move every nuisance parameter of `model` by a random amount; returns the amounts [standard deviations]."""
     amounts = {}
-    for knob in knobs(model):
+    for nuisance in nuisances(model):
         z = float(np.clip(rng.normal(), -CUT, CUT))
-        knob.turn(model, z)
-        amounts[knob.name] = z
+        nuisance.turn(model, z)
+        amounts[nuisance.name] = z
     settle(model)
     return amounts
 
@@ -72,11 +72,11 @@ def settle(model: mujoco.MjModel) -> None:
     mujoco.mj_setConst(model, mujoco.MjData(model))
 
 
-def groups(model: mujoco.MjModel) -> dict[str, list[Knob]]:
+def groups(model: mujoco.MjModel) -> dict[str, list[Nuisance]]:
     """Knobs tied by group."""
-    out: dict[str, list[Knob]] = {}
-    for knob in knobs(model):
-        out.setdefault(knob.group, []).append(knob)
+    out: dict[str, list[Nuisance]] = {}
+    for nuisance in nuisances(model):
+        out.setdefault(nuisance.group, []).append(nuisance)
     return out
 
 

@@ -106,8 +106,8 @@ class Windows:
         return rows[self.trial[:, None], index]
 
 
-#: Of a standard deviation: a knob's column is its slope. A whole one turns a hull by half a radian in a window
-#: (2 mm between weight and buoyancy), where what is bent would count as what no knob explains.
+#: Step of a slope, in standard deviations of a nuisance parameter. A whole one turns a hull by half a radian in a
+#: window (2 mm between weight and buoyancy), where the curvature would count as unexplained.
 SLOPE = 0.02
 
 
@@ -126,22 +126,22 @@ class Nuisances:
         self.columns = np.stack(slopes, -1)
 
     def outputs(self, amounts: np.ndarray) -> np.ndarray:
-        """Readings of the model with its knobs turned [windows, rows, ns]."""
+        """Readings of the model with its nuisance parameters moved [windows, rows, ns]."""
         other = copy.copy(self.model)
         for amount, tied in zip(amounts, self.groups):
-            for knob in tied:
-                knob.turn(other, float(amount))
+            for nuisance in tied:
+                nuisance.turn(other, float(amount))
         perturbation.settle(other)
         return self.windows.outputs(other, [], self.water_of)
 
     def unexplained(self, truth: np.ndarray, shadow: np.ndarray, share: float) -> np.ndarray:
-        """Whitened truth - shadow [windows, rows, ns'], as a change that is linear in the knobs about the best.
+        """Whitened truth - shadow [windows, rows, ns'], linear in the nuisance parameters about their best values.
 
-        A change as large as a knob's own bends with it: three Gauss-Newton steps, damped where they do not help.
+        Large changes are not linear in them: three Gauss-Newton steps, damped where they do not help.
         `share` weighs the windows against the prior.
         """
         flat = self.columns.reshape(-1, self.columns.shape[-1])
-        # What the coarser step alone changes is not the knobs' to explain.
+        # What the coarser step alone changes is not for the nuisance parameters to explain.
         stepping = self.layout.whitened(shadow, self.outputs(np.zeros(flat.shape[1])))
 
         def change_at(amounts):
@@ -181,7 +181,7 @@ def effect_columns(
     return np.stack(columns, -1)
 
 
-def left_over(change: np.ndarray, columns: np.ndarray) -> float:
+def remainder(change: np.ndarray, columns: np.ndarray) -> float:
     """Norm of `change` [...] after a ridge fit of `columns` [..., p] with unit prior, the prior's share in it."""
     g, d = columns.reshape(-1, columns.shape[-1]), change.ravel()
     return float(np.sqrt(max(d @ d - d @ (g @ ridge(g, d)), 0.0)))
