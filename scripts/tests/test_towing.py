@@ -11,7 +11,18 @@ import numpy as np
 
 from hydro_tools.datasets import DataError
 from hydro_tools.repository import ROOT, SCRIPTS
-from hydro_tools.tank import cell, coefficients, conditions, force, geometry, motion, processing, shedding, tank, wake
+from hydro_tools.tank import (
+    cell,
+    coefficients,
+    conditions,
+    force,
+    geometry,
+    motion,
+    processing,
+    recording,
+    shedding,
+    wake,
+)
 from hydro_tools.tank.conditions import Condition, Stance
 from hydro_tools.tank.drag import DENSITY, Strips
 from hydro_tools.tank.geometry import Body, Link
@@ -330,7 +341,7 @@ def synthetic(offset=(3.0, -2.0, -40.0), drift=(0.02, -0.01, 0.0), mean=(-5.0, -
         + vibration * np.sin(2 * np.pi * 8 * path.time)[:, None]
     )
     mark = marks[0]
-    return tank.Run(
+    return recording.Run(
         reading,
         cell.RATE,
         np.array([0], np.int32),
@@ -362,7 +373,7 @@ class Processing(unittest.TestCase):
         self.assertAlmostEqual(part.var() / processing.bridge(3.0, 8.0, 10.0), 1.0, delta=0.1)
 
     def test_mean_force_is_found_within_its_error(self):
-        runs = [tank.tow(11, 0, number) for number in range(0, conditions.RUNS, 4)]
+        runs = [recording.tow(11, 0, number) for number in range(0, conditions.RUNS, 4)]
         runs = [dataclasses.replace(run, truth=np.full_like(run.truth, np.nan)) for run in runs]  # it must not look
         intensity = float(np.mean([processing.walk(run) for run in runs]))
         self.assertAlmostEqual(intensity / cell.DRIFT_WALK**2, 1.0, delta=0.5)
@@ -396,15 +407,15 @@ class Processing(unittest.TestCase):
 
 class Cell(unittest.TestCase):
     def test_at_rest_it_shows_wet_weight_and_zero(self):
-        run = tank.tow(0, 0, 0)
+        run = recording.tow(0, 0, 0)
         rest = run.reading[: round(run.rest * run.rate)].mean(axis=0)
         self.assertAlmostEqual(rest[2], cell.WET_WEIGHT, delta=cell.ZERO + 1)
         self.assertTrue((np.abs(rest[:2]) < cell.ZERO + 1).all())
 
     def test_a_run_depends_on_seed_repeat_and_number_alone(self):
-        first, again = tank.tow(3, 0, 5), tank.tow(3, 0, 5)
+        first, again = recording.tow(3, 0, 5), recording.tow(3, 0, 5)
         np.testing.assert_array_equal(first.reading, again.reading)
-        for other in (tank.tow(4, 0, 5), tank.tow(3, 1, 5)):
+        for other in (recording.tow(4, 0, 5), recording.tow(3, 1, 5)):
             self.assertFalse(np.array_equal(first.reading, other.reading))
 
     def test_the_tank_needs_no_mujoco(self):

@@ -1,4 +1,7 @@
-"""Other methods on the cases of `hydro gap`: sparse regression, system identification, residual network."""
+"""Other methods on the cases of `hydro gap`: sparse regression, system identification, residual network.
+
+See README.md here.
+"""
 
 
 class BaselineError(Exception):

@@ -4,7 +4,7 @@
     python scripts/gen_task1.py --out data/task1 --task 1.2 1.3 --trials 500 --split-by configuration
 
 Stands in for the measured towing tank of the paper, whose data are not public; what is literature and
-what is judgement in it stands in towing/*.py. No part of it uses MuJoCo. Writes
+what is judgement in it is said in hydro_tools/tank/*.py. No part of it uses MuJoCo. Writes
 
     OUT/raw/      what the load cell recorded: run-NNN.npz, conditions.csv, manifest.json (with task 1.1)
     OUT/figures/  raw.svg, speeds.svg (with task 1.1)

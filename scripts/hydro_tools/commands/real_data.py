@@ -5,7 +5,7 @@
     python scripts/real_data.py --out out/real --run              # and what `hydro gap run` says of them
 
 Cases: roll_decay (a single release: missing is quadratic damping) and ball_<name>, two drops each (missing is
-the air's drag). The first states are estimated from the first readings (see `measured/`).
+the air's drag). The first states are estimated from the first readings (hydro_tools/datasets/measured/).
 Needs numpy and, for --check, scipy; --run needs `cargo build --release` and the MuJoCo of .venv.
 """
 

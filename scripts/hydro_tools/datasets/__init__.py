@@ -1,4 +1,4 @@
-"""Simulated swimming of B1: what the data sets and recorded rollouts are made with.
+"""Simulated swimming of B1: data sets, recorded rollouts, and how they are replayed.
 
 scene.py       a truth scene, its joints and its density
 features.py    state -> the 35 inputs of a force model
@@ -8,7 +8,7 @@ gait.py        joint targets
 plan.py        everything that is drawn at random for one trajectory
 simulation.py  many plans -> states, features and labels, in a mujoco.batch
 task2.py       one shard of the Task 2 data set
-proof.py       does another machine compute the bits of this one?
+proof.py       refuses a machine that computes other bits than this one
 dataset.py     the Task 2 data set: its shards by any executor
 folder.py      a data-set folder: shards, resume, manifest
 rollouts.py    a folder of recorded rollouts
@@ -16,6 +16,9 @@ files.py       whole files or none, fingerprints
 randomness.py  random numbers of a seed and a key
 arguments.py   command-line values of the generators
 replay.py      a recorded rollout, driven again in another water
+closed_loop.py position and attitude error of such a replay
+trial_replay.py  trials of `hydro gap`, replayed under a nominal and a patched model
+measured/      real measurements as trials of `hydro gap`
 progress.py    a bar on a terminal, lines in a log
 """
 

@@ -1,4 +1,4 @@
-"""The table of a towing campaign, `conditions.csv` (see `towing.campaign`): one line a tow, checked."""
+"""The table of a towing campaign, `conditions.csv` (see `hydro_tools.tank.campaign`): one line a tow, checked."""
 
 import csv
 from dataclasses import dataclass

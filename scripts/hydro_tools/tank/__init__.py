@@ -1,7 +1,7 @@
-"""A towing tank for B1 that exists in a computer: the stand-in for a measured one whose data are not public.
+"""A simulated towing tank for B1, in place of a measured one whose data are not public.
 
-Nothing here is measured, and nothing uses MuJoCo: forces come from strip theory, a strip of a link at
-a time, so that what is fitted or learned on these data meets a truth of another form than its own.
+Nothing here is measured and nothing uses MuJoCo. Forces come from strip theory, one strip of a link at a time, so that a
+model fitted to these data meets a truth of another form than its own.
 
 geometry.py      B1 in a posture, cut into strips
 coefficients.py  drag and added-mass coefficients: literature, and what is judgement
@@ -12,7 +12,7 @@ motion.py        prescribed motion: a tow from rest to rest, or conditions that 
 force.py         all of these along a motion: the force on the robot against time
 conditions.py    the 192 conditions
 cell.py          a load cell: zero, drift, noise, vibration, misalignment
-tank.py          one run as the load cell records it: three tows in sequence
+recording.py     one run as the load cell records it: three tows in sequence
 campaign.py      all runs as files: raw traces, their truth, the table of conditions
 processing.py    raw traces -> hydrodynamic force, mean, spread and standard error of each condition
 task1.py         trajectories of Tasks 1.1, 1.2 and 1.3

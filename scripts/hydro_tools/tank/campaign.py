@@ -1,6 +1,6 @@
 """All runs of the tank as files: raw traces, and the table of what was made of them.
 
-A folder (`hydro-towing/1`): `run-NNN.npz`, number repeat * 64 + run, with the arrays of `tank.Run`
+A folder (`hydro-towing/1`): `run-NNN.npz`, number repeat * 64 + run, with the arrays of `recording.Run`
 (`numpy.load` opens them); `conditions.csv`, one line a tow; `manifest.json` with the seed, every
 parameter of the tank and each file's sha256.
 """
@@ -16,7 +16,7 @@ import scipy
 from hydro_tools.datasets import DataError, folder
 from hydro_tools.datasets.files import npz_bytes, sha256, write_beside
 
-from . import VERSION, cell, conditions, motion, processing, shedding, tank, wake
+from . import VERSION, cell, conditions, motion, processing, recording, shedding, wake
 from .drag import DENSITY, VISCOSITY
 from .force import LAG, LAG_SPEED, LAGGING, STIRRING
 
@@ -57,7 +57,7 @@ def _head(seed: int) -> dict:
         "seed": seed,
         "frame": "base",
         "rate": cell.RATE,
-        "step": tank.STEP,
+        "step": recording.STEP,
         "water": {"density": DENSITY, "viscosity": VISCOSITY, "stirring": STIRRING},
         "conditions": {
             "speeds": list(conditions.SPEEDS),
@@ -87,7 +87,7 @@ def _head(seed: int) -> dict:
     }
 
 
-def _run_bytes(run: tank.Run) -> bytes:
+def _run_bytes(run: recording.Run) -> bytes:
     return npz_bytes(
         {
             "reading": run.reading.astype(np.float32),
@@ -101,19 +101,19 @@ def _run_bytes(run: tank.Run) -> bytes:
     )
 
 
-def read(path: Path) -> tank.Run:
+def read(path: Path) -> recording.Run:
     """A run from its file."""
     try:
         with np.load(path, allow_pickle=False) as arrays:
             held = dict(arrays)
     except (OSError, ValueError) as error:
         raise DataError(f"{path}: {error}; tow again with --overwrite") from error
-    names = tuple(tank.Run.__dataclass_fields__)
+    names = tuple(recording.Run.__dataclass_fields__)
     missing = [name for name in names if name not in held]
     if missing:
         raise DataError(f"{path} lacks {', '.join(missing)}; it holds {', '.join(held)}")
     values = {name: float(held[name]) if held[name].ndim == 0 else held[name] for name in names}
-    return tank.Run(**values | {"reading": values["reading"].astype(float)})
+    return recording.Run(**values | {"reading": values["reading"].astype(float)})
 
 
 def tow(
@@ -125,7 +125,7 @@ def tow(
         out,
         _head(seed),
         dict.fromkeys(numbers, 1),
-        lambda file: _run_bytes(tank.tow(seed, *numbers[file])),
+        lambda file: _run_bytes(recording.tow(seed, *numbers[file])),
         lambda hashes: {"files": [{"file": file, "sha256": hashes[file]} for file in numbers]},
         resume=resume,
         overwrite=overwrite,
@@ -161,7 +161,7 @@ def _table(out: Path, numbers: dict[str, tuple[int, int]]) -> str:
     return text.getvalue()
 
 
-def checked(out: Path, file: str, hashes: dict[str, str]) -> tank.Run:
+def checked(out: Path, file: str, hashes: dict[str, str]) -> recording.Run:
     """A run whose bytes are those of the manifest."""
     if file not in hashes or not (out / file).is_file() or sha256(out / file) != hashes[file]:
         raise DataError(f"{out / file}: missing, or not what {folder.MANIFEST} says; finish the tank with --resume")

@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from . import conditions
-from .tank import Run
+from .recording import Run
 
 matplotlib.use("svg")
 # The same file for the same numbers; text stays text.

@@ -21,7 +21,7 @@ from hydro_tools.datasets import DataError
 from .cell import MISALIGNMENT
 from .conditions import Condition
 from .motion import START_UP
-from .tank import Run
+from .recording import Run
 
 #: Low-pass [Hz], and what is cut before the brake, where its ramp leaks in [s].
 CUT_OFF, BEFORE_BRAKE = 3.0, 1.0

@@ -23,7 +23,7 @@ from hydro_tools.datasets.randomness import generator
 from . import force, motion
 from .conditions import CONFIGURATIONS, COUNT, Condition
 from .processing import Steady
-from .tank import Run
+from .recording import Run
 
 FEATURES = ("position.thigh", "position.calf", "linear_velocity.x", "linear_velocity.y")
 FEATURE_UNITS = ("rad", "rad", "m/s", "m/s")
