@@ -1,4 +1,4 @@
-"""Replays trials in plain MuJoCo under a nominal model and under what `hydro gap` made of it.
+"""Replays trials in plain MuJoCo under a nominal model and under its patch by `hydro gap`.
 
     python scripts/replay.py --nominal nominal.xml --out out/gap --trials more_logs/ [--seconds 2] [--json]
 

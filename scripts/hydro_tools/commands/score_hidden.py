@@ -1,4 +1,4 @@
-"""Scores verdicts on the hidden-effect cases: the table of what counts as good, with its intervals.
+"""Scores verdicts on the hidden-effect cases: the table of figures and targets, with intervals.
 
     python scripts/score_hidden.py --cases out/hidden/cases --sealed out/hidden/sealed --verdicts out/verdicts
     python scripts/score_hidden.py ... --method gap=out/verdicts --method stlsq=out/rivals/stlsq [--json]

@@ -1,4 +1,4 @@
-"""A growing data-set folder (`hydro-dataset/1`): its shards, what is finished in it, what may be resumed.
+"""A growing data-set folder (`hydro-dataset/1`): its shards, finished ones, resuming.
 
 While it grows the folder holds `generation.json`: the settings, and the sha256 of every finished
 shard. `manifest.json` replaces it when all shards stand.

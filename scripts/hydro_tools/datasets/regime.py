@@ -1,4 +1,4 @@
-"""Ranges that a trajectory is drawn from: those of Task 2, and others outside them to test a trained model with.
+"""Ranges that a trajectory is drawn from: those of Task 2, and others outside them for tests of a trained model.
 
 Each other regime leaves the usual ranges in one respect and is the usual one in all else, with random numbers
 of its own.

@@ -1,4 +1,4 @@
-"""One case: from a plan to its two folders."""
+"""One case, made from its plan: the open folder and the sealed one."""
 
 import copy
 import hashlib

@@ -1,4 +1,4 @@
-"""Which cases there are: kinds, systems, effects, strengths, noise. A function of the seed alone."""
+"""The list of cases: kinds, systems, effects, strengths, noise. A function of the seed alone."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Nominal scenes: where they are, their noise, and what is left of them without the plugin library."""
+"""Nominal scenes: their folder, their noise, and their form without the plugin library."""
 
 import re
 import xml.etree.ElementTree as ET

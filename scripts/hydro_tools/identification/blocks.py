@@ -1,4 +1,4 @@
-"""A bootstrap over leg configurations: what the intervals are when tows of one posture err together.
+"""A bootstrap over leg configurations: intervals when tows of one posture err together.
 
 Each replicate draws configurations with replacement, and the centre of its prior from the prior: so an interval
 that the data do not narrow stays as wide as the prior. MuJoCo's force is a weighted sum of the coefficients' columns,

@@ -1,4 +1,4 @@
-"""MuJoCo's 25 fluid coefficients of B1, five a part, and what they are before anything is measured.
+"""MuJoCo's 25 fluid coefficients of B1, five a part: defaults and bounds.
 
 A coefficient of MuJoCo's blunt drag is *half* a textbook's: its force is density * area * speed^2 * coefficient,
 without the 1/2.

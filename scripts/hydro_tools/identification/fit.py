@@ -1,4 +1,4 @@
-"""The fit: how strong the water is, then every coefficient under a prior.
+"""The fit: levels of drag and lift, then every coefficient under a prior.
 
 1. Levels. One factor on all drag coefficients (blunt, slender) and one on all lift coefficients (Kutta), with the
    cell's offsets. The density scale would be the two in one, and cannot be told from them.

@@ -1,4 +1,4 @@
-"""Which tows a fit may see.
+"""Tows held out of a fit.
 
 Held out at random: of every direction and speed the same share of conditions, so all of them occur on both sides;
 repeats of a condition stay together. A held-out tow's leg configuration was seen, at other speeds and directions:

@@ -1,4 +1,4 @@
-"""The whole run: the fit, what it predicts of tows it has not seen, and what other choices would have given."""
+"""The whole run: the fit, its prediction of held-out tows, and the results of other choices."""
 
 import dataclasses
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """A simulated towing tank for B1, in place of a measured one whose data are not public.
 
-Nothing here is measured and nothing uses MuJoCo. Forces come from strip theory, one strip of a link at a time, so that a
+Nothing here is measured and nothing uses MuJoCo. Forces come from strip theory, one strip of a link at a time, so a
 model fitted to these data meets a truth of another form than its own.
 
 geometry.py      B1 in a posture, cut into strips

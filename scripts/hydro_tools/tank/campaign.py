@@ -1,4 +1,4 @@
-"""All runs of the tank as files: raw traces, and the table of what was made of them.
+"""All runs of the tank as files: raw traces, and the table of processed forces.
 
 A folder (`hydro-towing/1`): `run-NNN.npz`, number repeat * 64 + run, with the arrays of `recording.Run`
 (`numpy.load` opens them); `conditions.csv`, one line a tow; `manifest.json` with the seed, every

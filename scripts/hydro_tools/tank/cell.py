@@ -1,4 +1,4 @@
-"""A load cell between gantry and robot: what it reads of the forces on the robot.
+"""A load cell between gantry and robot: its readings of the forces on the robot.
 
     reading = F + theta x F + zero + drift + vibration + noise
     F = force of the water + (weight - buoyancy) - m a

@@ -1,4 +1,4 @@
-"""Coefficients of the strips: what the literature tabulates, and what is judgement.
+"""Coefficients of the strips: the literature's tables, and judgement.
 
 Literature, quoted to two figures and without the books at hand; entries of SECTION_DRAG between the
 tabulated corner radii are interpolated:

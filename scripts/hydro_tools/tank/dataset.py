@@ -1,4 +1,4 @@
-"""The data sets of Task 1: folders `hydro-dataset/1` for `hydro train` and its like.
+"""The data sets of Task 1: folders `hydro-dataset/1` for `hydro train`.
 
 A trajectory depends on (seed, split, index), on what is drawn for a split, and (1.1) on the tank's
 runs alone, so an interrupted folder that is resumed has the bytes of one made in one go.

@@ -1,4 +1,4 @@
-"""Prescribed motion of the robot: what the carriage does, and which posture and direction it has.
+"""Prescribed motion of the robot: speed of the carriage, posture and direction.
 
 A tow: rest, a raised-cosine ramp, steady speed, the same ramp down, rest. Switching conditions: speed,
 direction and posture change at once, half-way between two samples. No carriage does that; the paper

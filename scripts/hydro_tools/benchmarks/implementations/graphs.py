@@ -1,4 +1,4 @@
-"""The networks as ONNX graphs, node by node: what an exporter would write, without what it would leave behind."""
+"""The networks as ONNX graphs, node by node, without an exporter's leftovers."""
 
 import numpy as np
 import onnx

@@ -1,4 +1,4 @@
-"""`mj_step` of one scene, what the steps that evaluate the network cost beyond the others, and the first of all."""
+"""`mj_step` of one scene: all steps, the extra cost of steps that evaluate the network, the first step."""
 
 import time
 

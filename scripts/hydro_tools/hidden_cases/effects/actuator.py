@@ -1,4 +1,4 @@
-"""Between a logged command and the force."""
+"""Actuator effects: changes between the logged command and the force."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Fluid that is accelerated along, and the moments of its flow."""
+"""Inertia of the fluid: added mass and the Munk moment."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Fluid that remembers."""
+"""Memory of the fluid: wakes and Basset history."""
 
 import numpy as np
 

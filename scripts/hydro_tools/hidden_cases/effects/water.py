@@ -1,4 +1,4 @@
-"""Water that moves by itself."""
+"""Moving water: currents and waves."""
 
 import numpy as np
 
