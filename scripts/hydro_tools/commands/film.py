@@ -4,7 +4,7 @@
     python scripts/film.py --out out/truth.mp4 --scene mjcf/b1_truth.xml
     python scripts/film.py --out out/run.mp4 --rollouts out/rollouts --index 3
 
-Pale arrow: the whole force of the water on the base, 1 m for 1000 N. Orange: what is left of it
+Pale arrow: the whole force of the water on the base, 1 m for 1000 N. Orange: the same
 without buoyancy, 1 m for 125 N. Violet: the torque, 1 m for 50 N m. Needs EGL (Debian: libegl1) or
 OSMesa (libosmesa6), and imageio with imageio-ffmpeg (pip install -e scripts[film]).
 """
@@ -25,6 +25,7 @@ try:
     from hydro_tools.datasets import DataError, replay, rollouts, scene
     from hydro_tools.film.choreography import choreography
     from hydro_tools.film.frames import frames
+    from hydro_tools.repository import ROOT
 except (ImportError, AttributeError) as error:
     IMPORT_FAULT: Exception | None = error
 else:
@@ -71,7 +72,7 @@ def film(args: argparse.Namespace) -> int:
         rows = round(args.seconds / scene.SAMPLE_PERIOD)
         run["ctrl"], run["push"] = run["ctrl"][:rows], run["push"][:rows]
     if replay.PLUGIN in scene.find(args.scene).read_text(encoding="utf-8"):
-        replay.load_plugin(args.plugin or scene.ROOT / "target/release" / replay.library_name())
+        replay.load_plugin(args.plugin or ROOT / "target/release" / replay.library_name())
     model = replay.compile_scene(args.scene, density=float(run["density"]), checkpoint=args.checkpoint)
     args.out.parent.mkdir(parents=True, exist_ok=True)
     beside = args.out.with_name(f"tmp-{args.out.name}")

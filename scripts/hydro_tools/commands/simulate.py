@@ -19,6 +19,7 @@ import numpy as np
 
 from hydro_tools.datasets import DataError, replay, rollouts, scene
 from hydro_tools.datasets.closed_loop import INSTANTS, errors
+from hydro_tools.repository import ROOT
 
 
 def parse() -> argparse.Namespace:
@@ -29,7 +30,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument(
         "--plugin",
         type=Path,
-        default=scene.ROOT / "target/release" / replay.library_name(),
+        default=ROOT / "target/release" / replay.library_name(),
         help="plugin library (default: target/release/...)",
     )
     parser.add_argument("--checkpoint", type=Path, help="checkpoint folder, instead of the scene's")

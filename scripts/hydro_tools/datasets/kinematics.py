@@ -1,4 +1,4 @@
-"""A scene's links as the tree in a manifest: centre and size of each hull, joint to its parent.
+"""A scene's links as the tree in a manifest: centre and longest axis of each hull, joint to its parent.
 
 A link is a body below the base that carries a hull, a geom in MuJoCo's ellipsoid fluid; of several hulls the largest
 one counts. SI units; vectors in the link's frame, `origin` and `rotation` (w x y z) in the parent's.

@@ -9,6 +9,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from ..repository import ROOT
 from . import DataError, scene
 
 #: Name of the force plugin in a scene's <extension>.
@@ -26,7 +27,7 @@ def built_library(variable: str) -> Path:
     """The plugin library that an environment variable names, else the newest in target/."""
     if variable in os.environ:
         return Path(os.environ[variable])
-    target = scene.ROOT / "target"
+    target = ROOT / "target"
     built = target.glob(f"*/{library_name()}")
     return max(built, key=lambda path: path.stat().st_mtime, default=target / "release" / library_name())
 
@@ -60,7 +61,7 @@ def compile_scene(path: str, *, density: float, checkpoint: Path | None = None) 
             folder = Path(config.get("checkpoint", "")) if checkpoint is None else checkpoint
             # The plugin cannot know where the scene stands: it is given an absolute path.
             if config.get("checkpoint") and not folder.is_absolute():
-                folder = next((place for base in (Path.cwd(), scene.ROOT) if (place := base / folder).is_dir()), folder)
+                folder = next((place for base in (Path.cwd(), ROOT) if (place := base / folder).is_dir()), folder)
             if config.get("checkpoint"):
                 config["checkpoint"] = str(folder)
             plugin.config = config

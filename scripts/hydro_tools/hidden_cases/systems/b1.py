@@ -5,10 +5,11 @@ import functools
 import mujoco
 import numpy as np
 
+from ...repository import ROOT
 from .. import excitation
 from ..checkpoint_water import Checkpoint, LearnedWater
 from ..effects import actuator, drag, inertial, joint, lift, memory, outside, sensor, water, weight
-from ..scenes import GAP, ROOT, with_noise, without_plugins
+from ..scenes import GAP, with_noise, without_plugins
 from .base import Drive, Schedule, System, Twin
 
 #: Standing posture of a leg, and how far its targets move [rad]: hip, thigh, calf.
