@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Ours and the rivals in one go, in alternation; writes benches/RESULTS.md and the raw blocks beside it.
+# Times `hydro` beside other implementations, in alternation; writes benches/RESULTS.md and the raw blocks beside it.
 #   scripts/bench.sh [--quick] [--only PART ...] [--report]
-# --quick: three minutes, into out/bench/quick, to see that everything works. See scripts/bench/README.md.
+# --quick: three minutes, into out/bench/quick, to see that everything works. See scripts/hydro_tools/benchmarks/README.md.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 source scripts/setup.sh
-scripts/bench/setup.sh
+scripts/setup_venv.sh bench
 case " $* " in
   *" --report "*) ;;
   *) cargo build --release --lib --bins --bench contender ;;

@@ -1,81 +1,9 @@
 #!/usr/bin/env python3
-"""Write B1's URDF and its MuJoCo scenes from the one table in `b1_model/table.py`.
+"""Writes B1's URDF and MuJoCo scenes from one table, or checks them."""
 
-The fluid coefficients of `b1_truth.xml` are those in `b1_model/identified.json`.
-
-    python scripts/make_b1.py              # writes models/robots/b1.urdf and mjcf/b1*.xml
-    python scripts/make_b1.py --check      # exits 1 if a committed file differs from the table
-"""
-
-import argparse
-import os
 import sys
-from pathlib import Path
 
-from b1_model import identified, mjcf, urdf
-from b1_model.hull import DISPLACED_LITRES, DISPLACED_LITRES_RANGE
-
-ROOT = Path(__file__).resolve().parent.parent
-SOURCE = "Written by scripts/make_b1.py; numbers and their source in scripts/b1_model/table.py. Do not edit."
-#: The scene with identified coefficients, relative to the repository.
-IDENTIFIED = "mjcf/b1_truth.xml"
-
-
-def header(litres: float) -> str:
-    """The comment on top of a scene."""
-    return f"{SOURCE} Displaced volume {litres:g} L."
-
-
-def identified_scene(litres: float, fluid: mjcf.Coefficients) -> str:
-    """The truth with coefficients that `real_to_sim.py` identified."""
-    return mjcf.identified(f"{header(litres)} Fluid coefficients: scripts/b1_model/identified.json, by "
-                           "scripts/real_to_sim.py.", litres, fluid)
-
-
-def files(litres: float) -> dict[str, str]:
-    """Contents by path relative to the repository."""
-    top = header(litres)
-    return {
-        "models/robots/b1.urdf": urdf.urdf(SOURCE),
-        "mjcf/b1.xml": mjcf.robot(top, litres),
-        "mjcf/b1_truth_default.xml": mjcf.truth(top, litres),
-        IDENTIFIED: identified_scene(litres, identified.read()),
-        "mjcf/b1_box_fluid.xml": mjcf.box_fluid(top, litres),
-        "mjcf/b1_swim.xml": mjcf.swim(top, litres),
-        "mjcf/b1_tow.xml": mjcf.tow(top, litres),
-    }
-
-
-def main() -> int:
-    low, high = DISPLACED_LITRES_RANGE
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--check", action="store_true", help="compare with the files on disk, write nothing")
-    parser.add_argument("--displaced-volume", type=float, default=DISPLACED_LITRES, metavar="L",
-                        help=f"water that B1 displaces, {low:g} to {high:g} litres (default: %(default)g)")
-    parser.add_argument("--root", type=Path, default=ROOT, help="folder to write below (default: the repository)")
-    args = parser.parse_args()
-    try:
-        wanted = files(args.displaced_volume)
-    except ValueError as error:
-        print(f"make_b1.py: {error}", file=sys.stderr)
-        return 2
-    stale = 0
-    for name, content in wanted.items():
-        path = args.root / name
-        if args.check:
-            found = path.read_text(encoding="utf-8") if path.is_file() else None
-            if found != content:
-                stale += 1
-                print(f"make_b1.py: {name} is {'missing' if found is None else 'not what the table gives'}: "
-                      "run python scripts/make_b1.py", file=sys.stderr)
-            continue
-        path.parent.mkdir(parents=True, exist_ok=True)
-        beside = path.with_name(path.name + ".tmp")
-        beside.write_text(content, encoding="utf-8")
-        os.replace(beside, path)
-        print(f"wrote {name}")
-    return 1 if stale else 0
-
+from hydro_tools.commands.make_b1 import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -41,10 +41,4 @@ python=${PYTHON:-python3}
   echo "setup: $("$python" --version) found; Python 3.11 or newer is needed (set PYTHON=...)" >&2
   exit 1
 }
-stamp=.venv/.requirements
-if ! cmp -s scripts/requirements.txt "$stamp"; then
-  echo "setup: making .venv with MuJoCo"
-  [ -x .venv/bin/python ] || "$python" -m venv .venv
-  .venv/bin/python -m pip install --quiet --disable-pip-version-check -r scripts/requirements.txt
-  cp scripts/requirements.txt "$stamp"
-fi
+PYTHON=$python scripts/setup_venv.sh main

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from paths import ROOT, SCRIPTS
 
-from b1_model import hull, table
-from b1_model.composition import fused
-from hydro_data import scene
+from hydro_tools.datasets import scene
+from hydro_tools.repository import ROOT, SCRIPTS
+from hydro_tools.robot import hull, table
+from hydro_tools.robot.composition import fused
 
 
 class Files(unittest.TestCase):
@@ -34,7 +34,9 @@ class Files(unittest.TestCase):
             self.assertIn("mjcf/b1.xml", run.stderr)
 
     def test_displaced_volume_out_of_range_is_refused(self):
-        run = subprocess.run([sys.executable, SCRIPTS / "make_b1.py", "--displaced-volume", "70"], capture_output=True, text=True)
+        run = subprocess.run(
+            [sys.executable, SCRIPTS / "make_b1.py", "--displaced-volume", "70"], capture_output=True, text=True
+        )
         self.assertEqual(run.returncode, 2)
         self.assertIn("46.0 to 60.0 L", run.stderr)
 
@@ -57,7 +59,9 @@ class Masses(unittest.TestCase):
             mujoco.mju_quat2Mat(turn, body.iquat)
             turn = turn.reshape(3, 3)
             xx, yy, zz, xy, xz, yz = inertial.inertia
-            np.testing.assert_allclose(turn @ np.diag(body.inertia) @ turn.T, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], atol=1e-10)
+            np.testing.assert_allclose(
+                turn @ np.diag(body.inertia) @ turn.T, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], atol=1e-10
+            )
 
     def test_fused_hip_by_hand(self):
         # Hip 2.15 kg at (-0.020298, -0.009758, 0.000109), rotor 0.266 kg at (0, -0.00935, 0).

@@ -11,9 +11,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from paths import ROOT, SCRIPTS
-
-import replay
+from hydro_tools.datasets.trial_replay import compare
+from hydro_tools.repository import ROOT, SCRIPTS
 
 
 def program() -> Path | None:
@@ -44,11 +43,20 @@ class Fixed(unittest.TestCase):
         cls.place.cleanup()
 
     def verdict(self, case: str) -> tuple[Path, dict]:
-        """What `hydro gap run` says of a case whose answer it cannot see."""
+        """Verdict of `hydro gap run` on a case whose answer it cannot see."""
         nominal = self.folder / "cases" / case / "nominal.xml"
         out = self.folder / "out" / case
-        command = [str(program()), "gap", "run", "--model", str(nominal), "--trials", str(nominal.parent / "trials"),
-                   "--out", str(out)]
+        command = [
+            str(program()),
+            "gap",
+            "run",
+            "--model",
+            str(nominal),
+            "--trials",
+            str(nominal.parent / "trials"),
+            "--out",
+            str(out),
+        ]
         ran = subprocess.run(command, capture_output=True, text=True)
         self.assertEqual(ran.returncode, 0, ran.stderr)
         return out, json.loads((out / "verdict.json").read_text())
@@ -56,8 +64,11 @@ class Fixed(unittest.TestCase):
     def one(self, system: str, effect: str | None) -> str:
         """The fixed case of a system with an effect, or its null."""
         wanted = [effect] if effect else []
-        found = [case for case, answer in self.answers.items()
-                 if answer["system"] == system and [of["effect"] for of in answer["effects"]] == wanted]
+        found = [
+            case
+            for case, answer in self.answers.items()
+            if answer["system"] == system and [of["effect"] for of in answer["effects"]] == wanted
+        ]
         self.assertEqual(len(found), 1, self.answers)
         return found[0]
 
@@ -68,7 +79,7 @@ class Fixed(unittest.TestCase):
         self.assertEqual((verdict["verdict"], verdict["named"]), ("named", [effect]), verdict["refused_because"])
         self.assertTrue(verdict["verified"])
         unseen = self.folder / "sealed" / case / "never_shown"
-        found = replay.compare(self.folder / "cases" / case / "nominal.xml", out, unseen, 2.0)
+        found = compare(self.folder / "cases" / case / "nominal.xml", out, unseen, 2.0)
         self.assertLess(found["after"], part * found["before"], found)
 
     def test_quadratic_drag_of_a_vehicle(self):

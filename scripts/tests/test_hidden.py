@@ -15,21 +15,21 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
 
 import mujoco
 import numpy as np
-from paths import SCRIPTS
 
-from hidden_data import plan
-from hidden_data.case import Case, Spec, is_complete
-from hidden_data.effects import IDS
-from hidden_data.effects.drag import LinearDrag
-from hidden_data.effects.inertial import AddedMass
-from hidden_data.measurement import Recorder, filtered, log
-from hidden_data.plant import Plant
-from hidden_data.strength import left_over
-from hidden_data.systems import SYSTEMS, Schedule
-from hidden_score import intervals
-from hidden_score.figures import coefficients
-from hidden_score.read import Scored
-from hydro_data.replay import built_library
+from hydro_tools.datasets.replay import built_library
+from hydro_tools.hidden_cases import plan
+from hydro_tools.hidden_cases.case import Case, Spec, is_complete
+from hydro_tools.hidden_cases.effects import IDS
+from hydro_tools.hidden_cases.effects.drag import LinearDrag
+from hydro_tools.hidden_cases.effects.inertial import AddedMass
+from hydro_tools.hidden_cases.measurement import Recorder, filtered, log
+from hydro_tools.hidden_cases.plant import Plant
+from hydro_tools.hidden_cases.score import intervals
+from hydro_tools.hidden_cases.score.figures import coefficients
+from hydro_tools.hidden_cases.score.read import Scored
+from hydro_tools.hidden_cases.strength import remainder
+from hydro_tools.hidden_cases.systems import SYSTEMS, Schedule
+from hydro_tools.repository import SCRIPTS
 
 
 def digest(folder: Path) -> str:
@@ -62,7 +62,9 @@ class Truth(unittest.TestCase):
             data.qpos[:], data.qvel[:] = drive.qpos[1], drive.qvel[1]
             for k in range(schedule.rows * per_row):
                 row, part = divmod(k, per_row)
-                data.ctrl[:] = record.commands[1, row] * (1 - part / per_row) + record.commands[1, row + 1] * (part / per_row)
+                data.ctrl[:] = record.commands[1, row] * (1 - part / per_row) + record.commands[1, row + 1] * (
+                    part / per_row
+                )
                 mujoco.mj_step(model, data)
                 # Readings of the step are those of its start, accelerations included.
                 np.testing.assert_allclose(record.sensors[1, k], data.sensordata, rtol=1e-9, atol=1e-9, err_msg=name)
@@ -76,7 +78,9 @@ class Truth(unittest.TestCase):
                 effect = factory(np.random.default_rng(2))
                 self.assertEqual(effect.kind, kind)
                 self.assertTrue(all(np.isfinite(v) for v, _ in effect.scaled_parameters(0.5).values()), kind)
-                plant = Plant(model, [effect], qpos=drive.qpos, qvel=drive.qvel, start=np.zeros(2), water=system.water(2))
+                plant = Plant(
+                    model, [effect], qpos=drive.qpos, qvel=drive.qvel, start=np.zeros(2), water=system.water(2)
+                )
                 record = plant.run(schedule.rows, schedule.period, drive.tiled(1).policy)
                 self.assertTrue(np.isfinite(record.qvel).all(), f"{name} {kind}")
                 seen.add(kind)
@@ -102,8 +106,10 @@ class Truth(unittest.TestCase):
         system = SYSTEMS["leg"]()
         model = system.plain_model(system.nominal_xml(1.0))
         calf, rate = model.body("calf").id, 2.0
-        for effect in (LinearDrag("calf", calf, np.array([4.0, 3, 1, 0.05, 0.1, 0.02])),
-                       AddedMass("calf", calf, np.array([1.0, 0.6, 0.05, 0.08, 0.12, 0.001]))):
+        for effect in (
+            LinearDrag("calf", calf, np.array([4.0, 3, 1, 0.05, 0.1, 0.02])),
+            AddedMass("calf", calf, np.array([1.0, 0.6, 0.05, 0.08, 0.12, 0.001])),
+        ):
             effect.matrix = np.diag(np.diag(effect.matrix))
             # The calf alone turns, about its frame's own origin.
             plant = Plant(model, [effect], qpos=np.zeros((1, 2)), qvel=np.array([[0.0, rate]]), start=np.zeros(1))
@@ -133,11 +139,10 @@ class Truth(unittest.TestCase):
         if not path.exists():
             self.skipTest("no libhydro_plugin.so was built")
         code = f"""
-import sys; sys.path[:0] = [{str(SCRIPTS)!r}, {str(SCRIPTS / 'tests')!r}]
 import mujoco, numpy as np
 mujoco.mj_loadPluginLibrary({str(path)!r})
-from hidden_data.plant import Plant
-from hidden_data.systems import SYSTEMS, Schedule
+from hydro_tools.hidden_cases.plant import Plant
+from hydro_tools.hidden_cases.systems import SYSTEMS, Schedule
 system = SYSTEMS['swim'](); xml = system.nominal_xml(1.0)
 model, plain = mujoco.MjModel.from_xml_string(xml), system.plain_model(xml)
 assert model.npluginstate == system.plugin_state(), (model.npluginstate, system.plugin_state())
@@ -157,7 +162,7 @@ for thrown in (0.0, 2.5):
     error = np.abs(data.qvel - record.qvel[0, -1]).max()
     assert error < 1e-4 * np.abs(record.qvel[0]).max(), (thrown, error)
 """
-        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=SCRIPTS)
         if "declines" in run.stderr or "not registered" in run.stderr:
             self.skipTest("the library was built for another MuJoCo")
         self.assertEqual(run.returncode, 0, run.stderr)
@@ -178,8 +183,16 @@ class Measurement(unittest.TestCase):
     def test_a_row_reads_the_state_one_step_before_its_label(self):
         case = Case(Spec(0, 1, "null", "leg", (), (), 1e-9, small=True))
         record = case.run(Schedule(1, 60, 0.01), 3, [], fine=True)
-        labels, rows = log(np.random.default_rng(0), Recorder(100.0, 0.0, 0.0, 0.0), case.layout, record.times,
-                           record.sensors[0], rows=60, period=0.01, lead=case.lead)
+        labels, rows = log(
+            np.random.default_rng(0),
+            Recorder(100.0, 0.0, 0.0, 0.0),
+            case.layout,
+            record.times,
+            record.sensors[0],
+            rows=60,
+            period=0.01,
+            lead=case.lead,
+        )
         at = np.round((labels - case.lead) / case.truth.opt.timestep).astype(int)
         # Joint positions; what the step's convention is worth here is much more than the tolerance.
         np.testing.assert_allclose(rows[:-1, :2], record.sensors[0][at][:-1, :2], atol=1e-7)
@@ -189,9 +202,9 @@ class Measurement(unittest.TestCase):
         rng = np.random.default_rng(0)
         g = rng.normal(size=(200, 3)) * 100
         inside = g @ [0.01, -0.01, 0.005]
-        self.assertLess(left_over(inside, g), 0.05)
+        self.assertLess(remainder(inside, g), 0.05)
         outside = rng.normal(size=200)
-        self.assertGreater(left_over(outside, g), 0.9 * np.linalg.norm(outside))
+        self.assertGreater(remainder(outside, g), 0.9 * np.linalg.norm(outside))
 
     def test_two_millimetres_of_buoyancy_are_a_centre_of_mass_a_little_off(self):
         # They turn the hull by far more than the attitude's noise, and the doubt of 2 mm explains nearly all of it.
@@ -202,8 +215,10 @@ class Measurement(unittest.TestCase):
 
 
 class Cases(unittest.TestCase):
-    SPECS = (Spec(0, 3, "single", "vehicle", ("linear_drag",), (30.0,), 1.0, small=True),
-             Spec(5, 3, "null", "leg", (), (), 2.0, small=True))
+    SPECS = (
+        Spec(0, 3, "single", "vehicle", ("linear_drag",), (30.0,), 1.0, small=True),
+        Spec(5, 3, "null", "leg", (), (), 2.0, small=True),
+    )
 
     @classmethod
     def setUpClass(cls):
@@ -275,23 +290,67 @@ class Cases(unittest.TestCase):
                 answer = json.loads((self.out / "sealed" / spec.case_id / "answer.json").read_text())
                 for method in (right, silent):
                     (method / spec.case_id).mkdir(parents=True)
-                effects = [{"effect": e["effect"], "target": e["target"], "probability": 0.99, "surrogate": False,
-                            "parameters": [{**p, "ci95": sorted((0.9 * p["value"], 1.1 * p["value"]))} for p in e["parameters"]]}
-                           for e in answer["effects"]]
-                unlikely = {"effect": "waves", "target": "hull", "probability": 0.03, "surrogate": False, "parameters": []}
-                verdict = {"verdict": "named" if effects else "no_gap", "named": [e["effect"] for e in effects],
-                           "effects": [*effects, unlikely], "gap": {"reduction": 0.9}}
+                effects = [
+                    {
+                        "effect": e["effect"],
+                        "target": e["target"],
+                        "probability": 0.99,
+                        "surrogate": False,
+                        "parameters": [
+                            {**p, "ci95": sorted((0.9 * p["value"], 1.1 * p["value"]))} for p in e["parameters"]
+                        ],
+                    }
+                    for e in answer["effects"]
+                ]
+                unlikely = {
+                    "effect": "waves",
+                    "target": "hull",
+                    "probability": 0.03,
+                    "surrogate": False,
+                    "parameters": [],
+                }
+                verdict = {
+                    "verdict": "named" if effects else "no_gap",
+                    "named": [e["effect"] for e in effects],
+                    "effects": [*effects, unlikely],
+                    "gap": {"reduction": 0.9},
+                }
                 (right / spec.case_id / "verdict.json").write_text(json.dumps(verdict))
-                (silent / spec.case_id / "verdict.json").write_text(json.dumps({"verdict": "no_gap", "named": [], "effects": []}))
+                (silent / spec.case_id / "verdict.json").write_text(
+                    json.dumps({"verdict": "no_gap", "named": [], "effects": []})
+                )
             # A method that cannot name, and what it leaves on trials kept back.
             (mute := Path(folder) / "mute" / self.SPECS[0].case_id).mkdir(parents=True)
             gap = {"before": 0.5, "after": 0.1}
-            (mute / "verdict.json").write_text(json.dumps({"verdict": "unknown", "named": [], "effects": [], "names": False,
-                                                           "seconds": 3.0, "elsewhere": {"faster": gap}}))
+            (mute / "verdict.json").write_text(
+                json.dumps(
+                    {
+                        "verdict": "unknown",
+                        "named": [],
+                        "effects": [],
+                        "names": False,
+                        "seconds": 3.0,
+                        "elsewhere": {"faster": gap},
+                    }
+                )
+            )
             (right / self.SPECS[0].case_id / "elsewhere.json").write_text(json.dumps({"never_shown": gap}))
             record = Path(folder) / "record.jsonl"
-            run = _score("--cases", self.out / "cases", "--sealed", self.out / "sealed", "--method", f"right={right}",
-                         "--method", f"silent={silent}", "--method", f"mute={mute.parent}", "--save", record, "--json")
+            run = _score(
+                "--cases",
+                self.out / "cases",
+                "--sealed",
+                self.out / "sealed",
+                "--method",
+                f"right={right}",
+                "--method",
+                f"silent={silent}",
+                "--method",
+                f"mute={mute.parent}",
+                "--save",
+                record,
+                "--json",
+            )
             self.assertEqual(run.returncode, 0, run.stderr)
             result = json.loads(run.stdout)
             for name, share in (("right", 1.0), ("silent", 0.0)):
@@ -321,15 +380,33 @@ class Cases(unittest.TestCase):
                 self.assertEqual("waves" in names, not line["answer"]["effects"])
             self.assertRefused("already", "--record", record, "--record", record)
             self.assertRefused("right", "--record", right)
-            self.assertRefused("no_folder", "--cases", self.out / "cases", "--sealed", self.out / "sealed", "--method",
-                               f"right={right}", "--save", Path(folder) / "no_folder" / "record.jsonl")
+            self.assertRefused(
+                "no_folder",
+                "--cases",
+                self.out / "cases",
+                "--sealed",
+                self.out / "sealed",
+                "--method",
+                f"right={right}",
+                "--save",
+                Path(folder) / "no_folder" / "record.jsonl",
+            )
             head = '{"schema": "hydro-hidden-record/1", "methods": ["gap"]}\n'
-            for text, reason in (("", "schema"), ('{"schema": "hydro-trial/1"}', "hydro-hidden-record/1"), ("{", "line 1"),
-                                 (head, "no case"), (head + "[]", "line 2"), (head + '{"case": "a"}', "`answer`"),
-                                 (head + '{"case": "a", "answer": {}, "methods": {}}', "`kind`"),
-                                 (head + '{"case": "a", "answer": 5, "methods": {}}', "`kind`"),
-                                 (head + '{"case": "a", "answer": {"kind": "null", "system": "leg", "effects": [], '
-                                  '"strength": {}}, "methods": {}}', "`gap`")):
+            for text, reason in (
+                ("", "schema"),
+                ('{"schema": "hydro-trial/1"}', "hydro-hidden-record/1"),
+                ("{", "line 1"),
+                (head, "no case"),
+                (head + "[]", "line 2"),
+                (head + '{"case": "a"}', "`answer`"),
+                (head + '{"case": "a", "answer": {}, "methods": {}}', "`kind`"),
+                (head + '{"case": "a", "answer": 5, "methods": {}}', "`kind`"),
+                (
+                    head + '{"case": "a", "answer": {"kind": "null", "system": "leg", "effects": [], '
+                    '"strength": {}}, "methods": {}}',
+                    "`gap`",
+                ),
+            ):
                 record.write_text(text)
                 self.assertRefused(reason, "--record", record)
             both = _score("--record", record, "--verdicts", right)
@@ -343,11 +420,23 @@ class Cases(unittest.TestCase):
         self.assertNotIn("Traceback", run.stderr)
 
     def test_a_value_that_actuators_share_is_one_value(self):
-        truth = {"effect": "actuator_lag", "target": "all", "comparable": True,
-                 "parameters": [{"name": "time_constant", "value": 0.02, "unit": "s"}]}
-        said = [{"effect": "actuator_lag", "target": f"thruster_{i}", "probability": 1.0, "parameters": [
-            {"name": "time_constant", "value": value, "unit": "s", "ci95": [value - 0.004, value + 0.004]}]}
-            for i, value in enumerate((0.021, 0.021, 0.03, 0.021))]
+        truth = {
+            "effect": "actuator_lag",
+            "target": "all",
+            "comparable": True,
+            "parameters": [{"name": "time_constant", "value": 0.02, "unit": "s"}],
+        }
+        said = [
+            {
+                "effect": "actuator_lag",
+                "target": f"thruster_{i}",
+                "probability": 1.0,
+                "parameters": [
+                    {"name": "time_constant", "value": value, "unit": "s", "ci95": [value - 0.004, value + 0.004]}
+                ],
+            }
+            for i, value in enumerate((0.021, 0.021, 0.03, 0.021))
+        ]
         case = Scored("a", {"effects": [truth]}, {"verdict": "named", "named": ["actuator_lag"], "effects": said}, None)
         found = coefficients(case)
         self.assertEqual([hits for _, hits in found], [[True], [False]])
@@ -365,7 +454,9 @@ class Cases(unittest.TestCase):
 
 
 def _score(*arguments) -> subprocess.CompletedProcess:
-    return subprocess.run([sys.executable, SCRIPTS / "score_hidden.py", *map(str, arguments)], capture_output=True, text=True)
+    return subprocess.run(
+        [sys.executable, SCRIPTS / "score_hidden.py", *map(str, arguments)], capture_output=True, text=True
+    )
 
 
 class Plan(unittest.TestCase):
@@ -382,7 +473,9 @@ class Plan(unittest.TestCase):
         self.assertTrue(4 <= len(plan.fixed()) <= 8)
 
     def test_scenes_are_what_the_script_writes(self):
-        run = subprocess.run([sys.executable, SCRIPTS / "make_gap_scenes.py", "--check"], capture_output=True, text=True)
+        run = subprocess.run(
+            [sys.executable, SCRIPTS / "make_gap_scenes.py", "--check"], capture_output=True, text=True
+        )
         self.assertEqual(run.returncode, 0, run.stderr)
 
 
@@ -415,8 +508,21 @@ class RunTest(unittest.TestCase):
         program = self.folder / "program"
         program.write_text(f"#!/bin/sh\nout=$8; mkdir -p $out; echo x >> $out/runs; {last}\n")
         program.chmod(0o755)
-        return subprocess.run([sys.executable, SCRIPTS / "run_hidden.py", "--cases", self.folder / "cases", "--out",
-                               self.folder / "out", "--hydro", program, *more], capture_output=True, text=True)
+        return subprocess.run(
+            [
+                sys.executable,
+                SCRIPTS / "run_hidden.py",
+                "--cases",
+                self.folder / "cases",
+                "--out",
+                self.folder / "out",
+                "--hydro",
+                program,
+                *more,
+            ],
+            capture_output=True,
+            text=True,
+        )
 
     def runs(self, name: str) -> int:
         return len((self.folder / "out" / name / "runs").read_text().split())

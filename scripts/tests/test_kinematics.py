@@ -5,9 +5,8 @@ from dataclasses import replace
 
 import mujoco
 import numpy as np
-import paths  # noqa: F401
 
-from hydro_data import DataError, kinematics, scene
+from hydro_tools.datasets import DataError, kinematics, scene
 
 
 def turn(quaternion):
@@ -56,8 +55,10 @@ class B1(unittest.TestCase):
         model = mujoco.MjModel.from_xml_string(ball)
         with self.assertRaisesRegex(DataError, "body `leg`: expected at most one hinge or slide"):
             kinematics.tree(replace(self.scene, model=model))
-        bare = ball.replace('<joint type="ball"/><geom size="0.1" fluidshape="ellipsoid"/>',
-                            '<geom size="0.1"/><body name="foot"><geom size="0.1" fluidshape="ellipsoid"/></body>')
+        bare = ball.replace(
+            '<joint type="ball"/><geom size="0.1" fluidshape="ellipsoid"/>',
+            '<geom size="0.1"/><body name="foot"><geom size="0.1" fluidshape="ellipsoid"/></body>',
+        )
         with self.assertRaisesRegex(DataError, "body `foot` hangs on `leg`, which has no hull"):
             kinematics.tree(replace(self.scene, model=mujoco.MjModel.from_xml_string(bare)))
 

@@ -4,9 +4,8 @@ import unittest
 
 import mujoco
 import numpy as np
-import paths  # noqa: F401  makes the scripts importable
 
-from hydro_data import features, plan, scene, simulation
+from hydro_tools.datasets import features, plan, scene, simulation
 
 
 class TowedBox(unittest.TestCase):
@@ -31,8 +30,11 @@ class TowedBox(unittest.TestCase):
         data = mujoco.MjData(model)
         data.qpos[3:7], data.qvel[:3] = quaternion, velocity
         mujoco.mj_forward(model, data)
-        return (features.base_wrench(data.qpos[3:7], data.qfrc_fluid[:6]),
-                features.base_wrench(data.qpos[3:7], data.qfrc_gravcomp[:6]), model)
+        return (
+            features.base_wrench(data.qpos[3:7], data.qfrc_fluid[:6]),
+            features.base_wrench(data.qpos[3:7], data.qfrc_gravcomp[:6]),
+            model,
+        )
 
     def drag(self, v):
         a, b, c = self.HALF

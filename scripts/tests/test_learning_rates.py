@@ -6,9 +6,10 @@ import textwrap
 import unittest
 from pathlib import Path
 
-import paths  # noqa: F401
-
-from learning_rates import TrainingError, Trainings, search, table
+from hydro_tools.learning_rates import TrainingError
+from hydro_tools.learning_rates.search import search
+from hydro_tools.learning_rates.table import table
+from hydro_tools.learning_rates.trainings import Trainings
 
 
 def told(errors):
@@ -76,15 +77,21 @@ class Programs(unittest.TestCase):
             self.assertAlmostEqual(trainings.error("2", "lstm", 0.004, 1), 0.4)
 
     def test_divergence_is_a_finding_and_anything_else_a_failure(self):
-        trainings = self.trainings('sys.exit("Error: the loss is NaN at epoch 1, step 7")')
+        trainings = self.trainings('print("hydro: NaN at epoch 1", file=sys.stderr); sys.exit(3)')
         self.assertEqual(trainings.error("2", "lstm", 0.004, 0), math.inf)
-        trainings = self.trainings('sys.exit("Error: no data set")')
-        with self.assertRaisesRegex(TrainingError, "2/lstm/seed-0 at 0.004: Error: no data set"):
-            trainings.error("2", "lstm", 0.004, 0)
+        # A failure is no divergence, whatever its words.
+        for words in ("no data set", "the loss is written to a full disk"):
+            trainings = self.trainings(f'sys.exit("hydro: {words}")')
+            with self.subTest(words), self.assertRaisesRegex(TrainingError, f"2/lstm/seed-0 at 0.004: hydro: {words}"):
+                trainings.error("2", "lstm", 0.004, 0)
 
     def test_the_table_has_both_seeds_and_the_choice(self):
-        found = {("2", "lstm", 0.002, 0): 0.3, ("2", "lstm", 0.004, 0): 0.2, ("2", "lstm", 0.004, 1): 0.25,
-                 ("2", "lstm", 0.008, 0): math.inf}
+        found = {
+            ("2", "lstm", 0.002, 0): 0.3,
+            ("2", "lstm", 0.004, 0): 0.2,
+            ("2", "lstm", 0.004, 1): 0.25,
+            ("2", "lstm", 0.008, 0): math.inf,
+        }
         lines = table("2", {"lstm": 0.004}, found).splitlines()
         self.assertIn("| | 0.002 | 0.004 | 0.008 |", lines)
         self.assertIn("| lstm | 0.300 | **0.200, 0.250** | diverged |", lines)

@@ -1,4 +1,4 @@
-"""Jobs that are command lines: files come back, failures are told, nothing is written outside; compare_ray.py by them."""
+"""Jobs that are command lines: files come back, failures are told, nothing is written outside; compare_ray.py."""
 
 import io
 import json
@@ -11,16 +11,17 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import paths
-
-from fanout import FanoutError
-from fanout.here import Here
-from fanout.processes import Processes
-from fanout.program import HERE, Job, Program, packed, unpack
+from hydro_tools.jobs import JobError
+from hydro_tools.jobs.here import Here
+from hydro_tools.jobs.processes import Processes
+from hydro_tools.jobs.program import HERE, Job, Program, packed, unpack
+from hydro_tools.repository import SCRIPTS
 
 #: Writes its environment and first word below the folder that it is given.
-WRITES = ("import os, pathlib, sys; out = pathlib.Path(sys.argv[1]) / 'a' / 'b'; out.mkdir(parents=True); "
-          "(out / 'word').write_text(sys.argv[2] + os.environ['COLOUR'])")
+WRITES = (
+    "import os, pathlib, sys; out = pathlib.Path(sys.argv[1]) / 'a' / 'b'; out.mkdir(parents=True); "
+    "(out / 'word').write_text(sys.argv[2] + os.environ['COLOUR'])"
+)
 #: Stands in for `hydro`: two jobs, one done; what it is asked to do alone it does into its --out.
 HYDRO = """#!{python}
 import json, pathlib, sys
@@ -54,23 +55,24 @@ class Programs(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             for name in ("b", "a"):
                 (Path(folder) / name).write_text(name)
-            names = tarfile.open(fileobj=io.BytesIO(packed(Path(folder)))).getnames()
+            with tarfile.open(fileobj=io.BytesIO(packed(Path(folder)))) as archive:
+                names = archive.getnames()
         self.assertEqual(names, ["a", "b"])
 
     def test_a_failure_tells_the_last_words(self):
         job = {"job": Job([sys.executable, "-c", "import sys; sys.exit('no water')"])}
-        with self.assertRaisesRegex(FanoutError, "^job: exit status 1: no water"):
+        with self.assertRaisesRegex(JobError, "^job: exit status 1: no water"):
             list(Here().run(Program(), job))
 
     def test_a_program_that_is_not_there_is_named(self):
-        with self.assertRaisesRegex(FanoutError, "/nowhere/hydro: No such file or directory on this node"):
+        with self.assertRaisesRegex(JobError, "/nowhere/hydro: No such file or directory on this node"):
             list(Here().run(Program(), {"job": Job(["/nowhere/hydro"])}))
 
     def test_files_outside_the_folder_are_refused(self):
         out = io.BytesIO()
         with tarfile.open(fileobj=out, mode="w") as archive:
             archive.addfile(tarfile.TarInfo("../escaped"), io.BytesIO(b""))
-        with tempfile.TemporaryDirectory() as folder, self.assertRaisesRegex(FanoutError, "escaped"):
+        with tempfile.TemporaryDirectory() as folder, self.assertRaisesRegex(JobError, "escaped"):
             unpack(out.getvalue(), Path(folder))
 
 
@@ -79,8 +81,14 @@ class Compare(unittest.TestCase):
         hydro = folder / "hydro"
         hydro.write_text(HYDRO.format(python=sys.executable))
         hydro.chmod(hydro.stat().st_mode | stat.S_IXUSR)
-        return subprocess.run([sys.executable, paths.SCRIPTS / "compare_ray.py", "--ray", "here", "--hydro", hydro, "--",
-                               *words], capture_output=True, text=True, cwd=folder, env=os.environ, check=False)
+        return subprocess.run(
+            [sys.executable, SCRIPTS / "compare_ray.py", "--ray", "here", "--hydro", hydro, "--", *words],
+            capture_output=True,
+            text=True,
+            cwd=folder,
+            env=os.environ,
+            check=False,
+        )
 
     def test_what_is_not_done_is_done_and_the_tables_are_written(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -13,18 +13,17 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-import fanout_jobs as jobs
-from paths import SCRIPTS
-from test_fanout import begun_by_a_slow_receiver
+import example_jobs as jobs
+from hydro_tools.datasets import DataError, dataset, proof, task2
+from hydro_tools.jobs import JobError, cluster
+from hydro_tools.jobs.here import Here
+from hydro_tools.jobs.two_nodes import TwoNodes
+from hydro_tools.repository import SCRIPTS
+from test_jobs import begun_by_a_slow_receiver
 
-import hydro_data
-from fanout import FanoutError, cluster
-from fanout.here import Here
-from fanout.two_nodes import TwoNodes
-from hydro_data import DataError, dataset, proof, task2
-
-SETTINGS = dataset.Settings(name="t", trials=40, seed=5, samples=60, splits=(0.5, 0.25, 0.25), shard_size=5,
-                            model="mjcf/b1_truth.xml")
+SETTINGS = dataset.Settings(
+    name="t", trials=40, seed=5, samples=60, splits=(0.5, 0.25, 0.25), shard_size=5, model="mjcf/b1_truth.xml"
+)
 SHARDS = 8
 RAY = importlib.util.find_spec("ray")
 
@@ -33,7 +32,7 @@ def contents(folder):
     return {path.name: path.read_bytes() for path in Path(folder).iterdir()}
 
 
-@unittest.skipUnless(RAY, "Ray is not installed (scripts/requirements-ray.txt)")
+@unittest.skipUnless(RAY, "Ray is not installed (scripts/setup_venv.sh ray)")
 class OnTwoNodes(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -48,7 +47,7 @@ class OnTwoNodes(unittest.TestCase):
 
     def test_both_nodes_work_and_every_file_has_the_bytes_of_one_machine(self):
         out = self.folder / "two"
-        with self.connected(hydro_data) as executor:
+        with self.connected() as executor:
             dataset.generate(SETTINGS, out, executor=executor)
         self.assertEqual(contents(out), self.reference)
         self.assertEqual(len(executor.done_by), 2, executor.done_by)
@@ -58,14 +57,14 @@ class OnTwoNodes(unittest.TestCase):
         out = self.folder / "resumed"
         dataset.generate(SETTINGS, out, executor=Here())
         (out / "test-00001-of-00002.safetensors").unlink()
-        with self.connected(hydro_data) as executor:
+        with self.connected() as executor:
             dataset.generate(SETTINGS, out, executor=executor, resume=True)
         self.assertEqual(executor.done_by.total(), 1)
         self.assertEqual(contents(out), self.reference)
 
     def test_a_node_killed_in_the_middle_changes_no_byte(self):
         out = self.folder / "killed"
-        with TwoNodes() as nodes, cluster.Cluster(nodes.address, packages=[hydro_data]) as executor:
+        with TwoNodes() as nodes, cluster.Cluster(nodes.address) as executor:
             take, left = executor.result, []
 
             def result(handle):
@@ -82,30 +81,35 @@ class OnTwoNodes(unittest.TestCase):
 
     def test_nodes_need_no_checkout(self):
         copy = self.folder / "checkout"
-        for package in ("fanout", "tests/fanout_jobs"):
+        for package in ("hydro_tools", "tests/example_jobs"):
             shutil.copytree(SCRIPTS / package, copy / Path(package).name)
         code = f"""
-import shutil, fanout_jobs as jobs
-from fanout.cluster import Cluster
+import shutil, example_jobs as jobs
+from hydro_tools.jobs.cluster import Cluster
 with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
     shutil.rmtree({str(copy)!r})
     print({{file.decode() for _, file in executor.run(jobs.where, dict.fromkeys("abcd"))}})
 """
         # A worker on this machine also looks where its driver's modules are, and in its working directory.
-        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=self.folder,
-                             env=os.environ | {"PYTHONPATH": str(copy)})
+        run = subprocess.run(
+            [sys.executable, "-c", code],
+            capture_output=True,
+            text=True,
+            cwd=self.folder,
+            env=os.environ | {"PYTHONPATH": str(copy)},
+        )
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertIn("py_modules", run.stdout)
         self.assertNotIn(str(copy), run.stdout)
 
     def test_a_failure_names_job_and_reason(self):
         with self.connected() as executor:
-            with self.assertRaisesRegex(FanoutError, "^third: ValueError: what was found"):
+            with self.assertRaisesRegex(JobError, "^third: ValueError: what was found"):
                 list(executor.run(jobs.fails, {"first": "a", "second": "b", "third": "bad", "fourth": "c"}))
 
     def test_what_kills_its_worker_each_time_is_a_fault(self):
         with mock.patch.object(cluster, "RETRIES", 1), self.connected() as executor:
-            with self.assertRaisesRegex(FanoutError, "^only: WorkerCrashedError .*tried 1 times more"):
+            with self.assertRaisesRegex(JobError, "^only: WorkerCrashedError .*tried 1 times more"):
                 list(executor.run(jobs.kills_its_worker, {"only": 0}))
 
     def test_a_slow_receiver_stops_the_flow(self):
@@ -115,35 +119,48 @@ with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
         self.assertLessEqual(begun, cluster.AHEAD * 2 + 1)
 
     def test_a_node_with_other_bits_is_refused(self):
-        with mock.patch.object(proof.Proof, "of", lambda known: proof.Proof("0" * 64, "another machine")):
-            with self.connected(hydro_data) as executor, self.assertRaisesRegex(DataError, "rounds otherwise.*--resume"):
+        with mock.patch.object(proof.Proof, "from_bytes", lambda known: proof.Proof("0" * 64, "another machine")):
+            with self.connected() as executor, self.assertRaisesRegex(DataError, "rounds otherwise.*--resume"):
                 dataset.generate(SETTINGS, self.folder / "refused", executor=executor)
 
     def test_a_second_connection_is_refused(self):
-        with self.connected(), self.assertRaisesRegex(FanoutError, "connected to a Ray cluster already"):
+        with self.connected(), self.assertRaisesRegex(JobError, "connected to a Ray cluster already"):
             self.connected()
 
     def test_no_cluster(self):
         for address, reason in (("127.0.0.1:1", "refused"), ("ray://127.0.0.1:1", "refused"), ("nowhere", "Invalid")):
-            with self.assertRaisesRegex(FanoutError, f"`{address}`.*{reason}"):
-                cluster.Cluster(address, packages=[])
+            with self.assertRaisesRegex(JobError, f"`{address}`.*{reason}"):
+                cluster.Cluster(address)
 
     def test_a_cluster_without_cores_is_told(self):
-        with self.connected() as executor, mock.patch.object(cluster, "PATIENCE", 0.2), \
-                mock.patch.object(executor._ray, "cluster_resources", return_value={}), \
-                mock.patch("sys.stderr", io.StringIO()) as said:
+        with (
+            self.connected() as executor,
+            mock.patch.object(cluster, "PATIENCE", 0.2),
+            mock.patch.object(executor._ray, "cluster_resources", return_value={}),
+            mock.patch("sys.stderr", io.StringIO()) as said,
+        ):
             list(executor.run(jobs.command, {"only": ["sleep", "1"]}))
         self.assertIn("has a core; waiting", said.getvalue())
 
     def test_auto_means_a_cluster_that_answers(self):
         with mock.patch.dict(os.environ, {"RAY_ADDRESS": "127.0.0.1:1"}):
-            with self.assertRaisesRegex(FanoutError, "`auto`.*127.0.0.1:1.*refused"):
+            with self.assertRaisesRegex(JobError, "`auto`.*127.0.0.1:1.*refused"):
                 cluster.Cluster("auto", packages=[])
 
     def test_an_interrupt_keeps_finished_shards(self):
         out = self.folder / "interrupted" / "t"
-        command = [sys.executable, str(SCRIPTS / "gen_task2.py"), "--out", str(out), "--trials", "40", "--shard-size", "1",
-                   "--ray", self.nodes.address]
+        command = [
+            sys.executable,
+            str(SCRIPTS / "gen_task2.py"),
+            "--out",
+            str(out),
+            "--trials",
+            "40",
+            "--shard-size",
+            "1",
+            "--ray",
+            self.nodes.address,
+        ]
         run = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
         until = time.monotonic() + 60
         while not list(out.glob("*.safetensors")) and time.monotonic() < until:
@@ -165,7 +182,9 @@ with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
 
 class Shown(unittest.TestCase):
     def refused(self, *arguments):
-        run = subprocess.run([sys.executable, str(SCRIPTS / "ray_two_nodes.py"), *arguments], capture_output=True, text=True)
+        run = subprocess.run(
+            [sys.executable, str(SCRIPTS / "ray_two_nodes.py"), *arguments], capture_output=True, text=True
+        )
         self.assertEqual(run.returncode, 2, run.stderr)
         return run.stderr
 
@@ -174,9 +193,9 @@ class Shown(unittest.TestCase):
 
     @unittest.skipIf(RAY, "Ray is installed")
     def test_no_ray(self):
-        self.assertIn("requirements-ray.txt", self.refused())
+        self.assertIn("setup_venv.sh ray", self.refused())
 
-    @unittest.skipUnless(RAY, "Ray is not installed (scripts/requirements-ray.txt)")
+    @unittest.skipUnless(RAY, "Ray is not installed (scripts/setup_venv.sh ray)")
     def test_a_folder_that_holds_something(self):
         with tempfile.TemporaryDirectory() as folder:
             Path(folder, "20").mkdir()

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from paths import ROOT, SCRIPTS
 
-from measured import MeasuredError, ball_drops, roll_decay
-from measured.trial import Trial, write
+from hydro_tools.datasets.measured import MeasuredError, ball_drops, roll_decay
+from hydro_tools.datasets.measured.trial import Trial, write
+from hydro_tools.repository import ROOT, SCRIPTS
 
 DATA = ROOT.parent / "shared" / "data"
 HAVE_DATA = (DATA / roll_decay.FILE).is_file() and (DATA / ball_drops.FILE).is_file()
@@ -19,7 +19,7 @@ WITHOUT = f"the measurements are not in {DATA}"
 CASES = ("roll_decay", *ball_drops.BALLS)
 
 try:
-    from measured import reference
+    from hydro_tools.datasets.measured import reference
 except ImportError:
     reference = None
 
@@ -65,8 +65,11 @@ class Files(unittest.TestCase):
         with self.assertRaisesRegex(MeasuredError, "--data"):
             roll_decay.read(Path("nowhere"))
         with tempfile.TemporaryDirectory() as out:
-            done = subprocess.run([sys.executable, SCRIPTS / "real_data.py", "--data", "nowhere", "--out", out],
-                                  capture_output=True, text=True)
+            done = subprocess.run(
+                [sys.executable, SCRIPTS / "real_data.py", "--data", "nowhere", "--out", out],
+                capture_output=True,
+                text=True,
+            )
         self.assertEqual(done.returncode, 1)
         self.assertIn("roll_decay_kvlcc2_zero_speed.csv is not there", done.stderr)
 
@@ -94,7 +97,9 @@ class Release(unittest.TestCase):
 class Measured(unittest.TestCase):
     def test_every_case_is_written(self):
         with tempfile.TemporaryDirectory() as out:
-            done = subprocess.run([sys.executable, SCRIPTS / "real_data.py", "--out", out], capture_output=True, text=True)
+            done = subprocess.run(
+                [sys.executable, SCRIPTS / "real_data.py", "--out", out], capture_output=True, text=True
+            )
             self.assertEqual(done.returncode, 0, done.stderr)
             for case in CASES:
                 model = mujoco.MjModel.from_xml_path(str(Path(out, case, "nominal.xml")))

@@ -12,26 +12,28 @@ from unittest import mock
 
 import mujoco
 import numpy as np
-from paths import ROOT, SCRIPTS
 from scipy.optimize import lsq_linear
 
-import make_b1
-import real_to_sim
-from b1_model import identified
-from hydro_data import DataError, scene
-from identification import blocks, fit, identifiability, measurements, split, study, uncertainty
-from identification.coefficients import DEFAULT, LARGEST, NAMES, OFFSETS, by_part, kind
-from identification.measurements import Measurements
-from identification.water import NOMINAL, Water
-from towing import campaign, conditions
+from hydro_tools.commands import real_to_sim
+from hydro_tools.datasets import DataError, scene
+from hydro_tools.identification import blocks, fit, identifiability, measurements, split, study, uncertainty
+from hydro_tools.identification.coefficients import DEFAULT, LARGEST, NAMES, OFFSETS, by_part, kind
+from hydro_tools.identification.measurements import Measurements
+from hydro_tools.identification.water import NOMINAL, Water
+from hydro_tools.repository import ROOT, SCRIPTS
+from hydro_tools.robot import files, identified
+from hydro_tools.tank import campaign, conditions
 
 ERROR = 0.05  # N
 
 
 def plan(configurations, speeds=(0.2, 0.5)):
     """Tows in all directions, without forces."""
-    chosen = [c for c in map(conditions.Condition, range(conditions.COUNT))
-              if c.configuration in configurations and c.speed in speeds]
+    chosen = [
+        c
+        for c in map(conditions.Condition, range(conditions.COUNT))
+        if c.configuration in configurations and c.speed in speeds
+    ]
     features = np.array([c.features for c in chosen])
     nothing = np.zeros((len(chosen), 2))
     return Measurements(np.array([c.index for c in chosen]), features[:, :2], features[:, 2:], nothing, nothing + ERROR)
@@ -53,7 +55,10 @@ def write(tows, folder):
     path = Path(folder, "raw", campaign.TABLE)
     path.parent.mkdir(parents=True, exist_ok=True)
     columns = np.column_stack((tows.condition, tows.posture, tows.velocity, tows.force, tows.error))
-    rows = [",".join(measurements.NEEDED), *(f"{int(row[0])}," + ",".join(f"{v:.9g}" for v in row[1:]) for row in columns)]
+    rows = [
+        ",".join(measurements.NEEDED),
+        *(f"{int(row[0])}," + ",".join(f"{v:.9g}" for v in row[1:]) for row in columns),
+    ]
     path.write_text("\n".join(rows) + "\n")
     return path
 
@@ -82,7 +87,7 @@ class Physics(unittest.TestCase):
         np.testing.assert_allclose(Water(tows).force(coefficients), by_hand, atol=0.02)
 
     def test_force_is_the_weighted_sum_of_the_columns(self):
-        tank = fit.Tank.of(plan({1, 9, 14}))
+        tank = fit.Tank.from_tows(plan({1, 9, 14}))
         coefficients = drawn(np.random.default_rng(1))
         np.testing.assert_allclose(tank.water.force(coefficients), tank.rest + tank.columns @ coefficients, atol=1e-10)
 
@@ -93,7 +98,7 @@ class Recovery(unittest.TestCase):
         for seed in range(6):
             rng = np.random.default_rng(seed)
             truth, offsets = drawn(rng), np.array([0.2, -0.1])
-            tank = fit.Tank.of(measured(plan({0, 8, 15}), truth, rng, offsets))
+            tank = fit.Tank.from_tows(measured(plan({0, 8, 15}), truth, rng, offsets))
             found = fit.identify(tank)
             self.assertLess(found.share, 0.02)
             self.assertLess(np.abs(found.predict(tank.water) - tank.water.force(truth) - offsets).max(), 4 * ERROR)
@@ -106,7 +111,7 @@ class Recovery(unittest.TestCase):
 
     def test_bootstrap_solves_the_problem_of_the_toolbox(self):
         rng = np.random.default_rng(2)
-        tank = fit.Tank.of(measured(plan({0, 5, 10}), drawn(rng), rng, error=0.5))
+        tank = fit.Tank.from_tows(measured(plan({0, 5, 10}), drawn(rng), rng, error=0.5))
         found = fit.identify(tank)
         matrix = np.concatenate((fit.whitened(tank, found.sd), np.diag(1 / found.spread)))
         wanted = np.concatenate((((tank.tows.force - tank.rest) / found.sd).ravel(), found.centre / found.spread))
@@ -133,7 +138,7 @@ class Unseen(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         rng = np.random.default_rng(4)
-        cls.tank = fit.Tank.of(measured(plan({0, 3, 8, 15}), drawn(rng), rng))
+        cls.tank = fit.Tank.from_tows(measured(plan({0, 3, 8, 15}), drawn(rng), rng))
         cls.fit = fit.identify(cls.tank)
         cls.analysis = identifiability.analyse(cls.tank, cls.fit)
 
@@ -182,8 +187,13 @@ class Held(unittest.TestCase):
         rng = np.random.default_rng(5)
         tows = measured(plan({0, 7, 12}), drawn(rng), rng)
         held = split.held_out(tows, 0.25, 0)
-        other = Measurements(tows.condition, tows.posture, tows.velocity, np.where(held[:, None], 10 * tows.force, tows.force),
-                             np.where(held[:, None], 3 * tows.error, tows.error))
+        other = Measurements(
+            tows.condition,
+            tows.posture,
+            tows.velocity,
+            np.where(held[:, None], 10 * tows.force, tows.force),
+            np.where(held[:, None], 3 * tows.error, tows.error),
+        )
         few = functools.partial(blocks.bootstrap, count=40)
         with mock.patch.object(study, "OTHER_PRIORS", ()), mock.patch.object(blocks, "bootstrap", few):
             one, two = (study.run(each, 0.25, 0) for each in (tows, other))
@@ -213,7 +223,7 @@ class Refusals(unittest.TestCase):
         """The table with one field changed; lines count from 1, the header's."""
         fields = self.lines[line - 1].split(",")
         fields[measurements.NEEDED.index(column)] = value
-        return [*self.lines[:line - 1], ",".join(fields), *self.lines[line:]]
+        return [*self.lines[: line - 1], ",".join(fields), *self.lines[line:]]
 
     def test_what_is_written_is_read(self):
         tows = measurements.read(measurements.find(Path(self.folder.name)))
@@ -237,7 +247,9 @@ class Refusals(unittest.TestCase):
 
     def test_unknown_condition(self):
         for value in ("192", "-1", "2.5"):
-            self.refused("line 2", f"condition {value} is unknown", "0 to 191", lines=self.changed(2, "condition", value))
+            self.refused(
+                "line 2", f"condition {value} is unknown", "0 to 191", lines=self.changed(2, "condition", value)
+            )
 
     def test_contradicted_condition(self):
         self.refused("line 4", "thigh is 0.3", "has 0", lines=self.changed(4, "thigh", "0.3"))
@@ -269,7 +281,7 @@ class Refusals(unittest.TestCase):
 class Committed(unittest.TestCase):
     def test_scene_has_the_identified_coefficients(self):
         held = identified.read()
-        found, default = (scene.load(path).model for path in (make_b1.IDENTIFIED, NOMINAL))
+        found, default = (scene.load(path).model for path in (files.IDENTIFIED, NOMINAL))
         for i in range(found.ngeom):
             name = found.geom(i).name or ""
             if name.endswith("_hull"):
@@ -282,7 +294,8 @@ class Committed(unittest.TestCase):
         def bare(path):
             text = (ROOT / path).read_text()
             return re.sub(r'fluidcoef="[^"]*"|<!--.*?-->|<mujoco model="[^"]*">', "", text)
-        self.assertEqual(bare(make_b1.IDENTIFIED), bare(NOMINAL))
+
+        self.assertEqual(bare(files.IDENTIFIED), bare(NOMINAL))
 
     def test_coefficients_are_sensible(self):
         for values in identified.read().values():
@@ -290,9 +303,12 @@ class Committed(unittest.TestCase):
 
     def test_broken_files_are_refused(self):
         good = json.loads(identified.FILE.read_text())
-        cases = {"schema": good | {"schema": "other"}, "coefficients of": good | {"coefficients": {}},
-                 "foot has": good | {"coefficients": good["coefficients"] | {"foot": [1, 2]}},
-                 "hip has": good | {"coefficients": good["coefficients"] | {"hip": [1, -2, 0, 0, 0]}}}
+        cases = {
+            "schema": good | {"schema": "other"},
+            "coefficients of": good | {"coefficients": {}},
+            "foot has": good | {"coefficients": good["coefficients"] | {"foot": [1, 2]}},
+            "hip has": good | {"coefficients": good["coefficients"] | {"hip": [1, -2, 0, 0, 0]}},
+        }
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "identified.json")
             for words, content in cases.items():
@@ -310,17 +326,41 @@ class Command(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             table = write(measured(plan({0, 7, 12}), drawn(rng), rng, error=0.2), Path(folder, "tank"))
             out = Path(folder, "out")
-            run = subprocess.run([sys.executable, str(SCRIPTS / "real_to_sim.py"), "--towing", str(table.parent.parent),
-                                  "--out", str(out), "--seed", "3"], capture_output=True, text=True)
+            run = subprocess.run(
+                [
+                    sys.executable,
+                    str(SCRIPTS / "real_to_sim.py"),
+                    "--towing",
+                    str(table.parent.parent),
+                    "--out",
+                    str(out),
+                    "--seed",
+                    "3",
+                ],
+                capture_output=True,
+                text=True,
+            )
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertIn("held-out tows, RMSE", run.stdout)
             names = {path.name for path in out.iterdir()}
-            self.assertEqual(names, {"report.md", "report.json", "identified.json", "b1_truth.xml", "before_after.svg",
-                                     "residuals.svg", "coefficients.svg"})
+            self.assertEqual(
+                names,
+                {
+                    "report.md",
+                    "report.json",
+                    "identified.json",
+                    "b1_truth.xml",
+                    "before_after.svg",
+                    "residuals.svg",
+                    "coefficients.svg",
+                },
+            )
             report = json.loads((out / "report.json").read_text())
             self.assertEqual(report["schema"], "hydro-real-to-sim/1")
             self.assertEqual(len(report["left_out_configuration"]["each"]), 3)
-            errors = {model: report["errors"][model]["held_out"]["rmse"]["pooled"]["value"] for model in report["errors"]}
+            errors = {
+                model: report["errors"][model]["held_out"]["rmse"]["pooled"]["value"] for model in report["errors"]
+            }
             self.assertLess(errors["identified"], 0.1 * errors["default"])
             self.assertNotIn(folder, (out / "report.md").read_text() + (out / "identified.json").read_text())
             found = identified.read(out / "identified.json")
@@ -329,12 +369,16 @@ class Command(unittest.TestCase):
             np.testing.assert_allclose(model.geom_fluid[model.geom("FR_calf_hull").id, 1:6], found["calf"], atol=1e-12)
 
     def test_faults_and_interrupts_end_cleanly(self):
-        run = subprocess.run([sys.executable, str(SCRIPTS / "real_to_sim.py"), "--towing", "nowhere"],
-                             capture_output=True, text=True)
+        run = subprocess.run(
+            [sys.executable, str(SCRIPTS / "real_to_sim.py"), "--towing", "nowhere"], capture_output=True, text=True
+        )
         self.assertEqual(run.returncode, 1)
         self.assertIn("real_to_sim.py: nowhere holds no raw/conditions.csv: make it with", run.stderr)
-        with (mock.patch.object(sys, "argv", ["real_to_sim.py"]), mock.patch("sys.stderr") as stderr,
-              mock.patch.object(real_to_sim, "run", side_effect=KeyboardInterrupt)):
+        with (
+            mock.patch.object(sys, "argv", ["real_to_sim.py"]),
+            mock.patch("sys.stderr") as stderr,
+            mock.patch.object(real_to_sim, "run", side_effect=KeyboardInterrupt),
+        ):
             self.assertEqual(real_to_sim.main(), 130)
         self.assertIn("nothing was written", "".join(call.args[0] for call in stderr.write.call_args_list))
 

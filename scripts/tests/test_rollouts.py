@@ -8,9 +8,9 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from paths import ROOT, SCRIPTS
 
-from hydro_data import DataError, features, rollouts, scene
+from hydro_tools.datasets import DataError, features, rollouts, scene
+from hydro_tools.repository import ROOT, SCRIPTS
 
 RECORDED = ROOT / "tests/data/rollouts"
 
@@ -28,10 +28,20 @@ class Recorded(unittest.TestCase):
         for run in self.runs:
             n = len(run["ctrl"])
             shapes = {name: array.shape for name, array in run.items()}
-            self.assertEqual(shapes, {
-                "time": (n + 1,), "qpos": (n + 1, 19), "qvel": (n + 1, 18), "ctrl": (n, 12), "push": (n, 6),
-                "x": (n + 1, 35), "wrench_clean": (n + 1, 6), "hydrostatic": (n + 1, 6), "density": (),
-            })
+            self.assertEqual(
+                shapes,
+                {
+                    "time": (n + 1,),
+                    "qpos": (n + 1, 19),
+                    "qvel": (n + 1, 18),
+                    "ctrl": (n, 12),
+                    "push": (n, 6),
+                    "x": (n + 1, 35),
+                    "wrench_clean": (n + 1, 6),
+                    "hydrostatic": (n + 1, 6),
+                    "density": (),
+                },
+            )
 
     def test_plain_mujoco_repeats_them(self):
         for run in self.runs:
@@ -55,8 +65,9 @@ class Recorded(unittest.TestCase):
 
 class Recorder(unittest.TestCase):
     def record(self, *arguments):
-        return subprocess.run([sys.executable, str(SCRIPTS / "record_rollouts.py"), *map(str, arguments)],
-                              capture_output=True, text=True)
+        return subprocess.run(
+            [sys.executable, str(SCRIPTS / "record_rollouts.py"), *map(str, arguments)], capture_output=True, text=True
+        )
 
     def test_same_seed_same_bytes_and_no_mixing(self):
         with tempfile.TemporaryDirectory() as folder:

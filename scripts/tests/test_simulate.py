@@ -10,9 +10,9 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from paths import ROOT, SCRIPTS
 
-from hydro_data import replay, rollouts, scene
+from hydro_tools.datasets import replay, rollouts, scene
+from hydro_tools.repository import ROOT, SCRIPTS
 
 
 def script(name, *arguments):
@@ -69,7 +69,7 @@ class Simulate(unittest.TestCase):
 
 class PluginScenes(unittest.TestCase):
     def test_swim_is_the_truth_without_its_water(self):
-        """With the recorded truth wrench on the base, and the water's torques on the joints, swim moves as the truth."""
+        """With the recorded truth wrench on the base and the water's torques on the joints, swim moves as truth."""
         model, truth = without_plugins("b1_swim.xml"), scene.load().model
         np.testing.assert_allclose(model.body_mass[1:].sum() + 17e-6, truth.body_mass.sum(), rtol=1e-12)
         self.assertEqual((model.opt.density, model.opt.viscosity, model.opt.integrator), (0, 0, truth.opt.integrator))

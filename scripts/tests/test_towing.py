@@ -8,13 +8,24 @@ from unittest import mock
 
 import mujoco
 import numpy as np
-from paths import ROOT, SCRIPTS
 
-from hydro_data import DataError
-from towing import cell, coefficients, conditions, force, geometry, motion, processing, shedding, tank, wake
-from towing.conditions import Condition, Stance
-from towing.drag import DENSITY, Strips
-from towing.geometry import Body, Link
+from hydro_tools.datasets import DataError
+from hydro_tools.repository import ROOT, SCRIPTS
+from hydro_tools.tank import (
+    cell,
+    coefficients,
+    conditions,
+    force,
+    geometry,
+    motion,
+    processing,
+    recording,
+    shedding,
+    wake,
+)
+from hydro_tools.tank.conditions import Condition, Stance
+from hydro_tools.tank.drag import DENSITY, Strips
+from hydro_tools.tank.geometry import Body, Link
 
 X, Y, Z = np.eye(3)
 STANCE = Stance(0.5, -1.3, "x")
@@ -48,7 +59,13 @@ class Drag(unittest.TestCase):
         np.testing.assert_allclose(total(strips, speed * X), [-expected, 0, 0], atol=1e-12)
 
     def test_tabulated_sections(self):
-        for (depth, corner), expected in {(0.5, 0): 2.5, (1, 0): 2.2, (2, 0): 1.6, (1, 0.167): 1.2, (2, 0.167): 0.7}.items():
+        for (depth, corner), expected in {
+            (0.5, 0): 2.5,
+            (1, 0): 2.2,
+            (2, 0): 1.6,
+            (1, 0.167): 1.2,
+            (2, 0.167): 0.7,
+        }.items():
             self.assertAlmostEqual(coefficients.section_drag(depth, corner), expected)
 
     def test_a_ball(self):
@@ -106,7 +123,9 @@ class AddedMass(unittest.TestCase):
         path, marks = motion.tows((Condition(0),), 0.02)
         added = force.along(path, None).added
         mark = marks[0]
-        ramps = ((path.time > mark.leave) & (path.time < mark.reach)) | ((path.time > mark.brake) & (path.time < mark.stop))
+        ramps = ((path.time > mark.leave) & (path.time < mark.reach)) | (
+            (path.time > mark.brake) & (path.time < mark.stop)
+        )
         np.testing.assert_allclose(added[~ramps], 0, atol=1e-9)
         mass = force.prepared(Condition(0).stance)[0].added_mass()
         middle = int(np.argmin(np.abs(path.time - (mark.leave + motion.RAMP / 2))))
@@ -138,8 +157,12 @@ class Wake(unittest.TestCase):
         path, marks = motion.tows((Condition(3 * 3),), 0.02)
         steady = force._steady(path)
         strips, found = force.prepared(path.stances[0])
-        strip = int(np.argmax(found.share[:, [link.name == "FR_calf" for link in strips.body.links]].max(axis=1)
-                              * (strips.body.centre[:, 0] < -0.3)))
+        strip = int(
+            np.argmax(
+                found.share[:, [link.name == "FR_calf" for link in strips.body.links]].max(axis=1)
+                * (strips.body.centre[:, 0] < -0.3)
+            )
+        )
         gone = force._path(path) - np.interp(marks[0].leave, path.time, force._path(path))
         arrival = found.travel[strip][found.share[strip] > 0.05].max()
         self.assertGreater(arrival, 0.3)
@@ -155,8 +178,10 @@ class Wake(unittest.TestCase):
         for name in conditions.DIRECTIONS:
             strips, found = force.prepared(Stance(1.5, -0.75, name))
             self.assertTrue((found.share >= 0).all())
-            np.testing.assert_array_less(np.abs(force.developed(Stance(1.5, -0.75, name), 0.4)[:2]).sum(),
-                                         np.abs(total(strips, 0.4 * Stance(1.5, -0.75, name).unit)[:2]).sum())
+            np.testing.assert_array_less(
+                np.abs(force.developed(Stance(1.5, -0.75, name), 0.4)[:2]).sum(),
+                np.abs(total(strips, 0.4 * Stance(1.5, -0.75, name).unit)[:2]).sum(),
+            )
 
 
 class Tow(unittest.TestCase):
@@ -165,11 +190,15 @@ class Tow(unittest.TestCase):
         forces = force.along(path, None)
         for condition, mark in zip(conditions.of_run(27), marks):
             rows = (path.time > mark.brake - 2) & (path.time < mark.brake - 0.1)
-            np.testing.assert_allclose(forces.drag[rows].mean(axis=0), force.developed(condition.stance, condition.speed), atol=0.01)
+            np.testing.assert_allclose(
+                forces.drag[rows].mean(axis=0), force.developed(condition.stance, condition.speed), atol=0.01
+            )
 
     def test_at_rest_before_the_first_tow_there_is_no_force(self):
         path, marks = motion.tows((Condition(5),), 0.02)
-        np.testing.assert_array_equal(force.along(path, np.random.default_rng(0)).total[path.time < marks[0].leave - 0.1], 0)
+        np.testing.assert_array_equal(
+            force.along(path, np.random.default_rng(0)).total[path.time < marks[0].leave - 0.1], 0
+        )
 
     def test_force_opposes_the_tow(self):
         for index in range(0, conditions.COUNT, 7):
@@ -185,7 +214,9 @@ class Tow(unittest.TestCase):
 
     def test_it_is_no_plain_square_of_the_speed(self):
         for name in conditions.DIRECTIONS:
-            slow, fast = (force.developed(Stance(0.5, -1.3, name), speed) @ Stance(0.5, -1.3, name).unit for speed in (0.2, 0.5))
+            slow, fast = (
+                force.developed(Stance(0.5, -1.3, name), speed) @ Stance(0.5, -1.3, name).unit for speed in (0.2, 0.5)
+            )
             self.assertGreater(abs(fast / slow / 6.25 - 1), 0.005)
         # Nor does 45 degrees follow from the two axes.
         x, y, xy = (force.developed(Stance(0.5, -1.3, name), 0.4) for name in ("x", "y", "xy"))
@@ -193,7 +224,7 @@ class Tow(unittest.TestCase):
 
     def test_half_the_step_gives_the_same_force(self):
         coarse, fine = (force.along(motion.tows((Condition(7),), step)[0], None).total for step in (0.02, 0.01))
-        difference = np.abs(fine[::2][:len(coarse)] - coarse)
+        difference = np.abs(fine[::2][: len(coarse)] - coarse)
         self.assertLess(difference.max(), 0.15)
         self.assertLess(difference.mean(), 0.01)
 
@@ -266,8 +297,13 @@ class Geometry(unittest.TestCase):
 
     def test_shapes(self):
         body = geometry.body(0.5, -1.3)
-        self.assertEqual((len(body.links), body.centre.shape, body.axes.shape, body.breadth.shape), (17, (48, 3), (48, 3, 3), (48, 2)))
-        np.testing.assert_allclose(np.einsum("sij,skj->sik", body.axes, body.axes), np.tile(np.eye(3), (48, 1, 1)), atol=1e-12)
+        self.assertEqual(
+            (len(body.links), body.centre.shape, body.axes.shape, body.breadth.shape),
+            (17, (48, 3), (48, 3, 3), (48, 2)),
+        )
+        np.testing.assert_allclose(
+            np.einsum("sij,skj->sik", body.axes, body.axes), np.tile(np.eye(3), (48, 1, 1)), atol=1e-12
+        )
         along = np.array([(link.end - link.start) / link.length for link in body.links])[body.link]
         np.testing.assert_allclose(np.abs(np.einsum("si,si->s", body.axes[:, 2], along)), 1, atol=1e-12)
 
@@ -286,7 +322,10 @@ class Conditions(unittest.TestCase):
                 Condition(index)
 
     def test_angles_outside_the_limits_are_refused(self):
-        with mock.patch.object(conditions, "CALVES", (-2.4, -0.5)), self.assertRaisesRegex(ValueError, "FR_calf.*-2.6 to -0.6"):
+        with (
+            mock.patch.object(conditions, "CALVES", (-2.4, -0.5)),
+            self.assertRaisesRegex(ValueError, "FR_calf.*-2.6 to -0.6"),
+        ):
             conditions._inside_limits()
 
 
@@ -295,10 +334,22 @@ def synthetic(offset=(3.0, -2.0, -40.0), drift=(0.02, -0.01, 0.0), mean=(-5.0, -
     path, marks = motion.tows((Condition(0),), 1 / cell.RATE)
     share = path.speed / 0.2
     water = share[:, None] * np.array(mean)
-    reading = water + np.array(offset) + np.array(drift) * path.time[:, None] + vibration * np.sin(2 * np.pi * 8 * path.time)[:, None]
+    reading = (
+        water
+        + np.array(offset)
+        + np.array(drift) * path.time[:, None]
+        + vibration * np.sin(2 * np.pi * 8 * path.time)[:, None]
+    )
     mark = marks[0]
-    return tank.Run(reading, cell.RATE, np.array([0], np.int32), np.array([[mark.leave, mark.reach, mark.brake, mark.stop]]),
-                    motion.REST, water, cell.RATE)
+    return recording.Run(
+        reading,
+        cell.RATE,
+        np.array([0], np.int32),
+        np.array([[mark.leave, mark.reach, mark.brake, mark.stop]]),
+        motion.REST,
+        water,
+        cell.RATE,
+    )
 
 
 class Processing(unittest.TestCase):
@@ -318,17 +369,19 @@ class Processing(unittest.TestCase):
         rng, steps = np.random.default_rng(0), 400
         walks = np.cumsum(rng.normal(0, np.sqrt(10 / steps), (4000, steps)), axis=1)
         bridged = walks - walks[:, -1:] * np.arange(1, steps + 1) / steps
-        part = bridged[:, int(0.3 * steps):int(0.8 * steps)].mean(axis=1)
+        part = bridged[:, int(0.3 * steps) : int(0.8 * steps)].mean(axis=1)
         self.assertAlmostEqual(part.var() / processing.bridge(3.0, 8.0, 10.0), 1.0, delta=0.1)
 
     def test_mean_force_is_found_within_its_error(self):
-        runs = [tank.tow(11, 0, number) for number in range(0, conditions.RUNS, 4)]
+        runs = [recording.tow(11, 0, number) for number in range(0, conditions.RUNS, 4)]
         runs = [dataclasses.replace(run, truth=np.full_like(run.truth, np.nan)) for run in runs]  # it must not look
         intensity = float(np.mean([processing.walk(run) for run in runs]))
         self.assertAlmostEqual(intensity / cell.DRIFT_WALK**2, 1.0, delta=0.5)
         parts = [part for run in runs for part in processing.steady(run, intensity)]
         error = np.array([part.error for part in parts])
-        missed = np.array([part.mean - force.developed(part.condition.stance, part.condition.speed)[:2] for part in parts])
+        missed = np.array(
+            [part.mean - force.developed(part.condition.stance, part.condition.speed)[:2] for part in parts]
+        )
         self.assertLess(error.max(), 0.3)
         self.assertLess(np.abs(missed / error).max(), 4.0)
         self.assertAlmostEqual(np.sqrt(np.mean((missed / error) ** 2)), 1.0, delta=0.25)
@@ -340,10 +393,12 @@ class Processing(unittest.TestCase):
         run = synthetic()
         broken = run.reading.copy()
         broken[100, 1] = np.nan
-        for change, words in (({"reading": broken}, "1 numbers that are none"),
-                              ({"reading": run.reading[:, :2]}, "expected finite readings"),
-                              ({"reading": run.reading[:3000]}, "lacks the 6.0 s of rest"),
-                              ({"marks": run.marks - [0, 0, 33.0, 0]}, "condition 0: no steady part")):
+        for change, words in (
+            ({"reading": broken}, "1 numbers that are none"),
+            ({"reading": run.reading[:, :2]}, "expected finite readings"),
+            ({"reading": run.reading[:3000]}, "lacks the 6.0 s of rest"),
+            ({"marks": run.marks - [0, 0, 33.0, 0]}, "condition 0: no steady part"),
+        ):
             with self.assertRaisesRegex(DataError, words):
                 processing.steady(dataclasses.replace(run, **change), 0.0)
         with self.assertRaisesRegex(DataError, "a run of 1 tow does not show how its zero wanders"):
@@ -352,19 +407,19 @@ class Processing(unittest.TestCase):
 
 class Cell(unittest.TestCase):
     def test_at_rest_it_shows_wet_weight_and_zero(self):
-        run = tank.tow(0, 0, 0)
-        rest = run.reading[:round(run.rest * run.rate)].mean(axis=0)
+        run = recording.tow(0, 0, 0)
+        rest = run.reading[: round(run.rest * run.rate)].mean(axis=0)
         self.assertAlmostEqual(rest[2], cell.WET_WEIGHT, delta=cell.ZERO + 1)
         self.assertTrue((np.abs(rest[:2]) < cell.ZERO + 1).all())
 
     def test_a_run_depends_on_seed_repeat_and_number_alone(self):
-        first, again = tank.tow(3, 0, 5), tank.tow(3, 0, 5)
+        first, again = recording.tow(3, 0, 5), recording.tow(3, 0, 5)
         np.testing.assert_array_equal(first.reading, again.reading)
-        for other in (tank.tow(4, 0, 5), tank.tow(3, 1, 5)):
+        for other in (recording.tow(4, 0, 5), recording.tow(3, 1, 5)):
             self.assertFalse(np.array_equal(first.reading, other.reading))
 
     def test_the_tank_needs_no_mujoco(self):
-        code = "import sys, gen_task1, towing.figures; sys.exit('mujoco' in sys.modules)"
+        code = "import sys, hydro_tools.commands.gen_task1, hydro_tools.tank.figures; sys.exit('mujoco' in sys.modules)"
         self.assertEqual(subprocess.run([sys.executable, "-c", code], cwd=SCRIPTS).returncode, 0)
 
 

@@ -12,11 +12,11 @@ import unittest
 import mujoco
 import numpy as np
 
-if 'HYDRO_TEST_LIBRARY' not in os.environ:
-  raise unittest.SkipTest('run by cargo test --test plugin python::, which makes the checkpoints')
-LIBRARY = os.environ['HYDRO_TEST_LIBRARY']
-CHECKPOINTS = pathlib.Path(os.environ['HYDRO_TEST_CHECKPOINTS'])
-KINDS = sorted((CHECKPOINTS / 'kinds').iterdir())
+if "HYDRO_TEST_LIBRARY" not in os.environ:
+    raise unittest.SkipTest("run by cargo test --test plugin python::, which makes the checkpoints")
+LIBRARY = os.environ["HYDRO_TEST_LIBRARY"]
+CHECKPOINTS = pathlib.Path(os.environ["HYDRO_TEST_CHECKPOINTS"])
+KINDS = sorted((CHECKPOINTS / "kinds").iterdir())
 
 mujoco.mj_loadPluginLibrary(LIBRARY)
 
@@ -84,50 +84,50 @@ TANK = """
 
 
 def fish_xml(attributes=None, **parts):
-  attributes = {'checkpoint': str(CHECKPOINTS / 'lively'), **(attributes or {})}
-  config = ''.join(f'<config key="{k}" value="{v}"/>' for k, v in attributes.items() if v is not None)
-  defaults = dict(timestep=0.002, integrator='Euler', option='', joint='<freejoint/>', fin='fin', more='', bodies='')
-  return FISH.format(config=config, **{**defaults, **parts})
+    attributes = {"checkpoint": str(CHECKPOINTS / "lively"), **(attributes or {})}
+    config = "".join(f'<config key="{k}" value="{v}"/>' for k, v in attributes.items() if v is not None)
+    defaults = dict(timestep=0.002, integrator="Euler", option="", joint="<freejoint/>", fin="fin", more="", bodies="")
+    return FISH.format(config=config, **{**defaults, **parts})
 
 
 def fish(attributes=None, **parts):
-  return mujoco.MjModel.from_xml_string(fish_xml(attributes, **parts))
+    return mujoco.MjModel.from_xml_string(fish_xml(attributes, **parts))
 
 
 def start(model, seed=0, control=0.2):
-  """A simulation in a random state of motion, with a control (or one an actuator)."""
-  data = mujoco.MjData(model)
-  random = np.random.default_rng(seed)
-  data.qvel[:] = 0.3 * random.standard_normal(model.nv)
-  quaternion = random.standard_normal(4)
-  data.qpos[3:7] = quaternion / np.linalg.norm(quaternion)
-  data.ctrl[:] = control
-  return data
+    """A simulation in a random state of motion, with a control (or one an actuator)."""
+    data = mujoco.MjData(model)
+    random = np.random.default_rng(seed)
+    data.qvel[:] = 0.3 * random.standard_normal(model.nv)
+    quaternion = random.standard_normal(4)
+    data.qpos[3:7] = quaternion / np.linalg.norm(quaternion)
+    data.ctrl[:] = control
+    return data
 
 
 def state_of(model, data):
-  kind = mujoco.mjtState.mjSTATE_INTEGRATION
-  state = np.empty(mujoco.mj_stateSize(model, kind))
-  mujoco.mj_getState(model, data, state, kind)
-  return state
+    kind = mujoco.mjtState.mjSTATE_INTEGRATION
+    state = np.empty(mujoco.mj_stateSize(model, kind))
+    mujoco.mj_getState(model, data, state, kind)
+    return state
 
 
 def steps(model, data, count):
-  """Steps, and returns everything that must repeat bit for bit."""
-  rows = []
-  for _ in range(count):
-    mujoco.mj_step(model, data)
-    rows.append(np.concatenate([data.qpos, data.qvel, data.sensordata, data.plugin_state]))
-  return np.array(rows)
+    """Steps, and returns everything that must repeat bit for bit."""
+    rows = []
+    for _ in range(count):
+        mujoco.mj_step(model, data)
+        rows.append(np.concatenate([data.qpos, data.qvel, data.sensordata, data.plugin_state]))
+    return np.array(rows)
 
 
 class Warnings:
-  """Collects MuJoCo's warnings."""
+    """Collects MuJoCo's warnings."""
 
-  def __enter__(self):
-    self.texts = []
-    mujoco.set_mju_user_warning(self.texts.append)
-    return self.texts
+    def __enter__(self):
+        self.texts = []
+        mujoco.set_mju_user_warning(self.texts.append)
+        return self.texts
 
-  def __exit__(self, *_):
-    mujoco.set_mju_user_warning(None)
+    def __exit__(self, *_):
+        mujoco.set_mju_user_warning(None)

@@ -1,4 +1,4 @@
-"""What is refused, and what is said."""
+"""Refused scenes and their messages."""
 
 import os
 import pathlib
@@ -12,82 +12,90 @@ from scene import CHECKPOINTS, fish, fish_xml, start, steps
 
 
 class Refusals(unittest.TestCase):
+    def refused(self, *words, xml=None, **parts):
+        with self.assertRaises(ValueError) as refusal:
+            mujoco.MjModel.from_xml_string(xml or fish_xml(**parts))
+        for word in words:
+            self.assertIn(word, str(refusal.exception))
 
-  def refused(self, *words, xml=None, **parts):
-    with self.assertRaises(ValueError) as refusal:
-      mujoco.MjModel.from_xml_string(xml or fish_xml(**parts))
-    for word in words:
-      self.assertIn(word, str(refusal.exception))
+    def damaged(self, change):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        copied = pathlib.Path(folder.name) / "model"
+        shutil.copytree(CHECKPOINTS / "lively", copied)
+        change(copied)
+        return {"checkpoint": str(copied)}
 
-  def damaged(self, change):
-    folder = tempfile.TemporaryDirectory()
-    self.addCleanup(folder.cleanup)
-    copied = pathlib.Path(folder.name) / 'model'
-    shutil.copytree(CHECKPOINTS / 'lively', copied)
-    change(copied)
-    return {'checkpoint': str(copied)}
+    def test_attributes(self):
+        self.refused("`checkpoint` and `effects` are missing", attributes={"checkpoint": None})
+        self.refused(
+            "`checkpoint` is `models/none`", os.getcwd(), "HYDRO_PATH", attributes={"checkpoint": "models/none"}
+        )
+        self.refused("`density` is `-3`", "kg/m^3", attributes={"density": "-3"})
+        self.refused("`density` is `wet`", attributes={"density": "wet"})
+        self.refused("`current` is `1 2`", "m/s", attributes={"current": "1 2"})
+        self.refused("`waterline` is `high`", attributes={"waterline": "high"})
+        self.refused("`solver` is `heun`", "`rk4`", attributes={"solver": "heun"})
+        self.refused("`engine` is `gpu`", "`candle`", attributes={"engine": "gpu"})
+        self.refused("`initial_force` is `some`", attributes={"initial_force": "some"})
+        self.refused("has 2 numbers", "has 6 outputs", attributes={"initial_force": "1 2"})
+        self.refused("lists 2 names", "fin", attributes={"joints": "fin tail"})
+        self.refused("densty", attributes={"densty": "1000"})
 
-  def test_attributes(self):
-    self.refused('`checkpoint` and `effects` are missing', attributes={'checkpoint': None})
-    self.refused(
-        '`checkpoint` is `models/none`', os.getcwd(), 'HYDRO_PATH', attributes={'checkpoint': 'models/none'}
-    )
-    self.refused('`density` is `-3`', 'kg/m^3', attributes={'density': '-3'})
-    self.refused('`density` is `wet`', attributes={'density': 'wet'})
-    self.refused('`current` is `1 2`', 'm/s', attributes={'current': '1 2'})
-    self.refused('`waterline` is `high`', attributes={'waterline': 'high'})
-    self.refused('`solver` is `heun`', '`rk4`', attributes={'solver': 'heun'})
-    self.refused('`engine` is `gpu`', '`candle`', attributes={'engine': 'gpu'})
-    self.refused('`initial_force` is `some`', attributes={'initial_force': 'some'})
-    self.refused('has 2 numbers', 'has 6 outputs', attributes={'initial_force': '1 2'})
-    self.refused('lists 2 names', 'fin', attributes={'joints': 'fin tail'})
-    self.refused('densty', attributes={'densty': '1000'})
+    def test_joints(self):
+        self.refused("card's joint `fin`", "joints are: tail", fin="tail")
+        mujoco.MjModel.from_xml_string(fish_xml({"joints": "tail"}, fin="tail"))
+        self.refused("`root`", "Free joint", attributes={"joints": "root"}, joint='<freejoint name="root"/>')
 
-  def test_joints(self):
-    self.refused('card\'s joint `fin`', 'joints are: tail', fin='tail')
-    mujoco.MjModel.from_xml_string(fish_xml({'joints': 'tail'}, fin='tail'))
-    self.refused('`root`', 'Free joint', attributes={'joints': 'root'}, joint='<freejoint name="root"/>')
+    def test_bases(self):
+        self.refused("free joint on body `hull`", "no joint lies between", joint="")
+        self.refused("free joint on body `hull`", "joint `pivot` (Ball)", joint='<joint name="pivot" type="ball"/>')
 
-  def test_bases(self):
-    self.refused('free joint on body `hull`', 'no joint lies between', joint='')
-    self.refused('free joint on body `hull`', 'joint `pivot` (Ball)', joint='<joint name="pivot" type="ball"/>')
+    def test_bodies(self):
+        self.refused(
+            "bodies hull, other share it",
+            bodies="""<body name="other"><freejoint/><geom size="0.1"/>
+      <plugin plugin="hydro.wrench" instance="water"/></body>""",
+        )
+        carried = '<plugin plugin="hydro.wrench" instance="water"/>'
+        self.refused("no body carries it", xml=fish_xml().replace(carried, ""))
+        two = (
+            fish_xml()
+            .replace(
+                "</plugin>\n  </extension>",
+                f'<instance name="more"><config key="checkpoint" value="{CHECKPOINTS / "lively"}"/></instance></plugin>\n  </extension>',
+            )
+            .replace(carried, carried + '<plugin plugin="hydro.wrench" instance="more"/>')
+        )
+        self.refused("no body carries it", "takes the first one's place", xml=two)
 
-  def test_bodies(self):
-    self.refused('bodies hull, other share it', bodies="""<body name="other"><freejoint/><geom size="0.1"/>
-      <plugin plugin="hydro.wrench" instance="water"/></body>""")
-    carried = '<plugin plugin="hydro.wrench" instance="water"/>'
-    self.refused('no body carries it', xml=fish_xml().replace(carried, ''))
-    two = fish_xml().replace(
-        '</plugin>\n  </extension>',
-        f'<instance name="more"><config key="checkpoint" value="{CHECKPOINTS / "lively"}"/></instance></plugin>\n  </extension>',
-    ).replace(carried, carried + '<plugin plugin="hydro.wrench" instance="more"/>')
-    self.refused('no body carries it', "takes the first one's place", xml=two)
+    def test_checkpoints(self):
+        def truncate(folder):
+            weights = folder / "weights.safetensors"
+            weights.write_bytes(weights.read_bytes()[:-100])
 
-  def test_checkpoints(self):
-    def truncate(folder):
-      weights = folder / 'weights.safetensors'
-      weights.write_bytes(weights.read_bytes()[:-100])
+        def flip(folder):
+            weights = folder / "weights.safetensors"
+            content = bytearray(weights.read_bytes())
+            content[-7] ^= 0x40
+            weights.write_bytes(content)
 
-    def flip(folder):
-      weights = folder / 'weights.safetensors'
-      content = bytearray(weights.read_bytes())
-      content[-7] ^= 0x40
-      weights.write_bytes(content)
+        self.refused("is damaged", attributes=self.damaged(truncate))
+        self.refused("is damaged", attributes=self.damaged(flip))
+        self.refused(
+            "weights.safetensors is missing", attributes=self.damaged(lambda f: (f / "weights.safetensors").unlink())
+        )
+        self.refused("card.json", attributes=self.damaged(lambda f: (f / "card.json").write_text("{")))
 
-    self.refused('is damaged', attributes=self.damaged(truncate))
-    self.refused('is damaged', attributes=self.damaged(flip))
-    self.refused('weights.safetensors is missing', attributes=self.damaged(lambda f: (f / 'weights.safetensors').unlink()))
-    self.refused('card.json', attributes=self.damaged(lambda f: (f / 'card.json').write_text('{')))
+    def test_a_robot_of_another_size(self):
+        self.refused("card's joint `thigh`", attributes={"checkpoint": str(CHECKPOINTS / "towing")})
 
-  def test_a_robot_of_another_size(self):
-    self.refused("card's joint `thigh`", attributes={'checkpoint': str(CHECKPOINTS / 'towing')})
-
-  def test_a_refusal_leaves_the_process_well(self):
-    for _ in range(50):
-      with self.assertRaises(ValueError):
-        fish({'density': '-1'})
-    self.assertTrue(np.isfinite(steps(fish(), start(fish()), 10)).all())
+    def test_a_refusal_leaves_the_process_well(self):
+        for _ in range(50):
+            with self.assertRaises(ValueError):
+                fish({"density": "-1"})
+        self.assertTrue(np.isfinite(steps(fish(), start(fish()), 10)).all())
 
 
-if __name__ == '__main__':
-  unittest.main(verbosity=2)
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

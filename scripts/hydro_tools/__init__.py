@@ -1,0 +1,1 @@
+"""Tools behind the commands in scripts/: data, scenes, baselines, benchmarks for `hydro`."""

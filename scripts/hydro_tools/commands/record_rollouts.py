@@ -1,0 +1,104 @@
+"""Record truth rollouts of B1 (`hydro-rollouts/1`): one density a run, never part of Task 2.
+
+    python scripts/record_rollouts.py --out out/rollouts --count 20 --duration 4 --seed 0
+    python scripts/record_rollouts.py --out out/long --count 1 --minutes 10 --seed 1
+
+The closed loop is compared on them: same start, same controls and pushes, the water exchanged.
+Needs mujoco and numpy (pip install -e scripts).
+"""
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+
+from hydro_tools.datasets import DataError, plan, rollouts, scene
+from hydro_tools.datasets.progress import Progress
+
+
+def _range(text: str) -> tuple[float, float]:
+    try:
+        low, high = (float(part) for part in text.split(","))
+    except ValueError:
+        low, high = 0.0, -1.0
+    if not 0 < low <= high:
+        raise argparse.ArgumentTypeError(f"`{text}`: expected LOW,HIGH in kg/m^3, such as 990,1030")
+    return low, high
+
+
+def _portable(out: Path) -> str:
+    """The folder as it can be repeated elsewhere: absolute paths are cut to the last part."""
+    return out.name if out.is_absolute() else out.as_posix()
+
+
+def parse() -> argparse.Namespace:
+    """The command line, checked."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, required=True, help="folder to write")
+    parser.add_argument("--count", type=int, default=10, help="runs (default: %(default)s)")
+    length = parser.add_mutually_exclusive_group()
+    length.add_argument("--duration", type=float, default=4.0, metavar="S", help="seconds a run (default: %(default)s)")
+    length.add_argument("--minutes", type=float, help="minutes a run, instead of --duration")
+    parser.add_argument("--seed", type=int, default=0, help="default: %(default)s")
+    parser.add_argument(
+        "--density-range",
+        type=_range,
+        default=plan.DENSITY_RANGE,
+        metavar="LOW,HIGH",
+        help="kg/m^3 (default: 990,1030)",
+    )
+    parser.add_argument("--model", default=scene.TRUTH, help="truth scene (default: %(default)s)")
+    parser.add_argument("--overwrite", action="store_true", help="replace the rollouts in --out")
+    args = parser.parse_args()
+    if args.minutes is not None:
+        args.duration = 60.0 * args.minutes
+    if args.count < 1:
+        parser.error(f"--count {args.count}: expected 1 or more")
+    if not args.duration >= scene.SAMPLE_PERIOD:
+        parser.error(f"--duration {args.duration}: expected at least a sample period, {scene.SAMPLE_PERIOD} s")
+    if args.seed < 0:
+        parser.error(f"--seed {args.seed}: expected 0 or more")
+    return args
+
+
+def run(args: argparse.Namespace) -> None:
+    """Record the folder."""
+    loaded = scene.load(args.model)
+    if args.out.exists() and not args.out.is_dir():
+        raise DataError(f"{args.out} is a file: choose a folder for --out")
+    args.out.mkdir(parents=True, exist_ok=True)
+    held = sorted(path.name for path in args.out.iterdir())
+    if held and not args.overwrite:
+        raise DataError(
+            f"{args.out} is not empty ({held[0]}, ...): pass --overwrite to replace its rollouts, or choose "
+            "another --out"
+        )
+    for path in (args.out / rollouts.INDEX, *args.out.glob("rollout-*.npz"), *args.out.glob("*.tmp")):
+        path.unlink(missing_ok=True)
+    progress, entries = Progress(args.count, "rollouts"), []
+    for index in range(args.count):
+        arrays = rollouts.record(loaded, args.seed, index, duration=args.duration, density_range=args.density_range)
+        entries.append(rollouts.write_run(args.out, index, arrays))
+        progress.advance()
+    low, high = args.density_range
+    command = (
+        f"python scripts/record_rollouts.py --out {shlex.quote(_portable(args.out))} --count {args.count} "
+        f"--duration {args.duration:g} --seed {args.seed} --density-range {low:g},{high:g} "
+        f"--model {shlex.quote(args.model)}"
+    )
+    rollouts.write_index(args.out, loaded, args.seed, command, entries)
+
+
+def main() -> int:
+    """Run the command line; returns the exit status."""
+    args = parse()
+    try:
+        run(args)
+    except (DataError, OSError) as error:
+        print(f"record_rollouts.py: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("\nrecord_rollouts.py: stopped; without its rollouts.json the folder is unfinished", file=sys.stderr)
+        return 130
+    print(f"{args.out}: {args.count} rollouts of {args.duration:g} s")
+    return 0

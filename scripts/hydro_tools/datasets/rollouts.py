@@ -1,0 +1,93 @@
+"""A folder of recorded rollouts (`hydro-rollouts/1`): truth runs for tests and closed-loop comparison.
+
+`rollouts.json` and one npz (f64, no pickles) a run of N sample periods:
+time [N+1] s; qpos [N+1,19]; qvel [N+1,18]; ctrl [N,12] rad and push [N,6] (world force [N] and
+torque [N m] on the base body, as xfrc_applied), both held over a sample period; x [N+1,35];
+wrench_clean, hydrostatic [N+1,6]; density [] kg/m^3. Features and wrench belong to the qpos and qvel
+of their own row.
+"""
+
+import json
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from . import DataError, features, plan, scene, simulation
+from .files import npz_bytes, sha256, write_beside, write_json
+
+SCHEMA = "hydro-rollouts/1"
+INDEX = "rollouts.json"
+
+
+def record(
+    loaded: scene.Scene, seed: int, index: int, *, duration: float, density_range: tuple[float, float]
+) -> dict[str, np.ndarray]:
+    """Run number `index` of `seed`, `duration` seconds long."""
+    periods = round(duration / scene.SAMPLE_PERIOD)
+    drawn = plan.rollout(seed, index, samples=periods + 1, density_range=density_range, joint_range=loaded.joint_range)
+    run = simulation.simulate(loaded, [drawn])
+    return {
+        "time": np.arange(periods + 1) * scene.SAMPLE_PERIOD,
+        "qpos": run.qpos[0],
+        "qvel": run.qvel[0],
+        "ctrl": drawn.ctrl[drawn.warm_up : drawn.warm_up + periods],
+        "push": drawn.push[drawn.warm_up : drawn.warm_up + periods],
+        "x": run.x[0],
+        "wrench_clean": run.wrench[0],
+        "hydrostatic": run.hydrostatic[0],
+        "density": np.float64(drawn.density[-1]),
+    }
+
+
+def write_run(out: Path, index: int, arrays: dict[str, np.ndarray]) -> dict:
+    """Write one run; returns its entry of the index."""
+    path = out / f"rollout-{index:03d}.npz"
+    write_beside(path, npz_bytes(arrays))
+    return {
+        "file": path.name,
+        "sha256": sha256(path),
+        "density": float(arrays["density"]),
+        "duration": float(arrays["time"][-1]),
+    }
+
+
+def write_index(out: Path, loaded: scene.Scene, seed: int, command: str, entries: list[dict]) -> None:
+    """Write `rollouts.json`, last: a folder without it is unfinished."""
+    write_json(
+        out / INDEX,
+        {
+            "schema": SCHEMA,
+            "model": loaded.path,
+            "model_sha256": loaded.sha256,
+            "timestep": loaded.model.opt.timestep,
+            "sample_period": scene.SAMPLE_PERIOD,
+            "seed": seed,
+            "command": command,
+            "mujoco": mujoco.__version__,
+            "features": features.names(loaded.joints),
+            "joints": list(loaded.joints),
+            "rollouts": entries,
+        },
+    )
+
+
+def read(folder: Path) -> tuple[dict, list[dict[str, np.ndarray]]]:
+    """The index and the runs of a folder, checked against their sha256."""
+    path = folder / INDEX
+    try:
+        index = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise DataError(f"{path}: {error}") from error
+    if index.get("schema") != SCHEMA:
+        raise DataError(f"{path}: schema {index.get('schema')!r}, expected {SCHEMA!r}")
+    runs = []
+    for entry in index["rollouts"]:
+        file = folder / entry["file"]
+        if not file.is_file():
+            raise DataError(f"{file}: missing, though {INDEX} lists it")
+        if sha256(file) != entry["sha256"]:
+            raise DataError(f"{file}: its sha256 is not that of {INDEX}; record the folder again")
+        with np.load(file, allow_pickle=False) as arrays:
+            runs.append(dict(arrays))
+    return index, runs

@@ -1,0 +1,36 @@
+"""`hydro gap run` on one hidden-effect case."""
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+
+def run(program: Path, case: Path, out: Path, limit: float, threads: int) -> str | None:
+    """One case on so many threads; returns what went wrong."""
+    log, known = out.with_suffix(".log"), out.with_suffix(".toml")
+    # How well the nominal is known stands in the open half of a case.
+    uncertainty = json.loads((case / "case.json").read_text()).get("uncertainty", {})
+    known.write_text("".join(f"{name} = {deviation}\n" for name, deviation in uncertainty.items()))
+    command = [
+        program,
+        "gap",
+        "run",
+        "--model",
+        case / "nominal.xml",
+        "--trials",
+        case / "trials",
+        "--out",
+        out,
+        "--uncertainty",
+        known,
+    ]
+    environment = os.environ | {"RAYON_NUM_THREADS": str(threads)}
+    with open(log, "w") as file:
+        try:
+            code = subprocess.run(
+                command, stdout=file, stderr=subprocess.STDOUT, timeout=limit, check=False, env=environment
+            ).returncode
+        except subprocess.TimeoutExpired:
+            return f"{case.name}: no verdict within {limit:g} s, see {log}"
+    return None if code == 0 else f"{case.name}: exit status {code}, see {log}"

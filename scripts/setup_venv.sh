@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# Makes or renews a Python environment of the project: `scripts/setup_venv.sh NAME [FOLDER]`.
+#   main       .venv          scripts, tests, lints
+#   bench      .venv-bench    scripts/bench.py: PyTorch, torchdiffeq, ONNX Runtime
+#   baselines  .venv-rivals   scripts/rivals.py: PySINDy, scikit-learn, mujoco.sysid
+#   ray        .venv-ray      scripts with --ray, and all tests
+# Each installs scripts/pyproject.toml with its extras, editable; nothing happens where that file is as it was.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+usage='usage: scripts/setup_venv.sh main|bench|baselines|ray [FOLDER]'
+case ${1:?$usage} in
+main) folder=.venv extras=tank,sysid,film,dev imports='matplotlib, mujoco, safetensors, scipy' ;;
+bench) folder=.venv-bench extras=bench imports='matplotlib, mujoco, onnxruntime, torch, torchdiffeq' ;;
+baselines) folder=.venv-rivals extras=baselines,dev imports='pysindy, sklearn, mujoco.sysid' ;;
+ray) folder=.venv-ray extras=ray,tank,sysid,dev imports='mujoco, ray, safetensors' ;;
+*)
+  echo "$usage" >&2
+  exit 2
+  ;;
+esac
+folder=${2:-$folder}
+if ! cmp -s scripts/pyproject.toml "$folder/.pyproject.toml"; then
+  echo "setup: making $folder"
+  [ -x "$folder/bin/python" ] || "${PYTHON:-python3}" -m venv "$folder"
+  "$folder/bin/python" -m pip install --quiet --disable-pip-version-check -e "scripts[$extras]"
+  "$folder/bin/python" -c "import hydro_tools, $imports"
+  cp scripts/pyproject.toml "$folder/.pyproject.toml"
+fi
