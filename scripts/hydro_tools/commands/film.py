@@ -1,9 +1,9 @@
-"""Film the swimming robot offscreen, with the water's force drawn as arrows.
+r"""Film the swimming robot offscreen, with the water's force drawn as arrows.
 
     python scripts/film.py --out out/swim.mp4                               # the plugin's water
     python scripts/film.py --out out/truth.mp4 --scene mjcf/b1_truth.xml
     python scripts/film.py --out out/run.mp4 --rollouts out/rollouts --index 3
-    python scripts/film.py --out docs/swim.webp --checkpoint models/b1-relaxation --seconds 6 --skip 1 --loop 0.5 \\
+    python scripts/film.py --out docs/swim.webp --checkpoint models/b1-relaxation --seconds 6 --skip 1 --loop 0.5 \
         --arrows motion --distance 1.85 --size 600x400                       # the front page's
 
 Pale arrow: the whole force of the water on the base, 1 m for 1000 N. Orange: the same

@@ -9,7 +9,6 @@ from hydro_tools.datasets import replay, scene
 
 from .stage import Stage, water_wrench
 
-
 #: Part of its way that the camera goes after the robot in 1/25 s.
 FOLLOW = 0.15
 
