@@ -14,7 +14,7 @@ fn skip(reason: &str) {
     eprintln!("skipped: {reason}");
 }
 
-/// The model of `tests/trial/sysid_trials.py`.
+/// The model of `tests/gap/trial/sysid_trials.py`.
 fn sysid_signature(state_len: usize) -> Signature {
     Signature {
         actuators: names(&["left", "right"]),
@@ -50,7 +50,7 @@ fn mujoco_sysid_and_this_library_read_each_other() {
     let folder = Folder::new();
     let run = |task: &str| {
         let output = Command::new(&python)
-            .arg(root.join("tests/trial/sysid_trials.py"))
+            .arg(root.join("tests/gap/trial/sysid_trials.py"))
             .arg(task)
             .arg(folder.0.path())
             .output()

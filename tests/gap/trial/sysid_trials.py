@@ -1,4 +1,4 @@
-"""Writes and reads trials with `mujoco.sysid`; tests/trial/exchange.rs runs it.
+"""Writes and reads trials with `mujoco.sysid`; tests/gap/trial/exchange.rs runs it.
 
 Usage: sysid_trials.py write FOLDER   files of one rollout, as that library writes them; prints the state's length
        sysid_trials.py check FOLDER   rust.npz must load there and equal rollout.npz
