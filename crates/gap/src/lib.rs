@@ -59,6 +59,7 @@ pub use residual::{MissingWrench, Residual, WrenchSeries, residual};
 pub use stage::{
     add::{Addition, add, refitted},
     conclude::conclude,
+    cross_fit::is_cross_fitted,
     locate::locate,
     name::{Naming, name},
     verify::{VerifyInput, verify},

@@ -152,13 +152,13 @@ options! {
         unexplained_form_error: f64 = 0.08,
         /// Independent directions of the data that this part is spread over.
         form_error_directions: f64 = 12.0,
-        /// SimulatedResiduals residuals of the test of adequacy; the least p-value is one over one more.
+        /// Simulated sets of residuals in the test of adequacy; the least p-value is 1 / (this + 1).
         adequacy_draws: usize = 199,
         /// Lengths of the blocks of that test [rows].
         adequacy_blocks: [usize; 3] = [1, 4, 16],
         /// Largest noise of a sensor that declares none, as a part of the spread of its readings.
         largest_noise: f64 = 0.1,
-        /// SimulatedResiduals residuals that correct the estimate of noise for what the fit absorbs (the bootstrap's correction of a
+        /// Simulated sets of residuals that correct the estimate of noise for what the fit absorbs (the bootstrap's correction of a
         /// bias: B. Efron and R. J. Tibshirani, An Introduction to the Bootstrap, 1993, section 10.6).
         noise_draws: usize = 64,
         /// Autocorrelation below which the sum of the autocorrelation time ends.
@@ -223,7 +223,7 @@ options! {
         level: f64 = 0.05,
         /// Windows of a segment.
         windows: usize = 4,
-        /// SimulatedResiduals nulls; the least p-value is one over one more.
+        /// Simulated data sets without an effect; the least p-value is 1 / (this + 1).
         null_draws: usize = 199,
         /// Depth of the regression tree.
         tree_depth: usize = 2,

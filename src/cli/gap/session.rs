@@ -64,34 +64,34 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
         remarks: RefCell::default(),
     };
     // In this order, because each borrows from the one before.
-    let (study, bench, naming) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+    let (problem, linearized, naming) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
     let prepared = |watch: &Watch<'_>| -> anyhow::Result<(&Problem<'_>, &LinearizedProblem<'_>)> {
-        let study = filled(&study, || session.study(watch))?;
-        let bench = filled(&bench, || Ok(study.linearize(watch)?))?;
-        Ok((study, bench))
+        let problem = filled(&problem, || session.problem(watch))?;
+        let linearized = filled(&linearized, || Ok(problem.linearize(watch)?))?;
+        Ok((problem, linearized))
     };
     let named = |watch: &Watch<'_>| -> anyhow::Result<&Naming> {
-        let (study, bench) = prepared(watch)?;
-        filled(&naming, || Ok(gap::name(study, bench, watch)?))
+        let (problem, linearized) = prepared(watch)?;
+        filled(&naming, || Ok(gap::name(problem, linearized, watch)?))
     };
     let stages = Stages {
         find: Box::new(|watch| {
-            let (study, bench) = prepared(watch)?;
+            let (problem, linearized) = prepared(watch)?;
             let held_out = session.inputs.held_out_trials();
-            let mut found = gap::locate(study, bench, &held_out, watch)?;
+            let mut found = gap::locate(problem, linearized, &held_out, watch)?;
             let noticed = session.remarks.take();
             found.remarks.splice(0..0, noticed);
             Ok(found)
         }),
         name: Box::new(|_, watch| Ok(named(watch)?.named.clone())),
         add: Box::new(|_, _, watch| {
-            let (study, bench) = prepared(watch)?;
+            let (problem, linearized) = prepared(watch)?;
             let naming = named(watch)?;
-            match gap::add(study, bench, naming) {
+            match gap::add(problem, linearized, naming) {
                 Some(addition) => session.candidate(addition).map(Some),
                 None if naming.named.outcome == Outcome::Unknown && !flags.no_residual => {
-                    let nuisances = gap::refitted(bench, naming);
-                    session.residual(study, nuisances, watch).map(Some)
+                    let nuisances = gap::refitted(linearized, naming);
+                    session.residual(problem, nuisances, watch).map(Some)
                 }
                 None => Ok(None),
             }
@@ -167,7 +167,7 @@ struct Session<'a> {
 }
 
 impl<'a> Session<'a> {
-    fn study(&self, watch: &Watch<'_>) -> anyhow::Result<Problem<'a>> {
+    fn problem(&self, watch: &Watch<'_>) -> anyhow::Result<Problem<'a>> {
         let trials = self.read(&self.inputs.fit_trials())?;
         Ok(Problem::prepare(
             self.plant,
@@ -227,7 +227,7 @@ impl<'a> Session<'a> {
     /// A candidate with a learned residual, or a remark why there is none.
     fn residual(
         &self,
-        study: &Problem<'_>,
+        problem: &Problem<'_>,
         nuisances: Vec<(f64, f64)>,
         watch: &Watch<'_>,
     ) -> anyhow::Result<Candidate> {
@@ -238,7 +238,7 @@ impl<'a> Session<'a> {
             seed: self.settings.seed,
             nuisances,
         };
-        residual_candidate::candidate(&task, study, watch)
+        residual_candidate::candidate(&task, problem, watch)
     }
 
     fn verify(
@@ -265,7 +265,7 @@ impl<'a> Session<'a> {
         let trials = self.read(&held_out)?;
         let noticed = self.remarks.take();
         let fitted = self.inputs.fit_trials();
-        let few = held_out.len() + fitted.len() <= self.settings.options.verify.cross_fit_trials;
+        let few = gap::is_cross_fitted(held_out.len() + fitted.len(), &self.settings.options);
         let fitted = if few && !examined.cross_fit.is_empty() {
             self.read(&fitted)?
         } else {

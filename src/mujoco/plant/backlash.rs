@@ -1,194 +1,73 @@
-//! A simulation with backlash in joints, seen as one of the nominal model: the coordinates of the extra joints are
-//! hidden.
+//! Backlash of a joint as simulated: a second joint behind it, free within the backlash.
 
-use hydro_frames::Wrench;
-use hydro_gap::plant::Simulation;
+use std::{
+    ffi::CString,
+    ptr::{NonNull, null},
+};
 
-use super::{model_edits::Backlash, simulation::MujocoSimulation};
-use crate::mujoco::ffi::{ModelView, bindings::mjOBJ_JOINT};
+use crate::mujoco::ffi::{
+    Api,
+    bindings::{mjLIMITED_FALSE, mjLIMITED_TRUE, mjOBJ_JOINT, mjSpec},
+};
 
-/// Indices of the nominal's coordinates among those of the model with backlash.
-#[derive(Clone, Debug)]
-pub(crate) struct Layout {
-    qpos: Vec<usize>,
-    qvel: Vec<usize>,
-    /// Lengths with the extra ones.
-    nq: usize,
-    nv: usize,
+/// Backlash of a joint: a second joint behind it, free within the backlash. The range is set in the compiled model.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Backlash {
+    /// The joint before it.
+    pub(crate) joint: String,
+    /// Inertia of the joint itself [kg m^2 or kg].
+    pub(crate) armature: f64,
+    /// Time constant of its stops [s].
+    pub(crate) stop: f64,
 }
 
-impl Layout {
-    /// The layout, and the numbers of the extra joints in the order of `backlashes`.
-    pub(crate) fn new(
-        nominal: ModelView<'_>,
-        extended: ModelView<'_>,
-        backlashes: &[Backlash],
-    ) -> (Self, Vec<usize>) {
-        let joint = mjOBJ_JOINT as i32;
-        let extra: Vec<usize> = backlashes
-            .iter()
-            .filter_map(|backlash| extended.id(joint, &backlash.name()))
-            .collect();
-        let numbers = |model: ModelView<'_>| (model.raw().nq as usize, model.raw().nv as usize);
-        let ((nq, nv), (all_q, all_v)) = (numbers(nominal), numbers(extended));
-        // An extra joint is a hinge or a slide: one coordinate each.
-        let without = |all: usize, address: &[i32]| -> Vec<usize> {
-            let hidden: Vec<usize> = extra.iter().map(|id| address[*id] as usize).collect();
-            (0..all).filter(|at| !hidden.contains(at)).collect()
-        };
-        let layout = Self {
-            qpos: without(all_q, extended.jnt_qposadr()),
-            qvel: without(all_v, extended.jnt_dofadr()),
-            nq: all_q,
-            nv: all_v,
-        };
-        debug_assert_eq!((layout.qpos.len(), layout.qvel.len()), (nq, nv));
-        (layout, extra)
+impl Backlash {
+    /// Name of the extra joint.
+    pub(crate) fn name(&self) -> String {
+        format!("{}_play", self.joint)
     }
 
-    /// Spreads a nominal's coordinates; extra ones keep what `into` has.
-    fn spread(places: &[usize], from: &[f64], into: &mut [f64]) {
-        for (at, value) in places.iter().zip(from) {
-            into[*at] = *value;
+    /// Puts the extra joint, of the same axis, behind the joint in a spec that is not compiled yet.
+    ///
+    /// # Errors
+    /// A joint that does not exist, or that MuJoCo refuses.
+    pub(super) fn add_to(&self, spec: NonNull<mjSpec>, api: &Api) -> Result<(), String> {
+        let fault = || format!("joint `{}` cannot be given backlash", self.joint);
+        let (name, own) = (
+            CString::new(self.joint.as_str()).map_err(|_| fault())?,
+            CString::new(self.name()).map_err(|_| fault())?,
+        );
+        let functions = &api.functions;
+        // SAFETY: C strings and elements of a live spec, each checked before it is used.
+        unsafe {
+            let element = (functions.mjs_findElement)(spec.as_ptr(), mjOBJ_JOINT, name.as_ptr());
+            let before = NonNull::new(element).ok_or_else(fault)?;
+            let body = (functions.mjs_getParent)(before.as_ptr());
+            let before = (functions.mjs_asJoint)(before.as_ptr()).as_ref();
+            let (before, body) = before.zip(NonNull::new(body)).ok_or_else(fault)?;
+            let joint = (functions.mjs_addJoint)(body.as_ptr(), null());
+            let joint = joint.as_mut().ok_or_else(fault)?;
+            joint.type_ = before.type_;
+            joint.pos = before.pos;
+            joint.axis = before.axis;
+            joint.limited = mjLIMITED_TRUE;
+            joint.range = [-1.0, 1.0];
+            joint.solref_limit = [self.stop, 1.0];
+            joint.solimp_limit[..3].copy_from_slice(&[0.99, 0.999, 0.001]);
+            joint.armature = self.armature;
+            // What a class gives belongs to the joint before it.
+            joint.ref_ = 0.0;
+            joint.margin = 0.0;
+            joint.frictionloss = 0.0;
+            joint.springref = 0.0;
+            joint.springdamper = [0.0; 2];
+            joint.stiffness = Default::default();
+            joint.damping = Default::default();
+            joint.actfrclimited = mjLIMITED_FALSE;
+            if (functions.mjs_setName)(joint.element, own.as_ptr()) != 0 {
+                return Err(fault());
+            }
         }
-    }
-}
-
-/// See [`Layout`].
-#[derive(Debug)]
-pub(crate) struct BacklashSimulation {
-    inner: MujocoSimulation,
-    layout: Layout,
-    qpos: Vec<f64>,
-    qvel: Vec<f64>,
-}
-
-impl BacklashSimulation {
-    pub(crate) fn new(inner: MujocoSimulation, layout: Layout) -> Self {
-        let mut simulation = Self {
-            qpos: vec![0.0; layout.qpos.len()],
-            qvel: vec![0.0; layout.qvel.len()],
-            inner,
-            layout,
-        };
-        simulation.fold();
-        simulation
-    }
-
-    /// Copies the nominal's coordinates out.
-    fn fold(&mut self) {
-        for (value, at) in self.qpos.iter_mut().zip(&self.layout.qpos) {
-            *value = self.inner.qpos()[*at];
-        }
-        for (value, at) in self.qvel.iter_mut().zip(&self.layout.qvel) {
-            *value = self.inner.qvel()[*at];
-        }
-    }
-}
-
-impl BacklashSimulation {
-    /// A full-physics state of the nominal as one of the model with backlash, every joint in the middle of its own.
-    fn whole(&self, state: &[f64]) -> Vec<f64> {
-        let (nq, nv) = (self.layout.qpos.len(), self.layout.qvel.len());
-        let mut all = Vec::with_capacity(state.len() + self.layout.nq + self.layout.nv);
-        if state.len() > nq + nv {
-            let mut qpos = vec![0.0; self.layout.nq];
-            let mut qvel = vec![0.0; self.layout.nv];
-            Layout::spread(&self.layout.qpos, &state[1..=nq], &mut qpos);
-            Layout::spread(&self.layout.qvel, &state[1 + nq..1 + nq + nv], &mut qvel);
-            all.push(state[0]);
-            all.extend(qpos);
-            all.extend(qvel);
-            all.extend(&state[1 + nq + nv..]);
-        }
-        all
-    }
-}
-
-impl Simulation for BacklashSimulation {
-    fn reset(&mut self) {
-        self.inner.reset();
-        self.fold();
-    }
-
-    fn time(&self) -> f64 {
-        self.inner.time()
-    }
-
-    /// Every joint starts in the middle of its backlash.
-    fn restart(&mut self, state: &[f64]) {
-        let all = self.whole(state);
-        self.inner.restart(&all);
-        self.fold();
-    }
-
-    fn rejoin(&mut self, state: &[f64]) {
-        let all = self.whole(state);
-        self.inner.rejoin(&all);
-        self.fold();
-    }
-
-    fn set_motion(&mut self, time: f64, qpos: &[f64], qvel: &[f64]) {
-        let (mut all_q, mut all_v) = (self.inner.qpos().to_vec(), self.inner.qvel().to_vec());
-        Layout::spread(&self.layout.qpos, qpos, &mut all_q);
-        Layout::spread(&self.layout.qvel, qvel, &mut all_v);
-        self.inner.set_motion(time, &all_q, &all_v);
-        self.fold();
-    }
-
-    fn qpos(&self) -> &[f64] {
-        &self.qpos
-    }
-
-    fn qvel(&self) -> &[f64] {
-        &self.qvel
-    }
-
-    fn retract(&mut self, tangent: &[f64]) {
-        let (nominal, all) = (self.layout.qvel.len(), self.layout.nv);
-        let mut spread = vec![0.0; 2 * all];
-        let (way, speed) = spread.split_at_mut(all);
-        Layout::spread(&self.layout.qvel, &tangent[..nominal], way);
-        Layout::spread(&self.layout.qvel, &tangent[nominal..], speed);
-        self.inner.retract(&spread);
-        self.fold();
-    }
-
-    fn save(&self) -> Vec<f64> {
-        self.inner.save()
-    }
-
-    fn load(&mut self, saved: &[f64]) {
-        self.inner.load(saved);
-        self.fold();
-    }
-
-    fn set_control(&mut self, control: &[f64]) {
-        self.inner.set_control(control);
-    }
-
-    fn set_base_wrench(&mut self, wrench: Wrench) {
-        self.inner.set_base_wrench(wrench);
-    }
-
-    fn step(&mut self) {
-        self.inner.step();
-        self.fold();
-    }
-
-    fn look(&mut self) {
-        self.inner.look();
-    }
-
-    fn reading_lead(&self) -> f64 {
-        self.inner.reading_lead()
-    }
-
-    fn sensors(&self) -> &[f64] {
-        self.inner.sensors()
-    }
-
-    fn diverged(&self) -> bool {
-        self.inner.diverged()
+        Ok(())
     }
 }

@@ -5,7 +5,7 @@
 //! instances         the plugin's instances in a model: set up, found again, their bodies
 //! instance_effects  the named effects of all instances, added to MuJoCo's forces
 //! applied           the wrench of an instance at a state
-//! told              warnings that a simulation is given once
+//! warned_once       simulations that were warned already
 //! arrows            what a viewer draws
 //! passive_callback  the same force in Debian's MuJoCo 2.2.2, which has no engine plugins
 //! ```
@@ -23,4 +23,4 @@ pub(crate) mod passive_callback;
 #[cfg(mujoco_plugins)]
 pub(crate) mod plugin;
 #[cfg(mujoco_plugins)]
-mod told;
+mod warned_once;

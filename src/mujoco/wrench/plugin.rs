@@ -14,7 +14,7 @@ use super::{
     arrows,
     instance_effects::{self, with_effects, with_sources},
     instances::{self, BROKEN, carrying_body, held, set_up, settings},
-    told,
+    warned_once,
 };
 use crate::{
     mujoco::{
@@ -122,7 +122,7 @@ unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int
         match set_up(model, id) {
             Ok((key, instance)) => {
                 data.plugin_data_mut()[id] = key.to_bits() as usize;
-                told::forget(data.instance_state(id));
+                warned_once::forget(data.instance_state(id));
                 if let Some(learned) = instance.learned() {
                     for notice in learned.notices_at_load(model.has_fluid()) {
                         tell(model, learned, notice, 0.0);
@@ -242,7 +242,8 @@ unsafe extern "C" fn advance(m: *const mjModel, d: *mut mjData, id: c_int) {
         let (state, mut moment) = data.plugin_state_and_moment(id);
         moment.water = water;
         let (notice, time) = (learned.advance(&mut state[..start], moment), moment.time);
-        let again = matches!(notice, Some(Notice::OutOfRange(_))) && !told::first_time(state);
+        let again =
+            matches!(notice, Some(Notice::OutOfRange(_))) && !warned_once::first_time(state);
         if let Some(notice) = notice.filter(|_| !again) {
             tell(data.model(), learned, notice, time);
         }

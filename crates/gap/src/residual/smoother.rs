@@ -271,7 +271,7 @@ impl<'a> TrialSmoother<'a> {
         (sum / count.max(1) as f64).max(1.0)
     }
 
-    /// EstimatedMotion that memories are led along.
+    /// Estimated motion along which the memories of effects are run.
     pub(super) fn motion(&self) -> &'a EstimatedMotion {
         self.motion
     }

@@ -5,10 +5,16 @@ use crate::{
         hypothesis::{Fit, sum},
         linearized_problem::LinearizedProblem,
     },
+    options::Options,
     output::records::WithoutTrial,
     problem::problem::Problem,
     stage::name::Naming,
 };
+
+/// True where so few trials exist, fitted and held out together, that each is judged by a fit that left it out.
+pub fn is_cross_fitted(trials: usize, options: &Options) -> bool {
+    trials <= options.verify.cross_fit_trials
+}
 
 /// The fit without each of its trials, by the quadratics of the others about the optimum.
 pub(crate) fn cross_fit(

@@ -1,12 +1,12 @@
 //! The stages: locate (find), name, add, verify, conclude.
 
+pub(crate) mod acceptance;
 pub(crate) mod add;
 pub(crate) mod bootstrap;
 pub(crate) mod conclude;
 pub(crate) mod cross_fit;
 pub(crate) mod decision;
 pub(crate) mod experiment_design;
-pub(crate) mod held_out;
 pub(crate) mod locate;
 pub(crate) mod name;
 pub(crate) mod posterior;

@@ -31,7 +31,7 @@ use crate::{
         state_estimation,
         system::System,
     },
-    stage::held_out::{self, Sums, TrialErrors},
+    stage::acceptance::{self, Sums, TrialErrors},
     statistics::quantile,
     trial::Trial,
 };
@@ -136,7 +136,7 @@ pub fn verify(
         })
         .collect::<Result<Vec<Option<TrialErrors>>, GapError>>()?;
     let outcomes: Vec<TrialErrors> = outcomes.into_iter().flatten().collect();
-    Ok(held_out::summary(
+    Ok(acceptance::summary(
         &channels,
         outcomes,
         files,
@@ -242,11 +242,11 @@ fn roll(
                 let terms = [a * a, b * b, about_mean * about_mean, 1.0, alone * alone];
                 for (horizon, sums) in options.verify.horizons.iter().zip(&mut sums) {
                     if since <= horizon + 1e-9 {
-                        held_out::add(&mut sums[channel], terms);
+                        acceptance::add(&mut sums[channel], terms);
                     }
                 }
                 let fast = usize::from(command(trial, row) > middle);
-                held_out::add(&mut regimes[fast][channel], terms);
+                acceptance::add(&mut regimes[fast][channel], terms);
             }
         }
     }
@@ -333,7 +333,7 @@ fn middle_command(trial: &MeasuredTrial) -> f64 {
     quantile(&all, 0.5).unwrap_or(0.0)
 }
 
-/// MeasuredTrial and predicted, for the eye.
+/// Measured and predicted curves for the plots of the report.
 fn overlays(
     trial: &MeasuredTrial,
     channels: &Channels,

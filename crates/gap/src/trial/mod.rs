@@ -22,7 +22,6 @@
 mod assemble;
 mod csv;
 mod error;
-mod holdout;
 mod list;
 mod message;
 mod npz;
@@ -30,6 +29,7 @@ mod npz_arrays;
 mod remark;
 mod series;
 mod signature;
+mod split;
 mod tables;
 mod times;
 mod unit_checks;
@@ -40,12 +40,12 @@ use std::{ffi::OsStr, path::Path};
 pub use self::{
     csv::write_csv,
     error::{Place, TrialError},
-    holdout::{Split, folds, split},
     list::{Listed, list, read_folder},
     npz::write_npz,
     remark::{Part, Remark, RemarkKind},
     series::Series,
     signature::{SensorQuantity, SensorSignature, Signature},
+    split::{Split, folds, split},
 };
 
 /// A recorded run.

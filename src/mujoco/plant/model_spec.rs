@@ -1,38 +1,21 @@
-//! Changes of a model before it is compiled: room for added inertia, and backlash in joints.
+//! The model of a plant as it is compiled: with room for added inertia, and with backlash in joints.
 
 use std::{
-    ffi::{CString, c_char},
+    ffi::c_char,
     path::Path,
     ptr::{NonNull, null},
 };
 
+use super::backlash::Backlash;
 use crate::mujoco::{
     ffi::{
         Api,
-        bindings::{mjLIMITED_FALSE, mjLIMITED_TRUE, mjModel, mjOBJ_BODY, mjOBJ_JOINT, mjSpec},
+        bindings::{mjModel, mjOBJ_BODY, mjSpec},
         last_refusal, scene_folder,
         views::string,
     },
     simulator::{ERROR_LEN, Model, SimulatorError, c_path, refused},
 };
-
-/// Backlash of a joint: a second joint behind it, free within the backlash. The range is set in the compiled model.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Backlash {
-    /// The joint before it.
-    pub(crate) joint: String,
-    /// Inertia of the joint itself [kg m^2 or kg].
-    pub(crate) armature: f64,
-    /// Time constant of its stops [s].
-    pub(crate) stop: f64,
-}
-
-impl Backlash {
-    /// Name of the extra joint.
-    pub(crate) fn name(&self) -> String {
-        format!("{}_play", self.joint)
-    }
-}
 
 /// A model before it is compiled.
 struct Spec {
@@ -47,9 +30,8 @@ impl Drop for Spec {
     }
 }
 
-/// As [`Model::load`], with backlash in these joints, and such that every body has room in the inertia matrix for products of
-/// its degrees of freedom: MuJoCo keeps a diagonal alone for a body whose inertia is that simple, and an
-/// empty child takes the simplicity away and changes nothing else.
+/// As [`Model::load`], with backlash in these joints, and with an empty child on every body that MuJoCo calls simple. It stores
+/// only the diagonal of the inertia matrix for these; the child makes it store the full block and has no other effect.
 pub(crate) fn load(path: &Path, backlashes: &[Backlash]) -> Result<Model, SimulatorError> {
     let model = Model::load(path)?;
     let simple: Vec<i32> = (1..model.view().bodies())
@@ -64,7 +46,8 @@ pub(crate) fn load(path: &Path, backlashes: &[Backlash]) -> Result<Model, Simula
     drop(spec.compile(path)?);
     spec.add_children(&simple);
     for backlash in backlashes {
-        spec.add_backlash(backlash)
+        backlash
+            .add_to(spec.spec, spec.api)
             .map_err(|reason| refused(path, reason.as_bytes()))?;
     }
     spec.compile(path)
@@ -118,47 +101,5 @@ impl Spec {
                 (functions.mjs_addBody)(body, null());
             }
         }
-    }
-
-    /// Puts a joint of the same axis behind another.
-    fn add_backlash(&self, backlash: &Backlash) -> Result<(), String> {
-        let fault = || format!("joint `{}` cannot be given backlash", backlash.joint);
-        let (name, own) = (
-            CString::new(backlash.joint.as_str()).map_err(|_| fault())?,
-            CString::new(backlash.name()).map_err(|_| fault())?,
-        );
-        let functions = &self.api.functions;
-        // SAFETY: C strings and elements of a live spec, each checked before it is used.
-        unsafe {
-            let element =
-                (functions.mjs_findElement)(self.spec.as_ptr(), mjOBJ_JOINT, name.as_ptr());
-            let before = NonNull::new(element).ok_or_else(fault)?;
-            let body = (functions.mjs_getParent)(before.as_ptr());
-            let before = (functions.mjs_asJoint)(before.as_ptr()).as_ref();
-            let (before, body) = before.zip(NonNull::new(body)).ok_or_else(fault)?;
-            let joint = (functions.mjs_addJoint)(body.as_ptr(), null());
-            let joint = joint.as_mut().ok_or_else(fault)?;
-            joint.type_ = before.type_;
-            joint.pos = before.pos;
-            joint.axis = before.axis;
-            joint.limited = mjLIMITED_TRUE;
-            joint.range = [-1.0, 1.0];
-            joint.solref_limit = [backlash.stop, 1.0];
-            joint.solimp_limit[..3].copy_from_slice(&[0.99, 0.999, 0.001]);
-            joint.armature = backlash.armature;
-            // What a class gives belongs to the joint before it.
-            joint.ref_ = 0.0;
-            joint.margin = 0.0;
-            joint.frictionloss = 0.0;
-            joint.springref = 0.0;
-            joint.springdamper = [0.0; 2];
-            joint.stiffness = Default::default();
-            joint.damping = Default::default();
-            joint.actfrclimited = mjLIMITED_FALSE;
-            if (functions.mjs_setName)(joint.element, own.as_ptr()) != 0 {
-                return Err(fault());
-            }
-        }
-        Ok(())
     }
 }

@@ -13,9 +13,10 @@ use hydro_effects::{Entry, Id, Part, TargetKind, effect};
 use hydro_gap::plant::{FreeBase, Plant, PlantDescription, PlantError, Simulation};
 
 use super::{
-    backlash::{BacklashSimulation, Layout},
+    backlash::Backlash,
     description,
-    model_edits::{self, Backlash},
+    hidden_joints::{BacklashSimulation, Layout},
+    model_spec,
     nuisances::{self, Nominal, Turn},
     passive_hook, sensors,
     simulation::{LoadSensor, MujocoSimulation},
@@ -111,7 +112,7 @@ impl MujocoPlant {
         backlashes: &[Backlash],
         integrator: Option<Integrator>,
     ) -> Result<Self, PlantError> {
-        let mut model = model_edits::load(path, backlashes).map_err(fault)?;
+        let mut model = model_spec::load(path, backlashes).map_err(fault)?;
         if let Some(integrator) = integrator {
             model.set_integrator(integrator);
         }

@@ -1,27 +1,27 @@
-//! Which simulations were told that a velocity is out of the network's range: each once, however often it is reset.
+//! Which simulations were warned that a velocity is out of the network's range: each once, however often it is reset.
 //!
 //! A simulation is known by the address of the instance's state in its `mjData`.
 
 use std::sync::{Mutex, PoisonError};
 
-static TOLD: Mutex<Vec<usize>> = Mutex::new(Vec::new());
+static WARNED: Mutex<Vec<usize>> = Mutex::new(Vec::new());
 
 /// True the first time for this state.
 pub(crate) fn first_time(state: &[f64]) -> bool {
     let place = state.as_ptr() as usize;
-    let mut told = TOLD.lock().unwrap_or_else(PoisonError::into_inner);
-    let first = !told.contains(&place);
+    let mut warned = WARNED.lock().unwrap_or_else(PoisonError::into_inner);
+    let first = !warned.contains(&place);
     if first {
-        told.push(place);
+        warned.push(place);
     }
     first
 }
 
-/// Forgets a state that a new simulation begins with.
+/// Forgets a state, for a new simulation begins at its address.
 pub(crate) fn forget(state: &[f64]) {
     let place = state.as_ptr() as usize;
-    let mut told = TOLD.lock().unwrap_or_else(PoisonError::into_inner);
-    told.retain(|known| *known != place);
+    let mut warned = WARNED.lock().unwrap_or_else(PoisonError::into_inner);
+    warned.retain(|known| *known != place);
 }
 
 #[cfg(test)]
