@@ -7,6 +7,8 @@ use std::{
 
 /// The folder of checkpoints in a checkout or an installed package.
 const MODELS: &str = "models";
+/// How far a library (`target/NAME/release`) or a scene (`mjcf/gap`) lies below its project.
+const LEVELS: usize = 3;
 
 /// The folders, in order: those of `HYDRO_PATH`, the working directory, the folder of the library, that of the MJCF
 /// where it is known, and the project above each of the last two: the nearest folder that holds `models`.
@@ -68,9 +70,9 @@ impl SearchPath {
     }
 }
 
-/// The nearest folder from here upwards that holds `models`.
+/// The nearest folder that holds `models`, from here at most [`LEVELS`] upwards.
 fn project(from: &Path) -> Option<PathBuf> {
-    let mut above = from.ancestors();
+    let mut above = from.ancestors().take(LEVELS + 1);
     above
         .find(|folder| folder.join(MODELS).is_dir())
         .map(Path::to_owned)

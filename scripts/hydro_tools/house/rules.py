@@ -12,7 +12,7 @@ LONGEST = 600
 
 
 def crates(root: Path) -> dict[str, Path]:
-    """First file of every crate of the workspace, by its name in code."""
+    """First source of every crate of the workspace, by its name in code."""
     found = {"hydro_plugin": root / "src/lib.rs", "hydro": root / "src/main.rs"}
     for folder in sorted((root / "crates").iterdir()):
         found[f"hydro_{folder.name}"] = folder / "src/lib.rs"
@@ -69,4 +69,39 @@ def printing_in_one_place(root: Path) -> list[str]:
     return _only(root, pattern, ("src/cli", "src/main.rs"), "printing, exiting and parsing flags")
 
 
-RULES = (no_circles, no_long_files, unsafe_in_one_place, printing_in_one_place)
+#: What a folder of a crate must not name, by the crate's name in code: those above it.
+BELOW = {
+    "hydro_plugin": {"plugin": {"mujoco", "report"}, "report": {"mujoco", "plugin"}, "mujoco": {"report"}},
+    "hydro_training": {
+        "dataset": {"trainer", "metrics", "residual_model", "comparison", "experiment"},
+        "trainer": {"residual_model", "comparison", "experiment"},
+        "comparison": {"experiment"},
+    },
+    "hydro_gap": {
+        "trial": {"plant", "patch", "problem", "rollout", "fit", "discrepancy", "select", "stage", "residual"},
+        "plant": {"patch", "problem", "rollout", "fit", "discrepancy", "select", "stage", "residual"},
+        "patch": {"problem", "rollout", "fit", "discrepancy", "select", "stage", "residual"},
+        "problem": {"rollout", "fit", "discrepancy", "select", "stage", "residual"},
+        "rollout": {"fit", "discrepancy", "select", "stage", "residual"},
+        "fit": {"discrepancy", "select", "stage", "residual"},
+        "discrepancy": {"select", "stage", "residual"},
+        "select": {"stage", "residual"},
+    },
+}
+
+
+def data_flows_one_way(root: Path) -> list[str]:
+    """No folder of a crate names one above it (ARCHITECTURE.md)."""
+    breaches = []
+    firsts = crates(root)
+    for name, above in BELOW.items():
+        modules = crate(firsts[name], name)
+        for module, targets in arrows(modules).items():
+            for target in sorted(targets):
+                if module and target and target[0] in above.get(module[0], ()):
+                    file = modules[module].path.relative_to(root)
+                    breaches.append(f"{file}: `{module[0]}` must not name `{'::'.join(target)}`")
+    return breaches
+
+
+RULES = (no_circles, data_flows_one_way, no_long_files, unsafe_in_one_place, printing_in_one_place)

@@ -105,7 +105,7 @@ def crate(root: Path, name: str) -> dict[tuple[str, ...], Module]:
                     here.imported[alias or parts[-1]] = parts
                 if not public.strip():
                     here.private.append(parts)
-        here.code = USE.sub("", code)
+        here.code = re.sub(r"pub\([^)]*\)", "pub", USE.sub("", code))
         here.defined = set(ITEM.findall(here.code))
 
     read(root, ())
@@ -151,11 +151,11 @@ def resolve(modules: dict, at: tuple[str, ...], parts: list[str], depth: int = 0
 
 
 def arrows(modules: dict) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
-    """Which module's code names which other of the crate; a parent that assembles its own children is not counted."""
+    """Which module's code names which other of the crate."""
     out: dict[tuple[str, ...], set[tuple[str, ...]]] = {}
     for name, module in modules.items():
         named = [parts for parts in module.private if parts[-1] != "*"]
         named += [path.split("::") for path in PATH.findall(module.code)]
         targets = {resolve(modules, name, parts) for parts in named}
-        out[name] = {target for target in targets if target is not None and target[: len(name)] != name}
+        out[name] = {target for target in targets if target is not None and target != name}
     return out

@@ -168,7 +168,7 @@ class Force(unittest.TestCase):
                     self.assertEqual(texts, [])
                     steps(model, data, 25)
                     self.assertEqual(len(texts), 1)
-                    self.assertIn("asked between -0.500 and 0.500 m/s alone", texts[0])
+                    self.assertIn("outside the training range -0.500 to 0.500", texts[0])
                     # What was told, and the drag, are in the state.
                     restored = mujoco.MjData(model)
                     mujoco.mj_setState(model, restored, state_of(model, data), mujoco.mjtState.mjSTATE_INTEGRATION)

@@ -69,15 +69,15 @@ impl Spec {
 
     fn compile(&self, path: &Path) -> Result<Model, SimulatorError> {
         let functions = &self.api.functions;
-        // SAFETY: a live spec, no virtual files; the error is a C string of the spec.
         let folder = scene_folder::folder(path);
-        let model: *mut mjModel = scene_folder::known(folder.as_deref(), || unsafe {
-            (functions.mj_compile)(self.spec.as_ptr(), null())
+        let model: *mut mjModel = scene_folder::known(folder.as_deref(), || {
+            // SAFETY: a live spec, no virtual files.
+            unsafe { (functions.mj_compile)(self.spec.as_ptr(), null()) }
         });
         match NonNull::new(model) {
             Some(model) => Ok(Model::owned(model, self.api, folder)),
             None => {
-                // SAFETY: as above.
+                // SAFETY: the error is a C string of the live spec.
                 let text = unsafe { string((functions.mjs_getError)(self.spec.as_ptr())) };
                 Err(refused(path, text.as_bytes()))
             }

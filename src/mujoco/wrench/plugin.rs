@@ -122,7 +122,7 @@ unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int
         match set_up(model, id) {
             Ok((key, instance)) => {
                 data.plugin_data_mut()[id] = key.to_bits() as usize;
-                warned_once::forget(data.instance_state(id));
+                warned_once::forget(&data.plugin_data_mut()[id]);
                 if let Some(learned) = instance.learned() {
                     for notice in learned.notices_at_load(model.has_fluid()) {
                         tell(model, learned, notice, 0.0);
@@ -153,6 +153,7 @@ unsafe extern "C" fn destroy(d: *mut mjData, id: c_int) {
         };
         // SAFETY: `nplugin` numbers, of which `id` is one.
         let all = unsafe { view_mut(data.plugin_data, data.nplugin) };
+        warned_once::forget(&all[id as usize]);
         let bits = std::mem::take(&mut all[id as usize]);
         if bits != BROKEN
             && let Some(key) = InstanceKey::from_bits(bits as u64)
@@ -242,8 +243,8 @@ unsafe extern "C" fn advance(m: *const mjModel, d: *mut mjData, id: c_int) {
         let (state, mut moment) = data.plugin_state_and_moment(id);
         moment.water = water;
         let (notice, time) = (learned.advance(&mut state[..start], moment), moment.time);
-        let again =
-            matches!(notice, Some(Notice::OutOfRange(_))) && !warned_once::first_time(state);
+        let again = matches!(notice, Some(Notice::OutOfRange(_)))
+            && !warned_once::first_time(&data.plugin_data_mut()[id]);
         if let Some(notice) = notice.filter(|_| !again) {
             tell(data.model(), learned, notice, time);
         }

@@ -1,27 +1,27 @@
-//! Which simulations were warned that a velocity is out of the network's range: each once, however often it is reset.
+//! Simulations that were warned that a velocity is out of the network's range: each once, however often it is reset.
 //!
-//! A simulation is known by the address of the instance's state in its `mjData`.
+//! A simulation is known by the address of the instance's entry in `plugin_data` of its `mjData`; `destroy` forgets it.
 
 use std::sync::{Mutex, PoisonError};
 
 static WARNED: Mutex<Vec<usize>> = Mutex::new(Vec::new());
 
-/// True the first time for this state.
-pub(crate) fn first_time(state: &[f64]) -> bool {
-    let place = state.as_ptr() as usize;
+/// True the first time for this entry.
+pub(crate) fn first_time(entry: &usize) -> bool {
+    let address = std::ptr::from_ref(entry) as usize;
     let mut warned = WARNED.lock().unwrap_or_else(PoisonError::into_inner);
-    let first = !warned.contains(&place);
+    let first = !warned.contains(&address);
     if first {
-        warned.push(place);
+        warned.push(address);
     }
     first
 }
 
-/// Forgets a state, for a new simulation begins at its address.
-pub(crate) fn forget(state: &[f64]) {
-    let place = state.as_ptr() as usize;
+/// Forgets an entry, of a simulation that begins or ends.
+pub(crate) fn forget(entry: &usize) {
+    let address = std::ptr::from_ref(entry) as usize;
     let mut warned = WARNED.lock().unwrap_or_else(PoisonError::into_inner);
-    warned.retain(|known| *known != place);
+    warned.retain(|known| *known != address);
 }
 
 #[cfg(test)]
@@ -29,8 +29,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_simulation_is_told_once_until_it_is_made_anew() {
-        let (one, other) = ([0.0], [0.0]);
+    fn a_simulation_is_warned_once_until_it_is_made_anew() {
+        let (one, other) = (0, 0);
         assert!(first_time(&one) && first_time(&other));
         assert!(!first_time(&one));
         forget(&one);

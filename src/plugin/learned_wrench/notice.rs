@@ -52,13 +52,11 @@ impl Notice {
                 let unit = velocity.unit();
                 let others = match others {
                     0 => String::new(),
-                    1 => " (and 1 other velocity is out of range)".to_owned(),
-                    more => format!(" (and {more} other velocities are out of range)"),
+                    more => format!(" (and {more} more)"),
                 };
                 format!(
-                    "`{velocity}` is {found:.3} {unit} at t = {time} s{others}; the network is asked between \
-                     {least:.3} and {most:.3} {unit} alone (`envelope` of its card), with a drag on the rest of a \
-                     base velocity: the force is a guess out there"
+                    "`{velocity}` is {found:.3} {unit} at t = {time} s, outside the training range {least:.3} to \
+                     {most:.3}{others}: the force is a guess"
                 )
             }
             Self::NotFinite => format!(

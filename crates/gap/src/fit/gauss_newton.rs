@@ -22,7 +22,7 @@ use crate::{
     progress::Watch,
 };
 
-/// Disappointments before the one at which the columns of all nuisance parameters are made anew.
+/// Rejected steps before the one at which the columns of all nuisance parameters are made anew.
 const RENEW_ALL_AFTER: usize = 1;
 /// Halvings of a step that leads uphill.
 const HALVINGS: usize = 3;
@@ -68,7 +68,7 @@ impl LinearizedProblem<'_> {
         if exact && !fit.correlated(options.correlated).is_empty() {
             fit = self.renewed(fit, false)?;
         }
-        // What the steps since the columns were made have brought; none: none was made.
+        // Decrease of the cost by the steps since the columns were made; `None` before the first step.
         let mut since: Option<f64> = None;
         // Columns that did not hold what they promised were made anew so many times: the effects' and what is correlated
         // to them, then all, once; in a large model those of all nuisance parameters cost more than everything else.

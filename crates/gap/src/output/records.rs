@@ -187,7 +187,7 @@ pub struct Overlay {
     pub unit: String,
     /// Times [s].
     pub time: Vec<f64>,
-    /// MeasuredTrial; none where a sample was dropped.
+    /// Measured; none where a sample was dropped.
     pub measured: Vec<Option<f64>>,
     /// Nominal model; none between rollouts, so that a line breaks there.
     pub before: Vec<Option<f64>>,

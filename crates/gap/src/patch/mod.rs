@@ -35,6 +35,7 @@ mod learned_wrench;
 mod mjcf;
 mod nominal_values;
 mod patched;
+mod request;
 mod save;
 #[cfg(test)]
 mod tests;
@@ -42,41 +43,15 @@ mod wrench_plugin;
 mod writer;
 mod xml_edit;
 
-use std::path::{Path, PathBuf};
-
 pub use diff::{DiffKind, DiffLine, diff, unified};
 pub use error::PatchError;
 pub use learned_wrench::{LearnedWrench, add_learned_wrench};
 pub use patched::{Patched, Renumbered, Written};
+pub use request::{Names, Request};
 pub use save::save;
 
-use hydro_effects::{Entry, Id};
 use mjcf::Mjcf;
 use writer::Writer;
-
-use crate::plant::{Nuisance, PlantDescription};
-
-/// Names of the parameters of an effect on a target of a model; a body's shape may choose them.
-pub type Names = fn(&PlantDescription, Id, &str) -> Vec<String>;
-
-/// Effects and values to write, and the model to write them into.
-#[derive(Clone, Copy, Debug)]
-pub struct Request<'a> {
-    /// The nominal MJCF.
-    pub nominal: &'a Path,
-    /// Effects with values, in the order of the catalogue's parameters. `payload`: mass, x, y, z; `net_buoyancy`: force,
-    /// its moment; `current`: x, y, z.
-    pub entries: &'a [Entry],
-    /// Nuisance parameters of the nominal model and their deviations, as in `Plant::simulation`: relative, or metres for
-    /// a centre of mass. A deviation of zero leaves the text as it is.
-    pub numbers: &'a [(Nuisance, f64)],
-    /// The nominal model as compiled: masses, inertias, addresses, step.
-    pub description: &'a PlantDescription,
-    /// Names of an effect's parameters on a target, in order.
-    pub names: Names,
-    /// Folders in which the plugin looks for relative paths before the model's own.
-    pub search: &'a [PathBuf],
-}
 
 /// Writes effects and values of the nominal model into its text. Nothing is written to disk.
 ///

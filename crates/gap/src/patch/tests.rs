@@ -4,13 +4,15 @@
 use std::{fs, path::Path};
 
 use hydro_effects::{
-    TargetKind,
+    Entry, Id, TargetKind,
     card::{BodyScale, JointScale},
 };
 use proptest::prelude::*;
 
 use super::*;
-use crate::plant::{Inertial, NuisanceClass, PlantBody, PlantJoint, Quantity};
+use crate::plant::{
+    Inertial, Nuisance, NuisanceClass, PlantBody, PlantDescription, PlantJoint, Quantity,
+};
 
 /// Names of the parameters, as far as the tests go.
 pub(super) fn names(_: &PlantDescription, effect: Id, _: &str) -> Vec<String> {

@@ -167,7 +167,7 @@ impl Channels {
         self.list.len()
     }
 
-    /// MeasuredTrial less predicted, by channel; NaN where there is no reading. An attitude gives the rotation
+    /// Measured less predicted, by channel; NaN where there is no reading. An attitude gives the rotation
     /// vector from the predicted to the measured one, in the predicted frame.
     pub(crate) fn residual(&self, measured: &[f64], predicted: &[f64], residual: &mut [f64]) {
         for source in &self.sources {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{
     Part, Place, Remark, RemarkKind, SensorSignature, Series, Signature, Trial, TrialError,
-    tables::Parts, times, trial_name, unit_checks,
+    file_name::trial_name, tables::Parts, times, unit_checks,
 };
 
 /// Checks the tables and makes a trial of them, with remarks.

@@ -5,7 +5,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{Remark, Signature, Trial, TrialError, ending, message::listed, read, trial_name};
+use super::{
+    Remark, Signature, Trial, TrialError,
+    file_name::{ending, trial_name},
+    message::listed,
+    read::read,
+};
 
 /// A trial in a folder, not opened.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

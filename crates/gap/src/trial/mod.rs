@@ -22,10 +22,13 @@
 mod assemble;
 mod csv;
 mod error;
+mod file_name;
 mod list;
 mod message;
 mod npz;
 mod npz_arrays;
+mod read;
+mod recorded_run;
 mod remark;
 mod series;
 mod signature;
@@ -35,61 +38,15 @@ mod times;
 mod unit_checks;
 mod write_whole;
 
-use std::{ffi::OsStr, path::Path};
-
 pub use self::{
     csv::write_csv,
     error::{Place, TrialError},
     list::{Listed, list, read_folder},
     npz::write_npz,
+    read::read,
+    recorded_run::Trial,
     remark::{Part, Remark, RemarkKind},
     series::Series,
     signature::{SensorQuantity, SensorSignature, Signature},
     split::{Split, folds, split},
 };
-
-/// A recorded run.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Trial {
-    /// Name of the file without its ending.
-    pub name: String,
-    /// Controls, one column for each actuator in the model's order; finite.
-    pub control: Series,
-    /// Sensors that the log has, in the model's order; NaN where a sample is missing.
-    pub sensors: Series,
-    /// Full-physics state at the start, of the nominal model's length: time [s], qpos, qvel and the rest; finite.
-    pub initial_state: Option<Vec<f64>>,
-    /// States along the run; finite. The columns are those of the full-physics vector, `state[i]`, or, from a
-    /// csv that does not have all of it, `qpos[i]`, `qvel[i]`, `act[i]`.
-    pub state: Option<Series>,
-}
-
-/// Reads and checks a trial.
-///
-/// # Errors
-/// A file that cannot be read, does not fit the model, or cannot be a measurement of it.
-pub fn read(path: &Path, signature: &Signature) -> Result<(Trial, Vec<Remark>), TrialError> {
-    let parts = match ending(path).as_deref() {
-        Some("npz") => npz::read(path, signature)?,
-        Some("csv") => csv::read(path, signature)?,
-        _ => {
-            return Err(TrialError::Ending {
-                path: path.to_owned(),
-            });
-        }
-    };
-    assemble::assemble(path, signature, parts)
-}
-
-/// The ending of a file's name, in lower case.
-fn ending(path: &Path) -> Option<String> {
-    let ending = path.extension().and_then(OsStr::to_str)?;
-    Some(ending.to_ascii_lowercase())
-}
-
-/// Name of the trial in a file: the file's without its ending.
-fn trial_name(path: &Path) -> String {
-    path.file_stem()
-        .map(|stem| stem.to_string_lossy().into_owned())
-        .unwrap_or_default()
-}

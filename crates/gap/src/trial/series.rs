@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_are_found_by_the_trial_name_their_signal() {
+    fn columns_are_found_by_the_name_of_their_signal() {
         let series = ramp();
         assert_eq!(series.columns_of("a"), [0]);
         assert_eq!(series.columns_of("v"), [1, 2]);

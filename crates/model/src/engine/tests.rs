@@ -582,7 +582,7 @@ fn extreme_and_denormal_inputs_agree_with_candle() {
     }
 }
 
-/// PackedLayers whose weights and activations are denormal: halves have none, singles do as Candle does.
+/// Layers whose weights and activations are denormal: halves have none, singles do as Candle does.
 #[test]
 fn denormal_weights_agree_with_candle() {
     let config = &configs()[0];

@@ -1,4 +1,4 @@
-//! TrainProgress of a run, and who is told of it.
+//! Progress of a training run, and the observer that receives it.
 
 use super::log::LogRecord;
 use crate::metrics::Evaluation;

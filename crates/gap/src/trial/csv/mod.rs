@@ -1,4 +1,4 @@
-//! A trial as comma-separated text, read and written. [The room's head](super) says what the columns are.
+//! A trial as comma-separated text, read and written. The columns are described in [the parent module](super).
 
 mod header;
 mod rows;
