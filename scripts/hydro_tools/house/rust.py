@@ -47,7 +47,7 @@ def without_comments(text: str) -> str:
 def without_tests(code: str) -> str:
     """Source without modules and items under `#[cfg(test)]`."""
     out, at = [], 0
-    for mark in re.finditer(r"#\[cfg\(test\)\]", code):
+    for mark in re.finditer(r"#\[cfg\((?:test|all\(test\b[^\]]*)\)\]", code):
         if mark.start() < at:
             continue
         out.append(code[at : mark.start()])
