@@ -8,7 +8,7 @@
 //!
 //! Ours, not the paper's. For a given motion two forces approach each other at every step, so an error at the start
 //! is forgotten and the force cannot drift. Rates and targets do not depend on F: those of a whole trajectory are one
-//! product, and what is left is a scan ([`crate::operations::relaxation_op`]). The differences of samples let the target hold added
+//! product, and what is left is a scan (`operations/relaxation_op.rs`). The differences of samples let the target hold added
 //! mass and what is left of the step's own acceleration. Several modes are a fading memory of several time scales, as the
 //! state-space models of wave radiation forces are (T. Perez and T. I. Fossen, "Time- vs. frequency-domain identification of
 //! parametric radiation force models for marine structures at zero speed", MIC 29(1), 2008), but with real rates that the
