@@ -170,7 +170,7 @@ fn being_out_of_range_is_told_once_a_start() {
         let text = told[2].clone().unwrap().text(0.02, 0.01, 0.01);
         for part in [
             "`linear_velocity.x` is 2.000 m/s at t = 0.02 s",
-            "between -1.000 and 1.000 m/s",
+            "outside the training range -1.000 to 1.000",
         ] {
             assert!(text.contains(part), "{text}");
         }
