@@ -92,7 +92,7 @@ def peak_bytes() -> int:
 def serve(kinds: dict[str, type]) -> None:
     """Answers until the input ends; a task's field `kind` chooses the implementation, the others are its arguments."""
     implementation = None
-    # What a library prints must not be taken for an answer.
+    # Output of a library must not be taken for an answer.
     answers, sys.stdout = sys.stdout, sys.stderr
     for line in sys.stdin:
         try:

@@ -69,7 +69,7 @@ def main() -> int:
         return listed.returncode
     away = [HERE if words[at - 1] == "--out" else word for at, word in enumerate(words)]
     names = [job["job"] for job in json.loads(listed.stdout) if not job["done"]]
-    # What --out holds of a job goes along: a model that is only examined again is not trained again.
+    # The files of a job in --out are sent with it: a model that is only examined again is not trained again.
     jobs = {name: Job([*compare, *away, "--only", name], packed(out, f"jobs/{name}")) for name in names}
     work = Program((("RAYON_NUM_THREADS", "1"),))
     try:

@@ -141,7 +141,7 @@ class Nuisances:
         `share` weighs the windows against the prior.
         """
         flat = self.columns.reshape(-1, self.columns.shape[-1])
-        # What the coarser step alone changes is not for the nuisance parameters to explain.
+        # The change by the coarser step alone is not for the nuisance parameters to explain.
         stepping = self.layout.whitened(shadow, self.outputs(np.zeros(flat.shape[1])))
 
         def change_at(amounts):

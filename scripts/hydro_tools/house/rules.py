@@ -4,7 +4,6 @@ import re
 from pathlib import Path
 
 from .circles import circles
-from .python import python_arrows
 from .rust import arrows, crate, without_comments, without_tests
 
 #: Lines of a source file outside tests.
@@ -29,15 +28,13 @@ def sources(root: Path) -> list[Path]:
 
 
 def no_circles(root: Path) -> list[str]:
-    """No two files of a crate, nor of the Python tools, import each other, directly or through others."""
+    """No two files of a crate import each other, directly or through others."""
     breaches = []
     for name, first in crates(root).items():
         modules = crate(first, name)
         for group in circles(arrows(modules)):
             files = [str(modules[module].path.relative_to(root)) for module in group]
             breaches.append(f"{name}: {len(files)} files import each other: {', '.join(files)}")
-    for group in circles(python_arrows(root / "scripts", "hydro_tools")):
-        breaches.append(f"hydro_tools: {len(group)} modules import each other: {', '.join(group)}")
     return breaches
 
 

@@ -19,7 +19,7 @@ def search(error: Callable[[float, int], float], first: float) -> float:
     for factor in (2.0, 0.5):
         while (rate := at * factor) not in known:
             known[rate] = error(rate, 0)
-            # Where everything diverges there is no gain in going up.
+            # Every training diverges here: a higher rate gains nothing.
             if not known[rate] < known[at] * (1 - GAIN) and not (factor < 1 and math.isinf(known[at])):
                 break
             at = rate

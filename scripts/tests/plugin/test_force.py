@@ -169,7 +169,7 @@ class Force(unittest.TestCase):
                     steps(model, data, 25)
                     self.assertEqual(len(texts), 1)
                     self.assertIn("outside the training range -0.500 to 0.500", texts[0])
-                    # What was told, and the drag, are in the state.
+                    # The state holds the warning and the drag.
                     restored = mujoco.MjData(model)
                     mujoco.mj_setState(model, restored, state_of(model, data), mujoco.mjtState.mjSTATE_INTEGRATION)
                     np.testing.assert_array_equal(steps(model, restored, 25), steps(model, data, 25))

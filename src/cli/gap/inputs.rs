@@ -44,7 +44,7 @@ pub(super) struct Inputs {
     /// Version of this program.
     program: String,
     model: PathBuf,
-    /// Of the MJCF and its included files.
+    /// Digest of the MJCF and its included files.
     model_sha256: String,
     uncertainty_sha256: Option<String>,
     holdout: f64,
