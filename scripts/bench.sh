@@ -8,6 +8,6 @@ source scripts/setup.sh
 scripts/setup_venv.sh bench
 case " $* " in
   *" --report "*) ;;
-  *) cargo build --release --lib --bins --bench contender ;;
+  *) cargo build --release --lib --bins --bench implementation ;;
 esac
 exec .venv-bench/bin/python scripts/bench.py "$@"

@@ -22,7 +22,7 @@ folder=${2:-$folder}
 if ! cmp -s scripts/pyproject.toml "$folder/.pyproject.toml"; then
   echo "setup: making $folder"
   [ -x "$folder/bin/python" ] || "${PYTHON:-python3}" -m venv "$folder"
-  "$folder/bin/python" -m pip install --quiet --disable-pip-version-check -e "scripts[$extras]"
+  "$folder/bin/python" -m pip install --quiet --no-compile --disable-pip-version-check -e "scripts[$extras]"
   "$folder/bin/python" -c "import hydro_tools, $imports"
   cp scripts/pyproject.toml "$folder/.pyproject.toml"
 fi

@@ -16,7 +16,7 @@ def python(module: str) -> list[str]:
 
 
 #: The Rust implementations, a bench target of Cargo.toml.
-RUST = "contender"
+RUST = "implementation"
 
 
 @cache
