@@ -717,6 +717,7 @@ fn json(plant: &MujocoPlant, entry: &Entry) -> String {
             command: 1.0,
             inflow: 0.0,
             step: 0.002,
+            thrusts: true,
         }),
         |body| Target::Body(body.scale.clone()),
     );

@@ -18,8 +18,39 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         false
     }
 
+    /// False on a target of the right kind that cannot have the effect.
+    fn applies_to(&self, _target: &Target) -> bool {
+        true
+    }
+
+    /// The surface that must be near for the effect to be felt.
+    fn boundary(&self) -> Option<NearBoundary> {
+        None
+    }
+
+    /// True where this effect can do all that `other` does on the same body, so that no data tell one of them from both.
+    /// `complete`: this effect has its optional parameters.
+    fn includes(&self, _other: Id, _complete: bool) -> bool {
+        false
+    }
+
+    /// True for a mass (the first parameter) at a place (the others): its weight is linear in the mass and in its first
+    /// moments, mass times place.
+    fn is_point_mass(&self) -> bool {
+        false
+    }
+
     /// Its action.
     fn part(&self) -> Part<'_>;
+}
+
+/// A surface whose distance an effect depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NearBoundary {
+    /// The surface of the water.
+    FreeSurface,
+    /// Walls and floor.
+    Wall,
 }
 
 /// The action of an effect, by the thing acted on.
@@ -136,6 +167,11 @@ pub trait ActuatorPart {
 
 /// A change of a sensor: measured(t) = scale * sensor(t - delay) + bias.
 pub trait SensorPart {
+    /// True where readings come late.
+    fn has_delay(&self) -> bool {
+        false
+    }
+
     /// Delay of the readings [s].
     fn delay(&self, _p: &[f64]) -> f64 {
         0.0

@@ -43,7 +43,9 @@ mod wrench_law;
 
 pub use card::{Card, Id, Parameter, Placement, Target, TargetKind};
 pub use catalogue::{all, effect};
-pub use effect::{ActuatorPart, BodyPart, Effect, Entry, JointPart, Part, SensorPart, WaterPart};
+pub use effect::{
+    ActuatorPart, BodyPart, Effect, Entry, JointPart, NearBoundary, Part, SensorPart, WaterPart,
+};
 pub use motion::Motion;
 pub use set::{EffectSet, Targets};
 pub use set_error::{SCHEMA, SetError};

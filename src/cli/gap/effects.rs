@@ -98,6 +98,7 @@ pub(super) fn example(kind: TargetKind) -> Target {
             command: 1.0,
             inflow: 0.5,
             step: 0.002,
+            thrusts: true,
         }),
         TargetKind::Sensor => Target::Sensor(SensorScale {
             dimension: 3,
@@ -105,6 +106,7 @@ pub(super) fn example(kind: TargetKind) -> Target {
             signal: 0.5,
             unit: "1",
             period: 0.02,
+            attitude: false,
         }),
     }
 }

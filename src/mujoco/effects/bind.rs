@@ -232,6 +232,7 @@ pub(crate) fn memory_len(text: &str, step: f64) -> Option<usize> {
             command: 1.0,
             inflow: 0.0,
             step,
+            thrusts: true,
         });
         let parameters = effect(id)
             .parameters(&sizes)

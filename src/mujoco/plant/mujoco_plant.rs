@@ -157,7 +157,7 @@ impl MujocoPlant {
             actuators: description::actuators(view),
             sensors: sensors::sensors(view),
             nuisances,
-            carriers: instances::bodies(view),
+            wrench_bodies: instances::bodies(view),
             waterline: around.waterline.unwrap_or(0.0),
             walls: walls::standing(&data.view()),
             has_water: view.has_fluid() || !nominal.is_empty(),

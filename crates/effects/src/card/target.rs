@@ -34,6 +34,8 @@ pub struct ActuatorScale {
     pub inflow: f64,
     /// Step of the model [s].
     pub step: f64,
+    /// True where it pushes at a site, as a thruster does.
+    pub thrusts: bool,
 }
 
 /// Sizes of a sensor.
@@ -49,4 +51,6 @@ pub struct SensorScale {
     pub unit: &'static str,
     /// Sample period [s].
     pub period: f64,
+    /// True where it reports a rotation.
+    pub attitude: bool,
 }

@@ -54,6 +54,11 @@ impl Effect for ConstantForce {
         true
     }
 
+    /// Its vertical part is net buoyancy.
+    fn includes(&self, other: Id, _complete: bool) -> bool {
+        other == Id::NetBuoyancy
+    }
+
     fn part(&self) -> Part<'_> {
         Part::Body(self)
     }

@@ -42,6 +42,10 @@ impl Effect for InflowThrustLoss {
         vec![Parameter::about("slope", "s/m", 0.0, 0.3 / inflow).within(0.0, STEEPEST)]
     }
 
+    fn applies_to(&self, target: &Target) -> bool {
+        matches!(target, Target::Actuator(actuator) if actuator.thrusts)
+    }
+
     fn part(&self) -> Part<'_> {
         Part::Actuator(self)
     }

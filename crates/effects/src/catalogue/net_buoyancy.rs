@@ -57,6 +57,11 @@ impl Effect for NetBuoyancy {
         true
     }
 
+    /// Weight that acts away from the centre of mass has an offset of buoyancy.
+    fn includes(&self, other: Id, complete: bool) -> bool {
+        complete && other == Id::BuoyancyOffset
+    }
+
     fn part(&self) -> Part<'_> {
         Part::Body(self)
     }

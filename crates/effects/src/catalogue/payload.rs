@@ -61,6 +61,10 @@ impl Effect for Payload {
         })
     }
 
+    fn is_point_mass(&self) -> bool {
+        true
+    }
+
     fn part(&self) -> Part<'_> {
         Part::Body(self)
     }

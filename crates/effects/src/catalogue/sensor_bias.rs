@@ -66,6 +66,7 @@ mod tests {
             signal: 2.0,
             unit: "m/s",
             period: 0.02,
+            attitude: false,
         };
         SensorBias
             .parameters(&Target::Sensor(sensor))

@@ -46,6 +46,10 @@ impl Effect for SensorDelay {
 }
 
 impl SensorPart for SensorDelay {
+    fn has_delay(&self) -> bool {
+        true
+    }
+
     fn delay(&self, p: &[f64]) -> f64 {
         p[0]
     }

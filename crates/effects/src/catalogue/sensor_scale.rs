@@ -30,6 +30,11 @@ impl Effect for SensorScaling {
         vec![Parameter::about("scale", "1", 1.0, 0.1).within(0.1, 10.0)]
     }
 
+    /// A rotation has no scale.
+    fn applies_to(&self, target: &Target) -> bool {
+        matches!(target, Target::Sensor(sensor) if !sensor.attitude)
+    }
+
     fn part(&self) -> Part<'_> {
         Part::Sensor(self)
     }

@@ -4,7 +4,7 @@ use nalgebra::Matrix6;
 
 use super::proximity::{self, Boundary};
 use crate::{
-    Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, NearBoundary, Parameter, Part, Placement, Target, TargetKind,
     dual::Scalar,
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw},
@@ -35,6 +35,10 @@ impl Effect for WallProximity {
 
     fn parameters(&self, target: &Target) -> Vec<Parameter> {
         target.body().map_or_else(Vec::new, proximity::parameters)
+    }
+
+    fn boundary(&self) -> Option<NearBoundary> {
+        Some(NearBoundary::Wall)
     }
 
     fn part(&self) -> Part<'_> {

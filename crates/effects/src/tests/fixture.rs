@@ -117,6 +117,7 @@ pub(crate) fn target(kind: TargetKind) -> Target {
             command: 10.0,
             inflow: 0.5,
             step: 0.002,
+            thrusts: true,
         }),
         TargetKind::Sensor => Target::Sensor(SensorScale {
             dimension: 3,
@@ -124,6 +125,7 @@ pub(crate) fn target(kind: TargetKind) -> Target {
             signal: 0.5,
             unit: "rad/s",
             period: 0.02,
+            attitude: false,
         }),
     }
 }

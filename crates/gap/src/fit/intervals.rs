@@ -38,7 +38,7 @@ pub(crate) fn parameters(
         let at = first + parameter;
         let covariance = |a: usize, b: usize| best.covariance[(a, b)];
         let both_free = covariance(first, first) > 0.0 && covariance(at, at) > 0.0;
-        if of.effect == Id::Payload && parameter > 0 && both_free {
+        if catalogue::effect(of.effect).is_point_mass() && parameter > 0 && both_free {
             let variances = [(first, first), (first, at), (at, at)];
             let mass = fit.point.values[row][0] / of.parameters[0].prior_sd;
             return Some(payload::place_interval(

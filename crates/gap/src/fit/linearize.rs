@@ -81,7 +81,7 @@ impl<'a> LinearizedProblem<'a> {
         linearized.forget_unseen(&segments);
         linearized.problem.segments = segments;
         linearized.settle_starts(watch)?;
-        linearized.linearise("sensitivities", true, watch)?;
+        linearized.compute_sensitivities("sensitivities", true, watch)?;
         linearized.empty = linearized.fit(linearized.origin(), watch)?;
         if let Some(fit) = &linearized.empty
             && (&fit.point.nuisances - &linearized.sensitivities.base).amax()
@@ -90,7 +90,11 @@ impl<'a> LinearizedProblem<'a> {
             let point = fit.point.clone();
             linearized.sensitivities.base = point.nuisances;
             linearized.move_starts(&point.starts)?;
-            linearized.linearise("sensitivities about the refitted nominal", true, watch)?;
+            linearized.compute_sensitivities(
+                "sensitivities about the refitted nominal",
+                true,
+                watch,
+            )?;
             linearized.empty = linearized.fit(linearized.origin(), watch)?;
         }
         Ok(linearized)
@@ -118,13 +122,13 @@ impl<'a> LinearizedProblem<'a> {
             empty: None,
             empty_adequacy: OnceLock::new(),
         };
-        linearized.linearise(what, true, watch)?;
+        linearized.compute_sensitivities(what, true, watch)?;
         Ok(linearized)
     }
 
     /// Moves every segment's start to where it fits its readings best, the nuisance parameters at their base.
     fn settle_starts(&mut self, watch: &Watch<'_>) -> Result<(), GapError> {
-        self.linearise("starts", false, watch)?;
+        self.compute_sensitivities("starts", false, watch)?;
         let settled: Vec<DVector<f64>> = (0..self.problem.segments.len())
             .into_par_iter()
             .map(|at| self.settled_start(at))

@@ -1,6 +1,6 @@
 //! The payload effect in a fit: its forces depend on the product of mass and place.
 
-use hydro_effects::Id;
+use hydro_effects::catalogue::effect;
 
 use crate::{
     fit::{hypothesis::Point, truncated_normal::HALF_WIDTH},
@@ -13,7 +13,7 @@ use crate::{
 /// of which a descent from the other does not find. At the origin it is the same point, for a descent that sees what it
 /// did not while there was no mass: that places matter.
 pub(crate) fn mirrored(candidates: &[Candidate], point: &Point) -> Option<Point> {
-    let is_payload = |candidate: &usize| candidates[*candidate].effect == Id::Payload;
+    let is_payload = |candidate: &usize| effect(candidates[*candidate].effect).is_point_mass();
     let mut mirrored = point.clone();
     for (candidate, values) in point.candidates.iter().zip(&mut mirrored.values) {
         if is_payload(candidate) {
@@ -32,7 +32,7 @@ pub(crate) fn at_their_moments(candidates: &[Candidate], from: &Point, mut to: P
     for (row, candidate) in from.candidates.iter().enumerate() {
         let of = &candidates[*candidate];
         let (before, after) = (&from.values[row], &mut to.values[row]);
-        if of.effect != Id::Payload || before[0] <= 0.0 || after[0] <= 0.0 {
+        if !effect(of.effect).is_point_mass() || before[0] <= 0.0 || after[0] <= 0.0 {
             continue;
         }
         let part = before[0] / after[0];
@@ -73,7 +73,7 @@ mod tests {
 
     use super::*;
     use crate::{plant::Plant, tests::fake::RigidBody};
-    use hydro_effects::Parameter;
+    use hydro_effects::{Id, Parameter};
     use hydro_effects::{Target, catalogue};
 
     /// A payload, and a drag that has no place.

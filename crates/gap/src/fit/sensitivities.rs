@@ -29,7 +29,7 @@ type Looked = (Vec<f64>, Vec<f64>);
 impl LinearizedProblem<'_> {
     /// Sensitivities of every segment about the base. One whose start or nuisance parameters make the nominal blow up
     /// says nothing reliable and is left out. Without `nuisances` to the starts alone.
-    pub(crate) fn linearise(
+    pub(crate) fn compute_sensitivities(
         &mut self,
         what: &str,
         nuisances: bool,

@@ -160,6 +160,14 @@ impl Bias {
             _ => Self::Vector(components),
         }
     }
+
+    /// Adds to a component; a scalar has the first alone.
+    pub(crate) fn add(&mut self, component: usize, bias: f64) {
+        match self {
+            Self::Scalar(one) => *one += bias,
+            Self::Vector(components) => components[component] += bias,
+        }
+    }
 }
 
 /// The patched model and its sensors.

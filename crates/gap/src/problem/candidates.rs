@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use hydro_effects as effects;
 use hydro_effects::{
-    Entry, Id, Parameter,
+    Entry, Id, NearBoundary, Parameter,
     card::{ActuatorScale, BodyScale, SensorScale, Target, TargetKind},
 };
 
@@ -67,19 +67,17 @@ impl Candidate {
     }
 
     /// True where both cannot be in one set: the same effect on targets that overlap, or on one body what the
-    /// other holds already. A constant force has a vertical part; weight that acts away from the centre of mass has an
-    /// offset of buoyancy.
+    /// other includes.
     pub(crate) fn clashes(&self, other: &Self) -> bool {
-        let holds = |a: &Self, b: &Self| match (a.effect, b.effect) {
-            (Id::ConstantForce, Id::NetBuoyancy) => true,
-            (Id::NetBuoyancy, Id::BuoyancyOffset) => a.left_out.is_empty(),
-            (a, b) => a == b,
+        let includes = |a: &Self, b: &Self| {
+            a.effect == b.effect
+                || effects::catalogue::effect(a.effect).includes(b.effect, a.left_out.is_empty())
         };
         let overlap = self
             .targets
             .iter()
             .any(|target| other.targets.contains(target));
-        overlap && (holds(self, other) || holds(other, self))
+        overlap && (includes(self, other) || includes(other, self))
     }
 
     /// Entries with values in the order of the parameters.
@@ -142,13 +140,15 @@ pub(crate) fn enumerate(
         };
         match effect.card().target {
             TargetKind::Body => {
+                let boundary = effect.boundary();
                 // At one depth, at one distance, these are drag and added mass by another name.
-                let by_place = matches!(id, Id::FreeSurface | Id::WallProximity);
-                if by_place && !travels(model, typical, options.least_travel) {
+                if boundary.is_some() && !travels(model, typical, options.least_travel) {
                     continue;
                 }
                 for body in model.bodies.iter().filter(|body| body.moves) {
-                    if out_of_reach(*id, model, typical, body, options.reach) {
+                    if boundary.is_some_and(|boundary| {
+                        is_out_of_reach(boundary, model, typical, body, options.reach)
+                    }) {
                         continue;
                     }
                     let is_base = bases.contains(&body.name.as_str());
@@ -179,14 +179,14 @@ pub(crate) fn enumerate(
                     .iter()
                     .enumerate()
                     .filter_map(|(at, actuator)| {
-                        let fits = typical.command[at] > 0.0
-                            && (*id != Id::InflowThrustLoss || actuator.thrusts);
-                        let scale = ActuatorScale {
+                        let target = Target::Actuator(ActuatorScale {
                             command: typical.command[at],
                             inflow: pace.speed.max(options.least_speed),
                             step: model.timestep,
-                        };
-                        fits.then(|| (actuator.name.clone(), Target::Actuator(scale)))
+                            thrusts: actuator.thrusts,
+                        });
+                        (typical.command[at] > 0.0 && effect.applies_to(&target))
+                            .then(|| (actuator.name.clone(), target))
                     });
                 let targets: Vec<_> = targets.collect();
                 add(&targets);
@@ -194,17 +194,17 @@ pub(crate) fn enumerate(
             TargetKind::Sensor => {
                 for source in &channels.sources {
                     let sensor = &model.sensors[source.sensor];
-                    if *id == Id::SensorScale && sensor.kind == SensorKind::Quaternion {
-                        continue;
-                    }
-                    let scale = SensorScale {
+                    let target = Target::Sensor(SensorScale {
                         dimension: source.channels,
                         noise: channels.list[source.channel].noise,
                         signal: rms(trials, source.start, source.len),
                         unit: if source.attitude { "rad" } else { sensor.unit },
                         period: trials.first().map_or(model.timestep, MeasuredTrial::period),
-                    };
-                    add(&[(sensor.name.clone(), Target::Sensor(scale))]);
+                        attitude: sensor.kind == SensorKind::Quaternion,
+                    });
+                    if effect.applies_to(&target) {
+                        add(&[(sensor.name.clone(), target)]);
+                    }
                 }
             }
         }
@@ -287,8 +287,8 @@ fn greatest_extent(scale: &BodyScale) -> f64 {
 
 /// True where a body stays so far from surface or walls in all trials that it does not feel them: its drag and added
 /// mass there would be drag and added mass by another name.
-fn out_of_reach(
-    id: Id,
+fn is_out_of_reach(
+    boundary: NearBoundary,
     model: &PlantDescription,
     typical: &Typical,
     body: &PlantBody,
@@ -297,10 +297,9 @@ fn out_of_reach(
     let Some(base) = (model.base.as_ref()).filter(|base| base.body == body.name) else {
         return false;
     };
-    let distance = match id {
-        Id::FreeSurface => model.waterline - typical.highest[base.qpos + 2],
-        Id::WallProximity => typical.clearance,
-        _ => return false,
+    let distance = match boundary {
+        NearBoundary::FreeSurface => model.waterline - typical.highest[base.qpos + 2],
+        NearBoundary::Wall => typical.clearance,
     };
     distance > reach * greatest_extent(&body.scale)
 }
@@ -430,6 +429,7 @@ mod tests {
                 command,
                 inflow: 0.5,
                 step: 0.01,
+                thrusts: true,
             })
         };
         let both = [

@@ -1,6 +1,6 @@
 //! Nonlinear refits of sets of effects.
 
-use hydro_effects::Id;
+use hydro_effects::{Part, effect};
 
 use crate::{
     error::GapError,
@@ -47,7 +47,8 @@ pub(crate) fn add(
 }
 
 pub(crate) fn is_delay(linearized: &LinearizedProblem<'_>, candidate: usize) -> bool {
-    linearized.problem.candidates[candidate].effect == Id::SensorDelay
+    let id = linearized.problem.candidates[candidate].effect;
+    matches!(effect(id).part(), Part::Sensor(part) if part.has_delay())
 }
 
 /// False where a sensor may be late by less than its rows or the model's steps can tell: clocks, filters and

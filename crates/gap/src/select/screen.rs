@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicUsize;
 
 use hydro_effects as effects;
-use hydro_effects::{Entry, Id, Parameter, Part};
+use hydro_effects::{Entry, Parameter, Part};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -70,10 +70,10 @@ impl LinearizedProblem<'_> {
                 })
                 .collect();
         }
-        let is_payload = of.effect == Id::Payload;
+        let is_point_mass = effects::catalogue::effect(of.effect).is_point_mass();
         let shapes = |(_, p): &(usize, &Parameter)| p.shapes;
         let all = || of.parameters.iter().enumerate();
-        for (at, p) in all().filter(|of| is_payload && shapes(of)) {
+        for (at, p) in all().filter(|of| is_point_mass && shapes(of)) {
             for place in options.payload_places {
                 let mut base = of.null();
                 base[at] += place * p.prior_sd;
@@ -111,7 +111,7 @@ impl LinearizedProblem<'_> {
                     base: base.clone(),
                     step: *step,
                     // Where it sits is given, so a mass has a slope.
-                    secant: !is_payload
+                    secant: !is_point_mass
                         && of.parameters[*parameter].start != of.parameters[*parameter].null,
                 })
             })

@@ -3,14 +3,11 @@
 use std::collections::BTreeMap;
 
 use hydro_effects as effects;
-use hydro_effects::{Entry, Id, Part};
+use hydro_effects::{Entry, Part};
 
 use crate::{
     fit::{intervals, linearized_problem::LinearizedProblem},
-    output::{
-        records::Added,
-        verdict::{Bias, SensorPatch},
-    },
+    output::{records::Added, verdict::SensorPatch},
     plant::Nuisance,
     problem::problem::Problem,
     stage::{bootstrap::bootstrap, cross_fit::cross_fit, name::Naming},
@@ -118,13 +115,10 @@ fn sensor_patches<'e>(
             .entry(entry.target.clone())
             .or_insert_with(|| SensorPatch::none(components));
         let values = &entry.parameters;
-        match entry.effect {
-            Id::SensorScale => patch.scale = part.scale(values),
-            Id::SensorDelay => patch.delay = part.delay(values),
-            _ => {
-                let component = |component| part.bias(values, component);
-                patch.bias = Bias::from_components((0..components).map(component).collect());
-            }
+        patch.scale *= part.scale(values);
+        patch.delay += part.delay(values);
+        for component in 0..components {
+            patch.bias.add(component, part.bias(values, component));
         }
     }
     patches
