@@ -225,12 +225,18 @@ options! {
         windows: usize = 4,
         /// Simulated data sets without an effect; the least p-value is 1 / (this + 1).
         null_draws: usize = 199,
+        /// Autocorrelation time of a sensor's residuals that widens the simulated ones, at most [rows].
+        longest_autocorrelation_time: f64 = 2.0,
         /// Depth of the regression tree.
         tree_depth: usize = 2,
         /// Part of the samples in a leaf at least.
         tree_leaf: f64 = 0.05,
+        /// Samples in a leaf at least.
+        tree_leaf_samples: f64 = 5.0,
         /// Thresholds that are tried a feature: quantiles.
         tree_quantiles: usize = 19,
+        /// Time over which the rate of a command is taken, ahead of a sample [s].
+        command_rate_time: f64 = 0.05,
         /// Share of the excess over share of the samples above which a leaf is reported.
         tree_lift: f64 = 1.2,
     }

@@ -10,6 +10,12 @@ pub(crate) fn standard_normal(rng: &mut ChaCha8Rng) -> f64 {
     (-2.0 * radius.ln()).sqrt() * angle.cos()
 }
 
+/// Interval that holds 95 % of values, from quantile to quantile; sorts them. `None` where there are none.
+pub(crate) fn interval95(values: &mut [f64]) -> Option<[f64; 2]> {
+    values.sort_by(f64::total_cmp);
+    Some([quantile(values, 0.025)?, quantile(values, 0.975)?])
+}
+
 /// A quantile of ascending values, linear between neighbours; `None` where there are none.
 pub(crate) fn quantile(ascending: &[f64], part: f64) -> Option<f64> {
     let last = ascending.len().checked_sub(1)?;

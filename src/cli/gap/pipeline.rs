@@ -28,7 +28,7 @@ pub(super) enum Stage {
 }
 
 /// Input of `verify`.
-pub(super) struct VerifyInput<'a> {
+pub(super) struct HeldOutInput<'a> {
     pub(super) found: &'a Found,
     pub(super) added: Option<&'a Added>,
     /// The candidate's file: the model as written is judged, not the fit.
@@ -41,7 +41,7 @@ type Name<'a> = Box<dyn Fn(&Found, &Watch<'_>) -> anyhow::Result<Named> + 'a>;
 type Add<'a> = Box<dyn Fn(&Found, &Named, &Watch<'_>) -> anyhow::Result<Option<Candidate>> + 'a>;
 /// `None` where no trial is held out.
 type Verify<'a> =
-    Box<dyn Fn(&VerifyInput<'_>, &Watch<'_>) -> anyhow::Result<Option<Verified>> + 'a>;
+    Box<dyn Fn(&HeldOutInput<'_>, &Watch<'_>) -> anyhow::Result<Option<Verified>> + 'a>;
 
 /// The stages, replaceable so that the pipeline can be tested without a simulator.
 pub(super) struct Stages<'a> {
@@ -122,7 +122,7 @@ pub(super) fn run<I: Serialize>(
     let verified: Option<Verified> = runner.stage(folder, |folder| {
         before_verify(&mut folder.provenance.inputs)?;
         folder.save_provenance()?;
-        let input = VerifyInput {
+        let input = HeldOutInput {
             found: &found,
             added: added.as_ref(),
             candidate: added

@@ -25,7 +25,7 @@ use super::{
     candidate::{Candidate, parameter_names, patched_candidate, record_refitted},
     flags::Flags,
     inputs::Inputs,
-    pipeline::{self, Reached, Stage, Stages, VerifyInput},
+    pipeline::{self, HeldOutInput, Reached, Stage, Stages},
     residual_candidate,
     results_folder::{CANDIDATE, Folder, provenance},
     terminal,
@@ -243,7 +243,7 @@ impl<'a> Session<'a> {
 
     fn verify(
         &self,
-        input: &VerifyInput<'_>,
+        input: &HeldOutInput<'_>,
         watch: &Watch<'_>,
     ) -> anyhow::Result<Option<Verified>> {
         let held_out = self.inputs.held_out_trials();

@@ -340,7 +340,7 @@ impl<'r> Writer<'r> {
         let mut left = chosen(turned, |quantity| {
             matches!(quantity, Quantity::EffectValue { .. })
         });
-        for (at, carrier) in request.description.carriers.iter().enumerate() {
+        for (at, body) in request.description.wrench_bodies.iter().enumerate() {
             let (own, others): (Vec<_>, Vec<_>) = left.into_iter().partition(|number| {
                 matches!(number.nuisance.quantity, Quantity::EffectValue { instance, .. } if instance == at)
             });
@@ -358,9 +358,8 @@ impl<'r> Writer<'r> {
                 .collect();
             if !values.is_empty() {
                 let names = |id, target: &str| (request.names)(request.description, id, target);
-                let done = self.rewrite(|model| {
-                    instance_values::scale_values(model, carrier, &values, names)
-                })?;
+                let done = self
+                    .rewrite(|model| instance_values::scale_values(model, body, &values, names))?;
                 outcomes.extend(factored(own, done));
             }
         }

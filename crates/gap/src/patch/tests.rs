@@ -81,7 +81,7 @@ fn description() -> PlantDescription {
         actuators: Vec::new(),
         sensors: Vec::new(),
         nuisances: Vec::new(),
-        carriers: Vec::new(),
+        wrench_bodies: Vec::new(),
         waterline: 0.0,
         walls: Vec::new(),
         has_water: true,

@@ -63,7 +63,7 @@ pub enum Quantity {
     ReadingLead,
     /// A value of an effect that the nominal has in an instance of `hydro.wrench`; relative.
     EffectValue {
-        /// Which of [`PlantDescription::carriers`].
+        /// Which of [`PlantDescription::wrench_bodies`].
         instance: usize,
         /// Which entry of its attribute `effects`.
         entry: usize,
@@ -252,7 +252,7 @@ pub struct PlantDescription {
     /// Uncertain numbers.
     pub nuisances: Vec<Nuisance>,
     /// Names of the bodies that carry instances of `hydro.wrench`, as [`Quantity::EffectValue`] counts them.
-    pub carriers: Vec<String>,
+    pub wrench_bodies: Vec<String>,
     /// Height of the water's surface [m].
     pub waterline: f64,
     /// Planes and boxes of the world that stand still.

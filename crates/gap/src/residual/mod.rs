@@ -132,7 +132,7 @@ pub fn residual(
         let mut cost = path.cost(&setup, walk);
         for _ in 0..ITERATIONS {
             watch.check()?;
-            let Some(solved) = path.solve(&setup, path.linearised(&setup), walk) else {
+            let Some(solved) = path.solve(&setup, path.linearized(&setup), walk) else {
                 break;
             };
             let Some(reached) = path.step(&setup, &solved, walk, cost, watch)? else {
@@ -175,7 +175,7 @@ fn likeliest(
     paths: &[TrialSmoother<'_>],
     scale: [f64; 6],
 ) -> RandomWalk {
-    let chains: Vec<_> = paths.iter().map(|path| path.linearised(setup)).collect();
+    let chains: Vec<_> = paths.iter().map(|path| path.linearized(setup)).collect();
     let options = &setup.options.residual;
     let pairs: Vec<(f64, f64)> = options
         .wrench_changes
@@ -211,7 +211,7 @@ fn sampled(
     path: &TrialSmoother<'_>,
     walk: RandomWalk,
 ) -> Result<Option<WrenchSeries>, GapError> {
-    let Some(solved) = path.solve(setup, path.linearised(setup), walk) else {
+    let Some(solved) = path.solve(setup, path.linearized(setup), walk) else {
         return Ok(None);
     };
     let tangents = 2 * setup.model.nv;

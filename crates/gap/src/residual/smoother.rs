@@ -116,7 +116,7 @@ impl<'a> TrialSmoother<'a> {
     }
 
     /// The linearised problem, without what the walk says.
-    pub(super) fn linearised(&self, setup: &WindowProblem<'_>) -> Chain {
+    pub(super) fn linearized(&self, setup: &WindowProblem<'_>) -> Chain {
         let tangents = 2 * setup.model.nv;
         let mut chain = Chain::new(self.windows.len(), tangents + 6);
         for (link, (ran, slopes)) in self.ran.iter().zip(&self.slopes).enumerate() {

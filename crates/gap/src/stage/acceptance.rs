@@ -12,7 +12,7 @@ use crate::{
         verdict::{Gap, SensorGap},
     },
     problem::{channels::Channels, problem::Settings},
-    statistics::quantile,
+    statistics::interval95,
 };
 
 /// Schema of [`Verified`].
@@ -93,11 +93,7 @@ fn draws(trials: usize, count: usize, seed: u64) -> Vec<Vec<usize>> {
 /// 95 % interval of a figure over the draws.
 fn interval(draws: &[Vec<usize>], figure: &dyn Fn(&[usize]) -> f64) -> [f64; 2] {
     let mut values: Vec<f64> = draws.iter().map(|draw| figure(draw)).collect();
-    values.sort_by(f64::total_cmp);
-    [
-        quantile(&values, 0.025).unwrap_or(f64::NAN),
-        quantile(&values, 0.975).unwrap_or(f64::NAN),
-    ]
+    interval95(&mut values).unwrap_or([f64::NAN; 2])
 }
 
 /// `files`: so many of the outcomes, the first, are replays of the patched file. `beyond`: by how much the effects

@@ -9,7 +9,7 @@ use crate::{
     output::verdict::FittedParameter,
     problem::problem::Problem,
     stage::name::Naming,
-    statistics::quantile,
+    statistics::interval95,
 };
 
 /// Intervals from trials drawn again with replacement; the linearisation at the optimum is kept. A value that its bound
@@ -41,9 +41,8 @@ pub(crate) fn bootstrap(
         let mut fitted = parameters(linearized, fit, *candidate, search.inflation);
         for (p, fitted) in of.parameters.iter().zip(&mut fitted) {
             let mut values: Vec<f64> = draws.iter().map(|z| p.null + z[at] * p.prior_sd).collect();
-            values.sort_by(f64::total_cmp);
-            if let (Some(low), Some(high)) = (quantile(&values, 0.025), quantile(&values, 0.975)) {
-                fitted.ci95 = [low, high];
+            if let Some(interval) = interval95(&mut values) {
+                fitted.ci95 = interval;
             }
             at += 1;
         }

@@ -24,7 +24,7 @@ use crate::{
     trial::Series,
 };
 
-/// Length of a simulated manoeuvre [s].
+/// Length of a manoeuvre of the menu [s].
 const LENGTH: f64 = 8.0;
 /// Advice where no manoeuvre tells them apart.
 const BY_ITSELF: &str = "measure the part by itself: weigh it, tow it, or pull it on a bollard";

@@ -191,9 +191,14 @@ fn null_maxima(
         &linearized.problem.options.discrepancy,
         &fit.residuals,
     );
+    let longest = linearized
+        .problem
+        .options
+        .locate
+        .longest_autocorrelation_time;
     let correlation = autocorrelations
         .iter()
-        .map(|autocorrelation| autocorrelation.time.min(2.0))
+        .map(|autocorrelation| autocorrelation.time.min(longest))
         .sum::<f64>()
         / autocorrelations.len().max(1) as f64;
     let draws = linearized.problem.options.locate.null_draws;

@@ -63,7 +63,7 @@ fn split(
     options: &LocateOptions,
     leaves: &mut Vec<(Vec<String>, Vec<usize>)>,
 ) {
-    let least = (options.tree_leaf * features.rows.len() as f64).max(5.0);
+    let least = (options.tree_leaf * features.rows.len() as f64).max(options.tree_leaf_samples);
     let mut best: Option<(f64, usize, f64)> = None;
     if depth > 0 {
         for feature in 0..features.names.len() {
@@ -124,6 +124,7 @@ fn features(problem: &Problem<'_>, linearized: &LinearizedProblem<'_>, fit: &Fit
     }
     names.extend(["command", "command rate"].map(str::to_owned));
     let width = linearized.problem.channels.len();
+    let ahead = linearized.problem.options.locate.command_rate_time;
     let mut found = Features {
         names,
         rows: Vec::new(),
@@ -156,12 +157,12 @@ fn features(problem: &Problem<'_>, linearized: &LinearizedProblem<'_>, fit: &Fit
             }
             let time = motion.times[row];
             trial.control.interpolate(time, &mut control);
-            trial.control.interpolate(time + 0.05, &mut later);
+            trial.control.interpolate(time + ahead, &mut later);
             let norm = control.iter().map(|u| u * u).sum::<f64>().sqrt();
             let rate = control
                 .iter()
                 .zip(&later)
-                .map(|(a, b)| ((b - a) / 0.05).powi(2))
+                .map(|(a, b)| ((b - a) / ahead).powi(2))
                 .sum::<f64>()
                 .sqrt();
             values.extend([norm, rate]);

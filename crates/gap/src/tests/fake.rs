@@ -97,7 +97,7 @@ impl RigidBody {
                     nuisance("mass", NuisanceClass::Mass, Quantity::Mass),
                     nuisance("drag", NuisanceClass::Fluid, Quantity::FluidCoefficient(0)),
                 ],
-                carriers: Vec::new(),
+                wrench_bodies: Vec::new(),
                 waterline: 0.0,
                 walls: Vec::new(),
                 has_water: true,

@@ -271,14 +271,14 @@ pub fn entries(outputs: usize, kinematics: Option<&Kinematics>) -> Vec<Entry> {
         ),
         (
             "mlp",
-            "memoryless MLP (yardstick)",
+            "memoryless MLP (baseline)",
             &mlp,
             Euler,
             [2e-3, 4e-3, 4e-3],
         ),
         (
             "mlp-informed",
-            "memoryless MLP, our features (yardstick)",
+            "memoryless MLP, our features (baseline)",
             &informed,
             Euler,
             [16e-3, 4e-3, 4e-3],
