@@ -3,8 +3,8 @@
     .venv-bench/bin/python scripts/bench.py [--quick] [--only evaluate step] [--report]
 
 Needs the environment of scripts/setup_venv.sh bench, and the release build of the library, of `hydro` and of the bench
-`implementation`; scripts/bench.sh sees to both. A part that is run replaces its file in benches/results; the page is made
-from all files there, each with its own commit. Leave the machine alone meanwhile.
+`implementation`; scripts/bench.sh sees to both. A part that is run replaces its file in benches/results; the page is
+made from all files there, each with its own commit. Leave the machine alone meanwhile.
 """
 
 import argparse
