@@ -13,23 +13,23 @@ pub(super) struct ModelFlags {
     /// Kind of model.
     #[arg(long, value_enum, default_value_t = Kind::AttentionOde)]
     model: Kind,
-    /// Hidden widths of the field, such as 512,512,512; of an LSTM, widths of its layers.
+    /// Hidden widths of the field, such as 512,512,512; for an LSTM, widths of its layers.
     #[arg(long, value_delimiter = ',')]
     hidden: Option<Vec<usize>>,
-    /// Samples of the past that the attention sees, or that a Relaxation-ODE takes differences of.
+    /// Past samples in the attention's window, or in a Relaxation-ODE's differences.
     #[arg(long)]
     window: Option<usize>,
-    /// Modes of a Relaxation-ODE, whose sum is the force. Several modes have memories of several lengths, which towed
-    /// legs in each other's wakes need.
+    /// Modes of a Relaxation-ODE. The force is their sum; each has its own memory length. Legs towed in each other's wakes
+    /// need several.
     #[arg(long)]
     modes: Option<usize>,
     /// Attention heads.
     #[arg(long)]
     heads: Option<usize>,
-    /// Length of a sample's embedding; of an MLP-ODE, width of the hidden layer before h.
+    /// Length of a sample's embedding; for an MLP-ODE, width of the hidden layer before h.
     #[arg(long)]
     embedding: Option<usize>,
-    /// Length of the latent h; of a CNODE, of its state beside the force. The paper has 6.
+    /// Length of the latent h; for a CNODE, of its state beside the force. The paper has 6.
     #[arg(long)]
     latent: Option<usize>,
     /// Encoding of a sample; the paper has raw. A Relaxation-ODE has links by default if the data set holds the robot's
@@ -97,7 +97,7 @@ impl Encoded {
 pub(super) enum Preset {
     /// The paper's sizes; hours on two cores.
     Full,
-    /// The sizes of the released checkpoint: smaller, about half an hour on two cores.
+    /// The sizes of the released checkpoint: smaller, 10 to 15 minutes on one core.
     Release,
     /// A few minutes on two cores.
     Demo,

@@ -59,7 +59,7 @@ pub(super) struct Args {
     /// Folder of the scenes b1_swim.xml, b1_box_fluid.xml, b1.xml, and of the one that the rollouts were recorded in.
     #[arg(long, default_value = "mjcf")]
     scenes: PathBuf,
-    /// How the plugin evaluates the network: fused, fused-f16 or candle.
+    /// The plugin's engine for the network: fused, fused-f16 or candle.
     #[arg(long, default_value_t = EngineKind::Fused)]
     engine: EngineKind,
     /// Write the page with plots here (HTML, self-contained).
@@ -451,9 +451,9 @@ fn show(summary: &Summary) -> anyhow::Result<()> {
     }
     let standing = summary.standing(&BASELINES, 2.0);
     let verdict = match (&standing.compared[..], &standing.not_beaten[..]) {
-        ([], _) => "no baseline took part: there is no `--data`, and no run lasts 2 s".to_owned(),
+        ([], _) => "no baseline to compare with: no `--data` was given, and no run lasts 2 s".to_owned(),
         (compared, []) => format!(
-            "better than the box fluid and the fitted drags that took part, in {}",
+            "better than MuJoCo's box fluid and the fitted drags, in {}",
             compared.join(", ")
         ),
         (_, ahead) => format!("NOT better than {}", ahead.join(", ")),
@@ -470,8 +470,8 @@ fn show(summary: &Summary) -> anyhow::Result<()> {
             "NOT bounded"
         };
         say!(
-            "\n{:.0} minutes under {}: {verdict}; greatest over the truth's: {}; the oracle's: {} (at most {BOUND} times the greater of \
-             truth and oracle)",
+            "\n{:.0} minutes under {}: {verdict}; maxima relative to the truth's: {}; with the true wrench: {} (bounded: at most \
+             {BOUND} times the greater of the two)",
             long.subject.duration / 60.0,
             summary.subject,
             peaks(&long.subject),

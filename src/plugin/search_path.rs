@@ -7,7 +7,7 @@ use std::{
 
 /// The folder of checkpoints in a checkout or an installed package.
 const MODELS: &str = "models";
-/// How far a library (`target/NAME/release`) or a scene (`mjcf/gap`) lies below its project.
+/// Folders between a project and its library (`target/NAME/release`) or scene (`mjcf/gap`), at most.
 const LEVELS: usize = 3;
 
 /// The folders, in order: those of `HYDRO_PATH`, the working directory, the folder of the library, that of the MJCF

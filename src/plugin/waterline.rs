@@ -20,7 +20,7 @@ pub enum PartOfHull {
 }
 
 impl PartOfHull {
-    /// That of a geom with this interaction coefficient of the ellipsoid fluid (0: none) and this group.
+    /// Part of a geom with this interaction coefficient of the ellipsoid fluid (0: none) and this group.
     pub fn from_geom(fluid: f64, group: i32) -> Self {
         match group {
             _ if fluid > 0.0 => Self::ByFluid,

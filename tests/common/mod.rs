@@ -22,7 +22,7 @@ pub const WRENCH: [&str; 6] = [
 /// Force and torque of [`constant`].
 pub const CONSTANT: [f64; 6] = [3.0, -2.0, 4.0, 0.0, 0.0, 0.0];
 
-/// What a test checkpoint predicts, on average, and how far it varies.
+/// Mean and spread of a test checkpoint's predictions.
 pub struct Recipe {
     pub features: FeatureLayout,
     pub outputs: Vec<&'static str>,
@@ -200,7 +200,7 @@ impl Recipe {
     }
 }
 
-/// How a scene asks for the force.
+/// Ways in which a scene asks for the force.
 pub enum Asks {
     /// An engine plugin.
     Plugin,

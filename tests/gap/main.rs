@@ -1,4 +1,4 @@
-//! What `hydro gap` rests on: trials on disk, effects in MuJoCo, patched models.
+//! Foundations of `hydro gap`: trials on disk, effects in MuJoCo, patched models.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stderr)]
 
 mod numbers;

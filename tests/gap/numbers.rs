@@ -23,7 +23,7 @@ const STEPS: usize = 200;
 const LEVEL: f64 = 0.1;
 /// Deviation of the centres of mass [m].
 const WAY: f64 = 0.01;
-/// What two runs may differ by, in parts of the largest value.
+/// Greatest difference of two runs, relative to the largest value.
 const SAME: f64 = 1e-8;
 
 /// Names of an effect's parameters.

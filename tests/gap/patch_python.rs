@@ -67,7 +67,7 @@ fn names(_: &PlantDescription, effect: Id, _: &str) -> Vec<String> {
     names.iter().map(|name| (*name).to_owned()).collect()
 }
 
-/// What is known of the fish as compiled.
+/// Description of the fish as compiled.
 fn description() -> PlantDescription {
     let joint = |name: &str, qpos, inertia, slides| PlantJoint {
         name: name.to_owned(),

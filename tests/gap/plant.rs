@@ -645,7 +645,7 @@ fn patched(text: &str, effects: &str) -> String {
     )
 }
 
-/// What a fit sees and what the file does are the same, over two seconds.
+/// The fit's simulation and the patched file agree, over two seconds.
 #[test]
 fn a_fitted_effect_written_to_a_file_acts_as_it_did() {
     let option = r#"gravity="0 0 -9.81" timestep="0.002""#;

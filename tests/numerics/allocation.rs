@@ -7,7 +7,7 @@ use hydro_model::{
     EngineKind, Scratch, Solver, checkpoint::Checkpoint, envelope::Limits, features::Feature,
 };
 
-/// What the allocator is asked for while a fresh start and 50 samples are evaluated.
+/// Allocations during a fresh start and 50 samples.
 fn allocations(checkpoint: &Checkpoint, kind: EngineKind, solver: Solver) -> u64 {
     let engine = checkpoint.engine(kind, Some(solver)).unwrap();
     let (mut memory, mut scratch) = (vec![0.0; engine.memory_len()], Scratch::default());
@@ -51,7 +51,7 @@ fn samples_are_taken_and_evaluated_without_allocation() {
     }
 }
 
-/// What the plugin does to every sample and force.
+/// The plugin's work on every sample and force.
 #[test]
 fn nor_is_there_any_in_what_holds_a_network_to_its_range() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/b1-task2");

@@ -282,7 +282,7 @@ mod callback {
         eprintln!("skipped: {reason}");
     }
 
-    /// What a scene that must be refused does: no force, whatever it did before.
+    /// A refused scene applies no force, whatever it did before.
     fn is_inert(mut data: Data) -> bool {
         data.step();
         data.qfrc_passive()[..6].iter().all(|value| *value == 0.0)

@@ -108,7 +108,7 @@ pub struct Excess {
     pub found: f64,
     /// Least and greatest value that the network is given [m/s, rad/s].
     pub range: (f64, f64),
-    /// How many other velocities are out of theirs.
+    /// Number of other velocities outside their ranges.
     pub others: usize,
 }
 

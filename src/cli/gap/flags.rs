@@ -11,10 +11,10 @@ pub(super) struct Flags {
     /// Folder of trials: npz of mujoco.sysid, or csv.
     #[arg(long)]
     pub(super) trials: PathBuf,
-    /// Folder of results; a stage that it holds of the same inputs is not computed again (`add` needs the fits of `name` once more).
+    /// Folder of results. Stages found there, of the same inputs, are not computed again (`add` repeats the fits of `name`).
     #[arg(long)]
     pub(super) out: PathBuf,
-    /// How well the nominal model is known (nominal.toml); 3 % if left out.
+    /// Uncertainty of the nominal's numbers (nominal.toml); 3 % if left out.
     #[arg(long)]
     pub(super) uncertainty: Option<PathBuf>,
     /// Part of the trials that nothing before `verify` opens, above 0 and below 1.

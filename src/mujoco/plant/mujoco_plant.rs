@@ -40,8 +40,8 @@ use crate::{
     plugin::{JointKind, bound::Acting},
 };
 
-/// Inertia of the extra joint of a backlash, in parts of what the joint before it moves, where that has a rotor;
-/// and without, when it is all the rotor there is. A patched file has the same.
+/// Inertia of the extra joint of a backlash relative to what the joint before it moves: where that joint has a rotor
+/// inertia, and where it has none. Patched files use the same two.
 const TINY: f64 = 1e-4;
 const ROTOR: f64 = 0.05;
 

@@ -8,8 +8,8 @@
 //! | fluid | coefficients of MuJoCo's ellipsoid model, each kind for all geoms; density and viscosity of its box model; values of the nominal's `effects`; the force of a checkpoint by axis | relative |
 //! | gain | actuators | relative, gain and bias alike |
 //! | damping | joints that have any | relative |
-//! | timing | all commands | earlier by so many steps |
-//! | timing | forces read inside a step | with so much of the jump that its last command makes |
+//! | timing | all commands | steps by which they act earlier |
+//! | timing | forces read inside a step | part of the jump at the step's end that they show already |
 
 use hydro_effects::{Entry, TargetKind, effect};
 use hydro_gap::plant::{Nuisance, NuisanceClass, Quantity};

@@ -73,7 +73,7 @@ pub(crate) struct MujocoSimulation {
     active: ActiveEffects,
     /// Commands as logged.
     control: Vec<f64>,
-    /// That of the step before; none before the first.
+    /// Commands of the step before; none before the first.
     earlier: Option<Vec<f64>>,
     readings: Vec<f64>,
     /// Velocities at the start of the latest step, which the readings belong to.

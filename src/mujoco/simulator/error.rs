@@ -37,9 +37,9 @@ pub enum SimulatorError {
     /// A state of another length.
     #[error("a state of {found} numbers for a model whose states have {expected}")]
     StateLength {
-        /// Of the model.
+        /// Length of the model's states.
         expected: usize,
-        /// Given.
+        /// Length given.
         found: usize,
     },
     /// A robot that does not float.

@@ -15,7 +15,7 @@ struct Body<'a> {
     mass: f64,
     /// About the centre of mass.
     inertia: Matrix3<f64>,
-    /// Of mass, in the body's frame.
+    /// Centre of mass in the body's frame.
     centre: Vector3<f64>,
     part: &'a dyn BodyPart,
     p: &'a [f64],

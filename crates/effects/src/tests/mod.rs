@@ -1,4 +1,4 @@
-//! What must hold of every effect, and of bodies in free motion.
+//! Properties of every effect, and of bodies in free motion.
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 use proptest::prelude::*;
@@ -167,7 +167,7 @@ fn priors_of_a_body_without_sizes_are_finite() {
     }
 }
 
-/// What a fit found within bounds is within bounds where no trials are known.
+/// Values within the bounds of a fit are within the bounds used without trials.
 #[test]
 fn bounds_do_not_depend_on_the_speed_of_the_trials() {
     let fast = body_scale(&still());
@@ -182,7 +182,7 @@ fn bounds_do_not_depend_on_the_speed_of_the_trials() {
     }
 }
 
-/// What has no effect of its own while the amplitudes are zero.
+/// Parameters without an effect while the amplitudes are zero.
 #[test]
 fn what_shapes_an_effect_is_known_by_name() {
     const SHAPES: [&str; 7] = [

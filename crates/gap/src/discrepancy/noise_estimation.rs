@@ -1,10 +1,10 @@
 //! AR(1) noise of sensors that declare none: standard deviation and correlation, from the residuals of a fit.
 //!
-//! A first-order autoregression. What a fit leaves is less than the noise and less slow, for starts and parameters
-//! absorb of it, in short trials most. So what is left is taken for the noise once, what the fit would leave of that is
-//! simulated, and spread and time are raised by the ratio (the bootstrap's correction of a bias: B. Efron and
-//! R. J. Tibshirani, An Introduction to the Bootstrap, 1993, section 10.6). Once, not until both agree: noise that is
-//! slower than a trial looks like its start, so nothing keeps it from growing.
+//! The residuals underestimate both, because starts and parameters absorb part of the noise, most of it in short trials.
+//! The bias is corrected by a bootstrap (B. Efron and R. J. Tibshirani, An Introduction to the Bootstrap, 1993,
+//! section 10.6): noise as estimated from the residuals is simulated and projected as the fit would, and both estimates
+//! are multiplied by the ratio of simulated noise to simulated residuals. One iteration only: noise slower than a trial
+//! cannot be told from its start, so further iterations would grow without limit.
 
 use rayon::prelude::*;
 

@@ -160,9 +160,9 @@ impl Quadratic {
         Some((best.log_evidence - 0.5 * self.q, best))
     }
 
-    /// The 95 % interval of a parameter about its fitted value, cut by its bounds; one that lies at a bound is
-    /// uncertain too. That of a free one takes those that bounds hold as known. `form`: standard deviation of what the
-    /// value stands for, beside that of the fit.
+    /// The 95 % interval of a parameter about its fitted value, cut by its bounds, also where the value lies at one.
+    /// Other parameters at their bounds count as known. `form`: standard deviation of the effect's form, added to that of
+    /// the fit.
     pub(crate) fn interval(
         &self,
         best: &Optimum,

@@ -128,7 +128,7 @@ mod tests {
         close(credible(0.0, 5.0, negative), [-5.0 * HALF_WIDTH, 0.0]);
     }
 
-    /// By quadrature: a normal between bounds on both sides.
+    /// Against quadrature: a normal between bounds on both sides.
     #[test]
     fn between_two_bounds_it_holds_so_much() {
         let bounds = Bounds {

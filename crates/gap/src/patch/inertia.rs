@@ -248,7 +248,7 @@ fn buoy(model: &Mjcf<'_>, body: Node<'_, '_>, place: [f64; 3], force: f64) -> St
 /// The possible moments nearest to those wanted, as they read when written: none greater than the other two together.
 /// True where they differ by more than rounding.
 fn possible(wanted: [f64; 3]) -> ([f64; 3], bool) {
-    /// What rounding may take from a sum.
+    /// Rounding error of a sum.
     const ROUNDING: f64 = 1e-9;
     let mut moments = wanted;
     let greatest = (0..3)

@@ -144,7 +144,7 @@ impl<'a> Mjcf<'a> {
         node.attribute(key).or_else(|| self.inherited(node, key))
     }
 
-    /// What the default class of an element gives an attribute.
+    /// An attribute's value in the default class of an element.
     pub(super) fn inherited<'d>(&'d self, node: Node<'d, 'a>, key: &str) -> Option<&'d str> {
         let tag = node.tag_name().name();
         self.class_chain(node)

@@ -96,9 +96,11 @@ fn interval(draws: &[Vec<usize>], figure: &dyn Fn(&[usize]) -> f64) -> [f64; 2] 
     interval95(&mut values).unwrap_or([f64::NAN; 2])
 }
 
-/// `files`: so many of the outcomes, the first, are replays of the patched file. `beyond`: by how much the effects
-/// predict a trial that was left out better than refitted numbers alone, in the mean, in log predictive density with
-/// the starts fitted: a rollout from an estimated start is too noisy a judge of a weak effect.
+/// Figures of the verification, with intervals, and whether the addition is accepted.
+///
+/// `files`: the first so many outcomes are replays of the patched file, the others cross-fits. `beyond`: mean gain in log
+/// predictive density [nat] on a trial left out, of the effects over the nominal's refitted numbers alone. Starts are fitted
+/// there: rollouts from estimated starts are too noisy to judge a weak effect by.
 pub(crate) fn summary(
     channels: &Channels,
     outcomes: Vec<TrialErrors>,
@@ -115,7 +117,7 @@ pub(crate) fn summary(
         total(draw.iter().map(|at| &outcomes[*at].sums[horizon]), width)
     };
     let all = |_: usize| true;
-    // Pooled over the horizons, as each says something of its own.
+    // Root mean square over the horizons.
     let pooled = |draw: &[usize], side: usize, of: &dyn Fn(usize) -> bool| -> f64 {
         let squares: f64 = (0..options.horizons.len())
             .map(|horizon| nrmse(&sums(draw, horizon), channels, side, of).powi(2))

@@ -303,7 +303,7 @@ mod tests {
         }
     }
 
-    /// By Euler's method a constant field follows the increments of the path: F_k = F_0 + C (X_k - X_0).
+    /// Under Euler's method a constant field follows the increments of the path: F_k = F_0 + C (X_k - X_0).
     #[test]
     fn a_constant_field_follows_the_path_to_its_samples() {
         let (z, start) = motion();

@@ -122,7 +122,7 @@ mod tests {
 
     use super::*;
 
-    /// By `python -c "import numpy as np; from scipy.interpolate import CubicSpline; x = [0.3, -1.2, 2.5, 0.7, 0.9, -3.1];
+    /// Golden values by `python -c "import numpy as np; from scipy.interpolate import CubicSpline; x = [0.3, -1.2, 2.5, 0.7, 0.9, -3.1];
     /// print(CubicSpline(np.arange(6), x, bc_type='natural')(np.arange(5)[:, None] + [0, 0.25, 1], 1).ravel().tolist())"`.
     #[test]
     fn the_natural_spline_is_scipys() {

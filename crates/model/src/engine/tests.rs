@@ -95,7 +95,7 @@ fn solvers(config: &ModelConfig) -> impl Iterator<Item = Solver> {
     Solver::ALL.into_iter().filter(fits)
 }
 
-/// How far the fused engine may be from Candle [standard deviations]: with adaptive steps, whose lengths differ by rounding
+/// Greatest distance of the fused engine from Candle [standard deviations]: with adaptive steps, whose lengths differ by rounding
 /// too, within the solver's tolerance.
 fn solver_bound(solver: Solver) -> f64 {
     match solver {
@@ -232,7 +232,7 @@ fn the_vector_units_give_the_same_numbers() {
     }
 }
 
-/// What the half-precision engine gives is what the single-precision one gives for the same weights, rounded.
+/// The half-precision engine agrees with the single-precision one on rounded weights.
 #[test]
 fn halves_are_the_rounded_weights_and_nothing_else() {
     for config in configs() {
@@ -518,7 +518,7 @@ fn sample_of(value: f64, n: usize) -> Vec<f64> {
     x
 }
 
-/// How far an engine may be from Candle [standard deviations].
+/// Greatest distance of an engine from Candle [standard deviations].
 fn precision_bound(precision: Precision) -> f64 {
     match precision {
         Precision::Single => 2e-5,
