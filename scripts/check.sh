@@ -8,7 +8,10 @@ source scripts/tests_of.sh
 
 step() { printf '\n== %s  (%d s)\n' "$*" $SECONDS; }
 python=.venv/bin/python
-[ -x "$python" ] || python=python3
+[ -x "$python" ] || {
+  echo 'check.sh: no .venv; run scripts/setup.sh first' >&2
+  exit 1
+}
 
 if [ "${1:-}" = fast ]; then
   rev=${2:-HEAD}
@@ -17,7 +20,7 @@ if [ "${1:-}" = fast ]; then
   for crate in frames effects gap model training; do
     grep -q "^crates/$crate/" <<<"$changed" && packages+=(-p "hydro-$crate")
   done
-  grep -qE '^(src|tests|benches|build\.rs)' <<<"$changed" && packages+=(-p hydro)
+  grep -qE '^(src|tests|benches|mjcf|models|build\.rs)' <<<"$changed" && packages+=(-p hydro)
   grep -qE '^Cargo\.(toml|lock)' <<<"$changed" && packages=(--workspace)
   step 'format, rules of the house'
   cargo fmt --all --check
@@ -29,11 +32,14 @@ if [ "${1:-}" = fast ]; then
     cargo clippy "${packages[@]}" --all-targets --quiet -- -D warnings
     step "tests: ${packages[*]}"
     tests_of "${packages[@]}"
+    step 'the other crates compile'
+    cargo check --workspace --quiet
   fi
   if grep -q '^scripts/.*\.py' <<<"$changed"; then
     step 'Python'
     "$python" -m ruff check --quiet scripts
-    "$python" -m pytest --quiet scripts/tests
+    "$python" -m ruff format --quiet --check scripts
+    "$python" -m pytest --quiet --numprocesses auto --dist loadfile scripts/tests
   fi
   printf '\nDone in %d s. scripts/test.sh checks the rest.\n' $SECONDS
   exit
@@ -50,7 +56,7 @@ step 'robot and scenes are what make_b1.py writes'
 step 'lints'
 cargo clippy --workspace --all-targets --quiet -- -D warnings
 step 'lints without MuJoCo'
-cargo clippy -p hydro --no-default-features --features cli --all-targets --quiet -- -D warnings
+cargo clippy -p hydro --no-default-features --features cli --lib --bins --quiet -- -D warnings
 step 'documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps --document-private-items --quiet
 step 'tests'

@@ -19,7 +19,7 @@ cargo build --release --quiet
 
 # record FOLDER FLAGS...: unless it is there.
 record() {
-  [ -e "$1/rollouts.json" ] || "$python" scripts/record_rollouts.py --out "$1" "${@:2}"
+  [ -e "$1/rollouts.json" ] || "$python" scripts/record_rollouts.py --out "$1" --overwrite "${@:2}"
 }
 
 case $task in

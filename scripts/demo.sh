@@ -38,6 +38,8 @@ step 'building; meanwhile recording runs that no model was trained on: 20 of 4 s
   record "$out/long" --count 1 --minutes 10 --seed 101
 } >"$out/record.log" 2>&1 &
 recording=$!
+# A build that fails leaves no recorder behind.
+trap 'kill "$recording" 2>/dev/null || true' EXIT
 cargo build --release
 wait "$recording" || {
   cat "$out/record.log" >&2

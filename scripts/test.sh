@@ -3,21 +3,34 @@
 #   --debian   also installs Debian's MuJoCo 2.2.2 and tests with it; without, it is tested where it is installed
 set -euo pipefail
 cd "$(dirname "$0")/.."
-[ "${1:-}" != --debian ] || export HYDRO_WITH_DEBIAN_MUJOCO=1
+case ${1:-} in
+'') ;;
+--debian) export HYDRO_WITH_DEBIAN_MUJOCO=1 ;;
+*)
+  echo "test.sh: unknown argument $1; there is --debian" >&2
+  exit 2
+  ;;
+esac
 source scripts/setup.sh
 source scripts/tests_of.sh
 step() { printf '\n== %s  (%d s)\n' "$*" $SECONDS; }
 
 # A test in Python loads the library in this MuJoCo, whose layout is another.
 other=target/mujoco-3.17.0
-[ -d "$other/mujoco" ] ||
-  .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --target "$other" mujoco==3.17.0 typing_extensions
+if [ ! -e "$other/complete" ]; then
+  rm -rf "$other"
+  .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps --target "$other" \
+    mujoco==3.17.0 typing_extensions
+  touch "$other/complete"
+fi
 export HYDRO_TEST_OTHER_WHEEL=$PWD/$other
+# Here a missing .venv is a failure, not a reason to skip.
+export HYDRO_REQUIRE_PYTHON=1
 
 scripts/check.sh
 
 step 'Python: data, scenes, baselines, benchmark'
-.venv/bin/python -m pytest --quiet scripts/tests
+.venv/bin/python -m pytest --quiet --numprocesses auto --dist loadfile scripts/tests
 
 # The other releases matter to the crate that binds MuJoCo alone; what is below it comes compiled from above.
 step 'MuJoCo 3.17.0: the bindings fit it too'

@@ -1,6 +1,6 @@
 //! Tasks of the driver.
 //!
-//! `lesson` and `ours` are the names that the driver writes.
+//! `training_case` and `ours` are the names that the driver writes.
 
 use std::path::PathBuf;
 
@@ -47,20 +47,20 @@ pub(crate) enum Task {
     Read { bytes: usize },
     /// Whole trajectories through the network that is trained, `batch` of a [`TrainingCase`]'s.
     Trajectories {
-        #[serde(rename = "lesson")]
+        #[serde(rename = "training_case")]
         case: TrainingFiles,
         batch: usize,
     },
     /// Training steps by our own operation and optimiser.
     #[serde(rename = "ours")]
     Operation {
-        #[serde(rename = "lesson")]
+        #[serde(rename = "training_case")]
         case: TrainingFiles,
         adjoint: Adjoint,
     },
     /// Training steps through Candle's own graph, unrolled.
     Unrolled {
-        #[serde(rename = "lesson")]
+        #[serde(rename = "training_case")]
         case: TrainingFiles,
     },
 }

@@ -25,7 +25,7 @@ pub(super) struct Args {
     /// train, val or test.
     #[arg(long, default_value = "test")]
     split: String,
-    /// Force at the first sample: clean (the true one), recorded (perturbed) or estimate (the model's own).
+    /// Force at the first sample: clean (the true one), recorded (perturbed), estimate (the model's own) or zero.
     #[arg(long, default_value_t = InitialForce::Clean)]
     start: InitialForce,
     /// Solver other than the card's: euler, rk4 or dopri5.

@@ -451,7 +451,9 @@ fn show(summary: &Summary) -> anyhow::Result<()> {
     }
     let standing = summary.standing(&BASELINES, 2.0);
     let verdict = match (&standing.compared[..], &standing.not_beaten[..]) {
-        ([], _) => "no baseline to compare with: no `--data` was given, and no run lasts 2 s".to_owned(),
+        ([], _) => {
+            "no baseline to compare with: no `--data` was given, and no run lasts 2 s".to_owned()
+        }
         (compared, []) => format!(
             "better than MuJoCo's box fluid and the fitted drags, in {}",
             compared.join(", ")

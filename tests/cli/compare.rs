@@ -26,6 +26,24 @@ impl Place {
         Self { folder }
     }
 
+    /// With times of both rows, so that none are taken: in a debug build that is most of the work.
+    fn timed() -> Self {
+        let place = Self::new();
+        let three = |ms: f64| serde_json::json!({ "median": ms, "quartiles": [ms, ms] });
+        let costs = ["relaxation-ode", "lstm"].map(|entry| {
+            serde_json::json!({
+                "entry": entry, "machine": "none", "stepped": three(2.0), "one": three(1.0), "many": three(30.0),
+            })
+        });
+        fs::create_dir(place.out()).unwrap();
+        fs::write(
+            place.out().join("cost.json"),
+            serde_json::json!({ "2": costs }).to_string(),
+        )
+        .unwrap();
+        place
+    }
+
     fn out(&self) -> PathBuf {
         self.folder.path().join("out")
     }
@@ -72,7 +90,7 @@ fn json(path: &Path) -> Value {
 
 #[test]
 fn jobs_are_done_once_and_the_tables_hold_all_seeds() {
-    let place = Place::new();
+    let place = Place::timed();
     let listed = place.succeeds(&["--seeds", "0,1", "--list"]);
     assert_eq!(
         listed.lines().collect::<Vec<_>>(),
@@ -147,7 +165,7 @@ fn jobs_are_done_once_and_the_tables_hold_all_seeds() {
 
 #[test]
 fn the_same_seed_gives_the_same_figures_wherever_a_job_runs() {
-    let (here, there) = (Place::new(), Place::new());
+    let (here, there) = (Place::timed(), Place::timed());
     here.succeeds(&["--seeds", "3", "--parallel", "1"]);
     there.succeeds(&["--seeds", "3", "--only", "2/lstm/seed-3"]);
     let of = |place: &Place| {
@@ -169,7 +187,7 @@ fn an_interrupted_comparison_goes_on_to_the_same_results() {
         "--entries",
         "relaxation-ode",
     ];
-    let (whole, cut) = (Place::new(), Place::new());
+    let (whole, cut) = (Place::timed(), Place::timed());
     whole.succeeds(&flags);
     let mut child = cut
         .command(&flags)
@@ -205,7 +223,7 @@ fn an_interrupted_comparison_goes_on_to_the_same_results() {
 
 #[test]
 fn results_of_other_settings_are_kept_and_refused() {
-    let place = Place::new();
+    let place = Place::timed();
     place.succeeds(&["--seeds", "0", "--entries", "lstm"]);
     let result = place.out().join("jobs/2/lstm/seed-0/result.json");
     let before = fs::read(&result).unwrap();
@@ -232,7 +250,7 @@ fn results_of_other_settings_are_kept_and_refused() {
 /// Another rate than a row's own reaches the training, in a process of its own too.
 #[test]
 fn a_learning_rate_replaces_that_of_every_row() {
-    let place = Place::new();
+    let place = Place::timed();
     place.succeeds(&["--seeds", "0", "--learning-rate", "0.0005"]);
     for entry in ["lstm", "relaxation-ode"] {
         let result = json(
@@ -247,7 +265,7 @@ fn a_learning_rate_replaces_that_of_every_row() {
 /// A job that cannot be done stops nobody, is named at the end, and the tables hold the others.
 #[test]
 fn a_job_that_fails_does_not_end_the_night() {
-    let place = Place::new();
+    let place = Place::timed();
     let folder = place.out().join("jobs/2/lstm/seed-0");
     fs::create_dir_all(folder.join("checkpoint")).unwrap();
     fs::write(folder.join("checkpoint/card.json"), "{}").unwrap();
@@ -278,7 +296,7 @@ fn a_job_that_fails_does_not_end_the_night() {
 /// Results that came without their weights: fixed steps take as long with any.
 #[test]
 fn times_are_taken_without_trained_weights() {
-    let place = Place::new();
+    let place = Place::timed();
     place.succeeds(&["--seeds", "0"]);
     for entry in ["lstm", "relaxation-ode"] {
         let job = place.out().join(format!("jobs/2/{entry}/seed-0"));

@@ -420,6 +420,55 @@ fn the_doctor_finds_this_build_sound() {
     assert!(findings["plugin"]["Ok"].is_string(), "{findings}");
 }
 
+/// An unstable nominal makes MuJoCo warn at every step.
+#[cfg(all(feature = "mujoco", mujoco_plugins))]
+#[test]
+fn warnings_of_mujoco_are_told_once_with_their_count() {
+    let folder = tempfile::tempdir().unwrap();
+    let nominal = folder.path().join("nominal.xml");
+    let trials = folder.path().join("trials");
+    fs::create_dir(&trials).unwrap();
+    fs::write(
+        &nominal,
+        "<mujoco><option timestep='0.01' integrator='Euler'/><worldbody><body><joint name='j' type='slide' stiffness='1e9'/>\
+         <geom size='.1' mass='1'/></body></worldbody><actuator><motor name='m' joint='j'/></actuator>\
+         <sensor><jointpos name='p' joint='j' noise='0.01'/></sensor></mujoco>",
+    )
+    .unwrap();
+    for trial in 0..2 {
+        let rows = (0..100).map(|row| {
+            let time = 0.01 * f64::from(row);
+            format!("{time},{},{}\n", time.sin(), 0.1 * (3.0 * time).cos())
+        });
+        let table: String = std::iter::once("time,m,p\n".to_owned())
+            .chain(rows)
+            .collect();
+        fs::write(trials.join(format!("{trial}.csv")), table).unwrap();
+    }
+    let out = folder.path().join("out");
+    let output = hydro(&[
+        "gap",
+        "find",
+        "--model",
+        text(&nominal),
+        "--trials",
+        text(&trials),
+        "--out",
+        text(&out),
+    ]);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(!message.contains("WARNING: Nan"), "{message}");
+    let told: Vec<&str> = message
+        .lines()
+        .filter(|line| line.contains("MuJoCo warned"))
+        .collect();
+    assert_eq!(told.len(), 1, "{message}");
+    assert!(
+        told[0].contains("QACC") || told[0].contains("QPOS"),
+        "{message}"
+    );
+}
+
 /// scripts/learning_rates.py tells a divergence from other failures by this status.
 #[test]
 fn a_training_that_diverges_exits_with_three() {

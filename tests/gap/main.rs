@@ -4,4 +4,6 @@
 mod numbers;
 mod patch_python;
 mod plant;
+#[path = "../common/skip_python.rs"]
+mod skip_python;
 mod trial;

@@ -284,17 +284,12 @@ fn files(cases: &mut Cases<'_>) {
     }
 }
 
-#[expect(clippy::print_stderr, reason = "a skipped test says so")]
-fn skip(reason: &str) {
-    eprintln!("skipped: {reason}");
-}
-
 #[test]
 fn patched_models_in_python() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let python = root.join(".venv/bin/python");
     if !python.exists() {
-        return skip("no .venv (python3 -m venv .venv && .venv/bin/pip install mujoco numpy)");
+        return crate::skip_python::without_venv();
     }
     let folder = tempfile::tempdir().unwrap();
     let mut cases = Cases {

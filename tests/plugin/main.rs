@@ -9,3 +9,5 @@ mod python;
 mod reference;
 mod robot;
 mod rollouts;
+#[path = "../common/skip_python.rs"]
+mod skip_python;

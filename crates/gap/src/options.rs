@@ -1,5 +1,9 @@
 //! Every statistical choice of the workflow, with its unit, meaning and source.
 //!
+//! Outside stand what a file format says (95 % of `ci95`, the defaults of `nominal.toml` in `problem/uncertainty.rs`), the
+//! menu of experiments (`stage/experiment_design.rs`), and numbers of numerical methods: steps of difference quotients,
+//! iterations, rounding.
+//!
 //! The values are passed with [`Settings`](crate::Settings); nothing reads them from anywhere else. Where no source is
 //! named, a value was chosen on hidden cases made for that purpose.
 
@@ -45,6 +49,8 @@ options! {
         length: f64 = 6.0,
         /// Rows of a segment at least.
         least_rows: usize = 10,
+        /// Rest of a trial that joins the segment before it, as a part of a segment's length.
+        joined_rest: f64 = 0.5,
         /// Segments at most; of more, evenly spread ones are used, so that time and memory stay bounded.
         most: usize = 36,
         /// Length of all segments together times the degrees of freedom at most [s]: each degree of freedom costs time and
@@ -71,6 +77,10 @@ options! {
         elaborate_form: f64 = 0.2,
         /// Least speed [m/s] and rate [rad/s] that scale a prior.
         least_speed: f64 = 0.05,
+        /// Least speed of a joint that scales a prior [rad/s or m/s].
+        least_joint_speed: f64 = 1e-3,
+        /// Least travel of a joint that scales a prior [rad or m].
+        least_joint_travel: f64 = 1e-3,
         /// Travel, in greatest extents of the largest body, below which effects of depth and distance are not tried.
         least_travel: f64 = 0.1,
         /// Standard deviation of when within a step a force is read [steps]: the real system has no steps.
@@ -274,6 +284,8 @@ options! {
     VerifyOptions {
         /// Lengths of the rollouts [s], ascending.
         horizons: [f64; 3] = [0.5, 1.0, 2.0],
+        /// Whitened error of a reading after a rollout that blew up, relative to the nominal's or 1, whichever is larger.
+        diverged_error: f64 = 1e3,
         /// Draws of the bootstrap over trials.
         bootstrap_draws: usize = 1000,
         /// Relative growth of an error that counts as harm, at 95 % confidence.

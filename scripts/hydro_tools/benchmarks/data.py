@@ -83,7 +83,7 @@ def training_case(
     config: dict = PAPER,
     field_alone: bool = False,
 ) -> dict:
-    """The fields of a training case (`lesson` in a task); its files are written anew, the same numbers every time."""
+    """The fields of a training case (`training_case` in a task); its files are written anew, with the same numbers."""
     recorded_split = split(task2(), "train")
     x, force = recorded_split["x"][:, :samples], recorded_split["wrench"][:, :samples]
 
@@ -96,7 +96,7 @@ def training_case(
     while len(rows) < steps * batch:
         rows += rng.permutation(len(x)).tolist()
     order = np.array(rows[: steps * batch], np.uint32).reshape(steps, batch)
-    name = f"lesson-{samples}x{batch}x{steps}"
+    name = f"training-case-{samples}x{batch}x{steps}"
     data = weights.write(WORK / f"{name}.safetensors", {"z": standard(x), "target": standard(force), "order": order})
     sizes = (
         "-".join(str(config[key]) for key in ("window", "embedding", "latent"))

@@ -160,7 +160,7 @@ fn truths(inputs: &Inputs, results: &[JobResult]) -> anyhow::Result<BTreeMap<Str
     Ok(found)
 }
 
-/// Times of `--out`; of a data set whose models are all trained, those that are missing taken now: before, jobs may run beside.
+/// Times of `--out`. Missing times of a data set are measured once all its models are trained: running jobs would disturb them.
 fn costs(
     args: &Args,
     inputs: &Inputs,

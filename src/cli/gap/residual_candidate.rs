@@ -77,13 +77,13 @@ pub(super) fn candidate(
     let folder = fs::canonicalize(task.out)
         .with_context(|| format!("--out {}", task.out.display()))?
         .join(RESIDUAL);
-    let wrench = patch::LearnedWrench {
+    let wrench = patch::CheckpointWrench {
         body: &missing.base.body,
         checkpoint: &folder,
         density: missing.base.density,
         current: missing.base.water,
     };
-    let patched = match patch::add_learned_wrench(plain, task.nominal, &wrench) {
+    let patched = match patch::add_checkpoint_wrench(plain, task.nominal, &wrench) {
         Ok(patched) => patched,
         Err(why @ (PatchError::NoBody { .. } | PatchError::LearnedTwice { .. })) => {
             return Ok(not_offered(format!(

@@ -98,17 +98,6 @@ impl Data {
         }
     }
 
-    /// Internal and external forces on every body, which sensors are made of.
-    pub fn post_constraint(&mut self) {
-        // SAFETY: a live model and a data of it, held alone.
-        unsafe {
-            (self.model.api.functions.mj_rnePostConstraint)(
-                self.model.model.as_ptr(),
-                self.data.as_ptr(),
-            )
-        }
-    }
-
     /// Back to the model's initial state; plugins forget everything.
     pub fn reset(&mut self) {
         // SAFETY: a live model and a data of it, held alone.

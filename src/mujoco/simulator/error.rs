@@ -50,7 +50,7 @@ pub enum SimulatorError {
     },
     /// A density cannot be changed in proportion to none.
     #[error(
-        "the scene's option density is {found} kg/m^3; expected more than zero, as in the truth and its rivals"
+        "the scene's option density is {found} kg/m^3; expected more than zero, as in the truth and the baselines"
     )]
     NoDensity {
         /// The scene's.

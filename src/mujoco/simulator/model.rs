@@ -381,15 +381,6 @@ impl Model {
         self.id("actuator", mjOBJ_ACTUATOR as i32, name)
     }
 
-    /// Limits of every control [nu].
-    pub fn control_ranges(&self) -> Vec<[f64; 2]> {
-        let ranges = self.view().actuator_ctrlrange();
-        ranges
-            .chunks_exact(2)
-            .map(|pair| [pair[0], pair[1]])
-            .collect()
-    }
-
     fn id(&self, kind: &'static str, code: i32, name: &str) -> Result<usize, SimulatorError> {
         let model = self.view();
         model.id(code, name).ok_or_else(|| {

@@ -182,7 +182,7 @@ impl BodyScale {
 mod tests {
     use crate::tests::fixture;
 
-    /// 57 g at 20 m/s: at most its weight, not what water would do; a hull that drifts: what water does.
+    /// A ball of 57 g at 20 m/s: drag of at most its weight. A drifting hull: the drag of water.
     #[test]
     fn a_fast_light_body_is_not_expected_to_be_dragged_as_by_water() {
         let mut scale = fixture::body_scale(&fixture::still());

@@ -15,7 +15,7 @@ const MUCH: f64 = 0.3;
 /// ... with a step that changes them by this, but no smaller than `FINEST` of the first, where rounding shows.
 const LITTLE: f64 = 0.02;
 const FINEST: f64 = 1e-5;
-/// One made finer for the sake of an old column that changes less than this is taken again.
+/// A step refined by the length of an old column is repeated where readings change by less than this.
 const TOO_LITTLE: f64 = 0.1 * LITTLE;
 
 /// A plant, and the whitened residuals of a segment on it.

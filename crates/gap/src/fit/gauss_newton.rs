@@ -70,9 +70,8 @@ impl LinearizedProblem<'_> {
         }
         // Decrease of the cost by the steps since the columns were made; `None` before the first step.
         let mut since: Option<f64> = None;
-        // Columns that did not hold what they promised were made anew so many times: the effects' and what is correlated
-        // to them, then all, once; in a large model those of all nuisance parameters cost more than everything else.
-        // A fit of nothing but nuisance parameters has no others.
+        // Rejected steps so far. The first renews the columns of the effects and of correlated nuisance parameters, the
+        // second all, which in a large model costs more than everything else. Without effects only the second remains.
         let nuisances_only = fit.point.candidates.is_empty();
         let mut rejected_steps = usize::from(nuisances_only);
         loop {

@@ -9,9 +9,9 @@ use crate::{
 
 /// A point with all its payloads on the other side of their bodies' origins; none where it has none.
 ///
-/// Their inertia is the same, and an uncertain centre of mass may hide that their moments are opposite: two optima, one
-/// of which a descent from the other does not find. At the origin it is the same point, for a descent that sees what it
-/// did not while there was no mass: that places matter.
+/// Mirrored payloads have equal inertia, and an uncertain centre of mass can hide their opposite moments. That makes two
+/// optima, of which a descent finds one. A payload at the origin is its own mirror image; it is fitted again because places
+/// have sensitivities only once there is mass.
 pub(crate) fn mirrored(candidates: &[Candidate], point: &Point) -> Option<Point> {
     let is_payload = |candidate: &usize| effect(candidates[*candidate].effect).is_point_mass();
     let mut mirrored = point.clone();

@@ -24,7 +24,7 @@ use crate::{
 };
 
 /// Weights and residuals of a segment [readings].
-type Looked = (Vec<f64>, Vec<f64>);
+type SegmentColumns = (Vec<f64>, Vec<f64>);
 
 impl LinearizedProblem<'_> {
     /// Sensitivities of every segment about the base. One whose start or nuisance parameters make the nominal blow up
@@ -36,21 +36,21 @@ impl LinearizedProblem<'_> {
         watch: &Watch<'_>,
     ) -> Result<(), GapError> {
         let base = self.problem.nuisance_values(&self.origin());
-        let looked: Vec<Option<Looked>> = (0..self.problem.segments.len())
+        let columns_by_segment: Vec<Option<SegmentColumns>> = (0..self.problem.segments.len())
             .into_par_iter()
-            .map(|at| self.look_alone(at, &base))
+            .map(|at| self.columns_of(at, &base))
             .collect::<Result<_, GapError>>()?;
-        let (segments, looked): (Vec<_>, Vec<_>) = self
+        let (segments, columns_by_segment): (Vec<_>, Vec<_>) = self
             .problem
             .segments
             .iter()
             .cloned()
-            .zip(looked)
-            .filter_map(|(segment, looked)| Some((segment, looked?)))
+            .zip(columns_by_segment)
+            .filter_map(|(segment, columns_by_segment)| Some((segment, columns_by_segment?)))
             .unzip();
         self.problem.segments = self.or_diverges(segments)?;
         let residuals: Vec<Vec<f64>>;
-        (self.sensitivities.weights, residuals) = looked.into_iter().unzip();
+        (self.sensitivities.weights, residuals) = columns_by_segment.into_iter().unzip();
         let done = AtomicUsize::new(0);
         let total = self.problem.segments.len();
         let shared: Vec<_> = (0..total)
@@ -84,7 +84,7 @@ impl LinearizedProblem<'_> {
     }
 
     /// Weights and whitened residuals of a segment; `None` where the nominal diverges.
-    fn look_alone(&self, at: usize, base: &[f64]) -> Result<Option<Looked>, GapError> {
+    fn columns_of(&self, at: usize, base: &[f64]) -> Result<Option<SegmentColumns>, GapError> {
         let segment = &self.problem.segments[at];
         let trial = &self.problem.trials[segment.trial];
         let step = self.problem.model.timestep;

@@ -157,7 +157,7 @@ pub(super) fn friction<'d>(
 
 /// Addresses of a joint in the state, and the inertia that it moves.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
+pub(super) struct JointPlace {
     pub(super) qpos: usize,
     pub(super) dof: usize,
     /// Inertia [kg m^2 or kg].
@@ -172,7 +172,7 @@ pub(super) fn backlash<'d>(
     model: &'d Mjcf<'d>,
     joint: Node<'d, 'd>,
     width: f64,
-    place: Place,
+    place: JointPlace,
 ) -> Option<String> {
     let turns = turns(model, joint)?;
     if width <= 0.0 {
@@ -337,7 +337,7 @@ mod tests {
 
     #[test]
     fn backlash_is_an_extra_limited_joint() {
-        let place = Place {
+        let place = JointPlace {
             qpos: 0,
             dof: 0,
             inertia: 0.5,

@@ -22,6 +22,7 @@
 
 mod actuator;
 mod body;
+mod checkpoint_wrench;
 mod diff;
 mod error;
 mod flatten;
@@ -31,7 +32,6 @@ mod inertia;
 mod instance_values;
 mod joint;
 mod keyframe;
-mod learned_wrench;
 mod mjcf;
 mod nominal_values;
 mod patched;
@@ -43,9 +43,9 @@ mod wrench_plugin;
 mod writer;
 mod xml_edit;
 
+pub use checkpoint_wrench::{CheckpointWrench, add_checkpoint_wrench};
 pub use diff::{DiffKind, DiffLine, diff, unified};
 pub use error::PatchError;
-pub use learned_wrench::{LearnedWrench, add_learned_wrench};
 pub use patched::{Patched, Renumbered, Written};
 pub use request::{Names, Request};
 pub use save::save;

@@ -20,7 +20,7 @@ pub(super) const PLUGIN: &str = "hydro.wrench";
 
 /// An element of the attribute `effects`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Listed {
+pub(super) struct ListedEffect {
     pub(super) effect: Id,
     pub(super) target: String,
     /// Values by name, in the order of the catalogue.
@@ -137,7 +137,7 @@ fn find(path: &Path, search: &[PathBuf], folder: &Path) -> Option<PathBuf> {
 pub(super) fn add(
     model: &Mjcf<'_>,
     body: &str,
-    effects: &[Listed],
+    effects: &[ListedEffect],
     density: Option<f64>,
 ) -> Result<String, PatchError> {
     let Some(body) = model
@@ -278,14 +278,15 @@ pub(super) fn declare(
 }
 
 /// The attribute `effects` with more effects.
-fn merged(found: Option<&str>, effects: &[Listed]) -> Result<String, PatchError> {
+fn merged(found: Option<&str>, effects: &[ListedEffect]) -> Result<String, PatchError> {
     let found = found.map(str::trim).filter(|found| !found.is_empty());
     let fault = |detail: String| PatchError::Effects {
         found: found.unwrap_or_default().to_owned(),
         detail,
     };
-    let written =
-        |effect: &Listed| serde_json::to_string(effect).map_err(|error| fault(error.to_string()));
+    let written = |effect: &ListedEffect| {
+        serde_json::to_string(effect).map_err(|error| fault(error.to_string()))
+    };
     let Some(found) = found else {
         let added: Vec<String> = effects.iter().map(written).collect::<Result<_, _>>()?;
         return Ok(format!(
@@ -324,12 +325,12 @@ fn merged(found: Option<&str>, effects: &[Listed]) -> Result<String, PatchError>
     ))
 }
 
-fn is_same(own: &serde_json::Value, effect: &Listed) -> bool {
+fn is_same(own: &serde_json::Value, effect: &ListedEffect) -> bool {
     own["effect"] == effect.effect.as_str() && own["target"] == effect.target.as_str()
 }
 
 /// Adds the values of an effect to an existing element; false where they differ in effect or target, or are not additive.
-fn add_to(own: &mut serde_json::Value, listed: &Listed) -> bool {
+fn add_to(own: &mut serde_json::Value, listed: &ListedEffect) -> bool {
     if !is_same(own, listed) || !effect(listed.effect).is_additive() {
         return false;
     }
@@ -369,8 +370,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    fn drag() -> Listed {
-        Listed {
+    fn drag() -> ListedEffect {
+        ListedEffect {
             effect: Id::LinearDrag,
             target: "it's".to_owned(),
             parameters: vec![("z".to_owned(), 1.5), ("a".to_owned(), 1e-9)],
@@ -409,7 +410,7 @@ mod tests {
 
     #[test]
     fn what_was_left_out_is_nothing_when_effects_add_up() {
-        let force = |parameters: &[(&str, f64)]| Listed {
+        let force = |parameters: &[(&str, f64)]| ListedEffect {
             effect: Id::ConstantForce,
             target: "hull".to_owned(),
             parameters: parameters

@@ -238,7 +238,7 @@ impl<'a> Writer<'a> {
                     .joints
                     .iter()
                     .find(|joint| joint.name == entry.target)?;
-                let place = joint::Place {
+                let place = joint::JointPlace {
                     qpos: joint.qpos,
                     dof: joint.dof,
                     inertia: joint.scale.inertia,
@@ -312,7 +312,7 @@ impl<'a> Writer<'a> {
     fn list(&mut self, index: usize, body: &str) -> Result<(), PatchError> {
         let entry = &self.request.entries[index];
         let names = (self.request.names)(self.request.description, entry.effect, &entry.target);
-        let listed = wrench_plugin::Listed {
+        let listed = wrench_plugin::ListedEffect {
             effect: entry.effect,
             target: entry.target.clone(),
             parameters: names

@@ -55,11 +55,11 @@ pub enum Quantity {
     Gain,
     /// Damping of a joint, every term of it; relative.
     Damping,
-    /// Part of a step by which commands act early: a held command is late by half a step, and how real ones
-    /// were held no log tells. No number of a model.
+    /// Part of a step by which commands act early: a held command is late by half a step on average. Not a model parameter:
+    /// the log does not say how commands were held.
     CommandLead,
-    /// Part of the jump at the end of a step that a force read inside that step shows already: when
-    /// within a step the real command changed no log tells. No number of a model.
+    /// Part of the jump at the end of a step that a force read inside that step shows already. Not a model parameter: the
+    /// log does not say when within a step the command changed.
     ReadingLead,
     /// A value of an effect that the nominal has in an instance of `hydro.wrench`; relative.
     EffectValue {

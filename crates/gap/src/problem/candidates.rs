@@ -163,8 +163,8 @@ pub(crate) fn enumerate(
             TargetKind::Joint => {
                 let targets = model.joints.iter().map(|joint| {
                     let mut scale = joint.scale.clone();
-                    scale.speed = typical.speed[joint.dof].max(1e-3);
-                    scale.travel = typical.travel[joint.qpos].max(1e-3);
+                    scale.speed = typical.speed[joint.dof].max(options.least_joint_speed);
+                    scale.travel = typical.travel[joint.qpos].max(options.least_joint_travel);
                     (joint.name.clone(), Target::Joint(scale))
                 });
                 // A slide and a hinge have no value in common.
@@ -242,7 +242,7 @@ impl Pace {
                 .filter(move |joint| joint.scale.slides == slides)
                 .map(|joint| joint.dof)
         };
-        // What slides carries the hull; the hinges below are its limbs'.
+        // Slides belong to the carriage of the hull, hinges below them to its limbs.
         let swings = of(true).next().is_none();
         Self {
             speed: norm(&mut of(true)),

@@ -16,7 +16,7 @@ use crate::{error::GapError, plant::FreeBase, problem::problem::Problem, progres
 use smoother::{RandomWalk, TrialSmoother};
 use windows::WindowProblem;
 
-/// Step of the difference quotient, likewise.
+/// Step of the difference quotients of the wrench, relative to its scale.
 const STEP: f64 = 1e-3;
 /// Gauss-Newton steps at most.
 const ITERATIONS: usize = 6;

@@ -99,9 +99,8 @@ fn exchange(
     Ok(changed)
 }
 
-/// Parts of the best set that explain more with the whole's values than with those of their own fits: a fit from afar
-/// may have ended elsewhere, and the whole would win for the way it took. Nothing at all was fitted from the nominal,
-/// and again about what came out. Returns whether anything changed.
+/// Refits subsets of the best set from its values: fitted alone, a subset may have stopped in a worse optimum, and the best
+/// set would win by its better start. Returns whether anything changed.
 fn refit_parts(
     linearized: &LinearizedProblem<'_>,
     scored: &mut Vec<Scored>,

@@ -51,9 +51,8 @@ pub(crate) fn is_delay(linearized: &LinearizedProblem<'_>, candidate: usize) -> 
     matches!(effect(id).part(), Part::Sensor(part) if part.has_delay())
 }
 
-/// False where a sensor may be late by less than its rows or the model's steps can tell: clocks, filters and
-/// when within a step things happen are no better known. From, to [s], by the fit alone: what is left over may widen the
-/// interval that is reported.
+/// False where clocks, filters or step timing could explain the delay. From, to [s]: the interval of the fit alone, before
+/// autocorrelation widens the one that is reported.
 pub(crate) fn is_resolved(linearized: &LinearizedProblem<'_>, [from, to]: [f64; 2]) -> bool {
     let period = linearized
         .problem

@@ -22,7 +22,7 @@ use crate::{
     },
 };
 
-/// The phase of an oscillation: amplitudes at two phases a quarter of a turn apart make any, and are one choice.
+/// The phase of an oscillation. Two amplitudes a quarter turn apart represent any phase, so they count as one choice.
 pub(crate) const PHASE: &str = "phase";
 /// A direction of the screen: one parameter of one candidate, with the others at `base`.
 #[derive(Clone, Debug)]
@@ -130,8 +130,8 @@ impl LinearizedProblem<'_> {
         let total = self.screened();
         let z = self.problem.normalised(&fit.point);
         let entries = self.problem.entries(&fit.point);
-        // An effect that a nuisance parameter imitates stands out by what little differs in their columns, so those of nuisance parameters that
-        // are seen well are of this point.
+        // Only columns taken at one point separate an effect from a nuisance parameter that imitates it: those of
+        // well-determined ones are taken here.
         let seen = self.well_seen();
         let grams: Vec<DMatrix<f64>> = (0..total)
             .into_par_iter()

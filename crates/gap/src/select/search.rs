@@ -43,7 +43,7 @@ pub(crate) fn search(
     if let Some(linear) = Linear::new(linearized, &screen, inflation) {
         linear_sets = sets(linearized, &linear);
         let refused = refit_leaders(linearized, &linear, &linear_sets, &mut scored, watch)?;
-        // Their evidence to first order was of what does not stand when refitted.
+        // Their first-order evidence did not survive the refit.
         linear_sets.retain(|(set, _)| !refused.contains(set));
     }
     inflation = best_inflation(linearized, &scored, nothing, seed);
@@ -222,13 +222,13 @@ fn refit_leaders(
         )
     };
     let mut leaders = leading(1, reach, most);
-    // A pair that is no better than a single is found from that, by a screen about its refit.
+    // A pair hidden behind its better single is found by the screen about that single's refit.
     leaders.extend(leading(2, best_single, options.refitted_pairs));
     let total = leaders.len();
     let mut refused = Vec::new();
     for (at, leader) in leaders.into_iter().enumerate() {
         (watch.tell)("refitting", at, total);
-        // Every form of an effect in reach; of a pair the likeliest. Farther ones where none has stood.
+        // Every form of a single in reach, the likeliest form of a pair; farther ones only where none held up.
         let of = mechanisms(linearized, leader);
         let mut least = f64::NEG_INFINITY;
         for entry in sets

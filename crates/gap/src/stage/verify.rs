@@ -40,7 +40,7 @@ use crate::{
 const SHOWN: usize = 3;
 
 /// Residuals of the rows of one rollout.
-type Rollout = (Range<usize>, Vec<f64>);
+type RolloutResiduals = (Range<usize>, Vec<f64>);
 
 /// The models that are compared.
 #[derive(Clone, Copy)]
@@ -206,7 +206,7 @@ fn roll(
     options: &Options,
 ) -> Result<TrialErrors, GapError> {
     let width = channels.len();
-    let mut residuals: Vec<Vec<Rollout>> = Vec::new();
+    let mut residuals: Vec<Vec<RolloutResiduals>> = Vec::new();
     for side in sides {
         let mapped = adapted(trial, sides[0].system.plant, side.system.plant);
         let trial = mapped.as_ref().unwrap_or(trial);
@@ -216,12 +216,12 @@ fn roll(
     let mut regimes = [vec![[0.0; 5]; width], vec![[0.0; 5]; width]];
     let means = means(trial, channels);
     let middle = middle_command(trial);
-    // A rollout that blew up where the nominal did not is as wrong as can be.
+    // After a rollout that blew up there is no error to take.
     let at_most = |value: f64, a: f64| {
         if value.is_finite() {
             value
         } else {
-            1e3 * a.abs().max(1.0)
+            options.verify.diverged_error * a.abs().max(1.0)
         }
     };
     for (number, (rows, a)) in residuals[0].iter().enumerate() {
@@ -281,7 +281,7 @@ fn rollouts(
     trial: &MeasuredTrial,
     channels: &Channels,
     options: &Options,
-) -> Result<Vec<Rollout>, GapError> {
+) -> Result<Vec<RolloutResiduals>, GapError> {
     let (model, corrections) = (side.system.model(), &side.corrections);
     let motion =
         state_estimation::estimate_motion(&side.system, trial, channels, corrections, options)?;
@@ -337,7 +337,7 @@ fn middle_command(trial: &MeasuredTrial) -> f64 {
 fn overlays(
     trial: &MeasuredTrial,
     channels: &Channels,
-    residuals: &[Vec<Rollout>],
+    residuals: &[Vec<RolloutResiduals>],
 ) -> Vec<Overlay> {
     let width = channels.len();
     let zeros = vec![0.0; width];

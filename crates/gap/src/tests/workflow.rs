@@ -302,7 +302,7 @@ fn of_one_trial_no_reduction_is_claimed_and_the_verdict_says_why() {
     }
 }
 
-/// contracts.md lists the three of them.
+/// The three fields of `patch.sensors` in `verdict.json`.
 #[test]
 fn a_corrected_sensor_has_bias_scale_and_delay() {
     let of = |patch: &SensorPatch| serde_json::to_value(patch).unwrap();

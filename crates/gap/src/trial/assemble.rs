@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    Part, Place, Remark, RemarkKind, SensorSignature, Series, Signature, Trial, TrialError,
+    Part, Remark, RemarkKind, RowPlace, SensorSignature, Series, Signature, Trial, TrialError,
     file_name::trial_name, tables::Parts, times, unit_checks,
 };
 
@@ -90,7 +90,7 @@ fn check_initial_state(path: &Path, state: Option<&[f64]>) -> Result<(), TrialEr
         None => Ok(()),
         Some(at) => Err(TrialError::NotFinite {
             path: path.to_owned(),
-            place: Place::Row(at),
+            place: RowPlace::Row(at),
             column: "initial_state".to_owned(),
             found: state[at],
             hint: "; leave the initial state out where it is not known",

@@ -8,14 +8,14 @@ use super::message::counted;
 
 /// Where in a file a row stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum RowPlace {
     /// Row of an array, counted from 0 as NumPy does.
     Row(usize),
     /// Line of a text file, counted from 1 as editors do.
     Line(u64),
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for RowPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Row(row) => write!(f, "row {row} (from 0)"),
@@ -146,7 +146,7 @@ pub enum TrialError {
     #[error("{path}: {place}, column `{column}`: `{found}` is no number; leave the cell empty where there is no sample", path = path.display())]
     NotANumber {
         path: PathBuf,
-        place: Place,
+        place: RowPlace,
         column: String,
         found: String,
     },
@@ -154,7 +154,7 @@ pub enum TrialError {
     #[error("{path}: {place}, column `{column}`: {found} is not finite{hint}", path = path.display())]
     NotFinite {
         path: PathBuf,
-        place: Place,
+        place: RowPlace,
         column: String,
         found: f64,
         hint: &'static str,
@@ -164,7 +164,7 @@ pub enum TrialError {
         path = path.display(), verb = if found < before { "runs backwards" } else { "stands still" })]
     TimeOrder {
         path: PathBuf,
-        place: Place,
+        place: RowPlace,
         column: String,
         before: f64,
         found: f64,
@@ -182,7 +182,7 @@ pub enum TrialError {
     #[error("{path}: {place}, column `{column}`: {found}, expected radians; degrees suspected, since the angle reaches {turns:.1} turns and comes back", path = path.display())]
     Degrees {
         path: PathBuf,
-        place: Place,
+        place: RowPlace,
         column: String,
         found: f64,
         turns: f64,

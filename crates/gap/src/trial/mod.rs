@@ -40,7 +40,7 @@ mod write_whole;
 
 pub use self::{
     csv::write_csv,
-    error::{Place, TrialError},
+    error::{RowPlace, TrialError},
     list::{Listed, list, read_folder},
     npz::write_npz,
     read::read,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Place, RemarkKind, Series, TrialError};
+use super::{RemarkKind, RowPlace, Series, TrialError};
 
 /// The tables of a file; widths and names fit the model, columns are in its order.
 pub(super) struct Parts {
@@ -28,10 +28,10 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// Place of a row in the file.
-    pub(super) fn place(&self, row: usize) -> Place {
+    /// RowPlace of a row in the file.
+    pub(super) fn place(&self, row: usize) -> RowPlace {
         let line = self.lines.as_ref().and_then(|lines| lines.get(row));
-        line.map_or(Place::Row(row), |line| Place::Line(*line))
+        line.map_or(RowPlace::Row(row), |line| RowPlace::Line(*line))
     }
 
     /// Refuses a value that is neither finite nor `allowed`.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Part, Place, RemarkKind, Series, TrialError, series::median};
+use super::{Part, RemarkKind, RowPlace, Series, TrialError, series::median};
 
 /// Share of the median step by which another may differ and still be called even, as in `mujoco.sysid`.
 const EVEN: f64 = 0.01;
@@ -14,7 +14,7 @@ pub(super) fn check(
     path: &Path,
     name: &str,
     times: &[f64],
-    place: impl Fn(usize) -> Place,
+    place: impl Fn(usize) -> RowPlace,
 ) -> Result<(), TrialError> {
     for (row, time) in times.iter().enumerate() {
         if !time.is_finite() {

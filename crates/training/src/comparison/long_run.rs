@@ -68,8 +68,8 @@ impl LongRunPeaks {
     }
 }
 
-/// True where no ratio is more than `factor` times another's, or the truth's where that is greater. The oracle is one to be
-/// measured by: legs that the water does not brake move faster than the truth's, whoever gives the base its wrench.
+/// True where every ratio is at most `factor` times the larger of 1 (the truth's) and the other's. The other is usually the
+/// oracle's: without water on the legs they move faster than in the truth, even under the true base wrench.
 pub fn within(ratios: &Ratios, others: &Ratios, factor: f64) -> bool {
     ratios.iter().zip(others).all(|(ratio, other)| {
         let allowed = factor * other.map_or(1.0, |other| other.max(1.0));

@@ -31,7 +31,7 @@ pub enum Water<'a> {
     /// The scene's own: a plugin, or MuJoCo's fluid.
     Scene,
     /// A law of the base twist, evaluated every step.
-    Law(Box<WrenchLaw<'a>>),
+    Law(Box<WrenchFunction<'a>>),
     /// The true base wrench at the method's own state, evaluated every step; built for a run's density.
     Truth(Box<MakeTruth<'a>>),
     /// The recorded true wrench, interpolated between samples. Nothing feeds back: once the motion differs,
@@ -51,7 +51,7 @@ impl std::fmt::Debug for Water<'_> {
 }
 
 /// A wrench as a function of the base twist and the water's density [kg/m^3].
-pub type WrenchLaw<'a> = dyn Fn(&Twist, f64) -> Wrench + 'a;
+pub type WrenchFunction<'a> = dyn Fn(&Twist, f64) -> Wrench + 'a;
 
 /// The wrench that another simulator's water puts on the base at a state: positions, velocities.
 pub type WrenchAtState = dyn FnMut(&[f64], &[f64]) -> Wrench;

@@ -17,7 +17,7 @@ pub use self::{
     closed_loop::{ClosedLoop, ClosedLoopRow, closed_loop},
     drive::drive,
     long_run::{BOUND, LongRun, LongRunPeaks, Peak, Ratios, long_run_peaks, within},
-    method::{MakeSimulator, MakeTruth, Method, ORACLE, Water, WrenchAtState, WrenchLaw},
+    method::{MakeSimulator, MakeTruth, Method, ORACLE, Water, WrenchAtState, WrenchFunction},
     open_loop::{Example, OpenLoop, OpenLoopRow, Predict, open_loop, precomputed},
     spread::Spread,
     step_time::{StepTime, step_times},

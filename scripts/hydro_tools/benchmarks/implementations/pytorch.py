@@ -71,9 +71,9 @@ class Step(OneSample):
 class Trajectories:
     """Forces of `batch` whole trajectories, without gradients."""
 
-    def __init__(self, *, lesson: dict, batch: int, threads: int):
+    def __init__(self, *, training_case: dict, batch: int, threads: int):
         torch.set_num_threads(threads)
-        self.training_case = TrainingCase(**lesson)
+        self.training_case = TrainingCase(**training_case)
         chosen = [index % len(self.training_case.z) for index in range(batch)]
         self.batch = self.training_case.gather(chosen)
 

@@ -61,9 +61,9 @@ class Training:
 
     WAYS = {"by hand": by_hand, "torchdiffeq": torchdiffeq, "continuous adjoint": continuous_adjoint}
 
-    def __init__(self, *, lesson: dict, way: str, threads: int):
+    def __init__(self, *, training_case: dict, way: str, threads: int):
         torch.set_num_threads(threads)
-        self.training_case, self.integrate = TrainingCase(**lesson), self.WAYS[way]
+        self.training_case, self.integrate = TrainingCase(**training_case), self.WAYS[way]
 
     def check(self):
         return self.training_case.first(self.integrate)

@@ -59,7 +59,7 @@ def _trajectories(settings) -> list[tuple[int, list[dict]]]:
             Entry(
                 "hydro, network, 2 threads",
                 [*commands.rust()],
-                {"kind": "trajectories", "lesson": training_case, "batch": batch},
+                {"kind": "trajectories", "training_case": training_case, "batch": batch},
                 1,
                 threads=2,
                 tolerance=1e-3,
@@ -80,7 +80,7 @@ def _trajectories(settings) -> list[tuple[int, list[dict]]]:
             Entry(
                 "PyTorch, 2 threads",
                 commands.python("pytorch"),
-                {"kind": "trajectories", "lesson": training_case, "batch": batch, "threads": 2},
+                {"kind": "trajectories", "training_case": training_case, "batch": batch, "threads": 2},
                 1,
                 threads=2,
                 tolerance=1e-3,

@@ -24,11 +24,11 @@ def entries(training_case: dict, *, count: int, slow: int, slow_rounds: int) -> 
 
     def rust(name, task, tolerance=TOLERANCE, **more):
         return Entry(
-            name, [*commands.rust()], {"lesson": training_case, **task}, threads=2, tolerance=tolerance, **more
+            name, [*commands.rust()], {"training_case": training_case, **task}, threads=2, tolerance=tolerance, **more
         )
 
     def torch(name, way, tolerance=TOLERANCE, threads=2, **more):
-        task = {"kind": "training", "lesson": training_case, "way": way, "threads": threads}
+        task = {"kind": "training", "training_case": training_case, "way": way, "threads": threads}
         return Entry(name, commands.python("pytorch_training"), task, threads=threads, tolerance=tolerance, **more)
 
     rare = {"count": slow, "rounds": slow_rounds}

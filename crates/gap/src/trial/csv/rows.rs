@@ -6,7 +6,7 @@ use ::csv::{ErrorKind, Position, Reader, ReaderBuilder, StringRecord, Trim};
 
 use super::{
     super::{
-        Place, RemarkKind, Series, Signature, TrialError,
+        RemarkKind, RowPlace, Series, Signature, TrialError,
         tables::{Parts, Table},
         times,
     },
@@ -97,7 +97,7 @@ fn read_rows(
         }
     }
     // Every row, so that also those without a sample must be in order.
-    times::check(path, TIME, &sampled, |row| Place::Line(lines[row]))?;
+    times::check(path, TIME, &sampled, |row| RowPlace::Line(lines[row]))?;
     if sampled.len() < 2 {
         return Err(TrialError::Empty {
             path: path.to_owned(),
@@ -160,7 +160,7 @@ impl Row<'_> {
                 Ok(number) => Ok(Some(number)),
                 Err(_) => Err(TrialError::NotANumber {
                     path: self.path.to_owned(),
-                    place: Place::Line(self.line),
+                    place: RowPlace::Line(self.line),
                     column: self.header.names[column].clone(),
                     found: text.chars().take(40).collect(),
                 }),
@@ -173,7 +173,7 @@ impl Row<'_> {
         match self.number(column)? {
             Some(found) if !found.is_finite() => Err(TrialError::NotFinite {
                 path: self.path.to_owned(),
-                place: Place::Line(self.line),
+                place: RowPlace::Line(self.line),
                 column: self.header.names[column].clone(),
                 found,
                 hint: "; leave the cell of a control empty where there is no sample",
@@ -185,7 +185,7 @@ impl Row<'_> {
     fn half_a_state(&self, column: usize) -> TrialError {
         TrialError::Damaged {
             path: self.path.to_owned(),
-            place: Some(Place::Line(self.line).to_string()),
+            place: Some(RowPlace::Line(self.line).to_string()),
             reason: format!(
                 "column `{}` is empty where other columns of the state are not",
                 self.header.names[column]
@@ -268,7 +268,7 @@ fn damaged(path: &Path, error: &::csv::Error) -> TrialError {
     };
     TrialError::Damaged {
         path: path.to_owned(),
-        place: line.map(|line| Place::Line(line).to_string()),
+        place: line.map(|line| RowPlace::Line(line).to_string()),
         reason,
     }
 }

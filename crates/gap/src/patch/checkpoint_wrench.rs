@@ -13,7 +13,7 @@ use super::{
 
 /// A learned wrench for a body.
 #[derive(Clone, Copy, Debug)]
-pub struct LearnedWrench<'a> {
+pub struct CheckpointWrench<'a> {
     /// Name of the body.
     pub body: &'a str,
     /// The checkpoint's folder; absolute, for the model loads from any folder.
@@ -29,10 +29,10 @@ pub struct LearnedWrench<'a> {
 ///
 /// # Errors
 /// A body that the text does not name, or that has a learned wrench already.
-pub fn add_learned_wrench(
+pub fn add_checkpoint_wrench(
     patched: Patched,
     nominal: &Path,
-    wrench: &LearnedWrench<'_>,
+    wrench: &CheckpointWrench<'_>,
 ) -> Result<Patched, PatchError> {
     let model = Mjcf::parse(&patched.xml, nominal)?;
     let body = model
@@ -96,13 +96,13 @@ mod tests {
             numbers: Vec::new(),
             remarks: Vec::new(),
         };
-        let wrench = LearnedWrench {
+        let wrench = CheckpointWrench {
             body,
             checkpoint: Path::new("/out/it's/residual"),
             density: 1025.0,
             current: [0.1, 0.0, 0.0],
         };
-        add_learned_wrench(patched, Path::new("m.xml"), &wrench).map(|patched| patched.xml)
+        add_checkpoint_wrench(patched, Path::new("m.xml"), &wrench).map(|patched| patched.xml)
     }
 
     #[test]
