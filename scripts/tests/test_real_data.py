@@ -4,6 +4,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -115,6 +116,10 @@ class Measured(unittest.TestCase):
     @unittest.skipIf(reference is None, "scipy is not installed")
     def test_scipy_finds_the_published_quadratic_damping(self):
         trial = roll_decay.trials(DATA)[0]
+        # The large amplitudes: with the whole minute SciPy takes three times as long.
+        first = slice(0, len(trial.time) * 3 // 10)
+        sensors = {name: values[first] for name, values in trial.sensors.items()}
+        trial = replace(trial, time=trial.time[first], sensors=sensors)
         fit = reference.roll(trial, 134.3, 821.9, 816.0, 0.962)
         # Published decrement 0.0045 a degree and cycle: d = 3/8 0.0045 180/pi = 0.0967 1/rad, times the inertia.
         self.assertAlmostEqual(fit["quadratic"].value, 0.0967 * 134.3, delta=0.06 * 0.0967 * 134.3)
