@@ -13,6 +13,9 @@ case ${1:-} in
 esac
 source scripts/setup.sh
 source scripts/tests_of.sh
+# The tests start Python a hundred times; without this each start compiles MuJoCo's and SciPy's modules where
+# PYTHONDONTWRITEBYTECODE is set.
+.venv/bin/python -m compileall -q -j 0 .venv/lib || true
 step() { printf '\n== %s  (%d s)\n' "$*" $SECONDS; }
 
 # A test in Python loads the library in this MuJoCo, whose layout is another.
