@@ -455,7 +455,8 @@ fn show(summary: &Summary) -> anyhow::Result<()> {
             "no baseline to compare with: no `--data` was given, and no run lasts 2 s".to_owned()
         }
         (compared, []) => format!(
-            "better than MuJoCo's box fluid and the fitted drags, in {}",
+            "better than {}, in {}",
+            standing.baselines.join(", "),
             compared.join(", ")
         ),
         (_, ahead) => format!("NOT better than {}", ahead.join(", ")),

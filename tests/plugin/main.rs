@@ -9,5 +9,6 @@ mod python;
 mod reference;
 mod robot;
 mod rollouts;
+#[cfg(mujoco_plugins)]
 #[path = "../common/skip_python.rs"]
 mod skip_python;

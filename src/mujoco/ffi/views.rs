@@ -165,7 +165,6 @@ impl<'a> ModelView<'a> {
         geom_rbound: f64 = |m| m.ngeom as i64;
         sensor_adr: i32 = |m| m.nsensor as i64;
         sensor_dim: i32 = |m| m.nsensor as i64;
-        actuator_ctrlrange: f64 = |m| m.nu as i64 * 2;
     }
 
     #[cfg(mujoco_plugins)]
@@ -210,6 +209,7 @@ impl<'a> ModelView<'a> {
         actuator_actnum: i32 = actuators;
         actuator_group: i32 = actuators;
         actuator_plugin: i32 = actuators;
+        actuator_ctrlrange: f64 = |m| m.nu as i64 * 2;
         actuator_forcerange: f64 = |m| actuators(m) * 2;
         actuator_gear: f64 = |m| outputs(m) * 6;
     }

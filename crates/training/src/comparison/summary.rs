@@ -26,6 +26,8 @@ pub struct Summary {
 pub struct Standing {
     /// Quantities compared.
     pub compared: Vec<String>,
+    /// Baselines that it was compared with in any of them.
+    pub baselines: Vec<String>,
     /// Baselines at least as good as the subject, with the quantity.
     pub not_beaten: Vec<String>,
 }
@@ -51,6 +53,9 @@ impl Summary {
                 standing.compared.push(what.to_owned());
             }
             for (baseline, error) in met {
+                if !standing.baselines.iter().any(|known| known == baseline) {
+                    standing.baselines.push((*baseline).to_owned());
+                }
                 if error <= subject {
                     standing.not_beaten.push(format!("{baseline} in {what}"));
                 }

@@ -47,6 +47,7 @@ fn a_tie_or_a_divergence_beats_nobody_and_who_was_not_there_was_not_met() {
             (&found.compared, found.not_beaten.is_empty()),
             (&met, beaten)
         );
+        assert_eq!(found.baselines, ["box"], "no drag took part");
     }
     assert_eq!(standing(0.1, 4.0), Standing::default());
     assert_eq!(
