@@ -170,10 +170,10 @@ fn closed_loop_section(html: &mut String, closed_loop: &ClosedLoop, subject: &st
     let _ = write!(
         html,
         "<h2>Closed loop: the wrench drives the simulation</h2><p class=\"note\">Same start, controls and pushes as \
-         {} true runs; median over runs (mean \u{b1} standard error). The oracle at its own state applies the true base \
-         wrench and nothing else: the floor, for a base wrench cannot replace the water's torque on the leg joints. \
-         Replayed, the true wrench is that of another motion as soon as the motion differs. A path is drawn as long \
-         as it is within a metre of the truth.</p>",
+         {} true runs; median over runs (mean \u{b1} standard error). The oracle applies the true wrench to the base: at its own state, computed from the \
+         motion of its own simulation; replayed, as recorded, which is wrong once the motions differ. Neither applies \
+         the water's torque on the leg joints, so the first is the least error that a base wrench can reach. Paths are \
+         drawn while within a metre of the truth.</p>",
         closed_loop.runs
     );
     let mut head = vec![String::new()];
@@ -285,7 +285,7 @@ fn long_section(html: &mut String, long: &LongRun) {
     let _ = write!(
         html,
         "<h2>A long swim</h2><p>{} minutes under the learned wrench: {} {BOUND} times the truth's greatest values, or the oracle's where \
-         those are greater: legs that the water does not brake move faster than the truth's, whoever gives the base its wrench.</p>",
+         those are greater (without the water's torque on the joints the legs move faster, under the oracle too).</p>",
         (bounds.duration / 60.0).round(),
         if long.within(BOUND) {
             "everything stays within"

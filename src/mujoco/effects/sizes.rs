@@ -278,7 +278,7 @@ fn actuator(model: ModelView<'_>, id: usize) -> ActuatorScale {
         command: limit.unwrap_or(UNLIMITED),
         inflow: 0.0,
         step: model.raw().opt.timestep,
-        thrusts: true,
+        thrusts: thrust(model, id).is_some(),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The payload effect in a fit: its forces depend on the product of mass and place.
 
-use hydro_effects::catalogue::effect;
+use hydro_effects::effect;
 
 use crate::{
     fit::{hypothesis::Point, truncated_normal::HALF_WIDTH},

@@ -46,7 +46,7 @@ impl LinearizedProblem<'_> {
             .iter()
             .cloned()
             .zip(columns_by_segment)
-            .filter_map(|(segment, columns_by_segment)| Some((segment, columns_by_segment?)))
+            .filter_map(|(segment, columns)| Some((segment, columns?)))
             .unzip();
         self.problem.segments = self.or_diverges(segments)?;
         let residuals: Vec<Vec<f64>>;

@@ -34,7 +34,7 @@ impl Candidate {
     /// The forms of an effect with values that its targets share: with what is optional, and without. The smaller comes
     /// first. Bounds are those of all targets, priors the narrowest.
     fn forms(effect: Id, targets: &[(String, Target)]) -> Vec<Self> {
-        let effect_of = effects::catalogue::effect(effect);
+        let effect_of = effects::effect(effect);
         let mut each = targets.iter().map(|(_, of)| effect_of.parameters(of));
         let Some(mut all) = each.next() else {
             return Vec::new();
@@ -71,7 +71,7 @@ impl Candidate {
     pub(crate) fn clashes(&self, other: &Self) -> bool {
         let includes = |a: &Self, b: &Self| {
             a.effect == b.effect
-                || effects::catalogue::effect(a.effect).includes(b.effect, a.left_out.is_empty())
+                || effects::effect(a.effect).includes(b.effect, a.left_out.is_empty())
         };
         let overlap = self
             .targets
@@ -128,7 +128,7 @@ pub(crate) fn enumerate(
     let bases = bases(model, options.base_volume_ratio);
     let pace = Pace::typical(model, typical);
     for id in Id::ALL {
-        let effect = effects::catalogue::effect(*id);
+        let effect = effects::effect(*id);
         // Each alone, and all with shared values.
         let mut add = |targets: &[(String, Target)]| {
             for one in targets.chunks(1) {

@@ -49,13 +49,13 @@ impl std::fmt::Debug for Problem<'_> {
 impl<'a> Problem<'a> {
     /// Every trial cut into segments of about `length` seconds; of more than `most`, evenly spread ones.
     pub(crate) fn segments(&self, length: f64, most: usize) -> Vec<Segment> {
-        let least_rows = self.settings.options.segments.least_rows;
+        let options = &self.settings.options.segments;
         let all: Vec<Segment> = self
             .trials
             .iter()
             .zip(&self.motions)
             .enumerate()
-            .flat_map(|(at, (trial, motion))| segments::cut(at, trial, motion, length, least_rows))
+            .flat_map(|(at, (trial, motion))| segments::cut(at, trial, motion, length, options))
             .collect();
         let count = all.len();
         if count <= most {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::problem::channels::MeasuredTrial;
+use crate::{options::SegmentOptions, problem::channels::MeasuredTrial};
 
 /// Estimated motion of one trial at the state time of each row.
 #[derive(Clone, Debug, Default)]
@@ -65,7 +65,7 @@ pub(crate) fn cut(
     trial: &MeasuredTrial,
     motion: &EstimatedMotion,
     length: f64,
-    least_rows: usize,
+    options: &SegmentOptions,
 ) -> Vec<Segment> {
     let mut segments = Vec::new();
     let rows = trial.times.len();
@@ -74,12 +74,12 @@ pub(crate) fn cut(
         let mut end = trial
             .times
             .partition_point(|time| *time < trial.times[first] + length - 1e-9);
-        end = end.max(first + least_rows).min(rows);
-        // A short rest joins the last segment.
-        if trial.times[rows - 1] - trial.times[end.min(rows - 1)] < 0.5 * length {
+        end = end.max(first + options.least_rows).min(rows);
+        let rest = trial.times[rows - 1] - trial.times[end.min(rows - 1)];
+        if rest < options.joined_rest * length {
             end = rows;
         }
-        if end - first >= least_rows {
+        if end - first >= options.least_rows {
             let (qpos, qvel) = motion.state(first);
             segments.push(Segment {
                 trial: index,

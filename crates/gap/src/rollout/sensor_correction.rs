@@ -31,7 +31,7 @@ impl Correction {
 pub(crate) fn corrections(model: &PlantDescription, entries: &[Entry]) -> Vec<Correction> {
     let mut all = vec![Correction::NONE; model.sensors.len()];
     for entry in entries {
-        let Part::Sensor(part) = effects::catalogue::effect(entry.effect).part() else {
+        let Part::Sensor(part) = effects::effect(entry.effect).part() else {
             continue;
         };
         let Some(at) = model

@@ -98,15 +98,14 @@ impl WarmUp {
         options: &RolloutOptions,
     ) -> Self {
         let nominal_remembers = model.state_len > 1 + model.nq + model.nv;
-        let remembers =
-            entries.iter().any(
-                |entry| match effects::catalogue::effect(entry.effect).part() {
-                    Part::Body(part) => part.memory_len() > 0,
-                    Part::Joint(part) => part.memory_len() > 0,
-                    Part::Actuator(part) => part.memory_len(&entry.parameters, model.timestep) > 0,
-                    Part::Water(_) | Part::Sensor(_) => false,
-                },
-            );
+        let remembers = entries
+            .iter()
+            .any(|entry| match effects::effect(entry.effect).part() {
+                Part::Body(part) => part.memory_len() > 0,
+                Part::Joint(part) => part.memory_len() > 0,
+                Part::Actuator(part) => part.memory_len(&entry.parameters, model.timestep) > 0,
+                Part::Water(_) | Part::Sensor(_) => false,
+            });
         Self {
             seconds: if remembers {
                 options.effect_warm_up

@@ -70,7 +70,7 @@ impl LinearizedProblem<'_> {
                 })
                 .collect();
         }
-        let is_point_mass = effects::catalogue::effect(of.effect).is_point_mass();
+        let is_point_mass = effects::effect(of.effect).is_point_mass();
         let shapes = |(_, p): &(usize, &Parameter)| p.shapes;
         let all = || of.parameters.iter().enumerate();
         for (at, p) in all().filter(|of| is_point_mass && shapes(of)) {
@@ -259,7 +259,7 @@ impl LinearizedProblem<'_> {
 
     /// True where a candidate changes only what sensors report.
     pub(crate) fn is_measurement(&self, candidate: usize) -> bool {
-        let effect = effects::catalogue::effect(self.problem.candidates[candidate].effect);
+        let effect = effects::effect(self.problem.candidates[candidate].effect);
         matches!(effect.part(), Part::Sensor(_))
     }
 }

@@ -88,12 +88,9 @@ fn split(
     linearized: &LinearizedProblem<'_>,
     entries: Vec<Entry>,
 ) -> (Vec<Entry>, BTreeMap<String, SensorPatch>) {
-    let (of_sensors, others): (Vec<Entry>, Vec<Entry>) = entries.into_iter().partition(|entry| {
-        matches!(
-            effects::catalogue::effect(entry.effect).part(),
-            Part::Sensor(_)
-        )
-    });
+    let (of_sensors, others): (Vec<Entry>, Vec<Entry>) = entries
+        .into_iter()
+        .partition(|entry| matches!(effects::effect(entry.effect).part(), Part::Sensor(_)));
     (others, sensor_patches(linearized, of_sensors.iter()))
 }
 
@@ -104,7 +101,7 @@ fn sensor_patches<'e>(
 ) -> BTreeMap<String, SensorPatch> {
     let mut patches: BTreeMap<String, SensorPatch> = BTreeMap::new();
     for entry in entries {
-        let Part::Sensor(part) = effects::catalogue::effect(entry.effect).part() else {
+        let Part::Sensor(part) = effects::effect(entry.effect).part() else {
             continue;
         };
         let mut sources = linearized.problem.channels.sources.iter();

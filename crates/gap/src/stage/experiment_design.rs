@@ -174,13 +174,7 @@ fn distance(
     let trials = [trial];
     let motions = [motion];
     let options = &linearized.problem.options.segments;
-    let segments = segments::cut(
-        0,
-        &trials[0],
-        &motions[0],
-        options.length,
-        options.least_rows,
-    );
+    let segments = segments::cut(0, &trials[0], &motions[0], options.length, options);
     let quiet = Watch::silent(watch.stop);
     let problem = SegmentedProblem {
         plant,

@@ -137,13 +137,11 @@ impl Plant for RigidBody {
     ) -> Result<Box<dyn Simulation>, PlantError> {
         let memory = effects
             .iter()
-            .map(
-                |entry| match effects::catalogue::effect(entry.effect).part() {
-                    Part::Body(part) => vec![0.0; part.memory_len()],
-                    Part::Actuator(part) => vec![0.0; part.memory_len(&entry.parameters, STEP)],
-                    _ => Vec::new(),
-                },
-            )
+            .map(|entry| match effects::effect(entry.effect).part() {
+                Part::Body(part) => vec![0.0; part.memory_len()],
+                Part::Actuator(part) => vec![0.0; part.memory_len(&entry.parameters, STEP)],
+                _ => Vec::new(),
+            })
             .collect();
         Ok(Box::new(Swim {
             mass: MASS * (1.0 + nuisances[0]),
@@ -269,7 +267,7 @@ impl Simulation for Swim {
         };
         let mut water = Vector3::zeros();
         for entry in &self.effects {
-            if let Part::Water(part) = effects::catalogue::effect(entry.effect).part() {
+            if let Part::Water(part) = effects::effect(entry.effect).part() {
                 water +=
                     Vector3::from(part.velocity(&entry.parameters, motion.position, self.time));
             }
@@ -290,7 +288,7 @@ impl Simulation for Swim {
         force[4] += 4.0 * up.x.atan2(up.z);
         for (entry, memory) in self.effects.iter().zip(&mut self.memory) {
             let p = &entry.parameters;
-            match effects::catalogue::effect(entry.effect).part() {
+            match effects::effect(entry.effect).part() {
                 Part::Body(part) => {
                     force += Vector6::from(part.wrench(p, &motion, memory));
                     inertia += part.inertia(p, &motion).unwrap_or_default();

@@ -28,7 +28,7 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// RowPlace of a row in the file.
+    /// Place of a row in the file.
     pub(super) fn place(&self, row: usize) -> RowPlace {
         let line = self.lines.as_ref().and_then(|lines| lines.get(row));
         line.map_or(RowPlace::Row(row), |line| RowPlace::Line(*line))
