@@ -72,6 +72,7 @@ mod mujoco {
         "mj_projectConstraint",
         "mj_copyModel",
         "mj_setConst",
+        "mj_differentiatePos",
         "mj_integratePos",
         "mj_parseXML",
         "mj_compile",

@@ -81,7 +81,8 @@ fn turned(plant: &MujocoPlant, seed: u64, wanted: impl Fn(&Nuisance) -> bool) ->
             let own = if attempt < 900 { LEVEL } else { 1e-3 };
             let values: [f64; 3] =
                 std::array::from_fn(|_| common + own * rng.random_range(-0.5..0.5));
-            let [a, b, c]: [f64; 3] = std::array::from_fn(|axis| was[axis] * (1.0 + values[axis]));
+            let [a, b, c]: [f64; 3] =
+                std::array::from_fn(|axis| was[axis] * hydro_gap::plant::factor(values[axis]));
             if a + b > c && a + c > b && b + c > a {
                 moments.insert(&body.name, values);
                 break;

@@ -141,6 +141,9 @@ options! {
         /// Shift of a nuisance parameter in the fit without effects above which the problem is linearised again [prior
         /// standard deviations].
         relinearized_shift: f64 = 1.0,
+        /// Largest shift of a nuisance parameter [prior standard deviations]: a gap of hundreds of noises must not be explained
+        /// by a mass fifty times the nominal's.
+        largest_shift: f64 = 5.0,
         /// Norm of the sensitivity to a nuisance parameter, over all segments, above which one per cent of it matters.
         well_determined: f64 = 30.0,
         /// Norm below which a nuisance parameter is left out. Judged on the short first segments: long ones see several

@@ -154,6 +154,35 @@ impl Simulation for BacklashSimulation {
         self.fold();
     }
 
+    fn differentiate(&self, from: &[f64], to: &[f64], tangent: &mut [f64]) {
+        let mut all_from = self.inner.qpos().to_vec();
+        let mut all_to = all_from.clone();
+        Layout::spread(&self.layout.qpos, from, &mut all_from);
+        Layout::spread(&self.layout.qpos, to, &mut all_to);
+        let mut all = vec![0.0; self.layout.nv];
+        self.inner.differentiate(&all_from, &all_to, &mut all);
+        for (value, at) in tangent.iter_mut().zip(&self.layout.qvel) {
+            *value = all[*at];
+        }
+    }
+
+    fn full_state(&self) -> Vec<f64> {
+        let all = self.inner.full_state();
+        let mut state = vec![all[0]];
+        state.extend_from_slice(&self.qpos);
+        state.extend_from_slice(&self.qvel);
+        state.extend_from_slice(&all[1 + self.layout.nq + self.layout.nv..]);
+        state
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        self.inner.memory()
+    }
+
+    fn set_memory(&mut self, memory: &[f64]) {
+        self.inner.set_memory(memory);
+    }
+
     fn save(&self) -> Vec<f64> {
         self.inner.save()
     }
@@ -169,6 +198,16 @@ impl Simulation for BacklashSimulation {
 
     fn set_base_wrench(&mut self, wrench: Wrench) {
         self.inner.set_base_wrench(wrench);
+    }
+
+    fn set_earlier_control(&mut self, control: &[f64]) {
+        self.inner.set_earlier_control(control);
+    }
+
+    fn set_force(&mut self, force: &[f64]) {
+        let mut all = vec![0.0; self.layout.nv];
+        Layout::spread(&self.layout.qvel, force, &mut all);
+        self.inner.set_force(&all);
     }
 
     fn step(&mut self) {

@@ -12,7 +12,7 @@
 //! | timing | forces read inside a step | part of the jump at the step's end that they show already |
 
 use hydro_effects::{Entry, TargetKind, effect};
-use hydro_gap::plant::{Nuisance, NuisanceClass, Quantity};
+use hydro_gap::plant::{self, Nuisance, NuisanceClass, Quantity};
 
 use super::description::is_weighed;
 use crate::{
@@ -240,7 +240,7 @@ pub(crate) fn is_of_model(quantity: Quantity) -> bool {
 pub(crate) fn turn_beside(turned: &[Turn], nominal: &[Nominal]) -> Beside {
     let mut beside = Beside::default();
     for turn in turned {
-        let factor = 1.0 + turn.value;
+        let factor = plant::factor(turn.value);
         match turn.quantity {
             Quantity::CommandLead => beside.command_lead += turn.value,
             Quantity::ReadingLead => beside.reading_lead += turn.value,
@@ -282,7 +282,7 @@ pub(crate) fn turn(
             id,
             value,
         } = *turn;
-        let factor = 1.0 + value;
+        let factor = plant::factor(value);
         match quantity {
             Quantity::Mass => {
                 let raw = model.raw_mut();

@@ -86,6 +86,8 @@ pub(crate) struct MujocoSimulation {
     base: Option<(usize, usize)>,
     /// Wrench on the base, in its frame.
     wrench: Option<Wrench>,
+    /// Generalised forces beside it; empty where none were set.
+    force: Vec<f64>,
     diverged: bool,
 }
 
@@ -108,6 +110,7 @@ impl MujocoSimulation {
             active,
             base,
             wrench: None,
+            force: Vec::new(),
             diverged: false,
         }
     }
@@ -185,17 +188,23 @@ impl MujocoSimulation {
         }
     }
 
-    /// Puts the wrench that was asked for on the base, turned with it. A free joint's velocities are linear
-    /// in the world and angular in the body's frame.
+    /// Applies the generalised forces and the base wrench that were asked for, which turns with the base. A free joint's
+    /// velocities are linear in the world and angular in the body's frame.
     fn push(&mut self) {
+        if !self.force.is_empty() {
+            self.data.qfrc_applied_mut().copy_from_slice(&self.force);
+        }
         let (Some((qpos, dof)), Some(wrench)) = (self.base, self.wrench) else {
             return;
         };
         let attitude = &self.data.qpos()[qpos + 3..qpos + 7];
         let attitude = [attitude[0], attitude[1], attitude[2], attitude[3]];
+        let pushed = [frames::to_world(attitude, wrench.force), wrench.torque].concat();
+        let own = self.force.get(dof..dof + 6);
         let applied = &mut self.data.qfrc_applied_mut()[dof..dof + 6];
-        applied[..3].copy_from_slice(&frames::to_world(attitude, wrench.force));
-        applied[3..].copy_from_slice(&wrench.torque);
+        for (axis, value) in applied.iter_mut().enumerate() {
+            *value = pushed[axis] + own.map_or(0.0, |own| own[axis]);
+        }
     }
 
     fn advance_memory(&mut self) {
@@ -275,6 +284,24 @@ impl Simulation for MujocoSimulation {
         }
     }
 
+    fn differentiate(&self, from: &[f64], to: &[f64], tangent: &mut [f64]) {
+        self.data.differentiate_position(from, to, tangent);
+    }
+
+    fn full_state(&self) -> Vec<f64> {
+        self.data.part(mjSTATE_FULLPHYSICS as i32)
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        self.active.memory.clone()
+    }
+
+    fn set_memory(&mut self, memory: &[f64]) {
+        if memory.len() == self.active.memory.len() {
+            self.active.memory.copy_from_slice(memory);
+        }
+    }
+
     fn save(&self) -> Vec<f64> {
         let mut saved = self.data.state();
         saved.extend(&self.control);
@@ -305,6 +332,17 @@ impl Simulation for MujocoSimulation {
 
     fn set_base_wrench(&mut self, wrench: Wrench) {
         self.wrench = Some(wrench);
+    }
+
+    fn set_earlier_control(&mut self, control: &[f64]) {
+        let earlier = self.earlier.get_or_insert_default();
+        earlier.clear();
+        earlier.extend_from_slice(control);
+    }
+
+    fn set_force(&mut self, force: &[f64]) {
+        self.force.clear();
+        self.force.extend_from_slice(force);
     }
 
     fn step(&mut self) {

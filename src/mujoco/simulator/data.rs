@@ -187,11 +187,17 @@ impl Data {
     /// The whole state of the integration: time, physics, plugins, controls and applied forces.
     #[cfg(mujoco_plugins)]
     pub fn state(&self) -> Vec<f64> {
-        let mut state = vec![0.0; self.state_len()];
+        self.part(STATE)
+    }
+
+    /// A part of the state (bits of `mjtState`).
+    #[cfg(mujoco_plugins)]
+    pub(in crate::mujoco) fn part(&self, kind: i32) -> Vec<f64> {
+        let mut state = vec![0.0; self.model.state_len(kind)];
         // SAFETY: a live model and data, and room for the state of this kind.
         unsafe {
             let (model, data) = (self.model.model.as_ptr(), self.data.as_ptr());
-            (self.model.api.functions.mj_getState)(model, data, state.as_mut_ptr(), STATE);
+            (self.model.api.functions.mj_getState)(model, data, state.as_mut_ptr(), kind);
         }
         state
     }
@@ -236,6 +242,28 @@ impl Data {
         }
     }
 
+    /// Tangent [nv] that leads from a position to another: rotations as rotation vectors in the body's frame.
+    #[cfg(mujoco_plugins)]
+    pub(in crate::mujoco) fn differentiate_position(
+        &self,
+        from: &[f64],
+        to: &[f64],
+        tangent: &mut [f64],
+    ) {
+        let (nq, nv) = (self.model.nq(), self.model.nv());
+        assert_eq!([from.len(), to.len(), tangent.len()], [nq, nq, nv]);
+        // SAFETY: positions and a tangent of this model's lengths.
+        unsafe {
+            (self.model.api.functions.mj_differentiatePos)(
+                self.model.model.as_ptr(),
+                tangent.as_mut_ptr(),
+                1.0,
+                from.as_ptr(),
+                to.as_ptr(),
+            );
+        }
+    }
+
     /// Number of MuJoCo's warnings of this kind since the last reset.
     #[cfg(mujoco_plugins)]
     pub(in crate::mujoco) fn warnings(&self, kind: u32) -> i32 {
@@ -250,11 +278,6 @@ impl Data {
         for warning in unsafe { &mut (*self.data.as_ptr()).warning } {
             warning.number = 0;
         }
-    }
-
-    #[cfg(mujoco_plugins)]
-    fn state_len(&self) -> usize {
-        self.model.state_len(STATE)
     }
 }
 

@@ -238,6 +238,28 @@ fn csv_refusals_name_file_row_column_and_what_the_model_has() {
         &good.replacen("0.5", "45", 1),
         &["line 2", "`hip`", "45", "degrees suspected"],
     );
+    refused_csv(
+        "time,left,right,quat[0],quat[1],quat[2]\n0,1,2,1,0,0\n0.1,1,2,1,0,0",
+        &["`quat`", "lacks quat[3]", "all four"],
+    );
+    // 40 000 rows at 50 Hz, in milliseconds; and one time that is no time.
+    let rows = (0..40_000).map(|row| format!("\n{},1,2,0.5", 20 * row));
+    let milliseconds: String = std::iter::once("time,left,right,hip".to_owned())
+        .chain(rows)
+        .collect();
+    let mut quick = signature();
+    quick.timestep = 0.01;
+    let folder = Folder::new();
+    let message = read(&folder.text(&milliseconds), &quick)
+        .unwrap_err()
+        .to_string();
+    for part in ["line 40001", "`time`", "20", "milliseconds suspected"] {
+        assert!(message.contains(part), "{message}");
+    }
+    refused_csv(
+        "time,left,right,hip\n0,1,2,0\n0.1,1,2,0\n1e300,1,2,0",
+        &["line 4", "`time`", "1e300", "expected seconds"],
+    );
     let folder = Folder::new();
     let path = folder.path("run.csv");
     fs::write(

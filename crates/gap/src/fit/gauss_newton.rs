@@ -199,11 +199,13 @@ impl LinearizedProblem<'_> {
                 if blown.load(Ordering::Relaxed) {
                     return Ok(None);
                 }
-                let mut simulation = self.problem.plant.simulation(&nuisances, &entries)?;
-                let mut residual = Vec::new();
-                let start = &point.starts[at];
-                if self.shoot(simulation.as_mut(), at, start, &entries, &mut residual) {
-                    return Ok(Some(residual));
+                // Values that the plant refuses, or under which it blows up, have no likelihood.
+                if let Ok(mut simulation) = self.problem.plant.simulation(&nuisances, &entries) {
+                    let mut residual = Vec::new();
+                    let start = &point.starts[at];
+                    if self.shoot(simulation.as_mut(), at, start, &entries, &mut residual) {
+                        return Ok(Some(residual));
+                    }
                 }
                 blown.store(true, Ordering::Relaxed);
                 Ok(None)

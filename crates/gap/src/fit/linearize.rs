@@ -23,26 +23,34 @@ impl Problem<'_> {
     /// Cuts the trials into segments and finds their sensitivities.
     pub fn linearize(&self, watch: &Watch<'_>) -> Result<LinearizedProblem<'_>, GapError> {
         let options = &self.settings.options;
-        let nuisances = self
-            .plant
-            .description()
-            .nuisances
-            .iter()
-            .enumerate()
+        let problem = self
+            .segmented(self.segments(options.segments.first_length, options.segments.first_most));
+        let segments = &options.segments;
+        let seconds = segments.most_freedom_seconds / self.plant.description().nv.max(1) as f64;
+        let most = segments
+            .most
+            .min((seconds / segments.length).ceil() as usize);
+        LinearizedProblem::new(problem, self.segments(segments.length, most), watch)
+    }
+
+    /// The problem on some segments, with all uncertain numbers of the nominal.
+    pub(crate) fn segmented(&self, segments: Vec<Segment>) -> SegmentedProblem<'_> {
+        let options = &self.settings.options;
+        let model = self.plant.description();
+        let uncertainty = &self.settings.uncertainty;
+        let nuisances = (model.nuisances.iter().enumerate())
             .map(|(at, nuisance)| {
                 (
                     at,
-                    self.settings
-                        .uncertainty
-                        .standard_deviation(nuisance, &options.candidates),
+                    uncertainty.standard_deviation(nuisance, &options.candidates),
                 )
             })
             .filter(|(_, sd)| *sd > 0.0)
             .collect();
         let candidates = &self.candidates;
-        let problem = SegmentedProblem {
+        SegmentedProblem {
             plant: self.plant,
-            model: self.plant.description(),
+            model,
             trials: &self.trials,
             motions: &self.motions,
             channels: &self.channels,
@@ -50,14 +58,8 @@ impl Problem<'_> {
             options,
             log_shares: candidates::log_shares(candidates, options.candidates.elaborate_form),
             nuisances,
-            segments: self.segments(options.segments.first_length, options.segments.first_most),
-        };
-        let segments = &options.segments;
-        let seconds = segments.most_freedom_seconds / self.plant.description().nv.max(1) as f64;
-        let most = segments
-            .most
-            .min((seconds / segments.length).ceil() as usize);
-        LinearizedProblem::new(problem, self.segments(segments.length, most), watch)
+            segments,
+        }
     }
 }
 

@@ -97,7 +97,7 @@ pub struct Named {
     pub next_experiment: Option<String>,
     /// The sets, the likeliest first.
     pub ranking: Vec<Hypothesis>,
-    /// Fitted uncertainties of the nominal (name, value, standard deviation) under the chosen set.
+    /// Fitted uncertain numbers of the nominal (name, value, standard deviation) under the chosen set.
     pub nuisances: Vec<(String, f64, f64)>,
     /// Unexplained part of the excess, and the probability of so much under the chosen set.
     pub unexplained: f64,

@@ -25,7 +25,7 @@ use super::{
     patched::Renumbered,
     writer::Writer,
 };
-use crate::plant::{Nuisance, PlantBody, PlantJoint, Quantity};
+use crate::plant::{Nuisance, PlantBody, PlantJoint, Quantity, factor};
 
 /// Unit of a value known only as a factor.
 const FACTOR: &str = "x nominal";
@@ -45,7 +45,7 @@ struct Number<'r> {
 
 impl Number<'_> {
     fn factor(&self) -> f64 {
-        1.0 + self.value
+        factor(self.value)
     }
 
     /// As a factor on the nominal value.

@@ -74,6 +74,11 @@ pub enum Quantity {
     Wrench(usize),
 }
 
+/// Factor on a relative [`Quantity`] at a value of its [`Nuisance`].
+pub fn factor(value: f64) -> f64 {
+    1.0 + value
+}
+
 /// One uncertain number of the nominal model. Zero is the nominal; 0.03 is three per cent more, or, for
 /// a centre of mass, 3 cm along its axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -304,6 +309,14 @@ pub trait Simulation: Send {
     fn qvel(&self) -> &[f64];
     /// Moves along a tangent [2 nv]: positions (rotations as rotation vectors, body frame), velocities.
     fn retract(&mut self, tangent: &[f64]);
+    /// The tangent [nv] that leads from a position to another.
+    fn differentiate(&self, from: &[f64], to: &[f64], tangent: &mut [f64]);
+    /// Full-physics state of the nominal, as [`Simulation::rejoin`] takes it.
+    fn full_state(&self) -> Vec<f64>;
+    /// Memory of the effects.
+    fn memory(&self) -> Vec<f64>;
+    /// Sets it; that of a simulation of the same effects, but for ones without memory.
+    fn set_memory(&mut self, memory: &[f64]);
     /// Everything, memories too.
     fn save(&self) -> Vec<f64>;
     /// Goes back to what [`Simulation::save`] of a simulation of the same effects gave.
@@ -313,6 +326,10 @@ pub trait Simulation: Send {
     /// A wrench on [`PlantDescription::base`] beyond the model's own, held until it is set again, whatever
     /// the state is set to in between. Without a free joint nothing happens.
     fn set_base_wrench(&mut self, wrench: Wrench);
+    /// The command of the step before, which an early command ([`Quantity::CommandLead`]) is extrapolated from.
+    fn set_earlier_control(&mut self, control: &[f64]);
+    /// Generalised forces [nv] beyond the model's own, held until set again; a base wrench is added to them.
+    fn set_force(&mut self, force: &[f64]);
     /// One step.
     fn step(&mut self);
     /// Makes [`Simulation::sensors`] show the present state under the command of the last step.

@@ -35,11 +35,11 @@ impl MeasuredTrial {
             .unwrap_or(0);
         let mut values = vec![f64::NAN; width * trial.sensors.times.len()];
         for sensor in &model.sensors {
-            let columns = trial.sensors.columns_of(&sensor.name);
-            if columns.len() != sensor.len {
-                continue;
-            }
-            for (component, column) in columns.into_iter().enumerate() {
+            for component in 0..sensor.len {
+                let Some(column) = trial.sensors.component(&sensor.name, component, sensor.len)
+                else {
+                    continue;
+                };
                 for (row, value) in trial.sensors.column_values(column).enumerate() {
                     values[row * width + sensor.start + component] = value;
                 }
@@ -124,7 +124,7 @@ impl Channels {
         }
     }
 
-    /// The channels with at least one reading in the trials.
+    /// The channels of sensors with at least one reading in the trials; a component may be without any.
     pub(crate) fn with_readings(model: &PlantDescription, trials: &[MeasuredTrial]) -> Self {
         let mut list = Vec::new();
         let mut sources = Vec::new();
@@ -133,7 +133,7 @@ impl Channels {
                 (0..trial.times.len()).any(|row| {
                     trial.row(row)[sensor.start..sensor.start + sensor.len]
                         .iter()
-                        .all(|value| value.is_finite())
+                        .any(|value| value.is_finite())
                 })
             });
             if !seen {
@@ -258,4 +258,42 @@ pub(crate) fn spreads(trials: &[MeasuredTrial], channels: &Channels) -> Vec<f64>
     sums.iter()
         .map(|(sum, count)| (sum / (*count).max(1) as f64).sqrt())
         .collect()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::{
+        plant::Plant,
+        tests::{fake::RigidBody, trial},
+    };
+
+    /// A vector sensor of which the log lacks a component keeps the others.
+    #[test]
+    fn components_are_compared_singly() {
+        let body = RigidBody::new();
+        let model = body.description();
+        let mut logged = trial("one", &[], &[0.0, 0.0], 1, 1.0);
+        let sensor = (model.sensors.iter())
+            .find(|of| of.kind == SensorKind::LinearVelocity)
+            .unwrap();
+        let lost = logged.sensors.component(&sensor.name, 1, 3).unwrap();
+        let width = logged.sensors.width();
+        let mut column = 0..;
+        logged
+            .sensors
+            .data
+            .retain(|_| column.next().unwrap() % width != lost);
+        logged.sensors.columns.remove(lost);
+        let measured = MeasuredTrial::new(logged, model);
+        let row = &measured.row(5)[sensor.start..sensor.start + 3];
+        assert!(
+            row[0].is_finite() && row[1].is_nan() && row[2].is_finite(),
+            "{row:?}"
+        );
+        let channels = Channels::with_readings(model, &[measured]);
+        let of_sensor = channels.list.iter().filter(|of| of.sensor == sensor.name);
+        assert_eq!(of_sensor.count(), 3);
+    }
 }

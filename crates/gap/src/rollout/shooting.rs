@@ -66,6 +66,14 @@ impl Trace {
         }
     }
 
+    /// The same readings where forces show more of a jump.
+    pub(crate) fn with_lead(&self, more: f64) -> Self {
+        Self {
+            lead: self.lead + more,
+            ..self.clone()
+        }
+    }
+
     /// Readings just before and just after the command that ends the step in which a time [s] lies; none
     /// where no row reads inside that step.
     pub(crate) fn jump(&self, time: f64) -> Option<(&[f64], &[f64])> {
@@ -98,16 +106,8 @@ impl WarmUp {
         options: &RolloutOptions,
     ) -> Self {
         let nominal_remembers = model.state_len > 1 + model.nq + model.nv;
-        let remembers = entries
-            .iter()
-            .any(|entry| match effects::effect(entry.effect).part() {
-                Part::Body(part) => part.memory_len() > 0,
-                Part::Joint(part) => part.memory_len() > 0,
-                Part::Actuator(part) => part.memory_len(&entry.parameters, model.timestep) > 0,
-                Part::Water(_) | Part::Sensor(_) => false,
-            });
         Self {
-            seconds: if remembers {
+            seconds: if remembers(entries, model.timestep) {
                 options.effect_warm_up
             } else if nominal_remembers {
                 options.nominal_warm_up
@@ -116,6 +116,18 @@ impl WarmUp {
             },
         }
     }
+}
+
+/// True where effects remember; `step` of the model [s].
+pub(crate) fn remembers(entries: &[Entry], step: f64) -> bool {
+    entries
+        .iter()
+        .any(|entry| match effects::effect(entry.effect).part() {
+            Part::Body(part) => part.memory_len() > 0,
+            Part::Joint(part) => part.memory_len() > 0,
+            Part::Actuator(part) => part.memory_len(&entry.parameters, step) > 0,
+            Part::Water(_) | Part::Sensor(_) => false,
+        })
 }
 
 /// Runs a segment and keeps the readings of every step. False where it blew up.
@@ -144,6 +156,30 @@ pub(crate) fn roll(
     tangent: Option<&[f64]>,
     trace: &mut Trace,
 ) -> bool {
+    roll_observed(
+        simulation,
+        trial,
+        segment,
+        step,
+        tangent,
+        0,
+        trace,
+        &mut |_, _| {},
+    )
+}
+
+/// As [`roll`], for `least` steps at least; `observe` sees the simulation before every step and after the last.
+#[expect(clippy::too_many_arguments)]
+pub(crate) fn roll_observed(
+    simulation: &mut dyn Simulation,
+    trial: &MeasuredTrial,
+    segment: &Segment,
+    step: f64,
+    tangent: Option<&[f64]>,
+    least: usize,
+    trace: &mut Trace,
+    observe: &mut dyn FnMut(usize, &dyn Simulation),
+) -> bool {
     let mut control = vec![0.0; trial.control.width()];
     simulation.set_motion(segment.start, &segment.qpos, &segment.qvel);
     if let Some(tangent) = tangent {
@@ -155,11 +191,12 @@ pub(crate) fn roll(
     trace.values.clear();
     trace.ends.clear();
     trace.lead = simulation.reading_lead();
-    let steps = steps(trial, segment.rows.end, segment.start, step);
+    let steps = steps(trial, segment.rows.end, segment.start, step).max(least);
     let inside = read_inside(trial, segment, step);
     let mut inside = inside.into_iter().peekable();
     for at in 0..steps {
         let time = segment.start + at as f64 * step;
+        observe(at, simulation);
         trial.control.interpolate(time, &mut control);
         simulation.set_control(&control);
         simulation.step();

@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use crate::{
     fit::{
         hypothesis::Point, laplace::Quadratic, linearized_problem::LinearizedProblem,
-        truncated_normal::Bounds,
+        segmented_problem::SegmentedProblem, truncated_normal::Bounds,
     },
     select::screen::{Direction, PHASE, Screen},
 };
@@ -136,7 +136,7 @@ impl<'s> Linear<'s> {
                 .map(|(column, z)| (&self.screen.directions[*column], *z))
                 .filter(|(direction, _)| direction.candidate == *candidate)
                 .collect();
-            let values = values(linearized, *candidate, &found);
+            let values = values(&linearized.problem, *candidate, &found);
             point.candidates.push(*candidate);
             point.values.push(values);
         }
@@ -145,14 +145,14 @@ impl<'s> Linear<'s> {
 }
 
 /// Values of a candidate from the best steps along its directions.
-fn values(
-    linearized: &LinearizedProblem<'_>,
+pub(crate) fn values(
+    problem: &SegmentedProblem<'_>,
     candidate: usize,
     found: &[(&Direction, f64)],
 ) -> Vec<f64> {
-    let parameters = &linearized.problem.candidates[candidate].parameters;
+    let parameters = &problem.candidates[candidate].parameters;
     let mut values = found.first().map_or_else(
-        || linearized.problem.candidates[candidate].null(),
+        || problem.candidates[candidate].null(),
         |(direction, _)| direction.base.clone(),
     );
     let Some(phase) = parameters.iter().position(|p| p.name == PHASE) else {

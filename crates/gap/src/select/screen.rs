@@ -14,6 +14,7 @@ use crate::{
         hypothesis::{Fit, Point},
         laplace::Quadratic,
         linearized_problem::LinearizedProblem,
+        segmented_problem::SegmentedProblem,
     },
     progress::Watch,
     rollout::{
@@ -46,12 +47,12 @@ pub(crate) struct Screen {
     pub(crate) before: usize,
 }
 
-impl LinearizedProblem<'_> {
+impl SegmentedProblem<'_> {
     /// Directions of a candidate: its amplitudes, for several shapes where it has any (a frequency says
     /// nothing while the amplitude is zero, so a few are tried).
     pub(crate) fn directions(&self, candidate: usize) -> Vec<Direction> {
-        let options = &self.problem.options.screen;
-        let of = &self.problem.candidates[candidate];
+        let options = &self.options.screen;
+        let of = &self.candidates[candidate];
         let mut bases = vec![of.null()];
         for (at, p) in of.parameters.iter().enumerate() {
             let factors: &[f64] = match p.name.as_str() {
@@ -117,7 +118,9 @@ impl LinearizedProblem<'_> {
             })
             .collect()
     }
+}
 
+impl LinearizedProblem<'_> {
     /// Looks along every direction about a fit.
     pub(crate) fn screen(
         &self,

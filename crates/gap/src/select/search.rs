@@ -33,7 +33,7 @@ pub(crate) fn search(
 ) -> Result<Search, GapError> {
     let empty = linearized.empty()?.clone();
     let directions: Vec<Direction> = (0..linearized.problem.candidates.len())
-        .flat_map(|candidate| linearized.directions(candidate))
+        .flat_map(|candidate| linearized.problem.directions(candidate))
         .collect();
     let screen = linearized.screen(&empty, directions, watch)?;
     let nothing = empty.misfit;
@@ -60,7 +60,7 @@ pub(crate) fn search(
                     .iter()
                     .all(|of| !clash(linearized, *candidate, *of))
             })
-            .flat_map(|candidate| linearized.directions(candidate))
+            .flat_map(|candidate| linearized.problem.directions(candidate))
             .collect();
         let about = linearized.screen(&base.fit, directions, watch)?;
         let from = base.fit.point.clone();

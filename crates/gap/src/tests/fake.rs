@@ -5,9 +5,11 @@ use hydro_effects::{Entry, Motion, Part, card::BodyScale};
 use hydro_frames::Wrench;
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 
+use crate::problem::channels::rotation_between;
+
 use crate::plant::{
     FreeBase, Inertial, Nuisance, NuisanceClass, Plant, PlantActuator, PlantBody, PlantDescription,
-    PlantError, PlantSensor, Quantity, SensorKind, Simulation,
+    PlantError, PlantSensor, Quantity, SensorKind, Simulation, factor,
 };
 
 /// Step [s].
@@ -144,8 +146,8 @@ impl Plant for RigidBody {
             })
             .collect();
         Ok(Box::new(Swim {
-            mass: MASS * (1.0 + nuisances[0]),
-            drag: self.drag.map(|d| d * (1.0 + nuisances[1])),
+            mass: MASS * factor(nuisances[0]),
+            drag: self.drag.map(|d| d * factor(nuisances[1])),
             effects: effects.to_vec(),
             memory,
             time: 0.0,
@@ -153,6 +155,7 @@ impl Plant for RigidBody {
             qvel: vec![0.0; 6],
             control: vec![0.0; 4],
             wrench: Wrench::default(),
+            force: vec![0.0; 6],
             sensors: vec![0.0; 13],
         }))
     }
@@ -168,6 +171,8 @@ struct Swim {
     qvel: Vec<f64>,
     control: Vec<f64>,
     wrench: Wrench,
+    /// World force, torque in the base frame.
+    force: Vec<f64>,
     sensors: Vec<f64>,
 }
 
@@ -225,6 +230,29 @@ impl Simulation for Swim {
         }
     }
 
+    fn differentiate(&self, from: &[f64], to: &[f64], tangent: &mut [f64]) {
+        for axis in 0..3 {
+            tangent[axis] = to[axis] - from[axis];
+        }
+        tangent[3..6].copy_from_slice(&rotation_between(&from[3..7], &to[3..7]));
+    }
+
+    fn full_state(&self) -> Vec<f64> {
+        let mut state = vec![self.time];
+        state.extend(self.qpos.iter().chain(&self.qvel));
+        state
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        self.memory.concat()
+    }
+
+    fn set_memory(&mut self, memory: &[f64]) {
+        for (value, set) in self.memory.iter_mut().flatten().zip(memory) {
+            *value = *set;
+        }
+    }
+
     fn save(&self) -> Vec<f64> {
         let mut saved = vec![self.time];
         saved.extend(self.qpos.iter().chain(&self.qvel));
@@ -246,6 +274,12 @@ impl Simulation for Swim {
 
     fn set_base_wrench(&mut self, wrench: Wrench) {
         self.wrench = wrench;
+    }
+
+    fn set_earlier_control(&mut self, _control: &[f64]) {}
+
+    fn set_force(&mut self, force: &[f64]) {
+        self.force.copy_from_slice(force);
     }
 
     fn step(&mut self) {
@@ -275,6 +309,11 @@ impl Simulation for Swim {
         motion.linear = (linear - attitude.inverse() * water).into();
         let mut command: Vec<f64> = self.control.clone();
         let mut force = Vector6::from(self.wrench.to_array());
+        let pushed = attitude.inverse() * Vector3::from_column_slice(&self.force[..3]);
+        for axis in 0..3 {
+            force[axis] += pushed[axis];
+            force[axis + 3] += self.force[axis + 3];
+        }
         let mut inertia = Matrix6::zeros();
         for axis in 0..3 {
             inertia[(axis, axis)] = self.mass;

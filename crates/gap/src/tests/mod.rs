@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 pub(crate) mod fake;
+mod likelihood;
 mod refusals;
 mod workflow;
 

@@ -39,6 +39,7 @@ pub(super) fn assemble(
         times::check(path, table.time_name, &table.series.times, |row| {
             table.place(row)
         })?;
+        times::check_length(path, table, signature.timestep)?;
     }
     let hint = "; a control is needed in every row, leave the row out where there is none";
     control.check_finite(path, |_| false, hint)?;

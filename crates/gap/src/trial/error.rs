@@ -178,6 +178,25 @@ pub enum TrialError {
         found: f64,
         tolerance: f64,
     },
+    /// A quaternion without all of its components, of which nothing can be compared.
+    #[error("{path}: sensor `{sensor}` is a quaternion and the log lacks {missing}; give all four columns, or none", path = path.display())]
+    PartialQuaternion {
+        path: PathBuf,
+        sensor: String,
+        missing: String,
+    },
+    /// A log of more steps of the model than can be meant.
+    #[error("{path}: {place}, column `{column}`: the log lasts {seconds:?} s with {period:?} s between rows, {steps:.2e} \
+        steps of the model's {timestep} s; expected seconds, milliseconds suspected", path = path.display())]
+    TooLong {
+        path: PathBuf,
+        place: RowPlace,
+        column: String,
+        seconds: f64,
+        period: f64,
+        steps: f64,
+        timestep: f64,
+    },
     /// An angle too large to be one in radians.
     #[error("{path}: {place}, column `{column}`: {found}, expected radians; degrees suspected, since the angle reaches {turns:.1} turns and comes back", path = path.display())]
     Degrees {

@@ -55,15 +55,12 @@ impl Series {
         self.columns.iter().position(|column| column == name)
     }
 
-    /// Indices of the columns of a signal: one for a scalar, the components in order for a vector, none where the log lacks
-    /// it.
-    pub fn columns_of(&self, signal: &str) -> Vec<usize> {
-        if let Some(column) = self.column(signal) {
-            return vec![column];
+    /// Index of the column of one component of a signal with `dim` components; `None` where the log lacks it.
+    pub fn component(&self, signal: &str, component: usize, dim: usize) -> Option<usize> {
+        if dim == 1 {
+            return self.column(signal);
         }
-        (0..)
-            .map_while(|component| self.column(&component_name(signal, component)))
-            .collect()
+        self.column(&component_name(signal, component))
     }
 
     /// The typical time between rows [s]: the median; `None` with fewer than two rows.
@@ -186,9 +183,9 @@ mod tests {
     #[test]
     fn columns_are_found_by_the_name_of_their_signal() {
         let series = ramp();
-        assert_eq!(series.columns_of("a"), [0]);
-        assert_eq!(series.columns_of("v"), [1, 2]);
-        assert!(series.columns_of("w").is_empty());
+        assert_eq!(series.component("a", 0, 1), Some(0));
+        assert_eq!(series.component("v", 1, 2), Some(2));
+        assert_eq!(series.component("v", 2, 3), None);
         assert_eq!(series.column("v[1]"), Some(2));
         assert_eq!(series.at(1, 0), 10.0);
         assert_eq!(

@@ -2,12 +2,18 @@
 
 use std::path::Path;
 
-use super::{Part, RemarkKind, RowPlace, Series, TrialError, series::median};
+use super::{Part, RemarkKind, RowPlace, Series, TrialError, series::median, tables::Table};
 
 /// Share of the median step by which another may differ and still be called even, as in `mujoco.sysid`.
 const EVEN: f64 = 0.01;
 /// A step longer than this many median steps is a gap.
 const GAP: f64 = 1.5;
+/// Steps of the model that no log lasts: a week of milliseconds.
+const MOST_STEPS: f64 = 6e8;
+/// Steps of the model that a log of seconds lasts only where its rows are close together ...
+const MANY_STEPS: f64 = 1e6;
+/// ... that is nearer than this many steps.
+const FAR_APART: f64 = 200.0;
 
 /// Refuses times that are not finite or do not increase from row to row.
 pub(super) fn check(
@@ -37,6 +43,32 @@ pub(super) fn check(
         }
     }
     Ok(())
+}
+
+/// Refuses times that only another unit than seconds, or a damaged file, explains.
+pub(super) fn check_length(path: &Path, table: &Table, timestep: f64) -> Result<(), TrialError> {
+    let times = &table.series.times;
+    let (Some(first), Some(last)) = (times.first(), times.last()) else {
+        return Ok(());
+    };
+    let seconds = last - first;
+    let period = table.series.period().unwrap_or(0.0);
+    let (steps, between) = (seconds / timestep, period / timestep);
+    // Comparisons that a NaN or infinity fails.
+    let plausible = steps <= MOST_STEPS && !(steps > MANY_STEPS && between > FAR_APART);
+    if plausible {
+        return Ok(());
+    }
+    let row = times.len() - 1;
+    Err(TrialError::TooLong {
+        path: path.to_owned(),
+        place: table.place(row),
+        column: table.time_name.to_owned(),
+        seconds,
+        period,
+        steps,
+        timestep,
+    })
 }
 
 /// Notes uneven steps and missing rows.

@@ -2,7 +2,10 @@
 
 use std::{f64::consts::TAU, path::Path};
 
-use super::{RemarkKind, SensorQuantity, Signature, TrialError, series::median, tables::Table};
+use super::{
+    RemarkKind, SensorQuantity, SensorSignature, Signature, TrialError, series::median,
+    tables::Table,
+};
 
 /// Largest departure of the median length of quaternions from 1; noise of a measurement stays well below.
 const QUATERNION_TOLERANCE: f64 = 0.05;
@@ -25,15 +28,13 @@ pub(super) fn check(
             .filter_map(|name| sensors.series.column(name))
             .collect();
         match sensor.kind {
-            SensorQuantity::Quaternion if columns.len() == 4 => {
-                check_quaternion(path, &sensor.name, sensors, &columns)?;
-            }
+            SensorQuantity::Quaternion => check_quaternion(path, sensor, sensors)?,
             SensorQuantity::Angle => {
                 for column in columns {
                     check_angle(path, sensors, column, remarks)?;
                 }
             }
-            SensorQuantity::Quaternion | SensorQuantity::Other => {}
+            SensorQuantity::Other => {}
         }
     }
     Ok(())
@@ -41,10 +42,28 @@ pub(super) fn check(
 
 fn check_quaternion(
     path: &Path,
-    sensor: &str,
+    sensor: &SensorSignature,
     sensors: &Table,
-    columns: &[usize],
 ) -> Result<(), TrialError> {
+    let is_recorded = |column: &usize| !sensors.series.column_values(*column).all(f64::is_nan);
+    let (columns, missing): (Vec<_>, Vec<_>) = (sensor.columns().into_iter())
+        .map(|name| (sensors.series.column(&name).filter(is_recorded), name))
+        .partition(|(column, _)| column.is_some());
+    if columns.is_empty() {
+        return Ok(());
+    }
+    if !missing.is_empty() {
+        let names: Vec<String> = missing.into_iter().map(|(_, name)| name).collect();
+        return Err(TrialError::PartialQuaternion {
+            path: path.to_owned(),
+            sensor: sensor.name.clone(),
+            missing: names.join(", "),
+        });
+    }
+    let columns: Vec<usize> = columns
+        .into_iter()
+        .filter_map(|(column, _)| column)
+        .collect();
     let length = |row: &[f64]| {
         columns
             .iter()
@@ -57,7 +76,7 @@ fn check_quaternion(
     match median(lengths) {
         Some(found) if (found - 1.0).abs() > QUATERNION_TOLERANCE => Err(TrialError::Quaternion {
             path: path.to_owned(),
-            sensor: sensor.to_owned(),
+            sensor: sensor.name.clone(),
             found,
             tolerance: QUATERNION_TOLERANCE,
         }),

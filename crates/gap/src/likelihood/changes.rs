@@ -1,0 +1,125 @@
+//! The changes whose effect on the readings a sweep finds: of every uncertain number of the nominal and of every parameter.
+
+use hydro_effects::{Entry, Id, Part, effect};
+
+use crate::{
+    fit::{
+        finite_difference::{STEP, inward},
+        hypothesis::Point,
+        segmented_problem::SegmentedProblem,
+    },
+    plant::Quantity,
+    rollout::shooting::remembers,
+    select::screen::Direction,
+};
+
+/// How a parameter's simulation is brought to a state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// Only what sensors report changes.
+    Measurement,
+    /// The same state as the base's, memories too.
+    Loaded,
+    /// The base's physics; no memory.
+    Joined,
+    /// Stepped along, because it remembers.
+    Stepped,
+}
+
+/// A parameter's change: the system with a small step of it.
+pub(crate) struct Change {
+    pub(crate) entries: Vec<Entry>,
+    pub(crate) nuisances: Vec<f64>,
+    pub(crate) lead: f64,
+    pub(crate) step: f64,
+    pub(crate) kind: Kind,
+}
+
+/// All changes about a point: nuisance parameters, its own parameters, directions.
+pub(crate) fn changes(
+    problem: &SegmentedProblem<'_>,
+    point: &Point,
+    directions: &[Direction],
+    base: &[Entry],
+) -> Vec<Change> {
+    let model = problem.model;
+    let kind = |moved: &Point, added: Option<usize>| match added {
+        Some(candidate)
+            if matches!(
+                effect(problem.candidates[candidate].effect).part(),
+                Part::Sensor(_)
+            ) =>
+        {
+            Kind::Measurement
+        }
+        Some(candidate) => {
+            let entries = problem.entries(moved);
+            let backlash = problem.candidates[candidate].effect == Id::JointBacklash;
+            let added = entries.get(base.len()..).unwrap_or_default();
+            if backlash || remembers(added, model.timestep) {
+                Kind::Stepped
+            } else {
+                Kind::Joined
+            }
+        }
+        None => Kind::Loaded,
+    };
+    let mut changes = Vec::new();
+    for (at, (nuisance, _)) in problem.nuisances.iter().enumerate() {
+        let mut moved = point.clone();
+        moved.nuisances[at] += STEP;
+        let lead = model.nuisances[*nuisance].quantity == Quantity::ReadingLead;
+        changes.push(Change {
+            entries: base.to_vec(),
+            nuisances: problem.nuisance_values(&moved),
+            lead: if lead {
+                STEP * problem.nuisances[at].1
+            } else {
+                0.0
+            },
+            step: STEP,
+            kind: if lead {
+                Kind::Measurement
+            } else {
+                kind(&moved, None)
+            },
+        });
+    }
+    let nuisances = problem.nuisance_values(point);
+    for (row, candidate) in point.candidates.iter().enumerate() {
+        for (parameter, p) in problem.candidates[*candidate].parameters.iter().enumerate() {
+            let step = inward(point.values[row][parameter], STEP * p.prior_sd, p.upper);
+            let mut moved = point.clone();
+            moved.values[row][parameter] += step;
+            let own = kind(&moved, Some(*candidate));
+            changes.push(Change {
+                entries: problem.entries(&moved),
+                nuisances: nuisances.clone(),
+                lead: 0.0,
+                step: step / p.prior_sd,
+                // A delay's memory grows with it.
+                kind: if own == Kind::Joined {
+                    Kind::Loaded
+                } else {
+                    own
+                },
+            });
+        }
+    }
+    for direction in directions {
+        let p = &problem.candidates[direction.candidate].parameters[direction.parameter];
+        let mut moved = point.clone();
+        let mut values = direction.base.clone();
+        values[direction.parameter] += direction.step;
+        moved.candidates.push(direction.candidate);
+        moved.values.push(values);
+        changes.push(Change {
+            entries: problem.entries(&moved),
+            nuisances: nuisances.clone(),
+            lead: 0.0,
+            step: direction.step / p.prior_sd,
+            kind: kind(&moved, Some(direction.candidate)),
+        });
+    }
+    changes
+}

@@ -1,0 +1,389 @@
+//! First-order changes along a track, in one pass.
+//!
+//! At the boundaries between blocks of a few steps, one step from the state there tells how the next state and the readings
+//! change with the state, with generalised forces, and with every parameter. Between boundaries the changes are carried by
+//! the transition matrix of a step, held over the block. So a parameter costs one step a block, not a rollout.
+
+use hydro_effects::Entry;
+use nalgebra::{DMatrix, DMatrixView, DVector};
+use rayon::prelude::*;
+
+use crate::{
+    error::GapError,
+    fit::{hypothesis::Point, segmented_problem::SegmentedProblem},
+    likelihood::{
+        changes::{Change, Kind, changes},
+        form_error::{forms, with_forms},
+        step_changes::{Inputs, StateChanges, inputs, references, state_changes},
+        track::{self, Rolled, Track},
+    },
+    rollout::{
+        resolution,
+        sensor_correction::{self, Correction},
+        shooting::{Trace, WarmUp},
+        whitening,
+    },
+    select::screen::Direction,
+};
+
+/// Sizes of a sweep.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Layout {
+    /// Degrees of freedom.
+    pub(crate) nv: usize,
+    /// Channels.
+    pub(crate) channels: usize,
+    /// Parameters: nuisance parameters, errors of form, the point's own, directions.
+    pub(crate) parameters: usize,
+    /// Pieces of a segment over which unmodelled forces are constant.
+    pub(crate) pieces: usize,
+}
+
+impl Layout {
+    /// First column of the start's tangent.
+    pub(crate) fn start(&self) -> usize {
+        1 + self.parameters
+    }
+
+    /// First column of the unmodelled forces: piece by piece, one a degree of freedom.
+    pub(crate) fn forces(&self) -> usize {
+        self.start() + 2 * self.nv
+    }
+
+    /// Columns: residual, parameters, start, forces.
+    pub(crate) fn columns(&self) -> usize {
+        self.forces() + self.pieces * self.nv
+    }
+}
+
+/// Changes of one segment.
+#[derive(Clone, Debug)]
+pub(crate) struct LinkColumns {
+    /// Gram matrix of the whitened readings' columns; the first is the residual, carried back to zero parameters.
+    pub(crate) gram: DMatrix<f64>,
+    /// Tangent at the segment's end from the next one's start [2 nv, columns].
+    pub(crate) end: DMatrix<f64>,
+    /// Whitened squares and count of the residuals at the point, by channel, before `noise`.
+    pub(crate) squares: Vec<(f64, usize)>,
+}
+
+#[expect(clippy::too_many_arguments)]
+/// Sweeps a track; `None` where the system blows up on it or the plant refuses it.
+pub(crate) fn sweep(
+    problem: &SegmentedProblem<'_>,
+    track: &Track,
+    point: &Point,
+    directions: &[Direction],
+    pieces: usize,
+    block: f64,
+    force_scale: &DVector<f64>,
+    noise: &[f64],
+) -> Result<Option<Vec<LinkColumns>>, GapError> {
+    let model = problem.model;
+    let step = model.timestep;
+    let block = ((block / step).round() as usize).max(1);
+    let trial = &problem.trials[track.trial];
+    let motion = &problem.motions[track.trial];
+    let entries = problem.entries(point);
+    let nuisances = problem.nuisance_values(point);
+    let Ok(mut base) = problem.plant.simulation(&nuisances, &entries) else {
+        return Ok(None);
+    };
+    let changes = changes(problem, point, directions, &entries);
+    let warm_up = |entries: &[Entry]| WarmUp::required(model, entries, &problem.options.rollout);
+    let keep = changes.iter().any(|change| change.kind == Kind::Stepped);
+    let rolled = track::roll(
+        base.as_mut(),
+        trial,
+        motion,
+        track,
+        warm_up(&entries),
+        step,
+        block,
+        keep,
+    );
+    let Some(rolled) = rolled else {
+        return Ok(None);
+    };
+    // Differences are taken with the cheaper integrator.
+    let plant = problem.plant.cheaper().unwrap_or(problem.plant);
+    let Ok(mut base) = plant.simulation(&nuisances, &entries) else {
+        return Ok(None);
+    };
+    let states = state_changes(problem, base.as_mut(), &rolled, force_scale);
+    let references = references(base.as_mut(), &rolled);
+    let inputs: Vec<Option<Inputs>> = changes
+        .par_iter()
+        .map(|change| {
+            inputs(
+                problem,
+                track,
+                &rolled,
+                &references,
+                change,
+                (&nuisances, &entries),
+            )
+        })
+        .collect::<Result<_, GapError>>()?;
+    let inputs = with_forms(problem, point, inputs);
+    let layout = Layout {
+        nv: model.nv,
+        channels: problem.channels.len(),
+        parameters: inputs.len(),
+        pieces,
+    };
+    let known = problem.normalised(point);
+    let (nuisances, forms) = (problem.nuisances.len(), forms(problem, point));
+    let mut z = DVector::zeros(known.len() + forms);
+    z.rows_mut(0, nuisances)
+        .copy_from(&known.rows(0, nuisances));
+    // Shapes stay where they are: without their amplitudes they change nothing.
+    let parameters = point
+        .candidates
+        .iter()
+        .flat_map(|of| &problem.candidates[*of].parameters);
+    for (at, p) in parameters.enumerate() {
+        z[nuisances + forms + at] = if p.shapes { 0.0 } else { known[nuisances + at] };
+    }
+    let corrections = sensor_correction::corrections(model, &entries);
+    let links = (0..rolled.len())
+        .into_par_iter()
+        .map(|at| {
+            assemble(
+                problem,
+                track,
+                &rolled,
+                at,
+                &layout,
+                &states[at],
+                (&changes, nuisances, forms),
+                &inputs,
+                &corrections,
+                &z,
+                noise,
+            )
+        })
+        .collect();
+    Ok(Some(links))
+}
+
+#[expect(clippy::too_many_arguments)]
+fn assemble(
+    problem: &SegmentedProblem<'_>,
+    track: &Track,
+    rolled: &[Rolled],
+    at: usize,
+    layout: &Layout,
+    states: &StateChanges,
+    (changes, nuisances, forms): (&[Change], usize, usize),
+    inputs: &[Option<Inputs>],
+    corrections: &[Correction],
+    z: &DVector<f64>,
+    noise_factors: &[f64],
+) -> LinkColumns {
+    let of = &rolled[at];
+    let link = &track.links[at];
+    let trial = &problem.trials[track.trial];
+    let step = problem.model.timestep;
+    let (nv, channels) = (layout.nv, layout.channels);
+    let tangents = 2 * nv;
+    let width = layout.columns();
+    // Changes of state and channels at the boundaries.
+    let mut state = DMatrix::<f64>::zeros(tangents, width);
+    for axis in 0..tangents {
+        state[(axis, layout.start() + axis)] = 1.0;
+    }
+    let blocks = of.boundaries.len() - 1;
+    let piece_of = |block: usize| (block * layout.pieces / blocks.max(1)).min(layout.pieces - 1);
+    let input = |boundary: usize, block: usize| {
+        let mut b = DMatrix::<f64>::zeros(tangents, width);
+        for (column, inputs) in inputs.iter().enumerate() {
+            if let Some(inputs) = inputs {
+                let column_of = inputs.0[at].0.column(boundary);
+                for (row, value) in column_of.iter().enumerate() {
+                    b[(row, 1 + column)] = f64::from(*value);
+                }
+            }
+        }
+        let first = layout.forces() + piece_of(block) * nv;
+        b.view_mut((0, first), (tangents, nv))
+            .copy_from(&states.force[boundary]);
+        b
+    };
+    let mut readings: Vec<DMatrix<f64>> = Vec::with_capacity(blocks + 1);
+    for block in 0..=blocks {
+        let mut y = &states.reading[block] * &state;
+        for (column, inputs) in inputs.iter().enumerate() {
+            if let Some(inputs) = inputs {
+                for (row, value) in inputs.0[at].1.column(block).iter().enumerate() {
+                    y[(row, 1 + column)] += f64::from(*value);
+                }
+            }
+        }
+        let first = layout.forces() + piece_of(block.min(blocks.max(1) - 1)) * nv;
+        let mut direct = y.view_mut((0, first), (channels, nv));
+        direct += &states.direct[block];
+        readings.push(y);
+        if block == blocks {
+            break;
+        }
+        let steps = of.boundaries[block + 1].step - of.boundaries[block].step;
+        let transition = 0.5 * (&states.transition[block] + &states.transition[block + 1]);
+        let (carried, before, after) = powers(&transition, steps);
+        state = carried * state + before * input(block, block) + after * input(block + 1, block);
+    }
+    // Rows between boundaries are linear.
+    let rows = link.segment.rows.clone();
+    let mut outputs = DMatrix::<f64>::zeros(rows.len() * channels, width);
+    let block_of = of.boundaries.get(1).map_or(1, |first| first.step);
+    for (number, row) in rows.clone().enumerate() {
+        for source in &problem.channels.sources {
+            let correction = &corrections[source.sensor];
+            let time = trial.times[row] - step - correction.delay - link.segment.start;
+            let place = (time / step / block_of as f64).clamp(0.0, blocks as f64);
+            let before = (place.floor() as usize).min(blocks.max(1) - 1);
+            let after = (before + 1).min(blocks);
+            let part = place - before as f64;
+            let scale = if source.attitude {
+                1.0
+            } else {
+                correction.scale
+            };
+            for channel in source.channel..source.channel + source.channels {
+                let out = number * channels + channel;
+                for column in 1..width {
+                    let (a, b) = (
+                        readings[before][(channel, column)],
+                        readings[after][(channel, column)],
+                    );
+                    outputs[(out, column)] = scale * (a + part * (b - a));
+                }
+            }
+        }
+    }
+    let weights = resolution::weights(
+        &of.trace,
+        trial,
+        &link.segment,
+        problem.channels,
+        step,
+        problem.options.rollout.unresolved,
+    );
+    let mut residual = Vec::new();
+    let residual_of = |trace: &Trace, corrections: &[Correction], residual: &mut Vec<f64>| {
+        sensor_correction::residuals(
+            trace,
+            trial,
+            &link.segment,
+            problem.channels,
+            corrections,
+            step,
+            residual,
+        );
+    };
+    residual_of(&of.trace, corrections, &mut residual);
+    let mut other = Vec::new();
+    for (number, change) in changes.iter().enumerate() {
+        let column = if number < nuisances {
+            number
+        } else {
+            number + forms
+        };
+        if change.kind != Kind::Measurement {
+            continue;
+        }
+        if change.lead == 0.0 {
+            let moved = sensor_correction::corrections(problem.model, &change.entries);
+            residual_of(&of.trace, &moved, &mut other);
+        } else {
+            residual_of(&of.trace.with_lead(change.lead), corrections, &mut other);
+        }
+        for (row, (before, after)) in residual.iter().zip(&other).enumerate() {
+            let slope = (before - after) / change.step;
+            outputs[(row, 1 + column)] = if slope.is_finite() { slope } else { 0.0 };
+        }
+    }
+    // Whitened, and nothing where there is no reading.
+    let present: Vec<bool> = residual.iter().map(|value| value.is_finite()).collect();
+    whitening::whiten(problem.channels, &mut residual);
+    let mut squares = vec![(0.0, 0); channels];
+    for (row, value) in residual.iter().enumerate() {
+        let channel = row % channels;
+        let weight = weights[row] / noise_factors[channel];
+        outputs[(row, 0)] = weight * value;
+        let noise = problem.channels.list[channel].noise;
+        let factor = if present[row] { weight / noise } else { 0.0 };
+        if present[row] {
+            squares[channel].0 += (weights[row] * value).powi(2);
+            squares[channel].1 += 1;
+        }
+        for column in 1..width {
+            outputs[(row, column)] *= factor;
+        }
+    }
+    let next = track
+        .links
+        .get(at + 1)
+        .map(|next| (&next.segment.qpos, &next.segment.qvel));
+    if let Some((qpos, qvel)) = next {
+        // What the end would have to move by to be the next start.
+        let defect = defect(problem, &of.end, qpos, qvel);
+        for (row, value) in defect.iter().enumerate() {
+            state[(row, 0)] = -value;
+        }
+    }
+    // Carried back to zero parameters.
+    let known = z.len();
+    let carried = outputs.columns(1, known) * z;
+    let mut first = outputs.column_mut(0);
+    first += carried;
+    let carried: DVector<f64> = DMatrixView::from(state.columns(1, known)) * z;
+    let mut first = state.column_mut(0);
+    first -= carried;
+    LinkColumns {
+        gram: outputs.tr_mul(&outputs),
+        end: state,
+        squares,
+    }
+}
+
+/// Tangent from an end to the next start.
+fn defect(
+    problem: &SegmentedProblem<'_>,
+    end: &(Vec<f64>, Vec<f64>),
+    qpos: &[f64],
+    qvel: &[f64],
+) -> Vec<f64> {
+    let nv = problem.model.nv;
+    let mut tangent = vec![0.0; 2 * nv];
+    if let Ok(simulation) = problem
+        .plant
+        .simulation(&vec![0.0; problem.model.nuisances.len()], &[])
+    {
+        simulation.differentiate(&end.0, qpos, &mut tangent[..nv]);
+    }
+    for ((value, a), b) in tangent[nv..].iter_mut().zip(&end.1).zip(qvel) {
+        *value = b - a;
+    }
+    tangent
+}
+
+/// Over `steps` steps of one transition matrix: the state's change with the state, and with inputs of each step that go
+/// linearly from a first to a last value.
+fn powers(transition: &DMatrix<f64>, steps: usize) -> (DMatrix<f64>, DMatrix<f64>, DMatrix<f64>) {
+    let n = transition.nrows();
+    let mut carried = DMatrix::identity(n, n);
+    let mut before = DMatrix::zeros(n, n);
+    let mut after = DMatrix::zeros(n, n);
+    for step in 0..steps {
+        let part = step as f64 / steps as f64;
+        carried = transition * carried;
+        before = transition * before;
+        after = transition * after;
+        for axis in 0..n {
+            before[(axis, axis)] += 1.0 - part;
+            after[(axis, axis)] += part;
+        }
+    }
+    (carried, before, after)
+}

@@ -1,0 +1,98 @@
+//! The error of an effect's form: what each of its parameters contributes may be off, at every level of its size by itself.
+
+use hydro_effects::effect;
+use nalgebra::DMatrix;
+
+use crate::{
+    fit::{hypothesis::Point, segmented_problem::SegmentedProblem},
+    likelihood::step_changes::Inputs,
+};
+
+/// Levels of an effect's size at which its form may be off, each by itself.
+const LEVELS: usize = 4;
+
+/// Number of errors of form at a point.
+pub(crate) fn forms(problem: &SegmentedProblem<'_>, point: &Point) -> usize {
+    amplitudes(problem, point).count() * LEVELS
+}
+
+/// Own parameters that have an error of form: places among the point's own parameters, and their values in standard
+/// deviations of the prior.
+pub(crate) fn amplitudes<'a>(
+    problem: &'a SegmentedProblem<'_>,
+    point: &'a Point,
+) -> impl Iterator<Item = (usize, f64)> + 'a {
+    let own = point.candidates.iter().zip(&point.values);
+    own.flat_map(|(candidate, values)| {
+        let candidate = &problem.candidates[*candidate];
+        let idealised = effect(candidate.effect).card().idealised;
+        let parameters = candidate.parameters.iter().zip(values);
+        parameters.map(move |(p, value)| (idealised && !p.shapes, (value - p.null) / p.prior_sd))
+    })
+    .enumerate()
+    .filter(|(_, (has, _))| *has)
+    .map(|(at, (_, z))| (at, z))
+}
+
+/// The inputs with errors of form after those of the nuisance parameters: what each own parameter contributes, by levels of
+/// its size.
+pub(crate) fn with_forms(
+    problem: &SegmentedProblem<'_>,
+    point: &Point,
+    mut inputs: Vec<Option<Inputs>>,
+) -> Vec<Option<Inputs>> {
+    let nuisances = problem.nuisances.len();
+    let error = problem.options.discrepancy.form_error;
+    let mut made = Vec::new();
+    for (at, z) in amplitudes(problem, point) {
+        let Some(of) = &inputs[nuisances + at] else {
+            made.extend((0..LEVELS).map(|_| None));
+            continue;
+        };
+        let size =
+            |states: &DMatrix<f32>, boundary: usize| f64::from(states.column(boundary).norm());
+        let mut sizes: Vec<f64> = (of.0.iter())
+            .flat_map(|(states, _)| (0..states.ncols()).map(|boundary| size(states, boundary)))
+            .collect();
+        sizes.sort_by(f64::total_cmp);
+        let knots: [f64; LEVELS] =
+            std::array::from_fn(|level| sizes[(sizes.len() - 1) * level / (LEVELS - 1)]);
+        for level in 0..LEVELS {
+            let links = of.0.iter().map(|(states, direct)| {
+                let (mut states, mut direct) = (states.clone(), direct.clone());
+                for boundary in 0..states.ncols() {
+                    let part = hat(&knots, level, size(&states, boundary));
+                    let factor = (error * z * part) as f32;
+                    states.column_mut(boundary).scale_mut(factor);
+                    direct.column_mut(boundary).scale_mut(factor);
+                }
+                (states, direct)
+            });
+            made.push(Some(Inputs(links.collect())));
+        }
+    }
+    inputs.splice(nuisances..nuisances, made);
+    inputs
+}
+
+/// Value of a hat function over ascending knots.
+pub(crate) fn hat(knots: &[f64; LEVELS], level: usize, x: f64) -> f64 {
+    let rise = |from: f64, to: f64| {
+        if to > from {
+            ((x - from) / (to - from)).clamp(0.0, 1.0)
+        } else {
+            f64::from(u8::from(x >= to))
+        }
+    };
+    let up = if level == 0 {
+        1.0
+    } else {
+        rise(knots[level - 1], knots[level])
+    };
+    let down = if level + 1 == LEVELS {
+        0.0
+    } else {
+        rise(knots[level], knots[level + 1])
+    };
+    (up - down).max(0.0)
+}

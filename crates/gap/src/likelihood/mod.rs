@@ -1,0 +1,19 @@
+//! Marginal likelihood of the trials under a model linearised along the measured motion.
+//!
+//! A trial is cut into short segments, each shot from a start that follows the readings. Along every segment one pass gives
+//! the first-order changes of all readings and of its end with its start, with forces that nobody modelled, with the
+//! uncertain numbers of the nominal and with every candidate effect. A Kalman filter over the segments integrates starts
+//! and unmodelled forces out, so that one Gram matrix of what is left holds the likelihood of every set of effects.
+//!
+//! Sources: P. de Jong, The diffuse Kalman filter, Ann. Statist. 19 (1991), for regressors carried through the filter;
+//! M. C. Kennedy and A. O'Hagan, Bayesian calibration of computer models, J. R. Stat. Soc. B 63 (2001), for the discrepancy.
+
+pub(crate) mod changes;
+pub(crate) mod columns;
+pub(crate) mod explain;
+pub(crate) mod filter;
+pub(crate) mod form_error;
+pub(crate) mod search;
+pub(crate) mod step_changes;
+pub(crate) mod track;
+pub(crate) mod truncated_evidence;

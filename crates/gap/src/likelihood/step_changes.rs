@@ -1,0 +1,283 @@
+//! What one step from every boundary gives: changes of the next state and of the readings.
+
+use hydro_effects::Entry;
+use nalgebra::{DMatrix, DVector};
+
+use crate::{
+    error::GapError,
+    fit::segmented_problem::SegmentedProblem,
+    likelihood::{
+        changes::{Change, Kind},
+        track::{Boundary, Rolled, Track},
+    },
+    plant::Simulation,
+    rollout::shooting::{self, WarmUp},
+};
+
+/// Steps of the difference quotients of states: positions [m or rad], velocities.
+const STATE_STEP: [f64; 2] = [1e-6, 1e-6];
+/// Step of the difference quotients of forces, as a part of what accelerates a degree of freedom by 1 m/s^2 or rad/s^2.
+const FORCE_STEP: f64 = 1e-3;
+
+/// Changes at the boundaries of one segment with the state and with forces, a step each.
+pub(crate) struct StateChanges {
+    /// The state after a step with the state before it, by boundary [2 nv, 2 nv].
+    pub(crate) transition: Vec<DMatrix<f64>>,
+    /// ... with the forces, each times its scale [2 nv, nv].
+    pub(crate) force: Vec<DMatrix<f64>>,
+    /// The channels with the state [channels, 2 nv].
+    pub(crate) reading: Vec<DMatrix<f64>>,
+    /// ... with the forces [channels, nv].
+    pub(crate) direct: Vec<DMatrix<f64>>,
+}
+
+/// What a step from a boundary gives: state and readings.
+pub(crate) struct Stepped {
+    pub(crate) qpos: Vec<f64>,
+    pub(crate) qvel: Vec<f64>,
+    pub(crate) readings: Vec<f64>,
+}
+
+pub(crate) fn stepped(simulation: &mut dyn Simulation, at: &Boundary) -> Stepped {
+    simulation.set_earlier_control(&at.earlier);
+    simulation.set_control(&at.control);
+    simulation.step();
+    Stepped {
+        qpos: simulation.qpos().to_vec(),
+        qvel: simulation.qvel().to_vec(),
+        readings: simulation.sensors().to_vec(),
+    }
+}
+
+/// Differences of two steps over a step of something: tangent [2 nv] and channels.
+pub(crate) fn difference(
+    problem: &SegmentedProblem<'_>,
+    simulation: &dyn Simulation,
+    from: &Stepped,
+    to: &Stepped,
+    step: f64,
+    tangent: &mut [f64],
+    channels: &mut [f64],
+) {
+    let nv = problem.model.nv;
+    simulation.differentiate(&from.qpos, &to.qpos, &mut tangent[..nv]);
+    for ((value, a), b) in tangent[nv..].iter_mut().zip(&from.qvel).zip(&to.qvel) {
+        *value = b - a;
+    }
+    problem
+        .channels
+        .residual(&to.readings, &from.readings, channels);
+    for value in tangent.iter_mut().chain(channels) {
+        *value = if value.is_finite() {
+            *value / step
+        } else {
+            0.0
+        };
+    }
+}
+
+pub(crate) fn state_changes(
+    problem: &SegmentedProblem<'_>,
+    simulation: &mut dyn Simulation,
+    rolled: &[Rolled],
+    force_scale: &DVector<f64>,
+) -> Vec<StateChanges> {
+    let (nv, channels) = (problem.model.nv, problem.channels.len());
+    let none = vec![0.0; nv];
+    let (mut tangent, mut reading) = (vec![0.0; 2 * nv], vec![0.0; channels]);
+    rolled
+        .iter()
+        .map(|of| {
+            let mut found = StateChanges {
+                transition: Vec::new(),
+                force: Vec::new(),
+                reading: Vec::new(),
+                direct: Vec::new(),
+            };
+            for boundary in &of.boundaries {
+                simulation.load(&boundary.saved);
+                simulation.set_force(&none);
+                let from = stepped(simulation, boundary);
+                let mut transition = DMatrix::zeros(2 * nv, 2 * nv);
+                let mut outputs = DMatrix::zeros(channels, 2 * nv);
+                for axis in 0..2 * nv {
+                    let step = STATE_STEP[axis / nv];
+                    let mut moved = vec![0.0; 2 * nv];
+                    moved[axis] = step;
+                    simulation.load(&boundary.saved);
+                    simulation.retract(&moved);
+                    let to = stepped(simulation, boundary);
+                    difference(
+                        problem,
+                        simulation,
+                        &from,
+                        &to,
+                        step,
+                        &mut tangent,
+                        &mut reading,
+                    );
+                    transition.set_column(axis, &DVector::from_column_slice(&tangent));
+                    outputs.set_column(axis, &DVector::from_column_slice(&reading));
+                }
+                let mut force = DMatrix::zeros(2 * nv, nv);
+                let mut direct = DMatrix::zeros(channels, nv);
+                for axis in 0..nv {
+                    let mut pushed = none.clone();
+                    pushed[axis] = FORCE_STEP * force_scale[axis];
+                    simulation.load(&boundary.saved);
+                    simulation.set_force(&pushed);
+                    let to = stepped(simulation, boundary);
+                    difference(
+                        problem,
+                        simulation,
+                        &from,
+                        &to,
+                        FORCE_STEP,
+                        &mut tangent,
+                        &mut reading,
+                    );
+                    force.set_column(axis, &DVector::from_column_slice(&tangent));
+                    direct.set_column(axis, &DVector::from_column_slice(&reading));
+                }
+                simulation.set_force(&none);
+                found.transition.push(transition);
+                found.force.push(force);
+                found.reading.push(outputs);
+                found.direct.push(direct);
+            }
+            found
+        })
+        .collect()
+}
+
+/// Changes at all boundaries of a track with one parameter, by segment: after a step [2 nv, boundaries], and of the
+/// channels [channels, boundaries].
+pub(crate) struct Inputs(pub(crate) Vec<(DMatrix<f32>, DMatrix<f32>)>);
+
+/// Steps of the base from all boundaries: as loaded, and as joined.
+pub(crate) type References = Vec<Vec<[Stepped; 2]>>;
+
+pub(crate) fn references(simulation: &mut dyn Simulation, rolled: &[Rolled]) -> References {
+    let of = |boundary: &Boundary| {
+        simulation.load(&boundary.saved);
+        let loaded = stepped(simulation, boundary);
+        simulation.rejoin(&boundary.full);
+        simulation.set_memory(&boundary.memory);
+        [loaded, stepped(simulation, boundary)]
+    };
+    let mut of = of;
+    rolled
+        .iter()
+        .map(|rolled| rolled.boundaries.iter().map(&mut of).collect())
+        .collect()
+}
+
+pub(crate) fn inputs(
+    problem: &SegmentedProblem<'_>,
+    track: &Track,
+    rolled: &[Rolled],
+    references: &References,
+    change: &Change,
+    base: (&[f64], &[Entry]),
+) -> Result<Option<Inputs>, GapError> {
+    if change.kind == Kind::Measurement {
+        return Ok(None);
+    }
+    let (nv, channels) = (problem.model.nv, problem.channels.len());
+    let step = problem.model.timestep;
+    let plant = problem.plant.cheaper().unwrap_or(problem.plant);
+    let mut reference = plant.simulation(base.0, base.1)?;
+    // Values that the plant refuses change nothing.
+    let mut simulation = match plant.simulation(&change.nuisances, &change.entries) {
+        Ok(simulation) => simulation,
+        Err(_) => plant.simulation(base.0, base.1)?,
+    };
+    let trial = &problem.trials[track.trial];
+    if change.kind == Kind::Stepped {
+        let warm_up = WarmUp::required(problem.model, &change.entries, &problem.options.rollout);
+        let motion = &problem.motions[track.trial];
+        let first = &track.links[0].segment;
+        for simulation in [&mut simulation, &mut reference] {
+            shooting::lead_in(simulation.as_mut(), trial, first, motion, warm_up, step);
+        }
+    }
+    let (mut tangent, mut reading) = (vec![0.0; 2 * nv], vec![0.0; channels]);
+    let mut control = vec![0.0; trial.control.width()];
+    let mut earlier = control.clone();
+    let found = rolled
+        .iter()
+        .zip(&track.links)
+        .zip(references)
+        .map(|((of, link), references)| {
+            let mut states = DMatrix::zeros(2 * nv, of.boundaries.len());
+            let mut direct = DMatrix::zeros(channels, of.boundaries.len());
+            let mut put = |at: usize, simulation: &dyn Simulation, from: &Stepped, to: &Stepped| {
+                difference(
+                    problem,
+                    simulation,
+                    from,
+                    to,
+                    change.step,
+                    &mut tangent,
+                    &mut reading,
+                );
+                for (row, value) in tangent.iter().enumerate() {
+                    states[(row, at)] = *value as f32;
+                }
+                for (row, value) in reading.iter().enumerate() {
+                    direct[(row, at)] = *value as f32;
+                }
+            };
+            match change.kind {
+                Kind::Stepped => {
+                    let mut next = 0;
+                    for (at, state) in of.every.iter().enumerate() {
+                        let time = link.segment.start + at as f64 * step;
+                        trial.control.interpolate(time, &mut control);
+                        trial.control.interpolate(time - step, &mut earlier);
+                        let boundary = Boundary {
+                            step: at,
+                            saved: Vec::new(),
+                            full: Vec::new(),
+                            memory: Vec::new(),
+                            control: control.clone(),
+                            earlier: earlier.clone(),
+                        };
+                        let last = at == link.steps;
+                        // The end's step belongs to the next segment.
+                        let kept = last.then(|| (simulation.save(), reference.save()));
+                        reference.rejoin(state);
+                        simulation.rejoin(state);
+                        let from = stepped(reference.as_mut(), &boundary);
+                        let to = stepped(simulation.as_mut(), &boundary);
+                        if next < of.boundaries.len() && of.boundaries[next].step == at {
+                            put(next, reference.as_ref(), &from, &to);
+                            next += 1;
+                        }
+                        if let Some((own, other)) = kept {
+                            simulation.load(&own);
+                            reference.load(&other);
+                        }
+                    }
+                }
+                kind => {
+                    for (at, boundary) in of.boundaries.iter().enumerate() {
+                        let [loaded, joined] = &references[at];
+                        let from = if kind == Kind::Loaded {
+                            simulation.load(&boundary.saved);
+                            loaded
+                        } else {
+                            simulation.rejoin(&boundary.full);
+                            simulation.set_memory(&boundary.memory);
+                            joined
+                        };
+                        let to = stepped(simulation.as_mut(), boundary);
+                        put(at, reference.as_ref(), from, &to);
+                    }
+                }
+            }
+            (states, direct)
+        })
+        .collect();
+    Ok(Some(Inputs(found)))
+}

@@ -1,0 +1,178 @@
+//! A trial as a chain of short segments, and the rollout of each under a working point.
+
+use crate::{
+    plant::Simulation,
+    problem::{
+        channels::MeasuredTrial,
+        segments::{EstimatedMotion, Segment},
+    },
+    rollout::shooting::{self, Trace, WarmUp},
+};
+
+/// A segment of a trial.
+#[derive(Clone, Debug)]
+pub(crate) struct Link {
+    /// Rows and start; the start follows the readings.
+    pub(crate) segment: Segment,
+    /// Steps to the start of the next segment, or to the last row.
+    pub(crate) steps: usize,
+}
+
+/// One trial cut into segments.
+#[derive(Clone, Debug)]
+pub(crate) struct Track {
+    pub(crate) trial: usize,
+    pub(crate) links: Vec<Link>,
+}
+
+impl Track {
+    /// Cuts a trial into segments of about `length` seconds along its estimated motion, up to `most` seconds.
+    pub(crate) fn new(
+        index: usize,
+        trial: &MeasuredTrial,
+        motion: &EstimatedMotion,
+        length: f64,
+        most: f64,
+        step: f64,
+    ) -> Self {
+        let rows = trial.times.len();
+        let rows = (trial
+            .times
+            .partition_point(|time| *time <= trial.times[0] + most))
+        .min(rows);
+        let mut firsts = vec![0];
+        while let Some(first) = firsts.last().copied() {
+            let end = trial
+                .times
+                .partition_point(|time| *time < trial.times[first] + length - 1e-9)
+                .max(first + 1);
+            // A short rest joins the last segment.
+            if end >= rows || trial.times[rows - 1] - trial.times[end] < 0.5 * length {
+                break;
+            }
+            firsts.push(end);
+        }
+        let links = firsts
+            .iter()
+            .enumerate()
+            .map(|(at, first)| {
+                let end = firsts.get(at + 1).copied().unwrap_or(rows);
+                let start = motion.times[*first];
+                let stop = motion.times[end.min(rows - 1)];
+                let (qpos, qvel) = motion.state(*first);
+                Link {
+                    segment: Segment {
+                        trial: index,
+                        rows: *first..end,
+                        start,
+                        qpos: qpos.to_vec(),
+                        qvel: qvel.to_vec(),
+                    },
+                    steps: (((stop - start) / step).round() as usize).max(1),
+                }
+            })
+            .collect();
+        Self {
+            trial: index,
+            links,
+        }
+    }
+}
+
+/// The simulation at a boundary between blocks of steps.
+#[derive(Clone, Debug)]
+pub(crate) struct Boundary {
+    /// Step of the segment.
+    pub(crate) step: usize,
+    pub(crate) saved: Vec<f64>,
+    pub(crate) full: Vec<f64>,
+    /// Memory of effects.
+    pub(crate) memory: Vec<f64>,
+    /// Commands of this step and of the one before.
+    pub(crate) control: Vec<f64>,
+    pub(crate) earlier: Vec<f64>,
+}
+
+/// A segment as rolled out.
+#[derive(Clone, Debug)]
+pub(crate) struct Rolled {
+    pub(crate) trace: Trace,
+    pub(crate) boundaries: Vec<Boundary>,
+    /// Full-physics state at every step; empty unless asked for.
+    pub(crate) every: Vec<Vec<f64>>,
+    pub(crate) end: (Vec<f64>, Vec<f64>),
+}
+
+/// Rolls all segments of a track out; `None` where one blows up.
+///
+/// `block`: steps between boundaries. Memories run on from segment to segment.
+#[expect(clippy::too_many_arguments)]
+pub(crate) fn roll(
+    simulation: &mut dyn Simulation,
+    trial: &MeasuredTrial,
+    motion: &EstimatedMotion,
+    track: &Track,
+    warm_up: WarmUp,
+    step: f64,
+    block: usize,
+    keep_every: bool,
+) -> Option<Vec<Rolled>> {
+    let first = track.links.first()?;
+    shooting::lead_in(simulation, trial, &first.segment, motion, warm_up, step);
+    let mut rolled = Vec::with_capacity(track.links.len());
+    for link in &track.links {
+        let mut boundaries = Vec::new();
+        let mut every = Vec::new();
+        let mut end = None;
+        let mut trace = Trace::default();
+        let mut control = vec![0.0; trial.control.width()];
+        let mut earlier = control.clone();
+        let mut at_end = Vec::new();
+        let whole = shooting::roll_observed(
+            simulation,
+            trial,
+            &link.segment,
+            step,
+            None,
+            link.steps + 1,
+            &mut trace,
+            &mut |at, simulation| {
+                if at > link.steps {
+                    return;
+                }
+                let time = link.segment.start + at as f64 * step;
+                if at % block == 0 || at == link.steps {
+                    trial.control.interpolate(time, &mut control);
+                    trial.control.interpolate(time - step, &mut earlier);
+                    boundaries.push(Boundary {
+                        step: at,
+                        saved: simulation.save(),
+                        full: simulation.full_state(),
+                        memory: simulation.memory(),
+                        control: control.clone(),
+                        earlier: earlier.clone(),
+                    });
+                }
+                if keep_every {
+                    every.push(simulation.full_state());
+                }
+                if at == link.steps {
+                    end = Some((simulation.qpos().to_vec(), simulation.qvel().to_vec()));
+                    at_end = simulation.save();
+                }
+            },
+        );
+        if !whole {
+            return None;
+        }
+        // The rows' last readings may lie a step beyond.
+        simulation.load(&at_end);
+        rolled.push(Rolled {
+            trace,
+            boundaries,
+            every,
+            end: end?,
+        });
+    }
+    Some(rolled)
+}
