@@ -39,6 +39,7 @@ pub struct Options {
     pub add: AddOptions,
     pub verify: VerifyOptions,
     pub residual: ResidualOptions,
+    pub likelihood: LikelihoodOptions,
 }
 
 options! {
@@ -325,5 +326,36 @@ options! {
         base_gap_sd: [f64; 2] = [2e-4, 2e-3],
         /// Standard deviation of the joints' jump, likewise: wide, so that no wrench on the base stands for what the model lacks at joints.
         joint_gap_sd: [f64; 2] = [1e-2, 2e-1],
+    }
+}
+
+options! {
+    /// The marginal likelihood of whole trials, and the search on it.
+    LikelihoodOptions {
+        /// Length of a segment [s]: so short that a rollout from a start near the readings is nearly linear in all that is
+        /// missing.
+        segment_length: f64 = 0.1,
+        /// Length of a segment in rows, at least.
+        segment_rows: f64 = 5.0,
+        /// Pieces of a segment over which unmodelled forces are constant.
+        pieces: usize = 2,
+        /// Length of a block of steps over which transition matrices are held [s]: that of a row, within these.
+        block: [f64; 2] = [0.005, 0.02],
+        /// Standard deviations of the unmodelled forces that are tried, in what moves a degree of freedom; alike likely.
+        forces: [f64; 11] = [1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0],
+        /// Correlation of unmodelled forces from piece to piece.
+        force_correlation: f64 = 0.8,
+        /// Factors on the standard deviations of an effect's priors that are tried; alike likely.
+        prior_scales: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01],
+        /// Prior probability of one missing effect more.
+        another_effect: f64 = 0.5,
+        /// Effects of a set at most.
+        largest: usize = 8,
+        /// Sets that are enlarged by one effect.
+        beam: usize = 3,
+        /// Enlarged sets that are evaluated in full, of each.
+        evaluated: usize = 6,
+        /// Log posterior that an enlarged set may lack against the best and still be enlarged [nat].
+        enlarged_within: f64 = 3.0,
     }
 }

@@ -208,6 +208,20 @@ pub(crate) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Nuisance, 
             lead("forces", Quantity::ReadingLead);
         }
     }
+    add(
+        "positions.lag".to_owned(),
+        "positions",
+        NuisanceClass::Timing,
+        Quantity::PositionLag,
+        0,
+    );
+    add(
+        "velocities.lag".to_owned(),
+        "velocities",
+        NuisanceClass::Timing,
+        Quantity::VelocityLag,
+        0,
+    );
     nuisances
 }
 
@@ -233,6 +247,8 @@ pub(crate) fn is_of_model(quantity: Quantity) -> bool {
             | Quantity::EffectValue { .. }
             | Quantity::CommandLead
             | Quantity::ReadingLead
+            | Quantity::PositionLag
+            | Quantity::VelocityLag
     )
 }
 
@@ -337,7 +353,9 @@ pub(crate) fn turn(
             Quantity::Wrench(_)
             | Quantity::EffectValue { .. }
             | Quantity::CommandLead
-            | Quantity::ReadingLead => {}
+            | Quantity::ReadingLead
+            | Quantity::PositionLag
+            | Quantity::VelocityLag => {}
         }
     }
     if inertial {

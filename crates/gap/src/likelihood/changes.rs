@@ -68,17 +68,21 @@ pub(crate) fn changes(
     for (at, (nuisance, _)) in problem.nuisances.iter().enumerate() {
         let mut moved = point.clone();
         moved.nuisances[at] += STEP;
-        let lead = model.nuisances[*nuisance].quantity == Quantity::ReadingLead;
+        let quantity = model.nuisances[*nuisance].quantity;
+        let of_readings = matches!(
+            quantity,
+            Quantity::ReadingLead | Quantity::PositionLag | Quantity::VelocityLag
+        );
         changes.push(Change {
             entries: base.to_vec(),
             nuisances: problem.nuisance_values(&moved),
-            lead: if lead {
+            lead: if quantity == Quantity::ReadingLead {
                 STEP * problem.nuisances[at].1
             } else {
                 0.0
             },
             step: STEP,
-            kind: if lead {
+            kind: if of_readings {
                 Kind::Measurement
             } else {
                 kind(&moved, None)

@@ -15,8 +15,9 @@ use crate::{
         changes::{Change, Kind, changes},
         form_error::{forms, with_forms},
         step_changes::{Inputs, StateChanges, inputs, references, state_changes},
-        track::{self, Rolled, Track},
+        track::{self, Grid, Rolled, Track},
     },
+    plant::{Quantity, SensorKind},
     rollout::{
         resolution,
         sensor_correction::{self, Correction},
@@ -68,12 +69,12 @@ pub(crate) struct LinkColumns {
 }
 
 #[expect(clippy::too_many_arguments)]
-/// Sweeps a track; `None` where the system blows up on it or the plant refuses it.
+/// Sweeps a track, without `directions` for the start and the unmodelled forces alone; `None` where the system blows up on it or the plant refuses it.
 pub(crate) fn sweep(
     problem: &SegmentedProblem<'_>,
     track: &Track,
     point: &Point,
-    directions: &[Direction],
+    directions: Option<&[Direction]>,
     pieces: usize,
     block: f64,
     force_scale: &DVector<f64>,
@@ -81,15 +82,21 @@ pub(crate) fn sweep(
 ) -> Result<Option<Vec<LinkColumns>>, GapError> {
     let model = problem.model;
     let step = model.timestep;
-    let block = ((block / step).round() as usize).max(1);
+    let grid = Grid {
+        block: ((block / step).round() as usize).max(1),
+        pieces,
+    };
     let trial = &problem.trials[track.trial];
     let motion = &problem.motions[track.trial];
     let entries = problem.entries(point);
-    let nuisances = problem.nuisance_values(point);
-    let Ok(mut base) = problem.plant.simulation(&nuisances, &entries) else {
+    let nuisances_at = problem.nuisance_values(point);
+    let Ok(mut base) = problem.plant.simulation(&nuisances_at, &entries) else {
         return Ok(None);
     };
-    let changes = changes(problem, point, directions, &entries);
+    let changes = match directions {
+        Some(directions) => changes(problem, point, directions, &entries),
+        None => Vec::new(),
+    };
     let warm_up = |entries: &[Entry]| WarmUp::required(model, entries, &problem.options.rollout);
     let keep = changes.iter().any(|change| change.kind == Kind::Stepped);
     let rolled = track::roll(
@@ -99,7 +106,8 @@ pub(crate) fn sweep(
         track,
         warm_up(&entries),
         step,
-        block,
+        grid,
+        force_scale,
         keep,
     );
     let Some(rolled) = rolled else {
@@ -107,7 +115,7 @@ pub(crate) fn sweep(
     };
     // Differences are taken with the cheaper integrator.
     let plant = problem.plant.cheaper().unwrap_or(problem.plant);
-    let Ok(mut base) = plant.simulation(&nuisances, &entries) else {
+    let Ok(mut base) = plant.simulation(&nuisances_at, &entries) else {
         return Ok(None);
     };
     let states = state_changes(problem, base.as_mut(), &rolled, force_scale);
@@ -120,32 +128,31 @@ pub(crate) fn sweep(
                 track,
                 &rolled,
                 &references,
+                (grid, force_scale),
                 change,
-                (&nuisances, &entries),
+                (&nuisances_at, &entries),
             )
         })
         .collect::<Result<_, GapError>>()?;
-    let inputs = with_forms(problem, point, inputs);
+    let inputs = match directions {
+        Some(_) => with_forms(problem, point, inputs),
+        None => inputs,
+    };
     let layout = Layout {
         nv: model.nv,
         channels: problem.channels.len(),
         parameters: inputs.len(),
         pieces,
     };
-    let known = problem.normalised(point);
-    let (nuisances, forms) = (problem.nuisances.len(), forms(problem, point));
-    let mut z = DVector::zeros(known.len() + forms);
-    z.rows_mut(0, nuisances)
-        .copy_from(&known.rows(0, nuisances));
-    // Shapes stay where they are: without their amplitudes they change nothing.
-    let parameters = point
-        .candidates
-        .iter()
-        .flat_map(|of| &problem.candidates[*of].parameters);
-    for (at, p) in parameters.enumerate() {
-        z[nuisances + forms + at] = if p.shapes { 0.0 } else { known[nuisances + at] };
-    }
-    let corrections = sensor_correction::corrections(model, &entries);
+    let (nuisances, forms) = match directions {
+        Some(_) => (problem.nuisances.len(), forms(problem, point)),
+        None => (0, 0),
+    };
+    let z = match directions {
+        Some(_) => carried(problem, point, forms),
+        None => DVector::zeros(0),
+    };
+    let corrections = corrections(problem, &nuisances_at, &entries);
     let links = (0..rolled.len())
         .into_par_iter()
         .map(|at| {
@@ -161,10 +168,52 @@ pub(crate) fn sweep(
                 &corrections,
                 &z,
                 noise,
+                grid,
             )
         })
         .collect();
     Ok(Some(links))
+}
+
+/// The point's parameters as they are carried back to zero.
+fn carried(problem: &SegmentedProblem<'_>, point: &Point, forms: usize) -> DVector<f64> {
+    let known = problem.normalised(point);
+    let nuisances = problem.nuisances.len();
+    let mut z = DVector::zeros(known.len() + forms);
+    z.rows_mut(0, nuisances)
+        .copy_from(&known.rows(0, nuisances));
+    // Shapes stay where they are: without their amplitudes they change nothing.
+    let parameters = point
+        .candidates
+        .iter()
+        .flat_map(|of| &problem.candidates[*of].parameters);
+    for (at, p) in parameters.enumerate() {
+        z[nuisances + forms + at] = if p.shapes { 0.0 } else { known[nuisances + at] };
+    }
+    z
+}
+
+/// Corrections of all sensors, those for the instants that an integrator's positions and velocities belong to with them.
+fn corrections(
+    problem: &SegmentedProblem<'_>,
+    nuisances: &[f64],
+    entries: &[Entry],
+) -> Vec<Correction> {
+    let model = problem.model;
+    let mut all = sensor_correction::corrections(model, entries);
+    for (nuisance, value) in model.nuisances.iter().zip(nuisances) {
+        let has = match nuisance.quantity {
+            Quantity::PositionLag => SensorKind::is_position,
+            Quantity::VelocityLag => SensorKind::is_velocity,
+            _ => continue,
+        };
+        for (correction, sensor) in all.iter_mut().zip(&model.sensors) {
+            if has(sensor.kind) {
+                correction.delay += value * model.timestep;
+            }
+        }
+    }
+    all
 }
 
 #[expect(clippy::too_many_arguments)]
@@ -180,6 +229,7 @@ fn assemble(
     corrections: &[Correction],
     z: &DVector<f64>,
     noise_factors: &[f64],
+    grid: Grid,
 ) -> LinkColumns {
     let of = &rolled[at];
     let link = &track.links[at];
@@ -194,7 +244,7 @@ fn assemble(
         state[(axis, layout.start() + axis)] = 1.0;
     }
     let blocks = of.boundaries.len() - 1;
-    let piece_of = |block: usize| (block * layout.pieces / blocks.max(1)).min(layout.pieces - 1);
+    let piece_of = |block: usize| link.piece(grid, block);
     let input = |boundary: usize, block: usize| {
         let mut b = DMatrix::<f64>::zeros(tangents, width);
         for (column, inputs) in inputs.iter().enumerate() {
@@ -293,7 +343,7 @@ fn assemble(
             continue;
         }
         if change.lead == 0.0 {
-            let moved = sensor_correction::corrections(problem.model, &change.entries);
+            let moved = self::corrections(problem, &change.nuisances, &change.entries);
             residual_of(&of.trace, &moved, &mut other);
         } else {
             residual_of(&of.trace.with_lead(change.lead), corrections, &mut other);
@@ -334,12 +384,17 @@ fn assemble(
     }
     // Carried back to zero parameters.
     let known = z.len();
-    let carried = outputs.columns(1, known) * z;
+    let mut carried = outputs.columns(1, known) * z;
+    let mut at_end: DVector<f64> = DMatrixView::from(state.columns(1, known)) * z;
+    if !link.forces.is_empty() {
+        let forces = DVector::from_column_slice(&link.forces);
+        carried += outputs.columns(layout.forces(), forces.len()) * &forces;
+        at_end += DMatrixView::from(state.columns(layout.forces(), forces.len())) * &forces;
+    }
     let mut first = outputs.column_mut(0);
     first += carried;
-    let carried: DVector<f64> = DMatrixView::from(state.columns(1, known)) * z;
     let mut first = state.column_mut(0);
-    first -= carried;
+    first -= at_end;
     LinkColumns {
         gram: outputs.tr_mul(&outputs),
         end: state,

@@ -6,11 +6,15 @@ use rayon::prelude::*;
 
 use crate::{
     error::GapError,
-    fit::{hypothesis::Point, segmented_problem::SegmentedProblem},
+    fit::{
+        hypothesis::Point, laplace::Quadratic, segmented_problem::SegmentedProblem,
+        truncated_normal::Bounds,
+    },
     likelihood::{
         columns::{self, LinkColumns},
-        filter, form_error,
-        search::{Choices, FORCES, Found, Level, Search, log_sum},
+        filter::{self, Forces},
+        form_error,
+        search::{Choices, Found, Level, Search, log_sum},
         track::Track,
     },
     progress::Watch,
@@ -18,18 +22,13 @@ use crate::{
     select::screen::{Direction, PHASE},
 };
 
-/// Length of a segment [s] and in rows, at least.
-const LENGTH: f64 = 0.5;
-const LENGTH_ROWS: f64 = 10.0;
-/// Pieces of a segment over which unmodelled forces are constant.
-const PIECES: usize = 2;
-/// Length of a block [s], at most and at least.
-const BLOCK: [f64; 2] = [0.005, 0.02];
 /// Rounds of sweep and search at most.
 const ROUNDS: usize = 6;
 /// Sweeps that let a working point settle, at most, and the change of the log likelihood that ends them [nat].
 const SETTLING: usize = 5;
 const SETTLED: f64 = 0.5;
+/// Sweeps that let starts and forces follow the readings, at most.
+const FOLLOWING: usize = 10;
 
 /// A set with its share of the posterior.
 #[derive(Clone, Debug)]
@@ -61,36 +60,41 @@ struct Swept {
 }
 
 impl Working<'_, '_> {
-    fn sweep(&self, directions: &[Direction]) -> Result<Swept, GapError> {
+    fn sweep(&self, directions: Option<&[Direction]>) -> Result<Swept, GapError> {
         let problem = self.problem;
         let step = problem.model.timestep;
+        let options = &problem.options.likelihood;
         let links: Vec<Option<Vec<LinkColumns>>> = self
             .tracks
             .par_iter()
             .map(|track| {
                 self.watch.check()?;
                 let period = problem.trials[track.trial].period();
-                let block = period.clamp(BLOCK[0], BLOCK[1]).max(step);
+                let block = period.clamp(options.block[0], options.block[1]).max(step);
                 columns::sweep(
                     problem,
                     track,
                     &self.point,
                     directions,
-                    PIECES,
+                    options.pieces,
                     block,
                     &self.scale,
                     &self.noise,
                 )
             })
             .collect::<Result<_, GapError>>()?;
-        let beside = problem.nuisances.len() + form_error::forms(problem, &self.point);
-        let parameters = beside + own(problem, &self.point) + directions.len();
-        let levels = FORCES
+        let beside = directions.map_or(0, |_| {
+            problem.nuisances.len() + form_error::forms(problem, &self.point)
+        });
+        let parameters = directions.map_or(0, |of| beside + own(problem, &self.point) + of.len());
+        let levels = options
+            .forces
             .par_iter()
             .filter_map(|force| {
+                let prior = self.forces(*force);
                 let (mut gram, mut half) = (DMatrix::zeros(1 + parameters, 1 + parameters), 0.0);
                 for (links, arrival) in links.iter().zip(&self.arrival) {
-                    let filtered = filter::filter(links.as_ref()?, parameters, arrival, *force)?;
+                    let filtered = filter::filter(links.as_ref()?, parameters, arrival, prior)?;
                     gram += filtered.gram;
                     half += filtered.half_log_determinant;
                 }
@@ -120,14 +124,53 @@ impl Working<'_, '_> {
             found,
             swept.beside,
         );
+        self.smooth(swept, &z, level.force)?;
+        self.point = point;
+        Ok(())
+    }
+
+    /// Prior of the unmodelled forces at a level.
+    fn forces(&self, sd: f64) -> Forces {
+        Forces {
+            sd,
+            correlation: self.problem.options.likelihood.force_correlation,
+        }
+    }
+
+    /// Moves starts and unmodelled forces to where all readings have them, parameters known.
+    fn smooth(&mut self, swept: &Swept, z: &DVector<f64>, force: f64) -> Result<(), GapError> {
+        let prior = self.forces(force);
         for ((track, links), arrival) in self.tracks.iter_mut().zip(&swept.links).zip(&self.arrival)
         {
-            let Some(links) = links else { continue };
-            if let Some(smoothed) = filter::smooth(links, &z, arrival, level.force) {
+            let smoothed = links
+                .as_ref()
+                .and_then(|links| filter::smooth(links, z, arrival, prior));
+            if let Some(smoothed) = smoothed {
                 move_starts(self.problem, track, &smoothed.starts)?;
+                for (link, forces) in track.links.iter_mut().zip(smoothed.forces) {
+                    if forces.iter().all(|value| value.is_finite()) {
+                        link.forces = forces.as_slice().to_vec();
+                    }
+                }
             }
         }
-        self.point = point;
+        Ok(())
+    }
+
+    /// Lets starts and unmodelled forces follow the readings, all parameters as they are.
+    fn follow(&mut self) -> Result<(), GapError> {
+        let mut last: Option<f64> = None;
+        for _ in 0..FOLLOWING {
+            let swept = self.sweep(None)?;
+            let best = (swept.levels.iter()).max_by(|a, b| a.empty.total_cmp(&b.empty));
+            let Some(best) = best else { return Ok(()) };
+            let (force, log) = (best.force, best.empty);
+            self.smooth(&swept, &DVector::zeros(0), force)?;
+            if last.is_some_and(|last| (log - last).abs() < SETTLED) {
+                break;
+            }
+            last = Some(log);
+        }
         Ok(())
     }
 
@@ -155,7 +198,7 @@ impl Working<'_, '_> {
     fn settle(&mut self) -> Result<(), GapError> {
         let mut last: Option<(usize, f64)> = None;
         for _ in 0..SETTLING {
-            let swept = self.sweep(&[])?;
+            let swept = self.sweep(Some(&[]))?;
             let choices = Choices::new(self.problem, &self.point, &[]);
             let best = (swept.levels.iter().enumerate())
                 .filter_map(|(number, level)| {
@@ -187,6 +230,7 @@ pub(crate) fn explain(
     most_seconds: f64,
     watch: &Watch<'_>,
 ) -> Result<Vec<Explained>, GapError> {
+    let options = &problem.options.likelihood;
     let each = most_seconds / problem.trials.len().max(1) as f64;
     let tracks: Vec<Track> = problem
         .trials
@@ -194,7 +238,9 @@ pub(crate) fn explain(
         .zip(problem.motions)
         .enumerate()
         .map(|(at, (trial, motion))| {
-            let length = LENGTH.max(LENGTH_ROWS * trial.period());
+            let length = options
+                .segment_length
+                .max(options.segment_rows * trial.period());
             Track::new(at, trial, motion, length, each, problem.model.timestep)
         })
         .collect();
@@ -214,13 +260,17 @@ pub(crate) fn explain(
     };
     let mut last: Option<(Vec<usize>, f64)> = None;
     let mut result = Vec::new();
-    for _ in 0..ROUNDS {
-        working.settle()?;
+    for round in 0..ROUNDS {
+        working.follow()?;
+        // Without a set only starts and forces may explain the gap, or the numbers would run to their bounds for it.
+        if round > 0 {
+            working.settle()?;
+        }
         let directions: Vec<Direction> = (0..problem.candidates.len())
             .filter(|candidate| !working.point.candidates.contains(candidate))
             .flat_map(|candidate| problem.directions(candidate))
             .collect();
-        let swept = working.sweep(&directions)?;
+        let swept = working.sweep(Some(&directions))?;
         let choices = Choices::new(problem, &working.point, &directions);
         let mut found: Vec<Found> = (swept.levels.iter().enumerate())
             .flat_map(|(number, level)| {
@@ -302,7 +352,7 @@ fn arrival(problem: &SegmentedProblem<'_>) -> Vec<DVector<f64>> {
         .collect()
 }
 
-/// What a degree of freedom's force is about: what accelerates it as in the trials, gravity included.
+/// What a degree of freedom's force is about: what accelerates it as in the trials, or as it moves unforced.
 fn force_scale(problem: &SegmentedProblem<'_>, tracks: &[Track]) -> Result<DVector<f64>, GapError> {
     let nv = problem.model.nv;
     let step = problem.model.timestep;
@@ -311,6 +361,7 @@ fn force_scale(problem: &SegmentedProblem<'_>, tracks: &[Track]) -> Result<DVect
     // Accelerations from the estimated motion, inertia from the response to a force.
     let (mut squares, mut count) = (DVector::<f64>::zeros(nv), 0.0);
     let mut mobility = DVector::<f64>::zeros(nv);
+    let mut free = DVector::<f64>::zeros(nv);
     let mut looked = 0.0;
     for track in tracks {
         let motion = &problem.motions[track.trial];
@@ -336,6 +387,9 @@ fn force_scale(problem: &SegmentedProblem<'_>, tracks: &[Track]) -> Result<DVect
             };
             let from = after(None);
             for axis in 0..nv {
+                free[axis] += ((from[axis] - segment.qvel[axis]) / step).powi(2);
+            }
+            for axis in 0..nv {
                 mobility[axis] += (after(Some(axis))[axis] - from[axis]) / step;
             }
             looked += 1.0;
@@ -343,7 +397,8 @@ fn force_scale(problem: &SegmentedProblem<'_>, tracks: &[Track]) -> Result<DVect
     }
     Ok(DVector::from_fn(nv, |axis, _| {
         let inertia = looked / mobility[axis].abs().max(1e-12);
-        let acceleration = (squares[axis] / f64::max(count, 1.0)).sqrt();
+        let acceleration =
+            (squares[axis] / f64::max(count, 1.0) + free[axis] / f64::max(looked, 1.0)).sqrt();
         inertia * acceleration.max(1e-3)
     }))
 }
@@ -365,24 +420,28 @@ fn moved(
             z[nuisances + column] = *value;
         }
     }
-    // The uncertain numbers that go with them.
-    let mut head = level
-        .whole
-        .a
-        .view((0, 0), (nuisances, nuisances))
-        .into_owned();
-    for axis in 0..nuisances {
-        head[(axis, axis)] += 1.0;
-    }
+    // The uncertain numbers that go with them, within their bounds.
     let rest = z.len() - nuisances;
     let across = level.whole.a.view((0, nuisances), (nuisances, rest));
-    let slope = level.whole.b.rows(0, nuisances) - across * z.rows(nuisances, rest);
+    let numbers = Quadratic {
+        q: 0.0,
+        b: level.whole.b.rows(0, nuisances) - across * z.rows(nuisances, rest),
+        a: level
+            .whole
+            .a
+            .view((0, 0), (nuisances, nuisances))
+            .into_owned(),
+    };
     let most = problem.options.fit.largest_shift;
-    if let Some(factor) = head.cholesky() {
-        let solved = factor.solve(&slope);
-        for (at, value) in solved.iter().enumerate() {
-            z[at] = value.clamp(-most, most);
-        }
+    let bounds = vec![
+        Bounds {
+            lower: -most,
+            upper: most,
+        };
+        nuisances
+    ];
+    if let Some(best) = numbers.best(&bounds) {
+        z.rows_mut(0, nuisances).copy_from(&best.z);
     }
     let mut next = Point {
         candidates: Vec::new(),

@@ -12,6 +12,15 @@ use crate::likelihood::columns::LinkColumns;
 /// integrator [m, rad, m/s, rad/s].
 const SEAM: f64 = 1e-7;
 
+/// Prior of the unmodelled forces.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Forces {
+    /// Standard deviation, in their scales.
+    pub(crate) sd: f64,
+    /// Correlation from piece to piece.
+    pub(crate) correlation: f64,
+}
+
 /// The likelihood of a track, quadratic in the parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct Filtered {
@@ -32,39 +41,87 @@ pub(crate) struct Smoothed {
 
 /// Moments of the latents of one segment given those before.
 struct Update {
-    /// Posterior mean of (start, forces) [latents, 1 + parameters]: the first column less the others times the parameters.
+    /// Posterior mean of (start, forces) [latents, 1 + parameters], affine in the parameters: the first column and the others
+    /// times the parameters.
     mean: DMatrix<f64>,
-    /// Square root of the prior covariance [latents, latents].
+    /// Square root of the prior covariance [latents, sources of randomness].
     root: DMatrix<f64>,
+    /// Posterior mean of the start and the force before it, all parameters at zero [3 nv].
+    before: DVector<f64>,
     factor: Cholesky<f64, Dyn>,
 }
 
-/// State of the filter before a segment: mean of the start, affine in the parameters [2 nv, 1 + parameters], and the
-/// square root of its covariance.
+/// State of the filter before a segment: its start and the force of the piece before, affine in the parameters [3 nv,
+/// 1 + parameters], and the square root of their covariance.
 struct Start {
     mean: DMatrix<f64>,
     root: DMatrix<f64>,
 }
 
-/// Filters a track. `arrival`: standard deviation of the first start by axis [2 nv]; `force`: of the unmodelled forces, in
-/// their scales.
+impl Start {
+    fn first(arrival: &DVector<f64>, parameters: usize, force: Forces) -> Self {
+        let (tangents, nv) = (arrival.len(), arrival.len() / 2);
+        let sd = DVector::from_fn(tangents + nv, |axis, _| {
+            if axis < tangents {
+                arrival[axis]
+            } else {
+                force.sd
+            }
+        });
+        Self {
+            mean: DMatrix::zeros(tangents + nv, 1 + parameters),
+            root: DMatrix::from_diagonal(&sd),
+        }
+    }
+
+    /// Mean and square root of the covariance of a segment's latents: its start, and the forces of its pieces, an
+    /// autoregression from the piece before.
+    fn latents(&self, latents: usize, force: Forces) -> (DMatrix<f64>, DMatrix<f64>) {
+        let nv = self.mean.nrows() / 3;
+        let tangents = 2 * nv;
+        let pieces = (latents - tangents) / nv.max(1);
+        let mut carry = DMatrix::zeros(latents, tangents + nv);
+        let mut fresh = DMatrix::zeros(latents, pieces * nv);
+        for axis in 0..tangents {
+            carry[(axis, axis)] = 1.0;
+        }
+        let correlation = force.correlation;
+        let size = force.sd * (1.0 - correlation * correlation).sqrt();
+        for piece in 0..pieces {
+            for axis in 0..nv {
+                let row = tangents + piece * nv + axis;
+                carry[(row, tangents + axis)] = correlation.powi(piece as i32 + 1);
+                for before in 0..=piece {
+                    fresh[(row, before * nv + axis)] =
+                        size * correlation.powi((piece - before) as i32);
+                }
+            }
+        }
+        let carried = &carry * &self.root;
+        let mut root = DMatrix::zeros(latents, carried.ncols() + fresh.ncols());
+        root.view_mut((0, 0), carried.shape()).copy_from(&carried);
+        root.view_mut((0, carried.ncols()), fresh.shape())
+            .copy_from(&fresh);
+        (carry * &self.mean, root)
+    }
+}
+
+/// Filters a track. `arrival`: standard deviation of the first start by axis [2 nv]; `force`: the prior of the
+/// unmodelled forces.
 pub(crate) fn filter(
     links: &[LinkColumns],
     parameters: usize,
     arrival: &DVector<f64>,
-    force: f64,
+    force: Forces,
 ) -> Option<Filtered> {
     let mut filtered = Filtered {
         gram: DMatrix::zeros(1 + parameters, 1 + parameters),
         half_log_determinant: 0.0,
     };
-    let mut start = Start {
-        mean: DMatrix::zeros(arrival.len(), 1 + parameters),
-        root: DMatrix::from_diagonal(arrival),
-    };
+    let mut start = Start::first(arrival, parameters, force);
     for link in links {
         let update = update(link, parameters, &start, force, Some(&mut filtered))?;
-        start = predict(link, parameters, &start, &update)?.0;
+        start = predict(link, parameters, &update)?.0;
     }
     Some(filtered)
 }
@@ -74,45 +131,62 @@ pub(crate) fn smooth(
     links: &[LinkColumns],
     z: &DVector<f64>,
     arrival: &DVector<f64>,
-    force: f64,
+    force: Forces,
 ) -> Option<Smoothed> {
     let tangents = arrival.len();
     let known: Vec<LinkColumns> = links.iter().map(|link| at(link, z)).collect();
-    let mut start = Start {
-        mean: DMatrix::zeros(tangents, 1),
-        root: DMatrix::from_diagonal(arrival),
-    };
+    let mut start = Start::first(arrival, 0, force);
     let mut passed = Vec::with_capacity(links.len());
     for link in &known {
         let update = update(link, 0, &start, force, None)?;
-        let (next, across) = predict(link, 0, &start, &update)?;
-        let mut posterior = update.mean.column(0).into_owned();
-        let mut first = posterior.rows_mut(0, tangents);
-        first += start.mean.column(0);
-        passed.push((
-            posterior,
-            across,
-            next.mean.column(0).into_owned(),
-            &next.root * next.root.transpose(),
-        ));
+        let (next, solved) = predict(link, 0, &update)?;
+        let sources = start.root.ncols();
+        passed.push(Passed {
+            latents: update.mean.column(0).into_owned(),
+            latents_across: &update.root * &solved,
+            before_across: &start.root * solved.rows(0, sources),
+            before: update.before,
+            predicted: next.mean.column(0).into_owned(),
+            root: next.root.clone(),
+        });
         start = next;
     }
-    let mut starts = vec![DVector::zeros(tangents); links.len()];
-    let mut forces = vec![DVector::zeros(0); links.len()];
+    let mut smoothed = Smoothed {
+        starts: vec![DVector::zeros(tangents); links.len()],
+        forces: vec![DVector::zeros(0); links.len()],
+    };
+    // The next segment's start, and the force before it.
     let mut later: Option<DVector<f64>> = None;
-    for (at, (posterior, across, predicted, covariance)) in passed.iter().enumerate().rev() {
-        let mut smoothed = posterior.clone();
+    for (at, passed) in passed.iter().enumerate().rev() {
+        let (mut latents, mut before) = (passed.latents.clone(), passed.before.clone());
         if let Some(later) = &later {
-            let innovation = covariance.clone().cholesky()?.solve(&(later - predicted));
-            smoothed += across * innovation;
+            let half = passed
+                .root
+                .solve_lower_triangular(&(later - &passed.predicted))?;
+            let innovation = passed.root.tr_solve_lower_triangular(&half)?;
+            latents += &passed.latents_across * &innovation;
+            before += &passed.before_across * &innovation;
         }
-        starts[at] = smoothed.rows(0, tangents).into_owned();
-        forces[at] = smoothed
-            .rows(tangents, smoothed.len() - tangents)
+        smoothed.starts[at] = latents.rows(0, tangents).into_owned();
+        smoothed.forces[at] = latents
+            .rows(tangents, latents.len() - tangents)
             .into_owned();
-        later = Some(starts[at].clone());
+        later = Some(before);
     }
-    Some(Smoothed { starts, forces })
+    Some(smoothed)
+}
+
+/// What the backward pass needs of a segment.
+struct Passed {
+    /// Start and forces given the readings so far, and their covariance with the next start.
+    latents: DVector<f64>,
+    latents_across: DMatrix<f64>,
+    /// The same of the start with the force before it.
+    before: DVector<f64>,
+    before_across: DMatrix<f64>,
+    /// The next start with the force before it, and the square root of its covariance.
+    predicted: DVector<f64>,
+    root: DMatrix<f64>,
 }
 
 /// A link with its parameters at known values.
@@ -143,70 +217,159 @@ fn update(
     link: &LinkColumns,
     parameters: usize,
     start: &Start,
-    force: f64,
+    force: Forces,
     filtered: Option<&mut Filtered>,
 ) -> Option<Update> {
     let all = link.gram.nrows();
-    let (head, tangents) = (1 + parameters, start.mean.nrows());
+    let head = 1 + parameters;
     let latents = all - head;
-    let mut root = DMatrix::zeros(latents, latents);
-    root.view_mut((0, 0), (tangents, tangents))
-        .copy_from(&start.root);
-    for latent in tangents..latents {
-        root[(latent, latent)] = force;
-    }
-    // Innovations: the columns less what the start's mean explains.
-    let across = link.gram.view((0, head), (all, tangents));
-    let mut signed = start.mean.clone();
+    let (mean, root) = start.latents(latents, force);
+    // Innovations: the columns less what the latents' mean explains; G T, T = [I; +- mean].
+    let mut signed = mean.clone();
     signed.column_mut(0).neg_mut();
-    // G T, T = [I; +- mean; 0].
+    let across = link.gram.view((0, head), (all, latents));
     let turned = link.gram.columns(0, head) + across * &signed;
-    let latent_rows = turned.rows(head, latents);
-    let u = root.tr_mul(&latent_rows.into_owned());
+    let latent_rows = turned.rows(head, latents).into_owned();
+    let u = root.tr_mul(&latent_rows);
     let curvature = link.gram.view((head, head), (latents, latents)) * &root;
     let mut w = root.tr_mul(&curvature);
-    for axis in 0..latents {
+    for axis in 0..w.nrows() {
         w[(axis, axis)] += 1.0;
     }
     let factor = w.cholesky()?;
     let solved = factor.solve(&u);
     if let Some(filtered) = filtered {
-        let own = turned.rows(0, head) + signed.tr_mul(&turned.rows(head, tangents).into_owned());
+        let own = turned.rows(0, head) + signed.tr_mul(&latent_rows);
         filtered.gram += own - u.tr_mul(&solved);
         let logs = factor.l_dirty().diagonal().map(f64::ln).sum();
         filtered.half_log_determinant += logs;
     }
+    // The start with the force before, given this segment's readings: sources come first in the root.
+    let sources = solved.rows(0, start.root.ncols());
+    let before = start.mean.column(0) + &start.root * sources.column(0);
+    let mut posterior = -(&root * &solved);
+    posterior.column_mut(0).neg_mut();
+    posterior += mean;
     Some(Update {
-        mean: &root * solved,
+        mean: posterior,
+        before,
         root,
         factor,
     })
 }
 
-/// The next segment's start, and the covariance of this segment's latents with it.
+/// The next segment's start with this one's last force, and the covariance of this segment's sources with them.
 fn predict(
     link: &LinkColumns,
     parameters: usize,
-    start: &Start,
     update: &Update,
 ) -> Option<(Start, DMatrix<f64>)> {
-    let (head, tangents) = (1 + parameters, start.mean.nrows());
+    let head = 1 + parameters;
     let latents = link.gram.nrows() - head;
-    let to = link.end.columns(head, latents).into_owned();
-    // Start and forces, affine in the parameters.
-    let mut posterior = -&update.mean;
-    posterior.column_mut(0).neg_mut();
-    let mut first = posterior.rows_mut(0, tangents);
-    first += &start.mean;
-    let mean = link.end.columns(0, head) + &to * posterior;
+    let tangents = link.end.nrows();
+    let nv = tangents / 2;
+    let mut to = DMatrix::zeros(tangents + nv, latents);
+    to.view_mut((0, 0), (tangents, latents))
+        .copy_from(&link.end.columns(head, latents));
+    for axis in 0..nv {
+        to[(tangents + axis, latents - nv + axis)] = 1.0;
+    }
+    let mut mean = &to * &update.mean;
+    let mut of_parameters = mean.rows_mut(0, tangents);
+    of_parameters += link.end.columns(0, head);
     let spread = (&to * &update.root).transpose();
     let solved = update.factor.solve(&spread);
     let mut covariance = spread.tr_mul(&solved);
-    for axis in 0..tangents {
+    for axis in 0..tangents + nv {
         covariance[(axis, axis)] += SEAM * SEAM + 1e-12 * covariance[(axis, axis)];
     }
-    let across = &update.root * solved;
     let covariance = 0.5 * (&covariance + covariance.transpose());
     let root = covariance.cholesky()?.l();
-    Some((Start { mean, root }, across))
+    Some((Start { mean, root }, solved))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    use crate::statistics::standard_normal;
+
+    /// Three segments of a system with one degree of freedom, one parameter, and two pieces of force each: the filter gives
+    /// the marginal likelihood of all readings at once, and the smoother their joint mean.
+    #[test]
+    fn it_agrees_with_all_readings_at_once() {
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let (rows, tangents, pieces) = (4, 2, 2);
+        let width = 2 + tangents + pieces;
+        let mut random = |rows: usize, columns: usize, size: f64| {
+            DMatrix::from_fn(rows, columns, |_, _| size * standard_normal(&mut rng))
+        };
+        let outputs: Vec<DMatrix<f64>> = (0..3).map(|_| random(rows, width, 1.0)).collect();
+        let ends: Vec<DMatrix<f64>> = (0..3).map(|_| random(tangents, width, 0.7)).collect();
+        let links: Vec<LinkColumns> = (outputs.iter().zip(&ends))
+            .map(|(outputs, end)| LinkColumns {
+                gram: outputs.tr_mul(outputs),
+                end: end.clone(),
+                squares: Vec::new(),
+            })
+            .collect();
+        let arrival = DVector::from_vec(vec![0.4, 0.9]);
+        let force = Forces {
+            sd: 0.6,
+            correlation: 0.8,
+        };
+        let z = DVector::from_vec(vec![0.3]);
+        // Sources: first start, the force before it, fresh forces. Rows of every latent in them, and their means.
+        let sources = tangents + 1 + 3 * pieces;
+        let mut start = DMatrix::<f64>::zeros(tangents, sources);
+        start[(0, 0)] = arrival[0];
+        start[(1, 1)] = arrival[1];
+        let mut mean = DVector::<f64>::zeros(tangents);
+        let mut last = DMatrix::<f64>::zeros(1, sources);
+        last[(0, tangents)] = force.sd;
+        let mut design = DMatrix::<f64>::zeros(3 * rows, sources);
+        let mut residual = DVector::<f64>::zeros(3 * rows);
+        let mut starts = Vec::new();
+        for at in 0..3 {
+            starts.push((start.clone(), mean.clone()));
+            let mut latents = DMatrix::<f64>::zeros(tangents + pieces, sources);
+            latents
+                .view_mut((0, 0), (tangents, sources))
+                .copy_from(&start);
+            for piece in 0..pieces {
+                last *= force.correlation;
+                last[(0, tangents + 1 + at * pieces + piece)] = force.sd * 0.6;
+                latents
+                    .view_mut((tangents + piece, 0), (1, sources))
+                    .copy_from(&last);
+            }
+            let of = &outputs[at];
+            let of_latents = of.columns(2, tangents + pieces);
+            design
+                .view_mut((at * rows, 0), (rows, sources))
+                .copy_from(&(of_latents * &latents));
+            let left = of.column(0) - of.column(1) * z[0] - of.columns(2, tangents) * &mean;
+            residual.rows_mut(at * rows, rows).copy_from(&left);
+            let end = &ends[at];
+            mean = end.column(0) + end.column(1) * z[0] + end.columns(2, tangents) * &mean;
+            start = end.columns(2, tangents + pieces) * &latents;
+        }
+        let covariance = DMatrix::identity(3 * rows, 3 * rows) + &design * design.transpose();
+        let factor = covariance.cholesky().unwrap();
+        let misfit = residual.dot(&factor.solve(&residual));
+        let logs: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
+        let filtered = filter(&links, 1, &arrival, force).unwrap();
+        let along = DVector::from_vec(vec![1.0, -z[0]]);
+        let found = (&filtered.gram * &along).dot(&along);
+        assert!((found / misfit - 1.0).abs() < 1e-6, "{found} {misfit}");
+        assert!((filtered.half_log_determinant - logs).abs() < 1e-6);
+        let drawn = design.tr_mul(&factor.solve(&residual));
+        let smoothed = smooth(&links, &z, &arrival, force).unwrap();
+        for ((rows_of, mean), found) in starts.iter().zip(&smoothed.starts) {
+            assert!((rows_of * &drawn + mean - found).norm() < 1e-5, "{found}");
+        }
+    }
 }

@@ -11,21 +11,9 @@ use crate::{
         truncated_normal::Bounds,
     },
     likelihood::truncated_evidence::{self, Truncated},
+    options::LikelihoodOptions,
     select::screen::{Direction, PHASE},
 };
-
-/// Standard deviations of the unmodelled forces that are tried, in their scales.
-pub(crate) const FORCES: [f64; 9] = [1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0];
-/// Factors on the prior's standard deviations that are tried, alike likely.
-const SCALES: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01];
-/// Probability of one effect more.
-const ANOTHER: f64 = 0.5;
-/// Effects of a set at most.
-const LARGEST: usize = 8;
-/// Sets that are enlarged.
-const BEAM: usize = 3;
-/// Enlarged sets that are evaluated in full.
-const FULL: usize = 6;
 
 /// The likelihood at one level of unmodelled forces, uncertain numbers of the nominal integrated out.
 pub(crate) struct Level {
@@ -74,6 +62,7 @@ pub(crate) struct Choices {
     columns: Vec<Column>,
     of: BTreeMap<usize, Vec<Vec<usize>>>,
     log_shares: Vec<f64>,
+    options: LikelihoodOptions,
     /// Candidates that cannot be in one set.
     clashes: Vec<BTreeSet<usize>>,
 }
@@ -137,6 +126,7 @@ impl Choices {
             columns,
             of,
             log_shares: problem.log_shares.clone(),
+            options: problem.options.likelihood.clone(),
             clashes,
         }
     }
@@ -147,7 +137,8 @@ impl Choices {
 
     fn log_prior(&self, set: &[usize]) -> f64 {
         let size = set.len();
-        let mut log = (1.0 - ANOTHER).ln() + size as f64 * ANOTHER.ln();
+        let mut log = (1.0 - self.options.another_effect).ln()
+            + size as f64 * self.options.another_effect.ln();
         for (at, candidate) in set.iter().enumerate() {
             log += ((at + 1) as f64).ln() + self.log_shares[*candidate];
         }
@@ -188,10 +179,14 @@ impl Search<'_> {
         let mut all = vec![empty.clone()];
         let mut seen: BTreeSet<Vec<usize>> = BTreeSet::from([Vec::new()]);
         let mut front = vec![empty];
-        for _ in 0..LARGEST {
+        for _ in 0..self.choices.options.largest {
             let mut next = Vec::new();
             for set in &front {
-                for (candidate, ..) in self.additions(set).into_iter().take(FULL) {
+                for (candidate, ..) in self
+                    .additions(set)
+                    .into_iter()
+                    .take(self.choices.options.evaluated)
+                {
                     let mut larger = [&set.set[..], &[candidate]].concat();
                     larger.sort_unstable();
                     if seen.insert(larger.clone())
@@ -206,12 +201,12 @@ impl Search<'_> {
                 .iter()
                 .map(|of| of.log_posterior)
                 .fold(f64::NEG_INFINITY, f64::max);
-            let improved = next
-                .first()
-                .is_some_and(|of| of.log_posterior > best_so_far - 3.0);
+            let improved = next.first().is_some_and(|of| {
+                of.log_posterior > best_so_far - self.choices.options.enlarged_within
+            });
             all.extend(next.iter().cloned());
             front = next;
-            front.truncate(BEAM);
+            front.truncate(self.choices.options.beam);
             if !improved {
                 break;
             }
@@ -222,7 +217,7 @@ impl Search<'_> {
 
     /// Removals from and exchanges in the best set, as long as they help.
     fn refine(&self, all: &mut Vec<Found>, seen: &mut BTreeSet<Vec<usize>>) {
-        for _ in 0..LARGEST {
+        for _ in 0..self.choices.options.largest {
             let Some(best) = all
                 .iter()
                 .max_by(|a, b| a.log_posterior.total_cmp(&b.log_posterior))
@@ -243,7 +238,7 @@ impl Search<'_> {
                     .additions(&without)
                     .into_iter()
                     .filter(|of| of.0 != *out)
-                    .take(FULL)
+                    .take(self.choices.options.evaluated)
                 {
                     let mut other = [&without.set[..], &[candidate]].concat();
                     other.sort_unstable();
@@ -296,7 +291,7 @@ impl Search<'_> {
                 let mut logs = Vec::new();
                 for (choice, columns) in choices.iter().enumerate() {
                     let (a, b) = self.conditional(set, columns);
-                    for scale in 0..SCALES.len() {
+                    for scale in 0..self.choices.options.prior_scales.len() {
                         let (sd, bounds) = self.prior(columns, scale);
                         let evidence = truncated_evidence::evidence(&a, &b, &sd, &bounds)?;
                         logs.push((choice, scale, evidence.log_evidence));
@@ -339,7 +334,7 @@ impl Search<'_> {
             if of(column).shapes {
                 1.0
             } else {
-                SCALES[scale]
+                self.choices.options.prior_scales[scale]
             }
         });
         (
@@ -382,7 +377,7 @@ impl Search<'_> {
             let candidate = members[at].0;
             let mut best: Option<(f64, Member)> = None;
             for choice in 0..self.choices.of[&candidate].len() {
-                for scale in 0..SCALES.len() {
+                for scale in 0..self.choices.options.prior_scales.len() {
                     let mut tried = members.clone();
                     tried[at] = (candidate, choice, scale);
                     let log = match visited.get(&tried) {
@@ -405,7 +400,9 @@ impl Search<'_> {
         }
         let ways: f64 = set
             .iter()
-            .map(|of| ((self.choices.of[of].len() * SCALES.len()) as f64).ln())
+            .map(|of| {
+                ((self.choices.of[of].len() * self.choices.options.prior_scales.len()) as f64).ln()
+            })
             .sum();
         let gain = log_sum(visited.values().map(|of| of.0)) - ways;
         let (_, columns, posterior) = visited.remove(&members)?;

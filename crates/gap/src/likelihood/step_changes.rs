@@ -8,7 +8,7 @@ use crate::{
     fit::segmented_problem::SegmentedProblem,
     likelihood::{
         changes::{Change, Kind},
-        track::{Boundary, Rolled, Track},
+        track::{Boundary, Grid, Rolled, Track},
     },
     plant::Simulation,
     rollout::shooting::{self, WarmUp},
@@ -39,6 +39,11 @@ pub(crate) struct Stepped {
 }
 
 pub(crate) fn stepped(simulation: &mut dyn Simulation, at: &Boundary) -> Stepped {
+    stepped_under(simulation, at, &at.force)
+}
+
+fn stepped_under(simulation: &mut dyn Simulation, at: &Boundary, force: &[f64]) -> Stepped {
+    simulation.set_force(force);
     simulation.set_earlier_control(&at.earlier);
     simulation.set_control(&at.control);
     simulation.step();
@@ -83,7 +88,6 @@ pub(crate) fn state_changes(
     force_scale: &DVector<f64>,
 ) -> Vec<StateChanges> {
     let (nv, channels) = (problem.model.nv, problem.channels.len());
-    let none = vec![0.0; nv];
     let (mut tangent, mut reading) = (vec![0.0; 2 * nv], vec![0.0; channels]);
     rolled
         .iter()
@@ -96,7 +100,6 @@ pub(crate) fn state_changes(
             };
             for boundary in &of.boundaries {
                 simulation.load(&boundary.saved);
-                simulation.set_force(&none);
                 let from = stepped(simulation, boundary);
                 let mut transition = DMatrix::zeros(2 * nv, 2 * nv);
                 let mut outputs = DMatrix::zeros(channels, 2 * nv);
@@ -122,11 +125,10 @@ pub(crate) fn state_changes(
                 let mut force = DMatrix::zeros(2 * nv, nv);
                 let mut direct = DMatrix::zeros(channels, nv);
                 for axis in 0..nv {
-                    let mut pushed = none.clone();
-                    pushed[axis] = FORCE_STEP * force_scale[axis];
+                    let mut pushed = boundary.force.clone();
+                    pushed[axis] += FORCE_STEP * force_scale[axis];
                     simulation.load(&boundary.saved);
-                    simulation.set_force(&pushed);
-                    let to = stepped(simulation, boundary);
+                    let to = stepped_under(simulation, boundary, &pushed);
                     difference(
                         problem,
                         simulation,
@@ -139,7 +141,6 @@ pub(crate) fn state_changes(
                     force.set_column(axis, &DVector::from_column_slice(&tangent));
                     direct.set_column(axis, &DVector::from_column_slice(&reading));
                 }
-                simulation.set_force(&none);
                 found.transition.push(transition);
                 found.force.push(force);
                 found.reading.push(outputs);
@@ -177,6 +178,7 @@ pub(crate) fn inputs(
     track: &Track,
     rolled: &[Rolled],
     references: &References,
+    (grid, force_scale): (Grid, &DVector<f64>),
     change: &Change,
     base: (&[f64], &[Entry]),
 ) -> Result<Option<Inputs>, GapError> {
@@ -242,6 +244,7 @@ pub(crate) fn inputs(
                             memory: Vec::new(),
                             control: control.clone(),
                             earlier: earlier.clone(),
+                            force: link.force(grid, at, force_scale),
                         };
                         let last = at == link.steps;
                         // The end's step belongs to the next segment.

@@ -1,5 +1,7 @@
 //! A trial as a chain of short segments, and the rollout of each under a working point.
 
+use nalgebra::DVector;
+
 use crate::{
     plant::Simulation,
     problem::{
@@ -16,6 +18,43 @@ pub(crate) struct Link {
     pub(crate) segment: Segment,
     /// Steps to the start of the next segment, or to the last row.
     pub(crate) steps: usize,
+    /// Unmodelled forces, piece by piece, one a degree of freedom [pieces * nv]; none before they were smoothed.
+    pub(crate) forces: Vec<f64>,
+}
+
+/// Blocks of steps between boundaries, and pieces of unmodelled forces made of them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Grid {
+    /// Steps of a block.
+    pub(crate) block: usize,
+    /// Pieces of a segment.
+    pub(crate) pieces: usize,
+}
+
+impl Link {
+    /// Number of blocks.
+    pub(crate) fn blocks(&self, grid: Grid) -> usize {
+        self.steps.div_ceil(grid.block)
+    }
+
+    /// The piece that a block belongs to.
+    pub(crate) fn piece(&self, grid: Grid, block: usize) -> usize {
+        (block * grid.pieces / self.blocks(grid)).min(grid.pieces - 1)
+    }
+
+    /// Unmodelled forces at a step.
+    pub(crate) fn force(&self, grid: Grid, step: usize, scale: &DVector<f64>) -> Vec<f64> {
+        let nv = scale.len();
+        let first = self.piece(grid, step / grid.block) * nv;
+        match self.forces.get(first..first + nv) {
+            Some(forces) => forces
+                .iter()
+                .zip(scale.iter())
+                .map(|(a, b)| a * b)
+                .collect(),
+            None => vec![0.0; nv],
+        }
+    }
 }
 
 /// One trial cut into segments.
@@ -69,6 +108,7 @@ impl Track {
                         qvel: qvel.to_vec(),
                     },
                     steps: (((stop - start) / step).round() as usize).max(1),
+                    forces: Vec::new(),
                 }
             })
             .collect();
@@ -91,6 +131,8 @@ pub(crate) struct Boundary {
     /// Commands of this step and of the one before.
     pub(crate) control: Vec<f64>,
     pub(crate) earlier: Vec<f64>,
+    /// Unmodelled forces.
+    pub(crate) force: Vec<f64>,
 }
 
 /// A segment as rolled out.
@@ -105,7 +147,7 @@ pub(crate) struct Rolled {
 
 /// Rolls all segments of a track out; `None` where one blows up.
 ///
-/// `block`: steps between boundaries. Memories run on from segment to segment.
+/// `scale`: of the unmodelled forces. Memories run on from segment to segment.
 #[expect(clippy::too_many_arguments)]
 pub(crate) fn roll(
     simulation: &mut dyn Simulation,
@@ -114,7 +156,8 @@ pub(crate) fn roll(
     track: &Track,
     warm_up: WarmUp,
     step: f64,
-    block: usize,
+    grid: Grid,
+    scale: &DVector<f64>,
     keep_every: bool,
 ) -> Option<Vec<Rolled>> {
     let first = track.links.first()?;
@@ -141,7 +184,9 @@ pub(crate) fn roll(
                     return;
                 }
                 let time = link.segment.start + at as f64 * step;
-                if at % block == 0 || at == link.steps {
+                let force = link.force(grid, at, scale);
+                simulation.set_force(&force);
+                if at % grid.block == 0 || at == link.steps {
                     trial.control.interpolate(time, &mut control);
                     trial.control.interpolate(time - step, &mut earlier);
                     boundaries.push(Boundary {
@@ -151,6 +196,7 @@ pub(crate) fn roll(
                         memory: simulation.memory(),
                         control: control.clone(),
                         earlier: earlier.clone(),
+                        force,
                     });
                 }
                 if keep_every {

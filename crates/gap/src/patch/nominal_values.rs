@@ -72,7 +72,11 @@ impl<'r> Writer<'r> {
             };
             let is_way = matches!(
                 nuisance.quantity,
-                Quantity::CentreOfMass(_) | Quantity::CommandLead | Quantity::ReadingLead
+                Quantity::CentreOfMass(_)
+                    | Quantity::CommandLead
+                    | Quantity::ReadingLead
+                    | Quantity::PositionLag
+                    | Quantity::VelocityLag
             );
             if value == 0.0 {
                 continue;
@@ -93,7 +97,10 @@ impl<'r> Writer<'r> {
                 Quantity::Viscosity => self.option("viscosity", "Pa s", number)?,
                 Quantity::Gain => self.gain(number)?,
                 Quantity::Damping => self.damping(number)?,
-                Quantity::CommandLead | Quantity::ReadingLead => Err(
+                Quantity::CommandLead
+ | Quantity::ReadingLead
+ | Quantity::PositionLag
+ | Quantity::VelocityLag => Err(
                     "the time within a step at which commands act and forces are read is no value of a model"
                         .to_owned(),
                 ),
@@ -121,7 +128,10 @@ impl<'r> Writer<'r> {
             Err(reason) => {
                 let fitted = match number.nuisance.quantity {
                     Quantity::CentreOfMass(_) => format!("{:+.4} m", number.value),
-                    Quantity::CommandLead | Quantity::ReadingLead => {
+                    Quantity::CommandLead
+                    | Quantity::ReadingLead
+                    | Quantity::PositionLag
+                    | Quantity::VelocityLag => {
                         format!("{:+.2} steps", number.value)
                     }
                     _ => format!("{:+.2} %", 100.0 * number.value),

@@ -61,6 +61,11 @@ pub enum Quantity {
     /// Part of the jump at the end of a step that a force read inside that step shows already. Not a model parameter: the
     /// log does not say when within a step the command changed.
     ReadingLead,
+    /// Steps by which positions are read late. Not a model parameter: an integrator's positions and velocities belong to
+    /// instants that differ by up to a step.
+    PositionLag,
+    /// The same of velocities.
+    VelocityLag,
     /// A value of an effect that the nominal has in an instance of `hydro.wrench`; relative.
     EffectValue {
         /// Which of [`PlantDescription::wrench_bodies`].
@@ -155,6 +160,24 @@ pub struct PlantActuator {
     pub thrusts: bool,
     /// Third number of its bias: force a speed of its length, as compiled.
     pub speed_bias: f64,
+}
+
+impl SensorKind {
+    /// True for a reading of positions alone.
+    pub fn is_position(self) -> bool {
+        matches!(
+            self,
+            Self::Position | Self::Quaternion | Self::JointPosition
+        )
+    }
+
+    /// True for a reading of velocities alone.
+    pub fn is_velocity(self) -> bool {
+        matches!(
+            self,
+            Self::JointVelocity | Self::AngularVelocity | Self::LinearVelocity
+        )
+    }
 }
 
 impl PlantActuator {

@@ -178,7 +178,7 @@ pub(crate) fn roll_observed(
     tangent: Option<&[f64]>,
     least: usize,
     trace: &mut Trace,
-    observe: &mut dyn FnMut(usize, &dyn Simulation),
+    observe: &mut dyn FnMut(usize, &mut dyn Simulation),
 ) -> bool {
     let mut control = vec![0.0; trial.control.width()];
     simulation.set_motion(segment.start, &segment.qpos, &segment.qvel);

@@ -61,7 +61,7 @@ fn columns_are_the_changes_of_rollouts() {
         let scale = DVector::from_element(problem.model.nv, 1.0);
         let noise = vec![1.0; problem.channels.len()];
         let swept = |point: &Point| {
-            let links = columns::sweep(&problem, &track, point, &[], 2, 0.02, &scale, &noise);
+            let links = columns::sweep(&problem, &track, point, Some(&[]), 2, 0.02, &scale, &noise);
             links.unwrap().unwrap().remove(0)
         };
         let misfit = |point: &Point| swept(point).squares.iter().map(|of| of.0).sum::<f64>();
