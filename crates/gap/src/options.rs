@@ -345,6 +345,8 @@ options! {
         forces: [f64; 11] = [1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0],
         /// Correlation of unmodelled forces from piece to piece.
         force_correlation: f64 = 0.8,
+        /// Levels of an effect's size at which its form may be off, each by itself.
+        form_levels: usize = 4,
         /// Factors on the standard deviations of an effect's priors that are tried; alike likely.
         prior_scales: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01],
         /// Prior probability of one missing effect more.

@@ -70,7 +70,7 @@ pub(crate) struct Moments {
 }
 
 impl Moments {
-    /// Of the normal distribution of this mean and standard deviation.
+    /// Moments of the normal distribution of this mean and standard deviation.
     pub(crate) fn of(mean: f64, sd: f64, bounds: Bounds) -> Self {
         let (lower, upper) = ((bounds.lower - mean) / sd, (bounds.upper - mean) / sd);
         // Mirrored where the bounds lie above, so that the mass is a difference of lower tails.
@@ -98,7 +98,7 @@ impl Moments {
         }
     }
 
-    /// Of the standard normal between bounds that do not lie above zero as a whole.
+    /// Moments of the standard normal between bounds that do not lie above zero as a whole.
     fn standard(lower: f64, upper: f64) -> Self {
         let top = log_cdf(upper);
         let log_mass = top + (-(log_cdf(lower) - top).exp()).ln_1p();

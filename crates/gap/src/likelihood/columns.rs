@@ -17,7 +17,7 @@ use crate::{
         step_changes::{Inputs, StateChanges, inputs, references, state_changes},
         track::{self, Grid, Rolled, Track},
     },
-    plant::{Quantity, SensorKind},
+    plant::{Quantity, SensorKind, Simulation},
     rollout::{
         resolution,
         sensor_correction::{self, Correction},
@@ -68,8 +68,9 @@ pub(crate) struct LinkColumns {
     pub(crate) squares: Vec<(f64, usize)>,
 }
 
+/// Sweeps a track; without `directions`, for the start and the unmodelled forces alone. `None` where the system blows up on it
+/// or the plant refuses it.
 #[expect(clippy::too_many_arguments)]
-/// Sweeps a track, without `directions` for the start and the unmodelled forces alone; `None` where the system blows up on it or the plant refuses it.
 pub(crate) fn sweep(
     problem: &SegmentedProblem<'_>,
     track: &Track,
@@ -97,14 +98,13 @@ pub(crate) fn sweep(
         Some(directions) => changes(problem, point, directions, &entries),
         None => Vec::new(),
     };
-    let warm_up = |entries: &[Entry]| WarmUp::required(model, entries, &problem.options.rollout);
     let keep = changes.iter().any(|change| change.kind == Kind::Stepped);
     let rolled = track::roll(
         base.as_mut(),
         trial,
         motion,
         track,
-        warm_up(&entries),
+        WarmUp::required(model, &entries, &problem.options.rollout),
         step,
         grid,
         force_scale,
@@ -120,6 +120,7 @@ pub(crate) fn sweep(
     };
     let states = state_changes(problem, base.as_mut(), &rolled, force_scale);
     let references = references(base.as_mut(), &rolled);
+    let defects = defects(base.as_ref(), track, &rolled);
     let inputs: Vec<Option<Inputs>> = changes
         .par_iter()
         .map(|change| {
@@ -163,6 +164,7 @@ pub(crate) fn sweep(
                 at,
                 &layout,
                 &states[at],
+                defects.get(at),
                 (&changes, nuisances, forms),
                 &inputs,
                 &corrections,
@@ -224,6 +226,7 @@ fn assemble(
     at: usize,
     layout: &Layout,
     states: &StateChanges,
+    defect: Option<&DVector<f64>>,
     (changes, nuisances, forms): (&[Change], usize, usize),
     inputs: &[Option<Inputs>],
     corrections: &[Correction],
@@ -244,7 +247,6 @@ fn assemble(
         state[(axis, layout.start() + axis)] = 1.0;
     }
     let blocks = of.boundaries.len() - 1;
-    let piece_of = |block: usize| link.piece(grid, block);
     let input = |boundary: usize, block: usize| {
         let mut b = DMatrix::<f64>::zeros(tangents, width);
         for (column, inputs) in inputs.iter().enumerate() {
@@ -255,7 +257,7 @@ fn assemble(
                 }
             }
         }
-        let first = layout.forces() + piece_of(block) * nv;
+        let first = layout.forces() + link.piece(grid, block) * nv;
         b.view_mut((0, first), (tangents, nv))
             .copy_from(&states.force[boundary]);
         b
@@ -270,7 +272,7 @@ fn assemble(
                 }
             }
         }
-        let first = layout.forces() + piece_of(block.min(blocks.max(1) - 1)) * nv;
+        let first = layout.forces() + link.piece(grid, block.min(blocks.max(1) - 1)) * nv;
         let mut direct = y.view_mut((0, first), (channels, nv));
         direct += &states.direct[block];
         readings.push(y);
@@ -371,16 +373,8 @@ fn assemble(
             outputs[(row, column)] *= factor;
         }
     }
-    let next = track
-        .links
-        .get(at + 1)
-        .map(|next| (&next.segment.qpos, &next.segment.qvel));
-    if let Some((qpos, qvel)) = next {
-        // What the end would have to move by to be the next start.
-        let defect = defect(problem, &of.end, qpos, qvel);
-        for (row, value) in defect.iter().enumerate() {
-            state[(row, 0)] = -value;
-        }
+    if let Some(defect) = defect {
+        state.set_column(0, &-defect);
     }
     // Carried back to zero parameters.
     let known = z.len();
@@ -402,25 +396,22 @@ fn assemble(
     }
 }
 
-/// Tangent from an end to the next start.
-fn defect(
-    problem: &SegmentedProblem<'_>,
-    end: &(Vec<f64>, Vec<f64>),
-    qpos: &[f64],
-    qvel: &[f64],
-) -> Vec<f64> {
-    let nv = problem.model.nv;
-    let mut tangent = vec![0.0; 2 * nv];
-    if let Ok(simulation) = problem
-        .plant
-        .simulation(&vec![0.0; problem.model.nuisances.len()], &[])
-    {
-        simulation.differentiate(&end.0, qpos, &mut tangent[..nv]);
-    }
-    for ((value, a), b) in tangent[nv..].iter_mut().zip(&end.1).zip(qvel) {
-        *value = b - a;
-    }
-    tangent
+/// Tangents from the end of every segment to the start of the next [2 nv].
+fn defects(simulation: &dyn Simulation, track: &Track, rolled: &[Rolled]) -> Vec<DVector<f64>> {
+    let nexts = track.links.iter().skip(1);
+    (rolled.iter().zip(nexts))
+        .map(|(of, next)| {
+            let (qpos, qvel) = &of.end;
+            let nv = qvel.len();
+            let mut tangent = DVector::zeros(2 * nv);
+            let (way, change) = tangent.as_mut_slice().split_at_mut(nv);
+            simulation.differentiate(qpos, &next.segment.qpos, way);
+            for ((value, a), b) in change.iter_mut().zip(qvel).zip(&next.segment.qvel) {
+                *value = b - a;
+            }
+            tangent
+        })
+        .collect()
 }
 
 /// Over `steps` steps of one transition matrix: the state's change with the state, and with inputs of each step that go

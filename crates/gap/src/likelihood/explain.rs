@@ -19,7 +19,7 @@ use crate::{
     },
     progress::Watch,
     rollout::state_estimation,
-    select::screen::{Direction, PHASE},
+    select::{linear_evidence, screen::Direction},
 };
 
 /// Rounds of sweep and search at most.
@@ -174,7 +174,7 @@ impl Working<'_, '_> {
         Ok(())
     }
 
-    /// What the residuals leave is noise where it is more than declared.
+    /// Noise factors from the residuals: more than declared, never less.
     fn adapt_noise(&mut self, swept: &Swept) {
         let mut squares = vec![(0.0, 0_u32); self.noise.len()];
         for link in swept.links.iter().flatten().flatten() {
@@ -241,7 +241,14 @@ pub(crate) fn explain(
             let length = options
                 .segment_length
                 .max(options.segment_rows * trial.period());
-            Track::new(at, trial, motion, length, each, problem.model.timestep)
+            let rest = problem.options.segments.joined_rest;
+            Track::new(
+                at,
+                trial,
+                motion,
+                [length, rest * length, each],
+                problem.model.timestep,
+            )
         })
         .collect();
     let mut working = Working {
@@ -352,7 +359,8 @@ fn arrival(problem: &SegmentedProblem<'_>) -> Vec<DVector<f64>> {
         .collect()
 }
 
-/// What a degree of freedom's force is about: what accelerates it as in the trials, or as it moves unforced.
+/// Scale of the unmodelled force on every degree of freedom: inertia times the root mean square acceleration, as in the trials
+/// and unforced.
 fn force_scale(problem: &SegmentedProblem<'_>, tracks: &[Track]) -> Result<DVector<f64>, GapError> {
     let nv = problem.model.nv;
     let step = problem.model.timestep;
@@ -479,21 +487,12 @@ fn moved(
                 .map(|column| (&directions[column - own], z[nuisances + column]))
                 .filter(|(direction, _)| direction.candidate == *candidate)
                 .collect();
-            values_along(problem, *candidate, &along)
+            linear_evidence::values(problem, *candidate, &along)
         });
         next.candidates.push(*candidate);
         next.values.push(values);
     }
     (next, z)
-}
-
-fn values_along(
-    problem: &SegmentedProblem<'_>,
-    candidate: usize,
-    along: &[(&Direction, f64)],
-) -> Vec<f64> {
-    debug_assert!(!PHASE.is_empty());
-    crate::select::linear_evidence::values(problem, candidate, along)
 }
 
 fn move_starts(

@@ -176,7 +176,7 @@ pub(crate) fn smooth(
     Some(smoothed)
 }
 
-/// What the backward pass needs of a segment.
+/// Moments of a segment for the backward pass.
 struct Passed {
     /// Start and forces given the readings so far, and their covariance with the next start.
     latents: DVector<f64>,

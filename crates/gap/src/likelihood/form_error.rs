@@ -8,17 +8,14 @@ use crate::{
     likelihood::step_changes::Inputs,
 };
 
-/// Levels of an effect's size at which its form may be off, each by itself.
-const LEVELS: usize = 4;
-
 /// Number of errors of form at a point.
 pub(crate) fn forms(problem: &SegmentedProblem<'_>, point: &Point) -> usize {
-    amplitudes(problem, point).count() * LEVELS
+    amplitudes(problem, point).count() * problem.options.likelihood.form_levels
 }
 
 /// Own parameters that have an error of form: places among the point's own parameters, and their values in standard
 /// deviations of the prior.
-pub(crate) fn amplitudes<'a>(
+fn amplitudes<'a>(
     problem: &'a SegmentedProblem<'_>,
     point: &'a Point,
 ) -> impl Iterator<Item = (usize, f64)> + 'a {
@@ -43,10 +40,11 @@ pub(crate) fn with_forms(
 ) -> Vec<Option<Inputs>> {
     let nuisances = problem.nuisances.len();
     let error = problem.options.discrepancy.form_error;
+    let levels = problem.options.likelihood.form_levels;
     let mut made = Vec::new();
     for (at, z) in amplitudes(problem, point) {
         let Some(of) = &inputs[nuisances + at] else {
-            made.extend((0..LEVELS).map(|_| None));
+            made.extend((0..levels).map(|_| None));
             continue;
         };
         let size =
@@ -55,9 +53,10 @@ pub(crate) fn with_forms(
             .flat_map(|(states, _)| (0..states.ncols()).map(|boundary| size(states, boundary)))
             .collect();
         sizes.sort_by(f64::total_cmp);
-        let knots: [f64; LEVELS] =
-            std::array::from_fn(|level| sizes[(sizes.len() - 1) * level / (LEVELS - 1)]);
-        for level in 0..LEVELS {
+        let knots: Vec<f64> = (0..levels)
+            .map(|level| sizes[(sizes.len() - 1) * level / (levels - 1).max(1)])
+            .collect();
+        for level in 0..levels {
             let links = of.0.iter().map(|(states, direct)| {
                 let (mut states, mut direct) = (states.clone(), direct.clone());
                 for boundary in 0..states.ncols() {
@@ -76,7 +75,7 @@ pub(crate) fn with_forms(
 }
 
 /// Value of a hat function over ascending knots.
-pub(crate) fn hat(knots: &[f64; LEVELS], level: usize, x: f64) -> f64 {
+fn hat(knots: &[f64], level: usize, x: f64) -> f64 {
     let rise = |from: f64, to: f64| {
         if to > from {
             ((x - from) / (to - from)).clamp(0.0, 1.0)
@@ -89,7 +88,7 @@ pub(crate) fn hat(knots: &[f64; LEVELS], level: usize, x: f64) -> f64 {
     } else {
         rise(knots[level - 1], knots[level])
     };
-    let down = if level + 1 == LEVELS {
+    let down = if level + 1 == knots.len() {
         0.0
     } else {
         rise(knots[level], knots[level + 1])

@@ -20,9 +20,9 @@ pub(crate) struct Level {
     pub(crate) force: f64,
     /// Log likelihood of no effect.
     pub(crate) empty: f64,
-    /// Of the parameters beyond the uncertain numbers.
+    /// Likelihood of the parameters beyond the uncertain numbers.
     pub(crate) quadratic: Quadratic,
-    /// With them.
+    /// The same with them.
     pub(crate) whole: Quadratic,
 }
 
@@ -159,8 +159,6 @@ pub(crate) struct Found {
     /// Columns of the members, and their posterior.
     pub(crate) columns: Vec<usize>,
     pub(crate) posterior: Option<Truncated>,
-    /// Log likelihood, relative to no effect at the same level.
-    pub(crate) gain: f64,
     /// Log posterior, up to a constant.
     pub(crate) log_posterior: f64,
 }
@@ -182,14 +180,12 @@ impl Search<'_> {
         for _ in 0..self.choices.options.largest {
             let mut next = Vec::new();
             for set in &front {
-                for (candidate, ..) in self
+                for candidate in self
                     .additions(set)
                     .into_iter()
                     .take(self.choices.options.evaluated)
                 {
-                    let mut larger = [&set.set[..], &[candidate]].concat();
-                    larger.sort_unstable();
-                    if seen.insert(larger.clone())
+                    if seen.insert(with(&set.set, candidate))
                         && let Some(found) = self.full(set, Some(candidate), None)
                     {
                         next.push(found);
@@ -234,15 +230,13 @@ impl Search<'_> {
                 if seen.insert(rest) {
                     found.push(without.clone());
                 }
-                for (candidate, ..) in self
+                for candidate in self
                     .additions(&without)
                     .into_iter()
-                    .filter(|of| of.0 != *out)
+                    .filter(|of| of != out)
                     .take(self.choices.options.evaluated)
                 {
-                    let mut other = [&without.set[..], &[candidate]].concat();
-                    other.sort_unstable();
-                    if seen.insert(other) {
+                    if seen.insert(with(&without.set, candidate)) {
                         found.extend(self.full(&without, Some(candidate), None));
                     }
                 }
@@ -270,12 +264,11 @@ impl Search<'_> {
             members,
             columns,
             posterior,
-            gain,
         }
     }
 
-    /// Single additions to a set, by their posterior to first order, the best first: candidate, choice, scale, log posterior.
-    fn additions(&self, set: &Found) -> Vec<(usize, usize, usize, f64)> {
+    /// Candidates that may be added to a set, by their posterior to first order, the best first.
+    fn additions(&self, set: &Found) -> Vec<usize> {
         let fits = |candidate: &usize| {
             !set.set.contains(candidate)
                 && set
@@ -284,33 +277,25 @@ impl Search<'_> {
                     .all(|of| !self.choices.clashes[*of].contains(candidate))
         };
         let candidates: Vec<usize> = self.choices.candidates().filter(fits).collect();
-        let mut found: Vec<(usize, usize, usize, f64)> = candidates
+        let mut found: Vec<(usize, f64)> = candidates
             .par_iter()
             .filter_map(|candidate| {
-                let choices = &self.choices.of[candidate];
                 let mut logs = Vec::new();
-                for (choice, columns) in choices.iter().enumerate() {
+                for columns in &self.choices.of[candidate] {
                     let (a, b) = self.conditional(set, columns);
                     for scale in 0..self.choices.options.prior_scales.len() {
                         let (sd, bounds) = self.prior(columns, scale);
                         let evidence = truncated_evidence::evidence(&a, &b, &sd, &bounds)?;
-                        logs.push((choice, scale, evidence.log_evidence));
+                        logs.push(evidence.log_evidence);
                     }
                 }
-                let (choice, scale, _) = logs.iter().copied().max_by(|a, b| a.2.total_cmp(&b.2))?;
-                let sum = log_sum(logs.iter().map(|of| of.2)) - (logs.len() as f64).ln();
-                let mut larger = [&set.set[..], &[*candidate]].concat();
-                larger.sort_unstable();
-                Some((
-                    *candidate,
-                    choice,
-                    scale,
-                    sum + self.choices.log_prior(&larger),
-                ))
+                let mean = log_sum(logs.iter().copied()) - (logs.len() as f64).ln();
+                let larger = with(&set.set, *candidate);
+                Some((*candidate, mean + self.choices.log_prior(&larger)))
             })
             .collect();
-        found.sort_by(|a, b| b.3.total_cmp(&a.3));
-        found
+        found.sort_by(|a, b| b.1.total_cmp(&a.1));
+        found.into_iter().map(|(candidate, _)| candidate).collect()
     }
 
     /// The quadratic in some columns with a set's parameters integrated out, its bounds as soft as they were found.
@@ -353,14 +338,22 @@ impl Search<'_> {
             .filter(|of| Some(of.0) != out)
             .collect();
         if let Some(candidate) = added {
-            members.push((candidate, 0, 2));
+            members.push(self.untried(candidate));
         }
         self.ascend(members, added)
     }
 
+    /// A member before its choices and scales are tried: the first choice, the middle scale.
+    fn untried(&self, candidate: usize) -> Member {
+        (candidate, 0, self.choices.options.prior_scales.len() / 2)
+    }
+
     /// The set of all candidates of the point.
     pub(crate) fn whole(&self, candidates: &[usize]) -> Option<Found> {
-        self.ascend(candidates.iter().map(|of| (*of, 0, 2)).collect(), None)
+        self.ascend(
+            candidates.iter().map(|of| self.untried(*of)).collect(),
+            None,
+        )
     }
 
     fn ascend(&self, mut members: Vec<Member>, added: Option<usize>) -> Option<Found> {
@@ -425,6 +418,13 @@ impl Search<'_> {
         let posterior = truncated_evidence::evidence(&of.a, &of.b, &sd, &bounds)?;
         Some((columns, posterior))
     }
+}
+
+/// A set with a candidate more, ascending.
+fn with(set: &[usize], candidate: usize) -> Vec<usize> {
+    let mut larger = [set, &[candidate]].concat();
+    larger.sort_unstable();
+    larger
 }
 
 /// Logarithm of a sum of exponentials.

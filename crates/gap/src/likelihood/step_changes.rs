@@ -159,14 +159,13 @@ pub(crate) struct Inputs(pub(crate) Vec<(DMatrix<f32>, DMatrix<f32>)>);
 pub(crate) type References = Vec<Vec<[Stepped; 2]>>;
 
 pub(crate) fn references(simulation: &mut dyn Simulation, rolled: &[Rolled]) -> References {
-    let of = |boundary: &Boundary| {
+    let mut of = |boundary: &Boundary| {
         simulation.load(&boundary.saved);
         let loaded = stepped(simulation, boundary);
         simulation.rejoin(&boundary.full);
         simulation.set_memory(&boundary.memory);
         [loaded, stepped(simulation, boundary)]
     };
-    let mut of = of;
     rolled
         .iter()
         .map(|rolled| rolled.boundaries.iter().map(&mut of).collect())
@@ -188,20 +187,23 @@ pub(crate) fn inputs(
     let (nv, channels) = (problem.model.nv, problem.channels.len());
     let step = problem.model.timestep;
     let plant = problem.plant.cheaper().unwrap_or(problem.plant);
-    let mut reference = plant.simulation(base.0, base.1)?;
     // Values that the plant refuses change nothing.
     let mut simulation = match plant.simulation(&change.nuisances, &change.entries) {
         Ok(simulation) => simulation,
         Err(_) => plant.simulation(base.0, base.1)?,
     };
     let trial = &problem.trials[track.trial];
+    // The base steps along beside what remembers.
+    let mut beside = None;
     if change.kind == Kind::Stepped {
+        let mut reference = plant.simulation(base.0, base.1)?;
         let warm_up = WarmUp::required(problem.model, &change.entries, &problem.options.rollout);
         let motion = &problem.motions[track.trial];
         let first = &track.links[0].segment;
         for simulation in [&mut simulation, &mut reference] {
             shooting::lead_in(simulation.as_mut(), trial, first, motion, warm_up, step);
         }
+        beside = Some(reference);
     }
     let (mut tangent, mut reading) = (vec![0.0; 2 * nv], vec![0.0; channels]);
     let mut control = vec![0.0; trial.control.width()];
@@ -230,8 +232,8 @@ pub(crate) fn inputs(
                     direct[(row, at)] = *value as f32;
                 }
             };
-            match change.kind {
-                Kind::Stepped => {
+            match &mut beside {
+                Some(reference) => {
                     let mut next = 0;
                     for (at, state) in of.every.iter().enumerate() {
                         let time = link.segment.start + at as f64 * step;
@@ -263,10 +265,10 @@ pub(crate) fn inputs(
                         }
                     }
                 }
-                kind => {
+                None => {
                     for (at, boundary) in of.boundaries.iter().enumerate() {
                         let [loaded, joined] = &references[at];
-                        let from = if kind == Kind::Loaded {
+                        let from = if change.kind == Kind::Loaded {
                             simulation.load(&boundary.saved);
                             loaded
                         } else {
@@ -275,7 +277,7 @@ pub(crate) fn inputs(
                             joined
                         };
                         let to = stepped(simulation.as_mut(), boundary);
-                        put(at, reference.as_ref(), from, &to);
+                        put(at, simulation.as_ref(), from, &to);
                     }
                 }
             }

@@ -65,13 +65,13 @@ pub(crate) struct Track {
 }
 
 impl Track {
-    /// Cuts a trial into segments of about `length` seconds along its estimated motion, up to `most` seconds.
+    /// Cuts a trial into segments of about `length` seconds along its estimated motion, up to `most` seconds. A rest shorter
+    /// than `rest` joins the last segment.
     pub(crate) fn new(
         index: usize,
         trial: &MeasuredTrial,
         motion: &EstimatedMotion,
-        length: f64,
-        most: f64,
+        [length, rest, most]: [f64; 3],
         step: f64,
     ) -> Self {
         let rows = trial.times.len();
@@ -85,8 +85,7 @@ impl Track {
                 .times
                 .partition_point(|time| *time < trial.times[first] + length - 1e-9)
                 .max(first + 1);
-            // A short rest joins the last segment.
-            if end >= rows || trial.times[rows - 1] - trial.times[end] < 0.5 * length {
+            if end >= rows || trial.times[rows - 1] - trial.times[end] < rest {
                 break;
             }
             firsts.push(end);

@@ -21,7 +21,7 @@ pub(crate) struct Truncated {
     pub(crate) covariance: DMatrix<f64>,
 }
 
-/// Of `q - 2 b.z + z.A z` (minus twice a log likelihood) and independent normal priors of mean zero and standard
+/// Evidence and posterior of `q - 2 b.z + z.A z` (minus twice a log likelihood) and independent normal priors of mean zero and standard
 /// deviations `sd`, cut at `bounds`.
 pub(crate) fn evidence(
     a: &DMatrix<f64>,

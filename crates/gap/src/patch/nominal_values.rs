@@ -98,9 +98,9 @@ impl<'r> Writer<'r> {
                 Quantity::Gain => self.gain(number)?,
                 Quantity::Damping => self.damping(number)?,
                 Quantity::CommandLead
- | Quantity::ReadingLead
- | Quantity::PositionLag
- | Quantity::VelocityLag => Err(
+                | Quantity::ReadingLead
+                | Quantity::PositionLag
+                | Quantity::VelocityLag => Err(
                     "the time within a step at which commands act and forces are read is no value of a model"
                         .to_owned(),
                 ),

@@ -41,8 +41,7 @@ fn columns_are_the_changes_of_rollouts() {
             0,
             &problem.trials[0],
             &problem.motions[0],
-            1.0,
-            1.0,
+            [1.0, 0.5, 1.0],
             problem.model.timestep,
         );
         let point = |surge: f64, mass: f64| {
