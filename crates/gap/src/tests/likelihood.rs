@@ -102,7 +102,7 @@ fn explained(effects: &[hydro_effects::Entry]) -> Vec<Explained> {
         .map(|seed| trial(&format!("{seed}"), effects, &[0.02, -0.03], seed, 1.0))
         .collect();
     on_prepared(trials, |problem, watch| {
-        found = explain(&problem.segmented(Vec::new()), 200.0, watch).unwrap();
+        found = explain(&problem.segmented(Vec::new()), 12.0, watch).unwrap();
     });
     found
 }
