@@ -40,6 +40,11 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         false
     }
 
+    /// True where the first parameter is a delay or lag [s], which a simulation cannot tell from its steps where it is shorter.
+    fn is_timing(&self) -> bool {
+        false
+    }
+
     /// Its action.
     fn part(&self) -> Part<'_>;
 }

@@ -29,10 +29,7 @@
 //! # Ok::<(), hydro_gap::GapError>(())
 //! ```
 
-mod discrepancy;
 mod error;
-mod fit;
-#[allow(dead_code)]
 mod likelihood;
 pub mod options;
 mod output;
@@ -42,7 +39,6 @@ mod problem;
 mod progress;
 mod residual;
 mod rollout;
-mod select;
 mod stage;
 mod statistics;
 #[cfg(test)]
@@ -50,7 +46,7 @@ mod tests;
 pub mod trial;
 
 pub use error::GapError;
-pub use fit::linearized_problem::LinearizedProblem;
+pub use likelihood::{explain::explain, explanation::Explanation};
 pub use options::Options;
 pub use output::{records, verdict};
 pub use problem::{

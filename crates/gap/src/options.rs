@@ -30,10 +30,6 @@ pub struct Options {
     pub candidates: CandidateOptions,
     pub rollout: RolloutOptions,
     pub states: StateOptions,
-    pub fit: FitOptions,
-    pub discrepancy: DiscrepancyOptions,
-    pub screen: ScreenOptions,
-    pub search: SearchOptions,
     pub locate: LocateOptions,
     pub name: NameOptions,
     pub add: AddOptions,
@@ -43,24 +39,18 @@ pub struct Options {
 }
 
 options! {
-    /// Segments that trials are cut into.
+    /// Segments over which the nominal predicts from one start.
     SegmentOptions {
-        /// Length of a segment [s]. The motion that a small force causes grows with its square; the error of an effect's
-        /// form and the uncertainty of a start do not.
+        /// Length of a segment [s]. The motion that a small force causes grows with its square; the uncertainty of a start does
+        /// not.
         length: f64 = 6.0,
         /// Rows of a segment at least.
         least_rows: usize = 10,
         /// Rest of a trial that joins the segment before it, as a part of a segment's length.
         joined_rest: f64 = 0.5,
-        /// Segments at most; of more, evenly spread ones are used, so that time and memory stay bounded.
-        most: usize = 36,
-        /// Length of all segments together times the degrees of freedom at most [s]: each degree of freedom costs time and
-        /// memory. 36 segments of a free body.
+        /// Length of all trials together times the degrees of freedom at most [s]: each degree of freedom costs time and
+        /// memory. Of longer ones the beginnings are used, of each trial as much.
         most_freedom_seconds: f64 = 1300.0,
-        /// Length of the segments on which a nominal that is far off is brought near first [s].
-        first_length: f64 = 2.0,
-        /// Number of those segments at most.
-        first_most: usize = 12,
     }
 }
 
@@ -74,6 +64,8 @@ options! {
         /// Distance from the surface or a wall, in greatest extents of a body, beyond which it does not feel them
         /// (J. N. Newman, Marine Hydrodynamics, MIT Press 1977, sections 6.17 and 6.20).
         reach: f64 = 2.0,
+        /// Periods of an oscillation that the longest trial holds at least; one of fewer is a slow force.
+        periods: f64 = 3.0,
         /// Prior probability of the form of an effect that has its optional parameters.
         elaborate_form: f64 = 0.2,
         /// Least speed [m/s] and rate [rad/s] that scale a prior.
@@ -86,8 +78,8 @@ options! {
         least_travel: f64 = 0.1,
         /// Standard deviation of when within a step a force is read [steps]: the real system has no steps.
         reading_lead_sd: f64 = 0.5,
-        /// Standard deviation of when within a step a command acts [steps]: the time convention of trials leaves little.
-        command_lead_sd: f64 = 0.06,
+        /// Standard deviation of when within a step a command acts [steps].
+        command_lead_sd: f64 = 0.5,
         /// Least noise of a sensor that declares none, relative to its largest reading: a constant channel shows none.
         least_noise: f64 = 1e-6,
     }
@@ -120,127 +112,12 @@ options! {
 }
 
 options! {
-    /// The fit of a hypothesis.
-    FitOptions {
-        /// Evaluations (rollouts of all segments, difference quotients not counted) at most. Most fits need ten; one from a
-        /// point where a law is strongly curved (the drag of a ball over its whole fall) needs thirty.
-        evaluations: usize = 40,
-        /// Change of the cost, expected or reached, that ends a fit: absolute part.
-        converged: f64 = 0.05,
-        /// Relative part of that change.
-        converged_relative: f64 = 1e-5,
-        /// Part of the expected decrease of the cost that a step must bring for the sensitivities to be kept.
-        trusted: f64 = 0.7,
-        /// Decrease of the cost since the sensitivities were computed above which the last ones are computed anew.
-        stale_decrease: f64 = 2.0,
-        /// Shift of a nuisance parameter since its sensitivity was computed above which it is stale [prior standard
-        /// deviations].
-        stale_shift: f64 = 3.0,
-        /// Correlation of the predictions of a nuisance parameter and of an effect above which only the difference of their
-        /// sensitivities tells them apart, so both are computed at one point.
-        correlated: f64 = 0.5,
-        /// Shift of a nuisance parameter in the fit without effects above which the problem is linearised again [prior
-        /// standard deviations].
-        relinearized_shift: f64 = 1.0,
-        /// Largest shift of a nuisance parameter [prior standard deviations]: a gap of hundreds of noises must not be explained
-        /// by a mass fifty times the nominal's.
-        largest_shift: f64 = 5.0,
-        /// Norm of the sensitivity to a nuisance parameter, over all segments, above which one per cent of it matters.
-        well_determined: f64 = 30.0,
-        /// Norm below which a nuisance parameter is left out. Judged on the short first segments: long ones see several
-        /// times more.
-        undetermined: f64 = 0.05,
-        /// Root mean square of the whitened differences of readings up to which the cheaper integrator is used.
-        cheaper_integrator: f64 = 10.0,
-    }
-}
-
-options! {
-    /// The discrepancy between a right hypothesis and the data: error of form, undeclared noise, autocorrelation.
-    DiscrepancyOptions {
-        /// Relative error of the form of an effect of the catalogue.
-        form_error: f64 = 0.15,
-        /// Rows over which the error of form changes.
-        form_error_rows: usize = 25,
-        /// Part of what an effect does that its error of form leaves for other effects to explain.
-        unexplained_form_error: f64 = 0.08,
-        /// Independent directions of the data that this part is spread over.
-        form_error_directions: f64 = 12.0,
-        /// Simulated sets of residuals in the test of adequacy; the least p-value is 1 / (this + 1).
-        adequacy_draws: usize = 199,
-        /// Lengths of the blocks of that test [rows].
-        adequacy_blocks: [usize; 3] = [1, 4, 16],
-        /// Largest noise of a sensor that declares none, as a part of the spread of its readings.
-        largest_noise: f64 = 0.1,
-        /// Simulated sets of residuals that correct the estimate of noise for what the fit absorbs (the bootstrap's correction of a
-        /// bias: B. Efron and R. J. Tibshirani, An Introduction to the Bootstrap, 1993, section 10.6).
-        noise_draws: usize = 64,
-        /// Autocorrelation below which the sum of the autocorrelation time ends.
-        negligible_autocorrelation: f64 = 0.05,
-        /// First lag that this sum leaves out [rows].
-        longest_lag: usize = 50,
-    }
-}
-
-options! {
-    /// The screen of all candidate effects.
-    ScreenOptions {
-        /// Length of the segments that are screened together [s], at most.
-        length: f64 = 72.0,
-        /// That length times the degrees of freedom, at most [s].
-        freedom_seconds: f64 = 400.0,
-        /// Factors on the usual value of a rate or length that are tried.
-        shape_factors: [f64; 3] = [1.0 / 3.0, 1.0, 3.0],
-        /// Factors on the usual value of a frequency that are tried.
-        frequency_factors: [f64; 4] = [0.4, 0.8, 1.6, 3.0],
-        /// Places of a payload that are tried along each axis [prior standard deviations].
-        payload_places: [f64; 2] = [-1.5, 1.5],
-    }
-}
-
-options! {
-    /// The search over sets of effects.
-    SearchOptions {
-        /// Prior probability of none, one, two and three missing effects.
-        prior_by_size: [f64; 4] = [0.5, 0.3, 0.15, 0.05],
-        /// Effects of a set at most.
-        largest: usize = 3,
-        /// Single effects that pairs are made of.
-        beam: usize = 40,
-        /// Single effects that are refitted about one screen, at most.
-        refitted_singles: usize = 5,
-        /// Pairs that are refitted about one screen, at most.
-        refitted_pairs: usize = 3,
-        /// Additions to and swaps in the best set that are refitted, at most.
-        refitted_additions: usize = 3,
-        /// Single effects are refitted where their linear evidence is within this of the best [nat].
-        refitted_within: f64 = 25.0,
-        /// Length of the data times degrees of freedom below which all single effects are refitted [s].
-        small_data: f64 = 10.0,
-        /// p-value of the test of adequacy up to which the best set is enlarged.
-        enlarged_p_value: f64 = 0.1,
-        /// Evidence that a single effect may lack against a member of the best set and still be swapped for it [nat].
-        swapped_within: f64 = 10.0,
-        /// Refits from a payload's mirror image, at most.
-        mirrored_fits: usize = 2,
-        /// Decrease of the cost by which a refit is another optimum.
-        other_optimum: f64 = 1.0,
-        /// Least delay of a sensor, as a part of the period of its rows.
-        least_delay: f64 = 0.1,
-    }
-}
-
-options! {
     /// Windows and conditions in which the nominal fails.
     LocateOptions {
         /// Level of significance.
         level: f64 = 0.05,
         /// Windows of a segment.
         windows: usize = 4,
-        /// Simulated data sets without an effect; the least p-value is 1 / (this + 1).
-        null_draws: usize = 199,
-        /// Autocorrelation time of a sensor's residuals that widens the simulated ones, at most [rows].
-        longest_autocorrelation_time: f64 = 2.0,
         /// Depth of the regression tree.
         tree_depth: usize = 2,
         /// Part of the samples in a leaf at least.
@@ -259,13 +136,23 @@ options! {
 options! {
     /// Which effects are named.
     NameOptions {
-        /// Mean probability of error above which no further effect is named. A rival is less probable than this part of the
-        /// best at most.
+        /// Level of the test for any gap: the part of trials without one in which one is claimed.
+        alarm: f64 = 0.03,
+        /// Simulated sets of trials without a gap; the least probability is 1 / (this + 1).
+        null_draws: usize = 99,
+        /// Sets whose confusions are simulated, at most.
+        leaders: usize = 3,
+        /// Simulated sets of trials in which one of them is true.
+        leader_draws: usize = 20,
+        /// Unmodelled forces up to which simulation and measurement agree, in what moves a degree of freedom: an integrator
+        /// errs by as much.
+        negligible_force: f64 = 1e-3,
+        /// Probability, given that there is a gap, from which an effect is named.
+        named: f64 = 0.9,
+        /// Part of the excess that a set explains at least, or the gap is unknown.
+        explained: f64 = 0.5,
+        /// Probability above which an effect that is not named is one of those that it could be.
         error: f64 = 0.05,
-        /// Difference of the costs of two explanations below which they are confusable.
-        confusable: f64 = 9.0,
-        /// p-value of the test of adequacy up to which the best set is rejected.
-        inadequate_p_value: f64 = 0.01,
         /// Probability up to which an effect is not listed.
         negligible: f64 = 1e-3,
         /// Squared whitened distance from which an experiment tells two explanations apart.
@@ -339,14 +226,27 @@ options! {
         segment_rows: f64 = 5.0,
         /// Pieces of a segment over which unmodelled forces are constant.
         pieces: usize = 2,
-        /// Length of a block of steps over which transition matrices are held [s]: that of a row, within these.
-        block: [f64; 2] = [0.005, 0.02],
+        /// Length of a block of steps over which transition matrices are held and inputs are linear [s].
+        block: f64 = 0.05,
+        /// Time between predicted readings, linear between [s]: that of a row, within these.
+        knot: [f64; 2] = [0.005, 0.02],
         /// Standard deviations of the unmodelled forces that are tried, in what moves a degree of freedom; alike likely.
         forces: [f64; 11] = [1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0],
         /// Correlation of unmodelled forces from piece to piece.
         force_correlation: f64 = 0.8,
+        /// Largest shift of an uncertain number of the nominal [prior standard deviations]: a gap of hundreds of noises must
+        /// not be explained by a mass fifty times the nominal's.
+        largest_shift: f64 = 5.0,
+        /// Relative error of the form of an effect of the catalogue.
+        form_error: f64 = 0.15,
         /// Levels of an effect's size at which its form may be off, each by itself.
         form_levels: usize = 4,
+        /// Factors on the usual value of a rate or length that are tried.
+        shape_factors: [f64; 3] = [1.0 / 3.0, 1.0, 3.0],
+        /// Factors on the usual value of a frequency that are tried.
+        frequency_factors: [f64; 4] = [0.4, 0.8, 1.6, 3.0],
+        /// Places of a payload that are tried along each axis [prior standard deviations].
+        payload_places: [f64; 2] = [-1.5, 1.5],
         /// Factors on the standard deviations of an effect's priors that are tried; alike likely.
         prior_scales: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01],
         /// Prior probability of one missing effect more.
@@ -355,6 +255,8 @@ options! {
         largest: usize = 8,
         /// Sets that are enlarged by one effect.
         beam: usize = 3,
+        /// Effects whose addition to a set is evaluated to first order: those of the greatest likelihoods.
+        screened: usize = 24,
         /// Enlarged sets that are evaluated in full, of each.
         evaluated: usize = 6,
         /// Log posterior that an enlarged set may lack against the best and still be enlarged [nat].

@@ -12,7 +12,7 @@ use std::{
 use anyhow::{Context as _, bail};
 use hydro_gap as gap;
 use hydro_gap::{
-    LinearizedProblem, Naming, Problem, Settings, Uncertainty, Watch, patch,
+    Explanation, Naming, Problem, Settings, Uncertainty, Watch, patch,
     plant::{Plant, PlantDescription, SensorKind},
     records::Verified,
     trial::{self, Listed, SensorQuantity, SensorSignature, Signature, Trial},
@@ -64,33 +64,34 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
         remarks: RefCell::default(),
     };
     // In this order, because each borrows from the one before.
-    let (problem, linearized, naming) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
-    let prepared = |watch: &Watch<'_>| -> anyhow::Result<(&Problem<'_>, &LinearizedProblem<'_>)> {
-        let problem = filled(&problem, || session.problem(watch))?;
-        let linearized = filled(&linearized, || Ok(problem.linearize(watch)?))?;
-        Ok((problem, linearized))
+    let (problem, explanation, naming) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+    let prepared = |watch: &Watch<'_>| filled(&problem, || session.problem(watch));
+    let explained = |watch: &Watch<'_>| -> anyhow::Result<&Explanation<'_>> {
+        let problem = prepared(watch)?;
+        filled(&explanation, || Ok(gap::explain(problem, watch)?))
     };
     let named = |watch: &Watch<'_>| -> anyhow::Result<&Naming> {
-        let (problem, linearized) = prepared(watch)?;
-        filled(&naming, || Ok(gap::name(problem, linearized, watch)?))
+        let explanation = explained(watch)?;
+        let problem = prepared(watch)?;
+        filled(&naming, || Ok(gap::name(problem, explanation, watch)?))
     };
     let stages = Stages {
         find: Box::new(|watch| {
-            let (problem, linearized) = prepared(watch)?;
             let held_out = session.inputs.held_out_trials();
-            let mut found = gap::locate(problem, linearized, &held_out, watch)?;
+            let mut found = gap::locate(prepared(watch)?, &held_out, watch)?;
             let noticed = session.remarks.take();
             found.remarks.splice(0..0, noticed);
             Ok(found)
         }),
         name: Box::new(|_, watch| Ok(named(watch)?.named.clone())),
         add: Box::new(|_, _, watch| {
-            let (problem, linearized) = prepared(watch)?;
             let naming = named(watch)?;
-            match gap::add(problem, linearized, naming) {
+            let problem = prepared(watch)?;
+            let explanation = explained(watch)?;
+            match gap::add(problem, explanation, naming) {
                 Some(addition) => session.candidate(addition).map(Some),
                 None if naming.named.outcome == Outcome::Unknown && !flags.no_residual => {
-                    let nuisances = gap::refitted(linearized, naming);
+                    let nuisances = gap::refitted(explanation);
                     session.residual(problem, nuisances, watch).map(Some)
                 }
                 None => Ok(None),

@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use hydro_gap::records::{Added, Found, Named, Record};
+use hydro_gap::{
+    records::{Added, Found, Named, Record},
+    verdict::Verdict,
+};
 use hydro_plugin::report::gap::{
     VerdictKind, effect_on, headline, interval, number, percent, place, probability, regime,
     with_unit,
@@ -38,6 +41,7 @@ pub(super) fn ten_lines(record: &Record, out: &Path) -> String {
         )
     });
     line("likeliest", joined(effects));
+    line("explained", explained(verdict));
     let chosen = record.named.chosen.iter();
     let parameters = chosen
         .flat_map(|effect| &effect.parameters)
@@ -68,6 +72,31 @@ pub(super) fn ten_lines(record: &Record, out: &Path) -> String {
     // Names from the user's files may hold control characters.
     let lines: Vec<String> = lines.iter().map(|line| one_line(line)).collect();
     lines.join("\n")
+}
+
+/// What the named effects explain of the excess, each, and what is left.
+fn explained(verdict: &Verdict) -> String {
+    let (Some(whole), Some(left)) = (verdict.explained, verdict.unexplained) else {
+        return String::new();
+    };
+    let each = verdict.effects.iter().filter_map(|effect| {
+        let share = percent(effect.explained?);
+        Some(format!(
+            "{share} alone by {}",
+            effect_on(effect.effect, &effect.target)
+        ))
+    });
+    let each: Vec<String> = each.take(EFFECTS).collect();
+    let each = if each.len() > 1 {
+        format!(" ({})", joined(each.into_iter()))
+    } else {
+        String::new()
+    };
+    format!(
+        "{} of the excess over noise{each}, {} left",
+        percent(whole),
+        percent(left)
+    )
 }
 
 /// Errors on held-out trials.

@@ -49,6 +49,7 @@ fn added_mass() -> FittedEffect {
         target: "hull\u{1b}[2J".into(),
         probability: 0.98,
         surrogate: false,
+        explained: None,
         parameters: vec![FittedParameter {
             name: "surge".into(),
             value: 3.0,
@@ -68,8 +69,8 @@ fn named() -> Named {
         next_experiment: None,
         ranking: vec![],
         nuisances: vec![],
-        unexplained: 0.0,
-        unexplained_p_value: 0.5,
+        explained: None,
+        calibration: Default::default(),
         remarks: vec![],
     }
 }

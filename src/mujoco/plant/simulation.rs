@@ -14,8 +14,8 @@ use crate::mujoco::{
     ffi::{
         ModelView,
         bindings::{
-            mjOBJ_SITE, mjSENS_FORCE, mjSENS_TORQUE, mjSTATE_FULLPHYSICS, mjWARN_BADQACC,
-            mjWARN_BADQPOS, mjWARN_BADQVEL,
+            mjOBJ_SITE, mjSENS_FORCE, mjSENS_TORQUE, mjSTATE_FULLPHYSICS, mjSTATE_WARMSTART,
+            mjWARN_BADQACC, mjWARN_BADQPOS, mjWARN_BADQVEL,
         },
     },
     simulator::Data,
@@ -251,11 +251,15 @@ impl Simulation for MujocoSimulation {
 
     fn restart(&mut self, state: &[f64]) {
         self.cold();
+        self.data.reset();
         self.rejoin(state);
     }
 
     fn rejoin(&mut self, state: &[f64]) {
-        self.data.reset();
+        // A whole reset clears far more memory than a step touches.
+        self.data.reset_warnings();
+        let cold = vec![0.0; self.data.qvel().len()];
+        let _ = self.data.set_part(mjSTATE_WARMSTART as i32, &cold);
         let set = self.data.set_part(mjSTATE_FULLPHYSICS as i32, state);
         // A state of another model's length is no state: nothing that follows from it counts.
         self.diverged = set.is_err() || state.iter().any(|value| !value.is_finite());

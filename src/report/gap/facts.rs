@@ -166,13 +166,13 @@ pub(super) fn undecided(html: &mut String, record: &Record) {
             marked(experiment)
         );
     }
-    // Without a gap there is nothing of which a part could be left.
-    if !record.named.ranking.is_empty() && verdict.verdict != hydro_gap::verdict::Outcome::NoGap {
+    if let Some(unexplained) = verdict.unexplained {
+        let explained = verdict.explained.unwrap_or(0.0);
         let _ = write!(
             html,
-            "<p>Left unexplained by the best set: {} of the excess (p {}, had the set been all).</p>",
-            percent(record.named.unexplained),
-            escape(&p_value(record.named.unexplained_p_value))
+            "<p>Explained: {} of the excess over noise; left: {}.</p>",
+            percent(explained),
+            percent(unexplained)
         );
     }
     if html.len() == before {

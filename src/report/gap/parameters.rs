@@ -80,7 +80,7 @@ fn table(html: &mut String, record: &Record, effects: &[&FittedEffect]) {
         } else {
             ""
         },
-        100.0 * Options::default().discrepancy.form_error
+        100.0 * Options::default().likelihood.form_error
     );
 }
 

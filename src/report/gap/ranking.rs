@@ -1,10 +1,10 @@
 //! Section of the page: probabilities of effects, and of the sets that were tried.
 
-use std::fmt::Write as _;
+use std::{collections::BTreeSet, fmt::Write as _};
 
 use hydro_gap::{
     records::Named,
-    verdict::{FittedEffect, Verdict},
+    verdict::{Calibration, FittedEffect, Verdict},
 };
 
 use super::{
@@ -25,7 +25,7 @@ pub(super) fn effects(html: &mut String, verdict: &Verdict, chosen: &[FittedEffe
     }
     html.push_str(
         "<div class=\"wide\"><table><tr><th class=\"t\">effect</th><th class=\"t\">on</th><th></th>\
-         <th>probability</th></tr>",
+         <th>probability</th><th>explains</th></tr>",
     );
     for effect in &verdict.effects {
         let is_chosen = chosen
@@ -56,11 +56,15 @@ pub(super) fn effects(html: &mut String, verdict: &Verdict, chosen: &[FittedEffe
         svg::share_bar(html, "fp", effect.probability);
         let _ = write!(
             html,
-            "</td><td class=\"n\">{}</td></tr>",
-            escape(&short_probability(effect.probability))
+            "</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>",
+            escape(&short_probability(effect.probability)),
+            effect.explained.map_or("\u{2013}".to_owned(), percent)
         );
     }
-    html.push_str("</table></div>");
+    html.push_str(
+        "</table></div><p class=\"note\">Explains: part of the excess over noise that comes back where this effect alone \
+         is left out.</p>",
+    );
     if verdict.effects.iter().any(|effect| effect.surrogate) {
         html.push_str(
             "<p class=\"note\">A stand-in fits best, but only because what is really missing is not in the \
@@ -85,7 +89,39 @@ pub(super) fn sets(html: &mut String, named: &Named) {
     html.push_str(
         "<p class=\"note\">Evidence: log evidence less that of nothing missing; a set that is 3 nat ahead is \
          about 20 times likelier before the prior. Left: part of the excess that the set leaves unexplained. \
-         Approximate: screened by sensitivities, not refitted by full rollouts.</p>",
+         First order: the readings were linearised about another set.</p>",
+    );
+    confusions(html, &named.calibration);
+}
+
+/// What the search says of trials simulated from the leading sets.
+fn confusions(html: &mut String, calibration: &Calibration) {
+    if calibration.confusion.is_empty() {
+        return;
+    }
+    let truths: BTreeSet<&String> = (calibration.confusion.values())
+        .flat_map(|row| row.keys())
+        .collect();
+    html.push_str(
+        "<h3>Would this method tell them apart?</h3><div class=\"wide\"><table><tr><th class=\"t\">said</th>",
+    );
+    for truth in &truths {
+        let _ = write!(html, "<th>where {} is true</th>", escape(truth));
+    }
+    html.push_str("</tr>");
+    for (said, row) in &calibration.confusion {
+        let _ = write!(html, "<tr><td class=\"t\">{}</td>", escape(said));
+        for truth in &truths {
+            let part = row.get(*truth).copied().unwrap_or(0.0);
+            let _ = write!(html, "<td class=\"n\">{}</td>", percent(part));
+        }
+        html.push_str("</tr>");
+    }
+    let _ = write!(
+        html,
+        "</table></div><p class=\"note\">Trials simulated from each leading set, to first order, and searched again. Of \
+         trials in which nothing is missing, {} look as much like a gap as these.</p>",
+        percent(calibration.alarm)
     );
 }
 
@@ -105,20 +141,10 @@ fn table(html: &mut String, sets: &[hydro_gap::records::Hypothesis]) {
         } else {
             words.join(" + ")
         };
-        // Only what was refitted has a probability; a screen's evidence is about the nominal, not about the best.
-        let (note, probability, left) = if set.refitted || set.effects.is_empty() {
-            (
-                "",
-                short_probability(set.probability),
-                percent(set.unexplained),
-            )
+        let note = if set.refitted {
+            ""
         } else {
-            let dash = "\u{2013}".to_owned();
-            (
-                " <span class=\"note\">approximate</span>",
-                dash.clone(),
-                dash,
-            )
+            " <span class=\"note\">first order</span>"
         };
         let _ = write!(
             html,
@@ -128,9 +154,9 @@ fn table(html: &mut String, sets: &[hydro_gap::records::Hypothesis]) {
         let _ = write!(
             html,
             "</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>",
-            escape(&probability),
+            escape(&short_probability(set.probability)),
             number(set.log_evidence),
-            left
+            percent(set.unexplained)
         );
     }
     html.push_str("</table></div>");

@@ -182,9 +182,27 @@ fn missing(verdict: &Verdict, chosen: &[FittedEffect]) -> (String, &'static str)
 fn verified(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
     let (missing, it) = missing(verdict, chosen);
     format!(
-        "The nominal model lacks {missing}; adding {it}, with the numbers of the nominal refitted, {}.{}",
+        "The nominal model lacks {missing}; adding {it}, with the numbers of the nominal refitted, {}.{}{}",
         change(&verdict.gap),
+        left(verdict, it),
         beside(verdict)
+    )
+}
+
+/// Sentence on what the named effects explain and what is left; `it`: their pronoun as an object.
+fn left(verdict: &Verdict, it: &str) -> String {
+    let (Some(explained), Some(left)) = (verdict.explained, verdict.unexplained) else {
+        return String::new();
+    };
+    let subject = if it == "it" {
+        "It explains"
+    } else {
+        "They explain"
+    };
+    format!(
+        " {subject} {} of the excess over noise; {} is left.",
+        percent(explained),
+        percent(left)
     )
 }
 
@@ -238,7 +256,7 @@ fn clause(reason: &str) -> String {
 }
 
 fn unchecked(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
-    let (missing, _) = missing(verdict, chosen);
+    let (missing, it) = missing(verdict, chosen);
     let added = if verdict.patch.is_none() {
         " and nothing was added"
     } else {
@@ -246,7 +264,8 @@ fn unchecked(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
     };
     format!(
         "The nominal model lacks {missing}; no trial could be held out, so no reduction of the error is \
-         claimed{added}.{}",
+         claimed{added}.{}{}",
+        left(verdict, it),
         beside(verdict)
     )
 }

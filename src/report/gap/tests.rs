@@ -8,8 +8,8 @@ use hydro_gap::{
         Verified,
     },
     verdict::{
-        Bias, FittedEffect, FittedParameter, Gap, Outcome, Patch, Place, Regime, SCHEMA, SensorGap,
-        SensorPatch, Verdict,
+        Bias, Calibration, FittedEffect, FittedParameter, Gap, Outcome, Patch, Place, Regime,
+        SCHEMA, SensorGap, SensorPatch, Verdict,
     },
 };
 
@@ -26,6 +26,7 @@ fn effect(
         target: target.to_owned(),
         probability,
         surrogate: false,
+        explained: None,
         parameters: parameters
             .iter()
             .map(|(name, value, unit)| FittedParameter {
@@ -35,6 +36,19 @@ fn effect(
                 ci95: [value - 0.1 * value.abs(), value + 0.15 * value.abs()],
             })
             .collect(),
+    }
+}
+
+fn calibration() -> Calibration {
+    let row = |truth: &str, part: f64| (truth.to_owned(), part);
+    Calibration {
+        alarm_level: 0.03,
+        alarm: 0.01,
+        confusion: [
+            ("added_mass".to_owned(), [row("added_mass", 0.95)].into()),
+            ("payload".to_owned(), [row("added_mass", 0.05)].into()),
+        ]
+        .into(),
     }
 }
 
@@ -242,8 +256,8 @@ pub(super) fn record(sensors: usize, trials: usize) -> Record {
                 })
                 .collect(),
             nuisances: vec![("mass of hull".into(), 1.012, 0.021), ("gain of thruster_1".into(), 0.98, 0.01)],
-            unexplained: 0.021,
-            unexplained_p_value: 0.4,
+            explained: Some(0.979),
+            calibration: calibration(),
             remarks: vec![],
         },
         added: Some(Added {
@@ -291,6 +305,9 @@ pub(super) fn record(sensors: usize, trials: usize) -> Record {
             verdict: Outcome::Named,
             named: vec![Id::AddedMass],
             effects,
+            explained: Some(0.979),
+            unexplained: Some(0.021),
+            calibration: calibration(),
             confusion_set: vec![],
             next_experiment: None,
             places,
@@ -431,12 +448,13 @@ fn every_outcome_has_its_own_honest_sentence() {
         .collect();
     let expected = [
         "named: The nominal model lacks added mass on `hull` (probability 0.99); adding it, with the numbers of the \
-         nominal refitted, cuts the error on 4 held-out trials by 82 % (95 %: 74 to 88 %).",
+         nominal refitted, cuts the error on 4 held-out trials by 82 % (95 %: 74 to 88 %). It explains 98 % of the excess over \
+         noise; 2.1 % is left.",
         "pair: The nominal model lacks added mass on `hull` (probability 0.99) and quadratic drag on `hull` \
-         (0.97); adding them, with the numbers of the nominal refitted, cuts the error on 4 held-out trials by 82 % (95 %: 74 to 88 %). A further part is a \
+         (0.97); adding them, with the numbers of the nominal refitted, cuts the error on 4 held-out trials by 82 % (95 %: 74 to 88 %). They explain 98 % of the excess over noise; 2.1 % is left. A further part is a \
          water current or a constant force: the data cannot tell.",
         "single: The nominal model lacks added mass on `hull` (probability 0.99); no trial could be held out, so \
-         no reduction of the error is claimed and nothing was added.",
+         no reduction of the error is claimed and nothing was added. It explains 98 % of the excess over noise; 2.1 % is left.",
         "refused: The fit asks for added mass on `hull` (probability 0.99), but the held-out trials refuse it: \
          `depth` gets worse by 4 % (95 %: 2.5 to 6 %); nothing was added.",
         "confusable: The nominal model lacks added mass or a payload on `hull`, but the data cannot tell which; \
@@ -685,12 +703,37 @@ fn shares_of_noise_are_not_shown() {
 }
 
 #[test]
-fn what_was_only_screened_has_no_probability() {
+fn what_is_of_first_order_says_so_and_confusions_stand_below() {
     let mut tried = record(3, 2);
     tried.named.ranking.truncate(6);
     let html = page(&tried);
     let sets = html.split("Sets that were tried").nth(1).unwrap();
     let sets = sets.split("<h2>").next().unwrap();
-    // Two of the six were not refitted: probability and part left of each.
-    assert_eq!(sets.matches("<td class=\"n\">\u{2013}</td>").count(), 4);
+    // Two of the six.
+    assert_eq!(sets.matches(">first order</span>").count(), 2);
+    let confusions = sets.split("tell them apart?").nth(1).unwrap();
+    for part in [
+        "where added_mass is true",
+        "95\u{a0}%",
+        "payload",
+        "look as much like a gap",
+    ] {
+        assert!(
+            confusions.replace("95 %", "95\u{a0}%").contains(part),
+            "{part}: {confusions}"
+        );
+    }
+}
+
+#[test]
+fn what_the_effects_explain_and_what_is_left_stands_in_the_sentence() {
+    let mut record = record(3, 2);
+    record.verdict.effects[0].explained = Some(0.979);
+    let said = headline(&record.verdict, &record.named.chosen);
+    assert!(
+        said.contains("It explains 98 % of the excess over noise; 2.1 % is left."),
+        "{said}"
+    );
+    record.verdict.explained = None;
+    assert!(!headline(&record.verdict, &record.named.chosen).contains("explains"));
 }

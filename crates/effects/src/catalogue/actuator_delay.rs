@@ -40,6 +40,10 @@ impl Effect for ActuatorDelay {
         ]
     }
 
+    fn is_timing(&self) -> bool {
+        true
+    }
+
     fn part(&self) -> Part<'_> {
         Part::Actuator(self)
     }

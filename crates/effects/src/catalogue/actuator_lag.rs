@@ -36,6 +36,10 @@ impl Effect for ActuatorLag {
         ]
     }
 
+    fn is_timing(&self) -> bool {
+        true
+    }
+
     fn part(&self) -> Part<'_> {
         Part::Actuator(self)
     }

@@ -40,6 +40,10 @@ impl Effect for SensorDelay {
         ]
     }
 
+    fn is_timing(&self) -> bool {
+        true
+    }
+
     fn part(&self) -> Part<'_> {
         Part::Sensor(self)
     }

@@ -3,14 +3,10 @@
 use hydro_effects::{Entry, Id, Part, effect};
 
 use crate::{
-    fit::{
-        finite_difference::{STEP, inward},
-        hypothesis::Point,
-        segmented_problem::SegmentedProblem,
-    },
+    likelihood::directions::{Direction, STEP, inward},
     plant::Quantity,
+    problem::{point::Point, problem::Problem},
     rollout::shooting::remembers,
-    select::screen::Direction,
 };
 
 /// How a parameter's simulation is brought to a state.
@@ -37,7 +33,7 @@ pub(crate) struct Change {
 
 /// All changes about a point: nuisance parameters, its own parameters, directions.
 pub(crate) fn changes(
-    problem: &SegmentedProblem<'_>,
+    problem: &Problem<'_>,
     point: &Point,
     directions: &[Direction],
     base: &[Entry],

@@ -10,21 +10,21 @@ use rayon::prelude::*;
 
 use crate::{
     error::GapError,
-    fit::{hypothesis::Point, segmented_problem::SegmentedProblem},
     likelihood::{
         changes::{Change, Kind, changes},
+        directions::Direction,
         form_error::{forms, with_forms},
         step_changes::{Inputs, StateChanges, inputs, references, state_changes},
         track::{self, Grid, Rolled, Track},
     },
     plant::{Quantity, SensorKind, Simulation},
+    problem::{point::Point, problem::Problem},
     rollout::{
         resolution,
         sensor_correction::{self, Correction},
         shooting::{Trace, WarmUp},
         whitening,
     },
-    select::screen::Direction,
 };
 
 /// Sizes of a sweep.
@@ -66,25 +66,49 @@ pub(crate) struct LinkColumns {
     pub(crate) end: DMatrix<f64>,
     /// Whitened squares and count of the residuals at the point, by channel, before `noise`.
     pub(crate) squares: Vec<(f64, usize)>,
+    /// Whitened columns by row and channel [rows * channels, columns]; empty unless they are kept. A reading that is absent
+    /// has none but zeros.
+    pub(crate) readings: DMatrix<f64>,
 }
 
-/// Sweeps a track; without `directions`, for the start and the unmodelled forces alone. `None` where the system blows up on it
-/// or the plant refuses it.
-#[expect(clippy::too_many_arguments)]
+/// How a track is swept.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sweep<'s> {
+    /// Directions beyond the set's own; without them starts and unmodelled forces alone.
+    pub(crate) directions: Option<&'s [Direction]>,
+    /// Pieces of a segment over which unmodelled forces are constant.
+    pub(crate) pieces: usize,
+    /// Length of a block [s].
+    pub(crate) block: f64,
+    /// Time between predicted readings [s].
+    pub(crate) knot: f64,
+    /// Scale of the unmodelled forces by degree of freedom.
+    pub(crate) force_scale: &'s DVector<f64>,
+    /// Factors on the noise by channel.
+    pub(crate) noise: &'s [f64],
+    /// True where the readings' columns are kept beside their Gram matrix.
+    pub(crate) keep_readings: bool,
+}
+
+/// Sweeps a track about a point. `None` where the system blows up on it or the plant refuses it.
 pub(crate) fn sweep(
-    problem: &SegmentedProblem<'_>,
+    problem: &Problem<'_>,
     track: &Track,
     point: &Point,
-    directions: Option<&[Direction]>,
-    pieces: usize,
-    block: f64,
-    force_scale: &DVector<f64>,
-    noise: &[f64],
+    how: Sweep<'_>,
 ) -> Result<Option<Vec<LinkColumns>>, GapError> {
+    let Sweep {
+        directions,
+        pieces,
+        force_scale,
+        ..
+    } = how;
     let model = problem.model;
     let step = model.timestep;
+    let steps = |seconds: f64| ((seconds / step).round() as usize).max(1);
     let grid = Grid {
-        block: ((block / step).round() as usize).max(1),
+        block: steps(how.block),
+        knot: steps(how.knot),
         pieces,
     };
     let trial = &problem.trials[track.trial];
@@ -104,7 +128,7 @@ pub(crate) fn sweep(
         trial,
         motion,
         track,
-        WarmUp::required(model, &entries, &problem.options.rollout),
+        WarmUp::required(model, &entries, &problem.settings.options.rollout),
         step,
         grid,
         force_scale,
@@ -169,7 +193,7 @@ pub(crate) fn sweep(
                 &inputs,
                 &corrections,
                 &z,
-                noise,
+                (how.noise, how.keep_readings),
                 grid,
             )
         })
@@ -178,7 +202,7 @@ pub(crate) fn sweep(
 }
 
 /// The point's parameters as they are carried back to zero.
-fn carried(problem: &SegmentedProblem<'_>, point: &Point, forms: usize) -> DVector<f64> {
+fn carried(problem: &Problem<'_>, point: &Point, forms: usize) -> DVector<f64> {
     let known = problem.normalised(point);
     let nuisances = problem.nuisances.len();
     let mut z = DVector::zeros(known.len() + forms);
@@ -196,11 +220,7 @@ fn carried(problem: &SegmentedProblem<'_>, point: &Point, forms: usize) -> DVect
 }
 
 /// Corrections of all sensors, those for the instants that an integrator's positions and velocities belong to with them.
-fn corrections(
-    problem: &SegmentedProblem<'_>,
-    nuisances: &[f64],
-    entries: &[Entry],
-) -> Vec<Correction> {
+fn corrections(problem: &Problem<'_>, nuisances: &[f64], entries: &[Entry]) -> Vec<Correction> {
     let model = problem.model;
     let mut all = sensor_correction::corrections(model, entries);
     for (nuisance, value) in model.nuisances.iter().zip(nuisances) {
@@ -220,7 +240,7 @@ fn corrections(
 
 #[expect(clippy::too_many_arguments)]
 fn assemble(
-    problem: &SegmentedProblem<'_>,
+    problem: &Problem<'_>,
     track: &Track,
     rolled: &[Rolled],
     at: usize,
@@ -231,7 +251,7 @@ fn assemble(
     inputs: &[Option<Inputs>],
     corrections: &[Correction],
     z: &DVector<f64>,
-    noise_factors: &[f64],
+    (noise_factors, keep_readings): (&[f64], bool),
     grid: Grid,
 ) -> LinkColumns {
     let of = &rolled[at];
@@ -262,40 +282,58 @@ fn assemble(
             .copy_from(&states.force[boundary]);
         b
     };
-    let mut readings: Vec<DMatrix<f64>> = Vec::with_capacity(blocks + 1);
-    for block in 0..=blocks {
-        let mut y = &states.reading[block] * &state;
+    let direct = |boundary: usize, block: usize| {
+        let mut d = DMatrix::<f64>::zeros(channels, width);
         for (column, inputs) in inputs.iter().enumerate() {
             if let Some(inputs) = inputs {
-                for (row, value) in inputs.0[at].1.column(block).iter().enumerate() {
-                    y[(row, 1 + column)] += f64::from(*value);
+                for (row, value) in inputs.0[at].1.column(boundary).iter().enumerate() {
+                    d[(row, 1 + column)] = f64::from(*value);
                 }
             }
         }
-        let first = layout.forces() + link.piece(grid, block.min(blocks.max(1) - 1)) * nv;
-        let mut direct = y.view_mut((0, first), (channels, nv));
-        direct += &states.direct[block];
-        readings.push(y);
-        if block == blocks {
-            break;
-        }
-        let steps = of.boundaries[block + 1].step - of.boundaries[block].step;
+        let first = layout.forces() + link.piece(grid, block) * nv;
+        d.view_mut((0, first), (channels, nv))
+            .copy_from(&states.direct[boundary]);
+        d
+    };
+    // Readings at knots, by the step.
+    let mut readings: Vec<(usize, DMatrix<f64>)> = Vec::new();
+    readings.push((0, &states.reading[0] * &state + direct(0, 0)));
+    for block in 0..blocks {
+        let (from, to) = (of.boundaries[block].step, of.boundaries[block + 1].step);
         let transition = 0.5 * (&states.transition[block] + &states.transition[block + 1]);
-        let (carried, before, after) = powers(&transition, steps);
-        state = carried * state + before * input(block, block) + after * input(block + 1, block);
+        let inputs = [block, block + 1].map(|boundary| input(boundary, block));
+        let directs = [block, block + 1].map(|boundary| direct(boundary, block));
+        let knots = (to - from).div_ceil(grid.knot);
+        let mut at_knot = state.clone();
+        for knot in 0..knots {
+            let ends = [knot, knot + 1].map(|knot| (knot * grid.knot).min(to - from));
+            let parts = ends.map(|steps| steps as f64 / (to - from) as f64);
+            let (carried, before, after) = powers(&transition, ends[1] - ends[0]);
+            let [first, last] = parts.map(|part| mixed(&inputs, part));
+            at_knot = carried * at_knot + before * first + after * last;
+            let reading = mixed_of(&states.reading[block], &states.reading[block + 1], parts[1]);
+            readings.push((
+                from + ends[1],
+                reading * &at_knot + mixed(&directs, parts[1]),
+            ));
+        }
+        state = at_knot;
     }
-    // Rows between boundaries are linear.
+    // Rows between knots are linear.
     let rows = link.segment.rows.clone();
     let mut outputs = DMatrix::<f64>::zeros(rows.len() * channels, width);
-    let block_of = of.boundaries.get(1).map_or(1, |first| first.step);
     for (number, row) in rows.clone().enumerate() {
         for source in &problem.channels.sources {
             let correction = &corrections[source.sensor];
             let time = trial.times[row] - step - correction.delay - link.segment.start;
-            let place = (time / step / block_of as f64).clamp(0.0, blocks as f64);
-            let before = (place.floor() as usize).min(blocks.max(1) - 1);
-            let after = (before + 1).min(blocks);
-            let part = place - before as f64;
+            let place = time / step;
+            let after = readings
+                .partition_point(|(at, _)| (*at as f64) < place)
+                .clamp(1.min(readings.len() - 1), readings.len() - 1);
+            let before = after.saturating_sub(1);
+            let (from, to) = (readings[before].0 as f64, readings[after].0 as f64);
+            let part = ((place - from) / (to - from).max(1.0)).clamp(0.0, 1.0);
             let scale = if source.attitude {
                 1.0
             } else {
@@ -305,8 +343,8 @@ fn assemble(
                 let out = number * channels + channel;
                 for column in 1..width {
                     let (a, b) = (
-                        readings[before][(channel, column)],
-                        readings[after][(channel, column)],
+                        readings[before].1[(channel, column)],
+                        readings[after].1[(channel, column)],
                     );
                     outputs[(out, column)] = scale * (a + part * (b - a));
                 }
@@ -317,9 +355,9 @@ fn assemble(
         &of.trace,
         trial,
         &link.segment,
-        problem.channels,
+        &problem.channels,
         step,
-        problem.options.rollout.unresolved,
+        problem.settings.options.rollout.unresolved,
     );
     let mut residual = Vec::new();
     let residual_of = |trace: &Trace, corrections: &[Correction], residual: &mut Vec<f64>| {
@@ -327,7 +365,7 @@ fn assemble(
             trace,
             trial,
             &link.segment,
-            problem.channels,
+            &problem.channels,
             corrections,
             step,
             residual,
@@ -357,7 +395,7 @@ fn assemble(
     }
     // Whitened, and nothing where there is no reading.
     let present: Vec<bool> = residual.iter().map(|value| value.is_finite()).collect();
-    whitening::whiten(problem.channels, &mut residual);
+    whitening::whiten(&problem.channels, &mut residual);
     let mut squares = vec![(0.0, 0); channels];
     for (row, value) in residual.iter().enumerate() {
         let channel = row % channels;
@@ -390,9 +428,15 @@ fn assemble(
     let mut first = state.column_mut(0);
     first -= at_end;
     LinkColumns {
-        gram: outputs.tr_mul(&outputs),
+        // A product of matrices, several times as fast as `tr_mul`.
+        gram: outputs.transpose() * &outputs,
         end: state,
         squares,
+        readings: if keep_readings {
+            outputs
+        } else {
+            DMatrix::zeros(0, 0)
+        },
     }
 }
 
@@ -412,6 +456,15 @@ fn defects(simulation: &dyn Simulation, track: &Track, rolled: &[Rolled]) -> Vec
             tangent
         })
         .collect()
+}
+
+/// A part of the way from the first to the last.
+fn mixed(ends: &[DMatrix<f64>; 2], part: f64) -> DMatrix<f64> {
+    mixed_of(&ends[0], &ends[1], part)
+}
+
+fn mixed_of(from: &DMatrix<f64>, to: &DMatrix<f64>, part: f64) -> DMatrix<f64> {
+    from.zip_map(to, |a, b| a + part * (b - a))
 }
 
 /// Over `steps` steps of one transition matrix: the state's change with the state, and with inputs of each step that go

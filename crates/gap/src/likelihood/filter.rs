@@ -40,7 +40,7 @@ pub(crate) struct Smoothed {
 }
 
 /// Moments of the latents of one segment given those before.
-struct Update {
+pub(super) struct Update {
     /// Posterior mean of (start, forces) [latents, 1 + parameters], affine in the parameters: the first column and the others
     /// times the parameters.
     mean: DMatrix<f64>,
@@ -53,13 +53,13 @@ struct Update {
 
 /// State of the filter before a segment: its start and the force of the piece before, affine in the parameters [3 nv,
 /// 1 + parameters], and the square root of their covariance.
-struct Start {
+pub(super) struct Start {
     mean: DMatrix<f64>,
     root: DMatrix<f64>,
 }
 
 impl Start {
-    fn first(arrival: &DVector<f64>, parameters: usize, force: Forces) -> Self {
+    pub(super) fn first(arrival: &DVector<f64>, parameters: usize, force: Forces) -> Self {
         let (tangents, nv) = (arrival.len(), arrival.len() / 2);
         let sd = DVector::from_fn(tangents + nv, |axis, _| {
             if axis < tangents {
@@ -76,7 +76,7 @@ impl Start {
 
     /// Mean and square root of the covariance of a segment's latents: its start, and the forces of its pieces, an
     /// autoregression from the piece before.
-    fn latents(&self, latents: usize, force: Forces) -> (DMatrix<f64>, DMatrix<f64>) {
+    pub(super) fn latents(&self, latents: usize, force: Forces) -> (DMatrix<f64>, DMatrix<f64>) {
         let nv = self.mean.nrows() / 3;
         let tangents = 2 * nv;
         let pieces = (latents - tangents) / nv.max(1);
@@ -190,7 +190,7 @@ struct Passed {
 }
 
 /// A link with its parameters at known values.
-fn at(link: &LinkColumns, z: &DVector<f64>) -> LinkColumns {
+pub(super) fn at(link: &LinkColumns, z: &DVector<f64>) -> LinkColumns {
     let (all, known) = (link.gram.nrows(), z.len());
     let mut turn = DMatrix::zeros(all, all - known);
     turn[(0, 0)] = 1.0;
@@ -210,10 +210,14 @@ fn at(link: &LinkColumns, z: &DVector<f64>) -> LinkColumns {
         gram: turn.transpose() * &link.gram * &turn,
         end: ends,
         squares: link.squares.clone(),
+        readings: match link.readings.is_empty() {
+            true => DMatrix::zeros(0, 0),
+            false => &link.readings * &turn,
+        },
     }
 }
 
-fn update(
+pub(super) fn update(
     link: &LinkColumns,
     parameters: usize,
     start: &Start,
@@ -230,17 +234,23 @@ fn update(
     let across = link.gram.view((0, head), (all, latents));
     let turned = link.gram.columns(0, head) + across * &signed;
     let latent_rows = turned.rows(head, latents).into_owned();
-    let u = root.tr_mul(&latent_rows);
+    let back = root.transpose();
+    let u = &back * &latent_rows;
     let curvature = link.gram.view((head, head), (latents, latents)) * &root;
-    let mut w = root.tr_mul(&curvature);
+    let mut w = &back * &curvature;
     for axis in 0..w.nrows() {
         w[(axis, axis)] += 1.0;
     }
+    let w_size = w.nrows();
     let factor = w.cholesky()?;
-    let solved = factor.solve(&u);
+    // The inverse of the factor is small, so that products do the rest.
+    let lower = factor.l();
+    let inverse = lower.solve_lower_triangular(&DMatrix::identity(w_size, w_size))?;
+    let half = &inverse * &u;
+    let solved = inverse.transpose() * &half;
     if let Some(filtered) = filtered {
-        let own = turned.rows(0, head) + signed.tr_mul(&latent_rows);
-        filtered.gram += own - u.tr_mul(&solved);
+        let own = turned.rows(0, head) + signed.transpose() * &latent_rows;
+        filtered.gram += own - half.transpose() * &half;
         let logs = factor.l_dirty().diagonal().map(f64::ln).sum();
         filtered.half_log_determinant += logs;
     }
@@ -259,7 +269,7 @@ fn update(
 }
 
 /// The next segment's start with this one's last force, and the covariance of this segment's sources with them.
-fn predict(
+pub(super) fn predict(
     link: &LinkColumns,
     parameters: usize,
     update: &Update,
@@ -314,6 +324,7 @@ mod tests {
                 gram: outputs.tr_mul(outputs),
                 end: end.clone(),
                 squares: Vec::new(),
+                readings: DMatrix::zeros(0, 0),
             })
             .collect();
         let arrival = DVector::from_vec(vec![0.4, 0.9]);

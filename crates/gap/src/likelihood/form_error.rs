@@ -1,22 +1,75 @@
 //! The error of an effect's form: what each of its parameters contributes may be off, at every level of its size by itself.
 
+use std::ops::Range;
+
 use hydro_effects::effect;
 use nalgebra::DMatrix;
 
 use crate::{
-    fit::{hypothesis::Point, segmented_problem::SegmentedProblem},
     likelihood::step_changes::Inputs,
+    problem::{point::Point, problem::Problem},
 };
 
+/// Parameters that are integrated out, the first of a sweep's.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Beside {
+    /// Number of uncertain numbers of the nominal.
+    pub(crate) numbers: usize,
+    /// Candidates of the working point, and the columns of their errors of form.
+    pub(crate) forms: Vec<(usize, Range<usize>)>,
+}
+
+impl Beside {
+    /// Number of columns.
+    pub(crate) fn len(&self) -> usize {
+        self.forms.last().map_or(self.numbers, |(_, of)| of.end)
+    }
+
+    /// Candidates of a set whose form may be off.
+    pub(super) fn present(&self, set: &[usize]) -> Vec<usize> {
+        let of = self.forms.iter().map(|(candidate, _)| *candidate);
+        of.filter(|candidate| set.contains(candidate)).collect()
+    }
+
+    /// Uncertain numbers, and the errors of form of these candidates.
+    pub(super) fn columns(&self, present: &[usize]) -> Vec<usize> {
+        let forms = self.forms.iter();
+        let forms = forms.filter(|(candidate, _)| present.contains(candidate));
+        (0..self.numbers)
+            .chain(forms.flat_map(|(_, of)| of.clone()))
+            .collect()
+    }
+}
+
+/// Columns that are integrated out at a point: uncertain numbers, errors of form by candidate.
+pub(crate) fn beside(problem: &Problem<'_>, point: &Point) -> Beside {
+    let levels = problem.settings.options.likelihood.form_levels;
+    let mut first = problem.nuisances.len();
+    let forms = point.candidates.iter().map(|candidate| {
+        let of = &problem.candidates[*candidate];
+        let idealised = effect(of.effect).card().idealised;
+        let count = of.parameters.iter().filter(|p| idealised && !p.shapes);
+        let columns = first..first + levels * count.count();
+        first = columns.end;
+        (*candidate, columns)
+    });
+    let forms = forms.collect();
+    Beside {
+        numbers: problem.nuisances.len(),
+        forms,
+    }
+}
+
 /// Number of errors of form at a point.
-pub(crate) fn forms(problem: &SegmentedProblem<'_>, point: &Point) -> usize {
-    amplitudes(problem, point).count() * problem.options.likelihood.form_levels
+pub(crate) fn forms(problem: &Problem<'_>, point: &Point) -> usize {
+    let of = beside(problem, point);
+    of.len() - of.numbers
 }
 
 /// Own parameters that have an error of form: places among the point's own parameters, and their values in standard
 /// deviations of the prior.
 fn amplitudes<'a>(
-    problem: &'a SegmentedProblem<'_>,
+    problem: &'a Problem<'_>,
     point: &'a Point,
 ) -> impl Iterator<Item = (usize, f64)> + 'a {
     let own = point.candidates.iter().zip(&point.values);
@@ -34,13 +87,13 @@ fn amplitudes<'a>(
 /// The inputs with errors of form after those of the nuisance parameters: what each own parameter contributes, by levels of
 /// its size.
 pub(crate) fn with_forms(
-    problem: &SegmentedProblem<'_>,
+    problem: &Problem<'_>,
     point: &Point,
     mut inputs: Vec<Option<Inputs>>,
 ) -> Vec<Option<Inputs>> {
     let nuisances = problem.nuisances.len();
-    let error = problem.options.discrepancy.form_error;
-    let levels = problem.options.likelihood.form_levels;
+    let error = problem.settings.options.likelihood.form_error;
+    let levels = problem.settings.options.likelihood.form_levels;
     let mut made = Vec::new();
     for (at, z) in amplitudes(problem, point) {
         let Some(of) = &inputs[nuisances + at] else {

@@ -10,10 +10,18 @@
 
 pub(crate) mod changes;
 pub(crate) mod columns;
+pub(crate) mod directions;
 pub(crate) mod explain;
+pub(crate) mod explanation;
 pub(crate) mod filter;
 pub(crate) mod form_error;
+pub(crate) mod found;
+pub(crate) mod innovations;
+pub(crate) mod level;
+pub(crate) mod quadratic;
 pub(crate) mod search;
 pub(crate) mod step_changes;
 pub(crate) mod track;
 pub(crate) mod truncated_evidence;
+pub(crate) mod truncated_normal;
+pub(crate) mod working_point;

@@ -2,52 +2,22 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use hydro_effects::effect;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::{
-    fit::{
-        hypothesis::Point, laplace::Quadratic, segmented_problem::SegmentedProblem,
+    likelihood::{
+        directions::{Direction, PHASE},
+        found::{Found, Member},
+        level::Level,
+        quadratic::Quadratic,
+        truncated_evidence::{self, Truncated},
         truncated_normal::Bounds,
     },
-    likelihood::truncated_evidence::{self, Truncated},
     options::LikelihoodOptions,
-    select::screen::{Direction, PHASE},
+    problem::{candidates::Candidate, point::Point, problem::Problem},
 };
-
-/// The likelihood at one level of unmodelled forces, uncertain numbers of the nominal integrated out.
-pub(crate) struct Level {
-    pub(crate) force: f64,
-    /// Log likelihood of no effect.
-    pub(crate) empty: f64,
-    /// Likelihood of the parameters beyond the uncertain numbers.
-    pub(crate) quadratic: Quadratic,
-    /// The same with them.
-    pub(crate) whole: Quadratic,
-}
-
-impl Level {
-    pub(crate) fn new(
-        force: f64,
-        gram: &DMatrix<f64>,
-        half_log_determinant: f64,
-        nuisances: usize,
-    ) -> Option<Self> {
-        let whole = Quadratic::from_gram(gram);
-        let quadratic = whole.marginal(nuisances)?;
-        let mut head = whole.a.view((0, 0), (nuisances, nuisances)).into_owned();
-        for axis in 0..nuisances {
-            head[(axis, axis)] += 1.0;
-        }
-        let logs: f64 = head.cholesky()?.l_dirty().diagonal().map(f64::ln).sum();
-        Some(Self {
-            force,
-            empty: -0.5 * quadratic.q - half_log_determinant - logs,
-            quadratic,
-            whole,
-        })
-    }
-}
 
 /// A parameter as a column of the Gram matrices.
 #[derive(Clone, Debug)]
@@ -58,6 +28,7 @@ struct Column {
 }
 
 /// Columns of every candidate: one choice for what the point holds, one for every shape that is tried otherwise.
+#[derive(Clone)]
 pub(crate) struct Choices {
     columns: Vec<Column>,
     of: BTreeMap<usize, Vec<Vec<usize>>>,
@@ -65,14 +36,12 @@ pub(crate) struct Choices {
     options: LikelihoodOptions,
     /// Candidates that cannot be in one set.
     clashes: Vec<BTreeSet<usize>>,
+    /// Delay or lag, in standard deviations of the prior, below which a candidate is only when within a step things happen.
+    least: Vec<Option<f64>>,
 }
 
 impl Choices {
-    pub(crate) fn new(
-        problem: &SegmentedProblem<'_>,
-        point: &Point,
-        directions: &[Direction],
-    ) -> Self {
+    pub(crate) fn new(problem: &Problem<'_>, point: &Point, directions: &[Direction]) -> Self {
         let mut columns = Vec::new();
         let mut of: BTreeMap<usize, Vec<Vec<usize>>> = BTreeMap::new();
         for (candidate, values) in point.candidates.iter().zip(&point.values) {
@@ -126,13 +95,25 @@ impl Choices {
             columns,
             of,
             log_shares: problem.log_shares.clone(),
-            options: problem.options.likelihood.clone(),
+            options: problem.settings.options.likelihood.clone(),
             clashes,
+            least: problem
+                .candidates
+                .iter()
+                .map(|of| least(problem, of))
+                .collect(),
         }
     }
 
     pub(crate) fn candidates(&self) -> impl Iterator<Item = usize> + '_ {
         self.of.keys().copied()
+    }
+
+    /// The same for sets of so many effects at most.
+    pub(crate) fn up_to(&self, largest: usize) -> Self {
+        let mut of = self.clone();
+        of.options.largest = largest;
+        of
     }
 
     fn log_prior(&self, set: &[usize]) -> f64 {
@@ -146,23 +127,6 @@ impl Choices {
     }
 }
 
-/// A member of a set: candidate, choice, scale.
-pub(crate) type Member = (usize, usize, usize);
-
-/// A set at one level.
-#[derive(Clone, Debug)]
-pub(crate) struct Found {
-    pub(crate) set: Vec<usize>,
-    pub(crate) level: usize,
-    /// The likeliest choices and scales.
-    pub(crate) members: Vec<Member>,
-    /// Columns of the members, and their posterior.
-    pub(crate) columns: Vec<usize>,
-    pub(crate) posterior: Option<Truncated>,
-    /// Log posterior, up to a constant.
-    pub(crate) log_posterior: f64,
-}
-
 /// A level with the choices of all candidates.
 pub(crate) struct Search<'a> {
     pub(crate) level: &'a Level,
@@ -173,7 +137,9 @@ pub(crate) struct Search<'a> {
 impl Search<'_> {
     /// The empty set, and every set on the way to the best.
     pub(crate) fn run(&self) -> Vec<Found> {
-        let empty = self.found(Vec::new(), Vec::new(), Vec::new(), None, 0.0);
+        let Some(empty) = self.found(Vec::new(), Vec::new(), Vec::new(), None, 0.0) else {
+            return Vec::new();
+        };
         let mut all = vec![empty.clone()];
         let mut seen: BTreeSet<Vec<usize>> = BTreeSet::from([Vec::new()]);
         let mut front = vec![empty];
@@ -192,7 +158,14 @@ impl Search<'_> {
                     }
                 }
             }
-            next.sort_by(|a: &Found, b: &Found| b.log_posterior.total_cmp(&a.log_posterior));
+            let descending = |a: &Found, b: &Found| b.log_posterior.total_cmp(&a.log_posterior);
+            next.sort_by(descending);
+            for found in next.iter_mut().take(self.choices.options.beam) {
+                if let Some(polished) = self.polished(found) {
+                    *found = polished;
+                }
+            }
+            next.sort_by(descending);
             let best_so_far = all
                 .iter()
                 .map(|of| of.log_posterior)
@@ -207,7 +180,9 @@ impl Search<'_> {
                 break;
             }
         }
-        self.refine(&mut all, &mut seen);
+        if self.choices.options.largest > 1 {
+            self.refine(&mut all, &mut seen);
+        }
         all
     }
 
@@ -256,15 +231,19 @@ impl Search<'_> {
         columns: Vec<usize>,
         posterior: Option<Truncated>,
         gain: f64,
-    ) -> Found {
-        Found {
-            log_posterior: self.level.empty + gain + self.choices.log_prior(&set),
+    ) -> Option<Found> {
+        let log_likelihood = self.level.given(&set)?.empty + gain;
+        Some(Found {
+            log_likelihood,
+            log_posterior: log_likelihood + self.choices.log_prior(&set),
             set,
             level: self.number,
+            precision: self.precision(&members),
+            mixtures: vec![0.0; members.len()],
             members,
             columns,
             posterior,
-        }
+        })
     }
 
     /// Candidates that may be added to a set, by their posterior to first order, the best first.
@@ -277,12 +256,27 @@ impl Search<'_> {
                     .all(|of| !self.choices.clashes[*of].contains(candidate))
         };
         let candidates: Vec<usize> = self.choices.candidates().filter(fits).collect();
-        let mut found: Vec<(usize, f64)> = candidates
+        let Some(given) = self.level.given(&set.set) else {
+            return Vec::new();
+        };
+        let mut promising: Vec<(f64, usize)> = candidates
+            .into_iter()
+            .map(|candidate| {
+                let gains = self.choices.of[&candidate].iter().map(|columns| {
+                    let (a, b) = conditional(&given.quadratic, set, columns);
+                    Quadratic { q: 0.0, a, b }.most_gain()
+                });
+                (gains.fold(0.0, f64::max), candidate)
+            })
+            .collect();
+        promising.sort_by(|a, b| b.0.total_cmp(&a.0));
+        promising.truncate(self.choices.options.screened);
+        let mut found: Vec<(usize, f64)> = promising
             .par_iter()
-            .filter_map(|candidate| {
+            .filter_map(|(_, candidate)| {
                 let mut logs = Vec::new();
                 for columns in &self.choices.of[candidate] {
-                    let (a, b) = self.conditional(set, columns);
+                    let (a, b) = conditional(&given.quadratic, set, columns);
                     for scale in 0..self.choices.options.prior_scales.len() {
                         let (sd, bounds) = self.prior(columns, scale);
                         let evidence = truncated_evidence::evidence(&a, &b, &sd, &bounds)?;
@@ -296,21 +290,6 @@ impl Search<'_> {
             .collect();
         found.sort_by(|a, b| b.1.total_cmp(&a.1));
         found.into_iter().map(|(candidate, _)| candidate).collect()
-    }
-
-    /// The quadratic in some columns with a set's parameters integrated out, its bounds as soft as they were found.
-    fn conditional(&self, set: &Found, columns: &[usize]) -> (DMatrix<f64>, DVector<f64>) {
-        let of = self.level.quadratic.select(columns);
-        let Some(posterior) = &set.posterior else {
-            return (of.a, of.b);
-        };
-        let all = &self.level.quadratic.a;
-        let across = DMatrix::from_fn(set.columns.len(), columns.len(), |row, column| {
-            all[(set.columns[row], columns[column])]
-        });
-        let a = of.a - across.tr_mul(&(&posterior.covariance * &across));
-        let b = of.b - across.tr_mul(&posterior.mean);
-        (a, b)
     }
 
     fn prior(&self, columns: &[usize], scale: usize) -> (DVector<f64>, Vec<Bounds>) {
@@ -328,19 +307,36 @@ impl Search<'_> {
         )
     }
 
-    /// A set evaluated in full, from a set with a candidate added or one taken out: over all scales and choices of the
-    /// changed candidate, then of every other in turn.
+    /// A set evaluated in full, from a set with a candidate added, over all its scales and choices, or one taken out.
     fn full(&self, from: &Found, added: Option<usize>, out: Option<usize>) -> Option<Found> {
-        let mut members: Vec<Member> = from
-            .members
-            .iter()
-            .copied()
-            .filter(|of| Some(of.0) != out)
+        let mut members: Vec<(Member, f64)> = (from.members.iter().copied())
+            .zip(from.mixtures.iter().copied())
+            .filter(|(of, _)| Some(of.0) != out)
             .collect();
-        if let Some(candidate) = added {
-            members.push(self.untried(candidate));
-        }
-        self.ascend(members, added)
+        members.extend(added.map(|candidate| (self.untried(candidate), 0.0)));
+        self.ascend(members, |candidate| Some(candidate) == added)
+            .filter(|found| self.is_resolved(found))
+    }
+
+    /// A found set, over all scales and choices of each member in turn.
+    fn polished(&self, found: &Found) -> Option<Found> {
+        let members = found.members.iter().map(|of| (*of, 0.0)).collect();
+        self.ascend(members, |_| true)
+            .filter(|found| self.is_resolved(found))
+    }
+
+    /// False where a delay or lag is shorter than a step: when within a step things happen explains as much.
+    fn is_resolved(&self, found: &Found) -> bool {
+        let Some(posterior) = &found.posterior else {
+            return true;
+        };
+        let mut first = 0;
+        found.members.iter().all(|(candidate, choice, _)| {
+            let least = self.choices.least[*candidate];
+            let is_short = least.is_some_and(|least| posterior.mean[first].abs() < least);
+            first += self.choices.of[candidate][*choice].len();
+            !is_short
+        })
     }
 
     /// A member before its choices and scales are tried: the first choice, the middle scale.
@@ -350,56 +346,84 @@ impl Search<'_> {
 
     /// The set of all candidates of the point.
     pub(crate) fn whole(&self, candidates: &[usize]) -> Option<Found> {
-        self.ascend(
-            candidates.iter().map(|of| self.untried(*of)).collect(),
-            None,
-        )
+        let members = candidates.iter().map(|of| (self.untried(*of), 0.0));
+        self.ascend(members.collect(), |_| true)
     }
 
-    fn ascend(&self, mut members: Vec<Member>, added: Option<usize>) -> Option<Found> {
-        members.sort_unstable();
-        let mut set: Vec<usize> = members.iter().map(|of| of.0).collect();
-        set.sort_unstable();
-        if members.is_empty() {
-            return Some(self.found(Vec::new(), Vec::new(), Vec::new(), None, 0.0));
-        }
-        let mut visited: BTreeMap<Vec<Member>, (f64, Vec<usize>, Truncated)> = BTreeMap::new();
-        let mut order: Vec<usize> = (0..members.len()).collect();
-        order.sort_by_key(|at| Some(members[*at].0) != added);
-        for at in order {
-            let candidate = members[at].0;
-            let mut best: Option<(f64, Member)> = None;
+    /// The likeliest choices and scales of some members, one member after the other.
+    fn ascend(
+        &self,
+        mut members: Vec<(Member, f64)>,
+        varied: impl Fn(usize) -> bool,
+    ) -> Option<Found> {
+        members.sort_by_key(|(of, _)| *of);
+        let plain = |members: &[(Member, f64)]| -> Vec<Member> {
+            members.iter().map(|(of, _)| *of).collect()
+        };
+        let mut best = self.evaluate(&plain(&members));
+        for at in 0..members.len() {
+            let candidate = members[at].0.0;
+            if !varied(candidate) {
+                continue;
+            }
+            let mut logs = Vec::new();
             for choice in 0..self.choices.of[&candidate].len() {
                 for scale in 0..self.choices.options.prior_scales.len() {
-                    let mut tried = members.clone();
+                    let mut tried = plain(&members);
                     tried[at] = (candidate, choice, scale);
-                    let log = match visited.get(&tried) {
-                        Some((log, ..)) => *log,
-                        None => {
-                            let Some((columns, posterior)) = self.evaluate(&tried) else {
-                                continue;
-                            };
-                            let log = posterior.log_evidence;
-                            visited.insert(tried.clone(), (log, columns, posterior));
-                            log
-                        }
+                    let Some(found) = self.evaluate(&tried) else {
+                        continue;
                     };
-                    if best.is_none_or(|(so_far, _)| log > so_far) {
-                        best = Some((log, tried[at]));
+                    logs.push(found.1.log_evidence);
+                    let so_far = best.as_ref().map(|of| of.1.log_evidence);
+                    if so_far.is_none_or(|log| found.1.log_evidence >= log) {
+                        members[at].0 = tried[at];
+                        best = Some(found);
                     }
                 }
             }
-            members[at] = best?.1;
+            let (_, posterior) = best.as_ref()?;
+            let ways = self.choices.of[&candidate].len() * self.choices.options.prior_scales.len();
+            members[at].1 =
+                log_sum(logs.iter().copied()) - (ways as f64).ln() - posterior.log_evidence;
         }
-        let ways: f64 = set
+        let (columns, posterior) = best?;
+        let mixtures: Vec<f64> = members.iter().map(|(_, mixture)| *mixture).collect();
+        let gain = posterior.log_evidence + mixtures.iter().sum::<f64>();
+        let members = plain(&members);
+        let set = members.iter().map(|of| of.0).collect();
+        let mut found = self.found(set, members, columns, Some(posterior), gain)?;
+        found.mixtures = mixtures;
+        Some(found)
+    }
+
+    fn precision(&self, members: &[Member]) -> Vec<f64> {
+        let of = |(candidate, choice, scale): &Member| {
+            let (sd, _) = self.prior(&self.choices.of[candidate][*choice], *scale);
+            sd.map(|sd| sd.powi(-2)).as_slice().to_vec()
+        };
+        members.iter().flat_map(of).collect()
+    }
+
+    /// A found set without some of its candidates, choices and scales as they were found.
+    pub(crate) fn without(&self, found: &Found, out: &[usize]) -> Option<Found> {
+        let kept = found
+            .members
             .iter()
-            .map(|of| {
-                ((self.choices.of[of].len() * self.choices.options.prior_scales.len()) as f64).ln()
-            })
-            .sum();
-        let gain = log_sum(visited.values().map(|of| of.0)) - ways;
-        let (_, columns, posterior) = visited.remove(&members)?;
-        Some(self.found(set, members, columns, Some(posterior), gain))
+            .copied()
+            .zip(found.mixtures.iter().copied());
+        let kept = kept.filter(|(of, _)| !out.contains(&of.0)).collect();
+        self.ascend(kept, |_| false)
+    }
+
+    /// A found set on this level's likelihood, its choices and scales as they were found.
+    pub(crate) fn again(&self, found: &Found) -> Option<Found> {
+        let (columns, posterior) = self.evaluate(&found.members)?;
+        let gain = posterior.log_evidence + found.mixtures.iter().sum::<f64>();
+        let (set, members) = (found.set.clone(), found.members.clone());
+        let mut again = self.found(set, members, columns, Some(posterior), gain)?;
+        again.mixtures.clone_from(&found.mixtures);
+        Some(again)
     }
 
     fn evaluate(&self, members: &[Member]) -> Option<(Vec<usize>, Truncated)> {
@@ -413,11 +437,26 @@ impl Search<'_> {
             sds.extend(sd.iter().copied());
             bounds.extend(within);
         }
-        let of = self.level.quadratic.select(&columns);
+        let set: Vec<usize> = members.iter().map(|of| of.0).collect();
+        let of = self.level.given(&set)?.quadratic.select(&columns);
         let sd = DVector::from_vec(sds);
         let posterior = truncated_evidence::evidence(&of.a, &of.b, &sd, &bounds)?;
         Some((columns, posterior))
     }
+}
+
+/// The quadratic in some columns with a set's parameters integrated out, its bounds as soft as they were found.
+fn conditional(all: &Quadratic, set: &Found, columns: &[usize]) -> (DMatrix<f64>, DVector<f64>) {
+    let of = all.select(columns);
+    let Some(posterior) = &set.posterior else {
+        return (of.a, of.b);
+    };
+    let across = DMatrix::from_fn(set.columns.len(), columns.len(), |row, column| {
+        all.a[(set.columns[row], columns[column])]
+    });
+    let a = of.a - across.tr_mul(&(&posterior.covariance * &across));
+    let b = of.b - across.tr_mul(&posterior.mean);
+    (a, b)
 }
 
 /// A set with a candidate more, ascending.
@@ -425,6 +464,14 @@ fn with(set: &[usize], candidate: usize) -> Vec<usize> {
     let mut larger = [set, &[candidate]].concat();
     larger.sort_unstable();
     larger
+}
+
+/// A step in standard deviations of the prior, for a delay or a lag.
+fn least(problem: &Problem<'_>, of: &Candidate) -> Option<f64> {
+    let p = of.parameters.first()?;
+    effect(of.effect)
+        .is_timing()
+        .then(|| problem.model.timestep / p.prior_sd)
 }
 
 /// Logarithm of a sum of exponentials.

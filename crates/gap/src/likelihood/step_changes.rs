@@ -5,12 +5,12 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::{
     error::GapError,
-    fit::segmented_problem::SegmentedProblem,
     likelihood::{
         changes::{Change, Kind},
         track::{Boundary, Grid, Rolled, Track},
     },
     plant::Simulation,
+    problem::problem::Problem,
     rollout::shooting::{self, WarmUp},
 };
 
@@ -56,7 +56,7 @@ fn stepped_under(simulation: &mut dyn Simulation, at: &Boundary, force: &[f64]) 
 
 /// Differences of two steps over a step of something: tangent [2 nv] and channels.
 pub(crate) fn difference(
-    problem: &SegmentedProblem<'_>,
+    problem: &Problem<'_>,
     simulation: &dyn Simulation,
     from: &Stepped,
     to: &Stepped,
@@ -82,7 +82,7 @@ pub(crate) fn difference(
 }
 
 pub(crate) fn state_changes(
-    problem: &SegmentedProblem<'_>,
+    problem: &Problem<'_>,
     simulation: &mut dyn Simulation,
     rolled: &[Rolled],
     force_scale: &DVector<f64>,
@@ -173,7 +173,7 @@ pub(crate) fn references(simulation: &mut dyn Simulation, rolled: &[Rolled]) -> 
 }
 
 pub(crate) fn inputs(
-    problem: &SegmentedProblem<'_>,
+    problem: &Problem<'_>,
     track: &Track,
     rolled: &[Rolled],
     references: &References,
@@ -193,17 +193,16 @@ pub(crate) fn inputs(
         Err(_) => plant.simulation(base.0, base.1)?,
     };
     let trial = &problem.trials[track.trial];
-    // The base steps along beside what remembers.
-    let mut beside = None;
-    if change.kind == Kind::Stepped {
-        let mut reference = plant.simulation(base.0, base.1)?;
-        let warm_up = WarmUp::required(problem.model, &change.entries, &problem.options.rollout);
+    let steps = change.kind == Kind::Stepped;
+    if steps {
+        let warm_up = WarmUp::required(
+            problem.model,
+            &change.entries,
+            &problem.settings.options.rollout,
+        );
         let motion = &problem.motions[track.trial];
         let first = &track.links[0].segment;
-        for simulation in [&mut simulation, &mut reference] {
-            shooting::lead_in(simulation.as_mut(), trial, first, motion, warm_up, step);
-        }
-        beside = Some(reference);
+        shooting::lead_in(simulation.as_mut(), trial, first, motion, warm_up, step);
     }
     let (mut tangent, mut reading) = (vec![0.0; 2 * nv], vec![0.0; channels]);
     let mut control = vec![0.0; trial.control.width()];
@@ -232,53 +231,46 @@ pub(crate) fn inputs(
                     direct[(row, at)] = *value as f32;
                 }
             };
-            match &mut beside {
-                Some(reference) => {
-                    let mut next = 0;
-                    for (at, state) in of.every.iter().enumerate() {
-                        let time = link.segment.start + at as f64 * step;
-                        trial.control.interpolate(time, &mut control);
-                        trial.control.interpolate(time - step, &mut earlier);
-                        let boundary = Boundary {
-                            step: at,
-                            saved: Vec::new(),
-                            full: Vec::new(),
-                            memory: Vec::new(),
-                            control: control.clone(),
-                            earlier: earlier.clone(),
-                            force: link.force(grid, at, force_scale),
-                        };
-                        let last = at == link.steps;
-                        // The end's step belongs to the next segment.
-                        let kept = last.then(|| (simulation.save(), reference.save()));
-                        reference.rejoin(state);
-                        simulation.rejoin(state);
-                        let from = stepped(reference.as_mut(), &boundary);
-                        let to = stepped(simulation.as_mut(), &boundary);
-                        if next < of.boundaries.len() && of.boundaries[next].step == at {
-                            put(next, reference.as_ref(), &from, &to);
-                            next += 1;
-                        }
-                        if let Some((own, other)) = kept {
-                            simulation.load(&own);
-                            reference.load(&other);
-                        }
+            if steps {
+                let mut next = 0;
+                for (at, state) in of.every.iter().enumerate() {
+                    let time = link.segment.start + at as f64 * step;
+                    trial.control.interpolate(time, &mut control);
+                    trial.control.interpolate(time - step, &mut earlier);
+                    let boundary = Boundary {
+                        step: at,
+                        saved: Vec::new(),
+                        full: Vec::new(),
+                        memory: Vec::new(),
+                        control: control.clone(),
+                        earlier: earlier.clone(),
+                        force: link.force(grid, at, force_scale),
+                    };
+                    // The end's step belongs to the next segment.
+                    let kept = (at == link.steps).then(|| simulation.save());
+                    simulation.rejoin(state);
+                    let to = stepped(simulation.as_mut(), &boundary);
+                    if next < of.boundaries.len() && of.boundaries[next].step == at {
+                        put(next, simulation.as_ref(), &references[next][1], &to);
+                        next += 1;
+                    }
+                    if let Some(kept) = kept {
+                        simulation.load(&kept);
                     }
                 }
-                None => {
-                    for (at, boundary) in of.boundaries.iter().enumerate() {
-                        let [loaded, joined] = &references[at];
-                        let from = if change.kind == Kind::Loaded {
-                            simulation.load(&boundary.saved);
-                            loaded
-                        } else {
-                            simulation.rejoin(&boundary.full);
-                            simulation.set_memory(&boundary.memory);
-                            joined
-                        };
-                        let to = stepped(simulation.as_mut(), boundary);
-                        put(at, simulation.as_ref(), from, &to);
-                    }
+            } else {
+                for (at, boundary) in of.boundaries.iter().enumerate() {
+                    let [loaded, joined] = &references[at];
+                    let from = if change.kind == Kind::Loaded {
+                        simulation.load(&boundary.saved);
+                        loaded
+                    } else {
+                        simulation.rejoin(&boundary.full);
+                        simulation.set_memory(&boundary.memory);
+                        joined
+                    };
+                    let to = stepped(simulation.as_mut(), boundary);
+                    put(at, simulation.as_ref(), from, &to);
                 }
             }
             (states, direct)

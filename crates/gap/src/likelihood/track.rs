@@ -27,6 +27,8 @@ pub(crate) struct Link {
 pub(crate) struct Grid {
     /// Steps of a block.
     pub(crate) block: usize,
+    /// Steps between the readings that are predicted within a block.
+    pub(crate) knot: usize,
     /// Pieces of a segment.
     pub(crate) pieces: usize,
 }
@@ -100,7 +102,6 @@ impl Track {
                 let (qpos, qvel) = motion.state(*first);
                 Link {
                     segment: Segment {
-                        trial: index,
                         rows: *first..end,
                         start,
                         qpos: qpos.to_vec(),

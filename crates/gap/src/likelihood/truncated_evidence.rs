@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::fit::truncated_normal::{Bounds, Moments};
+use crate::likelihood::truncated_normal::{Bounds, Moments};
 
 /// Passes over all bounds at most.
 const PASSES: usize = 60;

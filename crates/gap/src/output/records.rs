@@ -7,7 +7,7 @@ use hydro_effects::Id;
 use serde::{Deserialize, Serialize};
 
 use crate::output::verdict::{
-    FittedEffect, FittedParameter, Gap, Outcome, Place, Regime, SensorPatch,
+    Calibration, FittedEffect, FittedParameter, Gap, Outcome, Place, Regime, SensorPatch,
 };
 
 /// One number that is compared with a measurement.
@@ -76,7 +76,7 @@ pub struct Hypothesis {
     pub probability: f64,
     /// Part of the excess that it leaves unexplained, 0 to 1.
     pub unexplained: f64,
-    /// True where it was refitted by full nonlinear rollouts.
+    /// True for the set about which the readings were linearised: the evidence of others is of first order.
     pub refitted: bool,
 }
 
@@ -99,10 +99,12 @@ pub struct Named {
     pub ranking: Vec<Hypothesis>,
     /// Fitted uncertain numbers of the nominal (name, value, standard deviation) under the chosen set.
     pub nuisances: Vec<(String, f64, f64)>,
-    /// Unexplained part of the excess, and the probability of so much under the chosen set.
-    pub unexplained: f64,
-    /// Probability of so much left over, had the chosen set been all.
-    pub unexplained_p_value: f64,
+    /// Part of the excess that the chosen effects explain; `None` where none are chosen.
+    #[serde(default)]
+    pub explained: Option<f64>,
+    /// How far the answer can be trusted, by simulation.
+    #[serde(default)]
+    pub calibration: Calibration,
     /// Remarks for the reader.
     pub remarks: Vec<String>,
 }

@@ -48,6 +48,9 @@ pub struct FittedEffect {
     pub probability: f64,
     /// True where it only stands in for something outside the catalogue.
     pub surrogate: bool,
+    /// Part of the excess over noise that comes back where it alone is left out, 0 to 1; null for what is not named.
+    #[serde(default)]
+    pub explained: Option<f64>,
     /// Values.
     pub parameters: Vec<FittedParameter>,
 }
@@ -170,6 +173,18 @@ impl Bias {
     }
 }
 
+/// How the method fares on trials simulated from its own answers.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// Level of the test for any gap: the part of trials without a gap in which one would be claimed.
+    pub alarm_level: f64,
+    /// Probability that trials without a gap look so much like a gap.
+    pub alarm: f64,
+    /// Of trials in which the second set is true, the part in which the first is found likeliest; effects by name, joined by
+    /// `+`, `none` where nothing is missing.
+    pub confusion: BTreeMap<String, BTreeMap<String, f64>>,
+}
+
 /// The patched model and its sensors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Patch {
@@ -190,6 +205,15 @@ pub struct Verdict {
     pub named: Vec<Id>,
     /// All with a non-negligible posterior, the likeliest first.
     pub effects: Vec<FittedEffect>,
+    /// Part of the excess over noise that the named effects take away together, 0 to 1; null where none is named.
+    #[serde(default)]
+    pub explained: Option<f64>,
+    /// The rest of it; null where there is no gap.
+    #[serde(default)]
+    pub unexplained: Option<f64>,
+    /// How far the answer can be trusted, by simulation.
+    #[serde(default)]
+    pub calibration: Calibration,
     /// Effects that the data cannot tell apart.
     pub confusion_set: Vec<Id>,
     /// The experiment that would tell.

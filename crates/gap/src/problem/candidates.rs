@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use hydro_effects as effects;
 use hydro_effects::{
-    Entry, Id, NearBoundary, Parameter,
+    Entry, Id, NearBoundary, Parameter, Part,
     card::{ActuatorScale, BodyScale, SensorScale, Target, TargetKind},
 };
 
@@ -16,6 +16,9 @@ use crate::{
         typical::Typical,
     },
 };
+
+/// The frequency of an oscillation [rad/s].
+pub(crate) const FREQUENCY: &str = "frequency";
 
 /// One effect on one target, or on every target of a kind with shared values.
 #[derive(Clone, Debug)]
@@ -78,6 +81,19 @@ impl Candidate {
             .iter()
             .any(|target| other.targets.contains(target));
         overlap && (includes(self, other) || includes(other, self))
+    }
+
+    /// Bounds a frequency so that its period is no longer than some seconds; false where it is not usual to be so short.
+    fn oscillates_within(&mut self, seconds: f64) -> bool {
+        let lowest = std::f64::consts::TAU / seconds;
+        let mut parameters = self.parameters.iter_mut();
+        parameters.all(|p| {
+            if p.name != FREQUENCY {
+                return true;
+            }
+            p.lower = p.lower.max(lowest);
+            p.lower < p.upper
+        })
     }
 
     /// Entries with values in the order of the parameters.
@@ -145,7 +161,14 @@ pub(crate) fn enumerate(
                 if boundary.is_some() && !travels(model, typical, options.least_travel) {
                     continue;
                 }
-                for body in model.bodies.iter().filter(|body| body.moves) {
+                let mut bodies: Vec<&PlantBody> =
+                    model.bodies.iter().filter(|body| body.moves).collect();
+                // All bodies are in the same water.
+                if matches!(effect.part(), Part::Water(_)) {
+                    bodies.retain(|body| bases.contains(&body.name.as_str()));
+                    bodies.truncate(1);
+                }
+                for body in bodies {
                     if boundary.is_some_and(|boundary| {
                         is_out_of_reach(boundary, model, typical, body, options.reach)
                     }) {
@@ -209,6 +232,11 @@ pub(crate) fn enumerate(
             }
         }
     }
+    let longest = trials
+        .iter()
+        .map(MeasuredTrial::seconds)
+        .fold(0.0, f64::max);
+    candidates.retain_mut(|of| of.oscillates_within(longest / options.periods));
     candidates
 }
 

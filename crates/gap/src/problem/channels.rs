@@ -62,6 +62,14 @@ impl MeasuredTrial {
         &self.values[row * self.width..(row + 1) * self.width]
     }
 
+    /// Time from the first row to the last [s].
+    pub(crate) fn seconds(&self) -> f64 {
+        match (self.times.first(), self.times.last()) {
+            (Some(first), Some(last)) => last - first,
+            _ => 0.0,
+        }
+    }
+
     /// Median time between rows [s].
     pub(crate) fn period(&self) -> f64 {
         let mut gaps: Vec<f64> = self
@@ -238,26 +246,6 @@ pub(crate) fn deviation(
         reading[component]
     };
     value - means[channel]
-}
-
-/// Standard deviation of every channel over some trials.
-pub(crate) fn spreads(trials: &[MeasuredTrial], channels: &Channels) -> Vec<f64> {
-    let mut sums = vec![(0.0, 0_usize); channels.len()];
-    for trial in trials {
-        let means = means(trial, channels);
-        for row in 0..trial.times.len() {
-            for (channel, (sum, count)) in sums.iter_mut().enumerate() {
-                let value = deviation(trial, channels, row, channel, &means);
-                if value.is_finite() {
-                    *sum += value * value;
-                    *count += 1;
-                }
-            }
-        }
-    }
-    sums.iter()
-        .map(|(sum, count)| (sum / (*count).max(1) as f64).sqrt())
-        .collect()
 }
 
 #[cfg(test)]

@@ -2,17 +2,14 @@
 
 use crate::{
     options::Options,
-    plant::Plant,
+    plant::{Plant, PlantDescription},
     problem::{
         candidates::Candidate,
         channels::{Channels, MeasuredTrial},
-        segments::{self, EstimatedMotion, Segment},
+        segments::EstimatedMotion,
         uncertainty::Uncertainty,
     },
 };
-
-/// Multiples of it, less their whole parts, are spread evenly and repeat nothing.
-const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// Settings of the workflow.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,10 +25,15 @@ pub struct Settings {
 /// Trials made ready.
 pub struct Problem<'a> {
     pub(crate) plant: &'a dyn Plant,
+    pub(crate) model: &'a PlantDescription,
     pub(crate) trials: Vec<MeasuredTrial>,
     pub(crate) motions: Vec<EstimatedMotion>,
     pub(crate) channels: Channels,
     pub(crate) candidates: Vec<Candidate>,
+    /// Log prior probability of each candidate among single effects.
+    pub(crate) log_shares: Vec<f64>,
+    /// Nuisance parameters in use: row of `PlantDescription::nuisances`, and standard deviation of the prior.
+    pub(crate) nuisances: Vec<(usize, f64)>,
     pub(crate) settings: Settings,
     /// Largest command of every actuator in the trials.
     pub(crate) commands: Vec<f64>,
@@ -43,28 +45,5 @@ impl std::fmt::Debug for Problem<'_> {
         f.debug_struct("Problem")
             .field("trials", &self.trials.len())
             .finish_non_exhaustive()
-    }
-}
-
-impl<'a> Problem<'a> {
-    /// Every trial cut into segments of about `length` seconds; of more than `most`, evenly spread ones.
-    pub(crate) fn segments(&self, length: f64, most: usize) -> Vec<Segment> {
-        let options = &self.settings.options.segments;
-        let all: Vec<Segment> = self
-            .trials
-            .iter()
-            .zip(&self.motions)
-            .enumerate()
-            .flat_map(|(at, (trial, motion))| segments::cut(at, trial, motion, length, options))
-            .collect();
-        let count = all.len();
-        if count <= most {
-            return all;
-        }
-        // Not in step with the trials: always the same part of each would see the same motion.
-        let place = |at: usize| (at as f64 + (at as f64 * GOLDEN).fract()) / most as f64;
-        (0..most)
-            .map(|at| all[((place(at) * count as f64) as usize).min(count - 1)].clone())
-            .collect()
     }
 }

@@ -31,8 +31,6 @@ impl EstimatedMotion {
 /// A stretch of a trial that is predicted in one go.
 #[derive(Clone, Debug)]
 pub(crate) struct Segment {
-    /// Which trial.
-    pub(crate) trial: usize,
     /// Its rows.
     pub(crate) rows: Range<usize>,
     /// State time of the start [s].
@@ -61,7 +59,6 @@ pub(crate) fn window_end(
 
 /// Cuts a trial into segments of about `length` seconds along its motion.
 pub(crate) fn cut(
-    index: usize,
     trial: &MeasuredTrial,
     motion: &EstimatedMotion,
     length: f64,
@@ -82,7 +79,6 @@ pub(crate) fn cut(
         if end - first >= options.least_rows {
             let (qpos, qvel) = motion.state(first);
             segments.push(Segment {
-                trial: index,
                 rows: first..end,
                 start: motion.times[first],
                 qpos: qpos.to_vec(),

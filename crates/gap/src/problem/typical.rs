@@ -83,16 +83,15 @@ impl Typical {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tests::{fake::RigidBody, on_linearized, trial};
+    use crate::tests::{fake::RigidBody, on_prepared, trial};
 
     #[test]
     fn the_largest_command_is_one_that_an_actuator_obeys() {
         let trials = vec![trial("pushed", &[], &[0.0, 0.0], 0, 1.0)];
-        on_linearized(&RigidBody::new(), trials, |linearized, _| {
-            let mut model = linearized.problem.model.clone();
+        on_prepared(&RigidBody::new(), trials, |problem, _| {
+            let mut model = problem.model.clone();
             let largest = |model: &PlantDescription| {
-                Typical::from_trials(model, linearized.problem.trials, linearized.problem.motions)
-                    .command
+                Typical::from_trials(model, &problem.trials, &problem.motions).command
             };
             assert!(largest(&model)[1] > 0.5);
             model.actuators[1].range = Some([-0.2, 0.1]);

@@ -91,7 +91,6 @@ impl WindowProblem<'_> {
             let end = segments::window_end(trial, first, options.window, options.least_rows);
             let (start, qpos, qvel) = next;
             windows.push(Segment {
-                trial: 0,
                 rows: first..end,
                 start,
                 qpos,

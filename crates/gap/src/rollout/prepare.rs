@@ -89,8 +89,20 @@ impl<'a> Problem<'a> {
             &typical,
             &settings.options.candidates,
         );
+        let uncertainty = &settings.uncertainty;
+        let nuisances = (model.nuisances.iter().enumerate())
+            .map(|(at, nuisance)| {
+                let options = &settings.options.candidates;
+                (at, uncertainty.standard_deviation(nuisance, options))
+            })
+            .filter(|(_, sd)| *sd > 0.0)
+            .collect();
+        let elaborate = settings.options.candidates.elaborate_form;
         Ok(Self {
             plant,
+            model,
+            log_shares: candidates::log_shares(&candidates, elaborate),
+            nuisances,
             trials,
             motions,
             channels,

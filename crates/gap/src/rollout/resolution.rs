@@ -78,7 +78,6 @@ mod tests {
             initial_state: None,
         };
         let segment = Segment {
-            trial: 0,
             rows: 0..50,
             start: 0.0,
             qpos: vec![],

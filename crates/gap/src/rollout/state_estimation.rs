@@ -110,7 +110,6 @@ pub(crate) fn estimate_motion(
     let (qpos, qvel) = first_guess(simulation.as_mut(), trial, model);
     let mut motion = EstimatedMotion::default();
     let mut guess = Segment {
-        trial: 0,
         rows: 0..rows,
         start: on_the_grid(trial, trial.times[0] - model.timestep, model.timestep),
         qpos,

@@ -6,7 +6,7 @@ use hydro_effects as effects;
 use hydro_effects::{Entry, Part};
 
 use crate::{
-    fit::{intervals, linearized_problem::LinearizedProblem},
+    likelihood::explanation::Explanation,
     output::{records::Added, verdict::SensorPatch},
     plant::Nuisance,
     problem::problem::Problem,
@@ -34,20 +34,19 @@ pub struct Addition {
 /// The chosen effects. None where nothing was chosen.
 pub fn add(
     problem: &Problem<'_>,
-    linearized: &LinearizedProblem<'_>,
+    explanation: &Explanation<'_>,
     naming: &Naming,
 ) -> Option<Addition> {
-    let search = &naming.search;
-    let scored = &search.scored[naming.chosen];
     if naming.named.chosen.is_empty() {
         return None;
     }
-    let (entries, sensors) = split(linearized, linearized.problem.entries(&scored.fit.point));
-    let draws = bootstrap(problem, linearized, naming);
-    let values = linearized.problem.nuisance_values(&scored.fit.point);
-    let moved = linearized.problem.nuisances.iter().enumerate();
+    let point = explanation.point(naming.chosen);
+    let (entries, sensors) = split(explanation, explanation.problem.entries(&point));
+    let draws = bootstrap(problem, explanation, naming);
+    let values = explanation.problem.nuisance_values(&point);
+    let moved = explanation.problem.nuisances.iter().enumerate();
     let moved = moved.filter(|(_, (nuisance, prior))| {
-        values[*nuisance].abs() >= linearized.problem.options.add.least_shift * prior
+        values[*nuisance].abs() >= explanation.problem.settings.options.add.least_shift * prior
     });
     let (numbers, deviations) = moved
         .map(|(at, (nuisance, prior))| {
@@ -55,7 +54,7 @@ pub fn add(
             let deviation = fitted.map_or(*prior, |(_, _, deviation)| *deviation);
             (
                 (
-                    linearized.problem.model.nuisances[*nuisance].clone(),
+                    explanation.problem.model.nuisances[*nuisance].clone(),
                     values[*nuisance],
                 ),
                 deviation,
@@ -69,10 +68,8 @@ pub fn add(
             sensors,
             bootstrap: draws,
             numbers: Vec::new(),
-            cross_fit: cross_fit(problem, linearized, naming),
-            recalibrated: linearized
-                .problem
-                .nuisance_values(&search.scored[0].fit.point),
+            cross_fit: cross_fit(problem, explanation, naming),
+            recalibrated: explanation.recalibrated(None),
             model: None,
             diff: String::new(),
             remarks: Vec::new(),
@@ -85,18 +82,18 @@ pub fn add(
 
 /// Effects of the model, and corrections of sensors.
 fn split(
-    linearized: &LinearizedProblem<'_>,
+    explanation: &Explanation<'_>,
     entries: Vec<Entry>,
 ) -> (Vec<Entry>, BTreeMap<String, SensorPatch>) {
     let (of_sensors, others): (Vec<Entry>, Vec<Entry>) = entries
         .into_iter()
         .partition(|entry| matches!(effects::effect(entry.effect).part(), Part::Sensor(_)));
-    (others, sensor_patches(linearized, of_sensors.iter()))
+    (others, sensor_patches(explanation, of_sensors.iter()))
 }
 
 /// Corrections by sensor, as `patch.sensors` has them.
 fn sensor_patches<'e>(
-    linearized: &LinearizedProblem<'_>,
+    explanation: &Explanation<'_>,
     entries: impl Iterator<Item = &'e Entry>,
 ) -> BTreeMap<String, SensorPatch> {
     let mut patches: BTreeMap<String, SensorPatch> = BTreeMap::new();
@@ -104,9 +101,9 @@ fn sensor_patches<'e>(
         let Part::Sensor(part) = effects::effect(entry.effect).part() else {
             continue;
         };
-        let mut sources = linearized.problem.channels.sources.iter();
+        let mut sources = explanation.problem.channels.sources.iter();
         let source =
-            sources.find(|of| linearized.problem.model.sensors[of.sensor].name == entry.target);
+            sources.find(|of| explanation.problem.model.sensors[of.sensor].name == entry.target);
         let components = source.map_or(1, |source| source.channels);
         let patch = patches
             .entry(entry.target.clone())
@@ -123,14 +120,12 @@ fn sensor_patches<'e>(
 
 /// The nominal's uncertain numbers as they were fitted where nothing is missing, by nuisance parameter of the model: value
 /// and standard deviation, zero where the fit hardly moved one.
-pub fn refitted(linearized: &LinearizedProblem<'_>, naming: &Naming) -> Vec<(f64, f64)> {
-    let empty = &naming.search.scored[0].fit;
-    let mut all = vec![(0.0, 0.0); linearized.problem.model.nuisances.len()];
-    let fitted = intervals::nuisances(linearized, empty, naming.search.inflation);
-    for ((nuisance, prior), (_, value, deviation)) in
-        linearized.problem.nuisances.iter().zip(fitted)
-    {
-        if value.abs() >= linearized.problem.options.add.least_shift * prior {
+pub fn refitted(explanation: &Explanation<'_>) -> Vec<(f64, f64)> {
+    let problem = &explanation.problem;
+    let mut all = vec![(0.0, 0.0); problem.model.nuisances.len()];
+    let fitted = explanation.nuisances(explanation.nothing());
+    for ((nuisance, prior), (_, value, deviation)) in problem.nuisances.iter().zip(fitted) {
+        if value.abs() >= problem.settings.options.add.least_shift * prior {
             all[*nuisance] = (value, deviation);
         }
     }

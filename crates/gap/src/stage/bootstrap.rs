@@ -5,46 +5,41 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::{
-    fit::{hypothesis::sum, intervals::parameters, linearized_problem::LinearizedProblem},
-    output::verdict::FittedParameter,
-    problem::problem::Problem,
-    stage::name::Naming,
-    statistics::interval95,
+    likelihood::explanation::Explanation, output::verdict::FittedParameter,
+    problem::problem::Problem, stage::name::Naming, statistics::interval95,
 };
 
 /// Intervals from trials drawn again with replacement; the linearisation at the optimum is kept. A value that its bound
 /// holds in every draw has no spread here.
 pub(crate) fn bootstrap(
     problem: &Problem<'_>,
-    linearized: &LinearizedProblem<'_>,
+    explanation: &Explanation<'_>,
     naming: &Naming,
 ) -> Vec<(Id, String, Vec<FittedParameter>)> {
-    let search = &naming.search;
-    let fit = &search.scored[naming.chosen].fit;
-    let trials = fit.quadratics.len();
+    let level = explanation.level(naming.chosen);
+    let trials = level.trials.len();
     if trials < 2 {
         return Vec::new();
     }
     let mut rng = ChaCha8Rng::seed_from_u64(problem.settings.seed);
-    let draws: Vec<_> = (0..linearized.problem.options.add.bootstrap_draws)
+    let draws: Vec<_> = (0..explanation.problem.settings.options.add.bootstrap_draws)
         .filter_map(|_| {
             let drawn: Vec<usize> = (0..trials).map(|_| rng.random_range(0..trials)).collect();
-            let quadratic = sum(drawn.iter().map(|at| &fit.quadratics[*at]));
-            quadratic.inflated(search.inflation).best(&fit.bounds)
+            let level = level.drawn(&drawn)?;
+            let found = explanation.refitted(naming.chosen, &level)?;
+            Some(explanation.point_of(&level, &found))
         })
-        .map(|optimum| optimum.z)
         .collect();
-    let mut at = linearized.problem.nuisances.len();
     let mut intervals = Vec::new();
-    for candidate in &fit.point.candidates {
-        let of = &linearized.problem.candidates[*candidate];
-        let mut fitted = parameters(linearized, fit, *candidate, search.inflation);
-        for (p, fitted) in of.parameters.iter().zip(&mut fitted) {
-            let mut values: Vec<f64> = draws.iter().map(|z| p.null + z[at] * p.prior_sd).collect();
+    let chosen = explanation.point(naming.chosen);
+    for (row, candidate) in chosen.candidates.iter().enumerate() {
+        let of = &explanation.problem.candidates[*candidate];
+        let mut fitted = explanation.parameters(naming.chosen, *candidate);
+        for (at, fitted) in fitted.iter_mut().enumerate() {
+            let mut values: Vec<f64> = draws.iter().map(|point| point.values[row][at]).collect();
             if let Some(interval) = interval95(&mut values) {
                 fitted.ci95 = interval;
             }
-            at += 1;
         }
         for target in &of.targets {
             intervals.push((of.effect, target.clone(), fitted.clone()));

@@ -59,6 +59,12 @@ pub fn conclude(
         verdict: named.outcome,
         named: ids,
         effects: named.effects.clone(),
+        explained: named.explained,
+        unexplained: match named.outcome {
+            Outcome::NoGap => None,
+            _ => Some(1.0 - named.explained.unwrap_or(0.0)),
+        },
+        calibration: named.calibration.clone(),
         confusion_set: named.confusion_set.clone(),
         next_experiment: named.next_experiment.clone(),
         places: found.places.clone(),

@@ -1,223 +1,113 @@
 //! The decision: named, confusable, unknown, or no gap.
 
+use std::collections::BTreeMap;
+
 use hydro_effects::Id;
 
 use crate::{
-    fit::{
-        hypothesis::Fit,
-        linearized_problem::{Adequacy, LinearizedProblem},
-    },
-    output::verdict::Outcome,
-    select::{
-        evidence::{Scored, mechanisms},
-        search::Search,
-    },
-    stage::posterior::Weights,
+    likelihood::explanation::Explanation,
+    output::verdict::{Calibration, Outcome},
 };
 
 pub(crate) struct Decision {
     pub(crate) outcome: Outcome,
+    /// Row of the chosen set; of the empty one where nothing is chosen.
     pub(crate) chosen: usize,
-    pub(crate) named: Vec<(Id, String)>,
+    /// Named candidates, with the part of the excess that each explains.
+    pub(crate) named: BTreeMap<usize, f64>,
+    /// Part of the excess that the chosen set explains.
+    pub(crate) explained: Option<f64>,
     pub(crate) confusion: Vec<Id>,
-    /// Two refitted sets that an experiment should tell apart.
+    /// Two sets that an experiment should tell apart.
     pub(crate) apart: Option<(usize, usize)>,
-    pub(crate) unexplained: f64,
-    pub(crate) p_value: f64,
 }
 
-pub(crate) fn decide(
-    linearized: &LinearizedProblem<'_>,
-    search: &Search,
-    weights: &Weights,
-    adequacy: Adequacy,
-) -> Decision {
-    let empty = &search.scored[0];
-    let best = weights.best();
-    let least = &search.scored[best];
+/// Decides by probabilities: of any gap, of every effect given that there is one, and by what the set explains.
+pub(crate) fn decide(explanation: &Explanation<'_>, calibration: &Calibration) -> Decision {
+    let options = &explanation.problem.settings.options.name;
+    let nothing = explanation.nothing();
+    let (agreement, unmodelled) = explanation.without_effects();
     let mut decision = Decision {
         outcome: Outcome::NoGap,
-        chosen: 0,
-        named: Vec::new(),
+        chosen: nothing,
+        named: BTreeMap::new(),
+        explained: None,
         confusion: Vec::new(),
         apart: None,
-        unexplained: unexplained_part(linearized, &empty.fit, &least.fit),
-        p_value: adequacy.p_value,
     };
-    if adequacy.p_value <= linearized.problem.options.name.inadequate_p_value {
-        decision.outcome = Outcome::Unknown;
-        decision.chosen = best;
+    if agreement > 0.5 || calibration.alarm > calibration.alarm_level {
         return decision;
     }
-    // The set of highest probability, cut back until its mean error is small.
-    let ids = weights.ids(linearized, search);
-    let set_ids: Vec<Id> = {
-        let mut set: Vec<Id> = least
-            .set
-            .iter()
-            .map(|candidate| linearized.problem.candidates[*candidate].effect)
-            .collect();
-        set.sort_by(|a, b| ids[b].total_cmp(&ids[a]));
-        set.dedup();
-        set
-    };
-    let mut kept = 0;
-    let mut error = 0.0;
-    for id in &set_ids {
-        error += 1.0 - ids[id];
-        if error / (kept + 1) as f64 > linearized.problem.options.name.error {
-            break;
-        }
-        kept += 1;
-    }
-    let rivals = rivals(linearized, search, weights, best);
-    let undecided: Vec<Id> = rivals
-        .iter()
-        .flat_map(|rival| {
-            search.scored[*rival]
-                .set
-                .iter()
-                .map(|candidate| linearized.problem.candidates[*candidate].effect)
-        })
-        .filter(|id| !set_ids.contains(id))
-        .collect();
-    // What stands in every rival too is decided all the same.
-    let decided: Vec<Id> = set_ids[..kept]
-        .iter()
-        .filter(|id| {
-            rivals.iter().all(|rival| {
-                search.scored[*rival]
-                    .set
-                    .iter()
-                    .any(|candidate| linearized.problem.candidates[*candidate].effect == **id)
-            })
-        })
-        .copied()
-        .collect();
-    let something = 1.0 - weights.scored[0];
-    if least.set.is_empty()
-        || (kept == 0 && something < 1.0 - linearized.problem.options.name.error)
-    {
+    decision.outcome = Outcome::Unknown;
+    let gap = 1.0 - agreement;
+    let best = (0..explanation.sets.len()).find(|row| *row != nothing);
+    let Some(best) = best.filter(|_| unmodelled < 0.5 * gap) else {
         return decision;
-    }
-    if !undecided.is_empty() || decided.is_empty() {
-        let mut confusion: Vec<Id> = set_ids
-            .iter()
-            .filter(|id| !decided.contains(id))
-            .copied()
-            .chain(undecided)
-            .collect();
-        confusion.sort_unstable();
-        confusion.dedup();
-        if confusion.len() < 2 {
-            // No rival is near by output: the posterior alone is split.
-            confusion = ids
-                .iter()
-                .filter(|(_, p)| **p > linearized.problem.options.name.error)
-                .map(|(id, _)| *id)
-                .collect();
-        }
-        confusion.sort_by(|a, b| {
-            let p = |id: &Id| ids.get(id).copied().unwrap_or(0.0);
-            p(b).total_cmp(&p(a))
-        });
-        decision.confusion = confusion;
-        // Where no rival is near by output, the likeliest of the others that hold a member which the best lacks.
-        let holds_another = |at: &usize| {
-            let mut set = search.scored[*at].set.iter();
-            set.any(|candidate| {
-                let id = linearized.problem.candidates[*candidate].effect;
-                decision.confusion.contains(&id) && !set_ids.contains(&id)
-            })
-        };
-        let nearest = weights
-            .likeliest(rivals.iter().copied())
-            .or_else(|| weights.likeliest((0..search.scored.len()).filter(holds_another)));
-        decision.apart = nearest.map(|rival| (best, rival));
-    }
+    };
     decision.chosen = best;
-    if decided.is_empty() {
-        decision.outcome = Outcome::Confusable;
-        if decision.confusion.len() < 2 {
-            decision.confusion.clear();
-            decision.apart = None;
-            decision.outcome = Outcome::NoGap;
-            decision.chosen = 0;
-        }
+    let explained = |without: &[usize]| explanation.explained(best, without);
+    let whole = explained(&[]);
+    decision.explained = Some(whole);
+    if whole < options.explained {
+        return decision;
+    }
+    let mut probabilities = explanation.ids();
+    for p in probabilities.values_mut() {
+        *p /= gap;
+    }
+    let set = &explanation.sets[best].set;
+    let id = |candidate: &usize| explanation.problem.candidates[*candidate].effect;
+    let sure: Vec<usize> = set
+        .iter()
+        .copied()
+        .filter(|of| {
+            probabilities
+                .get(&id(of))
+                .is_some_and(|p| *p >= options.named)
+        })
+        .collect();
+    if sure.len() < set.len() {
+        let decided: Vec<Id> = sure.iter().map(id).collect();
+        decision.confusion = confusion(&probabilities, &decided, options.error);
+        let own = explanation.effects(set);
+        let rival = (0..explanation.sets.len())
+            .find(|row| *row != nothing && explanation.effects(&explanation.sets[*row].set) != own);
+        decision.apart = rival.map(|rival| (best, rival));
+    }
+    // What the error of form of the others could explain as well is not named.
+    let error = explanation.problem.settings.options.likelihood.form_error;
+    decision.named = sure
+        .iter()
+        .map(|candidate| (*candidate, whole - explained(&[*candidate])))
+        .filter(|(_, share)| sure.len() == 1 || *share >= error * error * whole)
+        .collect();
+    if decision.named.is_empty() {
+        decision.outcome = match decision.confusion.len() {
+            0 | 1 => Outcome::Unknown,
+            _ => Outcome::Confusable,
+        };
         return decision;
     }
     decision.outcome = Outcome::Named;
-    decision.named = least
-        .set
+    let kept: Vec<usize> = decision.named.keys().copied().collect();
+    let exact = explanation.sets.iter().position(|of| of.set == kept);
+    decision.chosen = exact.unwrap_or(best);
+    let others: Vec<usize> = set
         .iter()
-        .filter(|candidate| decided.contains(&linearized.problem.candidates[**candidate].effect))
-        .flat_map(|candidate| {
-            let of = &linearized.problem.candidates[*candidate];
-            of.targets
-                .iter()
-                .map(move |target| (of.effect, target.clone()))
-        })
+        .copied()
+        .filter(|of| !kept.contains(of))
         .collect();
-    // Only a set that was refitted can be added: find the likeliest that holds exactly what is decided.
-    if decided.len() < set_ids.len() {
-        let mut wanted = mechanisms(linearized, &least.set);
-        wanted.retain(|(effect, _)| decided.contains(effect));
-        let exact = (0..search.scored.len())
-            .filter(|at| mechanisms(linearized, &search.scored[*at].set) == wanted);
-        decision.chosen = weights.likeliest(exact).unwrap_or(best);
-    }
+    decision.explained = Some(explained(&others));
     decision
 }
 
-/// Refitted sets of no more effects than the best whose outputs are as near to the data.
-fn rivals(
-    linearized: &LinearizedProblem<'_>,
-    search: &Search,
-    weights: &Weights,
-    best: usize,
-) -> Vec<usize> {
-    let of = &search.scored[best];
-    let ids = |scored: &Scored| -> Vec<Id> {
-        let mut ids: Vec<Id> = scored
-            .set
-            .iter()
-            .map(|candidate| linearized.problem.candidates[*candidate].effect)
-            .collect();
-        ids.sort_unstable();
-        ids
-    };
-    // Uncertain numbers of the nominal may be bent to mimic an effect, at the price of their priors.
-    let charge = |at: usize| {
-        let scored = &search.scored[at];
-        scored.fit.misfit / search.inflation + scored.fit.penalty
-    };
-    let probable =
-        |at: usize| weights.whole[at] > linearized.problem.options.name.error * weights.whole[best];
-    // The likeliest of its forms speaks for an explanation.
-    let speaks = |at: usize| {
-        let of = mechanisms(linearized, &search.scored[at].set);
-        (0..search.scored.len()).all(|other| {
-            weights.scored[other] <= weights.scored[at]
-                || mechanisms(linearized, &search.scored[other].set) != of
-        })
-    };
-    (1..search.scored.len())
-        .filter(|at| {
-            let other = &search.scored[*at];
-            *at != best
-                && other.set.len() <= of.set.len()
-                && ids(other) != ids(of)
-                && charge(*at) - charge(best) < linearized.problem.options.name.confusable
-                && probable(*at)
-                && speaks(*at)
-        })
-        .collect()
-}
-
-/// Part of the excess that a fit leaves.
-pub(crate) fn unexplained_part(linearized: &LinearizedProblem<'_>, empty: &Fit, best: &Fit) -> f64 {
-    let fitted = (2 * linearized.problem.model.nv * linearized.problem.segments.len()) as f64;
-    let noise = (best.readings as f64 - fitted).max(1.0);
-    let excess = (empty.misfit - noise).max(f64::MIN_POSITIVE);
-    ((best.misfit - noise) / excess).clamp(0.0, 1.0)
+/// Effects that are neither decided nor improbable, the likeliest first.
+fn confusion(probabilities: &BTreeMap<Id, f64>, decided: &[Id], error: f64) -> Vec<Id> {
+    let mut open: Vec<(Id, f64)> = probabilities
+        .iter()
+        .filter(|(id, p)| **p > error && !decided.contains(id))
+        .map(|(id, p)| (*id, *p))
+        .collect();
+    open.sort_by(|a, b| b.1.total_cmp(&a.1));
+    open.into_iter().map(|(id, _)| id).collect()
 }

@@ -10,15 +10,9 @@ use rayon::prelude::*;
 
 use crate::{
     error::GapError,
-    fit::{
-        hypothesis::Point, linearized_problem::LinearizedProblem,
-        segmented_problem::SegmentedProblem,
-    },
+    likelihood::working_point::WorkingPoint,
     plant::Simulation,
-    problem::{
-        channels::MeasuredTrial,
-        segments::{self, EstimatedMotion},
-    },
+    problem::{channels::MeasuredTrial, point::Point, problem::Problem, segments::EstimatedMotion},
     progress::Watch,
     rollout::sensor_correction,
     trial::Series,
@@ -103,7 +97,7 @@ const MENU: [Manoeuvre; 7] = [
 
 /// The manoeuvre that tells two fitted explanations apart best, in a sentence.
 pub(crate) fn next(
-    linearized: &LinearizedProblem<'_>,
+    problem: &Problem<'_>,
     one: &Point,
     other: &Point,
     commands: &[f64],
@@ -113,7 +107,7 @@ pub(crate) fn next(
     let distances: Vec<Option<f64>> = MENU
         .par_iter()
         .map(|manoeuvre| {
-            let distance = distance(linearized, one, other, manoeuvre, commands, watch)?;
+            let distance = distance(problem, one, other, manoeuvre, commands, watch)?;
             watch.count("trying experiments", &done, MENU.len());
             Ok(distance)
         })
@@ -133,7 +127,7 @@ pub(crate) fn next(
     };
     let strength = distance.max(0.0).sqrt();
     Ok(
-        if distance < linearized.problem.options.name.distinguishable {
+        if distance < problem.settings.options.name.distinguishable {
             format!(
                 "no manoeuvre of the menu tells them apart in {LENGTH:.0} s (the best, {}, makes a difference of \
              {strength:.1} standard deviations); {BY_ITSELF}",
@@ -150,7 +144,7 @@ pub(crate) fn next(
 
 /// Squared whitened distance between what two explanations predict of a manoeuvre.
 fn distance(
-    linearized: &LinearizedProblem<'_>,
+    problem: &Problem<'_>,
     one: &Point,
     other: &Point,
     manoeuvre: &Manoeuvre,
@@ -158,68 +152,59 @@ fn distance(
     watch: &Watch<'_>,
 ) -> Result<Option<f64>, GapError> {
     // What is compared are two simulations, so any integrator serves, if it is the same.
-    let plant = linearized
-        .problem
-        .plant
-        .cheaper()
-        .unwrap_or(linearized.problem.plant);
+    let plant = problem.plant.cheaper().unwrap_or(problem.plant);
     let mut simulation = plant.simulation(
-        &vec![0.0; linearized.problem.model.nuisances.len()],
-        &linearized.problem.entries(one),
+        &vec![0.0; problem.model.nuisances.len()],
+        &problem.entries(one),
     )?;
-    let Some((trial, motion)) = perform(linearized, simulation.as_mut(), one, manoeuvre, commands)
+    let Some((trial, motion)) = perform(problem, simulation.as_mut(), one, manoeuvre, commands)
     else {
         return Ok(None);
     };
-    let trials = [trial];
-    let motions = [motion];
-    let options = &linearized.problem.options.segments;
-    let segments = segments::cut(0, &trials[0], &motions[0], options.length, options);
     let quiet = Watch::silent(watch.stop);
-    let problem = SegmentedProblem {
+    let simulated = Problem {
         plant,
         model: plant.description(),
-        trials: &trials,
-        motions: &motions,
-        segments,
-        ..linearized.problem.clone()
+        trials: vec![trial],
+        motions: vec![motion],
+        channels: problem.channels.clone(),
+        candidates: problem.candidates.clone(),
+        log_shares: problem.log_shares.clone(),
+        nuisances: problem.nuisances.clone(),
+        settings: problem.settings.clone(),
+        commands: problem.commands.clone(),
+        remarks: Vec::new(),
     };
-    // The other explanation is fitted from the numbers of its own fit.
-    let base = other.nuisances.clone();
-    let simulated = LinearizedProblem::about(problem, base, "sensitivities", &quiet);
-    let simulated = match simulated {
-        Ok(simulated) => simulated,
-        Err(GapError::NominalDiverges { .. }) => return Ok(None),
-        Err(fault) => return Err(fault),
+    let evidence = |point: &Point| -> Result<Option<f64>, GapError> {
+        let mut working = WorkingPoint::new(&simulated, &quiet)?;
+        working.point = point.clone();
+        working.settled_evidence()
     };
-    let mut first = simulated.origin();
-    first.candidates.clone_from(&other.candidates);
-    first.values.clone_from(&other.values);
-    let fit = simulated.fit(first, &quiet)?;
-    Ok(fit.map(|fit| fit.misfit))
+    let (one, other) = (evidence(one)?, evidence(other)?);
+    Ok(one.zip(other).map(|(one, other)| 2.0 * (one - other)))
 }
 
 /// Simulates a manoeuvre and records what the sensors would, without noise.
 fn perform(
-    linearized: &LinearizedProblem<'_>,
+    problem: &Problem<'_>,
     simulation: &mut dyn Simulation,
     point: &Point,
     manoeuvre: &Manoeuvre,
     commands: &[f64],
 ) -> Option<(MeasuredTrial, EstimatedMotion)> {
-    let model = linearized.problem.model;
+    let model = problem.model;
     let step = model.timestep;
-    let period = linearized.problem.trials.first()?.period().max(step);
+    let period = problem.trials.first()?.period().max(step);
     let stride = (period / step).round().max(1.0) as usize;
     let rows = (LENGTH / (stride as f64 * step)) as usize;
-    let width = linearized.problem.trials.first()?.width;
+    let width = problem.trials.first()?.width;
     simulation.reset();
     if model.nq == model.nv + 1 {
         let mut tangent = vec![0.0; 2 * model.nv];
         tangent[3..5].copy_from_slice(&manoeuvre.tilt);
         simulation.retract(&tangent);
     }
-    let corrections = sensor_correction::corrections(model, &linearized.problem.entries(point));
+    let corrections = sensor_correction::corrections(model, &problem.entries(point));
     let mut control = Series {
         times: Vec::new(),
         columns: model.actuators.iter().map(|a| a.name.clone()).collect(),
@@ -260,13 +245,7 @@ fn perform(
             if at == 0 {
                 trial.times.push(time + step);
                 let mut reading = simulation.sensors()[..width].to_vec();
-                for source in linearized
-                    .problem
-                    .channels
-                    .sources
-                    .iter()
-                    .filter(|of| !of.attitude)
-                {
+                for source in problem.channels.sources.iter().filter(|of| !of.attitude) {
                     let correction = &corrections[source.sensor];
                     for (component, value) in reading[source.start..source.start + source.len]
                         .iter_mut()

@@ -1,20 +1,16 @@
 //! Locate (the stage `find`): where and when the nominal fails.
 //!
-//! The nominal is fitted to every segment within its own uncertainty (nuisance parameters and starts); what stays is
-//! whitened and added up by window and sensor. The largest window is judged against windows of simulated
-//! noise (maxT), so that the number of windows looked at is paid for. Structure too weak for any one window
-//! is judged over all of them (`adequacy`).
+//! Short segments of a trial are predicted from the ones before, the nominal's uncertain numbers fitted to all trials;
+//! squared innovations over their covariance are added up by window and sensor. Without a gap each sum is chi-square
+//! distributed; the number of windows looked at is paid for (Bonferroni). Structure too weak for any one window is judged
+//! over all of them.
 
 use std::collections::BTreeMap;
 
-use nalgebra::DMatrix;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
 use crate::{
-    discrepancy::adequacy,
     error::GapError,
-    fit::{hypothesis::Fit, linearized_problem::LinearizedProblem},
+    likelihood::truncated_normal::cdf,
+    likelihood::{explain::diverges, innovations::Innovation, working_point::WorkingPoint},
     output::{
         records::{Found, HeatMap},
         verdict::Place,
@@ -22,7 +18,6 @@ use crate::{
     problem::problem::Problem,
     progress::Watch,
     stage::regime_tree,
-    statistics::standard_normal,
 };
 
 /// Schema of [`Found`].
@@ -36,74 +31,63 @@ struct Cell {
     source: usize,
     start: f64,
     end: f64,
-    /// Sum of squared whitened residuals, and how many.
+    /// Sum of squared innovations over their covariance, and of readings.
     sum: f64,
     count: usize,
 }
 
-impl Cell {
-    /// Excess of the sum over noise in standard deviations (Wilson and Hilferty's cube root, which makes
-    /// windows of different length comparable).
-    fn deviation(&self) -> f64 {
-        deviation(self.sum, self.count)
-    }
-}
-
-fn deviation(sum: f64, count: usize) -> f64 {
+/// Probability of a chi-square variable of `count` degrees of freedom above `sum` (the cube root of E. B. Wilson and M. M.
+/// Hilferty, Proc. Natl. Acad. Sci. 17, 1931).
+fn above(sum: f64, count: usize) -> f64 {
     let n = count.max(1) as f64;
     let spread = (2.0 / (9.0 * n)).sqrt();
-    ((sum / n).cbrt() - (1.0 - 2.0 / (9.0 * n))) / spread
+    cdf(-((sum / n).cbrt() - (1.0 - 2.0 / (9.0 * n))) / spread)
 }
 
-/// Fits the nominal within its uncertainty and says where it fails.
+/// Says where the nominal fails.
 ///
 /// # Errors
 /// The nominal diverges, or a stop was asked for.
 pub fn locate(
     problem: &Problem<'_>,
-    linearized: &LinearizedProblem<'_>,
     held_out: &[String],
     watch: &Watch<'_>,
 ) -> Result<Found, GapError> {
     let options = &problem.settings.options.locate;
-    let fit = linearized.empty()?;
-    let structure = adequacy::assess_empty(linearized, problem.settings.seed, watch)?;
-    let cells = cells(linearized, fit);
-    let nulls = null_maxima(linearized, fit, problem.settings.seed, watch)?;
-    let p_value = |deviation: f64| {
-        let above = nulls.iter().filter(|null| **null >= deviation).count();
-        (above + 1) as f64 / (nulls.len() + 1) as f64
-    };
+    let innovations = WorkingPoint::new(problem, watch)?
+        .innovations()?
+        .ok_or_else(|| diverges(problem))?;
+    let cells = cells(problem, &innovations);
+    let looked = cells.len().max(1) as f64;
+    let p_value = |cell: &Cell| (looked * above(cell.sum, cell.count)).min(1.0);
     let excess = |cell: &Cell| (cell.sum - cell.count as f64).max(0.0);
     let total: f64 = cells.iter().map(excess).sum::<f64>().max(f64::MIN_POSITIVE);
     let mut by_sensor: BTreeMap<String, f64> = BTreeMap::new();
     for cell in &cells {
-        *by_sensor.entry(sensor(linearized, cell)).or_insert(0.0) += excess(cell) / total;
+        *by_sensor.entry(sensor(problem, cell)).or_insert(0.0) += excess(cell) / total;
     }
     let mut places: Vec<Place> = cells
         .iter()
         .map(|cell| Place {
             trial: problem.trials[cell.trial].name.clone(),
-            sensor: sensor(linearized, cell),
+            sensor: sensor(problem, cell),
             t_start: cell.start,
             t_end: cell.end,
             share: excess(cell) / total,
-            p_value: p_value(cell.deviation()),
+            p_value: p_value(cell),
         })
         .filter(|place| place.p_value <= options.level)
         .collect();
     places.sort_by(|a, b| b.share.total_cmp(&a.share));
     places.truncate(PLACES);
-    let largest = cells
-        .iter()
-        .map(Cell::deviation)
-        .fold(f64::NEG_INFINITY, f64::max);
-    let fitted = 2 * linearized.problem.model.nv * linearized.problem.segments.len();
+    let sum: f64 = cells.iter().map(|cell| cell.sum).sum();
+    let count: usize = cells.iter().map(|cell| cell.count).sum();
     // Two looks: at single windows, and at what adds up over all of them.
-    let overall = (2.0 * p_value(largest).min(structure.p_value)).min(1.0);
+    let largest = cells.iter().map(p_value).fold(1.0, f64::min);
+    let overall = (2.0 * largest.min(above(sum, count))).min(1.0);
     // Shares of an excess that shows in no window are shares of noise.
     let regime = if overall <= options.level && !places.is_empty() {
-        regime_tree::rules(problem, linearized, fit)
+        regime_tree::rules(problem, &innovations)
     } else {
         Vec::new()
     };
@@ -117,59 +101,54 @@ pub fn locate(
         held_out_trials: held_out.to_vec(),
         channels: problem.channels.list.clone(),
         segment: problem.settings.options.segments.length,
-        excess: fit.misfit / fit.readings.saturating_sub(fitted).max(1) as f64,
+        excess: sum / count.max(1) as f64,
         p_value: overall,
         by_sensor,
         places,
         regime,
-        heat_maps: heat_maps(problem, linearized, &cells),
+        heat_maps: heat_maps(problem, &cells),
         remarks: problem.remarks.clone(),
     })
 }
 
-fn sensor(linearized: &LinearizedProblem<'_>, cell: &Cell) -> String {
-    let source = &linearized.problem.channels.sources[cell.source];
-    linearized.problem.model.sensors[source.sensor].name.clone()
+fn sensor(problem: &Problem<'_>, cell: &Cell) -> String {
+    let source = &problem.channels.sources[cell.source];
+    problem.plant.description().sensors[source.sensor]
+        .name
+        .clone()
 }
 
-/// Edges of the windows of a segment, as offsets into its rows.
-fn edges(rows: usize, windows: usize) -> Vec<usize> {
-    (0..=windows).map(|at| at * rows / windows).collect()
-}
-
-fn cells(linearized: &LinearizedProblem<'_>, fit: &Fit) -> Vec<Cell> {
-    let width = linearized.problem.channels.len();
+/// Windows of every trial, from where a prediction starts anew to where the next one does, in equal parts.
+fn cells(problem: &Problem<'_>, innovations: &[Vec<Innovation>]) -> Vec<Cell> {
+    let windows = problem.settings.options.locate.windows;
     let mut cells = Vec::new();
-    for (segment, residual) in linearized.problem.segments.iter().zip(&fit.residuals) {
-        let times = &linearized.problem.trials[segment.trial].times;
-        for pair in edges(
-            segment.rows.len(),
-            linearized.problem.options.locate.windows,
-        )
-        .windows(2)
-        {
-            let rows = pair[0]..pair[1];
-            if rows.is_empty() {
-                continue;
-            }
-            for (source, of) in linearized.problem.channels.sources.iter().enumerate() {
-                let (mut sum, mut count) = (0.0, 0);
-                for row in rows.clone() {
-                    let first = row * width + of.channel;
-                    for value in &residual[first..first + of.channels] {
-                        sum += value * value;
-                        count += usize::from(*value != 0.0);
+    for (trial, innovations) in innovations.iter().enumerate() {
+        let times = &problem.trials[trial].times;
+        let mut firsts: Vec<usize> = (0..innovations.len())
+            .filter(|at| innovations[*at].first)
+            .collect();
+        firsts.push(innovations.len());
+        for pair in firsts.windows(2) {
+            let count = pair[1] - pair[0];
+            for window in 0..windows {
+                let part = |at: usize| pair[0] + at * count / windows;
+                let segments = &innovations[part(window)..part(window + 1)];
+                let (Some(first), Some(last)) = (segments.first(), segments.last()) else {
+                    continue;
+                };
+                for source in 0..problem.channels.sources.len() {
+                    let of = segments.iter().map(|segment| segment.sources[source]);
+                    let (sum, count) = of.fold((0.0, 0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
+                    if count > 0 {
+                        cells.push(Cell {
+                            trial,
+                            source,
+                            start: times[first.rows.start],
+                            end: times[last.rows.end - 1],
+                            sum,
+                            count,
+                        });
                     }
-                }
-                if count > 0 {
-                    cells.push(Cell {
-                        trial: segment.trial,
-                        source,
-                        start: times[segment.rows.start + rows.start],
-                        end: times[segment.rows.start + rows.end - 1],
-                        sum,
-                        count,
-                    });
                 }
             }
         }
@@ -177,77 +156,7 @@ fn cells(linearized: &LinearizedProblem<'_>, fit: &Fit) -> Vec<Cell> {
     cells
 }
 
-/// The largest deviation of every simulated null: white noise where readings are, off the starts as the
-/// residuals are.
-fn null_maxima(
-    linearized: &LinearizedProblem<'_>,
-    fit: &Fit,
-    seed: u64,
-    watch: &Watch<'_>,
-) -> Result<Vec<f64>, GapError> {
-    // Correlated noise moves slowly and sums wander more: the width of the null grows with it.
-    let autocorrelations = crate::discrepancy::autocorrelation::by_channel(
-        linearized.problem.channels.len(),
-        &linearized.problem.options.discrepancy,
-        &fit.residuals,
-    );
-    let longest = linearized
-        .problem
-        .options
-        .locate
-        .longest_autocorrelation_time;
-    let correlation = autocorrelations
-        .iter()
-        .map(|autocorrelation| autocorrelation.time.min(longest))
-        .sum::<f64>()
-        / autocorrelations.len().max(1) as f64;
-    let draws = linearized.problem.options.locate.null_draws;
-    let mut maxima = vec![f64::NEG_INFINITY; draws];
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    for at in 0..linearized.problem.segments.len() {
-        watch.check()?;
-        let residual = &fit.residuals[at];
-        let noise = DMatrix::from_fn(residual.len(), draws, |row, _| {
-            if residual[row] == 0.0 {
-                0.0
-            } else {
-                standard_normal(&mut rng)
-            }
-        });
-        let left = linearized.projection(at).project(&noise);
-        let segment = &linearized.problem.segments[at];
-        let width = linearized.problem.channels.len();
-        for pair in edges(
-            segment.rows.len(),
-            linearized.problem.options.locate.windows,
-        )
-        .windows(2)
-        {
-            for of in &linearized.problem.channels.sources {
-                for (null, largest) in maxima.iter_mut().enumerate() {
-                    let (mut sum, mut count) = (0.0, 0);
-                    for row in pair[0]..pair[1] {
-                        for channel in of.channel..of.channel + of.channels {
-                            let value = left[(row * width + channel, null)];
-                            sum += value * value;
-                            count += usize::from(residual[row * width + channel] != 0.0);
-                        }
-                    }
-                    if count > 0 {
-                        *largest = largest.max(deviation(sum, count) * correlation.sqrt());
-                    }
-                }
-            }
-        }
-    }
-    Ok(maxima)
-}
-
-fn heat_maps(
-    problem: &Problem<'_>,
-    linearized: &LinearizedProblem<'_>,
-    cells: &[Cell],
-) -> Vec<HeatMap> {
+fn heat_maps(problem: &Problem<'_>, cells: &[Cell]) -> Vec<HeatMap> {
     problem
         .trials
         .iter()
@@ -264,7 +173,7 @@ fn heat_maps(
             let mut sensors: BTreeMap<String, Vec<Option<f64>>> = BTreeMap::new();
             for cell in mine {
                 let row = sensors
-                    .entry(sensor(linearized, cell))
+                    .entry(sensor(problem, cell))
                     .or_insert_with(|| vec![None; starts.len()]);
                 if let Some(at) = starts.iter().position(|(start, _)| *start == cell.start) {
                     row[at] = Some(cell.sum / cell.count as f64);

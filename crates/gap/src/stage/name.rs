@@ -1,27 +1,20 @@
-//! Name: which effect is missing, how surely, and what else it could be.
+//! Name: which effects are missing, how surely, and what else it could be.
 
 use hydro_effects::Id;
 
 use crate::{
     error::GapError,
-    fit::{
-        intervals::{nuisances, parameters},
-        linearized_problem::LinearizedProblem,
-    },
+    likelihood::explanation::Explanation,
     output::{
         records::{Hypothesis, Named},
         verdict::{FittedEffect, Outcome},
     },
     problem::problem::Problem,
     progress::Watch,
-    select::{
-        evidence::{adequate, firsts, mechanisms},
-        search::{Search, search},
-    },
     stage::{
-        decision::{Decision, decide, unexplained_part},
+        calibration::calibrate,
+        decision::{Decision, decide},
         experiment_design,
-        posterior::Weights,
     },
 };
 
@@ -30,90 +23,69 @@ const SCHEMA: &str = "hydro-gap-name/1";
 
 /// Sets shown.
 const SHOWN: usize = 20;
-/// Result of the name stage, with the fit that `add` writes down.
+
+/// Result of the name stage.
 #[derive(Debug)]
 pub struct Naming {
     /// For the file.
     pub named: Named,
-    pub(crate) search: Search,
-    /// The refitted set that was chosen; the empty one where nothing is.
+    /// The chosen set; the empty one where nothing is.
     pub(crate) chosen: usize,
 }
 
-/// Searches, weighs and decides.
+/// Weighs the sets and decides.
 ///
 /// # Errors
 /// The plant refuses, or a stop was asked for.
 pub fn name(
     problem: &Problem<'_>,
-    linearized: &LinearizedProblem<'_>,
+    explanation: &Explanation<'_>,
     watch: &Watch<'_>,
 ) -> Result<Naming, GapError> {
-    let mut search = search(linearized, problem.settings.seed, watch)?;
-    let weights = Weights::new(linearized, &search);
-    let best = weights.best();
-    let adequacy = adequate(
-        linearized,
-        &mut search.scored[best],
-        problem.settings.seed,
-        watch,
-    )?;
-    let decision = decide(linearized, &search, &weights, adequacy);
-    let scored = &search.scored[decision.chosen];
-    let effects = listed(linearized, &search, &weights, &decision);
+    let calibration = calibrate(explanation, problem.settings.seed);
+    let decision = decide(explanation, &calibration);
+    let effects = listed(explanation, &decision);
     let chosen = effects
         .iter()
-        .filter(|effect| {
-            decision
-                .named
-                .contains(&(effect.effect, effect.target.clone()))
-        })
+        .filter(|effect| effect.explained.is_some())
         .cloned()
         .collect();
-    let nuisances = nuisances(linearized, &scored.fit, search.inflation);
     let apart = decision.apart.map(|(one, other)| {
-        let [one, other] = [one, other].map(|of| &search.scored[of].fit.point);
-        experiment_design::next(linearized, one, other, &problem.commands, watch)
+        let [one, other] = [one, other].map(|of| explanation.point(of));
+        experiment_design::next(explanation.problem, &one, &other, &problem.commands, watch)
     });
-    let next_experiment = apart.transpose()?;
     let named = Named {
         schema: SCHEMA.to_owned(),
         outcome: decision.outcome,
         chosen,
         effects,
         confusion_set: decision.confusion,
-        next_experiment,
-        ranking: ranking(linearized, &search, &weights),
-        nuisances,
-        unexplained: decision.unexplained,
-        unexplained_p_value: decision.p_value,
+        next_experiment: apart.transpose()?,
+        ranking: ranking(explanation),
+        nuisances: explanation.nuisances(decision.chosen),
+        explained: decision.explained,
+        calibration,
         remarks: Vec::new(),
     };
     Ok(Naming {
         named,
         chosen: decision.chosen,
-        search,
     })
 }
 
 /// All effects with a probability worth telling, with values from the best set that holds each.
-fn listed(
-    linearized: &LinearizedProblem<'_>,
-    search: &Search,
-    weights: &Weights,
-    decision: &Decision,
-) -> Vec<FittedEffect> {
-    let probabilities = weights.candidates(search);
-    let chosen = &search.scored[decision.chosen].set;
+fn listed(explanation: &Explanation<'_>, decision: &Decision) -> Vec<FittedEffect> {
+    let problem = &explanation.problem;
+    let probabilities = explanation.candidates();
+    let chosen = &explanation.sets[decision.chosen].set;
     // One effect may have several forms: said once, in the chosen or else the likeliest.
     let forms_of = |candidate: usize| {
-        let of = &linearized.problem.candidates[candidate];
+        let of = &problem.candidates[candidate];
         probabilities
             .iter()
             .map(|(other, p)| (*other, *p))
             .filter(move |(other, _)| {
-                *other != candidate
-                    && linearized.problem.candidates[*other].mechanism() == of.mechanism()
+                *other != candidate && problem.candidates[*other].mechanism() == of.mechanism()
             })
     };
     let stands_for_all = |candidate: usize, p: f64| {
@@ -130,29 +102,25 @@ fn listed(
             (candidate, of_all)
         })
         .filter(|(candidate, p)| {
-            *p > linearized.problem.options.name.negligible || chosen.contains(candidate)
+            *p > problem.settings.options.name.negligible || chosen.contains(candidate)
         })
         .flat_map(|(candidate, p)| {
             let holder = if chosen.contains(candidate) {
-                decision.chosen
+                Some(decision.chosen)
             } else {
-                (0..search.scored.len())
-                    .filter(|at| search.scored[*at].set.contains(candidate))
-                    .max_by(|a, b| weights.scored[*a].total_cmp(&weights.scored[*b]))
-                    .unwrap_or(0)
+                let mut sets = explanation.sets.iter();
+                sets.position(|of| of.set.contains(candidate))
             };
-            let parameters = parameters(
-                linearized,
-                &search.scored[holder].fit,
-                *candidate,
-                search.inflation,
-            );
-            let of = &linearized.problem.candidates[*candidate];
+            let parameters =
+                holder.map_or_else(Vec::new, |set| explanation.parameters(set, *candidate));
+            let of = &problem.candidates[*candidate];
+            let explained = decision.named.get(candidate).copied();
             of.targets.iter().map(move |target| FittedEffect {
                 effect: of.effect,
                 target: target.clone(),
                 probability: p.clamp(0.0, 1.0),
                 surrogate: decision.outcome == Outcome::Unknown,
+                explained,
                 parameters: parameters.clone(),
             })
         })
@@ -161,94 +129,25 @@ fn listed(
     effects
 }
 
-fn ranking(
-    linearized: &LinearizedProblem<'_>,
-    search: &Search,
-    weights: &Weights,
-) -> Vec<Hypothesis> {
+/// Sets, the likeliest first.
+fn ranking(explanation: &Explanation<'_>) -> Vec<Hypothesis> {
+    let nothing = explanation.sets[explanation.nothing()].log_posterior;
     let pairs = |set: &[usize]| -> Vec<(Id, String)> {
         set.iter()
             .map(|candidate| {
-                let of = &linearized.problem.candidates[*candidate];
+                let of = &explanation.problem.candidates[*candidate];
                 (of.effect, of.targets.join(", "))
             })
             .collect()
     };
-    let empty = &search.scored[0];
-    let mut ranking: Vec<Hypothesis> = search
-        .scored
-        .iter()
-        .enumerate()
-        .map(|(at, scored)| Hypothesis {
-            effects: pairs(&scored.set),
-            log_evidence: weights.evidence[at] - weights.evidence[0],
-            probability: weights.scored[at],
-            unexplained: unexplained_part(linearized, &empty.fit, &scored.fit),
-            refitted: true,
+    (explanation.sets.iter().enumerate())
+        .take(SHOWN)
+        .map(|(row, set)| Hypothesis {
+            effects: pairs(&set.set),
+            log_evidence: set.log_posterior - nothing,
+            probability: set.probability,
+            unexplained: 1.0 - explanation.explained(row, &[]),
+            refitted: row == 0,
         })
-        .collect();
-    // Forms of one effect are one hypothesis, with the evidence of the likeliest.
-    ranking.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    let mut ranking = merged(ranking);
-    ranking.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    let refitted = |set: &[usize]| {
-        let of = mechanisms(linearized, set);
-        let mut scored = search.scored.iter();
-        scored.any(|scored| mechanisms(linearized, &scored.set) == of)
-    };
-    ranking.extend(
-        firsts(linearized, search.linear.iter(), |of| &of.0)
-            .into_iter()
-            .filter(|(set, _)| !refitted(set))
-            .take(SHOWN)
-            .map(|(set, gain)| Hypothesis {
-                effects: pairs(set),
-                log_evidence: *gain,
-                probability: 0.0,
-                unexplained: 1.0,
-                refitted: false,
-            }),
-    );
-    ranking.truncate(SHOWN);
-    ranking
-}
-
-/// One row for all rows of the same effects: the first, with the probabilities of all.
-fn merged(rows: Vec<Hypothesis>) -> Vec<Hypothesis> {
-    let mut merged: Vec<Hypothesis> = Vec::new();
-    for row in rows {
-        match merged.iter_mut().find(|of| of.effects == row.effects) {
-            Some(of) => of.probability += row.probability,
-            None => merged.push(row),
-        }
-    }
-    merged
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rows_of_the_same_effects_are_one() {
-        let row = |effect: Id, log_evidence: f64, probability: f64| Hypothesis {
-            effects: vec![(effect, "hull".to_owned())],
-            log_evidence,
-            probability,
-            unexplained: 0.0,
-            refitted: true,
-        };
-        let rows = merged(vec![
-            row(Id::NetBuoyancy, 7.0, 0.4),
-            row(Id::Payload, 6.0, 0.35),
-            row(Id::NetBuoyancy, 5.0, 0.25),
-        ]);
-        let found: Vec<_> = (rows.iter())
-            .map(|row| (row.effects[0].0, row.log_evidence, row.probability))
-            .collect();
-        assert_eq!(
-            found,
-            [(Id::NetBuoyancy, 7.0, 0.65), (Id::Payload, 6.0, 0.35)]
-        );
-    }
+        .collect()
 }

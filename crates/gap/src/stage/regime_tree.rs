@@ -1,29 +1,23 @@
 //! When the nominal fails: a shallow regression tree of the excess over readable features of the motion.
 
 use crate::{
-    fit::{hypothesis::Fit, linearized_problem::LinearizedProblem},
-    options::LocateOptions,
-    output::verdict::Regime,
+    likelihood::innovations::Innovation, options::LocateOptions, output::verdict::Regime,
     problem::problem::Problem,
 };
 
-/// Features by row that a person would name, in SI units.
+/// Features by segment that a person would name, in SI units.
 struct Features {
     names: Vec<String>,
-    /// [rows][features]
+    /// [segments][features]
     rows: Vec<Vec<f64>>,
-    /// Excess at each row: squared whitened residual less its expectation.
+    /// Excess of each: squared innovation less its expectation.
     excess: Vec<f64>,
 }
 
 /// Rules, the largest share first.
-pub(crate) fn rules(
-    problem: &Problem<'_>,
-    linearized: &LinearizedProblem<'_>,
-    fit: &Fit,
-) -> Vec<Regime> {
+pub(crate) fn rules(problem: &Problem<'_>, innovations: &[Vec<Innovation>]) -> Vec<Regime> {
     let options = &problem.settings.options.locate;
-    let features = features(problem, linearized, fit);
+    let features = features(problem, innovations);
     let all: Vec<usize> = (0..features.rows.len()).collect();
     let total: f64 = features.excess.iter().sum();
     if total <= 0.0 || all.is_empty() {
@@ -110,8 +104,8 @@ fn split(
     }
 }
 
-fn features(problem: &Problem<'_>, linearized: &LinearizedProblem<'_>, fit: &Fit) -> Features {
-    let model = linearized.problem.model;
+fn features(problem: &Problem<'_>, innovations: &[Vec<Innovation>]) -> Features {
+    let model = problem.plant.description();
     let free = model.nq == model.nv + 1;
     let mut names: Vec<String> = Vec::new();
     if free {
@@ -123,19 +117,19 @@ fn features(problem: &Problem<'_>, linearized: &LinearizedProblem<'_>, fit: &Fit
         names.push(format!("{} position", joint.name));
     }
     names.extend(["command", "command rate"].map(str::to_owned));
-    let width = linearized.problem.channels.len();
-    let ahead = linearized.problem.options.locate.command_rate_time;
+    let ahead = problem.settings.options.locate.command_rate_time;
     let mut found = Features {
         names,
         rows: Vec::new(),
         excess: Vec::new(),
     };
-    for (segment, residual) in linearized.problem.segments.iter().zip(&fit.residuals) {
-        let trial = &problem.trials[segment.trial];
-        let motion = &problem.motions[segment.trial];
+    for (at, innovations) in innovations.iter().enumerate() {
+        let trial = &problem.trials[at];
+        let motion = &problem.motions[at];
         let mut control = vec![0.0; trial.control.width()];
         let mut later = control.clone();
-        for (at, row) in segment.rows.clone().enumerate() {
+        for innovation in innovations {
+            let row = innovation.rows.start;
             let (qpos, qvel) = motion.state(row);
             let mut values = Vec::with_capacity(found.names.len());
             if free {
@@ -166,12 +160,11 @@ fn features(problem: &Problem<'_>, linearized: &LinearizedProblem<'_>, fit: &Fit
                 .sum::<f64>()
                 .sqrt();
             values.extend([norm, rate]);
-            let readings = &residual[at * width..(at + 1) * width];
-            let count = readings.iter().filter(|value| **value != 0.0).count() as f64;
             found.rows.push(values);
+            let excess = |(squares, count): &(f64, usize)| squares - *count as f64;
             found
                 .excess
-                .push(readings.iter().map(|value| value * value).sum::<f64>() - count);
+                .push(innovation.sources.iter().map(excess).sum());
         }
     }
     found

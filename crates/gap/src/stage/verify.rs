@@ -286,7 +286,7 @@ fn rollouts(
     let motion =
         state_estimation::estimate_motion(&side.system, trial, channels, corrections, options)?;
     let [.., longest] = options.verify.horizons;
-    let segments = segments::cut(0, trial, &motion, longest, &options.segments);
+    let segments = segments::cut(trial, &motion, longest, &options.segments);
     let mut simulation = side.system.simulation()?;
     let mut trace = Trace::default();
     let found = segments.into_iter().map(|segment| {

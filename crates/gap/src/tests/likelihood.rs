@@ -1,39 +1,23 @@
 //! The marginal likelihood on a simulated rigid body.
 
-use std::sync::atomic::AtomicBool;
-
 use hydro_effects::Id;
 use nalgebra::DVector;
 
-use super::{fake::RigidBody, on_hull, settings, trial};
+use super::{fake::RigidBody, on_hull, on_prepared, trial};
 use crate::{
-    fit::hypothesis::Point,
     likelihood::{
-        columns,
-        explain::{Explained, explain},
+        columns::{self, Sweep},
+        explain::explain,
         track::Track,
     },
-    problem::problem::Problem,
-    progress::Watch,
-    trial::Trial,
+    problem::point::Point,
 };
-
-fn on_prepared(trials: Vec<Trial>, test: impl FnOnce(&Problem<'_>, &Watch<'_>)) {
-    let stop = AtomicBool::new(false);
-    let watch = Watch::silent(&stop);
-    let body = RigidBody::new();
-    test(
-        &Problem::prepare(&body, trials, settings(), &watch).unwrap(),
-        &watch,
-    );
-}
 
 /// The quadratic about one point is the misfit at another, for what is linear exactly, else to first order.
 #[test]
 fn columns_are_the_changes_of_rollouts() {
     let trials = vec![trial("one", &[], &[0.02, -0.03], 3, 1.0)];
-    on_prepared(trials, |problem, _| {
-        let problem = problem.segmented(Vec::new());
+    on_prepared(&RigidBody::new(), trials, |problem, _| {
         let drag = (0..problem.candidates.len())
             .find(|at| problem.candidates[*at].effect == Id::QuadraticDrag)
             .unwrap();
@@ -54,18 +38,26 @@ fn columns_are_the_changes_of_rollouts() {
                 candidates: vec![drag],
                 values: vec![values],
                 nuisances,
-                starts: Vec::new(),
             }
         };
         let scale = DVector::from_element(problem.model.nv, 1.0);
         let noise = vec![1.0; problem.channels.len()];
         let swept = |point: &Point| {
-            let links = columns::sweep(&problem, &track, point, Some(&[]), 2, 0.02, &scale, &noise);
+            let how = Sweep {
+                directions: Some(&[]),
+                pieces: 2,
+                block: 0.02,
+                knot: 0.02,
+                force_scale: &scale,
+                noise: &noise,
+                keep_readings: false,
+            };
+            let links = columns::sweep(problem, &track, point, how);
             links.unwrap().unwrap().remove(0)
         };
         let misfit = |point: &Point| swept(point).squares.iter().map(|of| of.0).sum::<f64>();
         let about = swept(&point(5.0, 0.5));
-        let forms = crate::likelihood::form_error::forms(&problem, &point(5.0, 0.5));
+        let forms = crate::likelihood::form_error::forms(problem, &point(5.0, 0.5));
         let predicted = |point: &Point| {
             let known = problem.normalised(point);
             let nuisances = problem.nuisances.len();
@@ -96,21 +88,27 @@ fn columns_are_the_changes_of_rollouts() {
     });
 }
 
-fn explained(effects: &[hydro_effects::Entry]) -> Vec<Explained> {
-    let mut found = Vec::new();
+/// Sets of effects with their probabilities, and the values of the likeliest.
+type Explained = (Vec<(Vec<Id>, f64)>, Vec<Vec<f64>>);
+
+fn explained(effects: &[hydro_effects::Entry]) -> Explained {
+    let mut found = None;
     let trials = (0..3)
         .map(|seed| trial(&format!("{seed}"), effects, &[0.02, -0.03], seed, 1.0))
         .collect();
-    on_prepared(trials, |problem, watch| {
-        found = explain(&problem.segmented(Vec::new()), 12.0, watch).unwrap();
+    on_prepared(&RigidBody::new(), trials, |problem, watch| {
+        let explanation = explain(problem, watch).unwrap();
+        let sets = explanation.sets.iter();
+        let sets = sets.map(|of| (explanation.effects(&of.set), of.probability));
+        found = Some((sets.collect(), explanation.point(0).values));
     });
-    found
+    found.unwrap()
 }
 
-/// Probability of the sets of these effects, whatever the unmodelled forces.
-fn probability(found: &[Explained], effects: &[Id]) -> f64 {
-    let is_it = |of: &&Explained| of.effects.iter().map(|of| of.0).eq(effects.iter().copied());
-    found.iter().filter(is_it).map(|of| of.probability).sum()
+/// Probability of the set of these effects.
+fn probability((sets, _): &Explained, effects: &[Id]) -> f64 {
+    let is_it = |of: &&(Vec<Id>, f64)| of.0 == effects;
+    sets.iter().filter(is_it).map(|of| of.1).sum()
 }
 
 #[test]
@@ -120,16 +118,15 @@ fn a_missing_drag_is_the_likeliest_set_with_its_values() {
     assert!(
         probability(&found, &[Id::QuadraticDrag]) > 0.5,
         "{:?}",
-        &found[..3]
+        &found.0[..3]
     );
-    let (_, values) = &found[0].values[0];
-    for (value, expected) in values.iter().zip([20.0, 30.0, 40.0]) {
-        assert!((value / expected - 1.0).abs() < 0.15, "{values:?}");
+    for (value, expected) in found.1[0].iter().zip([20.0, 30.0, 40.0]) {
+        assert!((value / expected - 1.0).abs() < 0.15, "{:?}", found.1);
     }
 }
 
 #[test]
 fn where_nothing_is_missing_the_empty_set_is_likeliest() {
     let found = explained(&[]);
-    assert!(probability(&found, &[]) > 0.8, "{:?}", &found[..3]);
+    assert!(probability(&found, &[]) > 0.8, "{:?}", &found.0[..3]);
 }

@@ -16,7 +16,6 @@ use rand_chacha::ChaCha8Rng;
 use fake::RigidBody;
 
 use crate::{
-    fit::linearized_problem::LinearizedProblem,
     options::Options,
     plant::Plant,
     problem::{
@@ -38,15 +37,15 @@ pub(crate) fn settings() -> Settings {
 }
 
 /// Hands over what the trials make on a plant.
-pub(crate) fn on_linearized(
+pub(crate) fn on_prepared(
     plant: &dyn Plant,
     trials: Vec<Trial>,
-    test: impl FnOnce(&LinearizedProblem<'_>, &Watch<'_>),
+    test: impl FnOnce(&Problem<'_>, &Watch<'_>),
 ) {
     let stop = AtomicBool::new(false);
     let watch = Watch::silent(&stop);
     let problem = Problem::prepare(plant, trials, settings(), &watch).unwrap();
-    test(&problem.linearize(&watch).unwrap(), &watch);
+    test(&problem, &watch);
 }
 
 /// An effect on the body of [`RigidBody`].

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::{
     error::GapError,
+    likelihood::explain::explain,
     options::Options,
     output::verdict::Outcome,
     plant::Plant,
@@ -26,8 +27,7 @@ fn remarks(plant: &RigidBody, trials: Vec<Trial>) -> Result<Vec<String>, GapErro
     let stop = AtomicBool::new(false);
     let watch = Watch::silent(&stop);
     let problem = Problem::prepare(plant, trials, settings(), &watch)?;
-    let linearized = problem.linearize(&watch)?;
-    Ok(locate(&problem, &linearized, &[], &watch)?.remarks)
+    Ok(locate(&problem, &[], &watch)?.remarks)
 }
 
 fn fault(plant: &RigidBody, trials: Vec<Trial>) -> String {
@@ -96,7 +96,8 @@ fn noise_that_nobody_declared_is_estimated_and_it_is_said() {
         // The truth is 0.01 m/s.
         assert!((0.006..0.015).contains(&channel.noise), "{channel:?}");
     }
-    let naming = name(&problem, &problem.linearize(&watch).unwrap(), &watch).unwrap();
+    let explanation = explain(&problem, &watch).unwrap();
+    let naming = name(&problem, &explanation, &watch).unwrap();
     assert_eq!(naming.named.outcome, Outcome::NoGap);
 }
 
@@ -109,7 +110,7 @@ fn a_stop_is_heeded() {
     };
     let plant = RigidBody::new();
     let stopped = Problem::prepare(&plant, trials(4, 1.0), settings(), &watch)
-        .and_then(|problem| problem.linearize(&watch).map(|_| ()));
+        .and_then(|problem| explain(&problem, &watch).map(|_| ()));
     assert!(matches!(stopped, Err(GapError::Stopped)), "{stopped:?}");
 }
 

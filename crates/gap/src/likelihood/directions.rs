@@ -1,0 +1,143 @@
+//! Directions along which a candidate effect is looked at: one parameter each, the others held.
+
+use hydro_effects as effects;
+use hydro_effects::Parameter;
+
+use crate::problem::{candidates::FREQUENCY, problem::Problem};
+
+/// Step of a difference quotient, in standard deviations of the prior.
+pub(crate) const STEP: f64 = 0.01;
+/// The phase of an oscillation. Two amplitudes a quarter turn apart represent any phase, so they count as one choice.
+pub(crate) const PHASE: &str = "phase";
+
+/// A direction of the screen: one parameter of one candidate, with the others at `base`.
+#[derive(Clone, Debug)]
+pub(crate) struct Direction {
+    pub(crate) candidate: usize,
+    pub(crate) parameter: usize,
+    /// Values of the candidate about which it is looked at.
+    pub(crate) base: Vec<f64>,
+    /// Step in the parameter's unit.
+    pub(crate) step: f64,
+}
+
+impl Problem<'_> {
+    /// Directions of a candidate: its amplitudes, for several shapes where it has any (a frequency says
+    /// nothing while the amplitude is zero, so a few are tried).
+    pub(crate) fn directions(&self, candidate: usize) -> Vec<Direction> {
+        let options = &self.settings.options.likelihood;
+        let of = &self.candidates[candidate];
+        let mut bases = vec![of.null()];
+        for (at, p) in of.parameters.iter().enumerate() {
+            let factors: &[f64] = match p.name.as_str() {
+                FREQUENCY => &options.frequency_factors,
+                "rate" | "length" => &options.shape_factors,
+                _ => continue,
+            };
+            bases = factors
+                .iter()
+                .flat_map(|factor| {
+                    bases.iter().map(move |base| {
+                        let mut base = base.clone();
+                        base[at] = (base[at] * factor).clamp(p.lower, p.upper);
+                        base
+                    })
+                })
+                .collect();
+        }
+        let is_point_mass = effects::effect(of.effect).is_point_mass();
+        let shapes = |(_, p): &(usize, &Parameter)| p.shapes;
+        let all = || of.parameters.iter().enumerate();
+        for (at, p) in all().filter(|of| is_point_mass && shapes(of)) {
+            for place in options.payload_places {
+                let mut base = of.null();
+                base[at] += place * p.prior_sd;
+                bases.push(base);
+            }
+        }
+        // Several may have met at one bound.
+        bases.dedup();
+        if let Some(at) = of.parameters.iter().position(|p| p.name == PHASE) {
+            bases = bases
+                .into_iter()
+                .flat_map(|base| {
+                    let mut quarter = base.clone();
+                    quarter[at] += std::f64::consts::FRAC_PI_2;
+                    [base, quarter]
+                })
+                .collect();
+        }
+        let amplitudes: Vec<(usize, f64)> = all()
+            .filter(|of| !shapes(of))
+            .map(|(parameter, p)| {
+                // A start off the null: there the effect has no derivative, and a secant stands for it.
+                let step = if p.start == p.null {
+                    inward(p.null, STEP * p.prior_sd, p.upper)
+                } else {
+                    p.start - p.null
+                };
+                (parameter, step)
+            })
+            .collect();
+        bases
+            .iter()
+            .flat_map(|base| {
+                amplitudes.iter().map(|(parameter, step)| Direction {
+                    candidate,
+                    parameter: *parameter,
+                    base: base.clone(),
+                    step: *step,
+                })
+            })
+            .collect()
+    }
+}
+
+/// Values of a candidate from the best steps along its directions.
+pub(crate) fn values(
+    problem: &Problem<'_>,
+    candidate: usize,
+    found: &[(&Direction, f64)],
+) -> Vec<f64> {
+    let parameters = &problem.candidates[candidate].parameters;
+    let mut values = found.first().map_or_else(
+        || problem.candidates[candidate].null(),
+        |(direction, _)| direction.base.clone(),
+    );
+    let Some(phase) = parameters.iter().position(|p| p.name == PHASE) else {
+        for (direction, z) in found {
+            let p = &parameters[direction.parameter];
+            let value = direction.base[direction.parameter] + z * p.prior_sd;
+            values[direction.parameter] = value.clamp(p.lower, p.upper);
+        }
+        return values;
+    };
+    // Amplitudes at several phases add up to one phasor a component; the strongest sets the phase.
+    let mut phasors = vec![(0.0, 0.0); parameters.len()];
+    for (direction, z) in found {
+        let amplitude = z * parameters[direction.parameter].prior_sd;
+        let (sine, cosine) = direction.base[phase].sin_cos();
+        let phasor = &mut phasors[direction.parameter];
+        phasor.0 += amplitude * cosine;
+        phasor.1 += amplitude * sine;
+    }
+    let strongest = phasors
+        .iter()
+        .copied()
+        .max_by(|a, b| a.0.hypot(a.1).total_cmp(&b.0.hypot(b.1)))
+        .unwrap_or((1.0, 0.0));
+    let angle = strongest.1.atan2(strongest.0);
+    for (direction, _) in found {
+        let (real, imaginary) = phasors[direction.parameter];
+        let p = &parameters[direction.parameter];
+        let along = real * angle.cos() + imaginary * angle.sin();
+        values[direction.parameter] = along.clamp(p.lower, p.upper);
+    }
+    values[phase] = angle;
+    values
+}
+
+/// A step that does not leave the bounds.
+pub(crate) fn inward(value: f64, step: f64, upper: f64) -> f64 {
+    if value + step > upper { -step } else { step }
+}

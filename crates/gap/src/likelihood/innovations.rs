@@ -1,0 +1,93 @@
+//! Innovations: what the readings of a segment add to their prediction from the segments before.
+//!
+//! Where the model is right, the squared innovation of any sensor over its covariance is chi-square distributed, with as
+//! many degrees of freedom as readings, and independent from segment to segment (R. K. Mehra, IEEE Trans. Autom. Control 15,
+//! 1970, section III).
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::{
+    likelihood::{
+        columns::LinkColumns,
+        filter::{self, Forces, Start},
+        track::Track,
+    },
+    problem::problem::Problem,
+};
+
+/// Innovation of one segment.
+#[derive(Clone, Debug)]
+pub(crate) struct Innovation {
+    /// Rows of the trial.
+    pub(crate) rows: Range<usize>,
+    /// True where the prediction starts anew.
+    pub(crate) first: bool,
+    /// Squared innovation over its covariance and readings, by source of the channels.
+    pub(crate) sources: Vec<(f64, usize)>,
+}
+
+/// Innovations of a track at known parameters `z`. Every `seconds` the prediction starts anew, from the readings alone.
+pub(crate) fn innovations(
+    problem: &Problem<'_>,
+    track: &Track,
+    links: &[LinkColumns],
+    z: &DVector<f64>,
+    (arrival, force): (&DVector<f64>, Forces),
+    seconds: f64,
+) -> Option<Vec<Innovation>> {
+    let width = problem.channels.len();
+    let mut start = Start::first(arrival, 0, force);
+    let mut since = None;
+    let mut all = Vec::with_capacity(links.len());
+    for (link, of) in links.iter().zip(&track.links) {
+        let link = filter::at(link, z);
+        let begun = since.filter(|begun| of.segment.start - begun < seconds - 1e-9);
+        let first = begun.is_none();
+        if first {
+            since = Some(of.segment.start);
+            start = Start::first(arrival, 0, force);
+        }
+        let latents = link.gram.nrows() - 1;
+        let (mean, root) = start.latents(latents, force);
+        let columns = link.readings.columns(1, latents);
+        let left = link.readings.column(0) - columns * mean.column(0);
+        let spread = columns * root;
+        let sources = problem
+            .channels
+            .sources
+            .iter()
+            .map(|source| {
+                let channels = source.channel..source.channel + source.channels;
+                let rows: Vec<usize> = (0..link.readings.nrows())
+                    .filter(|row| channels.contains(&(row % width)))
+                    .filter(|row| link.readings.row(*row).iter().any(|value| *value != 0.0))
+                    .collect();
+                (squared(&left, &spread, &rows), rows.len())
+            })
+            .collect();
+        all.push(Innovation {
+            rows: of.segment.rows.clone(),
+            first,
+            sources,
+        });
+        let update = filter::update(&link, 0, &start, force, None)?;
+        start = filter::predict(&link, 0, &update)?.0;
+    }
+    Some(all)
+}
+
+/// Square of some innovations over their covariance, unit noise and what the latents spread.
+fn squared(left: &DVector<f64>, spread: &DMatrix<f64>, rows: &[usize]) -> f64 {
+    let some = DVector::from_iterator(rows.len(), rows.iter().map(|row| left[*row]));
+    let spread = spread.select_rows(rows);
+    let mut covariance = &spread * spread.transpose();
+    for axis in 0..rows.len() {
+        covariance[(axis, axis)] += 1.0;
+    }
+    // The covariance is no smaller than unity.
+    covariance
+        .cholesky()
+        .map_or(0.0, |factor| some.dot(&factor.solve(&some)))
+}

@@ -1,0 +1,279 @@
+//! The likelihood at one level of unmodelled forces, and the values that a set has there.
+
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex},
+};
+
+use nalgebra::{DMatrix, DVector};
+use rand_chacha::ChaCha8Rng;
+
+use crate::{
+    likelihood::{
+        directions::{self, Direction},
+        filter::Filtered,
+        form_error::Beside,
+        found::Found,
+        quadratic::Quadratic,
+        truncated_normal::Bounds,
+    },
+    problem::{point::Point, problem::Problem},
+    statistics::standard_normal,
+};
+
+/// The likelihood at one level of unmodelled forces.
+pub(crate) struct Level {
+    /// Standard deviation of the unmodelled forces, in their scales.
+    pub(crate) force: f64,
+    /// Likelihood of all parameters: uncertain numbers, errors of form, the point's own, directions.
+    pub(crate) whole: Quadratic,
+    half_log_determinant: f64,
+    columns: Beside,
+    /// Likelihood by trial.
+    pub(crate) trials: Vec<Filtered>,
+    given: Mutex<BTreeMap<Vec<usize>, Arc<Given>>>,
+}
+
+/// The likelihood of parameters, uncertain numbers and some errors of form integrated out.
+pub(crate) struct Given {
+    /// Of the point's own parameters and directions.
+    pub(crate) quadratic: Quadratic,
+    /// Log likelihood where they are zero.
+    pub(crate) empty: f64,
+}
+
+impl Level {
+    /// From the likelihood of every trial.
+    pub(crate) fn new(force: f64, trials: Vec<Filtered>, columns: &Beside) -> Option<Self> {
+        let (gram, half) = sum(trials.iter())?;
+        let mut level = Self::of(force, &gram, half, columns.clone());
+        level.trials = trials;
+        Some(level)
+    }
+
+    /// Of all trials but one.
+    pub(crate) fn without(&self, trial: usize) -> Option<Self> {
+        let others = self.trials.iter().enumerate();
+        let (gram, half) = sum(others.filter(|(at, _)| *at != trial).map(|(_, of)| of))?;
+        Some(Self::of(self.force, &gram, half, self.columns.clone()))
+    }
+
+    /// Of trials drawn again.
+    pub(crate) fn drawn(&self, trials: &[usize]) -> Option<Self> {
+        let (gram, half) = sum(trials.iter().map(|at| &self.trials[*at]))?;
+        Some(Self::of(self.force, &gram, half, self.columns.clone()))
+    }
+
+    fn of(force: f64, gram: &DMatrix<f64>, half: f64, columns: Beside) -> Self {
+        Self {
+            force,
+            whole: Quadratic::from_gram(gram),
+            half_log_determinant: half,
+            columns,
+            trials: Vec::new(),
+            given: Mutex::default(),
+        }
+    }
+
+    /// The likelihood for sets that hold the same of the point's candidates as `set`. `None` where it is not positive.
+    pub(crate) fn given(&self, set: &[usize]) -> Option<Arc<Given>> {
+        let present = self.columns.present(set);
+        let known = self.given.lock().ok()?.get(&present).cloned();
+        if known.is_some() {
+            return known;
+        }
+        let mut columns = self.columns.columns(&present);
+        let beside = columns.len();
+        columns.extend(self.columns.len()..self.whole.b.len());
+        let some = self.whole.select(&columns);
+        let mut head = some.a.view((0, 0), (beside, beside)).into_owned();
+        for axis in 0..beside {
+            head[(axis, axis)] += 1.0;
+        }
+        let logs: f64 = head.cholesky()?.l_dirty().diagonal().map(f64::ln).sum();
+        let quadratic = some.marginal(beside)?;
+        let given = Arc::new(Given {
+            empty: -0.5 * quadratic.q - self.half_log_determinant - logs,
+            quadratic,
+        });
+        let mut all = self.given.lock().ok()?;
+        all.insert(present, given.clone());
+        Some(given)
+    }
+
+    /// Log likelihood that no set exceeds: that of the best values of all parameters.
+    pub(crate) fn most(&self) -> f64 {
+        let all: Vec<usize> = self.columns.forms.iter().map(|of| of.0).collect();
+        let Some(given) = self.given(&all) else {
+            return f64::INFINITY;
+        };
+        given.empty + given.quadratic.most_gain()
+    }
+
+    /// Simulated likelihoods in which a found set is true. `None` where the likelihood is not positive.
+    pub(crate) fn simulator(&self, found: &Found) -> Option<Simulator> {
+        let given = self.given(&found.set)?;
+        let a = given.quadratic.a.clone();
+        let mut regular = a.clone();
+        for axis in 0..regular.nrows() {
+            regular[(axis, axis)] += 1e-9 * regular[(axis, axis)] + f64::MIN_POSITIVE;
+        }
+        let spread = match &found.posterior {
+            Some(posterior) => posterior.covariance.clone().cholesky()?.l(),
+            None => DMatrix::zeros(0, 0),
+        };
+        let mean = found.posterior.as_ref().map(|of| of.mean.clone());
+        Some(Simulator {
+            force: self.force,
+            noise: regular.cholesky()?.l(),
+            a,
+            columns: found.columns.clone(),
+            mean: mean.unwrap_or_else(|| DVector::zeros(0)),
+            spread,
+        })
+    }
+
+    /// Standard deviations of the uncertain numbers beside a found set, in those of their priors.
+    pub(crate) fn spread(&self, found: &Found) -> Option<Vec<f64>> {
+        let mut columns = self.columns.columns(&self.columns.present(&found.set));
+        let mut precision = vec![1.0; columns.len()];
+        columns.extend(
+            found
+                .columns
+                .iter()
+                .map(|column| self.columns.len() + column),
+        );
+        precision.extend(found.precision.iter());
+        let mut joint = self.whole.select(&columns).a;
+        for (axis, precision) in precision.into_iter().enumerate() {
+            joint[(axis, axis)] += precision;
+        }
+        let variances = joint.cholesky()?.inverse().diagonal();
+        let numbers = variances.iter().take(self.columns.numbers);
+        Some(numbers.map(|variance| variance.max(0.0).sqrt()).collect())
+    }
+
+    /// The working point at a found set, and all parameters of the sweep there.
+    pub(crate) fn moved(
+        &self,
+        problem: &Problem<'_>,
+        point: &Point,
+        directions: &[Direction],
+        found: &Found,
+    ) -> (Point, DVector<f64>) {
+        let nuisances = self.columns.len();
+        let own: usize = point.values.iter().map(Vec::len).sum();
+        let mut z = DVector::zeros(nuisances + own + directions.len());
+        if let Some(posterior) = &found.posterior {
+            for (column, value) in found.columns.iter().zip(posterior.mean.iter()) {
+                z[nuisances + column] = *value;
+            }
+        }
+        // The uncertain numbers and errors of form that go with them, within bounds.
+        let beside = self.columns.columns(&self.columns.present(&found.set));
+        let rest = z.rows(nuisances, z.len() - nuisances).into_owned();
+        let across = DMatrix::from_fn(beside.len(), rest.len(), |row, column| {
+            self.whole.a[(beside[row], nuisances + column)]
+        });
+        let mut numbers = self.whole.select(&beside);
+        numbers.b -= across * rest;
+        let most = problem.settings.options.likelihood.largest_shift;
+        let bounds = vec![
+            Bounds {
+                lower: -most,
+                upper: most,
+            };
+            beside.len()
+        ];
+        if let Some(best) = numbers.best(&bounds) {
+            for (column, value) in beside.iter().zip(best.iter()) {
+                z[*column] = *value;
+            }
+        }
+        let mut next = Point {
+            candidates: Vec::new(),
+            values: Vec::new(),
+            nuisances: z.rows(0, problem.nuisances.len()).into_owned(),
+        };
+        for (candidate, ..) in &found.members {
+            let parameters = &problem.candidates[*candidate].parameters;
+            let mut first = 0;
+            let mut values = None;
+            for (row, of) in point.candidates.iter().enumerate() {
+                if of == candidate {
+                    let own: Vec<f64> = parameters
+                        .iter()
+                        .enumerate()
+                        .map(|(at, p)| {
+                            let about = if p.shapes {
+                                point.values[row][at]
+                            } else {
+                                p.null
+                            };
+                            (about + z[nuisances + first + at] * p.prior_sd).clamp(p.lower, p.upper)
+                        })
+                        .collect();
+                    values = Some(own);
+                }
+                first += point.values[row].len();
+            }
+            let values = values.unwrap_or_else(|| {
+                let along: Vec<(&Direction, f64)> = found
+                    .columns
+                    .iter()
+                    .filter(|column| **column >= own)
+                    .map(|column| (&directions[column - own], z[nuisances + column]))
+                    .filter(|(direction, _)| direction.candidate == *candidate)
+                    .collect();
+                directions::values(problem, *candidate, &along)
+            });
+            next.candidates.push(*candidate);
+            next.values.push(values);
+        }
+        (next, z)
+    }
+}
+
+/// Draws likelihoods of trials in which a set is true.
+pub(crate) struct Simulator {
+    force: f64,
+    /// Curvature, and a root of it: the covariance of the slope is the curvature.
+    a: DMatrix<f64>,
+    noise: DMatrix<f64>,
+    /// Columns of the set, their mean, and a root of their covariance.
+    columns: Vec<usize>,
+    mean: DVector<f64>,
+    spread: DMatrix<f64>,
+}
+
+impl Simulator {
+    pub(crate) fn draw(&self, rng: &mut ChaCha8Rng) -> Level {
+        let mut normal = |count: usize| DVector::from_fn(count, |_, _| standard_normal(rng));
+        let values = &self.mean + &self.spread * normal(self.mean.len());
+        let mut b = &self.noise * normal(self.a.nrows());
+        for (column, value) in self.columns.iter().zip(values.iter()) {
+            b += self.a.column(*column) * *value;
+        }
+        let n = self.a.nrows();
+        let mut gram = DMatrix::zeros(1 + n, 1 + n);
+        gram.view_mut((1, 1), (n, n)).copy_from(&self.a);
+        gram.view_mut((1, 0), (n, 1)).copy_from(&b);
+        gram.view_mut((0, 1), (1, n)).copy_from(&b.transpose());
+        Level::of(self.force, &gram, 0.0, Beside::default())
+    }
+}
+
+/// Sum of Gram matrices and of half the log determinants.
+fn sum<'f>(trials: impl Iterator<Item = &'f Filtered>) -> Option<(DMatrix<f64>, f64)> {
+    let mut half = 0.0;
+    let gram = trials
+        .map(|of| {
+            half += of.half_log_determinant;
+            &of.gram
+        })
+        .fold(None, |sum: Option<DMatrix<f64>>, gram| match sum {
+            Some(sum) => Some(sum + gram),
+            None => Some(gram.clone()),
+        })?;
+    Some((gram, half))
+}

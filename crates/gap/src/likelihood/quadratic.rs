@@ -1,0 +1,164 @@
+//! A quadratic form in a few parameters, from the Gram matrix of a residual and of its changes with each.
+//!
+//! Every parameter is in units of its prior's standard deviation, so its prior is a standard normal.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::likelihood::truncated_normal::Bounds;
+
+/// A quadratic about the nominal in a few parameters: `q - 2 b.z + z.A z`, and the prior `z.z`.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Quadratic {
+    /// Value at zero.
+    pub(crate) q: f64,
+    /// Half of the slope, negative.
+    pub(crate) b: DVector<f64>,
+    /// Curvature.
+    pub(crate) a: DMatrix<f64>,
+}
+
+impl Quadratic {
+    /// From a Gram matrix whose first row belongs to the residual.
+    pub(crate) fn from_gram(gram: &DMatrix<f64>) -> Self {
+        let n = gram.nrows() - 1;
+        Self {
+            q: gram[(0, 0)],
+            b: gram.view((1, 0), (n, 1)).column(0).into_owned(),
+            a: gram.view((1, 1), (n, n)).into_owned(),
+        }
+    }
+
+    /// A few of the parameters.
+    pub(crate) fn select(&self, columns: &[usize]) -> Self {
+        Self {
+            q: self.q,
+            b: DVector::from_fn(columns.len(), |row, _| self.b[columns[row]]),
+            a: DMatrix::from_fn(columns.len(), columns.len(), |row, column| {
+                self.a[(columns[row], columns[column])]
+            }),
+        }
+    }
+
+    /// With the first `n` parameters (uncertainties of the nominal) fitted away under their priors.
+    pub(crate) fn marginal(&self, n: usize) -> Option<Self> {
+        let rest = self.b.len() - n;
+        let mut head = self.a.view((0, 0), (n, n)).into_owned();
+        for axis in 0..n {
+            head[(axis, axis)] += 1.0;
+        }
+        let factor = head.cholesky()?;
+        let cross = self.a.view((0, n), (n, rest)).into_owned();
+        let slope = self.b.rows(0, n).into_owned();
+        let solved_cross = factor.solve(&cross);
+        let solved_slope = factor.solve(&slope);
+        Some(Self {
+            q: self.q - slope.dot(&solved_slope),
+            b: self.b.rows(n, rest) - cross.tr_mul(&solved_slope),
+            a: self.a.view((n, n), (rest, rest)) - cross.tr_mul(&solved_cross),
+        })
+    }
+
+    /// Half the decrease from zero to the least value, no prior counted; infinite where rounding hides it.
+    pub(crate) fn most_gain(&self) -> f64 {
+        let mut a = self.a.clone();
+        for axis in 0..self.b.len() {
+            a[(axis, axis)] += 1e-9 * a[(axis, axis)] + f64::MIN_POSITIVE;
+        }
+        a.cholesky().map_or(f64::INFINITY, |factor| {
+            0.5 * self.b.dot(&factor.solve(&self.b))
+        })
+    }
+
+    /// Values of the least sum of the quadratic and its prior within bounds, by an active set.
+    pub(crate) fn best(&self, bounds: &[Bounds]) -> Option<DVector<f64>> {
+        let n = self.b.len();
+        let mut held: Vec<Option<f64>> = vec![None; n];
+        let mut z = DVector::zeros(n);
+        for _ in 0..2 * n + 2 {
+            let free: Vec<usize> = (0..n).filter(|at| held[*at].is_none()).collect();
+            let mean = self.conditional(&free, &held)?;
+            for at in 0..n {
+                z[at] = held[at].unwrap_or(0.0);
+            }
+            for (row, at) in free.iter().enumerate() {
+                z[*at] = mean[row];
+            }
+            // Hold the worst offender; let go of one that would rather move inwards.
+            let worst = free
+                .iter()
+                .map(|at| {
+                    let bound = bounds[*at];
+                    let over = (bound.lower - z[*at]).max(z[*at] - bound.upper);
+                    (*at, over)
+                })
+                .filter(|(_, over)| *over > 1e-12)
+                .max_by(|a, b| a.1.total_cmp(&b.1));
+            if let Some((at, _)) = worst {
+                held[at] = Some(z[at].clamp(bounds[at].lower, bounds[at].upper));
+                continue;
+            }
+            let slope = &self.b - &self.a * &z - &z;
+            let eager = (0..n).find(|at| match held[*at] {
+                Some(value) if value <= bounds[*at].lower => slope[*at] > 1e-9,
+                Some(_) => slope[*at] < -1e-9,
+                None => false,
+            });
+            match eager {
+                Some(at) => held[at] = None,
+                None => return Some(z),
+            }
+        }
+        Some(z)
+    }
+
+    /// Mean of the free parameters, the others held.
+    fn conditional(&self, free: &[usize], held: &[Option<f64>]) -> Option<DVector<f64>> {
+        let precision = DMatrix::from_fn(free.len(), free.len(), |row, column| {
+            self.a[(free[row], free[column])] + f64::from(u8::from(row == column))
+        });
+        let right = DVector::from_fn(free.len(), |row, _| {
+            let pull: f64 = held
+                .iter()
+                .enumerate()
+                .filter_map(|(at, value)| value.map(|value| self.a[(free[row], at)] * value))
+                .sum();
+            self.b[free[row]] - pull
+        });
+        Some(precision.cholesky()?.solve(&right))
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    const FREE: Bounds = Bounds::FREE;
+
+    /// One whose first parameter would be negative.
+    fn leaning() -> Quadratic {
+        Quadratic {
+            q: 10.0,
+            b: DVector::from_vec(vec![-5.0, 3.0]),
+            a: DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 2.0]),
+        }
+    }
+
+    #[test]
+    fn bounds_hold_and_are_let_go_of() {
+        let quadratic = leaning();
+        let found = quadratic.best(&[Bounds::POSITIVE; 2]).unwrap();
+        assert_eq!(found[0], 0.0);
+        assert!((found[1] - 1.0).abs() < 1e-12, "{}", found[1]);
+    }
+
+    /// Fitting nuisances away first or with the rest gives the same values.
+    #[test]
+    fn a_marginal_quadratic_has_the_same_optimum() {
+        let columns = DMatrix::from_fn(9, 5, |row, column| ((row * 7 + column * 3) as f64).sin());
+        let whole = Quadratic::from_gram(&columns.tr_mul(&columns));
+        let all = whole.best(&[FREE; 4]).unwrap();
+        let rest = whole.marginal(2).unwrap().best(&[FREE; 2]).unwrap();
+        assert!((all.rows(2, 2) - &rest).norm() < 1e-9);
+    }
+}

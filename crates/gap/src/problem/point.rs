@@ -1,0 +1,73 @@
+//! A point of the hypotheses: values of a set of candidate effects and of the uncertain numbers.
+
+use hydro_effects::Entry;
+use nalgebra::DVector;
+
+use crate::problem::problem::Problem;
+
+/// A set of candidates with values.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Point {
+    /// Rows of `Problem::candidates`.
+    pub(crate) candidates: Vec<usize>,
+    /// Values of each candidate, in the order of its parameters.
+    pub(crate) values: Vec<Vec<f64>>,
+    /// Nuisance parameters in standard deviations.
+    pub(crate) nuisances: DVector<f64>,
+}
+
+impl Point {
+    /// Its candidates, ascending.
+    pub(crate) fn set(&self) -> Vec<usize> {
+        let mut set = self.candidates.clone();
+        set.sort_unstable();
+        set
+    }
+}
+
+impl Problem<'_> {
+    /// The empty set at the nominal.
+    pub(crate) fn origin(&self) -> Point {
+        Point {
+            candidates: Vec::new(),
+            values: Vec::new(),
+            nuisances: DVector::zeros(self.nuisances.len()),
+        }
+    }
+
+    pub(crate) fn entries(&self, point: &Point) -> Vec<Entry> {
+        point
+            .candidates
+            .iter()
+            .zip(&point.values)
+            .flat_map(|(candidate, values)| self.candidates[*candidate].entries(values))
+            .collect()
+    }
+
+    /// Nuisance parameters of the model at a point.
+    pub(crate) fn nuisance_values(&self, point: &Point) -> Vec<f64> {
+        let mut nuisances = vec![0.0; self.model.nuisances.len()];
+        for ((nuisance, sd), z) in self.nuisances.iter().zip(point.nuisances.iter()) {
+            nuisances[*nuisance] = sd * z;
+        }
+        nuisances
+    }
+
+    /// Values of a point in units of priors: nuisance parameters, then parameters.
+    pub(crate) fn normalised(&self, point: &Point) -> DVector<f64> {
+        let parameters =
+            point
+                .candidates
+                .iter()
+                .zip(&point.values)
+                .flat_map(|(candidate, values)| {
+                    self.candidates[*candidate]
+                        .parameters
+                        .iter()
+                        .zip(values)
+                        .map(|(p, value)| (value - p.null) / p.prior_sd)
+                });
+        let all: Vec<f64> = point.nuisances.iter().copied().chain(parameters).collect();
+        DVector::from_vec(all)
+    }
+}
