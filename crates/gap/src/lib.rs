@@ -1,19 +1,17 @@
 //! Finds where simulation and measurement disagree, and which effect is missing.
 //!
-//! The workflow has four stages and a verdict: [`locate`] (find), [`name`], [`add`], [`verify`], [`conclude`]. Each returns
+//! The workflow has four stages and a verdict: [`locate`] (find), [`name`] of what trials [`explain`], [`add`], [`verify`],
+//! [`conclude`]. Each returns
 //! a serde type of [`records`], so that it can be stopped, shown and resumed. "Cannot tell" is a value, not an error.
 //!
-//! The method is multiple shooting: trials are cut into segments of a few seconds, each predicted open loop from a start
-//! that is fitted with it. Outputs are compared, never forces.
+//! Trials are cut into short segments, each shot from a start that follows the readings. Outputs are compared, never forces:
+//! one marginal likelihood judges every set of effects, starts and unmodelled forces integrated out.
 //!
 //! | folder | holds |
 //! |---|---|
-//! | `problem` | channels, sensor noise, segments, candidate effects, uncertainty of the nominal |
+//! | `problem` | channels, sensor noise, candidate effects, uncertainty of the nominal |
 //! | `rollout` | simulated segments, sensor corrections, whitening, estimated states |
-//! | `fit` | sensitivities, Gauss-Newton, Laplace evidence, intervals |
-//! | `discrepancy` | AR(1) noise, autocorrelation, error of form, test of adequacy |
-//! | `select` | screen, evidence and search over sets of effects |
-//! | `likelihood` | marginal likelihood of whole trials, to replace the three above; no stage calls it yet |
+//! | `likelihood` | marginal likelihood of whole trials, search over sets of effects, their posterior |
 //! | `stage` | the stages |
 //! | `residual` | the wrench that no effect explains |
 //! | `output` | [`records`] and [`verdict`] |

@@ -65,7 +65,7 @@ options! {
         /// (J. N. Newman, Marine Hydrodynamics, MIT Press 1977, sections 6.17 and 6.20).
         reach: f64 = 2.0,
         /// Periods of an oscillation that the longest trial holds at least; one of fewer is a slow force.
-        periods: f64 = 3.0,
+        periods: f64 = 1.5,
         /// Prior probability of the form of an effect that has its optional parameters.
         elaborate_form: f64 = 0.2,
         /// Least speed [m/s] and rate [rad/s] that scale a prior.
@@ -78,8 +78,8 @@ options! {
         least_travel: f64 = 0.1,
         /// Standard deviation of when within a step a force is read [steps]: the real system has no steps.
         reading_lead_sd: f64 = 0.5,
-        /// Standard deviation of when within a step a command acts [steps].
-        command_lead_sd: f64 = 0.5,
+        /// Standard deviation of when within a step a command acts [steps]: the time convention of trials leaves little.
+        command_lead_sd: f64 = 0.1,
         /// Least noise of a sensor that declares none, relative to its largest reading: a constant channel shows none.
         least_noise: f64 = 1e-6,
     }
@@ -138,6 +138,8 @@ options! {
     NameOptions {
         /// Level of the test for any gap: the part of trials without one in which one is claimed.
         alarm: f64 = 0.03,
+        /// Probability of no gap above which none is claimed, whatever the test says.
+        agreement: f64 = 0.2,
         /// Simulated sets of trials without a gap; the least probability is 1 / (this + 1).
         null_draws: usize = 99,
         /// Sets whose confusions are simulated, at most.
@@ -226,10 +228,11 @@ options! {
         segment_rows: f64 = 5.0,
         /// Pieces of a segment over which unmodelled forces are constant.
         pieces: usize = 2,
-        /// Length of a block of steps over which transition matrices are held and inputs are linear [s].
-        block: f64 = 0.05,
-        /// Time between predicted readings, linear between [s]: that of a row, within these.
-        knot: [f64; 2] = [0.005, 0.02],
+        /// Length of a block of steps over which transition matrices are held and inputs are linear [s]: that of a row, within
+        /// these.
+        block: [f64; 2] = [0.005, 0.02],
+        /// Time between states at which changes are taken, linear between [s]; those with the commands are taken at every block.
+        look: f64 = 0.05,
         /// Standard deviations of the unmodelled forces that are tried, in what moves a degree of freedom; alike likely.
         forces: [f64; 11] = [1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0],
         /// Correlation of unmodelled forces from piece to piece.

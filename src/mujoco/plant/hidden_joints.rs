@@ -215,6 +215,10 @@ impl Simulation for BacklashSimulation {
         self.fold();
     }
 
+    fn advance_commands(&mut self) {
+        self.inner.advance_commands();
+    }
+
     fn look(&mut self) {
         self.inner.look();
     }

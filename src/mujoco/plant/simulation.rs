@@ -371,6 +371,10 @@ impl Simulation for MujocoSimulation {
         self.diverged = self.has_blown_up();
     }
 
+    fn advance_commands(&mut self) {
+        self.command();
+    }
+
     fn look(&mut self) {
         if self.diverged {
             return;

@@ -18,6 +18,8 @@ pub(crate) enum Kind {
     Loaded,
     /// The base's physics; no memory.
     Joined,
+    /// Like `Joined`, but actuators remember their commands.
+    Commanded,
     /// Stepped along, because it remembers.
     Stepped,
 }
@@ -29,6 +31,8 @@ pub(crate) struct Change {
     pub(crate) lead: f64,
     pub(crate) step: f64,
     pub(crate) kind: Kind,
+    /// True where it follows the commands, which may turn at every row: taken at every boundary.
+    pub(crate) fine: bool,
 }
 
 /// All changes about a point: nuisance parameters, its own parameters, directions.
@@ -39,6 +43,22 @@ pub(crate) fn changes(
     base: &[Entry],
 ) -> Vec<Change> {
     let model = problem.model;
+    // Only actuators' memories can be brought on without a step.
+    let stepped = |entries: &[Entry]| {
+        let of_states = |entry: &Entry| {
+            let is_actuator = matches!(effect(entry.effect).part(), Part::Actuator(_));
+            !is_actuator && remembers(std::slice::from_ref(entry), model.timestep)
+        };
+        let backlash = |entry: &Entry| entry.effect == Id::JointBacklash;
+        if entries
+            .iter()
+            .any(|entry| of_states(entry) || backlash(entry))
+        {
+            Kind::Stepped
+        } else {
+            Kind::Commanded
+        }
+    };
     let kind = |moved: &Point, added: Option<usize>| match added {
         Some(candidate)
             if matches!(
@@ -53,7 +73,7 @@ pub(crate) fn changes(
             let backlash = problem.candidates[candidate].effect == Id::JointBacklash;
             let added = entries.get(base.len()..).unwrap_or_default();
             if backlash || remembers(added, model.timestep) {
-                Kind::Stepped
+                stepped(&entries)
             } else {
                 Kind::Joined
             }
@@ -83,6 +103,7 @@ pub(crate) fn changes(
             } else {
                 kind(&moved, None)
             },
+            fine: matches!(quantity, Quantity::CommandLead | Quantity::Gain),
         });
     }
     let nuisances = problem.nuisance_values(point);
@@ -91,18 +112,26 @@ pub(crate) fn changes(
             let step = inward(point.values[row][parameter], STEP * p.prior_sd, p.upper);
             let mut moved = point.clone();
             moved.values[row][parameter] += step;
-            let own = kind(&moved, Some(*candidate));
+            let entries = problem.entries(&moved);
+            // A delay's memory grows with it; other memories are as long as before.
+            let of_commands = acts_on_commands(problem, *candidate)
+                && remembers(
+                    &problem.candidates[*candidate].entries(&moved.values[row]),
+                    model.timestep,
+                );
             changes.push(Change {
-                entries: problem.entries(&moved),
                 nuisances: nuisances.clone(),
                 lead: 0.0,
                 step: step / p.prior_sd,
-                // A delay's memory grows with it.
-                kind: if own == Kind::Joined {
-                    Kind::Loaded
+                kind: if of_commands {
+                    stepped(&entries)
+                } else if kind(&moved, Some(*candidate)) == Kind::Measurement {
+                    Kind::Measurement
                 } else {
-                    own
+                    Kind::Loaded
                 },
+                entries,
+                fine: acts_on_commands(problem, *candidate),
             });
         }
     }
@@ -119,7 +148,13 @@ pub(crate) fn changes(
             lead: 0.0,
             step: direction.step / p.prior_sd,
             kind: kind(&moved, Some(direction.candidate)),
+            fine: acts_on_commands(problem, direction.candidate),
         });
     }
     changes
+}
+
+fn acts_on_commands(problem: &Problem<'_>, candidate: usize) -> bool {
+    let effect = effect(problem.candidates[candidate].effect);
+    matches!(effect.part(), Part::Actuator(_))
 }

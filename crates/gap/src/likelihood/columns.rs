@@ -80,8 +80,8 @@ pub(crate) struct Sweep<'s> {
     pub(crate) pieces: usize,
     /// Length of a block [s].
     pub(crate) block: f64,
-    /// Time between predicted readings [s].
-    pub(crate) knot: f64,
+    /// Time between states at which changes are taken that do not follow the commands [s].
+    pub(crate) look: f64,
     /// Scale of the unmodelled forces by degree of freedom.
     pub(crate) force_scale: &'s DVector<f64>,
     /// Factors on the noise by channel.
@@ -108,7 +108,7 @@ pub(crate) fn sweep(
     let steps = |seconds: f64| ((seconds / step).round() as usize).max(1);
     let grid = Grid {
         block: steps(how.block),
-        knot: steps(how.knot),
+        stride: ((how.look / how.block).round() as usize).max(1),
         pieces,
     };
     let trial = &problem.trials[track.trial];
@@ -142,7 +142,7 @@ pub(crate) fn sweep(
     let Ok(mut base) = plant.simulation(&nuisances_at, &entries) else {
         return Ok(None);
     };
-    let states = state_changes(problem, base.as_mut(), &rolled, force_scale);
+    let states = state_changes(problem, base.as_mut(), &rolled, (track, grid), force_scale);
     let references = references(base.as_mut(), &rolled);
     let defects = defects(base.as_ref(), track, &rolled);
     let inputs: Vec<Option<Inputs>> = changes
@@ -296,31 +296,18 @@ fn assemble(
             .copy_from(&states.direct[boundary]);
         d
     };
-    // Readings at knots, by the step.
-    let mut readings: Vec<(usize, DMatrix<f64>)> = Vec::new();
+    // Readings at the boundaries, by the step.
+    let mut readings: Vec<(usize, DMatrix<f64>)> = Vec::with_capacity(blocks + 1);
     readings.push((0, &states.reading[0] * &state + direct(0, 0)));
     for block in 0..blocks {
         let (from, to) = (of.boundaries[block].step, of.boundaries[block + 1].step);
         let transition = 0.5 * (&states.transition[block] + &states.transition[block + 1]);
-        let inputs = [block, block + 1].map(|boundary| input(boundary, block));
-        let directs = [block, block + 1].map(|boundary| direct(boundary, block));
-        let knots = (to - from).div_ceil(grid.knot);
-        let mut at_knot = state.clone();
-        for knot in 0..knots {
-            let ends = [knot, knot + 1].map(|knot| (knot * grid.knot).min(to - from));
-            let parts = ends.map(|steps| steps as f64 / (to - from) as f64);
-            let (carried, before, after) = powers(&transition, ends[1] - ends[0]);
-            let [first, last] = parts.map(|part| mixed(&inputs, part));
-            at_knot = carried * at_knot + before * first + after * last;
-            let reading = mixed_of(&states.reading[block], &states.reading[block + 1], parts[1]);
-            readings.push((
-                from + ends[1],
-                reading * &at_knot + mixed(&directs, parts[1]),
-            ));
-        }
-        state = at_knot;
+        let (carried, before, after) = powers(&transition, to - from);
+        state = carried * state + before * input(block, block) + after * input(block + 1, block);
+        let reading = &states.reading[block + 1] * &state + direct(block + 1, block);
+        readings.push((to, reading));
     }
-    // Rows between knots are linear.
+    // Rows between boundaries are linear.
     let rows = link.segment.rows.clone();
     let mut outputs = DMatrix::<f64>::zeros(rows.len() * channels, width);
     for (number, row) in rows.clone().enumerate() {
@@ -456,15 +443,6 @@ fn defects(simulation: &dyn Simulation, track: &Track, rolled: &[Rolled]) -> Vec
             tangent
         })
         .collect()
-}
-
-/// A part of the way from the first to the last.
-fn mixed(ends: &[DMatrix<f64>; 2], part: f64) -> DMatrix<f64> {
-    mixed_of(&ends[0], &ends[1], part)
-}
-
-fn mixed_of(from: &DMatrix<f64>, to: &DMatrix<f64>, part: f64) -> DMatrix<f64> {
-    from.zip_map(to, |a, b| a + part * (b - a))
 }
 
 /// Over `steps` steps of one transition matrix: the state's change with the state, and with inputs of each step that go

@@ -277,3 +277,55 @@ fn sum<'f>(trials: impl Iterator<Item = &'f Filtered>) -> Option<(DMatrix<f64>, 
         })?;
     Some((gram, half))
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+    use crate::likelihood::truncated_evidence::Truncated;
+
+    /// Slopes of simulated trials have the curvature as covariance about what the values bring, and these the posterior's.
+    #[test]
+    fn simulated_likelihoods_have_the_moments_of_their_set() {
+        let a = DMatrix::from_row_slice(2, 2, &[5.0, 1.0, 1.0, 3.0]);
+        let mut gram = DMatrix::zeros(3, 3);
+        gram.view_mut((1, 1), (2, 2)).copy_from(&a);
+        let level = Level::of(0.1, &gram, 0.0, Beside::default());
+        let found = Found {
+            set: vec![0],
+            level: 0,
+            members: vec![(0, 0, 0)],
+            columns: vec![0],
+            precision: vec![1.0],
+            mixtures: vec![0.0],
+            posterior: Some(Truncated {
+                log_evidence: 0.0,
+                mean: DVector::from_vec(vec![2.0]),
+                covariance: DMatrix::from_element(1, 1, 0.25),
+            }),
+            log_likelihood: 0.0,
+            log_posterior: 0.0,
+        };
+        let simulator = level.simulator(&found).unwrap();
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let draws: Vec<DVector<f64>> = (0..20_000)
+            .map(|_| simulator.draw(&mut rng).whole.b.clone())
+            .collect();
+        let count = draws.len() as f64;
+        let mean: DVector<f64> = draws.iter().sum::<DVector<f64>>() / count;
+        let covariance: DMatrix<f64> = draws
+            .iter()
+            .map(|b| (b - &mean) * (b - &mean).transpose())
+            .sum::<DMatrix<f64>>()
+            / count;
+        let column = a.column(0);
+        assert!((&mean - 2.0 * column).amax() < 0.1, "{mean}");
+        let expected = &a + 0.25 * column * column.transpose();
+        assert!(
+            (&covariance - &expected).amax() < 0.3,
+            "{covariance} {expected}"
+        );
+    }
+}

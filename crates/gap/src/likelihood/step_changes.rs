@@ -7,7 +7,7 @@ use crate::{
     error::GapError,
     likelihood::{
         changes::{Change, Kind},
-        track::{Boundary, Grid, Rolled, Track},
+        track::{Boundary, Grid, Link, Rolled, Track},
     },
     plant::Simulation,
     problem::problem::Problem,
@@ -85,20 +85,25 @@ pub(crate) fn state_changes(
     problem: &Problem<'_>,
     simulation: &mut dyn Simulation,
     rolled: &[Rolled],
+    (track, grid): (&Track, Grid),
     force_scale: &DVector<f64>,
 ) -> Vec<StateChanges> {
     let (nv, channels) = (problem.model.nv, problem.channels.len());
     let (mut tangent, mut reading) = (vec![0.0; 2 * nv], vec![0.0; channels]);
     rolled
         .iter()
-        .map(|of| {
+        .zip(&track.links)
+        .map(|(of, link)| {
             let mut found = StateChanges {
                 transition: Vec::new(),
                 force: Vec::new(),
                 reading: Vec::new(),
                 direct: Vec::new(),
             };
-            for boundary in &of.boundaries {
+            for (at, boundary) in of.boundaries.iter().enumerate() {
+                if !link.is_looked_at(grid, at) {
+                    continue;
+                }
                 simulation.load(&boundary.saved);
                 let from = stepped(simulation, boundary);
                 let mut transition = DMatrix::zeros(2 * nv, 2 * nv);
@@ -146,9 +151,52 @@ pub(crate) fn state_changes(
                 found.reading.push(outputs);
                 found.direct.push(direct);
             }
+            let places = looked_at(link, grid, of.boundaries.len());
+            for all in [
+                &mut found.transition,
+                &mut found.force,
+                &mut found.reading,
+                &mut found.direct,
+            ] {
+                *all = between(all, &places, of.boundaries.len());
+            }
             found
         })
         .collect()
+}
+
+/// Boundaries at which most changes are taken.
+fn looked_at(link: &Link, grid: Grid, boundaries: usize) -> Vec<usize> {
+    (0..boundaries)
+        .filter(|at| link.is_looked_at(grid, *at))
+        .collect()
+}
+
+/// Matrices at all boundaries, linear between those at `places`.
+fn between(known: &[DMatrix<f64>], places: &[usize], boundaries: usize) -> Vec<DMatrix<f64>> {
+    (0..boundaries)
+        .map(|at| {
+            let after = places.partition_point(|place| *place < at);
+            if places[after] == at {
+                return known[after].clone();
+            }
+            let (from, to) = (places[after - 1], places[after]);
+            let part = (at - from) as f64 / (to - from) as f64;
+            known[after - 1].zip_map(&known[after], |a, b| a + part * (b - a))
+        })
+        .collect()
+}
+
+/// Columns at all boundaries, linear between those at `places`.
+fn fill(columns: &mut DMatrix<f32>, places: &[usize]) {
+    for pair in places.windows(2) {
+        let (from, to) = (pair[0], pair[1]);
+        for at in from + 1..to {
+            let part = (at - from) as f32 / (to - from) as f32;
+            let column = columns.column(from) * (1.0 - part) + columns.column(to) * part;
+            columns.set_column(at, &column);
+        }
+    }
 }
 
 /// Changes at all boundaries of a track with one parameter, by segment: after a step [2 nv, boundaries], and of the
@@ -193,7 +241,7 @@ pub(crate) fn inputs(
         Err(_) => plant.simulation(base.0, base.1)?,
     };
     let trial = &problem.trials[track.trial];
-    let steps = change.kind == Kind::Stepped;
+    let steps = matches!(change.kind, Kind::Stepped | Kind::Commanded);
     if steps {
         let warm_up = WarmUp::required(
             problem.model,
@@ -233,7 +281,8 @@ pub(crate) fn inputs(
             };
             if steps {
                 let mut next = 0;
-                for (at, state) in of.every.iter().enumerate() {
+                for at in 0..=link.steps {
+                    let is_boundary = next < of.boundaries.len() && of.boundaries[next].step == at;
                     let time = link.segment.start + at as f64 * step;
                     trial.control.interpolate(time, &mut control);
                     trial.control.interpolate(time - step, &mut earlier);
@@ -248,11 +297,18 @@ pub(crate) fn inputs(
                     };
                     // The end's step belongs to the next segment.
                     let kept = (at == link.steps).then(|| simulation.save());
-                    simulation.rejoin(state);
-                    let to = stepped(simulation.as_mut(), &boundary);
-                    if next < of.boundaries.len() && of.boundaries[next].step == at {
+                    if is_boundary {
+                        simulation.rejoin(&of.boundaries[next].full);
+                        let to = stepped(simulation.as_mut(), &boundary);
                         put(next, simulation.as_ref(), &references[next][1], &to);
                         next += 1;
+                    } else if change.kind == Kind::Commanded {
+                        simulation.set_earlier_control(&boundary.earlier);
+                        simulation.set_control(&boundary.control);
+                        simulation.advance_commands();
+                    } else {
+                        simulation.rejoin(&of.every[at]);
+                        stepped(simulation.as_mut(), &boundary);
                     }
                     if let Some(kept) = kept {
                         simulation.load(&kept);
@@ -260,6 +316,9 @@ pub(crate) fn inputs(
                 }
             } else {
                 for (at, boundary) in of.boundaries.iter().enumerate() {
+                    if !(change.fine || link.is_looked_at(grid, at)) {
+                        continue;
+                    }
                     let [loaded, joined] = &references[at];
                     let from = if change.kind == Kind::Loaded {
                         simulation.load(&boundary.saved);
@@ -271,6 +330,11 @@ pub(crate) fn inputs(
                     };
                     let to = stepped(simulation.as_mut(), boundary);
                     put(at, simulation.as_ref(), from, &to);
+                }
+                if !change.fine {
+                    let places = looked_at(link, grid, of.boundaries.len());
+                    fill(&mut states, &places);
+                    fill(&mut direct, &places);
                 }
             }
             (states, direct)

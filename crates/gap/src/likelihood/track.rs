@@ -27,8 +27,8 @@ pub(crate) struct Link {
 pub(crate) struct Grid {
     /// Steps of a block.
     pub(crate) block: usize,
-    /// Steps between the readings that are predicted within a block.
-    pub(crate) knot: usize,
+    /// Blocks from one boundary at which most changes are taken to the next; between, they are linear.
+    pub(crate) stride: usize,
     /// Pieces of a segment.
     pub(crate) pieces: usize,
 }
@@ -37,6 +37,11 @@ impl Link {
     /// Number of blocks.
     pub(crate) fn blocks(&self, grid: Grid) -> usize {
         self.steps.div_ceil(grid.block)
+    }
+
+    /// True for a boundary at which most changes are taken.
+    pub(crate) fn is_looked_at(&self, grid: Grid, boundary: usize) -> bool {
+        boundary.is_multiple_of(grid.stride) || boundary == self.blocks(grid)
     }
 
     /// The piece that a block belongs to.

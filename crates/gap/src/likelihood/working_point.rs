@@ -164,8 +164,8 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let problem = self.problem;
         let options = &problem.settings.options.likelihood;
         let period = problem.trials[track.trial].period();
-        let knot = period
-            .clamp(options.knot[0], options.knot[1])
+        let block = period
+            .clamp(options.block[0], options.block[1])
             .max(problem.model.timestep);
         let links = columns::sweep(
             problem,
@@ -174,8 +174,8 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             Sweep {
                 directions,
                 pieces: options.pieces,
-                block: options.block.max(knot),
-                knot,
+                block,
+                look: options.look.max(block),
                 force_scale: &self.scale,
                 noise: &self.noise,
                 keep_readings: keep == Keep::Readings,

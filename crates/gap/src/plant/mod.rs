@@ -334,6 +334,11 @@ pub trait Simulation: Send {
     fn retract(&mut self, tangent: &[f64]);
     /// The tangent [nv] that leads from a position to another.
     fn differentiate(&self, from: &[f64], to: &[f64], tangent: &mut [f64]);
+    /// Brings the memory of actuators on by a step, at the control that is set. The state may move on or stay.
+    fn advance_commands(&mut self) {
+        self.step();
+    }
+
     /// Full-physics state of the nominal, as [`Simulation::rejoin`] takes it.
     fn full_state(&self) -> Vec<f64>;
     /// Memory of the effects.

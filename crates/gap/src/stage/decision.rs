@@ -35,7 +35,7 @@ pub(crate) fn decide(explanation: &Explanation<'_>, calibration: &Calibration) -
         confusion: Vec::new(),
         apart: None,
     };
-    if agreement > 0.5 || calibration.alarm > calibration.alarm_level {
+    if agreement > options.agreement || calibration.alarm > calibration.alarm_level {
         return decision;
     }
     decision.outcome = Outcome::Unknown;

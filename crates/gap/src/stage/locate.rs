@@ -187,3 +187,23 @@ fn heat_maps(problem: &Problem<'_>, cells: &[Cell]) -> Vec<HeatMap> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::above;
+
+    /// Tabulated quantiles of the chi-square distribution.
+    #[test]
+    fn probabilities_are_those_of_chi_square() {
+        for (sum, count, expected) in [
+            (18.307, 10, 0.05),
+            (23.209, 10, 0.01),
+            (124.342, 100, 0.05),
+            (149.449, 100, 0.001),
+            (9.342, 10, 0.5),
+        ] {
+            let found = above(sum, count);
+            assert!((found / expected - 1.0).abs() < 0.05, "{sum} {found}");
+        }
+    }
+}

@@ -47,7 +47,7 @@ fn columns_are_the_changes_of_rollouts() {
                 directions: Some(&[]),
                 pieces: 2,
                 block: 0.02,
-                knot: 0.02,
+                look: 0.02,
                 force_scale: &scale,
                 noise: &noise,
                 keep_readings: false,

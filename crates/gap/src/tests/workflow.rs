@@ -40,6 +40,16 @@ fn run(effects: &[Entry]) -> crate::output::records::Named {
         "{}",
         found.p_value
     );
+    if effects.is_empty() {
+        // Innovations over their covariance are those of the noise.
+        assert!((found.excess - 1.0).abs() < 0.05, "{}", found.excess);
+        assert_eq!(
+            (naming.named.explained, naming.named.chosen.len()),
+            (None, 0)
+        );
+    } else {
+        assert!(naming.named.calibration.alarm <= 0.03);
+    }
     let addition = add(&problem, &explanation, &naming);
     // The numbers of the nominal are handed on as this fit has them.
     let numbers = addition.iter().flat_map(|addition| {
@@ -112,6 +122,42 @@ fn quadratic_drag_is_named() {
     let named = run(&[entry]);
     assert_eq!(named.outcome, Outcome::Named);
     assert_eq!(named.chosen[0].effect, Id::QuadraticDrag);
+}
+
+/// The velocities of a trial as they were so long before, linear between its rows.
+fn late(mut trial: Trial, delay: f64) -> Trial {
+    let sensors = &mut trial.sensors;
+    let (width, part) = (sensors.columns.len(), delay / 0.02);
+    let is_late = |column: usize| sensors.columns[column].starts_with("dvl");
+    for at in (width..sensors.data.len()).rev() {
+        if is_late(at % width) {
+            sensors.data[at] += part * (sensors.data[at - width] - sensors.data[at]);
+        }
+    }
+    trial
+}
+
+/// Steps are of 5 ms: a shorter delay cannot be told from when within a step things happen.
+#[test]
+fn a_delay_of_less_than_a_step_is_none() {
+    let delays = |delay: f64| -> Vec<f64> {
+        let trials = (0..2).map(|seed| late(trial("late", &[], &[0.0, 0.0], seed, 0.1), delay));
+        let mut found = Vec::new();
+        on_prepared(&RigidBody::new(), trials.collect(), |problem, watch| {
+            let explanation = explain(problem, watch).unwrap();
+            let named = name(problem, &explanation, watch).unwrap().named;
+            let delays = named.chosen.into_iter();
+            let delays = delays.filter(|of| of.effect == Id::SensorDelay && of.target == "dvl");
+            found = delays.map(|of| of.parameters[0].value).collect();
+        });
+        found
+    };
+    assert!(delays(0.003).is_empty());
+    let long = delays(0.015);
+    assert!(
+        matches!(long[..], [value] if (value - 0.015).abs() < 0.003),
+        "{long:?}"
+    );
 }
 
 #[test]
