@@ -254,6 +254,11 @@ options! {
         prior_scales: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01],
         /// Prior probability of one missing effect more.
         another_effect: f64 = 0.5,
+        /// Effects that are added before the readings are linearised again, at most.
+        added: usize = 2,
+        /// Log likelihood that the best values of all parameters may lack at a level of unmodelled forces for sets to be
+        /// searched there [nat].
+        level_within: f64 = 15.0,
         /// Effects of a set at most.
         largest: usize = 8,
         /// Sets that are enlarged by one effect.

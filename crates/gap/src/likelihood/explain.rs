@@ -2,24 +2,21 @@
 
 use crate::{
     error::GapError,
-    likelihood::directions::Direction,
     likelihood::{
+        directions::Direction,
         explanation::Explanation,
         found::Found,
         level::Level,
         search::{Choices, Search},
         working_point::{Keep, WorkingPoint},
     },
+    options::LikelihoodOptions,
     problem::problem::Problem,
     progress::Watch,
 };
 
 /// Rounds of sweep and search at most.
 const ROUNDS: usize = 6;
-/// Effects that a round adds at most.
-const ADDED: usize = 2;
-/// Log likelihood that a level may lack [nat].
-const NEGLIGIBLE: f64 = 15.0;
 /// Halvings of the values on which a trial blows up, at most.
 const HALVINGS: usize = 5;
 
@@ -54,7 +51,11 @@ pub fn explain<'p>(
             break;
         };
         let choices = Choices::new(problem, &working.point, &directions);
-        let mut found = search(&swept.levels, &choices);
+        let mut found = search(
+            &swept.levels,
+            &choices,
+            &problem.settings.options.likelihood,
+        );
         if let Some(best) = most(&found) {
             let subsets = subsets(&swept.levels[best.level], &choices, best);
             found.retain(|of| !subsets.iter().any(|other| other.is(of)));
@@ -64,8 +65,8 @@ pub fn explain<'p>(
         // The sweep was made about the best set, settled.
         let set = working.point.set();
         let stays = round > 0 && found.first().is_some_and(|best| best.set == set);
-        // Two effects at a time: the errors of form of more would be taken for others.
-        let most = set.len() + ADDED;
+        // A few effects at a time: the errors of form of more would be taken for others.
+        let most = set.len() + problem.settings.options.likelihood.added;
         let Some(best) = found.iter().find(|of| of.set.len() <= most) else {
             break;
         };
@@ -88,7 +89,7 @@ pub fn explain<'p>(
 }
 
 /// Sets at all levels; of levels whose likelihood no set can raise near the best, the empty one alone.
-fn search(levels: &[Level], choices: &Choices) -> Vec<Found> {
+fn search(levels: &[Level], choices: &Choices, options: &LikelihoodOptions) -> Vec<Found> {
     let mut order: Vec<(f64, usize)> = (levels.iter().map(Level::most)).zip(0..).collect();
     order.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut found: Vec<Found> = Vec::new();
@@ -99,7 +100,7 @@ fn search(levels: &[Level], choices: &Choices) -> Vec<Found> {
             number,
             choices,
         };
-        if most < best - NEGLIGIBLE {
+        if most < best - options.level_within {
             found.extend(search.whole(&[]));
             continue;
         }
