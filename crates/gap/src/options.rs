@@ -153,6 +153,8 @@ options! {
         named: f64 = 0.9,
         /// Part of the excess that a set explains at least, or the gap is unknown.
         explained: f64 = 0.5,
+        /// Part of the probability of a gap from which unmodelled forces alone are the answer.
+        unmodelled: f64 = 0.5,
         /// Probability above which an effect that is not named is one of those that it could be.
         error: f64 = 0.05,
         /// Probability up to which an effect is not listed.
@@ -235,6 +237,10 @@ options! {
         look: f64 = 0.05,
         /// Standard deviations of the unmodelled forces that are tried, in what moves a degree of freedom; alike likely.
         forces: [f64; 11] = [1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0],
+        /// Least acceleration that scales an unmodelled force [m/s^2, rad/s^2].
+        least_acceleration: f64 = 1e-3,
+        /// Factor on the estimated noise of a sensor that declares none, at least.
+        least_noise_factor: f64 = 1e-3,
         /// Correlation of unmodelled forces from piece to piece.
         force_correlation: f64 = 0.8,
         /// Largest shift of an uncertain number of the nominal [prior standard deviations]: a gap of hundreds of noises must

@@ -72,8 +72,7 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
     };
     let named = |watch: &Watch<'_>| -> anyhow::Result<&Naming> {
         let explanation = explained(watch)?;
-        let problem = prepared(watch)?;
-        filled(&naming, || Ok(gap::name(problem, explanation, watch)?))
+        filled(&naming, || Ok(gap::name(explanation, watch)?))
     };
     let stages = Stages {
         find: Box::new(|watch| {
@@ -86,13 +85,14 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
         name: Box::new(|_, watch| Ok(named(watch)?.named.clone())),
         add: Box::new(|_, _, watch| {
             let naming = named(watch)?;
-            let problem = prepared(watch)?;
             let explanation = explained(watch)?;
-            match gap::add(problem, explanation, naming) {
+            match gap::add(explanation, naming) {
                 Some(addition) => session.candidate(addition).map(Some),
                 None if naming.named.outcome == Outcome::Unknown && !flags.no_residual => {
                     let nuisances = gap::refitted(explanation);
-                    session.residual(problem, nuisances, watch).map(Some)
+                    session
+                        .residual(prepared(watch)?, nuisances, watch)
+                        .map(Some)
                 }
                 None => Ok(None),
             }

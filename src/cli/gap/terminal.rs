@@ -74,7 +74,7 @@ pub(super) fn ten_lines(record: &Record, out: &Path) -> String {
     lines.join("\n")
 }
 
-/// What the named effects explain of the excess, each, and what is left.
+/// Shares of the excess that the named effects explain, together and each, and what is left.
 fn explained(verdict: &Verdict) -> String {
     let (Some(whole), Some(left)) = (verdict.explained, verdict.unexplained) else {
         return String::new();

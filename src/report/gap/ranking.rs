@@ -94,7 +94,7 @@ pub(super) fn sets(html: &mut String, named: &Named) {
     confusions(html, &named.calibration);
 }
 
-/// What the search says of trials simulated from the leading sets.
+/// Table of confusions: sets found in trials simulated from the leading ones.
 fn confusions(html: &mut String, calibration: &Calibration) {
     if calibration.confusion.is_empty() {
         return;

@@ -43,45 +43,24 @@ pub(crate) fn changes(
     base: &[Entry],
 ) -> Vec<Change> {
     let model = problem.model;
+    let part = |candidate: usize| effect(problem.candidates[candidate].effect).part();
+    let measures = |candidate: usize| matches!(part(candidate), Part::Sensor(_));
+    let commands = |candidate: usize| matches!(part(candidate), Part::Actuator(_));
+    let is_backlash = |entry: &Entry| entry.effect == Id::JointBacklash;
     // Only actuators' memories can be brought on without a step.
-    let stepped = |entries: &[Entry]| {
-        let of_states = |entry: &Entry| {
+    let remembering = |entries: &[Entry]| {
+        let needs_steps = |entry: &Entry| {
             let is_actuator = matches!(effect(entry.effect).part(), Part::Actuator(_));
-            !is_actuator && remembers(std::slice::from_ref(entry), model.timestep)
+            is_backlash(entry)
+                || (!is_actuator && remembers(std::slice::from_ref(entry), model.timestep))
         };
-        let backlash = |entry: &Entry| entry.effect == Id::JointBacklash;
-        if entries
-            .iter()
-            .any(|entry| of_states(entry) || backlash(entry))
-        {
-            Kind::Stepped
-        } else {
-            Kind::Commanded
+        match entries.iter().any(needs_steps) {
+            true => Kind::Stepped,
+            false => Kind::Commanded,
         }
-    };
-    let kind = |moved: &Point, added: Option<usize>| match added {
-        Some(candidate)
-            if matches!(
-                effect(problem.candidates[candidate].effect).part(),
-                Part::Sensor(_)
-            ) =>
-        {
-            Kind::Measurement
-        }
-        Some(candidate) => {
-            let entries = problem.entries(moved);
-            let backlash = problem.candidates[candidate].effect == Id::JointBacklash;
-            let added = entries.get(base.len()..).unwrap_or_default();
-            if backlash || remembers(added, model.timestep) {
-                stepped(&entries)
-            } else {
-                Kind::Joined
-            }
-        }
-        None => Kind::Loaded,
     };
     let mut changes = Vec::new();
-    for (at, (nuisance, _)) in problem.nuisances.iter().enumerate() {
+    for (at, (nuisance, sd)) in problem.nuisances.iter().enumerate() {
         let mut moved = point.clone();
         moved.nuisances[at] += STEP;
         let quantity = model.nuisances[*nuisance].quantity;
@@ -93,7 +72,7 @@ pub(crate) fn changes(
             entries: base.to_vec(),
             nuisances: problem.nuisance_values(&moved),
             lead: if quantity == Quantity::ReadingLead {
-                STEP * problem.nuisances[at].1
+                STEP * sd
             } else {
                 0.0
             },
@@ -101,37 +80,41 @@ pub(crate) fn changes(
             kind: if of_readings {
                 Kind::Measurement
             } else {
-                kind(&moved, None)
+                Kind::Loaded
             },
             fine: matches!(quantity, Quantity::CommandLead | Quantity::Gain),
         });
     }
-    let nuisances = problem.nuisance_values(point);
+    let mut push = |candidate: usize, moved: &Point, step: f64, kind: &dyn Fn(&[Entry]) -> Kind| {
+        let entries = problem.entries(moved);
+        changes.push(Change {
+            nuisances: problem.nuisance_values(point),
+            lead: 0.0,
+            step,
+            kind: if measures(candidate) {
+                Kind::Measurement
+            } else {
+                kind(&entries)
+            },
+            fine: commands(candidate),
+            entries,
+        });
+    };
     for (row, candidate) in point.candidates.iter().enumerate() {
-        for (parameter, p) in problem.candidates[*candidate].parameters.iter().enumerate() {
+        let of = &problem.candidates[*candidate];
+        for (parameter, p) in of.parameters.iter().enumerate() {
             let step = inward(point.values[row][parameter], STEP * p.prior_sd, p.upper);
             let mut moved = point.clone();
             moved.values[row][parameter] += step;
-            let entries = problem.entries(&moved);
             // A delay's memory grows with it; other memories are as long as before.
-            let of_commands = acts_on_commands(problem, *candidate)
-                && remembers(
-                    &problem.candidates[*candidate].entries(&moved.values[row]),
-                    model.timestep,
-                );
-            changes.push(Change {
-                nuisances: nuisances.clone(),
-                lead: 0.0,
-                step: step / p.prior_sd,
-                kind: if of_commands {
-                    stepped(&entries)
-                } else if kind(&moved, Some(*candidate)) == Kind::Measurement {
-                    Kind::Measurement
+            let own = of.entries(&moved.values[row]);
+            let grows = commands(*candidate) && remembers(&own, model.timestep);
+            push(*candidate, &moved, step / p.prior_sd, &|entries| {
+                if grows {
+                    remembering(entries)
                 } else {
                     Kind::Loaded
-                },
-                entries,
-                fine: acts_on_commands(problem, *candidate),
+                }
             });
         }
     }
@@ -142,19 +125,15 @@ pub(crate) fn changes(
         values[direction.parameter] += direction.step;
         moved.candidates.push(direction.candidate);
         moved.values.push(values);
-        changes.push(Change {
-            entries: problem.entries(&moved),
-            nuisances: nuisances.clone(),
-            lead: 0.0,
-            step: direction.step / p.prior_sd,
-            kind: kind(&moved, Some(direction.candidate)),
-            fine: acts_on_commands(problem, direction.candidate),
+        let step = direction.step / p.prior_sd;
+        push(direction.candidate, &moved, step, &|entries| {
+            let added = entries.get(base.len()..).unwrap_or_default();
+            if added.iter().any(is_backlash) || remembers(added, model.timestep) {
+                remembering(entries)
+            } else {
+                Kind::Joined
+            }
         });
     }
     changes
-}
-
-fn acts_on_commands(problem: &Problem<'_>, candidate: usize) -> bool {
-    let effect = effect(problem.candidates[candidate].effect);
-    matches!(effect.part(), Part::Actuator(_))
 }

@@ -13,7 +13,7 @@ use crate::{
     likelihood::{
         changes::{Change, Kind, changes},
         directions::Direction,
-        form_error::{forms, with_forms},
+        form_error::{self, Beside},
         step_changes::{Inputs, StateChanges, inputs, references, state_changes},
         track::{self, Grid, Rolled, Track},
     },
@@ -118,9 +118,13 @@ pub(crate) fn sweep(
     let Ok(mut base) = problem.plant.simulation(&nuisances_at, &entries) else {
         return Ok(None);
     };
-    let changes = match directions {
-        Some(directions) => changes(problem, point, directions, &entries),
-        None => Vec::new(),
+    let (changes, beside, z) = match directions {
+        Some(directions) => {
+            let beside = form_error::beside(problem, point);
+            let z = carried(problem, point, beside.forms());
+            (changes(problem, point, directions, &entries), beside, z)
+        }
+        None => (Vec::new(), Beside::default(), DVector::zeros(0)),
     };
     let keep = changes.iter().any(|change| change.kind == Kind::Stepped);
     let rolled = track::roll(
@@ -160,7 +164,7 @@ pub(crate) fn sweep(
         })
         .collect::<Result<_, GapError>>()?;
     let inputs = match directions {
-        Some(_) => with_forms(problem, point, inputs),
+        Some(_) => form_error::with_forms(problem, point, inputs),
         None => inputs,
     };
     let layout = Layout {
@@ -168,14 +172,6 @@ pub(crate) fn sweep(
         channels: problem.channels.len(),
         parameters: inputs.len(),
         pieces,
-    };
-    let (nuisances, forms) = match directions {
-        Some(_) => (problem.nuisances.len(), forms(problem, point)),
-        None => (0, 0),
-    };
-    let z = match directions {
-        Some(_) => carried(problem, point, forms),
-        None => DVector::zeros(0),
     };
     let corrections = corrections(problem, &nuisances_at, &entries);
     let links = (0..rolled.len())
@@ -189,7 +185,7 @@ pub(crate) fn sweep(
                 &layout,
                 &states[at],
                 defects.get(at),
-                (&changes, nuisances, forms),
+                (&changes, &beside),
                 &inputs,
                 &corrections,
                 &z,
@@ -247,7 +243,7 @@ fn assemble(
     layout: &Layout,
     states: &StateChanges,
     defect: Option<&DVector<f64>>,
-    (changes, nuisances, forms): (&[Change], usize, usize),
+    (changes, beside): (&[Change], &Beside),
     inputs: &[Option<Inputs>],
     corrections: &[Correction],
     z: &DVector<f64>,
@@ -267,35 +263,26 @@ fn assemble(
         state[(axis, layout.start() + axis)] = 1.0;
     }
     let blocks = of.boundaries.len() - 1;
-    let input = |boundary: usize, block: usize| {
-        let mut b = DMatrix::<f64>::zeros(tangents, width);
+    // Columns of one boundary: those of the parameters, and of the forces of the piece that a block belongs to.
+    type Part = fn(&(DMatrix<f32>, DMatrix<f32>)) -> &DMatrix<f32>;
+    let columns_at = |part: Part, forces: &[DMatrix<f64>], boundary: usize, block: usize| {
+        let forces = &forces[boundary];
+        let mut all = DMatrix::<f64>::zeros(forces.nrows(), width);
         for (column, inputs) in inputs.iter().enumerate() {
             if let Some(inputs) = inputs {
-                let column_of = inputs.0[at].0.column(boundary);
-                for (row, value) in column_of.iter().enumerate() {
-                    b[(row, 1 + column)] = f64::from(*value);
+                for (row, value) in part(&inputs.0[at]).column(boundary).iter().enumerate() {
+                    all[(row, 1 + column)] = f64::from(*value);
                 }
             }
         }
         let first = layout.forces() + link.piece(grid, block) * nv;
-        b.view_mut((0, first), (tangents, nv))
-            .copy_from(&states.force[boundary]);
-        b
+        all.columns_mut(first, nv).copy_from(forces);
+        all
     };
-    let direct = |boundary: usize, block: usize| {
-        let mut d = DMatrix::<f64>::zeros(channels, width);
-        for (column, inputs) in inputs.iter().enumerate() {
-            if let Some(inputs) = inputs {
-                for (row, value) in inputs.0[at].1.column(boundary).iter().enumerate() {
-                    d[(row, 1 + column)] = f64::from(*value);
-                }
-            }
-        }
-        let first = layout.forces() + link.piece(grid, block) * nv;
-        d.view_mut((0, first), (channels, nv))
-            .copy_from(&states.direct[boundary]);
-        d
-    };
+    let input =
+        |boundary: usize, block: usize| columns_at(|of| &of.0, &states.force, boundary, block);
+    let direct =
+        |boundary: usize, block: usize| columns_at(|of| &of.1, &states.direct, boundary, block);
     // Readings at the boundaries, by the step.
     let mut readings: Vec<(usize, DMatrix<f64>)> = Vec::with_capacity(blocks + 1);
     readings.push((0, &states.reading[0] * &state + direct(0, 0)));
@@ -361,10 +348,10 @@ fn assemble(
     residual_of(&of.trace, corrections, &mut residual);
     let mut other = Vec::new();
     for (number, change) in changes.iter().enumerate() {
-        let column = if number < nuisances {
+        let column = if number < beside.numbers {
             number
         } else {
-            number + forms
+            number + beside.forms()
         };
         if change.kind != Kind::Measurement {
             continue;

@@ -5,7 +5,7 @@ use crate::{
     likelihood::{
         directions::Direction,
         explanation::Explanation,
-        found::Found,
+        found::{Found, likeliest},
         level::Level,
         search::{Choices, Search},
         working_point::{Keep, WorkingPoint},
@@ -56,7 +56,7 @@ pub fn explain<'p>(
             &choices,
             &problem.settings.options.likelihood,
         );
-        if let Some(best) = most(&found) {
+        if let Some(best) = likeliest(&found) {
             let subsets = subsets(&swept.levels[best.level], &choices, best);
             found.retain(|of| !subsets.iter().any(|other| other.is(of)));
             found.extend(subsets);
@@ -89,38 +89,26 @@ pub fn explain<'p>(
 }
 
 /// Sets at all levels; of levels whose likelihood no set can raise near the best, the empty one alone.
-fn search(levels: &[Level], choices: &Choices, options: &LikelihoodOptions) -> Vec<Found> {
+fn search(levels: &[Level], choices: &Choices<'_>, options: &LikelihoodOptions) -> Vec<Found> {
     let mut order: Vec<(f64, usize)> = (levels.iter().map(Level::most)).zip(0..).collect();
     order.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut found: Vec<Found> = Vec::new();
-    let mut best = f64::NEG_INFINITY;
     for (most, number) in order {
-        let search = Search {
-            level: &levels[number],
-            number,
-            choices,
-        };
+        let level = &levels[number];
+        let search = Search { level, choices };
+        let best = likeliest(&found).map_or(f64::NEG_INFINITY, |of| of.log_posterior);
         if most < best - options.level_within {
             found.extend(search.whole(&[]));
-            continue;
+        } else {
+            found.extend(search.run());
         }
-        found.extend(search.run());
-        best = found.iter().map(|of| of.log_posterior).fold(best, f64::max);
     }
     found
 }
 
-fn most(found: &[Found]) -> Option<&Found> {
-    (found.iter()).max_by(|a, b| a.log_posterior.total_cmp(&b.log_posterior))
-}
-
 /// Every set of some members of a found one, at its level.
-fn subsets(level: &Level, choices: &Choices, best: &Found) -> Vec<Found> {
-    let search = Search {
-        level,
-        number: best.level,
-        choices,
-    };
+fn subsets(level: &Level, choices: &Choices<'_>, best: &Found) -> Vec<Found> {
+    let search = Search { level, choices };
     (1..1_usize << best.set.len())
         .filter_map(|code| {
             let is_out = |at: &usize| code >> at & 1 == 1;

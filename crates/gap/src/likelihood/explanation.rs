@@ -1,22 +1,22 @@
-//! What the trials say: the posterior of sets of effects, and the values of each.
+//! Posterior of sets of effects given the trials, and the values of each.
 
 use std::collections::BTreeMap;
 
+use hydro_effects::Id;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
 use crate::{
-    likelihood::directions::Direction,
     likelihood::{
-        found::Found,
+        directions::Direction,
+        found::{Found, likeliest},
         level::Level,
         search::{Choices, Search, log_sum},
-        truncated_evidence::Truncated,
         truncated_normal::HALF_WIDTH,
     },
     output::verdict::FittedParameter,
     problem::{point::Point, problem::Problem},
 };
-use hydro_effects::{Id, effect};
-use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 
 /// Posterior of sets of effects, linear about the best.
 pub struct Explanation<'a> {
@@ -24,10 +24,11 @@ pub struct Explanation<'a> {
     /// The point of the last sweep, and the directions that it looked along.
     about: Point,
     directions: Vec<Direction>,
-    choices: Choices,
+    choices: Choices<'a>,
     pub(crate) levels: Vec<Level>,
-    /// Every set at every level that was tried.
+    /// Every set at every level that was tried, and the sum of their posteriors.
     found: Vec<Found>,
+    log_total: f64,
     /// The same by effects and targets, the likeliest first.
     pub(crate) sets: Vec<SetPosterior>,
 }
@@ -57,11 +58,12 @@ impl<'a> Explanation<'a> {
         problem: &'a Problem<'a>,
         about: Point,
         directions: Vec<Direction>,
-        choices: Choices,
+        choices: Choices<'a>,
         levels: Vec<Level>,
         found: Vec<Found>,
     ) -> Self {
-        let sets = posterior(problem, &found);
+        let log_total = log_sum(found.iter().map(|of| of.log_posterior));
+        let sets = posterior(problem, &found, log_total);
         Self {
             problem,
             about,
@@ -69,6 +71,7 @@ impl<'a> Explanation<'a> {
             choices,
             levels,
             found,
+            log_total,
             sets,
         }
     }
@@ -77,24 +80,6 @@ impl<'a> Explanation<'a> {
     pub(crate) fn nothing(&self) -> usize {
         let is_empty = |of: &SetPosterior| of.set.is_empty();
         self.sets.iter().position(is_empty).unwrap_or(0)
-    }
-
-    /// Log posterior of a set by level of unmodelled forces.
-    fn by_level(&self, set: usize) -> Vec<(f64, f64)> {
-        let same = mechanisms(self.problem, &self.sets[set].set);
-        let mut by_level: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
-        for found in &self.found {
-            if mechanisms(self.problem, &found.set) == same {
-                by_level
-                    .entry(found.level)
-                    .or_default()
-                    .push(found.log_posterior);
-            }
-        }
-        by_level
-            .into_iter()
-            .map(|(level, logs)| (self.levels[level].force, log_sum(logs.iter().copied())))
-            .collect()
     }
 
     /// Uncertain numbers of the nominal refitted without effects, to all trials or all but one.
@@ -108,23 +93,36 @@ impl<'a> Explanation<'a> {
         self.problem.nuisance_values(&point)
     }
 
-    /// Values of a set, and uncertain numbers of the nominal beside it.
-    pub(crate) fn point(&self, set: usize) -> Point {
-        let found = &self.found[self.sets[set].best];
-        let level = &self.levels[found.level];
-        level
-            .moved(self.problem, &self.about, &self.directions, found)
-            .0
+    /// A set in its likeliest form, at its likeliest level.
+    fn found(&self, set: usize) -> &Found {
+        &self.found[self.sets[set].best]
+    }
+
+    /// True for the set about which the readings were linearised last.
+    pub(crate) fn is_linearised_about(&self, set: usize) -> bool {
+        self.sets[set].set == self.about.set()
     }
 
     /// Level at which a set is likeliest.
     pub(crate) fn level(&self, set: usize) -> &Level {
-        &self.levels[self.found[self.sets[set].best].level]
+        &self.levels[self.found(set).level]
+    }
+
+    /// Values of a set, and uncertain numbers of the nominal beside it.
+    pub(crate) fn point(&self, set: usize) -> Point {
+        self.point_of(self.level(set), self.found(set))
+    }
+
+    fn search<'s>(&'s self, level: &'s Level) -> Search<'s> {
+        Search {
+            level,
+            choices: &self.choices,
+        }
     }
 
     /// A set on the likelihood of other trials, members in the forms and at the scales that all trials prefer.
     pub(crate) fn refitted(&self, set: usize, level: &Level) -> Option<Found> {
-        self.again(&self.found[self.sets[set].best], level)
+        self.search(level).again(self.found(set))
     }
 
     /// The point at a set refitted on other trials.
@@ -136,12 +134,11 @@ impl<'a> Explanation<'a> {
 
     /// Values with their 95 % intervals, of one candidate of a set.
     pub(crate) fn parameters(&self, set: usize, candidate: usize) -> Vec<FittedParameter> {
-        let found = &self.found[self.sets[set].best];
         let point = self.point(set);
         let Some(row) = point.candidates.iter().position(|of| *of == candidate) else {
             return Vec::new();
         };
-        let deviations = self.deviations(found, candidate);
+        let deviations = self.deviations(self.found(set), candidate);
         let parameters = self.problem.candidates[candidate].parameters.iter();
         parameters
             .zip(&point.values[row])
@@ -164,22 +161,13 @@ impl<'a> Explanation<'a> {
     /// Standard deviations of a candidate's parameters in those of the prior: of the data, and of the form where the effect
     /// idealises. None for what was not fitted.
     fn deviations(&self, found: &Found, candidate: usize) -> Vec<Option<f64>> {
-        let parameters = &self.problem.candidates[candidate].parameters;
-        let mut deviations = vec![None; parameters.len()];
-        let Some(Truncated {
-            mean, covariance, ..
-        }) = &found.posterior
-        else {
-            return deviations;
-        };
-        let idealised = effect(self.problem.candidates[candidate].effect)
-            .card()
-            .idealised;
+        let of = &self.problem.candidates[candidate];
+        let mut deviations = vec![None; of.parameters.len()];
         let own: usize = self.about.values.iter().map(Vec::len).sum();
         let mut first = 0;
         let mut columns: BTreeMap<usize, usize> = BTreeMap::new();
-        for (of, values) in self.about.candidates.iter().zip(&self.about.values) {
-            if *of == candidate {
+        for (held, values) in self.about.candidates.iter().zip(&self.about.values) {
+            if *held == candidate {
                 columns.extend((0..values.len()).map(|at| (first + at, at)));
             }
             first += values.len();
@@ -192,11 +180,13 @@ impl<'a> Explanation<'a> {
         let relative = self.problem.settings.options.likelihood.form_error;
         for (row, column) in found.columns.iter().enumerate() {
             if let Some(parameter) = columns.get(column) {
-                let form = match idealised && !parameters[*parameter].shapes {
-                    true => relative * mean[row],
-                    false => 0.0,
+                let posterior = &found.posterior;
+                let form = if of.has_form_error(&of.parameters[*parameter]) {
+                    relative * posterior.mean[row]
+                } else {
+                    0.0
                 };
-                let variance = covariance[(row, row)].max(0.0) + form * form;
+                let variance = posterior.covariance[(row, row)].max(0.0) + form * form;
                 deviations[*parameter] = Some(variance.sqrt());
             }
         }
@@ -206,8 +196,9 @@ impl<'a> Explanation<'a> {
     /// Name, value and standard deviation of every uncertain number of the nominal beside a set, in the number's unit.
     pub(crate) fn nuisances(&self, set: usize) -> Vec<(String, f64, f64)> {
         let point = self.point(set);
-        let found = &self.found[self.sets[set].best];
-        let spread = self.level(set).spread(found);
+        let (level, found) = (self.level(set), self.found(set));
+        let own = self.search(level).precision(&found.members);
+        let spread = level.spread(found, &own);
         self.problem
             .nuisances
             .iter()
@@ -220,13 +211,16 @@ impl<'a> Explanation<'a> {
             .collect()
     }
 
+    fn probability(&self, found: &Found) -> f64 {
+        (found.log_posterior - self.log_total).exp()
+    }
+
     /// Probability that a candidate is missing.
     pub(crate) fn candidates(&self) -> BTreeMap<usize, f64> {
-        let total = log_sum(self.found.iter().map(|of| of.log_posterior));
         let mut sums = BTreeMap::new();
         for found in &self.found {
             for candidate in &found.set {
-                *sums.entry(*candidate).or_insert(0.0) += (found.log_posterior - total).exp();
+                *sums.entry(*candidate).or_insert(0.0) += self.probability(found);
             }
         }
         sums
@@ -256,35 +250,33 @@ impl<'a> Explanation<'a> {
     /// Explained deviance of a set without some of its candidates: the part of the log likelihood lost without effects, against
     /// the best beside unmodelled forces of any size, that the set regains beside the least of them.
     pub(crate) fn explained(&self, set: usize, without: &[usize]) -> f64 {
-        let [nothing, best] = self.extremes();
-        let least = &self.levels[0];
-        let of = |found: &Found| {
-            let found = self.again(found, least);
-            found.map_or(f64::NEG_INFINITY, |found| found.log_likelihood)
-        };
-        let chosen = &self.found[self.sets[set].best];
-        let some = self.search(0).without(chosen, without);
-        some.map_or(0.0, |some| {
-            share(of(&some), of(nothing), best.log_likelihood)
+        let search = self.search(&self.levels[0]);
+        let log = |found: Option<Found>| found.map(|found| found.log_likelihood);
+        let some = log(search.without(self.found(set), without));
+        let nothing = log(search.again(self.found(self.nothing())));
+        let best = self.found.iter().map(|of| of.log_likelihood);
+        let best = best.fold(f64::NEG_INFINITY, f64::max);
+        some.zip(nothing).map_or(0.0, |(some, nothing)| {
+            let whole = (best - nothing).max(f64::MIN_POSITIVE);
+            ((some - nothing) / whole).clamp(0.0, 1.0)
         })
     }
 
     /// Probabilities of no effect: that simulation and measurement agree, and that forces are missing that no effect models.
     pub(crate) fn without_effects(&self) -> (f64, f64) {
-        let nothing = self.nothing();
-        let set = &self.sets[nothing];
-        let by_level = self.by_level(nothing);
-        let least = by_level.first().map_or(0.0, |(_, log)| *log);
+        let empty = || self.found.iter().filter(|of| of.set.is_empty());
+        let least = empty().min_by_key(|of| of.level);
+        let least = least.map_or(0.0, |of| of.log_posterior);
         // Forces count as seen where they are not negligible and the trials so much likelier with them.
         let options = &self.problem.settings.options.name;
         let seen = -options.error.ln();
         let (mut agreement, mut unmodelled) = (0.0, 0.0);
-        for (force, log) in by_level {
-            let p = set.probability * (log - set.log_posterior).exp();
-            if log - least > seen && force > options.negligible_force {
-                unmodelled += p;
+        for found in empty() {
+            let is_large = self.levels[found.level].force > options.negligible_force;
+            if is_large && found.log_posterior - least > seen {
+                unmodelled += self.probability(found);
             } else {
-                agreement += p;
+                agreement += self.probability(found);
             }
         }
         (agreement, unmodelled)
@@ -296,37 +288,8 @@ impl<'a> Explanation<'a> {
         ((1.0 - agreement).max(0.0) / agreement.max(f64::MIN_POSITIVE)).ln()
     }
 
-    /// The empty set, and the set of the greatest likelihood at any level.
-    fn extremes(&self) -> [&Found; 2] {
-        let mut best = &self.found[0];
-        for found in &self.found {
-            if found.log_likelihood > best.log_likelihood {
-                best = found;
-            }
-        }
-        [&self.found[self.sets[self.nothing()].best], best]
-    }
-
-    fn search(&self, number: usize) -> Search<'_> {
-        Search {
-            level: &self.levels[number],
-            number,
-            choices: &self.choices,
-        }
-    }
-
-    /// A set on another likelihood.
-    fn again(&self, found: &Found, level: &Level) -> Option<Found> {
-        let search = Search {
-            level,
-            number: found.level,
-            choices: &self.choices,
-        };
-        search.again(found)
-    }
-
-    /// What the search finds in simulated trials in which a set is true, its values drawn from their posterior: the likeliest
-    /// sets, and the log odds of any effect against none.
+    /// Likeliest sets, and log odds of any effect against none, that the search finds in simulated trials in which a set is
+    /// true, its values drawn from their posterior.
     pub(crate) fn simulated(
         &self,
         set: usize,
@@ -334,9 +297,7 @@ impl<'a> Explanation<'a> {
         draws: usize,
         rng: &mut ChaCha8Rng,
     ) -> Vec<(Vec<usize>, f64)> {
-        let found = &self.found[self.sets[set].best];
-        let level = &self.levels[found.level];
-        let Some(simulator) = level.simulator(found) else {
+        let Some(simulator) = self.level(set).simulator(self.found(set)) else {
             return Vec::new();
         };
         let choices = self.choices.up_to(largest);
@@ -344,33 +305,21 @@ impl<'a> Explanation<'a> {
         levels
             .par_iter()
             .map(|level| {
-                let search = Search {
-                    level,
-                    number: 0,
-                    choices: &choices,
-                };
-                let all = search.run();
+                let choices = &choices;
+                let all = Search { level, choices }.run();
                 let nothing = all.iter().find(|of| of.set.is_empty());
                 let nothing = nothing.map_or(f64::NEG_INFINITY, |of| of.log_posterior);
                 let some = all.iter().filter(|of| !of.set.is_empty());
                 let odds = log_sum(some.map(|of| of.log_posterior)) - nothing;
-                let best = all
-                    .iter()
-                    .max_by(|a, b| a.log_posterior.total_cmp(&b.log_posterior));
-                (best.map_or_else(Vec::new, |of| of.set.clone()), odds)
+                let best = likeliest(&all).map_or_else(Vec::new, |of| of.set.clone());
+                (best, odds)
             })
             .collect()
     }
 }
 
-/// Part of the way from nothing to the best.
-fn share(of: f64, nothing: f64, best: f64) -> f64 {
-    ((of - nothing) / (best - nothing).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
-}
-
 /// Sets by effects and targets, the likeliest first.
-fn posterior(problem: &Problem<'_>, found: &[Found]) -> Vec<SetPosterior> {
-    let total = log_sum(found.iter().map(|of| of.log_posterior));
+fn posterior(problem: &Problem<'_>, found: &[Found], log_total: f64) -> Vec<SetPosterior> {
     let mut rows: BTreeMap<Vec<(Id, &[String])>, Vec<usize>> = BTreeMap::new();
     for (row, of) in found.iter().enumerate() {
         rows.entry(mechanisms(problem, &of.set))
@@ -387,7 +336,7 @@ fn posterior(problem: &Problem<'_>, found: &[Found]) -> Vec<SetPosterior> {
                 set: found[best].set.clone(),
                 best,
                 log_posterior: whole,
-                probability: (whole - total).exp(),
+                probability: (whole - log_total).exp(),
             })
         })
         .collect();
@@ -396,7 +345,7 @@ fn posterior(problem: &Problem<'_>, found: &[Found]) -> Vec<SetPosterior> {
 }
 
 /// Effects and targets of a set, whatever the forms of its candidates.
-pub(crate) fn mechanisms<'b>(problem: &'b Problem<'_>, set: &[usize]) -> Vec<(Id, &'b [String])> {
+fn mechanisms<'b>(problem: &'b Problem<'_>, set: &[usize]) -> Vec<(Id, &'b [String])> {
     let mut mechanisms: Vec<_> = set
         .iter()
         .map(|at| problem.candidates[*at].mechanism())

@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use hydro_effects::effect;
 use nalgebra::DMatrix;
 
 use crate::{
@@ -23,6 +22,11 @@ impl Beside {
     /// Number of columns.
     pub(crate) fn len(&self) -> usize {
         self.forms.last().map_or(self.numbers, |(_, of)| of.end)
+    }
+
+    /// Number of errors of form.
+    pub(crate) fn forms(&self) -> usize {
+        self.len() - self.numbers
     }
 
     /// Candidates of a set whose form may be off.
@@ -47,8 +51,7 @@ pub(crate) fn beside(problem: &Problem<'_>, point: &Point) -> Beside {
     let mut first = problem.nuisances.len();
     let forms = point.candidates.iter().map(|candidate| {
         let of = &problem.candidates[*candidate];
-        let idealised = effect(of.effect).card().idealised;
-        let count = of.parameters.iter().filter(|p| idealised && !p.shapes);
+        let count = of.parameters.iter().filter(|p| of.has_form_error(p));
         let columns = first..first + levels * count.count();
         first = columns.end;
         (*candidate, columns)
@@ -60,12 +63,6 @@ pub(crate) fn beside(problem: &Problem<'_>, point: &Point) -> Beside {
     }
 }
 
-/// Number of errors of form at a point.
-pub(crate) fn forms(problem: &Problem<'_>, point: &Point) -> usize {
-    let of = beside(problem, point);
-    of.len() - of.numbers
-}
-
 /// Own parameters that have an error of form: places among the point's own parameters, and their values in standard
 /// deviations of the prior.
 fn amplitudes<'a>(
@@ -75,9 +72,8 @@ fn amplitudes<'a>(
     let own = point.candidates.iter().zip(&point.values);
     own.flat_map(|(candidate, values)| {
         let candidate = &problem.candidates[*candidate];
-        let idealised = effect(candidate.effect).card().idealised;
         let parameters = candidate.parameters.iter().zip(values);
-        parameters.map(move |(p, value)| (idealised && !p.shapes, (value - p.null) / p.prior_sd))
+        parameters.map(|(p, value)| (candidate.has_form_error(p), (value - p.null) / p.prior_sd))
     })
     .enumerate()
     .filter(|(_, (has, _))| *has)

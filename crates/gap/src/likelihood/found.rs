@@ -14,15 +14,19 @@ pub(crate) struct Found {
     pub(crate) members: Vec<Member>,
     /// Columns of the members, and their posterior.
     pub(crate) columns: Vec<usize>,
-    /// Precision of their priors.
-    pub(crate) precision: Vec<f64>,
-    /// What the mean over all choices and scales of a member adds to the log likelihood at the likeliest, by member.
+    /// Difference, by member, between the log likelihood averaged over its choices and scales and that of the likeliest.
     pub(crate) mixtures: Vec<f64>,
-    pub(crate) posterior: Option<Truncated>,
+    pub(crate) posterior: Truncated,
     /// Log marginal likelihood, up to a constant.
     pub(crate) log_likelihood: f64,
     /// Log posterior, up to a constant.
     pub(crate) log_posterior: f64,
+}
+
+/// The set of the highest posterior.
+pub(crate) fn likeliest<'f>(found: impl IntoIterator<Item = &'f Found>) -> Option<&'f Found> {
+    let found = found.into_iter();
+    found.max_by(|a, b| a.log_posterior.total_cmp(&b.log_posterior))
 }
 
 impl Found {

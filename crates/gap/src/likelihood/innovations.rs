@@ -1,7 +1,7 @@
-//! Innovations: what the readings of a segment add to their prediction from the segments before.
+//! Innovations: the differences of a segment's readings from their prediction by the segments before.
 //!
-//! Where the model is right, the squared innovation of any sensor over its covariance is chi-square distributed, with as
-//! many degrees of freedom as readings, and independent from segment to segment (R. K. Mehra, IEEE Trans. Autom. Control 15,
+//! The squared innovation of any sensor over its covariance is chi-square distributed where the model is right, with as many
+//! degrees of freedom as readings, and independent from segment to segment (R. K. Mehra, IEEE Trans. Autom. Control 15,
 //! 1970, section III).
 
 use std::ops::Range;

@@ -23,6 +23,8 @@ use crate::{
 
 /// The likelihood at one level of unmodelled forces.
 pub(crate) struct Level {
+    /// Its place among the levels of the sweep.
+    pub(crate) number: usize,
     /// Standard deviation of the unmodelled forces, in their scales.
     pub(crate) force: f64,
     /// Likelihood of all parameters: uncertain numbers, errors of form, the point's own, directions.
@@ -36,7 +38,7 @@ pub(crate) struct Level {
 
 /// The likelihood of parameters, uncertain numbers and some errors of form integrated out.
 pub(crate) struct Given {
-    /// Of the point's own parameters and directions.
+    /// Likelihood of the point's own parameters and directions.
     pub(crate) quadratic: Quadratic,
     /// Log likelihood where they are zero.
     pub(crate) empty: f64,
@@ -44,28 +46,34 @@ pub(crate) struct Given {
 
 impl Level {
     /// From the likelihood of every trial.
-    pub(crate) fn new(force: f64, trials: Vec<Filtered>, columns: &Beside) -> Option<Self> {
+    pub(crate) fn new(
+        number: usize,
+        force: f64,
+        trials: Vec<Filtered>,
+        columns: &Beside,
+    ) -> Option<Self> {
         let (gram, half) = sum(trials.iter())?;
-        let mut level = Self::of(force, &gram, half, columns.clone());
+        let mut level = Self::of((number, force), &gram, half, columns.clone());
         level.trials = trials;
         Some(level)
     }
 
-    /// Of all trials but one.
+    /// The level on all trials but one.
     pub(crate) fn without(&self, trial: usize) -> Option<Self> {
-        let others = self.trials.iter().enumerate();
-        let (gram, half) = sum(others.filter(|(at, _)| *at != trial).map(|(_, of)| of))?;
-        Some(Self::of(self.force, &gram, half, self.columns.clone()))
+        let others: Vec<usize> = (0..self.trials.len()).filter(|at| *at != trial).collect();
+        self.drawn(&others)
     }
 
-    /// Of trials drawn again.
+    /// The level on trials drawn again.
     pub(crate) fn drawn(&self, trials: &[usize]) -> Option<Self> {
         let (gram, half) = sum(trials.iter().map(|at| &self.trials[*at]))?;
-        Some(Self::of(self.force, &gram, half, self.columns.clone()))
+        let place = (self.number, self.force);
+        Some(Self::of(place, &gram, half, self.columns.clone()))
     }
 
-    fn of(force: f64, gram: &DMatrix<f64>, half: f64, columns: Beside) -> Self {
+    fn of((number, force): (usize, f64), gram: &DMatrix<f64>, half: f64, columns: Beside) -> Self {
         Self {
+            number,
             force,
             whole: Quadratic::from_gram(gram),
             half_log_determinant: half,
@@ -85,13 +93,7 @@ impl Level {
         let mut columns = self.columns.columns(&present);
         let beside = columns.len();
         columns.extend(self.columns.len()..self.whole.b.len());
-        let some = self.whole.select(&columns);
-        let mut head = some.a.view((0, 0), (beside, beside)).into_owned();
-        for axis in 0..beside {
-            head[(axis, axis)] += 1.0;
-        }
-        let logs: f64 = head.cholesky()?.l_dirty().diagonal().map(f64::ln).sum();
-        let quadratic = some.marginal(beside)?;
+        let (quadratic, logs) = self.whole.select(&columns).marginal(beside)?;
         let given = Arc::new(Given {
             empty: -0.5 * quadratic.q - self.half_log_determinant - logs,
             quadratic,
@@ -113,37 +115,25 @@ impl Level {
     /// Simulated likelihoods in which a found set is true. `None` where the likelihood is not positive.
     pub(crate) fn simulator(&self, found: &Found) -> Option<Simulator> {
         let given = self.given(&found.set)?;
-        let a = given.quadratic.a.clone();
-        let mut regular = a.clone();
-        for axis in 0..regular.nrows() {
-            regular[(axis, axis)] += 1e-9 * regular[(axis, axis)] + f64::MIN_POSITIVE;
-        }
-        let spread = match &found.posterior {
-            Some(posterior) => posterior.covariance.clone().cholesky()?.l(),
-            None => DMatrix::zeros(0, 0),
-        };
-        let mean = found.posterior.as_ref().map(|of| of.mean.clone());
+        let posterior = &found.posterior;
         Some(Simulator {
-            force: self.force,
-            noise: regular.cholesky()?.l(),
-            a,
+            place: (self.number, self.force),
+            noise: given.quadratic.factor()?.l(),
+            a: given.quadratic.a.clone(),
             columns: found.columns.clone(),
-            mean: mean.unwrap_or_else(|| DVector::zeros(0)),
-            spread,
+            mean: posterior.mean.clone(),
+            spread: posterior.covariance.clone().cholesky()?.l(),
         })
     }
 
-    /// Standard deviations of the uncertain numbers beside a found set, in those of their priors.
-    pub(crate) fn spread(&self, found: &Found) -> Option<Vec<f64>> {
+    /// Standard deviations of the uncertain numbers beside a found set, in those of their priors; `own`: precision of the
+    /// priors of the set's columns.
+    pub(crate) fn spread(&self, found: &Found, own: &[f64]) -> Option<Vec<f64>> {
         let mut columns = self.columns.columns(&self.columns.present(&found.set));
         let mut precision = vec![1.0; columns.len()];
-        columns.extend(
-            found
-                .columns
-                .iter()
-                .map(|column| self.columns.len() + column),
-        );
-        precision.extend(found.precision.iter());
+        let of_set = found.columns.iter();
+        columns.extend(of_set.map(|column| self.columns.len() + column));
+        precision.extend(own);
         let mut joint = self.whole.select(&columns).a;
         for (axis, precision) in precision.into_iter().enumerate() {
             joint[(axis, axis)] += precision;
@@ -164,10 +154,8 @@ impl Level {
         let nuisances = self.columns.len();
         let own: usize = point.values.iter().map(Vec::len).sum();
         let mut z = DVector::zeros(nuisances + own + directions.len());
-        if let Some(posterior) = &found.posterior {
-            for (column, value) in found.columns.iter().zip(posterior.mean.iter()) {
-                z[nuisances + column] = *value;
-            }
+        for (column, value) in found.columns.iter().zip(found.posterior.mean.iter()) {
+            z[nuisances + column] = *value;
         }
         // The uncertain numbers and errors of form that go with them, within bounds.
         let beside = self.columns.columns(&self.columns.present(&found.set));
@@ -236,7 +224,8 @@ impl Level {
 
 /// Draws likelihoods of trials in which a set is true.
 pub(crate) struct Simulator {
-    force: f64,
+    /// Number and unmodelled forces of the level.
+    place: (usize, f64),
     /// Curvature, and a root of it: the covariance of the slope is the curvature.
     a: DMatrix<f64>,
     noise: DMatrix<f64>,
@@ -259,7 +248,7 @@ impl Simulator {
         gram.view_mut((1, 1), (n, n)).copy_from(&self.a);
         gram.view_mut((1, 0), (n, 1)).copy_from(&b);
         gram.view_mut((0, 1), (1, n)).copy_from(&b.transpose());
-        Level::of(self.force, &gram, 0.0, Beside::default())
+        Level::of(self.place, &gram, 0.0, Beside::default())
     }
 }
 
@@ -292,19 +281,18 @@ mod tests {
         let a = DMatrix::from_row_slice(2, 2, &[5.0, 1.0, 1.0, 3.0]);
         let mut gram = DMatrix::zeros(3, 3);
         gram.view_mut((1, 1), (2, 2)).copy_from(&a);
-        let level = Level::of(0.1, &gram, 0.0, Beside::default());
+        let level = Level::of((0, 0.1), &gram, 0.0, Beside::default());
         let found = Found {
             set: vec![0],
             level: 0,
             members: vec![(0, 0, 0)],
             columns: vec![0],
-            precision: vec![1.0],
             mixtures: vec![0.0],
-            posterior: Some(Truncated {
+            posterior: Truncated {
                 log_evidence: 0.0,
                 mean: DVector::from_vec(vec![2.0]),
                 covariance: DMatrix::from_element(1, 1, 0.25),
-            }),
+            },
             log_likelihood: 0.0,
             log_posterior: 0.0,
         };

@@ -2,7 +2,7 @@
 //!
 //! Every parameter is in units of its prior's standard deviation, so its prior is a standard normal.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::likelihood::truncated_normal::Bounds;
 
@@ -39,8 +39,9 @@ impl Quadratic {
         }
     }
 
-    /// With the first `n` parameters (uncertainties of the nominal) fitted away under their priors.
-    pub(crate) fn marginal(&self, n: usize) -> Option<Self> {
+    /// With the first `n` parameters (uncertainties of the nominal) fitted away under their priors, and half the logarithm of
+    /// the determinant of their posterior precision.
+    pub(crate) fn marginal(&self, n: usize) -> Option<(Self, f64)> {
         let rest = self.b.len() - n;
         let mut head = self.a.view((0, 0), (n, n)).into_owned();
         for axis in 0..n {
@@ -51,20 +52,27 @@ impl Quadratic {
         let slope = self.b.rows(0, n).into_owned();
         let solved_cross = factor.solve(&cross);
         let solved_slope = factor.solve(&slope);
-        Some(Self {
+        let marginal = Self {
             q: self.q - slope.dot(&solved_slope),
             b: self.b.rows(n, rest) - cross.tr_mul(&solved_slope),
             a: self.a.view((n, n), (rest, rest)) - cross.tr_mul(&solved_cross),
-        })
+        };
+        let half_log_determinant = factor.l_dirty().diagonal().map(f64::ln).sum();
+        Some((marginal, half_log_determinant))
     }
 
-    /// Half the decrease from zero to the least value, no prior counted; infinite where rounding hides it.
-    pub(crate) fn most_gain(&self) -> f64 {
+    /// Factor of the curvature, made positive where rounding left it singular.
+    pub(crate) fn factor(&self) -> Option<Cholesky<f64, Dyn>> {
         let mut a = self.a.clone();
         for axis in 0..self.b.len() {
             a[(axis, axis)] += 1e-9 * a[(axis, axis)] + f64::MIN_POSITIVE;
         }
-        a.cholesky().map_or(f64::INFINITY, |factor| {
+        a.cholesky()
+    }
+
+    /// Half the decrease from zero to the least value, no prior counted; infinite where rounding hides it.
+    pub(crate) fn most_gain(&self) -> f64 {
+        self.factor().map_or(f64::INFINITY, |factor| {
             0.5 * self.b.dot(&factor.solve(&self.b))
         })
     }
@@ -158,7 +166,7 @@ mod tests {
         let columns = DMatrix::from_fn(9, 5, |row, column| ((row * 7 + column * 3) as f64).sin());
         let whole = Quadratic::from_gram(&columns.tr_mul(&columns));
         let all = whole.best(&[FREE; 4]).unwrap();
-        let rest = whole.marginal(2).unwrap().best(&[FREE; 2]).unwrap();
+        let rest = whole.marginal(2).unwrap().0.best(&[FREE; 2]).unwrap();
         assert!((all.rows(2, 2) - &rest).norm() < 1e-9);
     }
 }

@@ -9,14 +9,14 @@ use rayon::prelude::*;
 use crate::{
     likelihood::{
         directions::{Direction, PHASE},
-        found::{Found, Member},
+        found::{Found, Member, likeliest},
         level::Level,
         quadratic::Quadratic,
         truncated_evidence::{self, Truncated},
         truncated_normal::Bounds,
     },
     options::LikelihoodOptions,
-    problem::{candidates::Candidate, point::Point, problem::Problem},
+    problem::{point::Point, problem::Problem},
 };
 
 /// A parameter as a column of the Gram matrices.
@@ -29,19 +29,16 @@ struct Column {
 
 /// Columns of every candidate: one choice for what the point holds, one for every shape that is tried otherwise.
 #[derive(Clone)]
-pub(crate) struct Choices {
+pub(crate) struct Choices<'p> {
+    problem: &'p Problem<'p>,
     columns: Vec<Column>,
     of: BTreeMap<usize, Vec<Vec<usize>>>,
-    log_shares: Vec<f64>,
-    options: LikelihoodOptions,
-    /// Candidates that cannot be in one set.
-    clashes: Vec<BTreeSet<usize>>,
-    /// Delay or lag, in standard deviations of the prior, below which a candidate is only when within a step things happen.
-    least: Vec<Option<f64>>,
+    /// Effects of a set at most.
+    largest: usize,
 }
 
-impl Choices {
-    pub(crate) fn new(problem: &Problem<'_>, point: &Point, directions: &[Direction]) -> Self {
+impl<'p> Choices<'p> {
+    pub(crate) fn new(problem: &'p Problem<'p>, point: &Point, directions: &[Direction]) -> Self {
         let mut columns = Vec::new();
         let mut of: BTreeMap<usize, Vec<Vec<usize>>> = BTreeMap::new();
         for (candidate, values) in point.candidates.iter().zip(&point.values) {
@@ -84,44 +81,46 @@ impl Choices {
                 None => choices.push(vec![own + at]),
             }
         }
-        let clashes = (0..problem.candidates.len())
-            .map(|a| {
-                (0..problem.candidates.len())
-                    .filter(|b| problem.candidates[a].clashes(&problem.candidates[*b]))
-                    .collect()
-            })
-            .collect();
         Self {
+            problem,
             columns,
             of,
-            log_shares: problem.log_shares.clone(),
-            options: problem.settings.options.likelihood.clone(),
-            clashes,
-            least: problem
-                .candidates
-                .iter()
-                .map(|of| least(problem, of))
-                .collect(),
+            largest: problem.settings.options.likelihood.largest,
         }
     }
 
-    pub(crate) fn candidates(&self) -> impl Iterator<Item = usize> + '_ {
-        self.of.keys().copied()
+    fn options(&self) -> &LikelihoodOptions {
+        &self.problem.settings.options.likelihood
+    }
+
+    /// Candidates that may stand in one set with others.
+    fn beside(&self, set: &[usize]) -> impl Iterator<Item = usize> {
+        let all = &self.problem.candidates;
+        self.of.keys().copied().filter(move |candidate| {
+            (set.iter()).all(|of| of != candidate && !all[*of].clashes(&all[*candidate]))
+        })
+    }
+
+    /// A step in standard deviations of the prior, for a delay or a lag: below it, it is only when within a step things happen.
+    fn least(&self, candidate: usize) -> Option<f64> {
+        let of = &self.problem.candidates[candidate];
+        let p = of.parameters.first()?;
+        let is_timing = effect(of.effect).is_timing();
+        is_timing.then(|| self.problem.model.timestep / p.prior_sd)
     }
 
     /// The same for sets of so many effects at most.
     pub(crate) fn up_to(&self, largest: usize) -> Self {
         let mut of = self.clone();
-        of.options.largest = largest;
+        of.largest = largest;
         of
     }
 
     fn log_prior(&self, set: &[usize]) -> f64 {
-        let size = set.len();
-        let mut log = (1.0 - self.options.another_effect).ln()
-            + size as f64 * self.options.another_effect.ln();
+        let another = self.options().another_effect;
+        let mut log = (1.0 - another).ln() + set.len() as f64 * another.ln();
         for (at, candidate) in set.iter().enumerate() {
-            log += ((at + 1) as f64).ln() + self.log_shares[*candidate];
+            log += ((at + 1) as f64).ln() + self.problem.log_shares[*candidate];
         }
         log
     }
@@ -130,27 +129,23 @@ impl Choices {
 /// A level with the choices of all candidates.
 pub(crate) struct Search<'a> {
     pub(crate) level: &'a Level,
-    pub(crate) number: usize,
-    pub(crate) choices: &'a Choices,
+    pub(crate) choices: &'a Choices<'a>,
 }
 
 impl Search<'_> {
     /// The empty set, and every set on the way to the best.
     pub(crate) fn run(&self) -> Vec<Found> {
-        let Some(empty) = self.found(Vec::new(), Vec::new(), Vec::new(), None, 0.0) else {
+        let Some(empty) = self.whole(&[]) else {
             return Vec::new();
         };
         let mut all = vec![empty.clone()];
         let mut seen: BTreeSet<Vec<usize>> = BTreeSet::from([Vec::new()]);
         let mut front = vec![empty];
-        for _ in 0..self.choices.options.largest {
+        let options = self.choices.options();
+        for _ in 0..self.choices.largest {
             let mut next = Vec::new();
             for set in &front {
-                for candidate in self
-                    .additions(set)
-                    .into_iter()
-                    .take(self.choices.options.evaluated)
-                {
+                for candidate in self.additions(set).into_iter().take(options.evaluated) {
                     if seen.insert(with(&set.set, candidate))
                         && let Some(found) = self.full(set, Some(candidate), None)
                     {
@@ -160,27 +155,23 @@ impl Search<'_> {
             }
             let descending = |a: &Found, b: &Found| b.log_posterior.total_cmp(&a.log_posterior);
             next.sort_by(descending);
-            for found in next.iter_mut().take(self.choices.options.beam) {
+            for found in next.iter_mut().take(options.beam) {
                 if let Some(polished) = self.polished(found) {
                     *found = polished;
                 }
             }
             next.sort_by(descending);
-            let best_so_far = all
-                .iter()
-                .map(|of| of.log_posterior)
-                .fold(f64::NEG_INFINITY, f64::max);
-            let improved = next.first().is_some_and(|of| {
-                of.log_posterior > best_so_far - self.choices.options.enlarged_within
-            });
+            let best_so_far = likeliest(&all).map_or(f64::NEG_INFINITY, |of| of.log_posterior);
+            let improved = (next.first())
+                .is_some_and(|of| of.log_posterior > best_so_far - options.enlarged_within);
             all.extend(next.iter().cloned());
             front = next;
-            front.truncate(self.choices.options.beam);
+            front.truncate(options.beam);
             if !improved {
                 break;
             }
         }
-        if self.choices.options.largest > 1 {
+        if self.choices.largest > 1 {
             self.refine(&mut all, &mut seen);
         }
         all
@@ -188,12 +179,8 @@ impl Search<'_> {
 
     /// Removals from and exchanges in the best set, as long as they help.
     fn refine(&self, all: &mut Vec<Found>, seen: &mut BTreeSet<Vec<usize>>) {
-        for _ in 0..self.choices.options.largest {
-            let Some(best) = all
-                .iter()
-                .max_by(|a, b| a.log_posterior.total_cmp(&b.log_posterior))
-                .cloned()
-            else {
+        for _ in 0..self.choices.largest {
+            let Some(best) = likeliest(&*all).cloned() else {
                 return;
             };
             let mut found = Vec::new();
@@ -209,7 +196,7 @@ impl Search<'_> {
                     .additions(&without)
                     .into_iter()
                     .filter(|of| of != out)
-                    .take(self.choices.options.evaluated)
+                    .take(self.choices.options().evaluated)
                 {
                     if seen.insert(with(&without.set, candidate)) {
                         found.extend(self.full(&without, Some(candidate), None));
@@ -226,60 +213,53 @@ impl Search<'_> {
 
     fn found(
         &self,
-        set: Vec<usize>,
         members: Vec<Member>,
-        columns: Vec<usize>,
-        posterior: Option<Truncated>,
-        gain: f64,
+        mixtures: Vec<f64>,
+        (columns, posterior): (Vec<usize>, Truncated),
     ) -> Option<Found> {
+        let set: Vec<usize> = members.iter().map(|of| of.0).collect();
+        let gain = posterior.log_evidence + mixtures.iter().sum::<f64>();
         let log_likelihood = self.level.given(&set)?.empty + gain;
         Some(Found {
             log_likelihood,
             log_posterior: log_likelihood + self.choices.log_prior(&set),
             set,
-            level: self.number,
-            precision: self.precision(&members),
-            mixtures: vec![0.0; members.len()],
+            level: self.level.number,
             members,
             columns,
+            mixtures,
             posterior,
         })
     }
 
     /// Candidates that may be added to a set, by their posterior to first order, the best first.
     fn additions(&self, set: &Found) -> Vec<usize> {
-        let fits = |candidate: &usize| {
-            !set.set.contains(candidate)
-                && set
-                    .set
-                    .iter()
-                    .all(|of| !self.choices.clashes[*of].contains(candidate))
-        };
-        let candidates: Vec<usize> = self.choices.candidates().filter(fits).collect();
+        let options = self.choices.options();
         let Some(given) = self.level.given(&set.set) else {
             return Vec::new();
         };
-        let mut promising: Vec<(f64, usize)> = candidates
-            .into_iter()
+        let mut promising: Vec<(f64, usize, Vec<Quadratic>)> = self
+            .choices
+            .beside(&set.set)
             .map(|candidate| {
-                let gains = self.choices.of[&candidate].iter().map(|columns| {
-                    let (a, b) = conditional(&given.quadratic, set, columns);
-                    Quadratic { q: 0.0, a, b }.most_gain()
-                });
-                (gains.fold(0.0, f64::max), candidate)
+                let choices = self.choices.of[&candidate].iter();
+                let quadratics: Vec<Quadratic> = choices
+                    .map(|columns| conditional(&given.quadratic, set, columns))
+                    .collect();
+                let gains = quadratics.iter().map(Quadratic::most_gain);
+                (gains.fold(0.0, f64::max), candidate, quadratics)
             })
             .collect();
         promising.sort_by(|a, b| b.0.total_cmp(&a.0));
-        promising.truncate(self.choices.options.screened);
+        promising.truncate(options.screened);
         let mut found: Vec<(usize, f64)> = promising
             .par_iter()
-            .filter_map(|(_, candidate)| {
+            .filter_map(|(_, candidate, quadratics)| {
                 let mut logs = Vec::new();
-                for columns in &self.choices.of[candidate] {
-                    let (a, b) = conditional(&given.quadratic, set, columns);
-                    for scale in 0..self.choices.options.prior_scales.len() {
+                for (columns, of) in self.choices.of[candidate].iter().zip(quadratics) {
+                    for scale in 0..options.prior_scales.len() {
                         let (sd, bounds) = self.prior(columns, scale);
-                        let evidence = truncated_evidence::evidence(&a, &b, &sd, &bounds)?;
+                        let evidence = truncated_evidence::evidence(&of.a, &of.b, &sd, &bounds)?;
                         logs.push(evidence.log_evidence);
                     }
                 }
@@ -298,7 +278,7 @@ impl Search<'_> {
             if of(column).shapes {
                 1.0
             } else {
-                self.choices.options.prior_scales[scale]
+                self.choices.options().prior_scales[scale]
             }
         });
         (
@@ -309,10 +289,7 @@ impl Search<'_> {
 
     /// A set evaluated in full, from a set with a candidate added, over all its scales and choices, or one taken out.
     fn full(&self, from: &Found, added: Option<usize>, out: Option<usize>) -> Option<Found> {
-        let mut members: Vec<(Member, f64)> = (from.members.iter().copied())
-            .zip(from.mixtures.iter().copied())
-            .filter(|(of, _)| Some(of.0) != out)
-            .collect();
+        let mut members = kept(from, out.as_slice());
         members.extend(added.map(|candidate| (self.untried(candidate), 0.0)));
         self.ascend(members, |candidate| Some(candidate) == added)
             .filter(|found| self.is_resolved(found))
@@ -327,13 +304,10 @@ impl Search<'_> {
 
     /// False where a delay or lag is shorter than a step: when within a step things happen explains as much.
     fn is_resolved(&self, found: &Found) -> bool {
-        let Some(posterior) = &found.posterior else {
-            return true;
-        };
         let mut first = 0;
         found.members.iter().all(|(candidate, choice, _)| {
-            let least = self.choices.least[*candidate];
-            let is_short = least.is_some_and(|least| posterior.mean[first].abs() < least);
+            let least = self.choices.least(*candidate);
+            let is_short = least.is_some_and(|least| found.posterior.mean[first].abs() < least);
             first += self.choices.of[candidate][*choice].len();
             !is_short
         })
@@ -341,7 +315,7 @@ impl Search<'_> {
 
     /// A member before its choices and scales are tried: the first choice, the middle scale.
     fn untried(&self, candidate: usize) -> Member {
-        (candidate, 0, self.choices.options.prior_scales.len() / 2)
+        (candidate, 0, self.choices.options().prior_scales.len() / 2)
     }
 
     /// The set of all candidates of the point.
@@ -368,7 +342,7 @@ impl Search<'_> {
             }
             let mut logs = Vec::new();
             for choice in 0..self.choices.of[&candidate].len() {
-                for scale in 0..self.choices.options.prior_scales.len() {
+                for scale in 0..self.choices.options().prior_scales.len() {
                     let mut tried = plain(&members);
                     tried[at] = (candidate, choice, scale);
                     let Some(found) = self.evaluate(&tried) else {
@@ -383,21 +357,17 @@ impl Search<'_> {
                 }
             }
             let (_, posterior) = best.as_ref()?;
-            let ways = self.choices.of[&candidate].len() * self.choices.options.prior_scales.len();
+            let ways =
+                self.choices.of[&candidate].len() * self.choices.options().prior_scales.len();
             members[at].1 =
                 log_sum(logs.iter().copied()) - (ways as f64).ln() - posterior.log_evidence;
         }
-        let (columns, posterior) = best?;
-        let mixtures: Vec<f64> = members.iter().map(|(_, mixture)| *mixture).collect();
-        let gain = posterior.log_evidence + mixtures.iter().sum::<f64>();
-        let members = plain(&members);
-        let set = members.iter().map(|of| of.0).collect();
-        let mut found = self.found(set, members, columns, Some(posterior), gain)?;
-        found.mixtures = mixtures;
-        Some(found)
+        let (members, mixtures) = members.into_iter().unzip();
+        self.found(members, mixtures, best?)
     }
 
-    fn precision(&self, members: &[Member]) -> Vec<f64> {
+    /// Precision of the priors of a set's columns.
+    pub(crate) fn precision(&self, members: &[Member]) -> Vec<f64> {
         let of = |(candidate, choice, scale): &Member| {
             let (sd, _) = self.prior(&self.choices.of[candidate][*choice], *scale);
             sd.map(|sd| sd.powi(-2)).as_slice().to_vec()
@@ -407,23 +377,14 @@ impl Search<'_> {
 
     /// A found set without some of its candidates, choices and scales as they were found.
     pub(crate) fn without(&self, found: &Found, out: &[usize]) -> Option<Found> {
-        let kept = found
-            .members
-            .iter()
-            .copied()
-            .zip(found.mixtures.iter().copied());
-        let kept = kept.filter(|(of, _)| !out.contains(&of.0)).collect();
-        self.ascend(kept, |_| false)
+        self.ascend(kept(found, out), |_| false)
     }
 
     /// A found set on this level's likelihood, its choices and scales as they were found.
     pub(crate) fn again(&self, found: &Found) -> Option<Found> {
-        let (columns, posterior) = self.evaluate(&found.members)?;
-        let gain = posterior.log_evidence + found.mixtures.iter().sum::<f64>();
-        let (set, members) = (found.set.clone(), found.members.clone());
-        let mut again = self.found(set, members, columns, Some(posterior), gain)?;
-        again.mixtures.clone_from(&found.mixtures);
-        Some(again)
+        let (members, mixtures) = (found.members.clone(), found.mixtures.clone());
+        let evaluated = self.evaluate(&members)?;
+        self.found(members, mixtures, evaluated)
     }
 
     fn evaluate(&self, members: &[Member]) -> Option<(Vec<usize>, Truncated)> {
@@ -446,17 +407,23 @@ impl Search<'_> {
 }
 
 /// The quadratic in some columns with a set's parameters integrated out, its bounds as soft as they were found.
-fn conditional(all: &Quadratic, set: &Found, columns: &[usize]) -> (DMatrix<f64>, DVector<f64>) {
-    let of = all.select(columns);
-    let Some(posterior) = &set.posterior else {
-        return (of.a, of.b);
-    };
+fn conditional(all: &Quadratic, set: &Found, columns: &[usize]) -> Quadratic {
+    let mut of = all.select(columns);
     let across = DMatrix::from_fn(set.columns.len(), columns.len(), |row, column| {
         all.a[(set.columns[row], columns[column])]
     });
-    let a = of.a - across.tr_mul(&(&posterior.covariance * &across));
-    let b = of.b - across.tr_mul(&posterior.mean);
-    (a, b)
+    of.a -= across.tr_mul(&(&set.posterior.covariance * &across));
+    of.b -= across.tr_mul(&set.posterior.mean);
+    of
+}
+
+/// Members of a set with their mixtures, some candidates left out.
+fn kept(found: &Found, out: &[usize]) -> Vec<(Member, f64)> {
+    let members = found.members.iter().copied();
+    members
+        .zip(found.mixtures.iter().copied())
+        .filter(|(of, _)| !out.contains(&of.0))
+        .collect()
 }
 
 /// A set with a candidate more, ascending.
@@ -464,14 +431,6 @@ fn with(set: &[usize], candidate: usize) -> Vec<usize> {
     let mut larger = [set, &[candidate]].concat();
     larger.sort_unstable();
     larger
-}
-
-/// A step in standard deviations of the prior, for a delay or a lag.
-fn least(problem: &Problem<'_>, of: &Candidate) -> Option<f64> {
-    let p = of.parameters.first()?;
-    effect(of.effect)
-        .is_timing()
-        .then(|| problem.model.timestep / p.prior_sd)
 }
 
 /// Logarithm of a sum of exponentials.

@@ -94,11 +94,13 @@ pub(crate) fn state_changes(
         .iter()
         .zip(&track.links)
         .map(|(of, link)| {
+            let boundaries = of.boundaries.len();
+            let unknown = || vec![DMatrix::zeros(0, 0); boundaries];
             let mut found = StateChanges {
-                transition: Vec::new(),
-                force: Vec::new(),
-                reading: Vec::new(),
-                direct: Vec::new(),
+                transition: unknown(),
+                force: unknown(),
+                reading: unknown(),
+                direct: unknown(),
             };
             for (at, boundary) in of.boundaries.iter().enumerate() {
                 if !link.is_looked_at(grid, at) {
@@ -146,55 +148,41 @@ pub(crate) fn state_changes(
                     force.set_column(axis, &DVector::from_column_slice(&tangent));
                     direct.set_column(axis, &DVector::from_column_slice(&reading));
                 }
-                found.transition.push(transition);
-                found.force.push(force);
-                found.reading.push(outputs);
-                found.direct.push(direct);
+                found.transition[at] = transition;
+                found.force[at] = force;
+                found.reading[at] = outputs;
+                found.direct[at] = direct;
             }
-            let places = looked_at(link, grid, of.boundaries.len());
-            for all in [
-                &mut found.transition,
-                &mut found.force,
-                &mut found.reading,
-                &mut found.direct,
-            ] {
-                *all = between(all, &places, of.boundaries.len());
-            }
+            between(link, grid, boundaries, |at, [from, to], part| {
+                for all in [
+                    &mut found.transition,
+                    &mut found.force,
+                    &mut found.reading,
+                    &mut found.direct,
+                ] {
+                    all[at] = all[from].zip_map(&all[to], |a, b| a + part * (b - a));
+                }
+            });
             found
         })
         .collect()
 }
 
-/// Boundaries at which most changes are taken.
-fn looked_at(link: &Link, grid: Grid, boundaries: usize) -> Vec<usize> {
-    (0..boundaries)
+/// Goes through the boundaries at which most changes are not taken, with the two about each at which they are, and its part of
+/// the way between them.
+fn between(
+    link: &Link,
+    grid: Grid,
+    boundaries: usize,
+    mut put: impl FnMut(usize, [usize; 2], f64),
+) {
+    let places: Vec<usize> = (0..boundaries)
         .filter(|at| link.is_looked_at(grid, *at))
-        .collect()
-}
-
-/// Matrices at all boundaries, linear between those at `places`.
-fn between(known: &[DMatrix<f64>], places: &[usize], boundaries: usize) -> Vec<DMatrix<f64>> {
-    (0..boundaries)
-        .map(|at| {
-            let after = places.partition_point(|place| *place < at);
-            if places[after] == at {
-                return known[after].clone();
-            }
-            let (from, to) = (places[after - 1], places[after]);
-            let part = (at - from) as f64 / (to - from) as f64;
-            known[after - 1].zip_map(&known[after], |a, b| a + part * (b - a))
-        })
-        .collect()
-}
-
-/// Columns at all boundaries, linear between those at `places`.
-fn fill(columns: &mut DMatrix<f32>, places: &[usize]) {
+        .collect();
     for pair in places.windows(2) {
         let (from, to) = (pair[0], pair[1]);
         for at in from + 1..to {
-            let part = (at - from) as f32 / (to - from) as f32;
-            let column = columns.column(from) * (1.0 - part) + columns.column(to) * part;
-            columns.set_column(at, &column);
+            put(at, [from, to], (at - from) as f64 / (to - from) as f64);
         }
     }
 }
@@ -332,9 +320,13 @@ pub(crate) fn inputs(
                     put(at, simulation.as_ref(), from, &to);
                 }
                 if !change.fine {
-                    let places = looked_at(link, grid, of.boundaries.len());
-                    fill(&mut states, &places);
-                    fill(&mut direct, &places);
+                    between(link, grid, of.boundaries.len(), |at, [from, to], part| {
+                        let part = part as f32;
+                        for all in [&mut states, &mut direct] {
+                            let column = all.column(from) * (1.0 - part) + all.column(to) * part;
+                            all.set_column(at, &column);
+                        }
+                    });
                 }
             }
             (states, direct)

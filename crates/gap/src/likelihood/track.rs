@@ -6,7 +6,7 @@ use crate::{
     plant::Simulation,
     problem::{
         channels::MeasuredTrial,
-        segments::{EstimatedMotion, Segment},
+        segments::{self, EstimatedMotion, Segment},
     },
     rollout::shooting::{self, Trace, WarmUp},
 };
@@ -73,7 +73,7 @@ pub(crate) struct Track {
 
 impl Track {
     /// Cuts a trial into segments of about `length` seconds along its estimated motion, up to `most` seconds. A rest shorter
-    /// than `rest` joins the last segment.
+    /// than a part `rest` of a segment joins the last one.
     pub(crate) fn new(
         index: usize,
         trial: &MeasuredTrial,
@@ -81,45 +81,19 @@ impl Track {
         [length, rest, most]: [f64; 3],
         step: f64,
     ) -> Self {
-        let rows = trial.times.len();
-        let rows = (trial
-            .times
-            .partition_point(|time| *time <= trial.times[0] + most))
-        .min(rows);
-        let mut firsts = vec![0];
-        while let Some(first) = firsts.last().copied() {
-            let end = trial
-                .times
-                .partition_point(|time| *time < trial.times[first] + length - 1e-9)
-                .max(first + 1);
-            if end >= rows || trial.times[rows - 1] - trial.times[end] < rest {
-                break;
+        let rows = (trial.times).partition_point(|time| *time <= trial.times[0] + most);
+        let segments = segments::cut(trial, motion, rows, [length, rest], 1);
+        let links = segments.into_iter().map(|segment| {
+            let stop = motion.times[segment.rows.end.min(rows - 1)];
+            Link {
+                steps: (((stop - segment.start) / step).round() as usize).max(1),
+                segment,
+                forces: Vec::new(),
             }
-            firsts.push(end);
-        }
-        let links = firsts
-            .iter()
-            .enumerate()
-            .map(|(at, first)| {
-                let end = firsts.get(at + 1).copied().unwrap_or(rows);
-                let start = motion.times[*first];
-                let stop = motion.times[end.min(rows - 1)];
-                let (qpos, qvel) = motion.state(*first);
-                Link {
-                    segment: Segment {
-                        rows: *first..end,
-                        start,
-                        qpos: qpos.to_vec(),
-                        qvel: qvel.to_vec(),
-                    },
-                    steps: (((stop - start) / step).round() as usize).max(1),
-                    forces: Vec::new(),
-                }
-            })
-            .collect();
+        });
         Self {
             trial: index,
-            links,
+            links: links.collect(),
         }
     }
 }

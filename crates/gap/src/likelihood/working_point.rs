@@ -5,11 +5,12 @@ use rayon::prelude::*;
 
 use crate::{
     error::GapError,
-    likelihood::directions::Direction,
     likelihood::{
         columns::{self, LinkColumns, Sweep},
+        directions::Direction,
         filter::{self, Filtered, Forces},
         form_error::{self, Beside},
+        found::{Found, likeliest},
         innovations::{self, Innovation},
         level::Level,
         search::{Choices, Search},
@@ -25,8 +26,6 @@ const SETTLING: usize = 5;
 const SETTLED: f64 = 0.5;
 /// Sweeps that let starts and forces follow the readings, at most.
 const FOLLOWING: usize = 10;
-/// Least acceleration that scales an unmodelled force [m/s^2, rad/s^2].
-const LEAST_ACCELERATION: f64 = 1e-3;
 
 /// Values of a set, the starts and unmodelled forces of all segments, and the noise.
 pub(crate) struct WorkingPoint<'p, 'a> {
@@ -39,7 +38,7 @@ pub(crate) struct WorkingPoint<'p, 'a> {
     pub(crate) point: Point,
 }
 
-/// What is kept of a sweep beside the likelihood.
+/// Part of a sweep that is kept beside the likelihood.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Keep {
     Likelihood,
@@ -86,7 +85,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                     at,
                     trial,
                     motion,
-                    [length, rest * length, each],
+                    [length, rest, each],
                     problem.model.timestep,
                 )
             })
@@ -125,26 +124,20 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             })
             .collect::<Result<_, GapError>>()?;
         let Some(swept) = swept else { return Ok(None) };
-        let mut squares = vec![(0.0, 0); self.noise.len()];
+        let squares = summed(self.noise.len(), swept.iter().map(|track| &track.squares));
         let mut links = Vec::new();
         let mut by_level: Vec<Vec<Filtered>> = vec![Vec::new(); options.forces.len()];
         let tracks = swept.len();
         for track in swept {
-            for (sum, of) in squares.iter_mut().zip(&track.squares) {
-                sum.0 += of.0;
-                sum.1 += of.1;
-            }
             links.push(track.links);
             for (level, filtered) in by_level.iter_mut().zip(track.filtered) {
                 level.extend(filtered);
             }
         }
-        let levels = options
-            .forces
-            .iter()
-            .zip(by_level)
-            .filter(|(_, trials)| trials.len() == tracks)
-            .filter_map(|(force, trials)| Level::new(*force, trials, &beside))
+        let whole = (options.forces.iter().zip(by_level)).filter(|(_, of)| of.len() == tracks);
+        let levels = whole
+            .enumerate()
+            .filter_map(|(number, (force, trials))| Level::new(number, *force, trials, &beside))
             .collect();
         Ok(Some(Swept {
             links,
@@ -182,13 +175,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             },
         )?;
         let Some(links) = links else { return Ok(None) };
-        let mut squares = vec![(0.0, 0); self.noise.len()];
-        for link in &links {
-            for (sum, of) in squares.iter_mut().zip(&link.squares) {
-                sum.0 += of.0;
-                sum.1 += of.1;
-            }
-        }
+        let squares = summed(self.noise.len(), links.iter().map(|link| &link.squares));
         let filtered = options
             .forces
             .par_iter()
@@ -260,20 +247,13 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             let Some(swept) = self.sweep(Some(&[]), Keep::Columns)? else {
                 return Ok(false);
             };
-            let choices = Choices::new(self.problem, &self.point, &[]);
-            let best = (swept.levels.iter().enumerate())
-                .filter_map(|(number, level)| {
-                    let search = Search {
-                        level,
-                        number,
-                        choices: &choices,
-                    };
-                    search.whole(&self.point.candidates)
-                })
-                .max_by(|a, b| a.log_posterior.total_cmp(&b.log_posterior));
-            let Some(best) = best else { return Ok(false) };
+            let levels = swept.levels.iter();
+            let found: Vec<Found> = levels.filter_map(|level| self.own_set(level)).collect();
+            let Some(best) = likeliest(&found) else {
+                return Ok(false);
+            };
             let level = &swept.levels[best.level];
-            let (point, z) = level.moved(self.problem, &self.point, &[], &best);
+            let (point, z) = level.moved(self.problem, &self.point, &[], best);
             self.smooth(&swept, &z, level.force)?;
             self.point = point;
             let now = (level.force, best.log_posterior);
@@ -292,21 +272,20 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             return Ok(None);
         }
         let swept = self.sweep(Some(&[]), Keep::Likelihood)?;
-        let choices = Choices::new(self.problem, &self.point, &[]);
         let least = swept.as_ref().and_then(|swept| swept.levels.first());
-        let found = least.and_then(|level| {
-            let search = Search {
-                level,
-                number: 0,
-                choices: &choices,
-            };
-            search.whole(&self.point.candidates)
-        });
+        let found = least.and_then(|level| self.own_set(level));
         Ok(found.map(|found| found.log_likelihood))
     }
 
-    /// What each segment of every track adds to what those before predict, without unmodelled forces; uncertain numbers where
-    /// all readings have them. `None` where a track blows up.
+    /// The point's set on the likelihood of a sweep without directions.
+    fn own_set(&self, level: &Level) -> Option<Found> {
+        let choices = Choices::new(self.problem, &self.point, &[]);
+        let choices = &choices;
+        Search { level, choices }.whole(&self.point.candidates)
+    }
+
+    /// Innovations of every track: the difference of each segment from what those before predict without unmodelled forces, the
+    /// uncertain numbers where all readings have them. `None` where a track blows up.
     pub(crate) fn innovations(&mut self) -> Result<Option<Vec<Vec<Innovation>>>, GapError> {
         if !self.follow()? {
             return Ok(None);
@@ -314,16 +293,9 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let Some(swept) = self.sweep(Some(&[]), Keep::Readings)? else {
             return Ok(None);
         };
-        let choices = Choices::new(self.problem, &self.point, &[]);
-        let Some(level) = swept.levels.first() else {
-            return Ok(None);
-        };
-        let search = Search {
-            level,
-            number: 0,
-            choices: &choices,
-        };
-        let Some(found) = search.whole(&self.point.candidates) else {
+        let least = swept.levels.first();
+        let Some((level, found)) = least.and_then(|level| Some((level, self.own_set(level)?)))
+        else {
             return Ok(None);
         };
         let (_, z) = level.moved(self.problem, &self.point, &[], &found);
@@ -348,8 +320,9 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         }
     }
 
-    /// Noise factors from the residuals: more than declared, never less.
+    /// Noise factors from the residuals, never below what is declared.
     pub(crate) fn adapt_noise(&mut self, swept: &Swept) {
+        let least = self.problem.settings.options.likelihood.least_noise_factor;
         let channels = &self.problem.channels.list;
         for ((noise, (sum, count)), channel) in
             self.noise.iter_mut().zip(&swept.squares).zip(channels)
@@ -358,13 +331,25 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 continue;
             }
             let factor = (sum / *count as f64).sqrt();
-            *noise = if channel.declared_noise.is_some() {
-                factor.max(1.0)
-            } else {
-                factor.max(1e-3)
-            };
+            let is_declared = channel.declared_noise.is_some();
+            *noise = factor.max(if is_declared { 1.0 } else { least });
         }
     }
+}
+
+/// Sum of squares and counts by channel.
+fn summed<'s>(
+    channels: usize,
+    all: impl Iterator<Item = &'s Vec<(f64, usize)>>,
+) -> Vec<(f64, usize)> {
+    let mut sums = vec![(0.0, 0); channels];
+    for squares in all {
+        for (sum, of) in sums.iter_mut().zip(squares) {
+            sum.0 += of.0;
+            sum.1 += of.1;
+        }
+    }
+    sums
 }
 
 /// Standard deviation of the first start of every track.
@@ -422,8 +407,6 @@ fn force_scale(problem: &Problem<'_>, tracks: &[Track]) -> Result<DVector<f64>, 
             let from = after(None);
             for axis in 0..nv {
                 free[axis] += ((from[axis] - segment.qvel[axis]) / step).powi(2);
-            }
-            for axis in 0..nv {
                 mobility[axis] += (after(Some(axis))[axis] - from[axis]) / step;
             }
             looked += 1.0;
@@ -433,7 +416,7 @@ fn force_scale(problem: &Problem<'_>, tracks: &[Track]) -> Result<DVector<f64>, 
         let inertia = looked / mobility[axis].abs().max(1e-12);
         let acceleration =
             (squares[axis] / f64::max(count, 1.0) + free[axis] / f64::max(looked, 1.0)).sqrt();
-        inertia * acceleration.max(LEAST_ACCELERATION)
+        inertia * acceleration.max(problem.settings.options.likelihood.least_acceleration)
     }))
 }
 

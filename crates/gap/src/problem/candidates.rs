@@ -108,6 +108,12 @@ impl Candidate {
             .collect()
     }
 
+    /// True for a parameter whose contribution nature's form may differ from: not for a shape, and not where the effect
+    /// idealises nothing.
+    pub(crate) fn has_form_error(&self, parameter: &Parameter) -> bool {
+        effects::effect(self.effect).card().idealised && !parameter.shapes
+    }
+
     /// Values that mean "no effect".
     pub(crate) fn null(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.null).collect()

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::{options::SegmentOptions, problem::channels::MeasuredTrial};
+use crate::problem::channels::MeasuredTrial;
 
 /// Estimated motion of one trial at the state time of each row.
 #[derive(Clone, Debug, Default)]
@@ -57,26 +57,27 @@ pub(crate) fn window_end(
     if end + least_rows > rows { rows } else { end }
 }
 
-/// Cuts a trial into segments of about `length` seconds along its motion.
+/// Cuts the first `rows` of a trial into segments of about `length` seconds and at least `least_rows` along its motion. A rest
+/// shorter than a part `joined` of a segment joins the last one.
 pub(crate) fn cut(
     trial: &MeasuredTrial,
     motion: &EstimatedMotion,
-    length: f64,
-    options: &SegmentOptions,
+    rows: usize,
+    [length, joined]: [f64; 2],
+    least_rows: usize,
 ) -> Vec<Segment> {
     let mut segments = Vec::new();
-    let rows = trial.times.len();
     let mut first = 0;
     while first < rows {
         let mut end = trial
             .times
             .partition_point(|time| *time < trial.times[first] + length - 1e-9);
-        end = end.max(first + options.least_rows).min(rows);
+        end = end.max(first + least_rows).min(rows);
         let rest = trial.times[rows - 1] - trial.times[end.min(rows - 1)];
-        if rest < options.joined_rest * length {
+        if rest < joined * length {
             end = rows;
         }
-        if end - first >= options.least_rows {
+        if end - first >= least_rows {
             let (qpos, qvel) = motion.state(first);
             segments.push(Segment {
                 rows: first..end,

@@ -9,7 +9,6 @@ use crate::{
     likelihood::explanation::Explanation,
     output::{records::Added, verdict::SensorPatch},
     plant::Nuisance,
-    problem::problem::Problem,
     stage::{bootstrap::bootstrap, cross_fit::cross_fit, name::Naming},
 };
 
@@ -32,21 +31,18 @@ pub struct Addition {
 }
 
 /// The chosen effects. None where nothing was chosen.
-pub fn add(
-    problem: &Problem<'_>,
-    explanation: &Explanation<'_>,
-    naming: &Naming,
-) -> Option<Addition> {
+pub fn add(explanation: &Explanation<'_>, naming: &Naming) -> Option<Addition> {
     if naming.named.chosen.is_empty() {
         return None;
     }
+    let problem = explanation.problem;
     let point = explanation.point(naming.chosen);
-    let (entries, sensors) = split(explanation, explanation.problem.entries(&point));
-    let draws = bootstrap(problem, explanation, naming);
-    let values = explanation.problem.nuisance_values(&point);
-    let moved = explanation.problem.nuisances.iter().enumerate();
+    let (entries, sensors) = split(explanation, problem.entries(&point));
+    let draws = bootstrap(explanation, naming);
+    let values = problem.nuisance_values(&point);
+    let moved = problem.nuisances.iter().enumerate();
     let moved = moved.filter(|(_, (nuisance, prior))| {
-        values[*nuisance].abs() >= explanation.problem.settings.options.add.least_shift * prior
+        values[*nuisance].abs() >= problem.settings.options.add.least_shift * prior
     });
     let (numbers, deviations) = moved
         .map(|(at, (nuisance, prior))| {
@@ -54,7 +50,7 @@ pub fn add(
             let deviation = fitted.map_or(*prior, |(_, _, deviation)| *deviation);
             (
                 (
-                    explanation.problem.model.nuisances[*nuisance].clone(),
+                    problem.model.nuisances[*nuisance].clone(),
                     values[*nuisance],
                 ),
                 deviation,
@@ -68,7 +64,7 @@ pub fn add(
             sensors,
             bootstrap: draws,
             numbers: Vec::new(),
-            cross_fit: cross_fit(problem, explanation, naming),
+            cross_fit: cross_fit(explanation, naming),
             recalibrated: explanation.recalibrated(None),
             model: None,
             diff: String::new(),

@@ -5,14 +5,13 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::{
-    likelihood::explanation::Explanation, output::verdict::FittedParameter,
-    problem::problem::Problem, stage::name::Naming, statistics::interval95,
+    likelihood::explanation::Explanation, output::verdict::FittedParameter, stage::name::Naming,
+    statistics::interval95,
 };
 
 /// Intervals from trials drawn again with replacement; the linearisation at the optimum is kept. A value that its bound
 /// holds in every draw has no spread here.
 pub(crate) fn bootstrap(
-    problem: &Problem<'_>,
     explanation: &Explanation<'_>,
     naming: &Naming,
 ) -> Vec<(Id, String, Vec<FittedParameter>)> {
@@ -21,7 +20,7 @@ pub(crate) fn bootstrap(
     if trials < 2 {
         return Vec::new();
     }
-    let mut rng = ChaCha8Rng::seed_from_u64(problem.settings.seed);
+    let mut rng = ChaCha8Rng::seed_from_u64(explanation.problem.settings.seed);
     let draws: Vec<_> = (0..explanation.problem.settings.options.add.bootstrap_draws)
         .filter_map(|_| {
             let drawn: Vec<usize> = (0..trials).map(|_| rng.random_range(0..trials)).collect();

@@ -8,10 +8,11 @@ use rand_chacha::ChaCha8Rng;
 use crate::{likelihood::explanation::Explanation, output::verdict::Calibration};
 
 /// The test for any gap, and the table of confusions between the leading sets.
-pub(crate) fn calibrate(explanation: &Explanation<'_>, seed: u64) -> Calibration {
-    let options = &explanation.problem.settings.options.name;
+pub(crate) fn calibrate(explanation: &Explanation<'_>) -> Calibration {
+    let settings = &explanation.problem.settings;
+    let options = &settings.options.name;
     let nothing = explanation.nothing();
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut rng = ChaCha8Rng::seed_from_u64(settings.seed);
     // Single effects suffice to see how large their odds become by chance.
     let nulls = explanation.simulated(nothing, 1, options.null_draws, &mut rng);
     let odds = explanation.odds();

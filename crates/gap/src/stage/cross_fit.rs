@@ -2,7 +2,7 @@
 
 use crate::{
     likelihood::explanation::Explanation, options::Options, output::records::WithoutTrial,
-    problem::problem::Problem, stage::name::Naming,
+    stage::name::Naming,
 };
 
 /// True where so few trials exist, fitted and held out together, that each is judged by a fit that left it out.
@@ -12,11 +12,8 @@ pub fn is_cross_fitted(trials: usize, options: &Options) -> bool {
 
 /// The fit without each of its trials, and the log density that it gives to that trial: what all trials say together less
 /// what the others say. How uncertain the fit is without the trial is paid for.
-pub(crate) fn cross_fit(
-    problem: &Problem<'_>,
-    explanation: &Explanation<'_>,
-    naming: &Naming,
-) -> Vec<WithoutTrial> {
+pub(crate) fn cross_fit(explanation: &Explanation<'_>, naming: &Naming) -> Vec<WithoutTrial> {
+    let problem = explanation.problem;
     let trials = problem.trials.len();
     if trials < 2 {
         return Vec::new();
@@ -36,9 +33,8 @@ pub(crate) fn cross_fit(
             let (_, alone) = without(nothing, out)?;
             Some(WithoutTrial {
                 trial: problem.trials[out].name.clone(),
-                nuisances: explanation.problem.nuisance_values(&point),
-                effects: explanation
-                    .problem
+                nuisances: problem.nuisance_values(&point),
+                effects: problem
                     .entries(&point)
                     .into_iter()
                     .map(|entry| (entry.effect, entry.target, entry.parameters))

@@ -41,7 +41,7 @@ pub(crate) fn decide(explanation: &Explanation<'_>, calibration: &Calibration) -
     decision.outcome = Outcome::Unknown;
     let gap = 1.0 - agreement;
     let best = (0..explanation.sets.len()).find(|row| *row != nothing);
-    let Some(best) = best.filter(|_| unmodelled < 0.5 * gap) else {
+    let Some(best) = best.filter(|_| unmodelled < options.unmodelled * gap) else {
         return decision;
     };
     decision.chosen = best;

@@ -100,14 +100,13 @@ pub(crate) fn next(
     problem: &Problem<'_>,
     one: &Point,
     other: &Point,
-    commands: &[f64],
     watch: &Watch<'_>,
 ) -> Result<String, GapError> {
     let done = AtomicUsize::new(0);
     let distances: Vec<Option<f64>> = MENU
         .par_iter()
         .map(|manoeuvre| {
-            let distance = distance(problem, one, other, manoeuvre, commands, watch)?;
+            let distance = distance(problem, one, other, manoeuvre, watch)?;
             watch.count("trying experiments", &done, MENU.len());
             Ok(distance)
         })
@@ -148,7 +147,6 @@ fn distance(
     one: &Point,
     other: &Point,
     manoeuvre: &Manoeuvre,
-    commands: &[f64],
     watch: &Watch<'_>,
 ) -> Result<Option<f64>, GapError> {
     // What is compared are two simulations, so any integrator serves, if it is the same.
@@ -157,8 +155,7 @@ fn distance(
         &vec![0.0; problem.model.nuisances.len()],
         &problem.entries(one),
     )?;
-    let Some((trial, motion)) = perform(problem, simulation.as_mut(), one, manoeuvre, commands)
-    else {
+    let Some((trial, motion)) = perform(problem, simulation.as_mut(), one, manoeuvre) else {
         return Ok(None);
     };
     let quiet = Watch::silent(watch.stop);
@@ -190,7 +187,6 @@ fn perform(
     simulation: &mut dyn Simulation,
     point: &Point,
     manoeuvre: &Manoeuvre,
-    commands: &[f64],
 ) -> Option<(MeasuredTrial, EstimatedMotion)> {
     let model = problem.model;
     let step = model.timestep;
@@ -231,10 +227,10 @@ fn perform(
                     let share = (manoeuvre.command)(actuator, now);
                     match model.actuators[actuator].range {
                         Some([low, high]) => {
-                            let half = commands[actuator].min(0.5 * (high - low));
+                            let half = problem.commands[actuator].min(0.5 * (high - low));
                             (0.5 * (low + high) + share * half).clamp(low, high)
                         }
-                        None => share * commands[actuator],
+                        None => share * problem.commands[actuator],
                     }
                 })
                 .collect();

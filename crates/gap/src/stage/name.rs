@@ -9,7 +9,6 @@ use crate::{
         records::{Hypothesis, Named},
         verdict::{FittedEffect, Outcome},
     },
-    problem::problem::Problem,
     progress::Watch,
     stage::{
         calibration::calibrate,
@@ -37,12 +36,8 @@ pub struct Naming {
 ///
 /// # Errors
 /// The plant refuses, or a stop was asked for.
-pub fn name(
-    problem: &Problem<'_>,
-    explanation: &Explanation<'_>,
-    watch: &Watch<'_>,
-) -> Result<Naming, GapError> {
-    let calibration = calibrate(explanation, problem.settings.seed);
+pub fn name(explanation: &Explanation<'_>, watch: &Watch<'_>) -> Result<Naming, GapError> {
+    let calibration = calibrate(explanation);
     let decision = decide(explanation, &calibration);
     let effects = listed(explanation, &decision);
     let chosen = effects
@@ -52,7 +47,7 @@ pub fn name(
         .collect();
     let apart = decision.apart.map(|(one, other)| {
         let [one, other] = [one, other].map(|of| explanation.point(of));
-        experiment_design::next(explanation.problem, &one, &other, &problem.commands, watch)
+        experiment_design::next(explanation.problem, &one, &other, watch)
     });
     let named = Named {
         schema: SCHEMA.to_owned(),
@@ -147,7 +142,7 @@ fn ranking(explanation: &Explanation<'_>) -> Vec<Hypothesis> {
             log_evidence: set.log_posterior - nothing,
             probability: set.probability,
             unexplained: 1.0 - explanation.explained(row, &[]),
-            refitted: row == 0,
+            refitted: explanation.is_linearised_about(row),
         })
         .collect()
 }

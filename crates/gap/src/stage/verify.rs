@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::{
     error::GapError,
-    options::Options,
+    options::{Options, SegmentOptions},
     output::{
         records::{Channel, Overlay, Verified, WithoutTrial},
         verdict::{Bias, SensorPatch},
@@ -286,7 +286,18 @@ fn rollouts(
     let motion =
         state_estimation::estimate_motion(&side.system, trial, channels, corrections, options)?;
     let [.., longest] = options.verify.horizons;
-    let segments = segments::cut(trial, &motion, longest, &options.segments);
+    let SegmentOptions {
+        joined_rest,
+        least_rows,
+        ..
+    } = options.segments;
+    let segments = segments::cut(
+        trial,
+        &motion,
+        trial.times.len(),
+        [longest, joined_rest],
+        least_rows,
+    );
     let mut simulation = side.system.simulation()?;
     let mut trace = Trace::default();
     let found = segments.into_iter().map(|segment| {

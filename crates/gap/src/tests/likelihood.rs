@@ -57,7 +57,7 @@ fn columns_are_the_changes_of_rollouts() {
         };
         let misfit = |point: &Point| swept(point).squares.iter().map(|of| of.0).sum::<f64>();
         let about = swept(&point(5.0, 0.5));
-        let forms = crate::likelihood::form_error::forms(problem, &point(5.0, 0.5));
+        let forms = crate::likelihood::form_error::beside(problem, &point(5.0, 0.5)).forms();
         let predicted = |point: &Point| {
             let known = problem.normalised(point);
             let nuisances = problem.nuisances.len();

@@ -97,7 +97,7 @@ fn noise_that_nobody_declared_is_estimated_and_it_is_said() {
         assert!((0.006..0.015).contains(&channel.noise), "{channel:?}");
     }
     let explanation = explain(&problem, &watch).unwrap();
-    let naming = name(&problem, &explanation, &watch).unwrap();
+    let naming = name(&explanation, &watch).unwrap();
     assert_eq!(naming.named.outcome, Outcome::NoGap);
 }
 

@@ -33,7 +33,7 @@ fn run(effects: &[Entry]) -> crate::output::records::Named {
     let problem = Problem::prepare(&plant, trials(), settings.clone(), &watch).unwrap();
     let found = locate(&problem, &[], &watch).unwrap();
     let explanation = explain(&problem, &watch).unwrap();
-    let naming = name(&problem, &explanation, &watch).unwrap();
+    let naming = name(&explanation, &watch).unwrap();
     assert_eq!(
         found.p_value < 0.05,
         !effects.is_empty(),
@@ -50,7 +50,7 @@ fn run(effects: &[Entry]) -> crate::output::records::Named {
     } else {
         assert!(naming.named.calibration.alarm <= 0.03);
     }
-    let addition = add(&problem, &explanation, &naming);
+    let addition = add(&explanation, &naming);
     // The numbers of the nominal are handed on as this fit has them.
     let numbers = addition.iter().flat_map(|addition| {
         assert_eq!(addition.numbers.len(), addition.deviations.len());
@@ -145,7 +145,7 @@ fn a_delay_of_less_than_a_step_is_none() {
         let mut found = Vec::new();
         on_prepared(&RigidBody::new(), trials.collect(), |problem, watch| {
             let explanation = explain(problem, watch).unwrap();
-            let named = name(problem, &explanation, watch).unwrap().named;
+            let named = name(&explanation, watch).unwrap().named;
             let delays = named.chosen.into_iter();
             let delays = delays.filter(|of| of.effect == Id::SensorDelay && of.target == "dvl");
             found = delays.map(|of| of.parameters[0].value).collect();
@@ -245,8 +245,8 @@ fn of_one_trial_no_reduction_is_claimed_and_the_verdict_says_why() {
         let problem = Problem::prepare(&plant, one, settings(), &watch).unwrap();
         let found = locate(&problem, &[], &watch).unwrap();
         let explanation = explain(&problem, &watch).unwrap();
-        let naming = name(&problem, &explanation, &watch).unwrap();
-        let added = add(&problem, &explanation, &naming).map(|addition| addition.added);
+        let naming = name(&explanation, &watch).unwrap();
+        let added = add(&explanation, &naming).map(|addition| addition.added);
         let verdict = conclude(&found, &naming.named, added.as_ref(), None);
         assert_eq!(verdict.verdict, outcome);
         let why = verdict.refused_because.unwrap();
