@@ -79,6 +79,7 @@ fn description() -> PlantDescription {
             speed: 0.0,
             travel: 0.0,
             slides,
+            driven: true,
         },
         stiffness: 0.0,
         damping: 0.0,

@@ -82,6 +82,9 @@ options! {
         command_lead_sd: f64 = 0.1,
         /// Least noise of a sensor that declares none, relative to its largest reading: a constant channel shows none.
         least_noise: f64 = 1e-6,
+        /// Deviation of a single reading from its neighbours, in the noise of a sensor that declares none, from which it is left
+        /// out.
+        outlier: f64 = 4.0,
     }
 }
 
@@ -146,9 +149,6 @@ options! {
         leaders: usize = 3,
         /// Simulated sets of trials in which one of them is true.
         leader_draws: usize = 20,
-        /// Unmodelled forces up to which simulation and measurement agree, in what moves a degree of freedom: an integrator
-        /// errs by as much.
-        negligible_force: f64 = 1e-3,
         /// Probability, given that there is a gap, from which an effect is named.
         named: f64 = 0.9,
         /// Part of the excess that a set explains at least, or the gap is unknown.
@@ -235,14 +235,24 @@ options! {
         block: [f64; 2] = [0.005, 0.02],
         /// Time between states at which changes are taken, linear between [s]; those with the commands are taken at every block.
         look: f64 = 0.05,
-        /// Standard deviations of the unmodelled forces that are tried, in what moves a degree of freedom; alike likely.
+        /// Standard deviations of the unmodelled forces that are tried, in what moves a degree of freedom.
         forces: [f64; 11] = [1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0],
+        /// Unmodelled forces up to which simulation and measurement agree, in what moves a degree of freedom: an integrator
+        /// errs by as much.
+        negligible_force: f64 = 1e-3,
+        /// Slow error of a sensor up to which it may be the sensor's own, in what its readings move.
+        sensors_own: f64 = 0.05,
+        /// Prior probability of larger unmodelled forces: that something is missing which is not in the catalogue. The same of
+        /// larger errors of sensors.
+        outside: f64 = 0.1,
+        /// Standard deviations of the slow error of a sensor that declares no noise that are tried, in what its readings move.
+        drifts: [f64; 8] = [0.0, 1e-3, 3e-3, 7e-3, 1.5e-2, 3e-2, 0.1, 0.3],
+        /// Time constant of such errors [rows].
+        drift_rows: f64 = 2.5,
         /// Least acceleration that scales an unmodelled force [m/s^2, rad/s^2].
         least_acceleration: f64 = 1e-3,
-        /// Factor on the estimated noise of a sensor that declares none, at least.
-        least_noise_factor: f64 = 1e-3,
-        /// Correlation of unmodelled forces from piece to piece.
-        force_correlation: f64 = 0.8,
+        /// Time constant of unmodelled forces [s].
+        force_time: f64 = 0.22,
         /// Largest shift of an uncertain number of the nominal [prior standard deviations]: a gap of hundreds of noises must
         /// not be explained by a mass fifty times the nominal's.
         largest_shift: f64 = 5.0,

@@ -93,6 +93,7 @@ pub(super) fn example(kind: TargetKind) -> Target {
             speed: 1.0,
             travel: 0.5,
             slides: false,
+            driven: true,
         }),
         TargetKind::Actuator => Target::Actuator(ActuatorScale {
             command: 1.0,

@@ -197,20 +197,22 @@ pub(crate) fn joint(model: ModelView<'_>, joint: usize) -> JointScale {
         } else {
             (moment - axis * axis.dot(&moment)).norm()
         };
-    let driven = (0..model.actuator_trntype().len())
+    let drives: Vec<usize> = (0..model.actuator_trntype().len())
         .filter(|id| {
             let kind = model.actuator_trntype()[*id] as u32;
             (kind == mjTRN_JOINT || kind == mjTRN_JOINTINPARENT)
                 && model.actuator_trnid()[2 * id] as usize == joint
         })
-        .filter_map(|id| largest_force(model, id))
-        .fold(0.0, f64::max);
+        .collect();
+    let largest = drives.iter().filter_map(|id| largest_force(model, *id));
+    let largest = largest.fold(0.0, f64::max);
     JointScale {
         inertia: model.dof_M0()[dof],
-        torque: if driven > 0.0 { driven } else { weight },
+        torque: if largest > 0.0 { largest } else { weight },
         speed: 0.0,
         travel: 0.0,
         slides,
+        driven: !drives.is_empty(),
     }
 }
 

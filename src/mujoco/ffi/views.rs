@@ -214,6 +214,11 @@ impl<'a> ModelView<'a> {
         actuator_gear: f64 = |m| outputs(m) * 6;
     }
 
+    #[cfg(mujoco_outputs)]
+    model_slices! {
+        jnt_stiffnesspoly: f64 = |m| m.njnt as i64 * crate::mujoco::ffi::bindings::mjNPOLY as i64;
+    }
+
     #[cfg(not(mujoco_plugins))]
     model_slices! {
         text_adr: i32 = |m| m.ntext as i64;

@@ -8,6 +8,7 @@
 //! | fluid | coefficients of MuJoCo's ellipsoid model, each kind for all geoms; density and viscosity of its box model; values of the nominal's `effects`; the force of a checkpoint by axis | relative |
 //! | gain | actuators | relative, gain and bias alike |
 //! | damping | joints that have any | relative |
+//! | stiffness | joints that have any, term by term | relative |
 //! | timing | all commands | steps by which they act earlier |
 //! | timing | forces read inside a step | part of the jump at the step's end that they show already |
 
@@ -198,6 +199,17 @@ pub(crate) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Nuisance, 
             let name = format!("{of}.damping");
             add(name, &of, NuisanceClass::Damping, Quantity::Damping, joint);
         }
+        for (term, value) in stiffness(model, joint).into_iter().enumerate() {
+            if value != 0.0 {
+                let of = model.label(mjOBJ_JOINT as i32, "joint", joint);
+                let name = match term {
+                    0 => format!("{of}.stiffness"),
+                    term => format!("{of}.stiffness.{term}"),
+                };
+                let quantity = Quantity::Stiffness(term);
+                add(name, &of, NuisanceClass::Stiffness, quantity, joint);
+            }
+        }
     }
     if model.raw().nu > 0 {
         let mut lead = |of: &str, quantity| {
@@ -350,6 +362,7 @@ pub(crate) fn turn(
             Quantity::Viscosity => model.raw_mut().opt.viscosity *= factor,
             Quantity::Gain => scale_gain(model, id, factor),
             Quantity::Damping => scale_damping(model.raw_mut(), id, factor),
+            Quantity::Stiffness(term) => scale_stiffness(model.raw_mut(), id, term, factor),
             Quantity::Wrench(_)
             | Quantity::EffectValue { .. }
             | Quantity::CommandLead
@@ -386,6 +399,34 @@ pub(crate) fn scale_gain(model: &mut Model, actuator: usize, factor: f64) {
         .for_each(|value| *value *= factor);
 }
 
+/// Terms of stiffness and damping beyond the linear one.
+#[cfg(mujoco_outputs)]
+const POLY: usize = crate::mujoco::ffi::bindings::mjNPOLY as usize;
+
+/// Terms of a joint's stiffness, the linear one first.
+fn stiffness(model: ModelView<'_>, joint: usize) -> Vec<f64> {
+    let mut terms = vec![model.jnt_stiffness()[joint]];
+    #[cfg(mujoco_outputs)]
+    terms.extend(&model.jnt_stiffnesspoly()[POLY * joint..POLY * (joint + 1)]);
+    terms
+}
+
+fn scale_stiffness(raw: &mut mjModel, joint: usize, term: usize, factor: f64) {
+    // SAFETY: one number a joint, and the model is held alone.
+    let linear = unsafe { view_mut(raw.jnt_stiffness, raw.njnt) };
+    match term.checked_sub(1) {
+        None => linear[joint] *= factor,
+        #[cfg(mujoco_outputs)]
+        Some(higher) => {
+            // SAFETY: a row a joint, and the model is held alone.
+            let all = unsafe { view_mut(raw.jnt_stiffnesspoly, raw.njnt * POLY as i64) };
+            all[POLY * joint + higher] *= factor;
+        }
+        #[cfg(not(mujoco_outputs))]
+        Some(_) => {}
+    }
+}
+
 fn scale_damping(raw: &mut mjModel, joint: usize, factor: f64) {
     // SAFETY: one number a joint or degree of freedom, and the model is held alone.
     let (first, of, damping) = unsafe {
@@ -401,7 +442,6 @@ fn scale_damping(raw: &mut mjModel, joint: usize, factor: f64) {
     }
     #[cfg(mujoco_outputs)]
     {
-        const POLY: usize = crate::mujoco::ffi::bindings::mjNPOLY as usize;
         // SAFETY: a row a degree of freedom, and the model is held alone.
         let higher = unsafe { view_mut(raw.dof_dampingpoly, raw.nv * POLY as i64) };
         for dof in dofs {

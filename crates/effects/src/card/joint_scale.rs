@@ -25,6 +25,8 @@ pub struct JointScale {
     pub travel: f64,
     /// True for a slide.
     pub slides: bool,
+    /// True where an actuator drives it.
+    pub driven: bool,
 }
 
 impl JointScale {

@@ -43,6 +43,11 @@ impl Effect for JointBacklash {
         ]
     }
 
+    /// Play lies between a drive and what it moves: a joint without a drive has none that its own sensor would not show.
+    fn applies_to(&self, target: &Target) -> bool {
+        matches!(target, Target::Joint(joint) if joint.driven)
+    }
+
     fn part(&self) -> Part<'_> {
         Part::Joint(self)
     }

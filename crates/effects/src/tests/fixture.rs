@@ -112,6 +112,7 @@ pub(crate) fn target(kind: TargetKind) -> Target {
             speed: 1.0,
             travel: 0.5,
             slides: false,
+            driven: true,
         }),
         TargetKind::Actuator => Target::Actuator(ActuatorScale {
             command: 10.0,

@@ -12,6 +12,7 @@ use crate::{
     error::GapError,
     likelihood::{
         changes::{Change, Kind, changes},
+        coloured_noise,
         directions::Direction,
         form_error::{self, Beside},
         step_changes::{Inputs, StateChanges, inputs, references, state_changes},
@@ -60,14 +61,21 @@ impl Layout {
 /// Changes of one segment.
 #[derive(Clone, Debug)]
 pub(crate) struct LinkColumns {
-    /// Gram matrix of the whitened readings' columns; the first is the residual, carried back to zero parameters.
-    pub(crate) gram: DMatrix<f64>,
+    /// Whitened readings by size of their correlated noise.
+    pub(crate) noise: Vec<Whitened>,
     /// Tangent at the segment's end from the next one's start [2 nv, columns].
     pub(crate) end: DMatrix<f64>,
-    /// Whitened squares and count of the residuals at the point, by channel, before `noise`.
-    pub(crate) squares: Vec<(f64, usize)>,
-    /// Whitened columns by row and channel [rows * channels, columns]; empty unless they are kept. A reading that is absent
-    /// has none but zeros.
+}
+
+/// The readings of a segment, whitened for one size of their correlated noise.
+#[derive(Clone, Debug)]
+pub(crate) struct Whitened {
+    /// Gram matrix of the columns; the first is the residual, carried back to zero parameters.
+    pub(crate) gram: DMatrix<f64>,
+    /// Half the logarithm of the determinant of the noise's covariance, beside its white part.
+    pub(crate) half_log_determinant: f64,
+    /// Columns by row and channel [rows * channels, columns]; empty unless they are kept. A reading that is absent has none
+    /// but zeros.
     pub(crate) readings: DMatrix<f64>,
 }
 
@@ -84,8 +92,8 @@ pub(crate) struct Sweep<'s> {
     pub(crate) look: f64,
     /// Scale of the unmodelled forces by degree of freedom.
     pub(crate) force_scale: &'s DVector<f64>,
-    /// Factors on the noise by channel.
-    pub(crate) noise: &'s [f64],
+    /// Sizes of the correlated noise of sensors that declare none, in what their readings move.
+    pub(crate) drifts: &'s [f64],
     /// True where the readings' columns are kept beside their Gram matrix.
     pub(crate) keep_readings: bool,
 }
@@ -189,7 +197,7 @@ pub(crate) fn sweep(
                 &inputs,
                 &corrections,
                 &z,
-                (how.noise, how.keep_readings),
+                (how.drifts, how.keep_readings),
                 grid,
             )
         })
@@ -247,7 +255,7 @@ fn assemble(
     inputs: &[Option<Inputs>],
     corrections: &[Correction],
     z: &DVector<f64>,
-    (noise_factors, keep_readings): (&[f64], bool),
+    (drifts, keep_readings): (&[f64], bool),
     grid: Grid,
 ) -> LinkColumns {
     let of = &rolled[at];
@@ -370,19 +378,14 @@ fn assemble(
     // Whitened, and nothing where there is no reading.
     let present: Vec<bool> = residual.iter().map(|value| value.is_finite()).collect();
     whitening::whiten(&problem.channels, &mut residual);
-    let mut squares = vec![(0.0, 0); channels];
+    let mut factors = vec![0.0; residual.len()];
     for (row, value) in residual.iter().enumerate() {
-        let channel = row % channels;
-        let weight = weights[row] / noise_factors[channel];
-        outputs[(row, 0)] = weight * value;
-        let noise = problem.channels.list[channel].noise;
-        let factor = if present[row] { weight / noise } else { 0.0 };
+        outputs[(row, 0)] = weights[row] * value;
         if present[row] {
-            squares[channel].0 += (weights[row] * value).powi(2);
-            squares[channel].1 += 1;
+            factors[row] = weights[row] / problem.channels.list[row % channels].noise;
         }
         for column in 1..width {
-            outputs[(row, column)] *= factor;
+            outputs[(row, column)] *= factors[row];
         }
     }
     if let Some(defect) = defect {
@@ -401,16 +404,31 @@ fn assemble(
     first += carried;
     let mut first = state.column_mut(0);
     first -= at_end;
+    let times = &trial.times[rows];
+    let time = problem.drift_time(trial.period());
+    let noise = drifts.iter().map(|drift| {
+        let mut readings = outputs.clone();
+        let half_log_determinant = coloured_noise::whiten(
+            &mut readings,
+            *drift,
+            &problem.drifting,
+            channels,
+            &factors,
+            (times, time),
+        );
+        Whitened {
+            // A product of matrices, several times as fast as `tr_mul`.
+            gram: readings.transpose() * &readings,
+            half_log_determinant,
+            readings: match keep_readings {
+                true => readings,
+                false => DMatrix::zeros(0, 0),
+            },
+        }
+    });
     LinkColumns {
-        // A product of matrices, several times as fast as `tr_mul`.
-        gram: outputs.transpose() * &outputs,
+        noise: noise.collect(),
         end: state,
-        squares,
-        readings: if keep_readings {
-            outputs
-        } else {
-            DMatrix::zeros(0, 0)
-        },
     }
 }
 

@@ -72,9 +72,6 @@ pub fn explain<'p>(
         };
         let (next, _) = swept.levels[best.level].moved(problem, &working.point, &directions, best);
         let about = std::mem::replace(&mut working.point, next);
-        if !stays {
-            working.adapt_noise(&swept);
-        }
         explanation = Some((about, directions, choices, swept.levels, found));
         if stays {
             break;

@@ -33,7 +33,7 @@ pub struct Explanation<'a> {
     pub(crate) sets: Vec<SetPosterior>,
 }
 
-/// All forms of a set of effects, at all levels of unmodelled forces.
+/// All forms of a set of effects, at all levels of disturbances.
 #[derive(Clone, Debug)]
 pub(crate) struct SetPosterior {
     /// Candidates of the likeliest form, ascending.
@@ -250,7 +250,7 @@ impl<'a> Explanation<'a> {
     /// Explained deviance of a set without some of its candidates: the part of the log likelihood lost without effects, against
     /// the best beside unmodelled forces of any size, that the set regains beside the least of them.
     pub(crate) fn explained(&self, set: usize, without: &[usize]) -> f64 {
-        let search = self.search(&self.levels[0]);
+        let search = self.search(self.least_forces(self.level(set).sizes.drift));
         let log = |found: Option<Found>| found.map(|found| found.log_likelihood);
         let some = log(search.without(self.found(set), without));
         let nothing = log(search.again(self.found(self.nothing())));
@@ -262,18 +262,32 @@ impl<'a> Explanation<'a> {
         })
     }
 
-    /// Probabilities of no effect: that simulation and measurement agree, and that forces are missing that no effect models.
+    /// Level of the least unmodelled forces beside drifts of a size.
+    fn least_forces(&self, drift: f64) -> &Level {
+        let alike = self.levels.iter().filter(|of| of.sizes.drift == drift);
+        alike
+            .min_by(|a, b| a.sizes.force.total_cmp(&b.sizes.force))
+            .unwrap_or(&self.levels[0])
+    }
+
+    /// Probabilities of no effect: that simulation and measurement agree, and that something is missing that no effect models:
+    /// forces, or slow errors of sensors that are more than their own.
     pub(crate) fn without_effects(&self) -> (f64, f64) {
-        let empty = || self.found.iter().filter(|of| of.set.is_empty());
-        let least = empty().min_by_key(|of| of.level);
-        let least = least.map_or(0.0, |of| of.log_posterior);
-        // Forces count as seen where they are not negligible and the trials so much likelier with them.
-        let options = &self.problem.settings.options.name;
-        let seen = -options.error.ln();
+        let options = &self.problem.settings.options;
+        let is_gap = |of: &Found| self.levels[of.level].is_gap(&options.likelihood);
+        let (large, small): (Vec<&Found>, Vec<&Found>) = (self.found.iter())
+            .filter(|of| of.set.is_empty())
+            .partition(|of| is_gap(of));
+        let small_log = small.iter().map(|of| of.log_likelihood);
+        let small_log = small_log.fold(f64::NEG_INFINITY, f64::max);
+        // Disturbances count as seen where they are not negligible and the trials so much likelier with them.
+        let seen = -options.name.error.ln();
         let (mut agreement, mut unmodelled) = (0.0, 0.0);
-        for found in empty() {
-            let is_large = self.levels[found.level].force > options.negligible_force;
-            if is_large && found.log_posterior - least > seen {
+        for found in small {
+            agreement += self.probability(found);
+        }
+        for found in large {
+            if found.log_likelihood - small_log > seen {
                 unmodelled += self.probability(found);
             } else {
                 agreement += self.probability(found);

@@ -6,7 +6,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use crate::likelihood::columns::LinkColumns;
+use crate::likelihood::columns::{LinkColumns, Whitened};
 
 /// Standard deviation of a start where the last segment ends, beside the unmodelled forces: rounding, steps of the
 /// integrator [m, rad, m/s, rad/s].
@@ -106,10 +106,11 @@ impl Start {
     }
 }
 
-/// Filters a track. `arrival`: standard deviation of the first start by axis [2 nv]; `force`: the prior of the
-/// unmodelled forces.
+/// Filters a track with one of the sizes of correlated noise that it was swept for. `arrival`: standard deviation of the first
+/// start by axis [2 nv]; `force`: the prior of the unmodelled forces.
 pub(crate) fn filter(
     links: &[LinkColumns],
+    noise: usize,
     parameters: usize,
     arrival: &DVector<f64>,
     force: Forces,
@@ -120,7 +121,9 @@ pub(crate) fn filter(
     };
     let mut start = Start::first(arrival, parameters, force);
     for link in links {
-        let update = update(link, parameters, &start, force, Some(&mut filtered))?;
+        let of = &link.noise[noise];
+        let update = update(&of.gram, parameters, &start, force, Some(&mut filtered))?;
+        filtered.half_log_determinant += of.half_log_determinant;
         start = predict(link, parameters, &update)?.0;
     }
     Some(filtered)
@@ -129,16 +132,17 @@ pub(crate) fn filter(
 /// At known parameters, given all readings (the smoother of H. E. Rauch, F. Tung and C. T. Striebel, AIAA J. 3, 1965).
 pub(crate) fn smooth(
     links: &[LinkColumns],
+    noise: usize,
     z: &DVector<f64>,
     arrival: &DVector<f64>,
     force: Forces,
 ) -> Option<Smoothed> {
     let tangents = arrival.len();
-    let known: Vec<LinkColumns> = links.iter().map(|link| at(link, z)).collect();
+    let known: Vec<LinkColumns> = links.iter().map(|link| at(link, noise, z)).collect();
     let mut start = Start::first(arrival, 0, force);
     let mut passed = Vec::with_capacity(links.len());
     for link in &known {
-        let update = update(link, 0, &start, force, None)?;
+        let update = update(&link.noise[0].gram, 0, &start, force, None)?;
         let (next, solved) = predict(link, 0, &update)?;
         let sources = start.root.ncols();
         passed.push(Passed {
@@ -189,9 +193,10 @@ struct Passed {
     root: DMatrix<f64>,
 }
 
-/// A link with its parameters at known values.
-pub(super) fn at(link: &LinkColumns, z: &DVector<f64>) -> LinkColumns {
-    let (all, known) = (link.gram.nrows(), z.len());
+/// A link with its parameters at known values, for one of its sizes of correlated noise.
+pub(super) fn at(link: &LinkColumns, noise: usize, z: &DVector<f64>) -> LinkColumns {
+    let of = &link.noise[noise];
+    let (all, known) = (of.gram.nrows(), z.len());
     let mut turn = DMatrix::zeros(all, all - known);
     turn[(0, 0)] = 1.0;
     for (row, value) in z.iter().enumerate() {
@@ -206,37 +211,40 @@ pub(super) fn at(link: &LinkColumns, z: &DVector<f64>) -> LinkColumns {
     ends.set_column(0, &end.column(0));
     ends.columns_mut(1, all - known - 1)
         .copy_from(&link.end.columns(1 + known, all - known - 1));
-    LinkColumns {
-        gram: turn.transpose() * &link.gram * &turn,
-        end: ends,
-        squares: link.squares.clone(),
-        readings: match link.readings.is_empty() {
+    let known = Whitened {
+        gram: turn.transpose() * &of.gram * &turn,
+        half_log_determinant: of.half_log_determinant,
+        readings: match of.readings.is_empty() {
             true => DMatrix::zeros(0, 0),
-            false => &link.readings * &turn,
+            false => &of.readings * &turn,
         },
+    };
+    LinkColumns {
+        noise: vec![known],
+        end: ends,
     }
 }
 
 pub(super) fn update(
-    link: &LinkColumns,
+    gram: &DMatrix<f64>,
     parameters: usize,
     start: &Start,
     force: Forces,
     filtered: Option<&mut Filtered>,
 ) -> Option<Update> {
-    let all = link.gram.nrows();
+    let all = gram.nrows();
     let head = 1 + parameters;
     let latents = all - head;
     let (mean, root) = start.latents(latents, force);
     // Innovations: the columns less what the latents' mean explains; G T, T = [I; +- mean].
     let mut signed = mean.clone();
     signed.column_mut(0).neg_mut();
-    let across = link.gram.view((0, head), (all, latents));
-    let turned = link.gram.columns(0, head) + across * &signed;
+    let across = gram.view((0, head), (all, latents));
+    let turned = gram.columns(0, head) + across * &signed;
     let latent_rows = turned.rows(head, latents).into_owned();
     let back = root.transpose();
     let u = &back * &latent_rows;
-    let curvature = link.gram.view((head, head), (latents, latents)) * &root;
+    let curvature = gram.view((head, head), (latents, latents)) * &root;
     let mut w = &back * &curvature;
     for axis in 0..w.nrows() {
         w[(axis, axis)] += 1.0;
@@ -275,7 +283,7 @@ pub(super) fn predict(
     update: &Update,
 ) -> Option<(Start, DMatrix<f64>)> {
     let head = 1 + parameters;
-    let latents = link.gram.nrows() - head;
+    let latents = link.end.ncols() - head;
     let tangents = link.end.nrows();
     let nv = tangents / 2;
     let mut to = DMatrix::zeros(tangents + nv, latents);
@@ -321,10 +329,12 @@ mod tests {
         let ends: Vec<DMatrix<f64>> = (0..3).map(|_| random(tangents, width, 0.7)).collect();
         let links: Vec<LinkColumns> = (outputs.iter().zip(&ends))
             .map(|(outputs, end)| LinkColumns {
-                gram: outputs.tr_mul(outputs),
+                noise: vec![Whitened {
+                    gram: outputs.tr_mul(outputs),
+                    half_log_determinant: 0.0,
+                    readings: DMatrix::zeros(0, 0),
+                }],
                 end: end.clone(),
-                squares: Vec::new(),
-                readings: DMatrix::zeros(0, 0),
             })
             .collect();
         let arrival = DVector::from_vec(vec![0.4, 0.9]);
@@ -372,13 +382,13 @@ mod tests {
         let factor = covariance.cholesky().unwrap();
         let misfit = residual.dot(&factor.solve(&residual));
         let logs: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
-        let filtered = filter(&links, 1, &arrival, force).unwrap();
+        let filtered = filter(&links, 0, 1, &arrival, force).unwrap();
         let along = DVector::from_vec(vec![1.0, -z[0]]);
         let found = (&filtered.gram * &along).dot(&along);
         assert!((found / misfit - 1.0).abs() < 1e-6, "{found} {misfit}");
         assert!((filtered.half_log_determinant - logs).abs() < 1e-6);
         let drawn = design.tr_mul(&factor.solve(&residual));
-        let smoothed = smooth(&links, &z, &arrival, force).unwrap();
+        let smoothed = smooth(&links, 0, &z, &arrival, force).unwrap();
         for ((rows_of, mean), found) in starts.iter().zip(&smoothed.starts) {
             assert!((rows_of * &drawn + mean - found).norm() < 1e-5, "{found}");
         }

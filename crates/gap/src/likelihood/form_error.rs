@@ -1,4 +1,5 @@
-//! The error of an effect's form: what each of its parameters contributes may be off, at every level of its size by itself.
+//! The error of a form: what each parameter of an effect contributes may be off, at every level of its size by itself, and
+//! so may what a spring of the nominal does.
 
 use std::ops::Range;
 
@@ -6,6 +7,7 @@ use nalgebra::DMatrix;
 
 use crate::{
     likelihood::step_changes::Inputs,
+    plant::Quantity,
     problem::{point::Point, problem::Problem},
 };
 
@@ -14,8 +16,8 @@ use crate::{
 pub(crate) struct Beside {
     /// Number of uncertain numbers of the nominal.
     pub(crate) numbers: usize,
-    /// Candidates of the working point, and the columns of their errors of form.
-    pub(crate) forms: Vec<(usize, Range<usize>)>,
+    /// Columns of errors of form: of the nominal, and of the candidates of the working point.
+    pub(crate) forms: Vec<(Option<usize>, Range<usize>)>,
 }
 
 impl Beside {
@@ -31,14 +33,14 @@ impl Beside {
 
     /// Candidates of a set whose form may be off.
     pub(super) fn present(&self, set: &[usize]) -> Vec<usize> {
-        let of = self.forms.iter().map(|(candidate, _)| *candidate);
+        let of = self.forms.iter().filter_map(|(candidate, _)| *candidate);
         of.filter(|candidate| set.contains(candidate)).collect()
     }
 
     /// Uncertain numbers, and the errors of form of these candidates.
     pub(super) fn columns(&self, present: &[usize]) -> Vec<usize> {
         let forms = self.forms.iter();
-        let forms = forms.filter(|(candidate, _)| present.contains(candidate));
+        let forms = forms.filter(|(of, _)| of.is_none_or(|candidate| present.contains(&candidate)));
         (0..self.numbers)
             .chain(forms.flat_map(|(_, of)| of.clone()))
             .collect()
@@ -49,18 +51,34 @@ impl Beside {
 pub(crate) fn beside(problem: &Problem<'_>, point: &Point) -> Beside {
     let levels = problem.settings.options.likelihood.form_levels;
     let mut first = problem.nuisances.len();
-    let forms = point.candidates.iter().map(|candidate| {
+    let mut next = |of: Option<usize>, count: usize| {
+        let columns = first..first + levels * count;
+        first = columns.end;
+        (of, columns)
+    };
+    let mut forms = vec![next(None, springs(problem).count())];
+    forms.extend(point.candidates.iter().map(|candidate| {
         let of = &problem.candidates[*candidate];
         let count = of.parameters.iter().filter(|p| of.has_form_error(p));
-        let columns = first..first + levels * count.count();
-        first = columns.end;
-        (*candidate, columns)
-    });
-    let forms = forms.collect();
+        next(Some(*candidate), count.count())
+    }));
     Beside {
         numbers: problem.nuisances.len(),
         forms,
     }
+}
+
+/// Nuisance parameters in use that scale a spring: its force is uncertain at every level of its size, not by a number alone.
+fn springs(problem: &Problem<'_>) -> impl Iterator<Item = usize> {
+    let nuisances = problem.nuisances.iter().enumerate();
+    nuisances
+        .filter(|(_, (of, _))| {
+            matches!(
+                problem.model.nuisances[*of].quantity,
+                Quantity::Stiffness(_)
+            )
+        })
+        .map(|(at, _)| at)
 }
 
 /// Own parameters that have an error of form: places among the point's own parameters, and their values in standard
@@ -91,8 +109,9 @@ pub(crate) fn with_forms(
     let error = problem.settings.options.likelihood.form_error;
     let levels = problem.settings.options.likelihood.form_levels;
     let mut made = Vec::new();
-    for (at, z) in amplitudes(problem, point) {
-        let Some(of) = &inputs[nuisances + at] else {
+    let own = amplitudes(problem, point).map(|(at, z)| (nuisances + at, error * z));
+    for (at, size_of_error) in springs(problem).map(|at| (at, 1.0)).chain(own) {
+        let Some(of) = &inputs[at] else {
             made.extend((0..levels).map(|_| None));
             continue;
         };
@@ -110,7 +129,7 @@ pub(crate) fn with_forms(
                 let (mut states, mut direct) = (states.clone(), direct.clone());
                 for boundary in 0..states.ncols() {
                     let part = hat(&knots, level, size(&states, boundary));
-                    let factor = (error * z * part) as f32;
+                    let factor = (size_of_error * part) as f32;
                     states.column_mut(boundary).scale_mut(factor);
                     direct.column_mut(boundary).scale_mut(factor);
                 }

@@ -1,4 +1,4 @@
-//! A set of effects at one level of unmodelled forces, with its likelihood and posterior.
+//! A set of effects at one level of disturbances, with its likelihood and posterior.
 
 use crate::likelihood::truncated_evidence::Truncated;
 

@@ -28,11 +28,12 @@ pub(crate) struct Innovation {
     pub(crate) sources: Vec<(f64, usize)>,
 }
 
-/// Innovations of a track at known parameters `z`. Every `seconds` the prediction starts anew, from the readings alone.
+/// Innovations of a track at known parameters `z`, for one of the sizes of correlated noise that it was swept for. Every `seconds` the prediction starts anew, from the readings alone.
 pub(crate) fn innovations(
     problem: &Problem<'_>,
     track: &Track,
     links: &[LinkColumns],
+    noise: usize,
     z: &DVector<f64>,
     (arrival, force): (&DVector<f64>, Forces),
     seconds: f64,
@@ -42,17 +43,18 @@ pub(crate) fn innovations(
     let mut since = None;
     let mut all = Vec::with_capacity(links.len());
     for (link, of) in links.iter().zip(&track.links) {
-        let link = filter::at(link, z);
+        let link = filter::at(link, noise, z);
         let begun = since.filter(|begun| of.segment.start - begun < seconds - 1e-9);
         let first = begun.is_none();
         if first {
             since = Some(of.segment.start);
             start = Start::first(arrival, 0, force);
         }
-        let latents = link.gram.nrows() - 1;
+        let latents = link.end.ncols() - 1;
         let (mean, root) = start.latents(latents, force);
-        let columns = link.readings.columns(1, latents);
-        let left = link.readings.column(0) - columns * mean.column(0);
+        let readings = &link.noise[0].readings;
+        let columns = readings.columns(1, latents);
+        let left = readings.column(0) - columns * mean.column(0);
         let spread = columns * root;
         let sources = problem
             .channels
@@ -60,9 +62,9 @@ pub(crate) fn innovations(
             .iter()
             .map(|source| {
                 let channels = source.channel..source.channel + source.channels;
-                let rows: Vec<usize> = (0..link.readings.nrows())
+                let rows: Vec<usize> = (0..readings.nrows())
                     .filter(|row| channels.contains(&(row % width)))
-                    .filter(|row| link.readings.row(*row).iter().any(|value| *value != 0.0))
+                    .filter(|row| readings.row(*row).iter().any(|value| *value != 0.0))
                     .collect();
                 (squared(&left, &spread, &rows), rows.len())
             })
@@ -72,7 +74,7 @@ pub(crate) fn innovations(
             first,
             sources,
         });
-        let update = filter::update(&link, 0, &start, force, None)?;
+        let update = filter::update(&link.noise[0].gram, 0, &start, force, None)?;
         start = filter::predict(&link, 0, &update)?.0;
     }
     Some(all)

@@ -1,4 +1,4 @@
-//! The likelihood at one level of unmodelled forces, and the values that a set has there.
+//! The likelihood at one level of disturbances, and the values that a set has there.
 
 use std::{
     collections::BTreeMap,
@@ -17,16 +17,25 @@ use crate::{
         quadratic::Quadratic,
         truncated_normal::Bounds,
     },
+    options::LikelihoodOptions,
     problem::{point::Point, problem::Problem},
     statistics::standard_normal,
 };
 
-/// The likelihood at one level of unmodelled forces.
+/// Standard deviations of the disturbances, in their scales.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sizes {
+    /// Of the unmodelled forces.
+    pub(crate) force: f64,
+    /// Of the drifts of sensors that declare no noise.
+    pub(crate) drift: f64,
+}
+
+/// The likelihood at one level of disturbances.
 pub(crate) struct Level {
     /// Its place among the levels of the sweep.
     pub(crate) number: usize,
-    /// Standard deviation of the unmodelled forces, in their scales.
-    pub(crate) force: f64,
+    pub(crate) sizes: Sizes,
     /// Likelihood of all parameters: uncertain numbers, errors of form, the point's own, directions.
     pub(crate) whole: Quadratic,
     half_log_determinant: f64,
@@ -48,12 +57,12 @@ impl Level {
     /// From the likelihood of every trial.
     pub(crate) fn new(
         number: usize,
-        force: f64,
+        sizes: Sizes,
         trials: Vec<Filtered>,
         columns: &Beside,
     ) -> Option<Self> {
         let (gram, half) = sum(trials.iter())?;
-        let mut level = Self::of((number, force), &gram, half, columns.clone());
+        let mut level = Self::of((number, sizes), &gram, half, columns.clone());
         level.trials = trials;
         Some(level)
     }
@@ -67,14 +76,19 @@ impl Level {
     /// The level on trials drawn again.
     pub(crate) fn drawn(&self, trials: &[usize]) -> Option<Self> {
         let (gram, half) = sum(trials.iter().map(|at| &self.trials[*at]))?;
-        let place = (self.number, self.force);
+        let place = (self.number, self.sizes);
         Some(Self::of(place, &gram, half, self.columns.clone()))
     }
 
-    fn of((number, force): (usize, f64), gram: &DMatrix<f64>, half: f64, columns: Beside) -> Self {
+    fn of(
+        (number, sizes): (usize, Sizes),
+        gram: &DMatrix<f64>,
+        half: f64,
+        columns: Beside,
+    ) -> Self {
         Self {
             number,
-            force,
+            sizes,
             whole: Quadratic::from_gram(gram),
             half_log_determinant: half,
             columns,
@@ -103,9 +117,28 @@ impl Level {
         Some(given)
     }
 
+    /// Log prior of its disturbances: that they are small, or something outside the catalogue.
+    pub(crate) fn log_prior(&self, options: &LikelihoodOptions) -> f64 {
+        let log = |all: &[f64], size: f64, most: f64| {
+            let alike = all.iter().filter(|of| (**of <= most) == (size <= most));
+            let share = match size <= most {
+                true => 1.0 - options.outside,
+                false => options.outside,
+            };
+            (share / alike.count().max(1) as f64).ln()
+        };
+        log(&options.forces, self.sizes.force, options.negligible_force)
+            + log(&options.drifts, self.sizes.drift, options.sensors_own)
+    }
+
+    /// True where its disturbances are more than what an integrator and sensors may be off by.
+    pub(crate) fn is_gap(&self, options: &LikelihoodOptions) -> bool {
+        self.sizes.force > options.negligible_force || self.sizes.drift > options.sensors_own
+    }
+
     /// Log likelihood that no set exceeds: that of the best values of all parameters.
     pub(crate) fn most(&self) -> f64 {
-        let all: Vec<usize> = self.columns.forms.iter().map(|of| of.0).collect();
+        let all: Vec<usize> = self.columns.forms.iter().filter_map(|of| of.0).collect();
         let Some(given) = self.given(&all) else {
             return f64::INFINITY;
         };
@@ -117,8 +150,8 @@ impl Level {
         let given = self.given(&found.set)?;
         let posterior = &found.posterior;
         Some(Simulator {
-            place: (self.number, self.force),
-            noise: given.quadratic.factor()?.l(),
+            place: (self.number, self.sizes),
+            noise: given.quadratic.root(),
             a: given.quadratic.a.clone(),
             columns: found.columns.clone(),
             mean: posterior.mean.clone(),
@@ -224,8 +257,8 @@ impl Level {
 
 /// Draws likelihoods of trials in which a set is true.
 pub(crate) struct Simulator {
-    /// Number and unmodelled forces of the level.
-    place: (usize, f64),
+    /// Number and disturbances of the level.
+    place: (usize, Sizes),
     /// Curvature, and a root of it: the covariance of the slope is the curvature.
     a: DMatrix<f64>,
     noise: DMatrix<f64>,
@@ -281,7 +314,11 @@ mod tests {
         let a = DMatrix::from_row_slice(2, 2, &[5.0, 1.0, 1.0, 3.0]);
         let mut gram = DMatrix::zeros(3, 3);
         gram.view_mut((1, 1), (2, 2)).copy_from(&a);
-        let level = Level::of((0, 0.1), &gram, 0.0, Beside::default());
+        let sizes = Sizes {
+            force: 0.1,
+            drift: 0.0,
+        };
+        let level = Level::of((0, sizes), &gram, 0.0, Beside::default());
         let found = Found {
             set: vec![0],
             level: 0,

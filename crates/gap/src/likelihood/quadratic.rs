@@ -70,6 +70,13 @@ impl Quadratic {
         a.cholesky()
     }
 
+    /// A square root of the curvature; what rounding left of negative curvature counts as none.
+    pub(crate) fn root(&self) -> DMatrix<f64> {
+        let eigen = self.a.clone().symmetric_eigen();
+        let sizes = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
+        eigen.eigenvectors * DMatrix::from_diagonal(&sizes)
+    }
+
     /// Half the decrease from zero to the least value, no prior counted; infinite where rounding hides it.
     pub(crate) fn most_gain(&self) -> f64 {
         self.factor().map_or(f64::INFINITY, |factor| {

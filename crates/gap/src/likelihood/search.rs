@@ -222,7 +222,9 @@ impl Search<'_> {
         let log_likelihood = self.level.given(&set)?.empty + gain;
         Some(Found {
             log_likelihood,
-            log_posterior: log_likelihood + self.choices.log_prior(&set),
+            log_posterior: log_likelihood
+                + self.choices.log_prior(&set)
+                + self.level.log_prior(self.choices.options()),
             set,
             level: self.level.number,
             members,

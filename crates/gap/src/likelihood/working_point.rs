@@ -12,7 +12,7 @@ use crate::{
         form_error::{self, Beside},
         found::{Found, likeliest},
         innovations::{self, Innovation},
-        level::Level,
+        level::{Level, Sizes},
         search::{Choices, Search},
         track::Track,
     },
@@ -27,14 +27,15 @@ const SETTLED: f64 = 0.5;
 /// Sweeps that let starts and forces follow the readings, at most.
 const FOLLOWING: usize = 10;
 
-/// Values of a set, the starts and unmodelled forces of all segments, and the noise.
+/// Values of a set, and the starts and unmodelled forces of all segments.
 pub(crate) struct WorkingPoint<'p, 'a> {
     pub(crate) problem: &'p Problem<'a>,
     watch: &'p Watch<'p>,
     tracks: Vec<Track>,
     arrival: Vec<DVector<f64>>,
     scale: DVector<f64>,
-    noise: Vec<f64>,
+    /// Levels of disturbances to look at.
+    sizes: Vec<Sizes>,
     pub(crate) point: Point,
 }
 
@@ -48,26 +49,32 @@ pub(crate) enum Keep {
     Readings,
 }
 
-/// One sweep: the likelihood of all tracks at every level of unmodelled forces.
+/// One sweep: the likelihood of all tracks at every level of disturbances.
 pub(crate) struct Swept {
     /// Columns by track; none where they were not kept.
     links: Vec<Vec<LinkColumns>>,
-    /// Whitened squares and count of the residuals by channel, as rolled out.
-    squares: Vec<(f64, usize)>,
+    /// Sizes of correlated noise that they were whitened for.
+    drifts: Vec<f64>,
     pub(crate) levels: Vec<Level>,
+}
+
+impl Swept {
+    /// Place of a level's correlated noise among those of the links.
+    fn noise(&self, sizes: Sizes) -> usize {
+        let mut drifts = self.drifts.iter();
+        drifts.position(|drift| *drift == sizes.drift).unwrap_or(0)
+    }
 }
 
 /// Columns of one track and its likelihood by level; none at a level where the filter fails.
 struct TrackSwept {
     links: Vec<LinkColumns>,
-    squares: Vec<(f64, usize)>,
     filtered: Vec<Option<Filtered>>,
 }
 
 impl<'p, 'a> WorkingPoint<'p, 'a> {
     /// The empty set at the nominal, every start where the estimated motion has it.
     pub(crate) fn new(problem: &'p Problem<'a>, watch: &'p Watch<'p>) -> Result<Self, GapError> {
-        let options = &problem.settings.options.likelihood;
         let most =
             problem.settings.options.segments.most_freedom_seconds / problem.model.nv.max(1) as f64;
         let each = most / problem.trials.len().max(1) as f64;
@@ -77,9 +84,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             .zip(&problem.motions)
             .enumerate()
             .map(|(at, (trial, motion))| {
-                let length = options
-                    .segment_length
-                    .max(options.segment_rows * trial.period());
+                let length = segment_length(problem, at);
                 let rest = problem.settings.options.segments.joined_rest;
                 Track::new(
                     at,
@@ -96,7 +101,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             arrival: arrival(problem),
             scale: force_scale(problem, &tracks)?,
             tracks,
-            noise: vec![1.0; problem.channels.len()],
+            sizes: sizes(problem),
             point: problem.origin(),
         })
     }
@@ -108,7 +113,6 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         keep: Keep,
     ) -> Result<Option<Swept>, GapError> {
         let problem = self.problem;
-        let options = &problem.settings.options.likelihood;
         let beside = directions.map_or_else(Beside::default, |_| {
             form_error::beside(problem, &self.point)
         });
@@ -124,9 +128,8 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             })
             .collect::<Result<_, GapError>>()?;
         let Some(swept) = swept else { return Ok(None) };
-        let squares = summed(self.noise.len(), swept.iter().map(|track| &track.squares));
         let mut links = Vec::new();
-        let mut by_level: Vec<Vec<Filtered>> = vec![Vec::new(); options.forces.len()];
+        let mut by_level: Vec<Vec<Filtered>> = vec![Vec::new(); self.sizes.len()];
         let tracks = swept.len();
         for track in swept {
             links.push(track.links);
@@ -134,14 +137,14 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 level.extend(filtered);
             }
         }
-        let whole = (options.forces.iter().zip(by_level)).filter(|(_, of)| of.len() == tracks);
+        let whole = (self.sizes.iter().zip(by_level)).filter(|(_, of)| of.len() == tracks);
         let levels = whole
             .enumerate()
-            .filter_map(|(number, (force, trials))| Level::new(number, *force, trials, &beside))
+            .filter_map(|(number, (sizes, trials))| Level::new(number, *sizes, trials, &beside))
             .collect();
         Ok(Some(Swept {
             links,
-            squares,
+            drifts: self.drifts(),
             levels,
         }))
     }
@@ -160,6 +163,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let block = period
             .clamp(options.block[0], options.block[1])
             .max(problem.model.timestep);
+        let drifts = self.drifts();
         let links = columns::sweep(
             problem,
             track,
@@ -170,16 +174,19 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 block,
                 look: options.look.max(block),
                 force_scale: &self.scale,
-                noise: &self.noise,
+                drifts: &drifts,
                 keep_readings: keep == Keep::Readings,
             },
         )?;
         let Some(links) = links else { return Ok(None) };
-        let squares = summed(self.noise.len(), links.iter().map(|link| &link.squares));
-        let filtered = options
-            .forces
+        let filtered = self
+            .sizes
             .par_iter()
-            .map(|force| filter::filter(&links, parameters, arrival, self.forces(*force)))
+            .map(|sizes| {
+                let noise = drifts.iter().position(|drift| *drift == sizes.drift)?;
+                let force = self.forces(track, sizes.force);
+                filter::filter(&links, noise, parameters, arrival, force)
+            })
             .collect();
         Ok(Some(TrackSwept {
             links: if keep != Keep::Likelihood {
@@ -187,25 +194,37 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             } else {
                 Vec::new()
             },
-            squares,
             filtered,
         }))
     }
 
-    /// Prior of the unmodelled forces at a level.
-    fn forces(&self, sd: f64) -> Forces {
+    /// Sizes of correlated noise among the levels.
+    fn drifts(&self) -> Vec<f64> {
+        let mut drifts: Vec<f64> = self.sizes.iter().map(|of| of.drift).collect();
+        drifts.sort_by(f64::total_cmp);
+        drifts.dedup();
+        drifts
+    }
+
+    /// Prior of the unmodelled forces of a track.
+    fn forces(&self, track: &Track, sd: f64) -> Forces {
+        let options = &self.problem.settings.options.likelihood;
+        let piece = segment_length(self.problem, track.trial) / options.pieces as f64;
         Forces {
             sd,
-            correlation: self.problem.settings.options.likelihood.force_correlation,
+            correlation: (-piece / options.force_time).exp(),
         }
     }
 
     /// Moves starts and unmodelled forces to where all readings have them, parameters known.
-    fn smooth(&mut self, swept: &Swept, z: &DVector<f64>, force: f64) -> Result<(), GapError> {
-        let prior = self.forces(force);
-        for ((track, links), arrival) in self.tracks.iter_mut().zip(&swept.links).zip(&self.arrival)
-        {
-            let Some(smoothed) = filter::smooth(links, z, arrival, prior) else {
+    fn smooth(&mut self, swept: &Swept, z: &DVector<f64>, sizes: Sizes) -> Result<(), GapError> {
+        let noise = swept.noise(sizes);
+        let priors: Vec<Forces> = (self.tracks.iter())
+            .map(|track| self.forces(track, sizes.force))
+            .collect();
+        let links = swept.links.iter().zip(&self.arrival).zip(priors);
+        for (track, ((links, arrival), prior)) in self.tracks.iter_mut().zip(links) {
+            let Some(smoothed) = filter::smooth(links, noise, z, arrival, prior) else {
                 continue;
             };
             move_starts(self.problem, track, &smoothed.starts)?;
@@ -226,12 +245,13 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 return Ok(false);
             };
             let best = (swept.levels.iter())
-                .filter_map(|level| Some((level.force, level.given(&[])?.empty)))
+                .filter_map(|level| Some((level.sizes, level.given(&[])?.empty)))
                 .max_by(|a, b| a.1.total_cmp(&b.1));
-            let Some((force, log)) = best else {
+            let Some((sizes, log)) = best else {
                 return Ok(false);
             };
-            self.smooth(&swept, &DVector::zeros(0), force)?;
+            self.smooth(&swept, &DVector::zeros(0), sizes)?;
+            self.look_up_to(sizes.force);
             if last.is_some_and(|last| (log - last).abs() < SETTLED) {
                 break;
             }
@@ -240,9 +260,18 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         Ok(true)
     }
 
+    /// Levels worth a look where some unmodelled forces are the likeliest: more effects leave less to them.
+    fn look_up_to(&mut self, likeliest: f64) {
+        let forces = &self.problem.settings.options.likelihood.forces;
+        let next = forces.iter().find(|force| **force > likeliest);
+        let largest = next.copied().unwrap_or(likeliest);
+        self.sizes = sizes(self.problem);
+        self.sizes.retain(|of| of.force <= largest);
+    }
+
     /// Lets starts, numbers and the set's values settle, no other effect in sight. False where a track blows up.
     pub(crate) fn settle(&mut self) -> Result<bool, GapError> {
-        let mut last: Option<(f64, f64)> = None;
+        let mut last: Option<(Sizes, f64)> = None;
         for _ in 0..SETTLING {
             let Some(swept) = self.sweep(Some(&[]), Keep::Columns)? else {
                 return Ok(false);
@@ -254,10 +283,16 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             };
             let level = &swept.levels[best.level];
             let (point, z) = level.moved(self.problem, &self.point, &[], best);
-            self.smooth(&swept, &z, level.force)?;
+            self.smooth(&swept, &z, level.sizes)?;
             self.point = point;
-            let now = (level.force, best.log_posterior);
-            if last.is_some_and(|last| last.0 == now.0 && (last.1 - now.1).abs() < SETTLED) {
+            let now = (level.sizes, best.log_posterior);
+            let is_settled =
+                |last: (Sizes, f64)| last.0 == now.0 && (last.1 - now.1).abs() < SETTLED;
+            if last.is_some_and(is_settled) {
+                let within = self.problem.settings.options.likelihood.level_within;
+                let near = found.iter().filter(|of| of.log_posterior > now.1 - within);
+                let drifts: Vec<f64> = near.map(|of| swept.levels[of.level].sizes.drift).collect();
+                self.sizes.retain(|of| drifts.contains(&of.drift));
                 break;
             }
             last = Some(now);
@@ -272,9 +307,8 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             return Ok(None);
         }
         let swept = self.sweep(Some(&[]), Keep::Likelihood)?;
-        let least = swept.as_ref().and_then(|swept| swept.levels.first());
-        let found = least.and_then(|level| self.own_set(level));
-        Ok(found.map(|found| found.log_likelihood))
+        let least = swept.as_ref().and_then(|swept| self.least_forces(swept));
+        Ok(least.map(|(_, found)| found.log_likelihood))
     }
 
     /// The point's set on the likelihood of a sweep without directions.
@@ -282,6 +316,15 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let choices = Choices::new(self.problem, &self.point, &[]);
         let choices = &choices;
         Search { level, choices }.whole(&self.point.candidates)
+    }
+
+    /// The point's set beside the least unmodelled forces, where the drifts make it likeliest.
+    fn least_forces<'s>(&self, swept: &'s Swept) -> Option<(&'s Level, Found)> {
+        let least = swept.levels.first()?.sizes.force;
+        let levels = swept.levels.iter().filter(|of| of.sizes.force == least);
+        let found: Vec<Found> = levels.filter_map(|level| self.own_set(level)).collect();
+        let best = likeliest(&found)?.clone();
+        Some((&swept.levels[best.level], best))
     }
 
     /// Innovations of every track: the difference of each segment from what those before predict without unmodelled forces, the
@@ -293,17 +336,22 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let Some(swept) = self.sweep(Some(&[]), Keep::Readings)? else {
             return Ok(None);
         };
-        let least = swept.levels.first();
-        let Some((level, found)) = least.and_then(|level| Some((level, self.own_set(level)?)))
-        else {
+        let Some((level, found)) = self.least_forces(&swept) else {
             return Ok(None);
         };
         let (_, z) = level.moved(self.problem, &self.point, &[], &found);
-        let prior = self.forces(level.force);
         let seconds = self.problem.settings.options.segments.length;
         let by_track = (self.tracks.iter().zip(&swept.links).zip(&self.arrival)).map(
             |((track, links), arrival)| {
-                innovations::innovations(self.problem, track, links, &z, (arrival, prior), seconds)
+                innovations::innovations(
+                    self.problem,
+                    track,
+                    links,
+                    swept.noise(level.sizes),
+                    &z,
+                    (arrival, self.forces(track, level.sizes.force)),
+                    seconds,
+                )
             },
         );
         Ok(by_track.collect())
@@ -319,37 +367,30 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             }
         }
     }
-
-    /// Noise factors from the residuals, never below what is declared.
-    pub(crate) fn adapt_noise(&mut self, swept: &Swept) {
-        let least = self.problem.settings.options.likelihood.least_noise_factor;
-        let channels = &self.problem.channels.list;
-        for ((noise, (sum, count)), channel) in
-            self.noise.iter_mut().zip(&swept.squares).zip(channels)
-        {
-            if *count == 0 {
-                continue;
-            }
-            let factor = (sum / *count as f64).sqrt();
-            let is_declared = channel.declared_noise.is_some();
-            *noise = factor.max(if is_declared { 1.0 } else { least });
-        }
-    }
 }
 
-/// Sum of squares and counts by channel.
-fn summed<'s>(
-    channels: usize,
-    all: impl Iterator<Item = &'s Vec<(f64, usize)>>,
-) -> Vec<(f64, usize)> {
-    let mut sums = vec![(0.0, 0); channels];
-    for squares in all {
-        for (sum, of) in sums.iter_mut().zip(squares) {
-            sum.0 += of.0;
-            sum.1 += of.1;
-        }
-    }
-    sums
+/// All levels of disturbances, those of the least forces first.
+fn sizes(problem: &Problem<'_>) -> Vec<Sizes> {
+    let options = &problem.settings.options.likelihood;
+    let drifts = match problem.drifting.is_empty() {
+        true => &options.drifts[..1],
+        false => &options.drifts[..],
+    };
+    let all = options.forces.iter().flat_map(|force| {
+        let of = |drift: &f64| Sizes {
+            force: *force,
+            drift: *drift,
+        };
+        drifts.iter().map(of)
+    });
+    all.collect()
+}
+
+/// Length of a trial's segments [s].
+fn segment_length(problem: &Problem<'_>, trial: usize) -> f64 {
+    let options = &problem.settings.options.likelihood;
+    let rows = options.segment_rows * problem.trials[trial].period();
+    options.segment_length.max(rows)
 }
 
 /// Standard deviation of the first start of every track.

@@ -61,19 +61,24 @@ pub(super) fn damping<'d>(
     Some(edits.apply())
 }
 
-/// Every term of a joint's own damping times a factor; `None` where the text gives none.
-pub(super) fn scaled_damping<'d>(
+/// A term of a joint's `damping` or `stiffness` times a factor, or every one; `None` where the text gives none.
+pub(super) fn scaled<'d>(
     model: &'d Mjcf<'d>,
     joint: Node<'d, 'd>,
+    attribute: &str,
+    term: Option<usize>,
     factor: f64,
 ) -> Option<String> {
-    let own = model.merged_numbers(joint, "damping");
+    let mut own = model.merged_numbers(joint, attribute);
+    let terms = term.map_or(0..own.len(), |term| term..term + 1);
     if tuned(model, joint) || own.is_empty() {
         return None;
     }
-    let scaled: Vec<f64> = own.iter().map(|term| term * factor).collect();
+    own.get_mut(terms)?
+        .iter_mut()
+        .for_each(|value| *value *= factor);
     let mut edits = Edits::new(model.text);
-    edits.set(joint, "damping", &numbers(&scaled));
+    edits.set(joint, attribute, &numbers(&own));
     Some(edits.apply())
 }
 
@@ -277,13 +282,30 @@ mod tests {
 
     #[test]
     fn every_term_of_damping_is_scaled() {
-        let scaled = |joint| changed("", joint, |model, joint| scaled_damping(model, joint, 1.5));
+        let scaled = |joint| {
+            changed("", joint, |model, joint| {
+                scaled(model, joint, "damping", None, 1.5)
+            })
+        };
         assert_eq!(scaled("<joint/>").unwrap(), "<joint damping=\"1.5\"/>");
         assert_eq!(
             scaled("<joint damping=\"2 3\"/>").unwrap(),
             "<joint damping=\"3 4.5\"/>"
         );
         assert_eq!(scaled("<joint springdamper=\"1 1\"/>"), None);
+    }
+
+    #[test]
+    fn one_term_of_stiffness_is_scaled() {
+        let scaled = |term, joint| {
+            changed("", joint, |model, joint| {
+                scaled(model, joint, "stiffness", Some(term), 1.5)
+            })
+        };
+        let joint = "<joint stiffness=\"2 0 4\"/>";
+        assert_eq!(scaled(0, joint).unwrap(), "<joint stiffness=\"3 0 4\"/>");
+        assert_eq!(scaled(2, joint).unwrap(), "<joint stiffness=\"2 0 6\"/>");
+        assert_eq!(scaled(3, joint), None);
     }
 
     #[test]

@@ -96,7 +96,10 @@ impl<'r> Writer<'r> {
                 Quantity::Density => self.option("density", "kg/m^3", number)?,
                 Quantity::Viscosity => self.option("viscosity", "Pa s", number)?,
                 Quantity::Gain => self.gain(number)?,
-                Quantity::Damping => self.damping(number)?,
+                Quantity::Damping => self.joint_terms(number, "damping", None)?,
+                Quantity::Stiffness(term) => {
+                    self.joint_terms(number, "stiffness", Some(term))?
+                }
                 Quantity::CommandLead
                 | Quantity::ReadingLead
                 | Quantity::PositionLag
@@ -318,7 +321,13 @@ impl<'r> Writer<'r> {
         Ok(done.map(|()| number.as_factor()))
     }
 
-    fn damping(&mut self, number: Number<'r>) -> Result<WriteResult, PatchError> {
+    /// A term of damping or stiffness of a joint, or every one.
+    fn joint_terms(
+        &mut self,
+        number: Number<'r>,
+        attribute: &'static str,
+        term: Option<usize>,
+    ) -> Result<WriteResult, PatchError> {
         let element = &number.nuisance.element;
         let joints = &self.request.description.joints;
         let known = joints.iter().find(|joint| joint.name == *element);
@@ -327,18 +336,19 @@ impl<'r> Writer<'r> {
         }
         let done = self.rewrite(|model| {
             let node = only("joint", model.joints(), element)?;
-            joint::scaled_damping(model, node, number.factor())
-                .ok_or_else(|| "its damping is not said in the text".to_owned())
+            joint::scaled(model, node, attribute, term, number.factor())
+                .ok_or_else(|| format!("its {attribute} is not said in the text"))
         })?;
         Ok(done.map(|()| match known {
             None => number.as_factor(),
             Some(known) => {
-                let unit = if known.scale.slides {
-                    "N s/m"
-                } else {
-                    "N m s/rad"
+                let (from, units) = match (attribute, term) {
+                    ("damping", _) => (known.damping, ["N s/m", "N m s/rad"]),
+                    (_, Some(0)) => (known.stiffness, ["N/m", "N m/rad"]),
+                    _ => return number.as_factor(),
                 };
-                (known.damping, known.damping * number.factor(), unit)
+                let unit = units[usize::from(!known.scale.slides)];
+                (from, from * number.factor(), unit)
             }
         }))
     }

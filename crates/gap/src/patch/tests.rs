@@ -74,6 +74,7 @@ fn description() -> PlantDescription {
                 speed: 0.0,
                 travel: 0.0,
                 slides: false,
+                driven: true,
             },
             stiffness: 0.0,
             damping: 0.0,
@@ -462,6 +463,7 @@ fn numbers() -> Vec<(Nuisance, f64)> {
         (Quantity::Viscosity, "fluid"),
         (Quantity::Gain, "servo"),
         (Quantity::Damping, "hinge"),
+        (Quantity::Stiffness(0), "hinge"),
         (value, "hull"),
         (Quantity::Wrench(5), "water"),
     ]
@@ -481,7 +483,10 @@ fn numbers() -> Vec<(Nuisance, f64)> {
 #[test]
 fn every_number_is_written_or_told_of() {
     let numbers = numbers();
-    let text = MODEL.replace("name=\"hinge\"", "name=\"hinge\" damping=\"0.2 0.1\"");
+    let text = MODEL.replace(
+        "name=\"hinge\"",
+        "name=\"hinge\" damping=\"0.2 0.1\" stiffness=\"3\"",
+    );
     let patched = renumbered(&text, &[], &numbers).unwrap();
     let shown: Vec<String> = patched.numbers.iter().map(ToString::to_string).collect();
     assert_eq!(
@@ -494,6 +499,7 @@ fn every_number_is_written_or_told_of() {
             "fluid.Density 1000 -> 1050 kg/m^3",
             "servo.Gain 1 -> 1.05 x nominal",
             "hinge.Damping 0 -> 0 N m s/rad",
+            "hinge.Stiffness(0) 0 -> 0 N m/rad",
         ]
     );
     assert_eq!(patched.remarks.len(), numbers.len() - shown.len());

@@ -29,6 +29,8 @@ pub enum NuisanceClass {
     Gain,
     /// Joint damping, relative.
     Damping,
+    /// Joint stiffness, relative.
+    Stiffness,
     /// When within a step commands act and forces are read, in steps.
     Timing,
 }
@@ -55,6 +57,8 @@ pub enum Quantity {
     Gain,
     /// Damping of a joint, every term of it; relative.
     Damping,
+    /// A term of a joint's stiffness, by its place in `stiffness`; relative.
+    Stiffness(usize),
     /// Part of a step by which commands act early: a held command is late by half a step on average. Not a model parameter:
     /// the log does not say how commands were held.
     CommandLead,

@@ -196,6 +196,7 @@ pub(crate) fn enumerate(
                     scale.travel = typical.travel[joint.qpos].max(options.least_joint_travel);
                     (joint.name.clone(), Target::Joint(scale))
                 });
+                let targets = targets.filter(|(_, of)| effect.applies_to(of));
                 // A slide and a hinge have no value in common.
                 let (slides, hinges): (Vec<_>, Vec<_>) =
                     targets.partition(|(_, of)| matches!(of, Target::Joint(of) if of.slides));
@@ -409,6 +410,7 @@ mod tests {
                 speed: 0.0,
                 travel: 0.0,
                 slides,
+                driven: true,
             },
             stiffness: 0.0,
             damping: 0.0,

@@ -2,6 +2,7 @@
 
 pub(crate) mod candidates;
 pub(crate) mod channels;
+pub(crate) mod outliers;
 pub(crate) mod point;
 #[expect(clippy::module_inception)]
 pub(crate) mod problem;

@@ -7,6 +7,7 @@ use crate::{
         candidates::Candidate,
         channels::{Channels, MeasuredTrial},
         segments::EstimatedMotion,
+        sensor_noise::Drifting,
         uncertainty::Uncertainty,
     },
 };
@@ -29,6 +30,8 @@ pub struct Problem<'a> {
     pub(crate) trials: Vec<MeasuredTrial>,
     pub(crate) motions: Vec<EstimatedMotion>,
     pub(crate) channels: Channels,
+    /// Channels that declare no noise and may drift.
+    pub(crate) drifting: Vec<Drifting>,
     pub(crate) candidates: Vec<Candidate>,
     /// Log prior probability of each candidate among single effects.
     pub(crate) log_shares: Vec<f64>,
@@ -38,6 +41,13 @@ pub struct Problem<'a> {
     /// Largest command of every actuator in the trials.
     pub(crate) commands: Vec<f64>,
     pub(crate) remarks: Vec<String>,
+}
+
+impl Problem<'_> {
+    /// Time constant of the slow error of a sensor that declares no noise, in a trial with rows of a period [s].
+    pub(crate) fn drift_time(&self, period: f64) -> f64 {
+        self.settings.options.likelihood.drift_rows * period
+    }
 }
 
 impl std::fmt::Debug for Problem<'_> {

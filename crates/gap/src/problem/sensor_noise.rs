@@ -1,12 +1,46 @@
-//! Measurement noise of sensors whose MJCF declares none.
+//! Measurement noise of sensors whose MJCF declares none: white, and slow.
 
 use crate::{
     output::records::Channel,
-    problem::channels::{Channels, MeasuredTrial, rotation_between},
+    problem::channels::{self, Channels, MeasuredTrial, rotation_between},
 };
 
 /// Sum of the squared coefficients of a third difference: 1, 3, 3, 1.
 const THIRD_DIFFERENCE: f64 = 20.0;
+
+/// A channel that may drift.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Drifting {
+    /// Its place among the channels.
+    pub(crate) channel: usize,
+    /// What its readings move: their root mean square about each trial's mean, in their unit.
+    pub(crate) scale: f64,
+}
+
+/// The channels of sensors that declare no noise. What a log is off by slowly is known of none of them.
+pub(crate) fn drifting(channels: &Channels, trials: &[MeasuredTrial]) -> Vec<Drifting> {
+    let means: Vec<Vec<f64>> = (trials.iter())
+        .map(|trial| channels::means(trial, channels))
+        .collect();
+    let undeclared =
+        (channels.list.iter().enumerate()).filter(|(_, of)| of.declared_noise.is_none());
+    undeclared
+        .map(|(channel, of)| {
+            let deviations = trials.iter().zip(&means).flat_map(|(trial, means)| {
+                let rows = 0..trial.times.len();
+                rows.map(move |row| channels::deviation(trial, channels, row, channel, means))
+            });
+            let deviations = deviations.filter(|value| value.is_finite());
+            let (sum, count) = deviations.fold((0.0, 0_usize), |(sum, count), of| {
+                (sum + of * of, count + 1)
+            });
+            Drifting {
+                channel,
+                scale: (sum / count.max(1) as f64).sqrt().max(of.noise),
+            }
+        })
+        .collect()
+}
 
 /// Fills in the noise of channels whose sensor declares none: the standard deviation that explains third
 /// differences of the readings, to which smooth motion adds little (Gasser, Sroka and Jennen-Steinmetz

@@ -7,6 +7,7 @@
 //! fluid = 0.03
 //! gain = 0.03
 //! damping = 0.03
+//! stiffness = 0.03
 //!
 //! [elements]       # by element of the MJCF, or by a single nuisance parameter
 //! hull = 0.01
@@ -39,6 +40,8 @@ pub struct Uncertainty {
     pub gain: f64,
     /// Joint damping, relative.
     pub damping: f64,
+    /// Terms of joint stiffness, relative.
+    pub stiffness: f64,
     /// Standard deviations by element of the MJCF or by nuisance parameter; they override the classes.
     pub elements: BTreeMap<String, f64>,
 }
@@ -52,6 +55,7 @@ impl Default for Uncertainty {
             fluid: 0.03,
             gain: 0.03,
             damping: 0.03,
+            stiffness: 0.03,
             elements: BTreeMap::new(),
         }
     }
@@ -72,6 +76,7 @@ impl Uncertainty {
             ("fluid", read.fluid),
             ("gain", read.gain),
             ("damping", read.damping),
+            ("stiffness", read.stiffness),
         ];
         let elements = read.elements.iter().map(|(key, sd)| (key.as_str(), *sd));
         for (key, sd) in classes.into_iter().chain(elements) {
@@ -114,6 +119,7 @@ impl Uncertainty {
             NuisanceClass::Fluid => self.fluid,
             NuisanceClass::Gain => self.gain,
             NuisanceClass::Damping => self.damping,
+            NuisanceClass::Stiffness => self.stiffness,
             NuisanceClass::Timing if nuisance.quantity == Quantity::CommandLead => {
                 options.command_lead_sd
             }

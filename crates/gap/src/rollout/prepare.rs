@@ -10,6 +10,7 @@ use crate::{
     problem::{
         candidates,
         channels::{Channels, MeasuredTrial},
+        outliers,
         problem::{Problem, Settings},
         segments::EstimatedMotion,
         sensor_noise,
@@ -32,7 +33,7 @@ impl<'a> Problem<'a> {
         watch: &Watch<'_>,
     ) -> Result<Self, GapError> {
         let model = plant.description();
-        let trials: Vec<MeasuredTrial> = trials
+        let mut trials: Vec<MeasuredTrial> = trials
             .into_iter()
             .map(|trial| MeasuredTrial::new(trial, model))
             .collect();
@@ -53,6 +54,14 @@ impl<'a> Problem<'a> {
             remarks.push(format!(
                 "the MJCF gives no noise for {}; it was estimated from the readings' third differences",
                 estimated.join(", ")
+            ));
+        }
+        let alone = outliers::remove(&channels, &mut trials, settings.options.candidates.outlier);
+        for (sensor, count) in alone {
+            remarks.push(format!(
+                "{count} readings of `{sensor}` stand alone, more than {} standard deviations of its estimated noise from \
+                 those beside them, and are left out",
+                settings.options.candidates.outlier
             ));
         }
         let done = AtomicUsize::new(0);
@@ -103,6 +112,7 @@ impl<'a> Problem<'a> {
             model,
             log_shares: candidates::log_shares(&candidates, elaborate),
             nuisances,
+            drifting: sensor_noise::drifting(&channels, &trials),
             trials,
             motions,
             channels,

@@ -165,6 +165,7 @@ fn distance(
         trials: vec![trial],
         motions: vec![motion],
         channels: problem.channels.clone(),
+        drifting: Vec::new(),
         candidates: problem.candidates.clone(),
         log_shares: problem.log_shares.clone(),
         nuisances: problem.nuisances.clone(),

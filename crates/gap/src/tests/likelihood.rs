@@ -6,7 +6,7 @@ use nalgebra::DVector;
 use super::{fake::RigidBody, on_hull, on_prepared, trial};
 use crate::{
     likelihood::{
-        columns::{self, Sweep},
+        columns::{self, LinkColumns, Sweep},
         explain::explain,
         track::Track,
     },
@@ -41,7 +41,6 @@ fn columns_are_the_changes_of_rollouts() {
             }
         };
         let scale = DVector::from_element(problem.model.nv, 1.0);
-        let noise = vec![1.0; problem.channels.len()];
         let swept = |point: &Point| {
             let how = Sweep {
                 directions: Some(&[]),
@@ -49,16 +48,15 @@ fn columns_are_the_changes_of_rollouts() {
                 block: 0.02,
                 look: 0.02,
                 force_scale: &scale,
-                noise: &noise,
+                drifts: &[0.0],
                 keep_readings: false,
             };
             let links = columns::sweep(problem, &track, point, how);
             links.unwrap().unwrap().remove(0)
         };
-        let misfit = |point: &Point| swept(point).squares.iter().map(|of| of.0).sum::<f64>();
-        let about = swept(&point(5.0, 0.5));
+        // Carried back to zero parameters, then on to a point: there exactly the residual of its own sweep.
         let forms = crate::likelihood::form_error::beside(problem, &point(5.0, 0.5)).forms();
-        let predicted = |point: &Point| {
+        let at = |about: &LinkColumns, point: &Point| {
             let known = problem.normalised(point);
             let nuisances = problem.nuisances.len();
             let mut z = DVector::zeros(1 + known.len() + forms);
@@ -69,9 +67,12 @@ fn columns_are_the_changes_of_rollouts() {
             for at in nuisances..known.len() {
                 z[1 + forms + at] = -known[at];
             }
-            let own = about.gram.view((0, 0), (z.len(), z.len()));
+            let own = about.noise[0].gram.view((0, 0), (z.len(), z.len()));
             (own * &z).dot(&z)
         };
+        let about = swept(&point(5.0, 0.5));
+        let misfit = |point: &Point| at(&swept(point), point);
+        let predicted = |point: &Point| at(&about, point);
         for other in [
             point(5.0, 0.5),
             point(9.0, 0.5),
