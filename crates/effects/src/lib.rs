@@ -31,7 +31,7 @@
 
 pub mod card;
 pub mod catalogue;
-mod did_you_mean;
+pub mod did_you_mean;
 mod dual;
 mod effect;
 mod flow;

@@ -32,6 +32,7 @@ pub(crate) fn settings() -> Settings {
     Settings {
         uncertainty: Uncertainty::default(),
         seed: 0,
+        own_effects: Vec::new(),
         options: Options::default(),
     }
 }
