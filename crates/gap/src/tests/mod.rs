@@ -3,6 +3,7 @@
 
 pub(crate) mod fake;
 mod likelihood;
+mod own_effect;
 mod refusals;
 mod workflow;
 
