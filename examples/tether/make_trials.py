@@ -82,41 +82,49 @@ def commands(random: np.random.Generator, times: np.ndarray) -> np.ndarray:
     return np.clip(np.stack([*horizontal, up, up], 1), -1, 1)
 
 
-def trial(model: mujoco.MjModel, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Labels [s], commands and readings of one trial, and the greatest distance from the anchor [m]."""
-    nominal_step = mujoco.MjModel.from_xml_path(str(HERE / "nominal.xml")).opt.timestep
+def motion(
+    model: mujoco.MjModel, random: np.random.Generator, look=lambda step, data: None
+) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray, np.ndarray]:
+    """Start (positions, velocities), commands and places of the hull [m], each step; `look` sees every state."""
     data = mujoco.MjData(model)
     heading = random.uniform(0, 2 * np.pi)
-    data.qpos[:3] = (
-        1.5 * np.cos(heading),
-        1.5 * np.sin(heading),
-        random.uniform(-3.0, -1.8),
-    )
+    data.qpos[:3] = (1.5 * np.cos(heading), 1.5 * np.sin(heading), random.uniform(-3.0, -1.8))
     data.qpos[3:7] = (np.cos(heading / 2), 0, 0, np.sin(heading / 2))
+    start = data.qpos.copy(), data.qvel.copy()
     fine = np.arange(round(SECONDS / STEP) + 1) * STEP
     commanded = commands(random, fine)
     hull = model.body("hull").id
-    labels, rows, readings, farthest = [], [], [], 0.0
-    for step, time in enumerate(fine):
+    places = []
+    for step in range(len(fine)):
         data.ctrl[:] = commanded[step]
         mujoco.mj_forward(model, data)
-        if step % round(PERIOD / STEP) == 0:
-            # A row shows the state one step of the nominal before its label, as mj_step leaves it.
-            labels.append(time + nominal_step)
-            rows.append(commanded[min(step + round(nominal_step / STEP), len(fine) - 1)])
-            readings.append(data.sensordata.copy())
+        places.append(data.qpos[:3].copy())
+        look(step, data)
         rotation = data.xmat[hull].reshape(3, 3)
         arm = rotation @ np.array(LINE["at"])
-        place, velocity = (
-            data.xpos[hull] + arm,
-            data.qvel[:3] + np.cross(rotation @ data.qvel[3:6], arm),
-        )
+        place, velocity = data.xpos[hull] + arm, data.qvel[:3] + np.cross(rotation @ data.qvel[3:6], arm)
         force = line_force(place, velocity)
-        farthest = max(farthest, np.linalg.norm(place - np.array(LINE["anchor"])))
         # MuJoCo takes the force at the centre of mass.
         data.xfrc_applied[hull, :3] = force
         data.xfrc_applied[hull, 3:] = np.cross(place - data.xipos[hull], force)
         mujoco.mj_step(model, data)
+    return start, commanded, np.array(places)
+
+
+def trial(model: mujoco.MjModel, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Labels [s], commands and readings of one trial, and the greatest distance from the anchor [m]."""
+    nominal_step = mujoco.MjModel.from_xml_path(str(HERE / "nominal.xml")).opt.timestep
+    shown, readings = [], []
+
+    def look(step: int, data: mujoco.MjData) -> None:
+        if step % round(PERIOD / STEP) == 0:
+            shown.append(step)
+            readings.append(data.sensordata.copy())
+
+    _, commanded, places = motion(model, random, look)
+    # A row shows the state one step of the nominal before its label, as mj_step leaves it.
+    labels = np.array(shown) * STEP + nominal_step
+    rows = commanded[np.minimum(np.array(shown) + round(nominal_step / STEP), len(commanded) - 1)]
     readings = np.array(readings)
     for sensor in range(model.nsensor):
         start, size = model.sensor_adr[sensor], model.sensor_dim[sensor]
@@ -124,14 +132,11 @@ def trial(model: mujoco.MjModel, random: np.random.Generator) -> tuple[np.ndarra
         if size == 4:
             for row, turn in zip(readings, noise):
                 small = np.array([1.0, *(turn[:3] / 2)])
-                mujoco.mju_mulQuat(
-                    row[start : start + 4],
-                    row[start : start + 4].copy(),
-                    small / np.linalg.norm(small),
-                )
+                mujoco.mju_mulQuat(row[start : start + 4], row[start : start + 4].copy(), small / np.linalg.norm(small))
         else:
             readings[:, start : start + size] += noise[:, :size]
-    return np.array(labels), np.array(rows), readings, farthest
+    farthest = np.linalg.norm(places - np.array(LINE["anchor"]), axis=1).max()
+    return labels, rows, readings, farthest
 
 
 def main() -> None:
