@@ -5,7 +5,12 @@ use std::{
     sync::{Mutex, OnceLock, PoisonError},
 };
 
-use super::{definition::Definition, effect::OwnEffect, error::OwnError, source::Source};
+use super::{
+    definition::Definition,
+    effect::OwnEffect,
+    error::OwnError,
+    source::{LARGEST_FILE, Source},
+};
 use crate::{
     Effect, Id,
     card::{MOST_OWN, OWN_PREFIX, OwnId},
@@ -48,6 +53,13 @@ pub fn register_json(id: &str, definition: &serde_json::Value) -> Result<Id, Own
 
 fn register(name: &str, source: Source) -> Result<Id, OwnError> {
     let text = source.to_json()?;
+    if text.len() as u64 > LARGEST_FILE {
+        return Err(OwnError::TooMuch {
+            what: "bytes of the definition".to_owned(),
+            found: text.len(),
+            most: LARGEST_FILE as usize,
+        });
+    }
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     let key = (name.to_owned(), text);
     if let Some(id) = known.get(&key) {

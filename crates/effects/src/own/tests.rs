@@ -267,6 +267,13 @@ fn what_is_too_long_or_too_deep_is_refused() {
     );
     let long = format!("{}\n#{}", small(""), "x".repeat(70_000));
     assert!(fault(&long).contains("bytes of the file: 70"));
+    let mut value = serde_json::json!({"summary": "s", "target": "body"});
+    value["summary"] = "x".repeat(70_000).into();
+    let found = register_json("user.long", &value).expect_err("it is long");
+    assert!(
+        found.to_string().contains("bytes of the definition: 700"),
+        "{found}"
+    );
     // As many instructions as that many expressions of this length may have.
     let sum = vec!["k"; 40].join("+");
     let wide = format!("{sum}+({sum})+({sum})");
