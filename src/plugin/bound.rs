@@ -13,6 +13,8 @@ pub struct Acting {
     pub parameters: Vec<f64>,
     /// Range of its memory in that of all.
     pub memory: Range<usize>,
+    /// Indices in `ctrl` of the commands that it depends on ([`Effect::commands`]).
+    pub commands: Vec<usize>,
 }
 
 impl Acting {

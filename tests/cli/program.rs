@@ -497,3 +497,34 @@ fn a_training_that_diverges_exits_with_three() {
     let help = String::from_utf8(hydro(&["train", "--help"]).stdout).unwrap();
     assert!(help.contains("Exit status"), "{help}");
 }
+
+#[test]
+fn the_users_own_effects_are_listed_and_their_faults_named() {
+    let example = "examples/tether/effects.d";
+    let output = hydro(&["gap", "effects", "--effects", example]);
+    let listed = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success() && listed.contains("added_mass"));
+    assert!(listed.contains("user.tether (on a body; written to: plugin)"));
+    assert!(listed.contains("parameters: drag [N s^2/m^3], length [m], stiffness [N/m]"));
+    let output = hydro(&["gap", "effects", "--json", "--effects", example]);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let effects = json["effects"].as_array().unwrap();
+    let tether = effects.last().unwrap();
+    assert_eq!(tether["id"], "user.tether");
+    assert_eq!(tether["parameters"][1]["null"], 2.0);
+
+    let folder = tempfile::tempdir().unwrap();
+    let good = fs::read_to_string(format!("{example}/tether.toml")).unwrap();
+    let file = folder.path().join("tether.toml");
+    let given = ["gap", "effects", "--effects", text(folder.path())];
+    fs::write(&file, good.replace("\"-pull * x", "\"-pul * x")).unwrap();
+    let said = refusal(&given);
+    assert!(
+        said.contains("tether.toml") && said.contains("did you mean `pull`?"),
+        "{said}"
+    );
+    fs::write(&file, "summary = ").unwrap();
+    assert!(refusal(&given).contains("line 1, column"));
+    fs::remove_file(&file).unwrap();
+    assert!(refusal(&given).contains("no file NAME.toml"));
+}

@@ -9,12 +9,13 @@ use std::{
 };
 
 /// Each a file of its own, in a process of its own.
-const SUBJECTS: [&str; 7] = [
+const SUBJECTS: [&str; 8] = [
     "effects",
     "force",
     "load_cell",
     "loading",
     "memory",
+    "own_effects",
     "refusals",
     "robot",
 ];

@@ -17,7 +17,7 @@ fn distance(a: &str, b: &str) -> usize {
 }
 
 /// `; did you mean `x`?`, or nothing where no name is near.
-pub(super) fn hint<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+pub fn hint<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     known
         .into_iter()
         .map(|name| (distance(found, name), name))

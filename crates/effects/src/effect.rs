@@ -45,8 +45,47 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         false
     }
 
+    /// Actuators whose commands it depends on, by name: those of [`Motion::commands`].
+    fn commands(&self) -> &[String] {
+        &[]
+    }
+
+    /// The only targets that it is tried on, by name; any where there are none.
+    fn only_on(&self) -> &[String] {
+        &[]
+    }
+
+    /// Definition of an effect of the user's own: JSON that stands beside its values in an `effects.json`.
+    fn definition(&self) -> Option<&str> {
+        None
+    }
+
     /// Its action.
     fn part(&self) -> Part<'_>;
+}
+
+/// Motion of a joint at one instant: all that an effect on it may depend on.
+#[derive(Clone, Debug, Default)]
+pub struct JointMotion {
+    /// Position [rad or m].
+    pub position: f64,
+    /// Velocity [rad/s or m/s].
+    pub velocity: f64,
+    /// Simulation time [s].
+    pub time: f64,
+    /// Commands of the actuators of [`Effect::commands`], in that order.
+    pub commands: Vec<f64>,
+}
+
+impl JointMotion {
+    /// At a position [rad or m] and velocity [rad/s or m/s], at time zero.
+    pub fn new(position: f64, velocity: f64) -> Self {
+        Self {
+            position,
+            velocity,
+            ..Self::default()
+        }
+    }
 }
 
 /// A surface whose distance an effect depends on.
@@ -135,15 +174,14 @@ pub trait JointPart {
         0
     }
 
-    /// The force at a joint position [rad or m] and velocity [rad/s or m/s].
-    fn force(&self, p: &[f64], position: f64, velocity: f64, memory: &[f64]) -> f64;
+    /// The force in a motion.
+    fn force(&self, p: &[f64], motion: &JointMotion, memory: &[f64]) -> f64;
 
     /// `-d force / d velocity`, for the implicit step.
-    fn damping(&self, p: &[f64], position: f64, velocity: f64, memory: &[f64]) -> f64;
+    fn damping(&self, p: &[f64], motion: &JointMotion, memory: &[f64]) -> f64;
 
     /// Advances the memory over a step [s].
-    fn advance(&self, _p: &[f64], _position: f64, _velocity: f64, _step: f64, _memory: &mut [f64]) {
-    }
+    fn advance(&self, _p: &[f64], _motion: &JointMotion, _step: f64, _memory: &mut [f64]) {}
 
     /// Backlash [rad or m], full width: the simulator puts a joint limited to half of it on either side in series behind
     /// this one.

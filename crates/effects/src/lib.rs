@@ -8,6 +8,7 @@
 //! - [`Effect`]: the trait. Its [`Part`] acts on a body, the water, a joint, an actuator or a sensor.
 //! - [`card`]: name, equation and source of an effect, and its parameters with units, priors and bounds on a [`Target`].
 //! - [`Motion`]: motion of a body through the water, the argument of every wrench.
+//! - [`own`]: the user's own effects, written as expressions in a file.
 //! - [`EffectSet`]: effects with values on the parts of one model, read from and written to `effects.json`.
 //!
 //! It knows no simulator: who applies the effects fills in [`Motion`] and implements [`Targets`].
@@ -30,11 +31,12 @@
 
 pub mod card;
 pub mod catalogue;
-mod did_you_mean;
+pub mod did_you_mean;
 mod dual;
 mod effect;
 mod flow;
 mod motion;
+pub mod own;
 mod set;
 mod set_error;
 #[cfg(test)]
@@ -44,8 +46,10 @@ mod wrench_law;
 pub use card::{Card, Id, Parameter, Placement, Target, TargetKind};
 pub use catalogue::{all, effect};
 pub use effect::{
-    ActuatorPart, BodyPart, Effect, Entry, JointPart, NearBoundary, Part, SensorPart, WaterPart,
+    ActuatorPart, BodyPart, Effect, Entry, JointMotion, JointPart, NearBoundary, Part, SensorPart,
+    WaterPart,
 };
 pub use motion::Motion;
-pub use set::{EffectSet, Targets};
+pub use own::OwnError;
+pub use set::{EffectSet, Targets, listed_id};
 pub use set_error::{SCHEMA, SetError};

@@ -35,6 +35,8 @@ pub struct Motion {
     pub depth: Option<f64>,
     /// Distance [m] of the origin to the nearest wall and its unit normal in the world, towards the body.
     pub wall: Option<(f64, [f64; 3])>,
+    /// Commands of the actuators of [`crate::Effect::commands`], in that order.
+    pub commands: Vec<f64>,
 }
 
 impl Motion {

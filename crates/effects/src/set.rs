@@ -6,18 +6,24 @@
 //! ```
 //!
 //! Names and units of the parameters are those of [`crate::Effect::parameters`]; only those marked optional may be left
-//! out.
+//! out. An effect of the user's own, `user.NAME`, brings its definition along, under the key `definition`: the file needs no
+//! other.
 
 use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};
 
 use crate::{
-    Entry, Id, Parameter, Target, TargetKind,
+    Entry, Id, OwnError, Parameter, Target, TargetKind,
+    card::OWN_PREFIX,
     did_you_mean::hint,
     effect,
+    own::register_json,
     set_error::{SCHEMA, SetError},
 };
+
+/// Key of a definition in an element of the list.
+const DEFINITION: &str = "definition";
 
 /// The bodies, joints, actuators and sensors of a model.
 pub trait Targets {
@@ -68,11 +74,12 @@ fn shape(place: String, found: &Value, expected: &str) -> SetError {
     }
 }
 
-/// An object with exactly these keys, and their values in this order.
+/// An object with exactly these keys, but for one more that may be there, and their values in this order.
 fn object<'a, const N: usize>(
     place: &str,
     value: &'a Value,
     keys: [&str; N],
+    optional: Option<&str>,
 ) -> Result<[&'a Value; N], SetError> {
     let expected = keys.map(|key| format!("`{key}`")).join(", ");
     let fields = value.as_object().ok_or_else(|| {
@@ -82,7 +89,8 @@ fn object<'a, const N: usize>(
             &format!("an object with {expected}"),
         )
     })?;
-    if let Some(key) = fields.keys().find(|key| !keys.contains(&key.as_str())) {
+    let is_known = |key: &str| keys.contains(&key) || optional == Some(key);
+    if let Some(key) = fields.keys().find(|key| !is_known(key)) {
         return Err(SetError::Shape {
             place: place.to_owned(),
             found: format!("the key `{key}`"),
@@ -111,7 +119,7 @@ impl EffectSet {
             column: error.column(),
             what: error.to_string(),
         })?;
-        let [schema, list] = object("effects.json", &document, ["schema", "effects"])?;
+        let [schema, list] = object("effects.json", &document, ["schema", "effects"], None)?;
         if schema.as_str() != Some(SCHEMA) {
             let found = schema
                 .as_str()
@@ -140,6 +148,12 @@ impl EffectSet {
         for (index, entry) in self.entries.iter().enumerate() {
             let (effect, target) = (entry.effect, entry.target.clone());
             let parameters = find_parameters(index, effect, &target, targets)?;
+            let other = self.entries[..index]
+                .iter()
+                .find(|other| other.effect != effect && other.effect.as_str() == effect.as_str());
+            if other.is_some() {
+                return Err(SetError::DefinedTwice { index, effect });
+            }
             if !seen.insert((effect, target.clone())) {
                 return Err(SetError::Twice {
                     index,
@@ -199,14 +213,16 @@ impl EffectSet {
                 .filter(|(parameter, value)| !parameter.optional || **value != parameter.null)
                 .map(|(parameter, &value)| (parameter.name, json!(value)))
                 .collect();
-            lines.push(
-                json!({
-                    "effect": entry.effect.as_str(),
-                    "target": entry.target,
-                    "parameters": values,
-                })
-                .to_string(),
-            );
+            let mut element = json!({
+                "effect": entry.effect.as_str(),
+                "target": entry.target,
+                "parameters": values,
+            });
+            let definition = effect(entry.effect).definition();
+            if let Some(definition) = definition.and_then(|text| serde_json::from_str(text).ok()) {
+                element[DEFINITION] = definition;
+            }
+            lines.push(element.to_string());
         }
         let list = if lines.is_empty() {
             "[]".to_owned()
@@ -238,20 +254,52 @@ fn find_parameters(
             known,
         }
     })?;
+    if matches!(id, Id::Own(_)) && !effect(id).applies_to(&found) {
+        return Err(SetError::WrongTarget {
+            index,
+            effect: id,
+            target: target.to_owned(),
+            why: match found {
+                Target::Joint(joint) if joint.slides => "it acts on a hinge, and this is a slide",
+                _ => "it acts on a slide, and this is a hinge",
+            }
+            .to_owned(),
+        });
+    }
     Ok(effect(id).parameters(&found))
+}
+
+/// The effect of an element of the list: built in, or the user's own as it is defined there.
+fn find_effect(name: &str, element: &Value) -> Result<Option<Id>, OwnError> {
+    match element.get(DEFINITION) {
+        Some(definition) => register_json(name, definition).map(Some),
+        None if name.starts_with(OWN_PREFIX) => Err(OwnError::Format {
+            what: format!("an effect of the user's own needs its `{DEFINITION}`"),
+        }),
+        None => Ok(Id::ALL.iter().copied().find(|id| id.as_str() == name)),
+    }
+}
+
+/// The effect that an element of the list of an `effects.json` names; `None` where it names none that can be.
+pub fn listed_id(element: &Value) -> Option<Id> {
+    let name = element.get("effect")?.as_str()?;
+    find_effect(name, element).ok()?
 }
 
 /// One element of the list. Values are checked afterwards.
 fn entry(index: usize, value: &Value, targets: &dyn Targets) -> Result<Entry, SetError> {
     let place = format!("effects[{index}]");
-    let [name, target, values] = object(&place, value, ["effect", "target", "parameters"])?;
+    let keys = ["effect", "target", "parameters"];
+    let [name, target, values] = object(&place, value, keys, Some(DEFINITION))?;
     let name = name
         .as_str()
         .ok_or_else(|| shape(format!("{place}.effect"), name, "a name"))?;
-    let id = Id::ALL
-        .iter()
-        .copied()
-        .find(|id| id.as_str() == name)
+    let id = find_effect(name, value)
+        .map_err(|fault| SetError::Definition {
+            index,
+            effect: name.to_owned(),
+            fault: Box::new(fault),
+        })?
         .ok_or_else(|| SetError::UnknownEffect {
             index,
             found: name.to_owned(),

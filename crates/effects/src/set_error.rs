@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::Id;
+use crate::{Id, OwnError};
 
 /// Value of the key `schema` of an `effects.json`.
 pub const SCHEMA: &str = "hydro-effects/1";
@@ -36,6 +36,24 @@ pub enum SetError {
         found: String,
         hint: String,
         known: Vec<String>,
+    },
+    /// One of the user's own effects without its definition, or with one that cannot be.
+    #[error("effects[{index}], {effect}: {fault}")]
+    Definition {
+        index: usize,
+        effect: String,
+        fault: Box<OwnError>,
+    },
+    /// Two definitions under one name.
+    #[error("effects[{index}]: {effect} is defined twice, and not alike")]
+    DefinedTwice { index: usize, effect: Id },
+    /// A target of the right kind that cannot have the effect.
+    #[error("effects[{index}]: {effect} cannot act on {target}: {why}")]
+    WrongTarget {
+        index: usize,
+        effect: Id,
+        target: String,
+        why: String,
     },
     /// No such target in the model.
     #[error(

@@ -14,7 +14,7 @@ use hydro_gap::{
     records::{Added, Refitted},
 };
 
-use super::{effects::example, results_folder::PATCHED};
+use super::{effects::example_of, results_folder::PATCHED};
 
 /// Result of `add`: its record, the text of the candidate model, and the files of a learned residual that the text names.
 /// Without a text the record says why there is none.
@@ -85,7 +85,7 @@ pub(super) fn parameter_names(model: &PlantDescription, id: Id, target: &str) ->
     let body = model.bodies.iter().find(|body| body.name == target);
     let sizes = match body {
         Some(body) if kind == TargetKind::Body => Target::Body(body.scale.clone()),
-        _ => example(kind),
+        _ => example_of(effect),
     };
     effect
         .parameters(&sizes)

@@ -1,12 +1,15 @@
-//! `hydro gap effects`: the catalogue.
+//! `hydro gap effects`: the catalogue, and the user's own effects.
+
+use std::path::PathBuf;
 
 use hydro_effects::{
-    Card, Id, Parameter, Placement, Target, TargetKind,
+    Card, Effect, Id, Parameter, Placement, Target, TargetKind,
     card::{ActuatorScale, BodyScale, JointScale, SensorScale},
     effect,
 };
 use serde::Serialize;
 
+use super::own_effects;
 use crate::cli::print_json;
 
 /// Schema of the list.
@@ -15,6 +18,9 @@ const SCHEMA: &str = "hydro-gap-effects/1";
 /// Flags of `hydro gap effects`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Flags {
+    /// Folder of effects of your own, NAME.toml each: they are checked and listed after the catalogue.
+    #[arg(long)]
+    effects: Option<PathBuf>,
     /// Print one JSON value.
     #[arg(long)]
     json: bool,
@@ -75,7 +81,7 @@ const EXAMPLE: &str = "a vehicle of 20 kg, 0.8 x 0.4 x 0.3 m, at 0.5 m/s in fres
     with 5 N m; an actuator up to 1; a sensor of three numbers";
 
 /// A target of a kind with ordinary sizes.
-pub(super) fn example(kind: TargetKind) -> Target {
+fn example(kind: TargetKind) -> Target {
     match kind {
         TargetKind::Body => Target::Body(BodyScale {
             mass: 20.0,
@@ -112,6 +118,20 @@ pub(super) fn example(kind: TargetKind) -> Target {
     }
 }
 
+/// A target with ordinary sizes that an effect can have.
+pub(super) fn example_of(effect: &dyn Effect) -> Target {
+    match example(effect.card().target) {
+        Target::Joint(joint) if !effect.applies_to(&Target::Joint(joint.clone())) => {
+            Target::Joint(JointScale {
+                slides: true,
+                driven: true,
+                ..joint
+            })
+        }
+        target => target,
+    }
+}
+
 fn entry(id: Id) -> Entry {
     let effect = effect(id);
     let Card {
@@ -133,24 +153,28 @@ fn entry(id: Id) -> Entry {
         idealised,
         placement,
         parameters: effect
-            .parameters(&example(target))
+            .parameters(&example_of(effect))
             .into_iter()
             .map(ParameterEntry::from)
             .collect(),
     }
 }
 
-fn catalogue() -> Catalogue {
+fn catalogue(own: &[Id]) -> Catalogue {
     Catalogue {
         schema: SCHEMA,
         example: EXAMPLE,
-        effects: Id::ALL.iter().map(|id| entry(*id)).collect(),
+        effects: Id::ALL.iter().chain(own).map(|id| entry(*id)).collect(),
     }
 }
 
 /// Runs the command.
 pub(super) fn run(flags: &Flags) -> anyhow::Result<()> {
-    let catalogue = catalogue();
+    let own = match &flags.effects {
+        Some(folder) => own_effects::load(folder)?,
+        None => Vec::new(),
+    };
+    let catalogue = catalogue(&own);
     if flags.json {
         return print_json(&catalogue);
     }
@@ -194,7 +218,7 @@ mod tests {
 
     #[test]
     fn the_catalogue_is_whole() {
-        let list = serde_json::to_value(catalogue()).unwrap();
+        let list = serde_json::to_value(catalogue(&[])).unwrap();
         let effects = list["effects"].as_array().unwrap();
         assert_eq!(effects.len(), Id::ALL.len());
         for effect in effects {

@@ -17,6 +17,9 @@ pub(super) struct Flags {
     /// Uncertainty of the nominal's numbers (nominal.toml); 3 % if left out.
     #[arg(long)]
     pub(super) uncertainty: Option<PathBuf>,
+    /// Folder of effects of your own, NAME.toml each; the folder effects.d beside the model if left out and there.
+    #[arg(long)]
+    pub(super) effects: Option<PathBuf>,
     /// Part of the trials that nothing before `verify` opens, above 0 and below 1.
     #[arg(long, default_value_t = 0.25, value_parser = part)]
     pub(super) holdout: f64,

@@ -10,10 +10,11 @@ use std::{
 };
 
 use anyhow::Context as _;
+use hydro_effects::Id;
 use hydro_gap::trial::{self, Listed, Split};
 use serde::{Deserialize, Serialize};
 
-use super::flags::Flags;
+use super::{flags::Flags, own_effects};
 use crate::cli::sha256;
 
 /// Size and time of a file, to notice a change without reading it.
@@ -47,6 +48,9 @@ pub(super) struct Inputs {
     /// Digest of the MJCF and its included files.
     model_sha256: String,
     uncertainty_sha256: Option<String>,
+    /// Definitions of the user's own effects, by name.
+    #[serde(default)]
+    own_effects: BTreeMap<String, String>,
     holdout: f64,
     seed: u64,
     #[serde(default)]
@@ -88,6 +92,7 @@ impl Inputs {
                     Ok::<_, anyhow::Error>(sha256(&text))
                 })
                 .transpose()?,
+            own_effects: own_effects::definitions(&own_effects(flags)?),
             holdout: flags.holdout,
             seed: flags.seed,
             no_residual: flags.no_residual,
@@ -136,6 +141,24 @@ impl Inputs {
         }
         if self.uncertainty_sha256 != old.uncertainty_sha256 {
             found.push("--uncertainty differs".to_owned());
+        }
+        let names = |inputs: &Self| inputs.own_effects.keys().cloned().collect::<Vec<_>>();
+        if names(self) != names(old) {
+            let listed = |inputs: &Self| match names(inputs).as_slice() {
+                [] => "none".to_owned(),
+                names => names.join(", "),
+            };
+            found.push(format!(
+                "effects of your own are {}, they were {}",
+                listed(self),
+                listed(old)
+            ));
+        } else {
+            for (name, text) in &self.own_effects {
+                if old.own_effects.get(name) != Some(text) {
+                    found.push(format!("the definition of {name} has changed"));
+                }
+            }
         }
         if self.holdout.to_bits() != old.holdout.to_bits() {
             found.push(format!(
@@ -190,6 +213,12 @@ impl Inputs {
     pub(super) fn keep_held_out(&mut self, old: &Self) {
         self.held_out.clone_from(&old.held_out);
     }
+}
+
+/// The user's own effects, read and checked.
+pub(super) fn own_effects(flags: &Flags) -> anyhow::Result<Vec<Id>> {
+    own_effects::folder(flags.effects.as_deref(), &flags.model)
+        .map_or_else(|| Ok(Vec::new()), |folder| own_effects::load(&folder))
 }
 
 /// Digest of a model and all files that it includes, however deep; a missing one is left to the loader to report.

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
+use anyhow::{Context as _, bail};
 
 use super::{
-    pipeline,
+    own_effects, pipeline,
     results_folder::{Folder, provenance},
     terminal,
 };
@@ -24,13 +24,19 @@ pub(super) struct Flags {
 
 /// Runs the command.
 pub(super) fn run(flags: &Flags) -> anyhow::Result<()> {
-    // The inputs are kept as they are, unread.
+    // The inputs are kept as they are.
     let Some(known) = provenance::<serde_json::Value>(&flags.out)? else {
         bail!(
             "--out {}: no run.json, so no results of hydro gap",
             flags.out.display()
         );
     };
+    // The stages name effects of the user's own, which the inputs define.
+    if let Some(own) = known.inputs.get("own_effects") {
+        let own = serde_json::from_value(own.clone())
+            .with_context(|| format!("--out {}: own_effects of run.json", flags.out.display()))?;
+        own_effects::recall(&own)?;
+    }
     let mut folder = Folder::go_on(&flags.out, known)?;
     let record = pipeline::gather(&folder)?;
     pipeline::publish(&mut folder, &record)?;

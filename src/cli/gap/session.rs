@@ -24,7 +24,8 @@ use super::{
     bars::Bars,
     candidate::{Candidate, parameter_names, patched_candidate, record_refitted},
     flags::Flags,
-    inputs::Inputs,
+    inputs::{Inputs, own_effects},
+    own_effects::fit,
     pipeline::{self, HeldOutInput, Reached, Stage, Stages},
     residual_candidate,
     results_folder::{CANDIDATE, Folder, provenance},
@@ -43,7 +44,10 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
     let mut folder = open(flags)?;
     let plant = MujocoPlant::load(&flags.model)
         .with_context(|| format!("--model {}", flags.model.display()))?;
+    let own_effects = own_effects(flags)?;
+    fit(&own_effects, plant.description())?;
     let settings = Settings {
+        own_effects,
         uncertainty: uncertainty(flags, plant.description())?,
         seed: flags.seed,
         options: gap::Options::default(),

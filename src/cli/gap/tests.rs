@@ -584,3 +584,35 @@ fn the_terminal_has_ten_lines_at_most_and_is_not_steered_by_names() {
         assert_eq!(text.contains("patched.xml"), accepted, "{text}");
     }
 }
+
+/// Effects of the user's own beside the model are inputs: a change of them starts anew, and the report knows them.
+#[test]
+fn the_users_own_effects_are_inputs() {
+    let fake = Fake::new();
+    fake.run(Stage::Find, &[]).unwrap();
+    let folder = fake.root.path().join("effects.d");
+    fs::create_dir(&folder).unwrap();
+    let text = "summary = \"s\"\ntarget = \"body\"\nworld_force = {x = \"-k * x\"}\n[parameters.k]\nunit = \"N/m\"\n\
+                lower = 0\nupper = 9\nprior_sd = 1";
+    fs::write(folder.join("spring.toml"), text).unwrap();
+    let fault = fake.fault(&[]);
+    assert!(
+        fault.contains("effects of your own are user.spring, they were none"),
+        "{fault}"
+    );
+    fake.run(Stage::Find, &["--overwrite"]).unwrap();
+    fake.run(Stage::Find, &[]).unwrap();
+    assert!(fake.ran().is_empty());
+    fs::write(folder.join("spring.toml"), text.replace('9', "8")).unwrap();
+    let fault = fake.fault(&[]);
+    assert!(
+        fault.contains("the definition of user.spring has changed"),
+        "{fault}"
+    );
+    fs::write(folder.join("spring.toml"), text.replace("N/m", "N")).unwrap();
+    let fault = fake.fault(&[]);
+    assert!(
+        fault.contains("spring.toml") && fault.contains("expected [N]"),
+        "{fault}"
+    );
+}

@@ -1,9 +1,8 @@
 //! Ties named effects to a model: names become numbers, and what does not fit is refused.
 
 use hydro_effects::{
-    Entry, Id, Motion, Part, Target, TargetKind, Targets, card::ActuatorScale, effect,
+    Entry, Id, Motion, Part, Target, TargetKind, Targets, card::ActuatorScale, effect, listed_id,
 };
-use serde::Deserialize;
 use serde_json::Value;
 
 use super::{
@@ -117,6 +116,7 @@ fn add(
         effect,
         parameters: entry.parameters.clone(),
         memory: bound.memory_len..bound.memory_len + memory_len,
+        commands: controls(model, effect.commands())?,
     };
     match (effect.part(), found) {
         (Part::Sensor(_), _) => {
@@ -136,6 +136,17 @@ fn add(
     }
     bound.memory_len += memory_len;
     Ok(())
+}
+
+/// Indices in `ctrl` of the commands of actuators.
+fn controls(model: ModelView<'_>, actuators: &[String]) -> Result<Vec<usize>, String> {
+    let control = |name: &String| match target(model, TargetKind::Actuator, name)? {
+        Found::Actuator(id) => sizes::address(model, id)
+            .map(|address| address.control)
+            .ok_or_else(|| format!("actuator `{name}` has several controls; expected one")),
+        Found::Body(_) | Found::Joint(_) => Err(format!("`{name}` is no actuator")),
+    };
+    actuators.iter().map(control).collect()
 }
 
 /// The elements that effects of a kind can act on, and the word for them; `None` for sensors, which
@@ -225,9 +236,9 @@ pub(crate) fn memory_len(text: &str, step: f64) -> Option<usize> {
     let document: Value = serde_json::from_str(text).ok()?;
     let mut sum = 0;
     for item in document.get("effects")?.as_array()? {
-        let id = Id::deserialize(item.get("effect")?).ok()?;
+        let id = listed_id(item)?;
         let values = item.get("parameters")?;
-        // The names of an actuator's parameters do not depend on its sizes.
+        // The names of an actuator's parameters do not depend on its sizes, and other memories not on parameters.
         let sizes = Target::Actuator(ActuatorScale {
             command: 1.0,
             inflow: 0.0,
@@ -325,6 +336,7 @@ fn has_inertia(acting: &Acting) -> bool {
         volume: 1.0,
         depth: Some(1.0),
         wall: Some((1.0, [0.0, 0.0, 1.0])),
+        commands: Vec::new(),
     };
     acting
         .body()

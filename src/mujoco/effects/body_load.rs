@@ -13,7 +13,10 @@ use crate::{
         },
         ffi::{DataView, ModelView, bindings::mjDSBL_GRAVITY},
     },
-    plugin::{Bound, bound::WetBody},
+    plugin::{
+        Bound,
+        bound::{Acting, WetBody},
+    },
 };
 
 /// Effects whose force turns with the body's own motion and resists nothing: the derivative is no drag,
@@ -79,6 +82,8 @@ pub(super) struct BodyLoad<'a> {
     pub(super) wrench: Vector6<f64>,
     /// A + h D.
     pub(super) implicit: Option<Matrix6<f64>>,
+    /// The first effect whose force is no number: it counts as none.
+    pub(super) fault: Option<Id>,
 }
 
 pub(super) fn body_load<'a>(
@@ -88,14 +93,21 @@ pub(super) fn body_load<'a>(
     wet: &'a WetBody,
 ) -> BodyLoad<'a> {
     let frame = Frame::new(data, wet);
-    let motion = motion(data, source.bound, water, wet, &frame);
+    let mut motion = motion(data, source.bound, water, wet, &frame);
+    let mut fault = None;
     let mut wrench = Vector6::zeros();
     let mut inertia: Option<Matrix6<f64>> = None;
     let mut damping: Option<Matrix6<f64>> = None;
     for acting in &wet.acting {
         let Some(part) = acting.body() else { continue };
         let memory = &source.memory[acting.memory.clone()];
-        wrench += Vector6::from(part.wrench(&acting.parameters, &motion, memory));
+        motion.commands = commands(data, acting);
+        let own = Vector6::from(part.wrench(&acting.parameters, &motion, memory));
+        if !own.iter().all(|value| value.is_finite()) {
+            fault = fault.or(Some(acting.effect.card().id));
+            continue;
+        }
+        wrench += own;
         if let Some(more) = part.inertia(&acting.parameters, &motion) {
             inertia = Some(inertia.unwrap_or_default() + more);
         }
@@ -119,7 +131,14 @@ pub(super) fn body_load<'a>(
         frame,
         wrench,
         implicit,
+        fault,
     }
+}
+
+/// The commands that an effect depends on.
+pub(super) fn commands(data: &DataView<'_>, acting: &Acting) -> Vec<f64> {
+    let commands = acting.commands.iter();
+    commands.map(|control| data.ctrl()[*control]).collect()
 }
 
 /// The acceleration of the body's origin as the world sees it, and its angular acceleration, in the
@@ -198,6 +217,7 @@ pub(super) fn motion(
         volume: wet.volume,
         depth: Some(bound.waterline - frame.origin.z),
         wall: walls::nearest(data, &bound.walls, frame.origin),
+        commands: Vec::new(),
     }
 }
 

@@ -14,11 +14,12 @@
 //! the passive stage, made anew each time, so that constraints, integrators and accelerometers know it.
 //! Inverse dynamics, which MuJoCo does without that matrix, does not.
 
+use hydro_effects::{Id, JointMotion};
 use nalgebra::{Vector3, Vector6};
 
 use super::{
     active_effects, actuation,
-    body_load::{BodyLoad, Frame, body_load, motion},
+    body_load::{BodyLoad, Frame, body_load, commands, motion},
     source::Source,
     water::Water,
 };
@@ -30,7 +31,7 @@ use crate::{
         },
         ffi::{DataView, bindings::mjDSBL_GRAVITY},
     },
-    plugin::bound::Acting,
+    plugin::bound::{Acting, MovedJoint},
 };
 
 /// Forces and inertias to add to MuJoCo's, collected while the data is read.
@@ -40,6 +41,8 @@ pub(crate) struct Additions {
     /// Row of a degree of freedom, column by its place in that row, value.
     inertias: Vec<(usize, Place, f64)>,
     touches_inertia: bool,
+    /// The first effect whose force is no number: it counts as none.
+    pub(crate) fault: Option<Id>,
 }
 
 #[derive(Clone, Copy)]
@@ -59,20 +62,25 @@ impl Additions {
         for source in sources {
             for wet in &source.bound.bodies {
                 let load = body_load(data, source, &water, wet);
+                sum.fault = sum.fault.or(load.fault);
                 sum.add_body(&load);
             }
             for joint in &source.bound.joints {
                 let Some(part) = joint.acting.joint() else {
                     continue;
                 };
-                let (position, velocity) = (data.qpos()[joint.qpos], data.qvel()[joint.dof]);
+                let motion = joint_motion(data, joint, data.time());
                 let parameters = &joint.acting.parameters;
                 let memory = &source.memory[joint.acting.memory.clone()];
-                let force = part.force(parameters, position, velocity, memory);
+                let force = part.force(parameters, &motion, memory);
+                if !force.is_finite() {
+                    sum.fault = sum.fault.or(Some(joint.acting.effect.card().id));
+                    continue;
+                }
                 sum.forces.push((joint.dof, force));
                 sum.touches_inertia = true;
                 if !model.runge_kutta() {
-                    let damping = part.damping(parameters, position, velocity, memory);
+                    let damping = part.damping(parameters, &motion, memory);
                     sum.inertias
                         .push((joint.dof, Place::Diagonal, step * damping.max(0.0)));
                 }
@@ -162,6 +170,16 @@ impl Additions {
             matrix[start + at] += value;
         }
         data.factor_inertia();
+    }
+}
+
+/// Motion of a joint at a time [s].
+fn joint_motion(data: &DataView<'_>, joint: &MovedJoint, time: f64) -> JointMotion {
+    JointMotion {
+        position: data.qpos()[joint.qpos],
+        velocity: data.qvel()[joint.dof],
+        time,
+        commands: commands(data, &joint.acting),
     }
 }
 
@@ -321,10 +339,11 @@ pub(crate) fn advance_memory(
             continue;
         }
         let frame = Frame::new(data, wet);
-        let motion = motion(data, source.bound, &water, wet, &frame);
+        let mut motion = motion(data, source.bound, &water, wet, &frame);
         for acting in &wet.acting {
             if let Some(part) = acting.body() {
                 let memory = &mut memory[acting.memory.clone()];
+                motion.commands = commands(data, acting);
                 part.advance(&acting.parameters, &motion, step, memory);
             }
         }
@@ -336,14 +355,8 @@ pub(crate) fn advance_memory(
             ..
         } = &joint.acting;
         if let Some(part) = joint.acting.joint() {
-            let (position, velocity) = (data.qpos()[joint.qpos], data.qvel()[joint.dof]);
-            part.advance(
-                parameters,
-                position,
-                velocity,
-                step,
-                &mut memory[range.clone()],
-            );
+            let motion = joint_motion(data, joint, data.time());
+            part.advance(parameters, &motion, step, &mut memory[range.clone()]);
         }
     }
     if !source.commands_arrived {

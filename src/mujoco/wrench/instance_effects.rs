@@ -1,10 +1,13 @@
 //! The named effects of all instances of a model, and the one place where they are added to MuJoCo's forces.
 
-use super::instances::{held, instances};
+use super::{
+    instances::{held, instances},
+    warned_once::{self, Cause},
+};
 use crate::{
     mujoco::{
         effects::{active_effects, forces::Additions, source::Source},
-        ffi::DataView,
+        ffi::{DataView, warn},
     },
     plugin::Handle,
 };
@@ -73,5 +76,15 @@ pub(crate) fn add_once(data: &mut DataView<'_>, instance: Option<usize>) {
     let additions = with_sources(data, &instances, |data, sources| {
         Additions::collect(data, sources)
     });
+    if let (Some(effect), Some(id)) = (additions.fault, instance)
+        && warned_once::first_time(&data.plugin_data_mut()[id], Cause::NotFinite)
+    {
+        let text = format!(
+            "plugin hydro.wrench: the force of effect `{effect}` is not a finite number at t = {} s; it counts as zero until \
+             it is one again, for example after a reset",
+            data.time()
+        );
+        warn(data.model().api(), &text);
+    }
     additions.apply(data);
 }

@@ -14,7 +14,7 @@ use super::{
     arrows,
     instance_effects::{self, with_effects, with_sources},
     instances::{self, BROKEN, carrying_body, held, set_up, settings},
-    warned_once,
+    warned_once::{self, Cause},
 };
 use crate::{
     mujoco::{
@@ -244,7 +244,7 @@ unsafe extern "C" fn advance(m: *const mjModel, d: *mut mjData, id: c_int) {
         moment.water = water;
         let (notice, time) = (learned.advance(&mut state[..start], moment), moment.time);
         let again = matches!(notice, Some(Notice::OutOfRange(_)))
-            && !warned_once::first_time(&data.plugin_data_mut()[id]);
+            && !warned_once::first_time(&data.plugin_data_mut()[id], Cause::OutOfRange);
         if let Some(notice) = notice.filter(|_| !again) {
             tell(data.model(), learned, notice, time);
         }

@@ -1,23 +1,35 @@
 //! Names of the effects.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+use super::own_id::OwnId;
 
 macro_rules! ids {
     ($($(#[$doc:meta])* $variant:ident = $name:literal;)*) => {
         /// Name of an effect; files spell it as [`Id::as_str`], for good.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-        #[serde(rename_all = "snake_case")]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Id {
             $($(#[$doc])* $variant,)*
+            /// One of the user's own.
+            Own(OwnId),
         }
 
         impl Id {
-            /// Every effect, in the order of the catalogue.
+            /// Every effect that is built in, in the order of the catalogue.
             pub const ALL: &[Self] = &[$(Self::$variant),*];
 
             /// The spelling in files.
             pub fn as_str(self) -> &'static str {
-                match self { $(Self::$variant => $name),* }
+                match self {
+                    $(Self::$variant => $name,)*
+                    Self::Own(own) => own.as_str(),
+                }
+            }
+
+            /// The effect of a spelling: built in, or the user's own of that name that this process was told of last.
+            pub fn from_name(name: &str) -> Option<Self> {
+                let built_in = Self::ALL.iter().copied().find(|id| id.as_str() == name);
+                built_in.or_else(|| OwnId::latest(name).map(Self::Own))
             }
         }
     };
@@ -85,5 +97,19 @@ ids! {
 impl std::fmt::Display for Id {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.as_str())
+    }
+}
+
+impl Serialize for Id {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.as_str())
+    }
+}
+
+impl<'de> Deserialize<'de> for Id {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        Self::from_name(&name)
+            .ok_or_else(|| de::Error::custom(format!("there is no effect `{name}`")))
     }
 }

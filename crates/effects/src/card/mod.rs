@@ -3,6 +3,7 @@
 mod body_scale;
 mod id;
 mod joint_scale;
+mod own_id;
 mod parameter;
 mod target;
 
@@ -11,6 +12,8 @@ use serde::{Deserialize, Serialize};
 pub use body_scale::BodyScale;
 pub use id::Id;
 pub use joint_scale::JointScale;
+pub(crate) use own_id::MOST_OWN;
+pub use own_id::{OWN_PREFIX, OwnId};
 pub use parameter::Parameter;
 pub use target::{ActuatorScale, SensorScale, Target};
 

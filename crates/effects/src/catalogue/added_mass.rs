@@ -97,7 +97,7 @@ pub(super) fn kirchhoff<D: Scalar>(mass: [D; 3], inertia: [D; 3], flow: &Flow<D>
 
 /// Mass and inertia, diagonal at a point r [m] of the body, for (linear, angular) acceleration of the origin:
 /// H^T M H with H = [1, -r x; 0, 1].
-pub(super) fn inertia_at(mass: [f64; 3], inertia: [f64; 3], point: [f64; 3]) -> Matrix6<f64> {
+pub(crate) fn inertia_at(mass: [f64; 3], inertia: [f64; 3], point: [f64; 3]) -> Matrix6<f64> {
     let mass = Matrix3::from_diagonal(&Vector3::from(mass));
     let inertia = Matrix3::from_diagonal(&Vector3::from(inertia));
     let lever = Vector3::from(point).cross_matrix();

@@ -4,7 +4,9 @@
 //! limited joint without a sensor in series behind the named joint ([`JointPart::backlash`]), which keeps its actuator and
 //! its sensor; a patched model gets the same joint. The force of the effect itself is therefore zero.
 
-use crate::{Card, Effect, Id, JointPart, Parameter, Part, Placement, Target, TargetKind};
+use crate::{
+    Card, Effect, Id, JointMotion, JointPart, Parameter, Part, Placement, Target, TargetKind,
+};
 
 /// Widest gap [rad or m].
 const WIDEST: f64 = 3.0;
@@ -54,11 +56,11 @@ impl Effect for JointBacklash {
 }
 
 impl JointPart for JointBacklash {
-    fn force(&self, _p: &[f64], _position: f64, _velocity: f64, _memory: &[f64]) -> f64 {
+    fn force(&self, _p: &[f64], _motion: &JointMotion, _memory: &[f64]) -> f64 {
         0.0
     }
 
-    fn damping(&self, _p: &[f64], _position: f64, _velocity: f64, _memory: &[f64]) -> f64 {
+    fn damping(&self, _p: &[f64], _motion: &JointMotion, _memory: &[f64]) -> f64 {
         0.0
     }
 
@@ -75,6 +77,9 @@ mod tests {
     fn no_backlash_asks_for_no_joint() {
         assert_eq!(JointBacklash.backlash(&[0.0]), None);
         assert_eq!(JointBacklash.backlash(&[0.02]), Some(0.02));
-        assert_eq!(JointBacklash.force(&[0.02], 1.0, 1.0, &[]), 0.0);
+        assert_eq!(
+            JointBacklash.force(&[0.02], &JointMotion::new(1.0, 1.0), &[]),
+            0.0
+        );
     }
 }

@@ -1,6 +1,8 @@
 //! Viscous damping of a joint: `f = -damping v`.
 
-use crate::{Card, Effect, Id, JointPart, Parameter, Part, Placement, Target, TargetKind};
+use crate::{
+    Card, Effect, Id, JointMotion, JointPart, Parameter, Part, Placement, Target, TargetKind,
+};
 
 /// Least speed at which the greatest force may act [rad/s or m/s].
 const LEAST_SPEED: f64 = 0.1;
@@ -46,11 +48,11 @@ impl Effect for JointDamping {
 }
 
 impl JointPart for JointDamping {
-    fn force(&self, p: &[f64], _position: f64, velocity: f64, _memory: &[f64]) -> f64 {
-        -p[0] * velocity
+    fn force(&self, p: &[f64], motion: &JointMotion, _memory: &[f64]) -> f64 {
+        -p[0] * motion.velocity
     }
 
-    fn damping(&self, p: &[f64], _position: f64, _velocity: f64, _memory: &[f64]) -> f64 {
+    fn damping(&self, p: &[f64], _motion: &JointMotion, _memory: &[f64]) -> f64 {
         p[0]
     }
 }
@@ -64,10 +66,10 @@ mod tests {
     proptest! {
         #[test]
         fn it_opposes_motion_in_proportion(damping in 0.0..100.0, v in -5.0..5.0) {
-            let force = JointDamping.force(&[damping], 0.0, v, &[]);
+            let force = JointDamping.force(&[damping], &JointMotion::new(0.0, v), &[]);
             prop_assert!(force * v <= 0.0);
-            let slope = JointDamping.force(&[damping], 0.0, v + 1.0, &[]) - force;
-            prop_assert!((slope + JointDamping.damping(&[damping], 0.0, v, &[])).abs() < 1e-9);
+            let slope = JointDamping.force(&[damping], &JointMotion::new(0.0, v + 1.0), &[]) - force;
+            prop_assert!((slope + JointDamping.damping(&[damping], &JointMotion::new(0.0, v), &[])).abs() < 1e-9);
         }
     }
 }

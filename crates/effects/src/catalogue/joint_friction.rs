@@ -1,7 +1,9 @@
 //! Dry friction of a joint: Coulomb friction and Stribeck's excess at low speed,
 //! `f = -(coulomb + stribeck exp(-(v / stribeck_speed)^2)) tanh(v / v0)`, `v0 = 0.1 stribeck_speed`.
 
-use crate::{Card, Effect, Id, JointPart, Parameter, Part, Placement, Target, TargetKind};
+use crate::{
+    Card, Effect, Id, JointMotion, JointPart, Parameter, Part, Placement, Target, TargetKind,
+};
 
 /// Width of the smooth sign, in parts of the Stribeck speed: narrow enough that the excess is reached
 /// before it decays.
@@ -85,15 +87,15 @@ impl StribeckCurve {
 }
 
 impl JointPart for JointFriction {
-    fn force(&self, p: &[f64], _position: f64, velocity: f64, _memory: &[f64]) -> f64 {
-        let curve = StribeckCurve::from_parameters(p);
+    fn force(&self, p: &[f64], motion: &JointMotion, _memory: &[f64]) -> f64 {
+        let (curve, velocity) = (StribeckCurve::from_parameters(p), motion.velocity);
         let decay = (-(velocity / curve.speed).powi(2)).exp();
         -(curve.coulomb + curve.stribeck * decay) * (velocity / curve.width).tanh()
     }
 
     /// Negative where Stribeck's excess falls faster than the smooth sign rises.
-    fn damping(&self, p: &[f64], _position: f64, velocity: f64, _memory: &[f64]) -> f64 {
-        let curve = StribeckCurve::from_parameters(p);
+    fn damping(&self, p: &[f64], motion: &JointMotion, _memory: &[f64]) -> f64 {
+        let (curve, velocity) = (StribeckCurve::from_parameters(p), motion.velocity);
         let decay = (-(velocity / curve.speed).powi(2)).exp();
         let sign = (velocity / curve.width).tanh();
         (curve.coulomb + curve.stribeck * decay) * (1.0 - sign * sign) / curve.width
@@ -110,7 +112,7 @@ mod tests {
     proptest! {
         #[test]
         fn it_never_drives(coulomb in 0.0..10.0, excess in 0.0..10.0, speed in 0.0..1.0, v in -5.0..5.0) {
-            let force = JointFriction.force(&[coulomb, excess, speed], 0.3, v, &[]);
+            let force = JointFriction.force(&[coulomb, excess, speed], &JointMotion::new(0.3, v), &[]);
             prop_assert!(force * v <= 0.0);
             prop_assert!(force.abs() <= coulomb + excess);
         }
@@ -121,21 +123,21 @@ mod tests {
         ) {
             let p = [coulomb, excess, speed];
             let h = 1e-7;
-            let slope = (JointFriction.force(&p, 0.0, v - h, &[]) - JointFriction.force(&p, 0.0, v + h, &[])) / (2.0 * h);
-            let damping = JointFriction.damping(&p, 0.0, v, &[]);
+            let slope = (JointFriction.force(&p, &JointMotion::new(0.0, v - h), &[]) - JointFriction.force(&p, &JointMotion::new(0.0, v + h), &[])) / (2.0 * h);
+            let damping = JointFriction.damping(&p, &JointMotion::new(0.0, v), &[]);
             prop_assert!((slope - damping).abs() < 1e-4 * (1.0 + damping.abs()), "{slope} {damping}");
         }
     }
 
     #[test]
     fn well_above_the_stribeck_speed_coulomb_is_left() {
-        let force = JointFriction.force(&[2.0, 1.0, 0.05], 0.0, 1.0, &[]);
+        let force = JointFriction.force(&[2.0, 1.0, 0.05], &JointMotion::new(0.0, 1.0), &[]);
         assert!((force + 2.0).abs() < 1e-12);
     }
 
     #[test]
     fn the_excess_is_felt_at_low_speed() {
-        let force = JointFriction.force(&[2.0, 1.0, 0.5], 0.0, 0.15, &[]);
+        let force = JointFriction.force(&[2.0, 1.0, 0.5], &JointMotion::new(0.0, 0.15), &[]);
         assert!((-2.95..-2.85).contains(&force), "{force}");
     }
 }

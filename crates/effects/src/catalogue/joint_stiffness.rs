@@ -1,6 +1,8 @@
 //! Spring of a joint: `f = -stiffness (q - reference)`.
 
-use crate::{Card, Effect, Id, JointPart, Parameter, Part, Placement, Target, TargetKind};
+use crate::{
+    Card, Effect, Id, JointMotion, JointPart, Parameter, Part, Placement, Target, TargetKind,
+};
 
 /// Least excursion at which the greatest force may act, and the farthest reference [rad or m].
 const LEAST_TRAVEL: f64 = 0.01;
@@ -48,11 +50,11 @@ impl Effect for JointStiffness {
 }
 
 impl JointPart for JointStiffness {
-    fn force(&self, p: &[f64], position: f64, _velocity: f64, _memory: &[f64]) -> f64 {
-        -p[0] * (position - p[1])
+    fn force(&self, p: &[f64], motion: &JointMotion, _memory: &[f64]) -> f64 {
+        -p[0] * (motion.position - p[1])
     }
 
-    fn damping(&self, _p: &[f64], _position: f64, _velocity: f64, _memory: &[f64]) -> f64 {
+    fn damping(&self, _p: &[f64], _motion: &JointMotion, _memory: &[f64]) -> f64 {
         0.0
     }
 }
@@ -71,7 +73,7 @@ mod tests {
             let energy = |q: f64| { let away: f64 = q - reference; 0.5 * stiffness * away * away };
             let h = 1e-5;
             let slope = (energy(q + h) - energy(q - h)) / (2.0 * h);
-            let force = JointStiffness.force(&[stiffness, reference], q, 1.0, &[]);
+            let force = JointStiffness.force(&[stiffness, reference], &JointMotion::new(q, 1.0), &[]);
             prop_assert!((force + slope).abs() < 1e-6 * (1.0 + slope.abs()));
         }
     }

@@ -1,4 +1,4 @@
-//! Every effect, one a file, and the way to one by its name.
+//! Every effect that is built in, one a file, and the way to an effect by its name.
 
 pub mod actuator_deadband;
 pub mod actuator_delay;
@@ -32,7 +32,7 @@ pub mod wake_memory;
 pub mod wall_proximity;
 pub mod waves;
 
-use crate::{Effect, Id, Target, card::BodyScale};
+use crate::{Effect, Id, Target, card::BodyScale, own::registry};
 
 /// The effect of a name.
 pub fn effect(id: Id) -> &'static dyn Effect {
@@ -65,6 +65,7 @@ pub fn effect(id: Id) -> &'static dyn Effect {
         Id::SensorDelay => &sensor_delay::SensorDelay,
         Id::SensorScale => &sensor_scale::SensorScaling,
         Id::ConstantForce => &constant_force::ConstantForce,
+        Id::Own(own) => registry::effect(own),
     }
 }
 
@@ -87,7 +88,7 @@ pub fn is_optional(id: Id, parameter: &str) -> bool {
         .any(|known| known.optional && known.name == parameter)
 }
 
-/// All of them, in the order of [`Id::ALL`].
+/// All that are built in, in the order of [`Id::ALL`].
 pub fn all() -> impl Iterator<Item = &'static dyn Effect> {
     Id::ALL.iter().map(|&id| effect(id))
 }

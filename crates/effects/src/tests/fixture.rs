@@ -25,6 +25,7 @@ pub(crate) fn still() -> Motion {
         volume: 0.0125,
         depth: None,
         wall: None,
+        commands: Vec::new(),
     }
 }
 

@@ -46,6 +46,11 @@ pub(crate) fn changes(
     let part = |candidate: usize| effect(problem.candidates[candidate].effect).part();
     let measures = |candidate: usize| matches!(part(candidate), Part::Sensor(_));
     let commands = |candidate: usize| matches!(part(candidate), Part::Actuator(_));
+    // Also an effect of the user's own that reads commands.
+    let follows = |candidate: usize| {
+        let reads = effect(problem.candidates[candidate].effect).commands();
+        commands(candidate) || !reads.is_empty()
+    };
     let is_backlash = |entry: &Entry| entry.effect == Id::JointBacklash;
     // Only actuators' memories can be brought on without a step.
     let remembering = |entries: &[Entry]| {
@@ -96,7 +101,7 @@ pub(crate) fn changes(
             } else {
                 kind(&entries)
             },
-            fine: commands(candidate),
+            fine: follows(candidate),
             entries,
         });
     };

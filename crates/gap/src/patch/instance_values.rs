@@ -1,7 +1,7 @@
 //! Values in the attributes of an instance of `hydro.wrench`: those of its effects, and the factors on its checkpoint's
 //! wrench.
 
-use hydro_effects::Id;
+use hydro_effects::{Id, listed_id};
 use roxmltree::Node;
 
 use super::{
@@ -44,8 +44,7 @@ pub(super) fn scale_values(
     {
         let listed = list.effects.get_mut(*entry);
         let listed = listed.ok_or_else(|| format!("attribute `effects` has no entry {entry}"))?;
-        let name = serde_json::from_value(listed["effect"].clone())
-            .ok()
+        let name = listed_id(listed)
             .zip(listed["target"].as_str())
             .and_then(|(id, target)| names(id, target).into_iter().nth(*value));
         let number = name.and_then(|name| listed.get_mut("parameters")?.get_mut(name));

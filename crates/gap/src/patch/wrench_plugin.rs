@@ -26,6 +26,21 @@ pub(super) struct ListedEffect {
     /// Values by name, in the order of the catalogue.
     #[serde(serialize_with = "as_map")]
     pub(super) parameters: Vec<(String, f64)>,
+    /// Definition of an effect of the user's own, so that the file needs no other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) definition: Option<serde_json::Value>,
+}
+
+impl ListedEffect {
+    pub(super) fn new(id: Id, target: &str, parameters: Vec<(String, f64)>) -> Self {
+        let definition = effect(id).definition();
+        Self {
+            effect: id,
+            target: target.to_owned(),
+            parameters,
+            definition: definition.and_then(|text| serde_json::from_str(text).ok()),
+        }
+    }
 }
 
 fn as_map<S: Serializer>(values: &[(String, f64)], serializer: S) -> Result<S::Ok, S::Error> {
@@ -371,11 +386,8 @@ mod tests {
     use super::*;
 
     fn drag() -> ListedEffect {
-        ListedEffect {
-            effect: Id::LinearDrag,
-            target: "it's".to_owned(),
-            parameters: vec![("z".to_owned(), 1.5), ("a".to_owned(), 1e-9)],
-        }
+        let values = vec![("z".to_owned(), 1.5), ("a".to_owned(), 1e-9)];
+        ListedEffect::new(Id::LinearDrag, "it's", values)
     }
 
     const JSON: &str =
@@ -409,14 +421,24 @@ mod tests {
     }
 
     #[test]
+    fn an_effect_of_the_users_own_brings_its_definition() {
+        let text = "summary = \"s\"\ntarget = \"body\"\nworld_force = {x = \"-k * x\"}\n[parameters.k]\n\
+                    unit = \"N/m\"\nlower = 0\nupper = 9\nprior_sd = 1";
+        let id = hydro_effects::own::register_toml("spring", text).unwrap();
+        let listed = ListedEffect::new(id, "hull", vec![("k".to_owned(), 2.0)]);
+        let list = merged(None, &[listed]).unwrap();
+        let list: serde_json::Value = serde_json::from_str(&list).unwrap();
+        let entry = &list["effects"][0];
+        assert_eq!(entry["effect"], "user.spring");
+        assert_eq!(entry["definition"]["world_force"]["x"], "-k * x");
+        assert_eq!(hydro_effects::listed_id(entry), Some(id));
+    }
+
+    #[test]
     fn what_was_left_out_is_nothing_when_effects_add_up() {
-        let force = |parameters: &[(&str, f64)]| ListedEffect {
-            effect: Id::ConstantForce,
-            target: "hull".to_owned(),
-            parameters: parameters
-                .iter()
-                .map(|(n, v)| ((*n).to_owned(), *v))
-                .collect(),
+        let force = |parameters: &[(&str, f64)]| {
+            let values = parameters.iter().map(|(n, v)| ((*n).to_owned(), *v));
+            ListedEffect::new(Id::ConstantForce, "hull", values.collect())
         };
         let mut own = serde_json::to_value(force(&[("x", 1.0), ("y", 2.0)])).unwrap();
         assert!(add_to(

@@ -312,14 +312,9 @@ impl<'a> Writer<'a> {
     fn list(&mut self, index: usize, body: &str) -> Result<(), PatchError> {
         let entry = &self.request.entries[index];
         let names = (self.request.names)(self.request.description, entry.effect, &entry.target);
-        let listed = wrench_plugin::ListedEffect {
-            effect: entry.effect,
-            target: entry.target.clone(),
-            parameters: names
-                .into_iter()
-                .zip(entry.parameters.iter().copied())
-                .collect(),
-        };
+        let values = names.into_iter().zip(entry.parameters.iter().copied());
+        let listed =
+            wrench_plugin::ListedEffect::new(entry.effect, &entry.target, values.collect());
         let model = self.model()?;
         let density = body::has_native_fluid(&model)
             .then(|| model.setting_number("option", "density"))

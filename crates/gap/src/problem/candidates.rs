@@ -122,7 +122,9 @@ impl Candidate {
 
 /// Log prior probability of each candidate among single effects, shared by effect, target and form.
 pub(crate) fn log_shares(candidates: &[Candidate], elaborate: f64) -> Vec<f64> {
-    let effects = Id::ALL.len() as f64;
+    let own = candidates.iter().map(|of| of.effect);
+    let own: BTreeSet<Id> = own.filter(|id| matches!(id, Id::Own(_))).collect();
+    let effects = (Id::ALL.len() + own.len()) as f64;
     let share = |of: &Candidate| {
         let alike = || candidates.iter().filter(|c| c.effect == of.effect);
         let targets: BTreeSet<&[String]> = alike().map(|c| &c.targets[..]).collect();
@@ -137,20 +139,23 @@ pub(crate) fn log_shares(candidates: &[Candidate], elaborate: f64) -> Vec<f64> {
     candidates.iter().map(share).collect()
 }
 
-/// All effects on all their targets.
+/// All effects on all their targets, the user's `own` too.
 pub(crate) fn enumerate(
     model: &PlantDescription,
     channels: &Channels,
     trials: &[MeasuredTrial],
     typical: &Typical,
+    own: &[Id],
     options: &CandidateOptions,
 ) -> Vec<Candidate> {
     let mut candidates = Vec::new();
     let moving = model.bodies.iter().filter(|body| body.moves).count();
     let bases = bases(model, options.base_volume_ratio);
     let pace = Pace::typical(model, typical);
-    for id in Id::ALL {
+    for id in Id::ALL.iter().chain(own) {
         let effect = effects::effect(*id);
+        let only = effect.only_on();
+        let is_meant = |name: &str| only.is_empty() || only.iter().any(|of| of == name);
         // Each alone, and all with shared values.
         let mut add = |targets: &[(String, Target)]| {
             for one in targets.chunks(1) {
@@ -169,6 +174,7 @@ pub(crate) fn enumerate(
                 }
                 let mut bodies: Vec<&PlantBody> =
                     model.bodies.iter().filter(|body| body.moves).collect();
+                bodies.retain(|body| is_meant(&body.name));
                 // All bodies are in the same water.
                 if matches!(effect.part(), Part::Water(_)) {
                     bodies.retain(|body| bases.contains(&body.name.as_str()));
@@ -181,7 +187,8 @@ pub(crate) fn enumerate(
                         continue;
                     }
                     let is_base = bases.contains(&body.name.as_str());
-                    if !(is_base || (moving <= options.all_bodies && body.wet)) {
+                    let is_asked = !only.is_empty();
+                    if !(is_base || is_asked || (moving <= options.all_bodies && body.wet)) {
                         continue;
                     }
                     let mut scale = body.scale.clone();
@@ -196,8 +203,8 @@ pub(crate) fn enumerate(
                     scale.travel = typical.travel[joint.qpos].max(options.least_joint_travel);
                     (joint.name.clone(), Target::Joint(scale))
                 });
-                let targets = targets.filter(|(_, of)| effect.applies_to(of));
                 // A slide and a hinge have no value in common.
+                let targets = targets.filter(|(name, of)| is_meant(name) && effect.applies_to(of));
                 let (slides, hinges): (Vec<_>, Vec<_>) =
                     targets.partition(|(_, of)| matches!(of, Target::Joint(of) if of.slides));
                 add(&hinges);
@@ -374,207 +381,4 @@ fn rms(trials: &[MeasuredTrial], start: usize, len: usize) -> f64 {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
-mod tests {
-    use super::*;
-    use crate::{
-        plant::{Plant, PlantJoint},
-        tests::fake::RigidBody,
-    };
-    use hydro_effects::card::JointScale;
-
-    const NO_CHANNELS: Channels = Channels {
-        list: Vec::new(),
-        sources: Vec::new(),
-    };
-
-    /// Slow trials far from walls.
-    fn usual(model: &PlantDescription) -> Typical {
-        Typical {
-            speed: vec![0.1; model.nv],
-            travel: vec![1.0; model.nq],
-            highest: vec![0.0; model.nq],
-            clearance: f64::INFINITY,
-            command: vec![1.0; model.actuators.len()],
-        }
-    }
-
-    fn joint(dof: usize, slides: bool) -> PlantJoint {
-        PlantJoint {
-            name: format!("joint_{dof}"),
-            qpos: dof,
-            dof,
-            scale: JointScale {
-                inertia: 1.0,
-                torque: 1.0,
-                speed: 0.0,
-                travel: 0.0,
-                slides,
-                driven: true,
-            },
-            stiffness: 0.0,
-            damping: 0.0,
-        }
-    }
-
-    #[test]
-    fn the_base_is_the_root_or_a_much_bulkier_body_of_its_tree() {
-        let mut model = RigidBody::new().description().clone();
-        let hull = model.bodies[0].clone();
-        let named = |name: &str, root: bool, part: f64| {
-            let mut body = hull.clone();
-            (body.name, body.root, body.bulk) = (name.to_owned(), root, part);
-            body
-        };
-        let mut buoyancy = named("hull_buoyancy", false, 3.0);
-        buoyancy.wet = false;
-        model.bodies = vec![
-            named("carriage", true, 0.01),
-            named("hull", false, 1.0),
-            buoyancy,
-            named("fin", false, 0.1),
-            named("vehicle", true, 1.0),
-            named("arm", false, 1.5),
-        ];
-        assert_eq!(bases(&model, 2.0), ["hull", "vehicle"]);
-    }
-
-    /// A constant force is tried with a torque and without; entries are whole either way.
-    #[test]
-    fn what_is_optional_makes_a_form_of_its_own() {
-        let model = RigidBody::new().description().clone();
-        let target = Target::Body(model.bodies[0].scale.clone());
-        let hull = [("hull".to_owned(), target)];
-        let forms = Candidate::forms(Id::ConstantForce, &hull);
-        let sizes: Vec<usize> = forms.iter().map(|form| form.parameters.len()).collect();
-        assert_eq!(sizes, [3, 6]);
-        assert_eq!(
-            forms[0].entries(&[1.0, 2.0, 3.0])[0].parameters,
-            [1.0, 2.0, 3.0, 0.0, 0.0, 0.0]
-        );
-        let all = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
-        assert_eq!(forms[1].entries(&all)[0].parameters, all);
-        assert_eq!(Candidate::forms(Id::Lift, &hull).len(), 1);
-    }
-
-    /// The plugin refuses a deadband wider than what an actuator can be told.
-    #[test]
-    fn what_targets_share_lies_within_the_bounds_of_all() {
-        let target = |command: f64| {
-            Target::Actuator(ActuatorScale {
-                command,
-                inflow: 0.5,
-                step: 0.01,
-                thrusts: true,
-            })
-        };
-        let both = [
-            ("bow".to_owned(), target(10.0)),
-            ("stern".to_owned(), target(0.1)),
-        ];
-        let shared = &Candidate::forms(Id::ActuatorDeadband, &both)[0];
-        let width = &shared.parameters[0];
-        assert_eq!(shared.targets, ["bow", "stern"]);
-        assert_eq!((width.lower, width.upper), (0.0, 0.1));
-        assert!(width.start < 0.01 && width.prior_sd < 0.02, "{width:?}");
-    }
-
-    #[test]
-    fn hinges_and_slides_share_nothing() {
-        let mut model = RigidBody::new().description().clone();
-        let mut targets = |slides: [bool; 3]| {
-            model.joints = (0..3).map(|dof| joint(dof, slides[dof])).collect();
-            let all = enumerate(
-                &model,
-                &NO_CHANNELS,
-                &[],
-                &usual(&model),
-                &CandidateOptions::default(),
-            );
-            let dampings = all.into_iter().filter(|of| of.effect == Id::JointDamping);
-            let mut targets: Vec<_> = dampings.map(|of| of.targets.join(" ")).collect();
-            targets.sort();
-            targets
-        };
-        let alone = ["joint_0", "joint_1", "joint_2"];
-        let with = |shared: &'static str| {
-            let mut all = [&alone[..], &[shared]].concat();
-            all.sort_unstable();
-            all
-        };
-        assert_eq!(targets([false; 3]), with("joint_0 joint_1 joint_2"));
-        assert_eq!(targets([true; 3]), with("joint_0 joint_1 joint_2"));
-        assert_eq!(targets([false, true, false]), with("joint_0 joint_2"));
-        assert_eq!(targets([true, true, false]), with("joint_0 joint_1"));
-    }
-
-    #[test]
-    fn what_another_holds_already_clashes() {
-        let model = RigidBody::new().description().clone();
-        let target = Target::Body(model.bodies[0].scale.clone());
-        let form = |id: Id, name: &str, at: usize| {
-            Candidate::forms(id, &[(name.to_owned(), target.clone())]).swap_remove(at)
-        };
-        let weight = form(Id::NetBuoyancy, "hull", 0);
-        let away = form(Id::NetBuoyancy, "hull", 1);
-        let offset = form(Id::BuoyancyOffset, "hull", 0);
-        let force = form(Id::ConstantForce, "hull", 0);
-        assert!(away.clashes(&offset) && offset.clashes(&away));
-        assert!(!weight.clashes(&offset));
-        assert!(weight.clashes(&away) && weight.clashes(&force) && force.clashes(&away));
-        assert!(!force.clashes(&offset));
-        assert!(!away.clashes(&form(Id::BuoyancyOffset, "fin", 0)));
-        assert_eq!(weight.mechanism(), away.mechanism());
-    }
-
-    /// The hull is 0.6 m long.
-    #[test]
-    fn a_body_that_stays_away_does_not_feel_the_surface_nor_a_wall() {
-        let mut model = RigidBody::new().description().clone();
-        let felt = |model: &PlantDescription, highest: f64| {
-            let mut typical = usual(model);
-            typical.clearance = -highest;
-            typical.highest[2] = highest;
-            let candidates = enumerate(
-                model,
-                &NO_CHANNELS,
-                &[],
-                &typical,
-                &CandidateOptions::default(),
-            );
-            let tried = |id: Id| candidates.iter().any(|candidate| candidate.effect == id);
-            (tried(Id::FreeSurface), tried(Id::WallProximity))
-        };
-        // As far from a wall as it is deep.
-        assert_eq!(felt(&model, -1.1), (true, true));
-        assert_eq!(felt(&model, -1.3), (false, false));
-        model.waterline = -0.5;
-        assert_eq!(felt(&model, -1.3), (true, false));
-        assert_eq!(felt(&model, -1.8), (false, false));
-    }
-
-    /// A rate is no speed: what swings goes as fast as its far end, what a carriage tows as fast as the carriage.
-    #[test]
-    fn speeds_come_from_what_translates() {
-        let mut model = RigidBody::new().description().clone();
-        let scale = model.bodies[0].scale.clone();
-        let typical = Typical {
-            speed: vec![3.0, 4.0, 0.0, 0.6, 0.8, 0.0],
-            travel: vec![1.0; model.nq],
-            highest: vec![0.0; model.nq],
-            clearance: 0.0,
-            command: vec![1.0; model.actuators.len()],
-        };
-        let found = |model: &PlantDescription| Pace::typical(model, &typical).of_body(&scale, 0.05);
-        let close = |(speed, rate): (f64, f64), expected: (f64, f64)| {
-            (speed - expected.0).abs() < 1e-9 && (rate - expected.1).abs() < 1e-9
-        };
-        assert!(close(found(&model), (5.0, 1.0)), "{:?}", found(&model));
-        model.base = None;
-        // The hull is 0.6 m long.
-        model.joints = vec![joint(0, false), joint(1, false)];
-        assert!(close(found(&model), (3.0, 5.0)), "{:?}", found(&model));
-        model.joints = vec![joint(0, false), joint(4, true)];
-        assert!(close(found(&model), (0.8, 0.05)), "{:?}", found(&model));
-    }
-}
+mod tests;

@@ -1,5 +1,7 @@
 //! The identification problem that every stage starts from: fit trials, their motions, channels, candidate effects.
 
+use hydro_effects::Id;
+
 use crate::{
     options::Options,
     plant::{Plant, PlantDescription},
@@ -19,6 +21,8 @@ pub struct Settings {
     pub uncertainty: Uncertainty,
     /// Seed of every draw.
     pub seed: u64,
+    /// Effects of the user's own, tried beside those of the catalogue.
+    pub own_effects: Vec<Id>,
     /// Statistical choices.
     pub options: Options,
 }

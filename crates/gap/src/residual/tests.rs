@@ -41,6 +41,7 @@ fn estimated(push: &Push) -> MissingWrench {
     let settings = Settings {
         uncertainty: Uncertainty::default(),
         seed: 0,
+        own_effects: Vec::new(),
         options: Options::default(),
     };
     let problem = Problem::prepare(&plant, trials, settings, &watch).unwrap();

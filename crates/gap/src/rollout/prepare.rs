@@ -96,6 +96,7 @@ impl<'a> Problem<'a> {
             &channels,
             &trials,
             &typical,
+            &settings.own_effects,
             &settings.options.candidates,
         );
         let uncertainty = &settings.uncertainty;

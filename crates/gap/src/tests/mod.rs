@@ -3,6 +3,7 @@
 
 pub(crate) mod fake;
 mod likelihood;
+mod own_effect;
 mod refusals;
 mod workflow;
 
@@ -32,6 +33,7 @@ pub(crate) fn settings() -> Settings {
     Settings {
         uncertainty: Uncertainty::default(),
         seed: 0,
+        own_effects: Vec::new(),
         options: Options::default(),
     }
 }

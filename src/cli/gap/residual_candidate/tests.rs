@@ -123,6 +123,7 @@ fn a_learned_residual_loads_and_predicts_held_out_trials_better() {
     let settings = Settings {
         uncertainty: Uncertainty::default(),
         seed: 0,
+        own_effects: Vec::new(),
         options: hydro_gap::Options::default(),
     };
     let stop = AtomicBool::new(false);
@@ -189,6 +190,7 @@ fn a_base_without_a_free_joint_has_none() {
     let settings = Settings {
         uncertainty: Uncertainty::default(),
         seed: 0,
+        own_effects: Vec::new(),
         options: hydro_gap::Options::default(),
     };
     let stop = AtomicBool::new(false);

@@ -1,0 +1,252 @@
+//! Which effects are tried on which targets.
+#![allow(clippy::unwrap_used)]
+
+use super::*;
+use crate::{
+    plant::{Plant, PlantJoint},
+    tests::fake::RigidBody,
+};
+use hydro_effects::card::JointScale;
+
+const NO_CHANNELS: Channels = Channels {
+    list: Vec::new(),
+    sources: Vec::new(),
+};
+
+/// Slow trials far from walls.
+fn usual(model: &PlantDescription) -> Typical {
+    Typical {
+        speed: vec![0.1; model.nv],
+        travel: vec![1.0; model.nq],
+        highest: vec![0.0; model.nq],
+        clearance: f64::INFINITY,
+        command: vec![1.0; model.actuators.len()],
+    }
+}
+
+fn joint(dof: usize, slides: bool) -> PlantJoint {
+    PlantJoint {
+        name: format!("joint_{dof}"),
+        qpos: dof,
+        dof,
+        scale: JointScale {
+            inertia: 1.0,
+            torque: 1.0,
+            speed: 0.0,
+            travel: 0.0,
+            slides,
+            driven: true,
+        },
+        stiffness: 0.0,
+        damping: 0.0,
+    }
+}
+
+#[test]
+fn the_base_is_the_root_or_a_much_bulkier_body_of_its_tree() {
+    let mut model = RigidBody::new().description().clone();
+    let hull = model.bodies[0].clone();
+    let named = |name: &str, root: bool, part: f64| {
+        let mut body = hull.clone();
+        (body.name, body.root, body.bulk) = (name.to_owned(), root, part);
+        body
+    };
+    let mut buoyancy = named("hull_buoyancy", false, 3.0);
+    buoyancy.wet = false;
+    model.bodies = vec![
+        named("carriage", true, 0.01),
+        named("hull", false, 1.0),
+        buoyancy,
+        named("fin", false, 0.1),
+        named("vehicle", true, 1.0),
+        named("arm", false, 1.5),
+    ];
+    assert_eq!(bases(&model, 2.0), ["hull", "vehicle"]);
+}
+
+/// A constant force is tried with a torque and without; entries are whole either way.
+#[test]
+fn what_is_optional_makes_a_form_of_its_own() {
+    let model = RigidBody::new().description().clone();
+    let target = Target::Body(model.bodies[0].scale.clone());
+    let hull = [("hull".to_owned(), target)];
+    let forms = Candidate::forms(Id::ConstantForce, &hull);
+    let sizes: Vec<usize> = forms.iter().map(|form| form.parameters.len()).collect();
+    assert_eq!(sizes, [3, 6]);
+    assert_eq!(
+        forms[0].entries(&[1.0, 2.0, 3.0])[0].parameters,
+        [1.0, 2.0, 3.0, 0.0, 0.0, 0.0]
+    );
+    let all = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+    assert_eq!(forms[1].entries(&all)[0].parameters, all);
+    assert_eq!(Candidate::forms(Id::Lift, &hull).len(), 1);
+}
+
+/// The plugin refuses a deadband wider than what an actuator can be told.
+#[test]
+fn what_targets_share_lies_within_the_bounds_of_all() {
+    let target = |command: f64| {
+        Target::Actuator(ActuatorScale {
+            command,
+            inflow: 0.5,
+            step: 0.01,
+            thrusts: true,
+        })
+    };
+    let both = [
+        ("bow".to_owned(), target(10.0)),
+        ("stern".to_owned(), target(0.1)),
+    ];
+    let shared = &Candidate::forms(Id::ActuatorDeadband, &both)[0];
+    let width = &shared.parameters[0];
+    assert_eq!(shared.targets, ["bow", "stern"]);
+    assert_eq!((width.lower, width.upper), (0.0, 0.1));
+    assert!(width.start < 0.01 && width.prior_sd < 0.02, "{width:?}");
+}
+
+/// One of the user's own on hinges, and one on a body that is neither base nor wet.
+#[test]
+fn the_users_own_stand_beside_the_built_in_ones() {
+    let own = |name: &str, target: &str, force: &str| {
+        let text = format!(
+            "summary = \"s\"\ntarget = \"{target}\"\n{force}\n[parameters.k]\nunit = \"N m\"\nlower = -1\n\
+             upper = 1\nprior_sd = 1"
+        );
+        hydro_effects::own::register_toml(name, &text).unwrap()
+    };
+    let hinge = own("hinge_torque", "hinge", "force = \"k\"");
+    let body = own(
+        "body_torque",
+        "body",
+        "targets = [\"tail\"]\nwrench = {yaw = \"k\"}",
+    );
+    let mut model = RigidBody::new().description().clone();
+    model.joints = (0..2).map(|dof| joint(dof, dof == 1)).collect();
+    model.bodies.push(PlantBody {
+        name: "tail".to_owned(),
+        wet: false,
+        root: false,
+        ..model.bodies[0].clone()
+    });
+    let found = |own: &[Id]| {
+        let options = CandidateOptions {
+            all_bodies: 0,
+            ..CandidateOptions::default()
+        };
+        enumerate(&model, &NO_CHANNELS, &[], &usual(&model), own, &options)
+    };
+    let all = found(&[hinge, body]);
+    let targets = |id: Id| -> Vec<_> {
+        let of = all.iter().filter(|of| of.effect == id);
+        of.map(|of| of.targets.join(" ")).collect()
+    };
+    assert_eq!(targets(hinge), ["joint_0"]);
+    assert_eq!(targets(body), ["tail"]);
+    let without = found(&[]);
+    assert_eq!(all.len(), without.len() + 2);
+    // Each effect has the same share beforehand.
+    let shares = log_shares(&all, 0.5);
+    assert!((shares[all.len() - 1] + 30.0_f64.ln()).abs() < 1e-12);
+    assert!((log_shares(&without, 0.5)[0] - shares[0] - (30.0_f64 / 28.0).ln()).abs() < 1e-12);
+}
+
+#[test]
+fn hinges_and_slides_share_nothing() {
+    let mut model = RigidBody::new().description().clone();
+    let mut targets = |slides: [bool; 3]| {
+        model.joints = (0..3).map(|dof| joint(dof, slides[dof])).collect();
+        let all = enumerate(
+            &model,
+            &NO_CHANNELS,
+            &[],
+            &usual(&model),
+            &[],
+            &CandidateOptions::default(),
+        );
+        let dampings = all.into_iter().filter(|of| of.effect == Id::JointDamping);
+        let mut targets: Vec<_> = dampings.map(|of| of.targets.join(" ")).collect();
+        targets.sort();
+        targets
+    };
+    let alone = ["joint_0", "joint_1", "joint_2"];
+    let with = |shared: &'static str| {
+        let mut all = [&alone[..], &[shared]].concat();
+        all.sort_unstable();
+        all
+    };
+    assert_eq!(targets([false; 3]), with("joint_0 joint_1 joint_2"));
+    assert_eq!(targets([true; 3]), with("joint_0 joint_1 joint_2"));
+    assert_eq!(targets([false, true, false]), with("joint_0 joint_2"));
+    assert_eq!(targets([true, true, false]), with("joint_0 joint_1"));
+}
+
+#[test]
+fn what_another_holds_already_clashes() {
+    let model = RigidBody::new().description().clone();
+    let target = Target::Body(model.bodies[0].scale.clone());
+    let form = |id: Id, name: &str, at: usize| {
+        Candidate::forms(id, &[(name.to_owned(), target.clone())]).swap_remove(at)
+    };
+    let weight = form(Id::NetBuoyancy, "hull", 0);
+    let away = form(Id::NetBuoyancy, "hull", 1);
+    let offset = form(Id::BuoyancyOffset, "hull", 0);
+    let force = form(Id::ConstantForce, "hull", 0);
+    assert!(away.clashes(&offset) && offset.clashes(&away));
+    assert!(!weight.clashes(&offset));
+    assert!(weight.clashes(&away) && weight.clashes(&force) && force.clashes(&away));
+    assert!(!force.clashes(&offset));
+    assert!(!away.clashes(&form(Id::BuoyancyOffset, "fin", 0)));
+    assert_eq!(weight.mechanism(), away.mechanism());
+}
+
+/// The hull is 0.6 m long.
+#[test]
+fn a_body_that_stays_away_does_not_feel_the_surface_nor_a_wall() {
+    let mut model = RigidBody::new().description().clone();
+    let felt = |model: &PlantDescription, highest: f64| {
+        let mut typical = usual(model);
+        typical.clearance = -highest;
+        typical.highest[2] = highest;
+        let candidates = enumerate(
+            model,
+            &NO_CHANNELS,
+            &[],
+            &typical,
+            &[],
+            &CandidateOptions::default(),
+        );
+        let tried = |id: Id| candidates.iter().any(|candidate| candidate.effect == id);
+        (tried(Id::FreeSurface), tried(Id::WallProximity))
+    };
+    // As far from a wall as it is deep.
+    assert_eq!(felt(&model, -1.1), (true, true));
+    assert_eq!(felt(&model, -1.3), (false, false));
+    model.waterline = -0.5;
+    assert_eq!(felt(&model, -1.3), (true, false));
+    assert_eq!(felt(&model, -1.8), (false, false));
+}
+
+/// A rate is no speed: what swings goes as fast as its far end, what a carriage tows as fast as the carriage.
+#[test]
+fn speeds_come_from_what_translates() {
+    let mut model = RigidBody::new().description().clone();
+    let scale = model.bodies[0].scale.clone();
+    let typical = Typical {
+        speed: vec![3.0, 4.0, 0.0, 0.6, 0.8, 0.0],
+        travel: vec![1.0; model.nq],
+        highest: vec![0.0; model.nq],
+        clearance: 0.0,
+        command: vec![1.0; model.actuators.len()],
+    };
+    let found = |model: &PlantDescription| Pace::typical(model, &typical).of_body(&scale, 0.05);
+    let close = |(speed, rate): (f64, f64), expected: (f64, f64)| {
+        (speed - expected.0).abs() < 1e-9 && (rate - expected.1).abs() < 1e-9
+    };
+    assert!(close(found(&model), (5.0, 1.0)), "{:?}", found(&model));
+    model.base = None;
+    // The hull is 0.6 m long.
+    model.joints = vec![joint(0, false), joint(1, false)];
+    assert!(close(found(&model), (3.0, 5.0)), "{:?}", found(&model));
+    model.joints = vec![joint(0, false), joint(4, true)];
+    assert!(close(found(&model), (0.8, 0.05)), "{:?}", found(&model));
+}
