@@ -6,6 +6,7 @@ import json
 import os
 import shutil
 from collections.abc import Callable
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
@@ -335,18 +336,22 @@ class Case:
         return record, [self.sensed(record, self.effects, trial) for trial in range(schedule.trials)]
 
     def _write(self, out: Path, whole: "Whole", scales: list[float]) -> dict:
-        spec, record, fine, shown = self.spec, whole.record, whole.fine, self.schedule.trials
+        spec, shown = self.spec, self.schedule.trials
         coefficients = [effect.equivalent(scale) for effect, scale in zip(self.effects, scales)]
         modes = self.modes[:shown]
         # After these, which are of the motion that the tool sees.
         faster, fast = self._faster()
-        cases, sealed = out / "cases", out / "sealed"
-        open_part, secret_part = cases / f".{spec.case_id}.tmp", sealed / f".{spec.case_id}.tmp"
-        for folder in (open_part, secret_part):
-            shutil.rmtree(folder, ignore_errors=True)
-        (open_part / "trials").mkdir(parents=True)
+        with halves(out, spec.case_id) as (open_part, secret_part):
+            self._write_halves(open_part, secret_part, whole, coefficients, modes, faster, fast)
+        return {"id": spec.case_id, "system": spec.system}
+
+    def _write_halves(
+        self, open_part: Path, secret_part: Path, whole: "Whole", coefficients: list, modes: list, faster, fast: list
+    ) -> None:
+        spec, record, fine, shown = self.spec, whole.record, whole.fine, self.schedule.trials
+        (open_part / "trials").mkdir()
         for regime in ("never_shown", "faster"):
-            (secret_part / regime).mkdir(parents=True)
+            (secret_part / regime).mkdir()
         (open_part / "nominal.xml").write_text(self.xml)
         rng = spec.generator(5)
         as_csv = spec.index % 12 == 5
@@ -416,11 +421,6 @@ class Case:
             self._log(rng, secret_part / "faster" / f"trial_{trial:02d}", faster, trial, values, as_csv=False)
         (open_part / "case.json").write_text(json.dumps(public, indent=1) + "\n")
         (secret_part / "answer.json").write_text(json.dumps(answer, indent=1) + "\n")
-        # The sealed half goes first: a case that the tool can see always has its answer.
-        for part, folder in ((secret_part, sealed / spec.case_id), (open_part, cases / spec.case_id)):
-            shutil.rmtree(folder, ignore_errors=True)
-            os.replace(part, folder)
-        return {"id": spec.case_id, "system": spec.system}
 
     def _log(
         self, rng: np.random.Generator, stem: Path, record: Recording, trial: int, values: np.ndarray, *, as_csv: bool
@@ -454,6 +454,21 @@ class Case:
         state[1 : 1 + model.nq] = self.system.known_position(rng, qpos, self.layout)
         state[1 + model.nq : 1 + model.nq + model.nv] = qvel
         return state
+
+
+@contextmanager
+def halves(out: Path, case_id: str):
+    """Empty folders for the open and the sealed half of a case, which take their places when all is written."""
+    cases, sealed = out / "cases", out / "sealed"
+    open_part, secret_part = cases / f".{case_id}.tmp", sealed / f".{case_id}.tmp"
+    for folder in (open_part, secret_part):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+    yield open_part, secret_part
+    # The sealed half goes first: a case that the tool can see always has its answer.
+    for part, folder in ((secret_part, sealed / case_id), (open_part, cases / case_id)):
+        shutil.rmtree(folder, ignore_errors=True)
+        os.replace(part, folder)
 
 
 def is_complete(out: Path, case_id: str) -> bool:
