@@ -47,6 +47,7 @@ def main() -> int:
         Case(spec).make(args.out)
         progress.advance()
     lines = [{"id": spec.case_id, "name": spec.name, "suite": spec.suite, "quick": spec.quick} for spec in specs]
+    (args.out / "sealed").mkdir(parents=True, exist_ok=True)
     write_json(args.out / "sealed" / "index.json", {"seed": args.seed, "cases": lines})
     return 0
 

@@ -39,7 +39,7 @@ class Spec:
 
     index: int
     seed: int
-    kind: str  # single | null | pair | outside | inseparable
+    kind: str  # single | null | pair | several | outside | inseparable
     system: str
     effects: tuple[str, ...]
     target: tuple[float, ...]
@@ -88,9 +88,9 @@ def _part(problem: Problem) -> float:
 class Case:
     """Makes the truth of a spec and runs it."""
 
-    def __init__(self, spec: Spec):
+    def __init__(self, spec: Spec, system: System | None = None):
         self.spec = spec
-        self.system: System = SYSTEMS[spec.system]()
+        self.system: System = SYSTEMS[spec.system]() if system is None else system
         rng = spec.generator(1)
         self.xml = self.system.nominal_xml(spec.noise)
         self.nominal = self.system.plain_model(self.xml)
@@ -98,7 +98,7 @@ class Case:
         self.lead = self.nominal.opt.timestep
         self.truth = self.system.plain_model(self.xml)
         self.truth.opt.timestep, self.truth.opt.integrator = self.system.truth_step(rng)
-        self.amounts = perturbation.perturbed(self.truth, rng)
+        self.amounts = perturbation.perturbed(self.truth, rng, self.system.com, self.system.tie)
         self.schedule = self.system.schedule(rng, small=spec.small)
         self.recorder = measurement.recorder(rng, self.schedule.period)
         self.twin = self.system.twins(self.truth)[spec.effects[0]] if spec.kind == "inseparable" else None
@@ -140,6 +140,7 @@ class Case:
             qvel=drive.qvel,
             start=np.zeros(members),
             water=self.system.water(members),
+            act=drive.act,
         )
         per_row = round(schedule.period / self.truth.opt.timestep)
         every = range(0, schedule.rows + 1, round(1.0 / schedule.period)) if plant.water is not None else ()
@@ -221,7 +222,10 @@ class Case:
         # Sensitivities need no finer step than the nominal's own.
         coarse = copy.copy(self.truth)
         coarse.opt.timestep, coarse.opt.integrator = self.nominal.opt.timestep, self.nominal.opt.integrator
-        nuisances = Nuisances(windows, self.layout, coarse, water_of=water, most=40 if self.truth.nv <= 6 else 24)
+        most = self.system.most_nuisances or (40 if self.truth.nv <= 6 else 24)
+        nuisances = Nuisances(
+            windows, self.layout, coarse, water_of=water, most=most, com=self.system.com, tie=self.system.tie
+        )
         # A few windows stand for all, against a prior that is there once.
         share = np.sqrt(self.schedule.trials * self.schedule.rows / (len(windows.trial) * windows.rows))
         return Problem(
@@ -252,6 +256,7 @@ class Case:
                 record.qpos[part],
                 record.qvel[part],
                 {row: water.copy_members(np.arange(part.start, part.stop)) for row, water in record.waters.items()},
+                record.act[part],
             )
             sensed = np.stack([self.sensed(sub, [effect], t, float(scale)) for t in range(trials)])
             if i == len(ladder) // 2:
@@ -302,6 +307,7 @@ class Case:
         for effect in self.effects:
             effect.forget()
         record = self.run(everything, 3, self.effects, fine=True)
+        self.system.check(self.truth, record)
         fine = [self.sensed(record, self.effects, trial) for trial in range(everything.trials)]
         if not self.effects:
             return Whole(record, fine, 0.0, 0.0, None)
@@ -316,6 +322,7 @@ class Case:
             record.qpos[:shown],
             record.qvel[:shown],
             {row: water.copy_members(np.arange(shown)) for row, water in record.waters.items()},
+            record.act[:shown],
         )
         # Every second window stands for its neighbour too.
         raw = self.strength_of(sub, rows, every=2) * 2**0.5
@@ -352,7 +359,7 @@ class Case:
         (open_part / "trials").mkdir()
         for regime in ("never_shown", "faster"):
             (secret_part / regime).mkdir()
-        (open_part / "nominal.xml").write_text(self.xml)
+        (open_part / "nominal.xml").write_text(self.system.shown_xml(self.xml))
         rng = spec.generator(5)
         as_csv = spec.index % 12 == 5
         for trial, values in enumerate(fine):
@@ -377,7 +384,7 @@ class Case:
             "uncertainty": {
                 "mass": 0.03,
                 "inertia": 0.03,
-                "com_m": 0.002,
+                "com_m": self.system.com,
                 "fluid": 0.03,
                 "gain": 0.03,
                 "damping": 0.03,
@@ -396,7 +403,7 @@ class Case:
                 }
             )
         near = [kind for kind, distance in whole.distances.items() if distance < LIKE]
-        identifiable = spec.kind in ("single", "pair") and not near and bool(whole.projected >= LIKE)
+        identifiable = spec.kind in ("single", "pair", "several") and not near and bool(whole.projected >= LIKE)
         answer = {
             "schema": SCHEMA,
             "id": spec.case_id,
@@ -437,7 +444,7 @@ class Case:
             period=self.schedule.period,
             lead=self.lead,
         )
-        state = self._initial_state(rng, record.qpos[trial, 0], record.qvel[trial, 0])
+        state = self._initial_state(rng, record.qpos[trial, 0], record.qvel[trial, 0], record.act[trial, 0])
         if as_csv:
             trialfile.write_csv(stem.with_suffix(".csv"), self.nominal, times, record.commands[trial], labels, readings)
         else:
@@ -445,7 +452,9 @@ class Case:
                 stem.with_suffix(".npz"), self.nominal, times, record.commands[trial], labels, readings, state
             )
 
-    def _initial_state(self, rng: np.random.Generator, qpos: np.ndarray, qvel: np.ndarray) -> np.ndarray:
+    def _initial_state(
+        self, rng: np.random.Generator, qpos: np.ndarray, qvel: np.ndarray, act: np.ndarray
+    ) -> np.ndarray:
         """Full-physics state of the nominal, as a rig that stood still could know it: a third of the noise off."""
         model = self.nominal
         state = np.zeros(
@@ -453,6 +462,7 @@ class Case:
         )
         state[1 : 1 + model.nq] = self.system.known_position(rng, qpos, self.layout)
         state[1 + model.nq : 1 + model.nq + model.nv] = qvel
+        state[1 + model.nq + model.nv : 1 + model.nq + model.nv + model.na] = act
         return state
 
 
