@@ -128,7 +128,7 @@ class Case:
                 part_shown.readings[:, at],
                 PERIOD,
                 self.truth,
-                hidden.part,
+                hidden,
                 spec.had,
                 outputs,
                 rivals=spec.kind == "single",

@@ -117,6 +117,19 @@ class Hidden:
             return vehicle.replaced(buoyancy=np.array([[numbers.MASS * numbers.GRAVITY + v[0]]]), squeeze=4e-4)
         return vehicle.replaced(current=v[None], wander=0.03)
 
+    def plain(self, vehicle: Vehicle) -> Vehicle:
+        """A vehicle that has it, with the catalogue's form of it and the same numbers."""
+        diagonal = lambda matrix: matrix * np.eye(6)  # noqa: E731
+        if self.part is Part.ADDED_MASS:
+            return vehicle.replaced(added=diagonal(vehicle.added))
+        if self.part is Part.LINEAR_DRAG:
+            return vehicle.replaced(linear=diagonal(vehicle.linear))
+        if self.part is Part.QUADRATIC_DRAG:
+            return vehicle.replaced(power=1.0, mixed=0.0)
+        if self.part is Part.NET_BUOYANCY:
+            return vehicle.replaced(squeeze=0.0)
+        return vehicle.replaced(wander=0.0) if self.part is Part.CURRENT else vehicle
+
     def parameters(self) -> list[dict]:
         """Its numbers as an answer has them: name, value, unit."""
         kind = self.part.value

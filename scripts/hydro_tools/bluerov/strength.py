@@ -12,7 +12,7 @@ from ..hidden_cases.frames import difference
 from ..hidden_cases.strength import SLOPE, remainder
 from . import fossen, nominal
 from .fossen import Recording, Vehicle
-from .parts import Part, small, uncertain, without
+from .parts import Hidden, Part, small, uncertain, without
 
 #: Seconds of a window; windows that stand for all where slopes are needed; step of these short runs [s].
 WINDOW, MOST, STEP = 1.0, 24, 0.004
@@ -84,13 +84,18 @@ def measure(
     kept: np.ndarray,
     period: float,
     truth: Vehicle,
-    part: Part,
+    hidden: Hidden,
     had: frozenset[Part],
     outputs: Outputs,
     *,
     rivals: bool,
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Strength (`projected`, `raw`) of a part, and its distances to the others where `rivals` are asked for."""
+    """Strength of a part, and its distances to the others where `rivals` are asked for.
+
+    `raw` and `projected` as in the module; `form` is what is left of it when the nominal has the part in the
+    catalogue's form with the best numbers: a strong part in a form of its own leaves a gap that others may fill.
+    """
+    part = hidden.part
     shadow = without(truth, part)
     every = Windows(record, kept, period)
     change = outputs.whitened(every.truth(), every.outputs([shadow])[0])
@@ -102,6 +107,13 @@ def measure(
     slopes = share * _slopes(few, outputs, shadow, [number.moved for number in moved], SLOPE)
     norm = share * float(np.linalg.norm(change))
     projected = raw * remainder(share * change, slopes) / norm if norm > 1e-9 else 0.0
+    plain = hidden.plain(truth)
+    left = share * outputs.whitened(few.truth(), few.outputs([plain])[0])
+    ways = [number.moved for number in moved]
+    own = np.concatenate(
+        [_slopes(few, outputs, plain, ways, SLOPE), 1e3 * _slopes(few, outputs, plain, small(part), 0.02)], -1
+    )
+    form = remainder(left, share * own)
     distances = {}
     if rivals:
         for other in Part:
@@ -110,12 +122,12 @@ def measure(
                 # Free coefficients: a prior a thousand times wider.
                 both = np.concatenate([slopes, 1e3 * share * columns], -1)
                 distances[other.value] = remainder(share * change, both)
-    return {"projected": projected, "raw": raw}, dict(sorted(distances.items(), key=lambda pair: pair[1]))
+    return {"projected": projected, "raw": raw, "form": form}, dict(sorted(distances.items(), key=lambda pair: pair[1]))
 
 
 def _slopes(windows: Windows, outputs: Outputs, vehicle: Vehicle, ways: list, step: float) -> np.ndarray:
     """Change of the whitened readings by each way of moving a vehicle [W, rows, n, p], a unit of it."""
     moved = [way(vehicle, sign * step) for way in ways for sign in (1, -1)]
-    # Drag does not help itself: a negative coefficient over a step of a second is harmless.
+    # A coefficient that is negative for a second does no harm.
     found = windows.outputs(moved)
     return np.stack([outputs.whitened(up, down) / (2 * step) for up, down in zip(found[::2], found[1::2])], -1)

@@ -3,9 +3,9 @@
     python scripts/gen_random.py --out out/random --count 40 --seed 1
     python scripts/gen_random.py --out out/random --count 40 --seed 1 --quick --null-share 0.3
 
-For tuning, so that nothing is tuned on the systems that a method is judged by. OUT/cases/<id>/ and OUT/sealed/<id>/ are
-as gen_hidden.py writes them; kinds are null, single, pair and several. The first N cases of a seed are the same whatever
-the count. Interrupted, it goes on where it was.
+For tuning, so that nothing is tuned on the systems that a method is judged by. OUT/cases/<id>/ and OUT/sealed/<id>/
+are as gen_hidden.py writes them; kinds are null, single, pair and several. The first N cases of a seed are the same
+whatever the count. Interrupted, it goes on where it was.
 """
 
 import argparse

@@ -113,6 +113,8 @@ def _float(draft: _Draft) -> list[str]:
         spec.option.gravity = [0, 0, 0]
         for name in names:
             spec.body(name).gravcomp = 0.0
+        # MuJoCo keeps a diagonal only for a floating body alone in its tree; an uncertain centre of mass needs more.
+        body.add_body(name="b0_room")
     else:
         # Lift a little above the weight, so that it rights itself.
         mass = spec.compile().body("b0").mass[0]
@@ -152,7 +154,13 @@ def _rail(draft: _Draft) -> list[str]:
     # Held by a spring, as a rope drive would.
     body.joints[0].stiffness = [rng.uniform(5, 30), 0, 0]
     body.add_geom(
-        name="b0_shape", type=GEOM.mjGEOM_BOX, size=[0.1, 0.08, 0.05], mass=rng.uniform(1, 4), contype=0, conaffinity=0
+        name="b0_shape",
+        type=GEOM.mjGEOM_BOX,
+        pos=rng.normal(0, 0.01, 3),
+        size=[0.1, 0.08, 0.05],
+        mass=rng.uniform(1, 4),
+        contype=0,
+        conaffinity=0,
     )
     draft.joints.append("j0")
     return ["b0", *_links(draft, body, "b0", np.array([0, 0, -0.05]), int(rng.integers(0, 3)), scale=0.8)]
@@ -165,7 +173,7 @@ def _links(
     rng = draft.rng
     made = [(parent, at)]
     names = []
-    first = len([body for body in draft.spec.bodies]) - 1
+    first = len(draft.spec.bodies) - 1
     for i in range(count):
         above, place = made[-1] if rng.random() < 0.75 else made[int(rng.integers(len(made)))]
         length, thick = scale * rng.uniform(0.15, 0.4), scale * rng.uniform(0.03, 0.07, 2)

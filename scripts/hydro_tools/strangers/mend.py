@@ -1,8 +1,8 @@
 """Changes that make an MJCF the nominal of a case. Each says what it takes away and why.
 
 Every nominal has: explicit inertias (as the compiler finds them), so that meshes, textures and skins can go and the
-file stands alone; no contacts (truth and nominal would meet the floor at other instants; nothing here is about contact);
-names for what has none.
+file stands alone; no contacts (truth and nominal would meet the floor at other instants; no case is about that); names
+for what has none.
 """
 
 from pathlib import Path
