@@ -95,6 +95,8 @@ class Case:
         self.xml = self.system.nominal_xml(spec.noise)
         self.nominal = self.system.plain_model(self.xml)
         self.layout = Layout.from_model(self.nominal)
+        if not self.system.filtered:
+            self.layout = replace(self.layout, bandwidth=dict.fromkeys(self.layout.bandwidth, float("inf")))
         self.lead = self.nominal.opt.timestep
         self.truth = self.system.plain_model(self.xml)
         self.truth.opt.timestep, self.truth.opt.integrator = self.system.truth_step(rng)

@@ -66,6 +66,8 @@ class System:
     #: Standard deviation of a centre of mass [m]; how many of the nominal's uncertainties count in the strength.
     com = 0.002
     most_nuisances: int | None = None
+    #: Whether analogue sensors pass the recorder's filter.
+    filtered = True
     #: Class of a body by its name: uncertainties of bodies of one class are tied in the strength.
     tie: Callable[[str], str] | None = None
 
