@@ -69,7 +69,7 @@ def swimmer(wheels: Wheels) -> Robot:
     mend.encoders(spec, 2e-3, 0.02)
     spec.option.integrator = RK4
     return _finish(
-        spec, "swimmer", "head", middle=0.0, reach=0.8, period=0.02, band=(0.4, 1.5), com=2e-4, spread=0.1,
+        spec, "swimmer", "head", middle=0.0, reach=0.4, period=0.02, band=(0.4, 1.5), com=2e-4, spread=0.1,
         hold={0: ("joint_0", 0.25, 0.02), 1: ("joint_1", 0.25, 0.02)},
         effects=(*_JOINTS, "current", "payload"),
     )  # fmt: skip
@@ -106,7 +106,7 @@ def quadruped(wheels: Wheels) -> Robot:
     mend.encoders(spec, 1e-3, 1e-2)
     spec.option.timestep, spec.option.integrator = 0.0025, RK4
     return _finish(
-        spec, "quadruped", "toe_front_left", middle=0.0, reach=0.28, period=0.02, band=(0.2, 1.2),
+        spec, "quadruped", "toe_front_left", middle=0.0, reach=0.18, period=0.02, band=(0.2, 1.2),
         effects=("joint_friction", "joint_damping", "joint_stiffness", "actuator_gain", "payload"),
     )  # fmt: skip
 
