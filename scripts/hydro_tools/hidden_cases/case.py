@@ -195,7 +195,7 @@ class Case:
         problem = whole.problem
         rng = self.spec.generator(6)
         out = {}
-        for kind, factory in self.system.singles(self.truth).items():
+        for kind, factory in self.system.rivals(self.truth, self.effects[0]).items():
             # A wave's frequency is no coefficient.
             if kind in self.spec.effects or kind == "waves":
                 continue

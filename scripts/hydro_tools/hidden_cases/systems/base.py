@@ -110,6 +110,10 @@ class System:
         """Catalogue effects that can be seen on this system."""
         raise NotImplementedError
 
+    def rivals(self, model: mujoco.MjModel, effect: Effect) -> dict[str, Factory]:
+        """Effects that a hidden one is compared with, to say what it looks like."""
+        return self.singles(model)
+
     def outside(self, model: mujoco.MjModel) -> dict[str, Factory]:
         """Effects beyond the catalogue."""
         raise NotImplementedError

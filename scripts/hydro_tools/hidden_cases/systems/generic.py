@@ -200,6 +200,16 @@ class Generic(System):
             found = {kind: factory for kind, factory in found.items() if kind in self.robot.effects}
         return found
 
+    def rivals(self, model, effect):
+        found = self.singles(model)
+        if effect.kind == "joint_damping":
+            # Drag of the link that turns in it; on a hinge of the world they are the same thing.
+            j = model.joint(effect.target).id
+            body = int(model.jnt_bodyid[j])
+            size = np.append(np.full(3, 1.0), np.full(3, 0.1)) * effect.value("damping")
+            found["linear_drag"] = lambda rng: drag.LinearDrag(model.body(body).name, body, size)
+        return found
+
     def _joints(self, model) -> dict:
         size = self.sizes()
         joints = [j for j in range(model.njnt) if model.jnt_type[j] in (HINGE, SLIDE)]
