@@ -106,7 +106,7 @@ def quadruped(wheels: Wheels) -> Robot:
     mend.encoders(spec, 1e-3, 1e-2)
     spec.option.timestep, spec.option.integrator = 0.0025, RK4
     return _finish(
-        spec, "quadruped", "toe_front_left", middle=0.0, reach=0.18, period=0.02, band=(0.2, 1.2),
+        spec, "quadruped", "toe_front_left", middle=0.0, spread=0.0, reach=0.18, period=0.02, band=(0.2, 1.2),
         effects=("joint_friction", "joint_damping", "joint_stiffness", "actuator_gain", "payload"),
     )  # fmt: skip
 
