@@ -168,6 +168,7 @@ class Files(unittest.TestCase):
         for effect in dry["effects"]:
             self.assertGreater(effect["strength"]["projected"], 1.0)
             self.assertLess(effect["strength"]["projected"], effect["strength"]["raw"] * 1.01)
+            self.assertLess(effect["strength"]["form"], effect["strength"]["projected"])
         self.assertEqual([p["unit"] for p in current["effects"][0]["parameters"]], ["m/s"] * 3)
         self.assertEqual(set(current["distances"]), {part.value for part in Part} - {"current"})
 

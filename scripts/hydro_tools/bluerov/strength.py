@@ -103,31 +103,29 @@ def measure(
     few = Windows(record, kept, period, MOST)
     share = float(np.sqrt(few.whole / len(few.trial)))
     change = outputs.whitened(few.truth(), few.outputs([shadow])[0])
-    moved = uncertain(had, truth.configuration)
-    slopes = share * _slopes(few, outputs, shadow, [number.moved for number in moved], SLOPE)
+    nuisances = [(number.moved, SLOPE) for number in uncertain(had, truth.configuration)]
+    others = [other for other in Part if other is not part] if rivals else []
+    ways = nuisances + [(way, 0.05) for other in others for way in small(other)]
+    slopes = share * _slopes(few, outputs, shadow, ways)
+    known, free = slopes[..., : len(nuisances)], 1e3 * slopes[..., len(nuisances) :]
     norm = share * float(np.linalg.norm(change))
-    projected = raw * remainder(share * change, slopes) / norm if norm > 1e-9 else 0.0
+    projected = raw * remainder(share * change, known) / norm if norm > 1e-9 else 0.0
     plain = hidden.plain(truth)
     left = share * outputs.whitened(few.truth(), few.outputs([plain])[0])
-    ways = [number.moved for number in moved]
-    own = np.concatenate(
-        [_slopes(few, outputs, plain, ways, SLOPE), 1e3 * _slopes(few, outputs, plain, small(part), 0.02)], -1
-    )
-    form = remainder(left, share * own)
+    own = share * _slopes(few, outputs, plain, nuisances + [(way, 0.02) for way in small(part)])
+    own[..., len(nuisances) :] *= 1e3
     distances = {}
-    if rivals:
-        for other in Part:
-            if other is not part:
-                columns = _slopes(few, outputs, shadow, small(other), 0.05)
-                # Free coefficients: a prior a thousand times wider.
-                both = np.concatenate([slopes, 1e3 * share * columns], -1)
-                distances[other.value] = remainder(share * change, both)
-    return {"projected": projected, "raw": raw, "form": form}, dict(sorted(distances.items(), key=lambda pair: pair[1]))
+    for other in others:
+        # Free coefficients: a prior a thousand times wider.
+        mine, free = free[..., : len(small(other))], free[..., len(small(other)) :]
+        distances[other.value] = remainder(share * change, np.concatenate([known, mine], -1))
+    strengths = {"projected": projected, "raw": raw, "form": remainder(left, own)}
+    return strengths, dict(sorted(distances.items(), key=lambda pair: pair[1]))
 
 
-def _slopes(windows: Windows, outputs: Outputs, vehicle: Vehicle, ways: list, step: float) -> np.ndarray:
-    """Change of the whitened readings by each way of moving a vehicle [W, rows, n, p], a unit of it."""
-    moved = [way(vehicle, sign * step) for way in ways for sign in (1, -1)]
+def _slopes(windows: Windows, outputs: Outputs, vehicle: Vehicle, ways: list) -> np.ndarray:
+    """Change of the whitened readings by each (way of moving a vehicle, step of it) [W, rows, n, p], a unit of it."""
     # A coefficient that is negative for a second does no harm.
-    found = windows.outputs(moved)
-    return np.stack([outputs.whitened(up, down) / (2 * step) for up, down in zip(found[::2], found[1::2])], -1)
+    found = windows.outputs([way(vehicle, sign * step) for way, step in ways for sign in (1, -1)])
+    pairs = zip(found[::2], found[1::2], (step for _, step in ways))
+    return np.stack([outputs.whitened(up, down) / (2 * step) for up, down, step in pairs], -1)
