@@ -76,6 +76,35 @@ def without_limits(spec: mujoco.MjSpec) -> None:
         tendon.limited = False
 
 
+def springs_for_stops(spec: mujoco.MjSpec, push: float) -> None:
+    """Springs about the middle of each range in place of the stops, where joints hang in them.
+
+    As strong as gravity and all actuators at command `push` together at a quarter of the range from there.
+    """
+    for i, joint in enumerate(spec.joints):
+        joint.name = joint.name or f"joint_{i}"
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    middle = model.qpos0.copy()
+    for j in range(model.njnt):
+        if model.jnt_limited[j]:
+            middle[model.jnt_qposadr[j]] = model.jnt_range[j].mean()
+    data.qpos[:] = middle
+    mujoco.mj_forward(model, data)
+    load = np.abs(data.qfrc_bias)
+    moment = np.zeros((model.nu, model.nv))
+    mujoco.mju_sparse2dense(moment, data.actuator_moment, data.moment_rownnz, data.moment_rowadr, data.moment_colind)
+    load += push * np.abs(moment).T @ np.abs(model.actuator_gainprm[:, 0])
+    for joint in spec.joints:
+        own = model.joint(joint.name)
+        if model.jnt_limited[own.id]:
+            low, high = model.jnt_range[own.id]
+            stiff = 4 * load[own.dofadr[0]] / (high - low)
+            joint.stiffness = [max(stiff, float(joint.stiffness[0])), 0, 0]
+            joint.springref = np.degrees(middle[own.qposadr[0]]) if spec.compiler.degree else middle[own.qposadr[0]]
+    without_limits(spec)
+
+
 def held(spec: mujoco.MjSpec, *names: str) -> None:
     """Joints that others hold by enormous damping are welded."""
     for name in names:

@@ -112,7 +112,7 @@ def quadruped(wheels: Wheels) -> Robot:
 
 
 def dog(wheels: Wheels) -> Robot:
-    """A dog of 38 filtered muscles and 79 joints, the torso on a stand; its stops are left away, it hangs in some.
+    """A dog of 38 filtered muscles and 79 joints, the torso on a stand; springs stand for its stops.
 
     Too stiff for Runge-Kutta: `implicitfast` at 1 ms, whose error is the largest of all (`stepping` in its answers).
     """
@@ -120,13 +120,14 @@ def dog(wheels: Wheels) -> Robot:
     for name in [body.name for body in spec.worldbody.bodies if body.name not in ("torso",)]:
         spec.delete(spec.body(name))
     mend.on_a_stand(spec)
-    mend.without_limits(spec)
+    mend.springs_for_stops(spec, 0.3)
     mend.bare(spec)
     mend.own_sensors(spec, {})
     mend.encoders(spec, 5e-3, None)
     spec.option.timestep, spec.option.integrator = 0.001, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    middle = spec.compile().qpos_spring
     return _finish(
-        spec, "dog", "torso", middle=0.0, reach=0.3, period=0.03, band=(0.2, 1.0), runge_kutta=False, spread=0.02,
+        spec, "dog", "torso", middle, middle=0.0, reach=0.3, period=0.03, band=(0.2, 1.0), runge_kutta=False, spread=0.02,
         effects=("joint_friction", "joint_damping", "joint_stiffness", "actuator_gain"),
     )  # fmt: skip
 
