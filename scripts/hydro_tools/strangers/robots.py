@@ -127,8 +127,8 @@ def dog(wheels: Wheels) -> Robot:
     spec.option.timestep, spec.option.integrator = 0.001, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     middle = spec.compile().qpos_spring
     return _finish(
-        spec, "dog", "torso", middle, middle=0.0, reach=0.3, period=0.03, band=(0.2, 1.0), runge_kutta=False, spread=0.02,
-        effects=("joint_friction", "joint_damping", "joint_stiffness", "actuator_gain"),
+        spec, "dog", "torso", middle, middle=0.0, reach=0.3, period=0.03, band=(0.2, 1.0),
+        runge_kutta=False, spread=0.02, effects=("joint_friction", "joint_damping", "joint_stiffness", "actuator_gain"),
     )  # fmt: skip
 
 
