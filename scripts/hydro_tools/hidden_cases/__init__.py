@@ -5,7 +5,7 @@ integrator, perturbed nominal parameters.
 
 plan.py              the list of cases of a seed
 case.py              one case, made and written
-systems/             the systems: vehicle, leg, towed and swimming B1
+systems/             the systems: vehicle, leg, towed and swimming B1; any MJCF (generic.py)
 effects/             the hidden effects
 plant.py             the truth, stepped
 perturbation.py      its nuisance parameters

@@ -6,6 +6,7 @@ import json
 import os
 import shutil
 from collections.abc import Callable
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
@@ -38,7 +39,7 @@ class Spec:
 
     index: int
     seed: int
-    kind: str  # single | null | pair | outside | inseparable
+    kind: str  # single | null | pair | several | outside | inseparable
     system: str
     effects: tuple[str, ...]
     target: tuple[float, ...]
@@ -87,17 +88,19 @@ def _part(problem: Problem) -> float:
 class Case:
     """Makes the truth of a spec and runs it."""
 
-    def __init__(self, spec: Spec):
+    def __init__(self, spec: Spec, system: System | None = None):
         self.spec = spec
-        self.system: System = SYSTEMS[spec.system]()
+        self.system: System = SYSTEMS[spec.system]() if system is None else system
         rng = spec.generator(1)
         self.xml = self.system.nominal_xml(spec.noise)
         self.nominal = self.system.plain_model(self.xml)
         self.layout = Layout.from_model(self.nominal)
+        if not self.system.filtered:
+            self.layout = replace(self.layout, bandwidth=dict.fromkeys(self.layout.bandwidth, float("inf")))
         self.lead = self.nominal.opt.timestep
         self.truth = self.system.plain_model(self.xml)
         self.truth.opt.timestep, self.truth.opt.integrator = self.system.truth_step(rng)
-        self.amounts = perturbation.perturbed(self.truth, rng)
+        self.amounts = perturbation.perturbed(self.truth, rng, self.system.com, self.system.tie)
         self.schedule = self.system.schedule(rng, small=spec.small)
         self.recorder = measurement.recorder(rng, self.schedule.period)
         self.twin = self.system.twins(self.truth)[spec.effects[0]] if spec.kind == "inseparable" else None
@@ -139,6 +142,7 @@ class Case:
             qvel=drive.qvel,
             start=np.zeros(members),
             water=self.system.water(members),
+            act=drive.act,
         )
         per_row = round(schedule.period / self.truth.opt.timestep)
         every = range(0, schedule.rows + 1, round(1.0 / schedule.period)) if plant.water is not None else ()
@@ -191,7 +195,7 @@ class Case:
         problem = whole.problem
         rng = self.spec.generator(6)
         out = {}
-        for kind, factory in self.system.singles(self.truth).items():
+        for kind, factory in self.system.rivals(self.truth, self.effects[0]).items():
             # A wave's frequency is no coefficient.
             if kind in self.spec.effects or kind == "waves":
                 continue
@@ -220,7 +224,10 @@ class Case:
         # Sensitivities need no finer step than the nominal's own.
         coarse = copy.copy(self.truth)
         coarse.opt.timestep, coarse.opt.integrator = self.nominal.opt.timestep, self.nominal.opt.integrator
-        nuisances = Nuisances(windows, self.layout, coarse, water_of=water, most=40 if self.truth.nv <= 6 else 24)
+        most = self.system.most_nuisances or (40 if self.truth.nv <= 6 else 24)
+        nuisances = Nuisances(
+            windows, self.layout, coarse, water_of=water, most=most, com=self.system.com, tie=self.system.tie
+        )
         # A few windows stand for all, against a prior that is there once.
         share = np.sqrt(self.schedule.trials * self.schedule.rows / (len(windows.trial) * windows.rows))
         return Problem(
@@ -251,6 +258,7 @@ class Case:
                 record.qpos[part],
                 record.qvel[part],
                 {row: water.copy_members(np.arange(part.start, part.stop)) for row, water in record.waters.items()},
+                record.act[part],
             )
             sensed = np.stack([self.sensed(sub, [effect], t, float(scale)) for t in range(trials)])
             if i == len(ladder) // 2:
@@ -301,6 +309,7 @@ class Case:
         for effect in self.effects:
             effect.forget()
         record = self.run(everything, 3, self.effects, fine=True)
+        self.system.check(self.truth, record)
         fine = [self.sensed(record, self.effects, trial) for trial in range(everything.trials)]
         if not self.effects:
             return Whole(record, fine, 0.0, 0.0, None)
@@ -315,6 +324,7 @@ class Case:
             record.qpos[:shown],
             record.qvel[:shown],
             {row: water.copy_members(np.arange(shown)) for row, water in record.waters.items()},
+            record.act[:shown],
         )
         # Every second window stands for its neighbour too.
         raw = self.strength_of(sub, rows, every=2) * 2**0.5
@@ -335,19 +345,23 @@ class Case:
         return record, [self.sensed(record, self.effects, trial) for trial in range(schedule.trials)]
 
     def _write(self, out: Path, whole: "Whole", scales: list[float]) -> dict:
-        spec, record, fine, shown = self.spec, whole.record, whole.fine, self.schedule.trials
+        spec, shown = self.spec, self.schedule.trials
         coefficients = [effect.equivalent(scale) for effect, scale in zip(self.effects, scales)]
         modes = self.modes[:shown]
         # After these, which are of the motion that the tool sees.
         faster, fast = self._faster()
-        cases, sealed = out / "cases", out / "sealed"
-        open_part, secret_part = cases / f".{spec.case_id}.tmp", sealed / f".{spec.case_id}.tmp"
-        for folder in (open_part, secret_part):
-            shutil.rmtree(folder, ignore_errors=True)
-        (open_part / "trials").mkdir(parents=True)
+        with halves(out, spec.case_id) as (open_part, secret_part):
+            self._write_halves(open_part, secret_part, whole, coefficients, modes, faster, fast)
+        return {"id": spec.case_id, "system": spec.system}
+
+    def _write_halves(
+        self, open_part: Path, secret_part: Path, whole: "Whole", coefficients: list, modes: list, faster, fast: list
+    ) -> None:
+        spec, record, fine, shown = self.spec, whole.record, whole.fine, self.schedule.trials
+        (open_part / "trials").mkdir()
         for regime in ("never_shown", "faster"):
-            (secret_part / regime).mkdir(parents=True)
-        (open_part / "nominal.xml").write_text(self.xml)
+            (secret_part / regime).mkdir()
+        (open_part / "nominal.xml").write_text(self.system.shown_xml(self.xml))
         rng = spec.generator(5)
         as_csv = spec.index % 12 == 5
         for trial, values in enumerate(fine):
@@ -372,7 +386,7 @@ class Case:
             "uncertainty": {
                 "mass": 0.03,
                 "inertia": 0.03,
-                "com_m": 0.002,
+                "com_m": self.system.com,
                 "fluid": 0.03,
                 "gain": 0.03,
                 "damping": 0.03,
@@ -391,7 +405,7 @@ class Case:
                 }
             )
         near = [kind for kind, distance in whole.distances.items() if distance < LIKE]
-        identifiable = spec.kind in ("single", "pair") and not near and bool(whole.projected >= LIKE)
+        identifiable = spec.kind in ("single", "pair", "several") and not near and bool(whole.projected >= LIKE)
         answer = {
             "schema": SCHEMA,
             "id": spec.case_id,
@@ -416,11 +430,6 @@ class Case:
             self._log(rng, secret_part / "faster" / f"trial_{trial:02d}", faster, trial, values, as_csv=False)
         (open_part / "case.json").write_text(json.dumps(public, indent=1) + "\n")
         (secret_part / "answer.json").write_text(json.dumps(answer, indent=1) + "\n")
-        # The sealed half goes first: a case that the tool can see always has its answer.
-        for part, folder in ((secret_part, sealed / spec.case_id), (open_part, cases / spec.case_id)):
-            shutil.rmtree(folder, ignore_errors=True)
-            os.replace(part, folder)
-        return {"id": spec.case_id, "system": spec.system}
 
     def _log(
         self, rng: np.random.Generator, stem: Path, record: Recording, trial: int, values: np.ndarray, *, as_csv: bool
@@ -437,7 +446,7 @@ class Case:
             period=self.schedule.period,
             lead=self.lead,
         )
-        state = self._initial_state(rng, record.qpos[trial, 0], record.qvel[trial, 0])
+        state = self._initial_state(rng, record.qpos[trial, 0], record.qvel[trial, 0], record.act[trial, 0])
         if as_csv:
             trialfile.write_csv(stem.with_suffix(".csv"), self.nominal, times, record.commands[trial], labels, readings)
         else:
@@ -445,7 +454,9 @@ class Case:
                 stem.with_suffix(".npz"), self.nominal, times, record.commands[trial], labels, readings, state
             )
 
-    def _initial_state(self, rng: np.random.Generator, qpos: np.ndarray, qvel: np.ndarray) -> np.ndarray:
+    def _initial_state(
+        self, rng: np.random.Generator, qpos: np.ndarray, qvel: np.ndarray, act: np.ndarray
+    ) -> np.ndarray:
         """Full-physics state of the nominal, as a rig that stood still could know it: a third of the noise off."""
         model = self.nominal
         state = np.zeros(
@@ -453,7 +464,23 @@ class Case:
         )
         state[1 : 1 + model.nq] = self.system.known_position(rng, qpos, self.layout)
         state[1 + model.nq : 1 + model.nq + model.nv] = qvel
+        state[1 + model.nq + model.nv : 1 + model.nq + model.nv + model.na] = act
         return state
+
+
+@contextmanager
+def halves(out: Path, case_id: str):
+    """Empty folders for the open and the sealed half of a case, which take their places when all is written."""
+    cases, sealed = out / "cases", out / "sealed"
+    open_part, secret_part = cases / f".{case_id}.tmp", sealed / f".{case_id}.tmp"
+    for folder in (open_part, secret_part):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+    yield open_part, secret_part
+    # The sealed half goes first: a case that the tool can see always has its answer.
+    for part, folder in ((secret_part, sealed / case_id), (open_part, cases / case_id)):
+        shutil.rmtree(folder, ignore_errors=True)
+        os.replace(part, folder)
 
 
 def is_complete(out: Path, case_id: str) -> bool:

@@ -26,29 +26,37 @@ class Nuisance:
     turn: Callable[[mujoco.MjModel, float], None]
 
 
-def nuisances(model: mujoco.MjModel) -> list[Nuisance]:
-    """Every nuisance of a model."""
+def nuisances(model: mujoco.MjModel, com: float = COM, tie: Callable[[str], str] | None = None) -> list[Nuisance]:
+    """Every nuisance of a model. `tie` gives the class of a body by its name; else the last word of it."""
     out = []
     root_first = {}
+    light = min(1e-3, 1e-3 * float(model.body_mass.sum()))
     for body in range(1, model.nbody):
         name = model.body(body).name
-        if name.endswith("_buoyancy") or model.body_mass[body] < 1e-3:
+        if name.endswith("_buoyancy") or model.body_mass[body] < light:
             continue
         # Nuisances of the heaviest part stand alone, those of small parts are tied by class.
         kind = name if model.nv <= 6 or not root_first else name.rsplit("_", 1)[-1]
         root_first.setdefault("root", body)
+        if tie is not None:
+            kind = tie(name)
         out.append(Nuisance(f"mass {name}", f"mass {kind}", _mass(body)))
         for axis in range(3):
-            out.append(Nuisance(f"com {name} {axis}", f"com {kind} {axis}", _com(body, axis)))
+            out.append(Nuisance(f"com {name} {axis}", f"com {kind} {axis}", _com(body, axis, com)))
             out.append(Nuisance(f"inertia {name} {axis}", f"inertia {kind} {axis}", _inertia(body, axis)))
     for geom in range(model.ngeom):
         if model.geom_fluid[geom, 0] > 0 and model.geom_fluid[geom, 1:5].any():
             kind = model.geom(geom).name.rsplit("_", 2)[-2] if "_" in model.geom(geom).name else "hull"
             for slot in range(1, 5):
                 out.append(Nuisance(f"fluid {geom} {slot}", f"fluid {kind} {slot}", _fluid(geom, slot)))
+    if not model.geom_fluid[:, 0].any():
+        # MuJoCo's fluid by inertia boxes has no coefficients but these.
+        for field in ("density", "viscosity"):
+            if getattr(model.opt, field) > 0:
+                out.append(Nuisance(f"fluid {field}", f"fluid {field}", _option(field)))
     for actuator in range(model.nu):
         name = model.actuator(actuator).name
-        kind = name if model.nu <= 8 else name.split("_", 1)[-1]
+        kind = name if model.nu <= 8 or tie is not None else name.split("_", 1)[-1]
         out.append(Nuisance(f"gain {name}", f"gain {kind}", _gain(actuator)))
     for dof in range(model.nv):
         if np.any(model.dof_damping[dof] > 0):
@@ -56,10 +64,12 @@ def nuisances(model: mujoco.MjModel) -> list[Nuisance]:
     return out
 
 
-def perturbed(model: mujoco.MjModel, rng: np.random.Generator) -> dict[str, float]:
+def perturbed(
+    model: mujoco.MjModel, rng: np.random.Generator, com: float = COM, tie: Callable[[str], str] | None = None
+) -> dict[str, float]:
     """Move every nuisance parameter of `model` by a random amount; returns the amounts [standard deviations]."""
     amounts = {}
-    for nuisance in nuisances(model):
+    for nuisance in nuisances(model, com, tie):
         z = float(np.clip(rng.normal(), -CUT, CUT))
         nuisance.turn(model, z)
         amounts[nuisance.name] = z
@@ -72,10 +82,12 @@ def settle(model: mujoco.MjModel) -> None:
     mujoco.mj_setConst(model, mujoco.MjData(model))
 
 
-def groups(model: mujoco.MjModel) -> dict[str, list[Nuisance]]:
+def groups(
+    model: mujoco.MjModel, com: float = COM, tie: Callable[[str], str] | None = None
+) -> dict[str, list[Nuisance]]:
     """Knobs tied by group."""
     out: dict[str, list[Nuisance]] = {}
-    for nuisance in nuisances(model):
+    for nuisance in nuisances(model, com, tie):
         out.setdefault(nuisance.group, []).append(nuisance)
     return out
 
@@ -94,9 +106,9 @@ def _inertia(body, axis):
     return turn
 
 
-def _com(body, axis):
+def _com(body, axis, com):
     def turn(model, z):
-        model.body_ipos[body, axis] += COM * z
+        model.body_ipos[body, axis] += com * z
 
     return turn
 
@@ -104,6 +116,13 @@ def _com(body, axis):
 def _fluid(geom, slot):
     def turn(model, z):
         model.geom_fluid[geom, slot] *= 1 + RELATIVE * z
+
+    return turn
+
+
+def _option(field):
+    def turn(model, z):
+        setattr(model.opt, field, getattr(model.opt, field) * (1 + RELATIVE * z))
 
     return turn
 

@@ -76,7 +76,7 @@ def _strength(rng: np.random.Generator, *, least: float = 0.0) -> float:
 
 
 #: Two effects that are hardly two: not used as a pair.
-_TOO_CLOSE = (
+TOO_CLOSE = (
     {"net_buoyancy", "payload"},
     {"linear_drag", "quadratic_drag"},
     {"current", "constant_force"},
@@ -112,7 +112,7 @@ def _spec(index: int, seed: int, kind: str, system: str, menus: dict, rng: np.ra
     first = menu.deal("single", rng)
     while True:
         second = menu.deal("single", rng)
-        if second != first and {first, second} not in _TOO_CLOSE:
+        if second != first and {first, second} not in TOO_CLOSE:
             break
     return Spec(
         index, seed, kind, system, (first, second), (_strength(rng, least=12.0), _strength(rng, least=12.0)), noise

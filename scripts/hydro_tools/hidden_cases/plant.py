@@ -51,6 +51,7 @@ class Recording:
     qpos: np.ndarray  # [M, K+1, nq] at rows
     qvel: np.ndarray  # [M, K+1, nv]
     waters: dict = field(default_factory=dict)  # row -> copy of the water's memory
+    act: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 0)))  # [M, K+1, na] activations at rows
 
 
 class Plant:
@@ -65,6 +66,7 @@ class Plant:
         qvel: np.ndarray,
         start: np.ndarray,
         water: Water | None = None,
+        act: np.ndarray | None = None,
     ):
         self.model, self.effects, self.water = model, list(effects), water
         self.members = len(qpos)
@@ -92,6 +94,9 @@ class Plant:
             self._dense = _dense_index(model)
         self.batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE.value)
         self.qpos[:], self.qvel[:] = qpos, qvel
+        self.act = bind("act") if model.na else np.zeros((self.members, 0))
+        if act is not None:
+            self.act[:] = act
         for effect in self.effects:
             effect.begin(self)
 
@@ -132,6 +137,10 @@ class Plant:
             model = self.model
             hulls = [g for g in range(model.ngeom) if model.geom_bodyid[g] == body and model.geom_fluid[g, 0]]
             largest = max(hulls, key=lambda g: np.prod(model.geom_size[g]), default=None)
+            if largest is None:
+                # Where the nominal has no water: the geom BODY_shape, if any.
+                named = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, f"{model.body(body).name}_shape")
+                largest = None if named < 0 else named
             self._middles[body] = np.zeros(3) if largest is None else model.geom_pos[largest].copy()
         return self._middles[body]
 
@@ -191,13 +200,14 @@ class Plant:
         commands = np.empty((self.members, rows + 1, self.model.nu))
         qpos = np.empty((self.members, rows + 1, self.model.nq))
         qvel = np.empty((self.members, rows + 1, self.model.nv))
+        act = np.empty((self.members, rows + 1, self.model.na))
         waters: dict[int, Water] = {}
         self.batch.forward(stage=VEL)
         commands[:, 0] = policy(0, self)
         for k in range(total + 1):
             row, part = divmod(k, per_row)
             if part == 0:
-                qpos[:, row], qvel[:, row] = self.qpos, self.qvel
+                qpos[:, row], qvel[:, row], act[:, row] = self.qpos, self.qvel, self.act
                 if row in keep_water_at and self.water is not None:
                     waters[row] = self.water
                     waters[row] = self.water.copy_members(np.arange(self.members))
@@ -214,7 +224,7 @@ class Plant:
                 sensors[:, slot[k]][:, late] = self.sensordata[:, late]
         if not np.isfinite(sensors).all() or np.abs(qvel).max() > 1e3:
             raise HiddenCaseError("the truth diverged")
-        return Recording(sensors, kept * self.step_length, commands, qpos, qvel, waters)
+        return Recording(sensors, kept * self.step_length, commands, qpos, qvel, waters, act)
 
     def _one_step(self, asked: np.ndarray) -> None:
         self._cache.clear()

@@ -23,3 +23,8 @@ def without_plugins(xml: str) -> str:
             if child.tag == "extension" or child.tag == "plugin":
                 parent.remove(child)
     return ET.tostring(root, encoding="unicode")
+
+
+def without_noise(xml: str) -> str:
+    """The scene without any `noise` attribute."""
+    return _NOISE.sub("", xml)

@@ -95,6 +95,7 @@ class Windows:
             qvel=self.record.qvel[self.trial, self.first],
             start=self.first * self.period,
             water=water,
+            act=self.record.act[self.trial, self.first],
         )
         per_row = round(self.period / model.opt.timestep)
         run = plant.run(self.rows, self.period, lambda row, _: commands[:, row], record_every=per_row, lead=self.lead)
@@ -109,14 +110,26 @@ class Windows:
 #: Step of a slope, in standard deviations of a nuisance parameter. A whole one turns a hull by half a radian in a
 #: window (2 mm between weight and buoyancy), where the curvature would count as unexplained.
 SLOPE = 0.02
+#: Most that a nuisance parameter is moved, in standard deviations.
+FARTHEST = 20.0
 
 
 class Nuisances:
     """The nominal's uncertainties as columns: slopes of the whitened outputs, per standard deviation."""
 
-    def __init__(self, windows: Windows, layout: Layout, model: mujoco.MjModel, *, water_of=None, most: int = 40):
+    def __init__(
+        self,
+        windows: Windows,
+        layout: Layout,
+        model: mujoco.MjModel,
+        *,
+        water_of=None,
+        most: int = 40,
+        com: float = perturbation.COM,
+        tie=None,
+    ):
         self.windows, self.layout, self.model, self.water_of = windows, layout, model, water_of
-        self.groups = list(perturbation.groups(model).values())[:most]
+        self.groups = list(perturbation.groups(model, com, tie).values())[:most]
         slopes = []
         for i in range(len(self.groups)):
             step = np.zeros(len(self.groups))
@@ -155,7 +168,8 @@ class Nuisances:
             target = change + self.columns @ amounts
             goal = ridge(share * flat, share * target.ravel())
             for damping in (1.0, 0.3, 0.1):
-                tried = amounts + damping * (goal - amounts)
+                # Further out a mass would be negative.
+                tried = np.clip(amounts + damping * (goal - amounts), -FARTHEST, FARTHEST)
                 then = change_at(tried)
                 if cost(then, tried) < cost(change, amounts):
                     amounts, change = tried, then

@@ -36,15 +36,33 @@ def write_npz(path: Path, model: mujoco.MjModel, control_times, controls, labels
     )
 
 
-def write_csv(path: Path, model: mujoco.MjModel, control_times, controls, labels, readings) -> None:
-    """One trial: `time`, a column an actuator, a column a sensor component; rows of the readings."""
+def write_csv(
+    path: Path,
+    model: mujoco.MjModel,
+    control_times,
+    controls,
+    labels,
+    readings,
+    *,
+    only: dict[str, tuple[int, ...]] | None = None,
+) -> None:
+    """One trial: `time`, a column an actuator, a column a sensor component; rows of the readings.
+
+    `only`: components of a sensor that are logged, where not all of them are. With it the commands of time 0 stand in a
+    row of their own, since no initial state tells when the trial begins.
+    """
     names = ["time"] + [model.actuator(i).name for i in range(model.nu)]
+    columns = []
     for i in range(model.nsensor):
-        name, width = model.sensor(i).name, model.sensor_dim[i]
-        names += [name] if width == 1 else [f"{name}[{k}]" for k in range(width)]
+        name, width, start = model.sensor(i).name, model.sensor_dim[i], model.sensor_adr[i]
+        logged = (only or {}).get(name, range(width))
+        names += [name] if width == 1 else [f"{name}[{k}]" for k in logged]
+        columns += [start + k for k in logged]
     along = np.stack([np.interp(labels, control_times, column) for column in controls.T], 1)
     with open(path, "w", newline="") as file:
         out = csv.writer(file, lineterminator="\n")
         out.writerow(names)
-        for t, u, y in zip(labels, along, readings):
+        if only is not None:
+            out.writerow([f"{x:.9g}" for x in (control_times[0], *controls[0])] + [""] * len(columns))
+        for t, u, y in zip(labels, along, readings[:, columns]):
             out.writerow([f"{t:.9g}"] + [f"{x:.9g}" for x in (*u, *y)])

@@ -43,6 +43,7 @@ def figures(cases: list[Scored]) -> list[Figure]:
     strong = [case for case in clear if case.names]
     weak = [case for case in single if WEAK <= case.strength < STRONG]
     pairs = [case for case in cases if case.kind == "pair"]
+    several = [case for case in cases if case.kind == "several"]
     nulls = [case for case in cases if case.kind == "null"]
     outside = [case for case in cases if case.kind == "outside" and _strong(case)]
     twins = [
@@ -50,9 +51,9 @@ def figures(cases: list[Scored]) -> list[Figure]:
         for case in cases
         if case.kind == "inseparable" and case.answer["twin"] in case.answer["lookalikes"] and case.strength >= WEAK
     ]
-    known = [case for case in cases if case.kind in ("single", "null", "pair")]
+    known = [case for case in cases if case.kind in ("single", "null", "pair", "several")]
     errors, covered = [], []
-    for case in strong + pairs:
+    for case in strong + pairs + several:
         for error, hits in coefficients(case):
             errors.append(error)
             covered += hits
@@ -81,6 +82,23 @@ def figures(cases: list[Scored]) -> list[Figure]:
             "two effects: both put forward, one rival at most",
             "",
             [set(case.truth) <= case.called and len(case.called) <= len(case.truth) + 1 for case in pairs],
+        ),
+        Figure(
+            "exact set, three and more effects",
+            ">= 60 %",
+            [sorted(case.named) == sorted(case.truth) for case in several],
+            meets=at_least(0.6),
+        ),
+        Figure(
+            "three and more effects: the strongest named",
+            "100 %",
+            [_strongest(case) in case.named for case in several],
+            meets=at_least(1.0),
+        ),
+        Figure(
+            "three and more effects: share of them named",
+            "",
+            [effect in case.named for case in several for effect in case.truth],
         ),
         Figure(
             "false alarm, nothing missing",
@@ -134,6 +152,13 @@ def left_of(case: Scored, regime: str) -> float | None:
     """Error on trials kept back, as a part of the nominal's."""
     gap = (case.verdict.get("elsewhere") or {}).get(regime)
     return gap["after"] / gap["before"] if gap and gap["before"] else None
+
+
+def _strongest(case: Scored) -> str:
+    """The hidden effect of the greatest strength; strengths aimed at where the answer has no others."""
+    asked = case.answer["strength"].get("asked") or [0.0] * len(case.truth)
+    sizes = [effect.get("strength", {}).get("projected", size) for effect, size in zip(case.answer["effects"], asked)]
+    return case.truth[sizes.index(max(sizes))]
 
 
 def _target_right(case: Scored) -> bool:

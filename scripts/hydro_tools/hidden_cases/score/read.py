@@ -23,12 +23,12 @@ class Scored:
 
     @property
     def kind(self) -> str:
-        """single, null, pair, outside or inseparable."""
+        """single, null, pair, several, outside or inseparable."""
         return self.answer["kind"]
 
     @property
     def system(self) -> str:
-        """vehicle, leg, tow or swim."""
+        """vehicle, leg, tow, swim, bluerov, a stranger's robot, random_tree and so on."""
         return self.answer["system"]
 
     @property

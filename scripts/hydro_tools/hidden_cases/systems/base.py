@@ -45,11 +45,16 @@ class Drive:
     qvel: np.ndarray
     policy: Callable
     modes: list[str]
+    act: np.ndarray | None = None  # [M, na] activations at the start, zero where None
 
     def tiled(self, count: int) -> "Drive":
         """The same trials `count` times over."""
         return Drive(
-            np.tile(self.qpos, (count, 1)), np.tile(self.qvel, (count, 1)), self.policy.tiled(count), self.modes * count
+            np.tile(self.qpos, (count, 1)),
+            np.tile(self.qvel, (count, 1)),
+            self.policy.tiled(count),
+            self.modes * count,
+            None if self.act is None else np.tile(self.act, (count, 1)),
         )
 
 
@@ -58,10 +63,24 @@ class System:
 
     name = "?"
     base = "?"
+    #: Standard deviation of a centre of mass [m]; how many of the nominal's uncertainties count in the strength.
+    com = 0.002
+    most_nuisances: int | None = None
+    #: Whether analogue sensors pass the recorder's filter.
+    filtered = True
+    #: Class of a body by its name: uncertainties of bodies of one class are tied in the strength.
+    tie: Callable[[str], str] | None = None
 
     def nominal_xml(self, noise: float) -> str:
         """The scene as the tool gets it, noise attributes multiplied."""
         raise NotImplementedError
+
+    def shown_xml(self, xml: str) -> str:
+        """The scene as it is written for the tool."""
+        return xml
+
+    def check(self, model: mujoco.MjModel, record) -> None:
+        """Refuse trials in which something happens that no case is meant to have."""
 
     def plain_model(self, xml: str) -> mujoco.MjModel:
         """The scene without what needs the plugin library; same sensors and state but the plugin's."""
@@ -90,6 +109,10 @@ class System:
     def singles(self, model: mujoco.MjModel) -> dict[str, Factory]:
         """Catalogue effects that can be seen on this system."""
         raise NotImplementedError
+
+    def rivals(self, model: mujoco.MjModel, effect: Effect) -> dict[str, Factory]:
+        """Effects that a hidden one is compared with, to say what it looks like."""
+        return self.singles(model)
 
     def outside(self, model: mujoco.MjModel) -> dict[str, Factory]:
         """Effects beyond the catalogue."""
