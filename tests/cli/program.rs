@@ -528,3 +528,36 @@ fn the_users_own_effects_are_listed_and_their_faults_named() {
     fs::remove_file(&file).unwrap();
     assert!(refusal(&given).contains("no file NAME.toml"));
 }
+
+#[cfg(mujoco_plugins)]
+#[test]
+fn gap_refuses_a_medium_that_the_model_contradicts() {
+    let folder = tempfile::tempdir().unwrap();
+    let nominal = folder.path().join("nominal.xml");
+    let model = r#"<mujoco><option density="1000"/><worldbody><body><freejoint/><geom size="0.1"/>
+        <site name="s"/></body></worldbody><sensor><gyro name="g" site="s"/></sensor></mujoco>"#;
+    fs::write(&nominal, model).unwrap();
+    let trials = folder.path().join("trials");
+    fs::create_dir(&trials).unwrap();
+    for trial in ["a", "b"] {
+        let rows = (0..20).map(|row| format!("{},0,0,0\n", 0.01 * f64::from(row)));
+        let head = "time,g[0],g[1],g[2]\n".to_owned();
+        let table: String = std::iter::once(head).chain(rows).collect();
+        fs::write(trials.join(format!("{trial}.csv")), table).unwrap();
+    }
+    let run = |medium: &str| {
+        let out = folder.path().join(medium);
+        let (model, trials, out) = (text(&nominal), text(&trials), text(&out));
+        let output = hydro(&[
+            "gap", "find", "--model", model, "--trials", trials, "--out", out, "--medium", medium,
+        ]);
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let message = run("air");
+    assert!(
+        message.contains("--medium is air, but the fluid of") && message.contains("is water"),
+        "{message}"
+    );
+    assert!(!run("water").contains("--medium"));
+    assert!(run("oil").contains("[possible values: none, air, water]"));
+}

@@ -4,7 +4,7 @@
 
 use std::{fs, path::PathBuf, sync::Arc};
 
-use hydro_effects::{Entry, Id};
+use hydro_effects::{Entry, Id, Medium};
 use hydro_frames::Wrench;
 use hydro_gap::plant::{NuisanceClass, Plant, Quantity, SensorKind, Simulation};
 use hydro_plugin::mujoco::{
@@ -491,6 +491,23 @@ fn the_description_says_what_is_there() {
     assert_eq!(kinds, [Force, Torque, JointPosition, Acceleration]);
     assert_eq!(description.sensors[2].joint.as_deref(), Some("hip"));
     assert_eq!(description.joints[0].qpos, 7);
+}
+
+#[test]
+fn the_description_says_the_medium() {
+    let medium = |option: &str, attributes: &str| {
+        let body = format!("<body name=\"hull\" {attributes}");
+        let text = hull(option, "").replace("<body name=\"hull\"", &body);
+        plant(&text).description().medium
+    };
+    assert_eq!(medium("", ""), Medium::None);
+    assert_eq!(medium("density=\"1.2\"", ""), Medium::Air);
+    assert_eq!(medium("density=\"1000\"", ""), Medium::Water);
+    assert_eq!(medium("", "gravcomp=\"1\""), Medium::Water);
+    // An arm whose weight its drives carry does not float.
+    let arm = r#"<mujoco><worldbody><body name="arm" gravcomp="1"><joint name="hip" axis="0 1 0"/>
+        <geom size="0.1" mass="1"/></body></worldbody></mujoco>"#;
+    assert_eq!(plant(arm).description().medium, Medium::None);
 }
 
 /// Only what stands still and is no drawing; distances are to what is nearest of it.

@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix6;
 
-use crate::{Card, Id, Motion, Parameter, Target};
+use crate::{Card, Id, Medium, Motion, Parameter, Target};
 
 /// One effect of the catalogue.
 pub trait Effect: Send + Sync + std::fmt::Debug {
@@ -21,6 +21,11 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
     /// False on a target of the right kind that cannot have the effect.
     fn applies_to(&self, _target: &Target) -> bool {
         true
+    }
+
+    /// The thinnest medium in which the effect is felt.
+    fn medium(&self) -> Medium {
+        Medium::None
     }
 
     /// The surface that must be near for the effect to be felt.

@@ -43,7 +43,7 @@ mod set_error;
 mod tests;
 mod wrench_law;
 
-pub use card::{Card, Id, Parameter, Placement, Target, TargetKind};
+pub use card::{Card, Id, Medium, Parameter, Placement, Target, TargetKind};
 pub use catalogue::{all, effect};
 pub use effect::{
     ActuatorPart, BodyPart, Effect, Entry, JointMotion, JointPart, NearBoundary, Part, SensorPart,

@@ -68,6 +68,8 @@ options! {
         periods: f64 = 1.5,
         /// Prior probability of the form of an effect that has its optional parameters.
         elaborate_form: f64 = 0.2,
+        /// Factor on the prior probability of an effect of a medium that the model tells nothing of.
+        untold_medium: f64 = 0.1,
         /// Least speed [m/s] and rate [rad/s] that scale a prior.
         least_speed: f64 = 0.05,
         /// Least speed of a joint that scales a prior [rad/s or m/s].

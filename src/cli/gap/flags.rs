@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use hydro_effects::Medium;
+
 /// Options of every stage. With the same options the stages in --out are reused.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Flags {
@@ -20,6 +22,10 @@ pub(super) struct Flags {
     /// Folder of effects of your own, NAME.toml each; the folder effects.d beside the model if left out and there.
     #[arg(long)]
     pub(super) effects: Option<PathBuf>,
+    /// The medium that the robot moves in: effects of thicker ones are left out. What the model tells of if left out: water where
+    /// its fluid is that dense or something floats in it.
+    #[arg(long, value_enum)]
+    pub(super) medium: Option<MediumFlag>,
     /// Part of the trials that nothing before `verify` opens, above 0 and below 1.
     #[arg(long, default_value_t = 0.25, value_parser = part)]
     pub(super) holdout: f64,
@@ -38,6 +44,24 @@ pub(super) struct Flags {
     /// Print one JSON value at the end and nothing else on standard output.
     #[arg(long)]
     pub(super) json: bool,
+}
+
+/// A medium by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum MediumFlag {
+    None,
+    Air,
+    Water,
+}
+
+impl From<MediumFlag> for Medium {
+    fn from(flag: MediumFlag) -> Self {
+        match flag {
+            MediumFlag::None => Self::None,
+            MediumFlag::Air => Self::Air,
+            MediumFlag::Water => Self::Water,
+        }
+    }
 }
 
 fn part(text: &str) -> Result<f64, String> {

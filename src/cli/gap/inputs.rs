@@ -10,7 +10,7 @@ use std::{
 };
 
 use anyhow::Context as _;
-use hydro_effects::Id;
+use hydro_effects::{Id, Medium};
 use hydro_gap::trial::{self, Listed, Split};
 use serde::{Deserialize, Serialize};
 
@@ -48,6 +48,9 @@ pub(super) struct Inputs {
     /// Digest of the MJCF and its included files.
     model_sha256: String,
     uncertainty_sha256: Option<String>,
+    /// The medium that the user says.
+    #[serde(default)]
+    medium: Option<Medium>,
     /// Definitions of the user's own effects, by name.
     #[serde(default)]
     own_effects: BTreeMap<String, String>,
@@ -92,6 +95,7 @@ impl Inputs {
                     Ok::<_, anyhow::Error>(sha256(&text))
                 })
                 .transpose()?,
+            medium: flags.medium.map(Medium::from),
             own_effects: own_effects::definitions(&own_effects(flags)?),
             holdout: flags.holdout,
             seed: flags.seed,
@@ -138,6 +142,9 @@ impl Inputs {
             ));
         } else if self.model_sha256 != old.model_sha256 {
             found.push(format!("the text of {} has changed", self.model.display()));
+        }
+        if self.medium != old.medium {
+            found.push("--medium differs".to_owned());
         }
         if self.uncertainty_sha256 != old.uncertainty_sha256 {
             found.push("--uncertainty differs".to_owned());

@@ -10,6 +10,7 @@ use std::{
 };
 
 use anyhow::{Context as _, bail};
+use hydro_effects::Medium;
 use hydro_gap as gap;
 use hydro_gap::{
     Explanation, Naming, Problem, Settings, Uncertainty, Watch, patch,
@@ -47,6 +48,7 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
     let own_effects = own_effects(flags)?;
     fit(&own_effects, plant.description())?;
     let settings = Settings {
+        medium: medium(flags, plant.description())?,
         own_effects,
         uncertainty: uncertainty(flags, plant.description())?,
         seed: flags.seed,
@@ -140,6 +142,22 @@ pub(super) fn open(flags: &Flags) -> anyhow::Result<Folder<Inputs>> {
     let mut folder = Folder::go_on(&flags.out, known)?;
     folder.clear(inputs)?;
     Ok(folder)
+}
+
+/// The medium of the flag. One that the model contradicts is refused.
+fn medium(flags: &Flags, model: &PlantDescription) -> anyhow::Result<Option<Medium>> {
+    let stated = flags.medium.map(Medium::from);
+    if let Some(stated) = stated
+        && model.has_fluid
+        && stated != model.medium
+    {
+        bail!(
+            "--medium is {stated}, but the fluid of {} is {}: its density says so",
+            flags.model.display(),
+            model.medium
+        );
+    }
+    Ok(stated)
 }
 
 fn uncertainty(flags: &Flags, model: &PlantDescription) -> anyhow::Result<Uncertainty> {

@@ -386,8 +386,9 @@ fn a_stop_keeps_what_was_finished() {
 fn other_inputs_are_named_and_refused_until_told_to_start_anew() {
     let fake = Fake::new();
     fake.run(Stage::Verify, &[]).unwrap();
-    let text = fake.fault(&["--seed", "7", "--holdout", "0.5"]);
+    let text = fake.fault(&["--seed", "7", "--holdout", "0.5", "--medium", "air"]);
     for word in [
+        "--medium differs",
         "--seed is 7, it was 0",
         "--holdout is 0.5, it was 0.25",
         "--overwrite",

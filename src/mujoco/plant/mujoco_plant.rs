@@ -160,7 +160,8 @@ impl MujocoPlant {
             wrench_bodies: instances::bodies(view),
             waterline: around.waterline.unwrap_or(0.0),
             walls: walls::standing(&data.view()),
-            has_water: view.has_fluid() || !nominal.is_empty(),
+            medium: description::medium(view, around.density),
+            has_fluid: view.has_fluid() || !nominal.is_empty(),
         };
         Ok(Self {
             model,

@@ -3,6 +3,7 @@
 mod body_scale;
 mod id;
 mod joint_scale;
+mod medium;
 mod own_id;
 mod parameter;
 mod target;
@@ -12,6 +13,7 @@ use serde::{Deserialize, Serialize};
 pub use body_scale::BodyScale;
 pub use id::Id;
 pub use joint_scale::JointScale;
+pub use medium::Medium;
 pub(crate) use own_id::MOST_OWN;
 pub use own_id::{OWN_PREFIX, OwnId};
 pub use parameter::Parameter;

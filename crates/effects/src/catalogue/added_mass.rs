@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::axes;
 use crate::{
-    Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
     dual::{Scalar, constant, cross, scaled, sum, times},
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw, about_origin},
@@ -49,6 +49,10 @@ impl Effect for AddedMass {
 
     fn is_additive(&self) -> bool {
         true
+    }
+
+    fn medium(&self) -> Medium {
+        Medium::Water
     }
 
     fn part(&self) -> Part<'_> {

@@ -2,7 +2,7 @@
 
 use super::axes;
 use crate::{
-    Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
     dual::{Scalar, constant},
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw, about_origin},
@@ -76,6 +76,10 @@ impl Effect for BassetHistory {
                 })
                 .collect()
         })
+    }
+
+    fn medium(&self) -> Medium {
+        Medium::Water
     }
 
     fn part(&self) -> Part<'_> {

@@ -2,7 +2,7 @@
 
 use super::axes;
 use crate::{
-    Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
     dual::{Scalar, constant, cross, scaled},
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw, force_and_torque},
@@ -41,6 +41,10 @@ impl Effect for BuoyancyOffset {
 
     fn is_additive(&self) -> bool {
         true
+    }
+
+    fn medium(&self) -> Medium {
+        Medium::Water
     }
 
     fn part(&self) -> Part<'_> {

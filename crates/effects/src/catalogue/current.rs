@@ -1,7 +1,7 @@
 //! Steady current: constant velocity of the water.
 
 use super::axes;
-use crate::{Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind, WaterPart};
+use crate::{Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind, WaterPart};
 
 /// No tank and hardly a sea is faster [m/s].
 const FASTEST: f64 = 5.0;
@@ -31,6 +31,10 @@ impl Effect for Current {
         target.body().map_or_else(Vec::new, |scale| {
             axes::vector("m/s", [scale.typical_speed(); 3], [FASTEST; 3]).collect()
         })
+    }
+
+    fn medium(&self) -> Medium {
+        Medium::Air
     }
 
     fn part(&self) -> Part<'_> {

@@ -1,6 +1,8 @@
 //! Thrust loss with inflow: `T = T_nominal max(1 - slope u_a, 0)`, u_a the speed of advance [m/s].
 
-use crate::{ActuatorPart, Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind};
+use crate::{
+    ActuatorPart, Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
+};
 
 /// Steepest loss: a thruster that stops at a tenth of a millimetre a second is off [s/m].
 const STEEPEST: f64 = 1e4;
@@ -44,6 +46,10 @@ impl Effect for InflowThrustLoss {
 
     fn applies_to(&self, target: &Target) -> bool {
         matches!(target, Target::Actuator(actuator) if actuator.thrusts)
+    }
+
+    fn medium(&self) -> Medium {
+        Medium::Air
     }
 
     fn part(&self) -> Part<'_> {

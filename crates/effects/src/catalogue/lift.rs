@@ -1,7 +1,7 @@
 //! Lift of the body: a force across it, in proportion to speed along it times sideslip.
 
 use crate::{
-    Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
     dual::{Scalar, constant, real},
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw, about_origin},
@@ -45,6 +45,10 @@ impl Effect for Lift {
 
     fn is_additive(&self) -> bool {
         true
+    }
+
+    fn medium(&self) -> Medium {
+        Medium::Air
     }
 
     fn part(&self) -> Part<'_> {

@@ -2,7 +2,7 @@
 
 use super::axes;
 use crate::{
-    Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
     dual::{Scalar, constant},
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw, about_origin},
@@ -42,6 +42,10 @@ impl Effect for LinearDrag {
 
     fn is_additive(&self) -> bool {
         true
+    }
+
+    fn medium(&self) -> Medium {
+        Medium::Air
     }
 
     fn part(&self) -> Part<'_> {

@@ -1,7 +1,7 @@
 //! Munk's moment: it turns a body at an angle of attack.
 
 use crate::{
-    Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
     dual::Scalar,
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw, force_and_torque},
@@ -47,6 +47,10 @@ impl Effect for MunkMoment {
 
     fn is_additive(&self) -> bool {
         true
+    }
+
+    fn medium(&self) -> Medium {
+        Medium::Water
     }
 
     fn part(&self) -> Part<'_> {

@@ -2,7 +2,7 @@
 
 use super::{axes, buoyancy_offset};
 use crate::{
-    Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
     dual::{Scalar, constant, cross, scaled},
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw, about_origin},
@@ -60,6 +60,10 @@ impl Effect for NetBuoyancy {
     /// Weight that acts away from the centre of mass has an offset of buoyancy.
     fn includes(&self, other: Id, complete: bool) -> bool {
         complete && other == Id::BuoyancyOffset
+    }
+
+    fn medium(&self) -> Medium {
+        Medium::Water
     }
 
     fn part(&self) -> Part<'_> {

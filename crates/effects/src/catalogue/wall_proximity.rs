@@ -4,7 +4,7 @@ use nalgebra::Matrix6;
 
 use super::proximity::{self, Boundary};
 use crate::{
-    Card, Effect, Id, NearBoundary, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, Medium, NearBoundary, Parameter, Part, Placement, Target, TargetKind,
     dual::Scalar,
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw},
@@ -39,6 +39,10 @@ impl Effect for WallProximity {
 
     fn boundary(&self) -> Option<NearBoundary> {
         Some(NearBoundary::Wall)
+    }
+
+    fn medium(&self) -> Medium {
+        Medium::Water
     }
 
     fn part(&self) -> Part<'_> {

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::axes;
-use crate::{Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind, WaterPart};
+use crate::{Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind, WaterPart};
 
 /// Greatest orbital velocity [m/s].
 const FASTEST: f64 = 5.0;
@@ -59,6 +59,10 @@ impl Effect for Waves {
             ]);
             parameters
         })
+    }
+
+    fn medium(&self) -> Medium {
+        Medium::Water
     }
 
     fn part(&self) -> Part<'_> {

@@ -85,7 +85,8 @@ fn description() -> PlantDescription {
         wrench_bodies: Vec::new(),
         waterline: 0.0,
         walls: Vec::new(),
-        has_water: true,
+        medium: hydro_effects::Medium::Water,
+        has_fluid: true,
     }
 }
 

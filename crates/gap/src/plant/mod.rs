@@ -3,7 +3,7 @@
 
 pub mod wall;
 
-use hydro_effects::{Entry, card};
+use hydro_effects::{Entry, Medium, card};
 use hydro_frames::Wrench;
 use thiserror::Error;
 
@@ -289,8 +289,10 @@ pub struct PlantDescription {
     pub waterline: f64,
     /// Planes and boxes of the world that stand still.
     pub walls: Vec<Wall>,
-    /// True where a learned or native fluid acts already, so that a current has something to act through.
-    pub has_water: bool,
+    /// The medium that the model tells of: by a fluid, by what floats in it, or none.
+    pub medium: Medium,
+    /// True where a learned or native fluid acts already.
+    pub has_fluid: bool,
 }
 
 /// A system that can be simulated under hypotheses.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use hydro_effects as effects;
 use hydro_effects::{
-    Entry, Id, NearBoundary, Parameter, Part,
+    Entry, Id, Medium, NearBoundary, Parameter, Part,
     card::{ActuatorScale, BodyScale, SensorScale, Target, TargetKind},
 };
 
@@ -120,8 +120,13 @@ impl Candidate {
     }
 }
 
-/// Log prior probability of each candidate among single effects, shared by effect, target and form.
-pub(crate) fn log_shares(candidates: &[Candidate], elaborate: f64) -> Vec<f64> {
+/// Log prior probability of each candidate among single effects, shared by effect, target and form; less where it needs another
+/// medium than the robot's.
+pub(crate) fn log_shares(
+    candidates: &[Candidate],
+    medium: Medium,
+    options: &CandidateOptions,
+) -> Vec<f64> {
     let own = candidates.iter().map(|of| of.effect);
     let own: BTreeSet<Id> = own.filter(|id| matches!(id, Id::Own(_))).collect();
     let effects = (Id::ALL.len() + own.len()) as f64;
@@ -131,10 +136,15 @@ pub(crate) fn log_shares(candidates: &[Candidate], elaborate: f64) -> Vec<f64> {
         let forms = alike().filter(|c| c.targets == of.targets).count();
         let form = match (forms, of.left_out.is_empty()) {
             (1, _) => 1.0,
-            (_, true) => elaborate,
-            (_, false) => 1.0 - elaborate,
+            (_, true) => options.elaborate_form,
+            (_, false) => 1.0 - options.elaborate_form,
         };
-        form.ln() - (effects * targets.len() as f64).ln()
+        // Air is everywhere.
+        let reason = match effects::effect(of.effect).medium() > medium.max(Medium::Air) {
+            true => options.untold_medium,
+            false => 1.0,
+        };
+        form.ln() + reason.ln() - (effects * targets.len() as f64).ln()
     };
     candidates.iter().map(share).collect()
 }
@@ -145,7 +155,7 @@ pub(crate) fn enumerate(
     channels: &Channels,
     trials: &[MeasuredTrial],
     typical: &Typical,
-    own: &[Id],
+    (own, medium): (&[Id], Option<Medium>),
     options: &CandidateOptions,
 ) -> Vec<Candidate> {
     let mut candidates = Vec::new();
@@ -154,6 +164,9 @@ pub(crate) fn enumerate(
     let pace = Pace::typical(model, typical);
     for id in Id::ALL.iter().chain(own) {
         let effect = effects::effect(*id);
+        if medium.is_some_and(|medium| effect.medium() > medium) {
+            continue;
+        }
         let only = effect.only_on();
         let is_meant = |name: &str| only.is_empty() || only.iter().any(|of| of == name);
         // Each alone, and all with shared values.

@@ -1,6 +1,6 @@
 //! The identification problem that every stage starts from: fit trials, their motions, channels, candidate effects.
 
-use hydro_effects::Id;
+use hydro_effects::{Id, Medium};
 
 use crate::{
     options::Options,
@@ -21,6 +21,8 @@ pub struct Settings {
     pub uncertainty: Uncertainty,
     /// Seed of every draw.
     pub seed: u64,
+    /// The medium where the user says it; what the model tells of otherwise.
+    pub medium: Option<Medium>,
     /// Effects of the user's own, tried beside those of the catalogue.
     pub own_effects: Vec<Id>,
     /// Statistical choices.

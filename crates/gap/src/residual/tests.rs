@@ -39,6 +39,7 @@ fn estimated(push: &Push) -> MissingWrench {
         .map(|at| pushed(&format!("trial {at}"), &[], &[0.0, 0.0], at, 1.0, push))
         .collect();
     let settings = Settings {
+        medium: None,
         uncertainty: Uncertainty::default(),
         seed: 0,
         own_effects: Vec::new(),

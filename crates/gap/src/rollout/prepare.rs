@@ -96,7 +96,7 @@ impl<'a> Problem<'a> {
             &channels,
             &trials,
             &typical,
-            &settings.own_effects,
+            (&settings.own_effects, settings.medium),
             &settings.options.candidates,
         );
         let uncertainty = &settings.uncertainty;
@@ -107,11 +107,12 @@ impl<'a> Problem<'a> {
             })
             .filter(|(_, sd)| *sd > 0.0)
             .collect();
-        let elaborate = settings.options.candidates.elaborate_form;
+        let medium = settings.medium.unwrap_or(model.medium);
+        let log_shares = candidates::log_shares(&candidates, medium, &settings.options.candidates);
         Ok(Self {
             plant,
             model,
-            log_shares: candidates::log_shares(&candidates, elaborate),
+            log_shares,
             nuisances,
             drifting: sensor_noise::drifting(&channels, &trials),
             trials,

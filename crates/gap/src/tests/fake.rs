@@ -102,7 +102,8 @@ impl RigidBody {
                 wrench_bodies: Vec::new(),
                 waterline: 0.0,
                 walls: Vec::new(),
-                has_water: true,
+                medium: hydro_effects::Medium::Water,
+                has_fluid: true,
             },
             drag: DRAG,
         }

@@ -31,6 +31,7 @@ use crate::{
 /// As the workflow is run unless it is told otherwise.
 pub(crate) fn settings() -> Settings {
     Settings {
+        medium: None,
         uncertainty: Uncertainty::default(),
         seed: 0,
         own_effects: Vec::new(),

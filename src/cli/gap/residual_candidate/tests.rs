@@ -121,6 +121,7 @@ fn a_learned_residual_loads_and_predicts_held_out_trials_better() {
     fs::write(&nominal, VEHICLE).unwrap();
     let plant = MujocoPlant::load(&nominal).unwrap();
     let settings = Settings {
+        medium: None,
         uncertainty: Uncertainty::default(),
         seed: 0,
         own_effects: Vec::new(),
@@ -188,6 +189,7 @@ fn a_base_without_a_free_joint_has_none() {
     let plant = MujocoPlant::load(&nominal).unwrap();
     assert_eq!(plant.description().base, None);
     let settings = Settings {
+        medium: None,
         uncertainty: Uncertainty::default(),
         seed: 0,
         own_effects: Vec::new(),

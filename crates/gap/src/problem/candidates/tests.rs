@@ -133,7 +133,14 @@ fn the_users_own_stand_beside_the_built_in_ones() {
             all_bodies: 0,
             ..CandidateOptions::default()
         };
-        enumerate(&model, &NO_CHANNELS, &[], &usual(&model), own, &options)
+        enumerate(
+            &model,
+            &NO_CHANNELS,
+            &[],
+            &usual(&model),
+            (own, None),
+            &options,
+        )
     };
     let all = found(&[hinge, body]);
     let targets = |id: Id| -> Vec<_> {
@@ -145,9 +152,17 @@ fn the_users_own_stand_beside_the_built_in_ones() {
     let without = found(&[]);
     assert_eq!(all.len(), without.len() + 2);
     // Each effect has the same share beforehand.
-    let shares = log_shares(&all, 0.5);
+    let options = CandidateOptions {
+        elaborate_form: 0.5,
+        ..CandidateOptions::default()
+    };
+    let shares = log_shares(&all, Medium::Water, &options);
     assert!((shares[all.len() - 1] + 30.0_f64.ln()).abs() < 1e-12);
-    assert!((log_shares(&without, 0.5)[0] - shares[0] - (30.0_f64 / 28.0).ln()).abs() < 1e-12);
+    assert!(
+        (log_shares(&without, Medium::Water, &options)[0] - shares[0] - (30.0_f64 / 28.0).ln())
+            .abs()
+            < 1e-12
+    );
 }
 
 #[test]
@@ -160,7 +175,7 @@ fn hinges_and_slides_share_nothing() {
             &NO_CHANNELS,
             &[],
             &usual(&model),
-            &[],
+            (&[], None),
             &CandidateOptions::default(),
         );
         let dampings = all.into_iter().filter(|of| of.effect == Id::JointDamping);
@@ -199,6 +214,37 @@ fn what_another_holds_already_clashes() {
     assert_eq!(weight.mechanism(), away.mechanism());
 }
 
+/// A stated medium leaves out what needs a thicker one; one that the model does not tell of makes it less likely.
+#[test]
+fn effects_of_water_need_water() {
+    let model = RigidBody::new().description().clone();
+    let options = CandidateOptions::default();
+    let tried = |medium: Option<Medium>| {
+        let typical = usual(&model);
+        enumerate(&model, &NO_CHANNELS, &[], &typical, (&[], medium), &options)
+    };
+    let has = |medium: Medium, id: Id| tried(Some(medium)).iter().any(|of| of.effect == id);
+    use Medium::{Air, None, Water};
+    for (id, least) in [
+        (Id::AddedMass, Water),
+        (Id::QuadraticDrag, Air),
+        (Id::Payload, None),
+    ] {
+        for medium in [None, Air, Water] {
+            assert_eq!(has(medium, id), medium >= least, "{id} in {medium}");
+        }
+    }
+    let all = tried(Option::None);
+    let share = |id: Id, medium: Medium| {
+        let at = all.iter().position(|of| of.effect == id).unwrap();
+        log_shares(&all, medium, &options)[at]
+    };
+    let less = share(Id::AddedMass, None) - share(Id::AddedMass, Water);
+    assert!((less - options.untold_medium.ln()).abs() < 1e-12);
+    let same = share(Id::QuadraticDrag, None) - share(Id::QuadraticDrag, Water);
+    assert_eq!(same, 0.0);
+}
+
 /// The hull is 0.6 m long.
 #[test]
 fn a_body_that_stays_away_does_not_feel_the_surface_nor_a_wall() {
@@ -212,7 +258,7 @@ fn a_body_that_stays_away_does_not_feel_the_surface_nor_a_wall() {
             &NO_CHANNELS,
             &[],
             &typical,
-            &[],
+            (&[], None),
             &CandidateOptions::default(),
         );
         let tried = |id: Id| candidates.iter().any(|candidate| candidate.effect == id);
