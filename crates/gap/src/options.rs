@@ -27,6 +27,7 @@ macro_rules! options {
 #[allow(missing_docs)]
 pub struct Options {
     pub segments: SegmentOptions,
+    pub outliers: OutlierOptions,
     pub candidates: CandidateOptions,
     pub rollout: RolloutOptions,
     pub states: StateOptions,
@@ -51,6 +52,18 @@ options! {
         /// Length of all trials together times the degrees of freedom at most [s]: each degree of freedom costs time and
         /// memory. Of longer ones the beginnings are used, of each trial as much.
         most_freedom_seconds: f64 = 1300.0,
+    }
+}
+
+options! {
+    /// Single misread rows of a sensor that declares no noise.
+    OutlierOptions {
+        /// Rows on either side of a reading that it is compared with; twice as many on one side of the first and the last.
+        beside: usize = 4,
+        /// Deviation of these from a parabola up to which the reading is judged [noises].
+        smooth: f64 = 2.0,
+        /// Deviation of the reading from the parabola from which it is left out [standard deviations].
+        deviation: f64 = 4.0,
     }
 }
 
@@ -84,9 +97,6 @@ options! {
         command_lead_sd: f64 = 0.1,
         /// Least noise of a sensor that declares none, relative to its largest reading: a constant channel shows none.
         least_noise: f64 = 1e-6,
-        /// Deviation of a single reading from its neighbours, in the noise of a sensor that declares none, from which it is left
-        /// out.
-        outlier: f64 = 4.0,
     }
 }
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from ..hidden_cases import measurement, trialfile
+from ..hidden_cases import HiddenCaseError, measurement, trialfile
 from ..hidden_cases.case import LIKE, SCHEMA, halves
 from ..hidden_cases.frames import exponential, product
 from ..hidden_cases.scenes import without_plugins
@@ -98,7 +98,7 @@ class Case:
         )
         record = fossen.run(self.truth, states, pilot, rows=self.rows, period=PERIOD, hold=nominal.STEP, step=STEP)
         if not np.isfinite(record.readings).all() or record.states[:, :, 2].max() > -0.3:
-            raise RuntimeError(f"{self.spec.name}: the truth diverged or came within 0.3 m of the surface")
+            raise HiddenCaseError(f"{self.spec.name}: the truth diverged or came within 0.3 m of the surface")
         return record, modes
 
     def answered(self) -> list[Hidden]:

@@ -10,6 +10,7 @@ says which id is which. A case that is there is not made again.
 """
 
 import argparse
+import json
 import os
 import sys
 from pathlib import Path
@@ -21,6 +22,7 @@ from hydro_tools.bluerov import nominal, numbers  # noqa: E402
 from hydro_tools.bluerov.case import NAMES, Case, plan  # noqa: E402
 from hydro_tools.datasets.files import write_json  # noqa: E402
 from hydro_tools.datasets.progress import Progress  # noqa: E402
+from hydro_tools.hidden_cases import HiddenCaseError  # noqa: E402
 from hydro_tools.hidden_cases.case import is_complete  # noqa: E402
 
 
@@ -43,13 +45,25 @@ def main() -> int:
     ]
     todo = [spec for spec in specs if not is_complete(args.out, spec.case_id)]
     progress = Progress(len(specs), "cases", done=len(specs) - len(todo))
+    faults = []
     for spec in todo:
-        Case(spec).make(args.out)
+        try:
+            Case(spec).make(args.out)
+        except HiddenCaseError as error:
+            faults.append(str(error))
         progress.advance()
-    lines = [{"id": spec.case_id, "name": spec.name, "suite": spec.suite, "quick": spec.quick} for spec in specs]
-    (args.out / "sealed").mkdir(parents=True, exist_ok=True)
-    write_json(args.out / "sealed" / "index.json", {"seed": args.seed, "cases": lines})
-    return 0
+    index = args.out / "sealed" / "index.json"
+    index.parent.mkdir(parents=True, exist_ok=True)
+    known = json.loads(index.read_text())["cases"] if index.is_file() else []
+    lines = {line["id"]: line for line in known}
+    for spec in specs:
+        if is_complete(args.out, spec.case_id):
+            line = {"id": spec.case_id, "name": spec.name, "suite": spec.suite, "quick": spec.quick}
+            lines[spec.case_id] = line | {"configuration": spec.configuration}
+    write_json(index, {"seed": args.seed, "cases": list(lines.values())})
+    for fault in faults:
+        print(fault, file=sys.stderr)
+    return 1 if faults else 0
 
 
 if __name__ == "__main__":

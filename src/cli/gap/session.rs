@@ -152,7 +152,7 @@ fn medium(flags: &Flags, model: &PlantDescription) -> anyhow::Result<Option<Medi
         && stated != model.medium
     {
         bail!(
-            "--medium is {stated}, but the fluid of {} is {}: its density says so",
+            "--medium is {stated}, but the fluid of {} is {}: its density, a checkpoint or an effect of `hydro.wrench` says so",
             flags.model.display(),
             model.medium
         );

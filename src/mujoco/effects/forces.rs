@@ -53,6 +53,11 @@ enum Place {
 }
 
 impl Additions {
+    /// Makes the accelerations no numbers, so that the simulation counts as one that blew up.
+    pub(crate) fn spoil(&mut self) {
+        self.forces.push((0, f64::NAN));
+    }
+
     /// The effects of all sources, in their order.
     pub(crate) fn collect(data: &DataView<'_>, sources: &[Source<'_>]) -> Self {
         let mut sum = Self::default();

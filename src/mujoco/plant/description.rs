@@ -79,19 +79,21 @@ pub(crate) fn bodies(data: &DataView<'_>, density: f64, waterline: Option<f64>) 
 /// Density from which a fluid is no gas [kg/m^3].
 const LIQUID: f64 = 100.0;
 
-/// The medium that a model tells of: by the density of its fluid (that of an instance of `hydro.wrench` first), or by a tree
-/// that floats, a free joint whose weight gravity compensation carries.
-pub(crate) fn medium(model: ModelView<'_>, density: Option<f64>) -> Medium {
-    let density = density.unwrap_or(model.raw().opt.density);
+/// The medium that a model tells of: by the density of its fluid, by an instance of `hydro.wrench` that is `wet`, or by a
+/// tree that floats, one of six degrees of freedom whose weight gravity compensation carries.
+pub(crate) fn medium(model: ModelView<'_>, wet: bool) -> Medium {
+    let density = model.raw().opt.density;
     let floats = (1..model.bodies()).any(|body| {
         let root = (1..model.bodies())
             .find(|root| sizes::is_root(model, *root) && model.hangs_below(body, *root));
         model.body_gravcomp()[body] > 0.0 && root.is_some_and(|root| model.body_dofnum()[root] == 6)
     });
-    if density >= LIQUID || floats {
+    if density >= LIQUID || wet {
         Medium::Water
     } else if density > 0.0 {
         Medium::Air
+    } else if floats {
+        Medium::Water
     } else {
         Medium::None
     }

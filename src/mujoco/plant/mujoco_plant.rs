@@ -160,8 +160,8 @@ impl MujocoPlant {
             wrench_bodies: instances::bodies(view),
             waterline: around.waterline.unwrap_or(0.0),
             walls: walls::standing(&data.view()),
-            medium: description::medium(view, around.density),
-            has_fluid: view.has_fluid() || !nominal.is_empty(),
+            medium: description::medium(view, nominal.iter().any(Nominal::is_wet)),
+            has_fluid: view.raw().opt.density > 0.0 || nominal.iter().any(Nominal::is_wet),
         };
         Ok(Self {
             model,

@@ -12,7 +12,7 @@
 //! | timing | all commands | steps by which they act earlier |
 //! | timing | forces read inside a step | part of the jump at the step's end that they show already |
 
-use hydro_effects::{Entry, TargetKind, effect};
+use hydro_effects::{Entry, Medium, TargetKind, effect};
 use hydro_gap::plant::{self, Nuisance, NuisanceClass, Quantity};
 
 use super::description::is_weighed;
@@ -38,6 +38,14 @@ pub(crate) struct Nominal {
     pub(crate) id: usize,
     pub(crate) settings: Settings,
     pub(crate) effects: Vec<Entry>,
+}
+
+impl Nominal {
+    /// True where it stands for water: a checkpoint, or an effect of water.
+    pub(crate) fn is_wet(&self) -> bool {
+        let of_water = |entry: &Entry| effect(entry.effect).medium() == Medium::Water;
+        self.settings.checkpoint.is_some() || self.effects.iter().any(of_water)
+    }
 }
 
 /// A nuisance parameter that is not at zero.

@@ -73,10 +73,13 @@ pub(crate) fn add_once(data: &mut DataView<'_>, instance: Option<usize>) {
     if instances.last().map(|last| last.id) != instance {
         return;
     }
-    let additions = with_sources(data, &instances, |data, sources| {
+    let mut additions = with_sources(data, &instances, |data, sources| {
         Additions::collect(data, sources)
     });
-    if let (Some(effect), Some(id)) = (additions.fault, instance)
+    if additions.fault.is_some() && active_effects::current().is_some() {
+        // A hypothesis of `hydro gap` that has no force has no likelihood.
+        additions.spoil();
+    } else if let (Some(effect), Some(id)) = (additions.fault, instance)
         && warned_once::first_time(&data.plugin_data_mut()[id], Cause::NotFinite)
     {
         let text = format!(

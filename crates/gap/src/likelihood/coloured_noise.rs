@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use crate::problem::sensor_noise::Drifting;
 
 /// Whitens the columns of readings, row by row and channel by channel [rows * channels, columns], that are whitened for the
-/// white part already, and gives half the logarithm of the covariance's determinant beside it.
+/// white part already, and gives half the logarithm of the covariance's determinant beside it; infinite where there is none.
 ///
 /// `sd`: standard deviation of the correlated part, in what the readings move. `weights`: factor from a reading to its
 /// whitened value; zero where there is none. `times`: of the rows [s]; `time`: the process's time constant [s].
@@ -35,8 +35,9 @@ pub(super) fn whiten(
             let white = f64::from(u8::from(a == b));
             white + size(a) * size(b) * (1.0 + apart) * (-apart).exp()
         });
+        // No smaller than unity, so that only what is not a number has no factor.
         let Some(factor) = covariance.cholesky() else {
-            continue;
+            return f64::INFINITY;
         };
         half_logs += factor.l_dirty().diagonal().map(f64::ln).sum();
         let places: Vec<usize> = rows.iter().map(|row| row * channels + of.channel).collect();

@@ -30,6 +30,7 @@ impl Problem<'_> {
         let mut bases = vec![of.null()];
         for (at, p) in of.parameters.iter().enumerate() {
             let factors: &[f64] = match p.name.as_str() {
+                _ if !p.shapes => continue,
                 FREQUENCY => &options.frequency_factors,
                 "rate" | "length" => &options.shape_factors,
                 _ => continue,

@@ -138,10 +138,10 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             }
         }
         let whole = (self.sizes.iter().zip(by_level)).filter(|(_, of)| of.len() == tracks);
-        let levels = whole
-            .enumerate()
-            .filter_map(|(number, (sizes, trials))| Level::new(number, *sizes, trials, &beside))
-            .collect();
+        let mut levels = Vec::new();
+        for (sizes, trials) in whole {
+            levels.extend(Level::new(levels.len(), *sizes, trials, &beside));
+        }
         Ok(Some(Swept {
             links,
             drifts: self.drifts(),
@@ -251,7 +251,9 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 return Ok(false);
             };
             self.smooth(&swept, &DVector::zeros(0), sizes)?;
-            self.look_up_to(sizes.force);
+            if self.point.candidates.is_empty() {
+                self.look_up_to(sizes.force);
+            }
             if last.is_some_and(|last| (log - last).abs() < SETTLED) {
                 break;
             }
@@ -260,7 +262,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         Ok(true)
     }
 
-    /// Levels worth a look where some unmodelled forces are the likeliest: more effects leave less to them.
+    /// Levels worth a look where without effects some unmodelled forces are the likeliest: effects leave less to them.
     fn look_up_to(&mut self, likeliest: f64) {
         let forces = &self.problem.settings.options.likelihood.forces;
         let next = forces.iter().find(|force| **force > likeliest);
@@ -286,13 +288,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             self.smooth(&swept, &z, level.sizes)?;
             self.point = point;
             let now = (level.sizes, best.log_posterior);
-            let is_settled =
-                |last: (Sizes, f64)| last.0 == now.0 && (last.1 - now.1).abs() < SETTLED;
-            if last.is_some_and(is_settled) {
-                let within = self.problem.settings.options.likelihood.level_within;
-                let near = found.iter().filter(|of| of.log_posterior > now.1 - within);
-                let drifts: Vec<f64> = near.map(|of| swept.levels[of.level].sizes.drift).collect();
-                self.sizes.retain(|of| drifts.contains(&of.drift));
+            if last.is_some_and(|last| last.0 == now.0 && (last.1 - now.1).abs() < SETTLED) {
                 break;
             }
             last = Some(now);

@@ -76,7 +76,7 @@ fn description() -> PlantDescription {
                 slides: false,
                 driven: true,
             },
-            stiffness: 0.0,
+            stiffness: 3.0,
             damping: 0.0,
         }],
         actuators: Vec::new(),
@@ -500,7 +500,7 @@ fn every_number_is_written_or_told_of() {
             "fluid.Density 1000 -> 1050 kg/m^3",
             "servo.Gain 1 -> 1.05 x nominal",
             "hinge.Damping 0 -> 0 N m s/rad",
-            "hinge.Stiffness(0) 0 -> 0 N m/rad",
+            "hinge.Stiffness(0) 3 -> 3.15 N m/rad",
         ]
     );
     assert_eq!(patched.remarks.len(), numbers.len() - shown.len());

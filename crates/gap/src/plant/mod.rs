@@ -291,7 +291,7 @@ pub struct PlantDescription {
     pub walls: Vec<Wall>,
     /// The medium that the model tells of: by a fluid, by what floats in it, or none.
     pub medium: Medium,
-    /// True where a learned or native fluid acts already.
+    /// True where a fluid of this medium acts already: MuJoCo's own, a checkpoint's, or an effect of water.
     pub has_fluid: bool,
 }
 

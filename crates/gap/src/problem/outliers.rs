@@ -2,20 +2,18 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::problem::channels::{Channels, MeasuredTrial, Source};
+use crate::{
+    options::OutlierOptions,
+    problem::channels::{Channels, MeasuredTrial, Source},
+};
 
-/// Rows on either side of a reading that it is compared with; at the ends of a trial twice as many on one side.
-const BESIDE: usize = 4;
-/// Deviation of the neighbours from a parabola up to which a reading beside them is judged [noises].
-const SMOOTH: f64 = 2.0;
-
-/// Turns readings into lost ones that miss the parabola through their neighbours by more than `most` noises, while those
-/// follow it. Only of sensors that declare no noise: where it is declared, errors of that size have not been foreseen.
-/// Returns the sensors, each with its number of such readings.
+/// Turns readings into lost ones that miss the parabola through their neighbours by more than the options allow, while those
+/// follow it. Only of sensors that declare no noise: a declared one says how large errors are. Judged are the first row, the
+/// last, and all that have enough rows on either side. Returns the sensors, each with its number of such readings.
 pub(crate) fn remove(
     channels: &Channels,
     trials: &mut [MeasuredTrial],
-    most: f64,
+    options: &OutlierOptions,
 ) -> Vec<(String, usize)> {
     let mut removed: Vec<(String, usize)> = Vec::new();
     for source in channels.sources.iter().filter(|of| !of.attitude) {
@@ -27,7 +25,7 @@ pub(crate) fn remove(
         for trial in trials.iter_mut() {
             for component in 0..source.channels {
                 let noise = channels.list[source.channel + component].noise;
-                let alone = alone(trial, source, component, noise, most);
+                let alone = alone(trial, source, component, noise, options);
                 count += alone.len();
                 for row in alone {
                     trial.values[row * trial.width + source.start + component] = f64::NAN;
@@ -47,7 +45,7 @@ fn alone(
     source: &Source,
     component: usize,
     noise: f64,
-    most: f64,
+    options: &OutlierOptions,
 ) -> Vec<usize> {
     let value = |row: usize| trial.row(row)[source.start + component];
     let rows: Vec<usize> = (0..trial.times.len())
@@ -56,14 +54,14 @@ fn alone(
     let all = 0..rows.len();
     all.clone()
         .filter(|at| {
-            let last = rows.len().saturating_sub(2 * BESIDE + 1);
-            let first = at.saturating_sub(BESIDE).min(last);
-            let others: Vec<usize> = (first..=first + 2 * BESIDE)
+            let last = rows.len().saturating_sub(2 * options.beside + 1);
+            let first = at.saturating_sub(options.beside).min(last);
+            let others: Vec<usize> = (first..=first + 2 * options.beside)
                 .filter(|other| other != at && all.contains(other))
                 .map(|other| rows[other])
                 .collect();
-            // In between, ends of the window are no ends of the trial.
-            let is_judged = (BESIDE..rows.len().saturating_sub(BESIDE)).contains(at)
+            let is_judged = (options.beside..rows.len().saturating_sub(options.beside))
+                .contains(at)
                 || *at == 0
                 || at + 1 == rows.len();
             is_judged
@@ -74,7 +72,7 @@ fn alone(
                         .collect::<Vec<_>>(),
                     value(rows[*at]),
                     noise,
-                    most,
+                    options,
                 )
         })
         .map(|at| rows[at])
@@ -82,8 +80,13 @@ fn alone(
 }
 
 /// True where a reading at time zero misses the parabola through its neighbours, which they follow.
-fn stands_alone(neighbours: &[(f64, f64)], value: f64, noise: f64, most: f64) -> bool {
-    if neighbours.len() < 2 * BESIDE {
+fn stands_alone(
+    neighbours: &[(f64, f64)],
+    value: f64,
+    noise: f64,
+    options: &OutlierOptions,
+) -> bool {
+    if neighbours.len() < 2 * options.beside {
         return false;
     }
     let longest = neighbours
@@ -101,7 +104,8 @@ fn stands_alone(neighbours: &[(f64, f64)], value: f64, noise: f64, most: f64) ->
     let rms = (left.norm_squared() / (neighbours.len() - 3) as f64).sqrt();
     // Variance of the prediction at time zero, that of the reading with it.
     let variance = 1.0 + factor.inverse()[(0, 0)];
-    rms <= SMOOTH * noise && (value - parabola[0]).abs() > most * noise * variance.sqrt()
+    rms <= options.smooth * noise
+        && (value - parabola[0]).abs() > options.deviation * noise * variance.sqrt()
 }
 
 #[cfg(test)]
@@ -133,7 +137,7 @@ mod tests {
 
     fn lost(values: &[f64], declared: Option<f64>) -> Vec<usize> {
         let mut trials = [trial(values.to_vec())];
-        remove(&channels(declared), &mut trials, 5.0);
+        remove(&channels(declared), &mut trials, &OutlierOptions::default());
         (0..values.len())
             .filter(|row| trials[0].values[*row].is_nan())
             .collect()

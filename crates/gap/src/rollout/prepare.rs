@@ -56,12 +56,12 @@ impl<'a> Problem<'a> {
                 estimated.join(", ")
             ));
         }
-        let alone = outliers::remove(&channels, &mut trials, settings.options.candidates.outlier);
+        let alone = outliers::remove(&channels, &mut trials, &settings.options.outliers);
         for (sensor, count) in alone {
             remarks.push(format!(
                 "{count} readings of `{sensor}` stand alone, more than {} standard deviations of its estimated noise from \
                  those beside them, and are left out",
-                settings.options.candidates.outlier
+                settings.options.outliers.deviation
             ));
         }
         let done = AtomicUsize::new(0);

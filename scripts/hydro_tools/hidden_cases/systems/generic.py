@@ -20,12 +20,10 @@ SENSOR = mujoco.mjtSensor
 HINGE, SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 #: Units of a sensor's bias by its type.
 UNITS = {
-    SENSOR.mjSENS_JOINTPOS: "rad",
     SENSOR.mjSENS_JOINTVEL: "rad/s",
     SENSOR.mjSENS_GYRO: "rad/s",
     SENSOR.mjSENS_VELOCIMETER: "m/s",
     SENSOR.mjSENS_ACCELEROMETER: "m/s^2",
-    SENSOR.mjSENS_ACTUATORFRC: "N",
     SENSOR.mjSENS_FORCE: "N",
     SENSOR.mjSENS_TORQUE: "N m",
 }
@@ -300,14 +298,15 @@ class Generic(System):
             which = [i for i in range(model.nu) if model.actuator_trntype[i] == mujoco.mjtTrn.mjTRN_SITE]
             which = [i for i in which if model.site_bodyid[sites[i]] == self.bodies[self.base]]
             sites = sites[which]
-            out["inflow_thrust_loss"] = lambda rng: actuator.InflowThrustLoss(
-                "all" if len(which) == model.nu else names[which[0]],
-                which if len(which) == model.nu else which[:1],
-                0.15 / self.sizes()["linear"],
-                body=self.bodies[self.base],
-                directions=rotation(model.site_quat[sites])[:, :, 2],
-                places=model.site_pos[sites],
-            )
+            if which:
+                out["inflow_thrust_loss"] = lambda rng: actuator.InflowThrustLoss(
+                    "all" if len(which) == model.nu else names[which[0]],
+                    which if len(which) == model.nu else which[:1],
+                    0.15 / self.sizes()["linear"],
+                    body=self.bodies[self.base],
+                    directions=rotation(model.site_quat[sites])[:, :, 2],
+                    places=model.site_pos[sites],
+                )
         return out
 
     def _floats(self, model) -> bool:
@@ -370,8 +369,13 @@ class Generic(System):
         kinds = {model.sensor(i).name: SENSOR(model.sensor_type[i]) for i in range(model.nsensor)}
         width = {model.sensor(i).name: int(model.sensor_dim[i]) for i in range(model.nsensor)}
         noise = {model.sensor(i).name: float(model.sensor_noise[i]) for i in range(model.nsensor)}
+        slides = {
+            model.sensor(i).name
+            for i in range(model.nsensor)
+            if kinds[model.sensor(i).name] == SENSOR.mjSENS_JOINTVEL and model.jnt_type[model.sensor_objid[i]] == SLIDE
+        }
         # A position's bias is taken up by the start; what a joint's speed is off by shows.
-        biased = [name for name, kind in kinds.items() if kind in UNITS and kind != SENSOR.mjSENS_JOINTPOS]
+        biased = [name for name, kind in kinds.items() if kind in UNITS]
         late = [name for name, kind in kinds.items() if kind not in (SENSOR.mjSENS_FRAMEQUAT,)]
         scaled = [name for name in biased if kinds[name] != SENSOR.mjSENS_ACCELEROMETER]
 
@@ -383,7 +387,9 @@ class Generic(System):
 
             def bias(rng):
                 name = pick(rng, biased)
-                return sensor.SensorBias(name, rng.normal(0, 0.5 * noise[name], width[name]), UNITS[kinds[name]])
+                unit = "m/s" if name in slides else UNITS[kinds[name]]
+                bias = rng.normal(0, 0.5 * noise[name], width[name])
+                return sensor.SensorBias(name, bias, unit)
 
             out["sensor_bias"] = bias
         if scaled:
