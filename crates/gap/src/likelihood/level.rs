@@ -117,9 +117,13 @@ impl Level {
         Some(given)
     }
 
-    /// Log prior of its disturbances: that they are small, or something outside the catalogue.
-    pub(crate) fn log_prior(&self, options: &LikelihoodOptions) -> f64 {
+    /// Log prior of its disturbances. Without an effect they are small, or all that is missing is outside the catalogue; beside
+    /// one they are alike likely, for it leaves what its form is off by.
+    pub(crate) fn log_prior(&self, has_effects: bool, options: &LikelihoodOptions) -> f64 {
         let log = |all: &[f64], size: f64, most: f64| {
+            if has_effects {
+                return -(all.len() as f64).ln();
+            }
             let alike = all.iter().filter(|of| (**of <= most) == (size <= most));
             let share = match size <= most {
                 true => 1.0 - options.outside,

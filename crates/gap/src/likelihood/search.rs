@@ -224,7 +224,7 @@ impl Search<'_> {
             log_likelihood,
             log_posterior: log_likelihood
                 + self.choices.log_prior(&set)
-                + self.level.log_prior(self.choices.options()),
+                + (self.level).log_prior(!set.is_empty(), self.choices.options()),
             set,
             level: self.level.number,
             members,
