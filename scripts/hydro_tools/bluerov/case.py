@@ -13,7 +13,7 @@ from ..hidden_cases.case import LIKE, SCHEMA, halves
 from ..hidden_cases.frames import exponential, product
 from ..hidden_cases.scenes import without_plugins
 from ..hidden_cases.strength import Layout
-from . import fossen, manoeuvres, nominal, numbers, strength
+from . import fossen, manoeuvres, nominal, strength
 from .parts import CENTRE, RELATIVE, WATER, WEIGHED, Hidden, Part, draw, perturbed
 
 SYSTEM = "bluerov"
@@ -220,4 +220,4 @@ class Case:
         )
 
 
-__all__ = ["NAMES", "Case", "Spec", "numbers", "plan"]
+__all__ = ["NAMES", "Case", "Spec", "plan"]

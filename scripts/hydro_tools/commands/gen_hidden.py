@@ -12,7 +12,7 @@ seed gives the same bytes whatever the workers.
 import argparse
 import os
 import sys
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
 from pathlib import Path
 
 # One thread a worker: sums in one order, and no fight over cores.
@@ -23,6 +23,7 @@ from hydro_tools.datasets.files import write_json  # noqa: E402
 from hydro_tools.datasets.progress import Progress  # noqa: E402
 from hydro_tools.hidden_cases import HiddenCaseError, plan  # noqa: E402
 from hydro_tools.hidden_cases.case import Case, Spec, is_complete  # noqa: E402
+from hydro_tools.hidden_cases.making import make_all  # noqa: E402
 from hydro_tools.hidden_cases.systems import SYSTEMS  # noqa: E402
 
 
@@ -69,18 +70,7 @@ def main() -> int:
     args.out.mkdir(parents=True, exist_ok=True)
     todo = [spec for spec in specs if not is_complete(args.out, spec.case_id)]
     progress = Progress(len(specs), "cases", done=len(specs) - len(todo))
-    faults = []
-    if args.jobs <= 1 or len(todo) <= 1:
-        for spec in todo:
-            fault = make(spec, args.out)
-            faults += [fault] if fault else []
-            progress.advance()
-    else:
-        with ProcessPoolExecutor(args.jobs) as pool:
-            for done in as_completed([pool.submit(make, spec, args.out) for spec in todo]):
-                fault = done.result()
-                faults += [fault] if fault else []
-                progress.advance()
+    faults = make_all(partial(make, out=args.out), todo, args.jobs, progress)
     write_json(
         args.out / "manifest.json",
         {

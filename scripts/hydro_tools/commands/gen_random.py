@@ -11,7 +11,7 @@ whatever the count. Interrupted, it goes on where it was.
 import argparse
 import os
 import sys
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
 from pathlib import Path
 
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -21,6 +21,7 @@ from hydro_tools.datasets.files import write_json  # noqa: E402
 from hydro_tools.datasets.progress import Progress  # noqa: E402
 from hydro_tools.hidden_cases import HiddenCaseError  # noqa: E402
 from hydro_tools.hidden_cases.case import is_complete  # noqa: E402
+from hydro_tools.hidden_cases.making import make_all  # noqa: E402
 from hydro_tools.random_systems.cases import case_id, make  # noqa: E402
 
 
@@ -48,17 +49,7 @@ def main() -> int:
     ids = [case_id(args.seed, index, small=args.quick) for index in range(args.count)]
     todo = [index for index, name in enumerate(ids) if not is_complete(args.out, name)]
     progress = Progress(args.count, "cases", done=args.count - len(todo))
-    faults = []
-    if args.jobs <= 1:
-        for index in todo:
-            fault = _make(index, args)
-            faults += [fault] if fault else []
-            progress.advance()
-    else:
-        with ProcessPoolExecutor(args.jobs) as pool:
-            for done in as_completed([pool.submit(_make, index, args) for index in todo]):
-                faults += [done.result()] if done.result() else []
-                progress.advance()
+    faults = make_all(partial(_make, args=args), todo, args.jobs, progress)
     write_json(
         args.out / "manifest.json",
         {

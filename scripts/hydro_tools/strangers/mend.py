@@ -55,7 +55,7 @@ def _gone(spec: mujoco.MjSpec, *lists: str) -> None:
 def _names(spec: mujoco.MjSpec) -> None:
     for what, items in (("body", spec.bodies[1:]), ("joint", spec.joints), ("actuator", spec.actuators)):
         for i, element in enumerate(items):
-            # A colon or a slash is no good in the name of a column.
+            # Effects and columns of a log go by name.
             element.name = element.name or f"{what}_{i}"
 
 

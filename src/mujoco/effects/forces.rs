@@ -74,7 +74,7 @@ impl Additions {
                 let Some(part) = joint.acting.joint() else {
                     continue;
                 };
-                let motion = joint_motion(data, joint, data.time());
+                let motion = joint_motion(data, joint);
                 let parameters = &joint.acting.parameters;
                 let memory = &source.memory[joint.acting.memory.clone()];
                 let force = part.force(parameters, &motion, memory);
@@ -178,12 +178,12 @@ impl Additions {
     }
 }
 
-/// Motion of a joint at a time [s].
-fn joint_motion(data: &DataView<'_>, joint: &MovedJoint, time: f64) -> JointMotion {
+/// Motion of a joint.
+fn joint_motion(data: &DataView<'_>, joint: &MovedJoint) -> JointMotion {
     JointMotion {
         position: data.qpos()[joint.qpos],
         velocity: data.qvel()[joint.dof],
-        time,
+        time: data.time(),
         commands: commands(data, &joint.acting),
     }
 }
@@ -360,7 +360,7 @@ pub(crate) fn advance_memory(
             ..
         } = &joint.acting;
         if let Some(part) = joint.acting.joint() {
-            let motion = joint_motion(data, joint, data.time());
+            let motion = joint_motion(data, joint);
             part.advance(parameters, &motion, step, &mut memory[range.clone()]);
         }
     }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Medium {
-    /// None that is felt.
+    /// A vacuum, or air too thin to be felt.
     #[default]
     None,
     /// Air: drag, lift and wind, but no added mass and no buoyancy worth telling.

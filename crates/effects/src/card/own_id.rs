@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-/// What the names of the user's own effects begin with.
+/// Prefix of the names of the user's own effects.
 pub const OWN_PREFIX: &str = "user.";
 
 /// Most definitions of a process. They stay to its end.

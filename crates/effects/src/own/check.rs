@@ -1,4 +1,4 @@
-//! What an expression may become: its unit, and the interval that holds its value whatever its inputs within their bounds.
+//! Unit of an expression, and the interval that holds its value whatever its inputs within their bounds.
 //!
 //! Interval arithmetic encloses and does not estimate: an expression that passes is finite wherever its inputs may go, and
 //! one that fails may be refused although its true values are finite.
@@ -85,12 +85,12 @@ pub(crate) struct Facts {
     pub(crate) range: Range,
 }
 
-/// What is known of the quantities that expressions name, found when it is asked for.
+/// Source of unit and interval of the quantities that expressions name, found when they are asked for.
 pub(crate) trait Known {
-    /// Of a quantity from outside.
+    /// Unit and interval of a quantity from outside.
     fn input(&mut self, at: usize) -> Result<Facts, OwnError>;
 
-    /// Of a named intermediate.
+    /// Unit and interval of a named intermediate.
     fn local(&mut self, at: usize) -> Result<Facts, OwnError>;
 }
 

@@ -10,7 +10,7 @@ use crate::problem::sensor_noise::Drifting;
 /// Whitens the columns of readings, row by row and channel by channel [rows * channels, columns], that are whitened for the
 /// white part already, and gives half the logarithm of the covariance's determinant beside it; infinite where there is none.
 ///
-/// `sd`: standard deviation of the correlated part, in what the readings move. `weights`: factor from a reading to its
+/// `sd`: standard deviation of the correlated part, as a part of [`Drifting::scale`]. `weights`: factor from a reading to its
 /// whitened value; zero where there is none. `times`: of the rows [s]; `time`: the process's time constant [s].
 pub(super) fn whiten(
     readings: &mut DMatrix<f64>,

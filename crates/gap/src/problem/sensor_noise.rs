@@ -17,7 +17,7 @@ pub(crate) struct Drifting {
     pub(crate) scale: f64,
 }
 
-/// The channels of sensors that declare no noise. What a log is off by slowly is known of none of them.
+/// The channels of sensors that declare no noise: nothing says how far their errors are correlated either.
 pub(crate) fn drifting(channels: &Channels, trials: &[MeasuredTrial]) -> Vec<Drifting> {
     let means: Vec<Vec<f64>> = (trials.iter())
         .map(|trial| channels::means(trial, channels))
