@@ -270,8 +270,12 @@ options! {
         largest_shift: f64 = 5.0,
         /// Relative error of the form of an effect of the catalogue.
         form_error: f64 = 0.15,
+        /// Factors on the errors of an effect's form that are tried.
+        form_sizes: [f64; 3] = [1.0, 0.3, 0.1],
+        /// Part of an effect that may act along another axis of the base, in what moves it there.
+        direction_error: f64 = 0.3,
         /// Levels of an effect's size at which its form may be off, each by itself.
-        form_levels: usize = 4,
+        form_levels: usize = 3,
         /// Factors on the usual value of a rate or length that are tried.
         shape_factors: [f64; 3] = [1.0 / 3.0, 1.0, 3.0],
         /// Factors on the usual value of a frequency that are tried.
@@ -291,6 +295,9 @@ options! {
         largest: usize = 8,
         /// Sets that are enlarged by one effect.
         beam: usize = 3,
+        /// Information that the trials hold of an effect's parameters at their usual size, at least [nat]: an effect of which they
+        /// tell less leaves no trace.
+        least_information: f64 = 0.5,
         /// Effects whose addition to a set is evaluated to first order: those of the greatest likelihoods.
         screened: usize = 24,
         /// Enlarged sets that are evaluated in full, of each.

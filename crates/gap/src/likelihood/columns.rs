@@ -67,6 +67,24 @@ pub(crate) struct LinkColumns {
     pub(crate) end: DMatrix<f64>,
 }
 
+impl LinkColumns {
+    /// Without the parameters `from..to`, and without readings.
+    pub(crate) fn without(&self, from: usize, to: usize) -> Self {
+        let kept: Vec<usize> = (0..self.end.ncols())
+            .filter(|column| !(1 + from..1 + to).contains(column))
+            .collect();
+        let noise = self.noise.iter().map(|of| Whitened {
+            gram: of.gram.select_columns(&kept).select_rows(&kept),
+            half_log_determinant: of.half_log_determinant,
+            readings: DMatrix::zeros(0, 0),
+        });
+        Self {
+            noise: noise.collect(),
+            end: self.end.select_columns(&kept),
+        }
+    }
+}
+
 /// The readings of a segment, whitened for one size of their correlated noise.
 #[derive(Clone, Debug)]
 pub(crate) struct Whitened {
@@ -172,7 +190,7 @@ pub(crate) fn sweep(
         })
         .collect::<Result<_, GapError>>()?;
     let inputs = match directions {
-        Some(_) => form_error::with_forms(problem, point, inputs),
+        Some(_) => form_error::with_forms(problem, point, track, (&states, force_scale), inputs),
         None => inputs,
     };
     let layout = Layout {

@@ -36,6 +36,8 @@ pub(crate) struct Level {
     /// Its place among the levels of the sweep.
     pub(crate) number: usize,
     pub(crate) sizes: Sizes,
+    /// True where it holds the directions, so that sets can be searched.
+    pub(crate) is_searched: bool,
     /// Likelihood of all parameters: uncertain numbers, errors of form, the point's own, directions.
     pub(crate) whole: Quadratic,
     half_log_determinant: f64,
@@ -58,11 +60,13 @@ impl Level {
     pub(crate) fn new(
         number: usize,
         sizes: Sizes,
+        is_searched: bool,
         trials: Vec<Filtered>,
         columns: &Beside,
     ) -> Option<Self> {
         let (gram, half) = sum(trials.iter())?;
-        let mut level = Self::of((number, sizes), &gram, half, columns.clone());
+        let place = (number, sizes, is_searched);
+        let mut level = Self::of(place, &gram, half, columns.clone());
         level.trials = trials;
         Some(level)
     }
@@ -76,12 +80,12 @@ impl Level {
     /// The level on trials drawn again.
     pub(crate) fn drawn(&self, trials: &[usize]) -> Option<Self> {
         let (gram, half) = sum(trials.iter().map(|at| &self.trials[*at]))?;
-        let place = (self.number, self.sizes);
+        let place = (self.number, self.sizes, self.is_searched);
         Some(Self::of(place, &gram, half, self.columns.clone()))
     }
 
     fn of(
-        (number, sizes): (usize, Sizes),
+        (number, sizes, is_searched): (usize, Sizes, bool),
         gram: &DMatrix<f64>,
         half: f64,
         columns: Beside,
@@ -89,11 +93,31 @@ impl Level {
         Self {
             number,
             sizes,
+            is_searched,
             whole: Quadratic::from_gram(gram),
             half_log_determinant: half,
             columns,
             trials: Vec::new(),
             given: Mutex::default(),
+        }
+    }
+
+    /// The level with the error of a candidate's form `ratio` times as large.
+    pub(crate) fn with_form(&self, candidate: usize, ratio: f64) -> Self {
+        let mut whole = self.whole.clone();
+        let forms = self.columns.forms.iter();
+        let of_candidate = forms.filter(|(of, _)| *of == Some(candidate));
+        for column in of_candidate.flat_map(|(_, columns)| columns.clone()) {
+            whole.b[column] *= ratio;
+            whole.a.column_mut(column).scale_mut(ratio);
+            whole.a.row_mut(column).scale_mut(ratio);
+        }
+        Self {
+            whole,
+            columns: self.columns.clone(),
+            trials: Vec::new(),
+            given: Mutex::default(),
+            ..*self
         }
     }
 
@@ -154,7 +178,7 @@ impl Level {
         let given = self.given(&found.set)?;
         let posterior = &found.posterior;
         Some(Simulator {
-            place: (self.number, self.sizes),
+            place: (self.number, self.sizes, self.is_searched),
             noise: given.quadratic.root(),
             a: given.quadratic.a.clone(),
             columns: found.columns.clone(),
@@ -196,7 +220,9 @@ impl Level {
         }
         // The uncertain numbers and errors of form that go with them, within bounds.
         let beside = self.columns.columns(&self.columns.present(&found.set));
-        let rest = z.rows(nuisances, z.len() - nuisances).into_owned();
+        // A level that is not searched has no directions.
+        let count = self.whole.b.len() - nuisances;
+        let rest = z.rows(nuisances, count).into_owned();
         let across = DMatrix::from_fn(beside.len(), rest.len(), |row, column| {
             self.whole.a[(beside[row], nuisances + column)]
         });
@@ -218,6 +244,7 @@ impl Level {
         let mut next = Point {
             candidates: Vec::new(),
             values: Vec::new(),
+            forms: Vec::new(),
             nuisances: z.rows(0, problem.nuisances.len()).into_owned(),
         };
         for (candidate, ..) in &found.members {
@@ -252,8 +279,10 @@ impl Level {
                     .collect();
                 directions::values(problem, *candidate, &along)
             });
+            let before = point.candidates.iter().position(|of| of == candidate);
             next.candidates.push(*candidate);
             next.values.push(values);
+            next.forms.push(before.map_or(1.0, |row| point.forms[row]));
         }
         (next, z)
     }
@@ -261,8 +290,8 @@ impl Level {
 
 /// Draws likelihoods of trials in which a set is true.
 pub(crate) struct Simulator {
-    /// Number and disturbances of the level.
-    place: (usize, Sizes),
+    /// Number and disturbances of the level, and whether it holds the directions.
+    place: (usize, Sizes, bool),
     /// Curvature, and a root of it: the covariance of the slope is the curvature.
     a: DMatrix<f64>,
     noise: DMatrix<f64>,
@@ -322,7 +351,7 @@ mod tests {
             force: 0.1,
             drift: 0.0,
         };
-        let level = Level::of((0, sizes), &gram, 0.0, Beside::default());
+        let level = Level::of((0, sizes, true), &gram, 0.0, Beside::default());
         let found = Found {
             set: vec![0],
             level: 0,

@@ -11,6 +11,7 @@
 pub(crate) mod changes;
 pub(crate) mod coloured_noise;
 pub(crate) mod columns;
+pub(crate) mod direction_error;
 pub(crate) mod directions;
 pub(crate) mod explain;
 pub(crate) mod explanation;

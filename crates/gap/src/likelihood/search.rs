@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use hydro_effects::effect;
+use hydro_effects::{Id, effect};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -35,6 +35,9 @@ pub(crate) struct Choices<'p> {
     of: BTreeMap<usize, Vec<Vec<usize>>>,
     /// Effects of a set at most.
     largest: usize,
+    /// Log likelihood without effects beside the unmodelled forces that make it likeliest, where the sets of several levels are
+    /// compared.
+    without_effects: Option<f64>,
 }
 
 impl<'p> Choices<'p> {
@@ -86,7 +89,31 @@ impl<'p> Choices<'p> {
             columns,
             of,
             largest: problem.settings.options.likelihood.largest,
+            without_effects: None,
         }
+    }
+
+    /// The same for sets that are compared with none at the likeliest of these levels.
+    pub(crate) fn against_none(mut self, levels: &[Level]) -> Self {
+        let none = levels
+            .iter()
+            .filter_map(|level| Some(level.given(&[])?.empty));
+        self.without_effects = none.max_by(f64::total_cmp);
+        self
+    }
+
+    /// Log of the odds that no error of form of the others gives what the members of a set beyond the first explain, together:
+    /// a part of what the whole explains each. Expected ones are there by themselves.
+    fn log_form_odds(&self, set: &[usize], log_likelihood: f64) -> f64 {
+        let unexpected = set
+            .iter()
+            .filter(|of| !self.problem.priors[**of].is_expected);
+        let unexpected = unexpected.count();
+        let beside = unexpected - usize::from(unexpected == set.len() && unexpected > 0);
+        let gain = self
+            .without_effects
+            .map_or(0.0, |none| (log_likelihood - none).max(0.0));
+        -(beside as f64) * self.options().form_error.powi(2) * gain
     }
 
     fn options(&self) -> &LikelihoodOptions {
@@ -97,8 +124,24 @@ impl<'p> Choices<'p> {
     fn beside(&self, set: &[usize]) -> impl Iterator<Item = usize> {
         let all = &self.problem.candidates;
         self.of.keys().copied().filter(move |candidate| {
-            (set.iter()).all(|of| of != candidate && !all[*of].clashes(&all[*candidate]))
+            (set.iter()).all(|of| {
+                of != candidate
+                    && !all[*of].clashes(&all[*candidate])
+                    && !self.problem.is_one_scale(*of, *candidate)
+            })
         })
+    }
+
+    /// Expected candidates, each in its plain form.
+    fn expected(&self) -> Vec<usize> {
+        let mut plain: BTreeMap<(Id, &[String]), usize> = BTreeMap::new();
+        for candidate in self.of.keys().copied() {
+            if self.problem.priors[candidate].is_expected {
+                let mechanism = self.problem.candidates[candidate].mechanism();
+                plain.entry(mechanism).or_insert(candidate);
+            }
+        }
+        plain.into_values().collect()
     }
 
     /// A step in standard deviations of the prior, for a delay or a lag: below it, it is only when within a step things happen.
@@ -113,16 +156,17 @@ impl<'p> Choices<'p> {
     pub(crate) fn up_to(&self, largest: usize) -> Self {
         let mut of = self.clone();
         of.largest = largest;
+        of.without_effects = None;
         of
     }
 
     fn log_prior(&self, set: &[usize]) -> f64 {
         let another = self.options().another_effect;
-        let mut log = (1.0 - another).ln() + set.len() as f64 * another.ln();
-        for (at, candidate) in set.iter().enumerate() {
-            log += ((at + 1) as f64).ln() + self.problem.log_shares[*candidate];
-        }
-        log
+        let priors = || set.iter().map(|candidate| self.problem.priors[*candidate]);
+        let unexpected = priors().filter(|of| !of.is_expected).count();
+        let mut log = (1.0 - another).ln() + unexpected as f64 * another.ln();
+        log += priors().map(|of| of.log_share).sum::<f64>();
+        log + (1..=unexpected).map(|at| (at as f64).ln()).sum::<f64>()
     }
 }
 
@@ -141,6 +185,12 @@ impl Search<'_> {
         let mut all = vec![empty.clone()];
         let mut seen: BTreeSet<Vec<usize>> = BTreeSet::from([Vec::new()]);
         let mut front = vec![empty];
+        // One effect may stand for several expected ones, so that the way to all of them leads over worse sets.
+        let expected = self.choices.expected();
+        if self.choices.largest >= expected.len() && seen.insert(expected.clone()) {
+            front.extend(self.whole(&expected));
+            all.extend(front.iter().skip(1).cloned());
+        }
         let options = self.choices.options();
         for _ in 0..self.choices.largest {
             let mut next = Vec::new();
@@ -224,6 +274,7 @@ impl Search<'_> {
             log_likelihood,
             log_posterior: log_likelihood
                 + self.choices.log_prior(&set)
+                + self.choices.log_form_odds(&set, log_likelihood)
                 + (self.level).log_prior(!set.is_empty(), self.choices.options()),
             set,
             level: self.level.number,
@@ -243,13 +294,17 @@ impl Search<'_> {
         let mut promising: Vec<(f64, usize, Vec<Quadratic>)> = self
             .choices
             .beside(&set.set)
-            .map(|candidate| {
+            .filter_map(|candidate| {
                 let choices = self.choices.of[&candidate].iter();
                 let quadratics: Vec<Quadratic> = choices
                     .map(|columns| conditional(&given.quadratic, set, columns))
                     .collect();
+                // An effect that leaves no trace in the data is not told from none.
+                let leaves_trace =
+                    (quadratics.iter()).any(|of| of.information() > options.least_information);
                 let gains = quadratics.iter().map(Quadratic::most_gain);
-                (gains.fold(0.0, f64::max), candidate, quadratics)
+                let gain = gains.fold(0.0, f64::max);
+                leaves_trace.then_some((gain, candidate, quadratics))
             })
             .collect();
         promising.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -293,8 +348,11 @@ impl Search<'_> {
     fn full(&self, from: &Found, added: Option<usize>, out: Option<usize>) -> Option<Found> {
         let mut members = kept(from, out.as_slice());
         members.extend(added.map(|candidate| (self.untried(candidate), 0.0)));
-        self.ascend(members, |candidate| Some(candidate) == added)
-            .filter(|found| self.is_resolved(found))
+        // What takes the place of one that left may be of any size.
+        self.ascend(members, |candidate| {
+            out.is_some() || Some(candidate) == added
+        })
+        .filter(|found| self.is_resolved(found))
     }
 
     /// A found set, over all scales and choices of each member in turn.

@@ -34,8 +34,9 @@ pub(crate) struct WorkingPoint<'p, 'a> {
     tracks: Vec<Track>,
     arrival: Vec<DVector<f64>>,
     scale: DVector<f64>,
-    /// Levels of disturbances to look at.
+    /// Levels of disturbances to look at, and those of them at which sets are searched.
     sizes: Vec<Sizes>,
+    near: Vec<Sizes>,
     pub(crate) point: Point,
 }
 
@@ -102,11 +103,13 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             scale: force_scale(problem, &tracks)?,
             tracks,
             sizes: sizes(problem),
+            near: sizes(problem),
             point: problem.origin(),
         })
     }
 
-    /// Sweeps all tracks; without `directions`, for starts and unmodelled forces alone. `None` where a track blows up.
+    /// Sweeps all tracks; without `directions`, for starts and unmodelled forces alone. Directions are looked along at the levels
+    /// at which sets are searched. `None` where a track blows up.
     pub(crate) fn sweep(
         &self,
         directions: Option<&[Direction]>,
@@ -117,7 +120,8 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             form_error::beside(problem, &self.point)
         });
         let own: usize = self.point.values.iter().map(Vec::len).sum();
-        let parameters = directions.map_or(0, |of| beside.len() + own + of.len());
+        let settled = directions.map_or(0, |_| beside.len() + own);
+        let parameters = [settled, settled + directions.map_or(0, <[Direction]>::len)];
         let swept: Option<Vec<TrackSwept>> = self
             .tracks
             .par_iter()
@@ -140,7 +144,9 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let whole = (self.sizes.iter().zip(by_level)).filter(|(_, of)| of.len() == tracks);
         let mut levels = Vec::new();
         for (sizes, trials) in whole {
-            levels.extend(Level::new(levels.len(), *sizes, trials, &beside));
+            let is_searched = self.near.contains(sizes);
+            let number = levels.len();
+            levels.extend(Level::new(number, *sizes, is_searched, trials, &beside));
         }
         Ok(Some(Swept {
             links,
@@ -154,7 +160,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         track: &Track,
         arrival: &DVector<f64>,
         directions: Option<&[Direction]>,
-        parameters: usize,
+        [settled, parameters]: [usize; 2],
         keep: Keep,
     ) -> Result<Option<TrackSwept>, GapError> {
         let problem = self.problem;
@@ -179,13 +185,24 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             },
         )?;
         let Some(links) = links else { return Ok(None) };
+        let is_searched = |of: &Sizes| settled == parameters || self.near.contains(of);
+        let few: Vec<LinkColumns> = match self.sizes.iter().all(is_searched) {
+            true => Vec::new(),
+            false => {
+                let without = links.par_iter().map(|of| of.without(settled, parameters));
+                without.collect()
+            }
+        };
         let filtered = self
             .sizes
             .par_iter()
             .map(|sizes| {
                 let noise = drifts.iter().position(|drift| *drift == sizes.drift)?;
                 let force = self.forces(track, sizes.force);
-                filter::filter(&links, noise, parameters, arrival, force)
+                match is_searched(sizes) {
+                    true => filter::filter(&links, noise, parameters, arrival, force),
+                    false => filter::filter(&few, noise, settled, arrival, force),
+                }
             })
             .collect();
         Ok(Some(TrackSwept {
@@ -251,7 +268,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 return Ok(false);
             };
             self.smooth(&swept, &DVector::zeros(0), sizes)?;
-            if self.point.candidates.is_empty() {
+            if self.point.candidates.is_empty() && self.sizes.len() > 1 {
                 self.look_up_to(sizes.force);
             }
             if last.is_some_and(|last| (log - last).abs() < SETTLED) {
@@ -269,10 +286,59 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let largest = next.copied().unwrap_or(likeliest);
         self.sizes = sizes(self.problem);
         self.sizes.retain(|of| of.force <= largest);
+        // Every second one: sets are searched about the likeliest of them afterwards.
+        let of = |at: usize| {
+            forces
+                .iter()
+                .rev()
+                .skip_while(move |of| **of > largest)
+                .nth(at)
+        };
+        let some: Vec<f64> = (0..forces.len())
+            .step_by(2)
+            .filter_map(of)
+            .copied()
+            .collect();
+        self.near.clone_from(&self.sizes);
+        self.near
+            .retain(|of| some.contains(&of.force) || of.force == forces[0]);
+    }
+
+    /// Searches sets from now on at the levels beside one, and at the least unmodelled forces.
+    pub(crate) fn look_about(&mut self, sizes: Sizes) {
+        let options = &self.problem.settings.options.likelihood;
+        let beside = |all: &[f64], size: f64, other: f64| {
+            let place = |of: f64| all.iter().position(|one| *one == of).unwrap_or(0);
+            place(size).abs_diff(place(other)) <= 1
+        };
+        let least = options.forces[0];
+        self.near = self::sizes(self.problem);
+        self.near.retain(|of| {
+            beside(&options.drifts, of.drift, sizes.drift)
+                && (of.force == least || beside(&options.forces, of.force, sizes.force))
+        });
+        let near = &self.near;
+        let all = self::sizes(self.problem).into_iter();
+        let seen = all.filter(|of| self.sizes.contains(of) || near.contains(of));
+        self.sizes = seen.collect();
+    }
+
+    /// Looks at the least unmodelled forces alone.
+    pub(crate) fn look_at_least(&mut self) {
+        let least = self.problem.settings.options.likelihood.forces[0];
+        self.sizes.retain(|of| of.force == least);
+        self.near.clone_from(&self.sizes);
     }
 
     /// Lets starts, numbers and the set's values settle, no other effect in sight. False where a track blows up.
     pub(crate) fn settle(&mut self) -> Result<bool, GapError> {
+        let all = std::mem::replace(&mut self.sizes, self.near.clone());
+        let settled = self.settle_there();
+        self.sizes = all;
+        settled
+    }
+
+    fn settle_there(&mut self) -> Result<bool, GapError> {
         let mut last: Option<(Sizes, f64)> = None;
         for _ in 0..SETTLING {
             let Some(swept) = self.sweep(Some(&[]), Keep::Columns)? else {
@@ -284,9 +350,16 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 return Ok(false);
             };
             let level = &swept.levels[best.level];
+            let forms = self.likeliest_forms(level);
             let (point, z) = level.moved(self.problem, &self.point, &[], best);
             self.smooth(&swept, &z, level.sizes)?;
             self.point = point;
+            for (candidate, form) in forms {
+                let row = self.point.candidates.iter().position(|of| *of == candidate);
+                if let Some(row) = row {
+                    self.point.forms[row] = form;
+                }
+            }
             let now = (level.sizes, best.log_posterior);
             if last.is_some_and(|last| last.0 == now.0 && (last.1 - now.1).abs() < SETTLED) {
                 break;
@@ -296,9 +369,34 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         Ok(true)
     }
 
+    /// Sizes of the errors of form, by candidate, with which the point's set is likeliest, one candidate after the other.
+    fn likeliest_forms(&self, level: &Level) -> Vec<(usize, f64)> {
+        let log = |level: &Level| {
+            self.own_set(level)
+                .map_or(f64::NEG_INFINITY, |of| of.log_posterior)
+        };
+        let mut best = log(level);
+        let mut at_best: Option<Level> = None;
+        let of_candidate = self.point.candidates.iter().zip(&self.point.forms);
+        let likeliest = of_candidate.map(|(candidate, form)| {
+            let mut now = *form;
+            for other in self.problem.settings.options.likelihood.form_sizes {
+                let from = at_best.as_ref().unwrap_or(level);
+                let tried = from.with_form(*candidate, other / now);
+                let found = log(&tried);
+                if found > best {
+                    (best, at_best, now) = (found, Some(tried), other);
+                }
+            }
+            (*candidate, now)
+        });
+        likeliest.collect()
+    }
+
     /// Log marginal likelihood of the point's set beside the least unmodelled forces, once it has settled. `None` where a trial
     /// blows up.
     pub(crate) fn settled_evidence(&mut self) -> Result<Option<f64>, GapError> {
+        self.look_at_least();
         if !(self.follow()? && self.settle()?) {
             return Ok(None);
         }
@@ -329,6 +427,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         if !self.follow()? {
             return Ok(None);
         }
+        self.look_at_least();
         let Some(swept) = self.sweep(Some(&[]), Keep::Readings)? else {
             return Ok(None);
         };

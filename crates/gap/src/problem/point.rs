@@ -12,6 +12,8 @@ pub(crate) struct Point {
     pub(crate) candidates: Vec<usize>,
     /// Values of each candidate, in the order of its parameters.
     pub(crate) values: Vec<Vec<f64>>,
+    /// Factor on the usual error of each candidate's form.
+    pub(crate) forms: Vec<f64>,
     /// Nuisance parameters in standard deviations.
     pub(crate) nuisances: DVector<f64>,
 }
@@ -31,6 +33,7 @@ impl Problem<'_> {
         Point {
             candidates: Vec::new(),
             values: Vec::new(),
+            forms: Vec::new(),
             nuisances: DVector::zeros(self.nuisances.len()),
         }
     }

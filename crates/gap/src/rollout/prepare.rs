@@ -108,11 +108,17 @@ impl<'a> Problem<'a> {
             .filter(|(_, sd)| *sd > 0.0)
             .collect();
         let medium = settings.medium.unwrap_or(model.medium);
-        let log_shares = candidates::log_shares(&candidates, medium, &settings.options.candidates);
+        let base = model.base.as_ref().map(|base| base.body.as_str());
+        let lacks_fluid = base.filter(|_| !model.has_fluid);
+        let priors = candidates::priors(
+            &candidates,
+            (medium, lacks_fluid),
+            &settings.options.candidates,
+        );
         Ok(Self {
             plant,
             model,
-            log_shares,
+            priors,
             nuisances,
             drifting: sensor_noise::drifting(&channels, &trials),
             trials,

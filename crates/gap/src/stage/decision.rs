@@ -74,12 +74,9 @@ pub(crate) fn decide(explanation: &Explanation<'_>, calibration: &Calibration) -
             .find(|row| *row != nothing && explanation.effects(&explanation.sets[*row].set) != own);
         decision.apart = rival.map(|rival| (best, rival));
     }
-    // What the error of form of the others could explain as well is not named.
-    let error = explanation.problem.settings.options.likelihood.form_error;
     decision.named = sure
         .iter()
         .map(|candidate| (*candidate, whole - explained(&[*candidate])))
-        .filter(|(_, share)| sure.len() == 1 || *share >= error * error * whole)
         .collect();
     if decision.named.is_empty() {
         decision.outcome = match decision.confusion.len() {

@@ -167,7 +167,7 @@ fn distance(
         channels: problem.channels.clone(),
         drifting: Vec::new(),
         candidates: problem.candidates.clone(),
-        log_shares: problem.log_shares.clone(),
+        priors: problem.priors.clone(),
         nuisances: problem.nuisances.clone(),
         settings: problem.settings.clone(),
         commands: problem.commands.clone(),

@@ -37,6 +37,7 @@ fn columns_are_the_changes_of_rollouts() {
             Point {
                 candidates: vec![drag],
                 values: vec![values],
+                forms: vec![1.0],
                 nuisances,
             }
         };
