@@ -154,6 +154,7 @@ pub(crate) fn sweep(
     let Ok(mut base) = plant.simulation(&nuisances_at, &entries) else {
         return Ok(None);
     };
+    base.prescribe(trial.prescribed.clone());
     let states = state_changes(problem, base.as_mut(), &rolled, (track, grid), force_scale);
     let references = references(base.as_mut(), &rolled);
     let defects = defects(base.as_ref(), track, &rolled);
@@ -388,7 +389,7 @@ fn assemble(
             outputs[(row, column)] *= factors[row];
         }
     }
-    if let Some(defect) = defect {
+    if let Some(defect) = defect.filter(|_| !trial.steady) {
         state.set_column(0, &-defect);
     }
     // Carried back to zero parameters.
@@ -404,6 +405,10 @@ fn assemble(
     first += carried;
     let mut first = state.column_mut(0);
     first -= at_end;
+    if trial.steady {
+        // The next state has nothing to do with this one.
+        state.fill(0.0);
+    }
     let times = &trial.times[rows];
     let time = problem.drift_time(trial.period());
     let noise = drifts.iter().map(|drift| {

@@ -14,6 +14,7 @@ pub(crate) mod columns;
 pub(crate) mod directions;
 pub(crate) mod explain;
 pub(crate) mod explanation;
+pub(crate) mod felt_forces;
 pub(crate) mod filter;
 pub(crate) mod form_error;
 pub(crate) mod found;

@@ -10,7 +10,7 @@ use hydro_effects::{
 
 use crate::{
     options::CandidateOptions,
-    plant::{PlantBody, PlantDescription, SensorKind},
+    plant::{PlantBody, PlantDescription, PlantJoint, SensorKind},
     problem::{
         channels::{Channels, MeasuredTrial},
         typical::Typical,
@@ -210,7 +210,11 @@ pub(crate) fn enumerate(
                 }
             }
             TargetKind::Joint => {
-                let targets = model.joints.iter().map(|joint| {
+                // A joint whose motion is imposed shows no force of its own.
+                let is_free = |joint: &&PlantJoint| {
+                    trials.is_empty() || !trials.iter().all(|of| of.imposes(joint.dof))
+                };
+                let targets = model.joints.iter().filter(is_free).map(|joint| {
                     let mut scale = joint.scale.clone();
                     scale.speed = typical.speed[joint.dof].max(options.least_joint_speed);
                     scale.travel = typical.travel[joint.qpos].max(options.least_joint_travel);
@@ -249,7 +253,8 @@ pub(crate) fn enumerate(
                         noise: channels.list[source.channel].noise,
                         signal: rms(trials, source.start, source.len),
                         unit: if source.attitude { "rad" } else { sensor.unit },
-                        period: trials.first().map_or(model.timestep, MeasuredTrial::period),
+                        period: (trials.iter().find(|trial| !trial.steady))
+                            .map_or(model.timestep, MeasuredTrial::period),
                         attitude: sensor.kind == SensorKind::Quaternion,
                     });
                     if effect.applies_to(&target) {
