@@ -88,7 +88,7 @@ class Captive(unittest.TestCase):
         columns = captive.steady(np.array([row])).columns
         model = mujoco.MjModel.from_xml_path(str(ROOT / "mjcf/gap/captive_kvlcc2.xml"))
         data = mujoco.MjData(model)
-        data.qvel[0], data.qpos[1] = columns["tow_vel"][0], columns["yaw"][0]
+        data.qvel[0], data.qpos[2] = columns["tow_vel"][0], columns["yaw"][0]
         mujoco.mj_forward(model, data)
         hull = model.body("hull").id
         velocity = np.zeros(6)

@@ -74,6 +74,13 @@ fn on_hull(effect: Id, parameters: Vec<f64>) -> Entry {
 
 const INTEGRATORS: [&str; 4] = ["Euler", "implicit", "implicitfast", "RK4"];
 
+/// Reading ahead of the towed hull below: mass, added mass and drag. Drag is implicit: it resists the speed that the step of
+/// 0.01 s ends with, but for Runge-Kutta.
+fn shown(v: f64, a: f64, integrator: &str) -> f64 {
+    let step = if integrator == "RK4" { 0.0 } else { 0.01 };
+    (MASS + 2.0) * a + 7.0 * v + 30.0 * v.abs() * v + step * (7.0 + 60.0 * v.abs()) * a
+}
+
 /// MuJoCo's force sensor shows what the parent exerts on the child: upwards the weight, along the tow what keeps up the motion
 /// against the water.
 #[test]
@@ -101,7 +108,7 @@ fn the_load_cell_of_a_towed_body_shows_mass_times_acceleration_and_drag() {
                 "{integrator} {step}"
             );
             simulation.step();
-            let expected = (MASS + 2.0) * a + 7.0 * v + 30.0 * v.abs() * v;
+            let expected = shown(v, a, integrator);
             let found = simulation.sensors();
             assert!(
                 (found[0] - expected).abs() < 1e-6,
@@ -114,7 +121,7 @@ fn the_load_cell_of_a_towed_body_shows_mass_times_acceleration_and_drag() {
         }
         simulation.look();
         let [_, v, a] = spline.at(3.0);
-        let expected = (MASS + 2.0) * a + 7.0 * v + 30.0 * v.abs() * v;
+        let expected = shown(v, a, integrator);
         assert!(
             (simulation.sensors()[0] - expected).abs() < 1e-6,
             "{integrator}"
@@ -293,7 +300,11 @@ fn a_table_of_steady_states_is_named_and_verified() {
             &watch,
         )
         .unwrap();
-        assert!(verified.gap.before.is_finite());
+        assert!(
+            verified.gap.before.is_some_and(|error| error > 0.1),
+            "{:?}",
+            verified.gap
+        );
     }
 }
 

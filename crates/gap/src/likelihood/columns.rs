@@ -406,6 +406,7 @@ fn assemble(
     let mut first = state.column_mut(0);
     first -= at_end;
     if trial.steady {
+        drop_rounding(&mut outputs);
         // The next state has nothing to do with this one.
         state.fill(0.0);
     }
@@ -434,6 +435,18 @@ fn assemble(
     LinkColumns {
         noise: noise.collect(),
         end: state,
+    }
+}
+
+/// Whitened change of a reading with a parameter that is rounding: what cannot act on a prescribed model leaves some.
+const ROUNDING: f64 = 1e-9;
+
+/// Clears the columns of parameters and latents that hold nothing but rounding.
+fn drop_rounding(outputs: &mut DMatrix<f64>) {
+    for mut column in outputs.column_iter_mut().skip(1) {
+        if column.amax() < ROUNDING {
+            column.fill(0.0);
+        }
     }
 }
 

@@ -53,6 +53,9 @@ pub(crate) fn evidence(
         let found = 0.5 * (b + &site_shift).dot(&mean) - log_determinant
             + prior
             + site_scale.iter().sum::<f64>();
+        if !(found.is_finite() && mean.iter().all(|value| value.is_finite())) {
+            return None;
+        }
         if bounded.is_empty() || (found - last).abs() < CONVERGED {
             return Some(Truncated {
                 log_evidence: found,

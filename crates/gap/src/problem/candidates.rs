@@ -12,7 +12,7 @@ use crate::{
     options::CandidateOptions,
     plant::{PlantBody, PlantDescription, PlantJoint, SensorKind},
     problem::{
-        channels::{Channels, MeasuredTrial},
+        channels::{Channels, MeasuredTrial, Source},
         typical::Typical,
     },
 };
@@ -250,7 +250,7 @@ pub(crate) fn enumerate(
                     let sensor = &model.sensors[source.sensor];
                     let target = Target::Sensor(SensorScale {
                         dimension: source.channels,
-                        noise: channels.list[source.channel].noise,
+                        noise: noise(channels, source, trials),
                         signal: rms(trials, source.start, source.len),
                         unit: if source.attitude { "rad" } else { sensor.unit },
                         period: (trials.iter().find(|trial| !trial.steady))
@@ -380,6 +380,14 @@ fn travels(model: &PlantDescription, typical: &Typical, least: f64) -> bool {
     (0..typical.travel.len())
         .filter(|at| !hinges.contains(at))
         .any(|at| typical.travel[at] > least * size)
+}
+
+/// Noise of a sensor: that of its first component with a reading.
+fn noise(channels: &Channels, source: &Source, trials: &[MeasuredTrial]) -> f64 {
+    let is_read =
+        |component: &usize| source.attitude || rms(trials, source.start + component, 1) > 0.0;
+    let read = (0..source.channels).find(is_read).unwrap_or(0);
+    channels.list[source.channel + read].noise
 }
 
 /// Root mean square of a sensor's readings.
