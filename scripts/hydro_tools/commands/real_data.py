@@ -4,8 +4,10 @@
     python scripts/real_data.py --out out/real --check            # and what SciPy alone finds in them
     python scripts/real_data.py --out out/real --run              # and what `hydro gap run` says of them
 
-Cases: roll_decay (a single release: missing is quadratic damping) and ball_<name>, two drops each (missing is
-the air's drag). The first states are estimated from the first readings (hydro_tools/datasets/measured/).
+Cases: roll_decay (a single release: missing is quadratic damping), ball_<name>, two drops each (missing is
+the air's drag), captive_kvlcc2 (a table of steady states: missing is all that water does) and glider (18 dives,
+pitch prescribed: missing is lift). The first states are estimated from the first readings
+(hydro_tools/datasets/measured/).
 Needs numpy and, for --check, scipy; --run needs `cargo build --release` and the MuJoCo of .venv.
 """
 
@@ -59,10 +61,7 @@ def main() -> int:
         for case in args.case or CASES:
             cases[case] = make_case(case, args.data, args.out, args.with_speed)
             for trial in cases[case]:
-                print(
-                    f"{case}/{trial.name}: {len(trial.time)} rows, {trial.time[-1]:.2f} s, "
-                    f"starts at {trial.position:.5g}, {trial.velocity:.4g} a second"
-                )
+                print(f"{case}/{trial.name}: {trial.summary()}")
         if args.check:
             (args.out / "reference.json").write_text(json.dumps(check(cases), indent=1))
         if args.run:

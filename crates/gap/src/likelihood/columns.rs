@@ -172,6 +172,7 @@ pub(crate) fn sweep(
     let Ok(mut base) = plant.simulation(&nuisances_at, &entries) else {
         return Ok(None);
     };
+    base.prescribe(trial.prescribed.clone());
     let states = state_changes(problem, base.as_mut(), &rolled, (track, grid), force_scale);
     let references = references(base.as_mut(), &rolled);
     let defects = defects(base.as_ref(), track, &rolled);
@@ -406,7 +407,7 @@ fn assemble(
             outputs[(row, column)] *= factors[row];
         }
     }
-    if let Some(defect) = defect {
+    if let Some(defect) = defect.filter(|_| !trial.steady) {
         state.set_column(0, &-defect);
     }
     // Carried back to zero parameters.
@@ -422,6 +423,11 @@ fn assemble(
     first += carried;
     let mut first = state.column_mut(0);
     first -= at_end;
+    if trial.steady {
+        drop_rounding(&mut outputs);
+        // The next state has nothing to do with this one.
+        state.fill(0.0);
+    }
     let times = &trial.times[rows];
     let time = problem.drift_time(trial.period());
     let noise = drifts.iter().map(|drift| {
@@ -447,6 +453,18 @@ fn assemble(
     LinkColumns {
         noise: noise.collect(),
         end: state,
+    }
+}
+
+/// Whitened change of a reading with a parameter that is rounding: what cannot act on a prescribed model leaves some.
+const ROUNDING: f64 = 1e-9;
+
+/// Clears the columns of parameters and latents that hold nothing but rounding.
+fn drop_rounding(outputs: &mut DMatrix<f64>) {
+    for mut column in outputs.column_iter_mut().skip(1) {
+        if column.amax() < ROUNDING {
+            column.fill(0.0);
+        }
     }
 }
 

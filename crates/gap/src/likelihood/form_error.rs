@@ -140,10 +140,16 @@ pub(crate) fn with_forms(
             made.extend((0..levels + others).map(|_| None));
             continue;
         };
-        let size =
-            |states: &DMatrix<f32>, boundary: usize| f64::from(states.column(boundary).norm());
+        // What moves nothing, because the motion is prescribed, has its size in the readings.
+        let moves = (of.0.iter()).any(|(states, _)| states.iter().any(|value| *value != 0.0));
+        let size = |states: &DMatrix<f32>, direct: &DMatrix<f32>, boundary: usize| {
+            let of = if moves { states } else { direct };
+            f64::from(of.column(boundary).norm())
+        };
         let mut sizes: Vec<f64> = (of.0.iter())
-            .flat_map(|(states, _)| (0..states.ncols()).map(|boundary| size(states, boundary)))
+            .flat_map(|(states, direct)| {
+                (0..states.ncols()).map(|boundary| size(states, direct, boundary))
+            })
             .collect();
         sizes.sort_by(f64::total_cmp);
         let knots: Vec<f64> = (0..levels)
@@ -153,7 +159,7 @@ pub(crate) fn with_forms(
             let links = of.0.iter().map(|(states, direct)| {
                 let (mut states, mut direct) = (states.clone(), direct.clone());
                 for boundary in 0..states.ncols() {
-                    let part = hat(&knots, level, size(&states, boundary));
+                    let part = hat(&knots, level, size(&states, &direct, boundary));
                     let factor = (size_of_error * part) as f32;
                     states.column_mut(boundary).scale_mut(factor);
                     direct.column_mut(boundary).scale_mut(factor);

@@ -15,6 +15,7 @@ pub(crate) mod direction_error;
 pub(crate) mod directions;
 pub(crate) mod explain;
 pub(crate) mod explanation;
+pub(crate) mod felt_forces;
 pub(crate) mod filter;
 pub(crate) mod form_error;
 pub(crate) mod found;

@@ -94,10 +94,11 @@ pub(crate) fn evidence(
     let shift = b + &site_shift;
     let mean = factor.solve(&shift);
     let log_determinant: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
-    Some(Truncated {
-        log_evidence: 0.5 * shift.dot(&mean) - log_determinant
-            + prior
-            + site_scale.iter().sum::<f64>(),
+    let log_evidence =
+        0.5 * shift.dot(&mean) - log_determinant + prior + site_scale.iter().sum::<f64>();
+    let is_finite = log_evidence.is_finite() && mean.iter().all(|value| value.is_finite());
+    is_finite.then(|| Truncated {
+        log_evidence,
         covariance: factor.inverse(),
         mean,
     })

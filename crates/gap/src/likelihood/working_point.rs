@@ -8,6 +8,7 @@ use crate::{
     likelihood::{
         columns::{self, LinkColumns, Sweep},
         directions::Direction,
+        felt_forces,
         filter::{self, Filtered, Forces},
         form_error::{self, Beside},
         found::{Found, likeliest},
@@ -229,7 +230,10 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let piece = segment_length(self.problem, track.trial) / options.pieces as f64;
         Forces {
             sd,
-            correlation: (-piece / options.force_time).exp(),
+            correlation: match self.problem.trials[track.trial].steady {
+                true => 0.0,
+                false => (-piece / options.force_time).exp(),
+            },
         }
     }
 
@@ -241,6 +245,11 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             .collect();
         let links = swept.links.iter().zip(&self.arrival).zip(priors);
         for (track, ((links, arrival), prior)) in self.tracks.iter_mut().zip(links) {
+            // A steady state is known, and readings are linear in its forces: about those that explain them a sensor's scale
+            // would explain them again.
+            if self.problem.trials[track.trial].steady {
+                continue;
+            }
             let Some(smoothed) = filter::smooth(links, noise, z, arrival, prior) else {
                 continue;
             };
@@ -488,7 +497,7 @@ fn segment_length(problem: &Problem<'_>, trial: usize) -> f64 {
     options.segment_length.max(rows)
 }
 
-/// Standard deviation of the first start of every track.
+/// Standard deviation of the first start of every track; none of what is prescribed.
 fn arrival(problem: &Problem<'_>) -> Vec<DVector<f64>> {
     let options = &problem.settings.options.states;
     problem
@@ -500,33 +509,44 @@ fn arrival(problem: &Problem<'_>) -> Vec<DVector<f64>> {
             } else {
                 options.first_arrival_sd
             };
-            state_estimation::arrival_precision(problem.model.nv, sd)
-                .map(|precision| precision.sqrt().recip())
+            let nv = problem.model.nv;
+            let sd = state_estimation::arrival_precision(nv, sd)
+                .map(|precision| precision.sqrt().recip());
+            DVector::from_fn(2 * nv, |axis, _| match trial.imposes(axis % nv) {
+                true => 0.0,
+                false => sd[axis],
+            })
         })
         .collect()
 }
 
 /// Scale of the unmodelled force on every degree of freedom: inertia times the root mean square acceleration, as in the trials
-/// and unforced.
+/// and unforced. Along one that every trial prescribes, what force sensors feel there.
 fn force_scale(problem: &Problem<'_>, tracks: &[Track]) -> Result<DVector<f64>, GapError> {
     let nv = problem.model.nv;
     let step = problem.model.timestep;
     let nominal = vec![0.0; problem.model.nuisances.len()];
     let mut simulation = problem.plant.simulation(&nominal, &[])?;
     // Accelerations from the estimated motion, inertia from the response to a force.
-    let (mut squares, mut count) = (DVector::<f64>::zeros(nv), 0.0);
+    let (mut squares, mut count) = (DVector::<f64>::zeros(nv), DVector::<f64>::zeros(nv));
     let mut mobility = DVector::<f64>::zeros(nv);
     let mut free = DVector::<f64>::zeros(nv);
-    let mut looked = 0.0;
+    let mut looked = DVector::<f64>::zeros(nv);
     for track in tracks {
+        let trial = &problem.trials[track.trial];
         let motion = &problem.motions[track.trial];
+        simulation.prescribe(trial.prescribed.clone());
+        let moves: Vec<usize> = (0..nv).filter(|axis| !trial.imposes(*axis)).collect();
+        if moves.is_empty() {
+            continue;
+        }
         for row in 1..motion.times.len() {
             let seconds = motion.times[row] - motion.times[row - 1];
             let ((_, before), (_, after)) = (motion.state(row - 1), motion.state(row));
-            for axis in 0..nv {
+            for axis in moves.iter().copied() {
                 squares[axis] += ((after[axis] - before[axis]) / seconds).powi(2);
+                count[axis] += 1.0;
             }
-            count += 1.0;
         }
         for link in track.links.iter().step_by(4) {
             let segment = &link.segment;
@@ -541,17 +561,23 @@ fn force_scale(problem: &Problem<'_>, tracks: &[Track]) -> Result<DVector<f64>, 
                 simulation.qvel().to_vec()
             };
             let from = after(None);
-            for axis in 0..nv {
+            for axis in moves.iter().copied() {
+                looked[axis] += 1.0;
                 free[axis] += ((from[axis] - segment.qvel[axis]) / step).powi(2);
                 mobility[axis] += (after(Some(axis))[axis] - from[axis]) / step;
             }
-            looked += 1.0;
         }
     }
+    let felt = felt_forces::scale(problem, simulation.as_mut());
     Ok(DVector::from_fn(nv, |axis, _| {
+        let looked = looked[axis];
+        if looked == 0.0 {
+            return felt[axis];
+        }
         let inertia = looked / mobility[axis].abs().max(1e-12);
-        let acceleration =
-            (squares[axis] / f64::max(count, 1.0) + free[axis] / f64::max(looked, 1.0)).sqrt();
+        let acceleration = (squares[axis] / f64::max(count[axis], 1.0)
+            + free[axis] / f64::max(looked, 1.0))
+        .sqrt();
         inertia * acceleration.max(problem.settings.options.likelihood.least_acceleration)
     }))
 }

@@ -10,9 +10,9 @@ use hydro_effects::{
 
 use crate::{
     options::CandidateOptions,
-    plant::{PlantBody, PlantDescription, SensorKind},
+    plant::{PlantBody, PlantDescription, PlantJoint, SensorKind},
     problem::{
-        channels::{Channels, MeasuredTrial},
+        channels::{Channels, MeasuredTrial, Source},
         typical::Typical,
     },
 };
@@ -229,7 +229,11 @@ pub(crate) fn enumerate(
                 }
             }
             TargetKind::Joint => {
-                let targets = model.joints.iter().map(|joint| {
+                // A joint whose motion is imposed shows no force of its own.
+                let is_free = |joint: &&PlantJoint| {
+                    trials.is_empty() || !trials.iter().all(|of| of.imposes(joint.dof))
+                };
+                let targets = model.joints.iter().filter(is_free).map(|joint| {
                     let mut scale = joint.scale.clone();
                     scale.speed = typical.speed[joint.dof].max(options.least_joint_speed);
                     scale.travel = typical.travel[joint.qpos].max(options.least_joint_travel);
@@ -265,10 +269,11 @@ pub(crate) fn enumerate(
                     let sensor = &model.sensors[source.sensor];
                     let target = Target::Sensor(SensorScale {
                         dimension: source.channels,
-                        noise: channels.list[source.channel].noise,
+                        noise: noise(channels, source, trials),
                         signal: rms(trials, source.start, source.len),
                         unit: if source.attitude { "rad" } else { sensor.unit },
-                        period: trials.first().map_or(model.timestep, MeasuredTrial::period),
+                        period: (trials.iter().find(|trial| !trial.steady))
+                            .map_or(model.timestep, MeasuredTrial::period),
                         attitude: sensor.kind == SensorKind::Quaternion,
                     });
                     if effect.applies_to(&target) {
@@ -394,6 +399,14 @@ fn travels(model: &PlantDescription, typical: &Typical, least: f64) -> bool {
     (0..typical.travel.len())
         .filter(|at| !hinges.contains(at))
         .any(|at| typical.travel[at] > least * size)
+}
+
+/// Noise of a sensor: that of its first component with a reading.
+fn noise(channels: &Channels, source: &Source, trials: &[MeasuredTrial]) -> f64 {
+    let is_read =
+        |component: &usize| source.attitude || rms(trials, source.start + component, 1) > 0.0;
+    let read = (0..source.channels).find(is_read).unwrap_or(0);
+    channels.list[source.channel + read].noise
 }
 
 /// Root mean square of a sensor's readings.

@@ -5,20 +5,29 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 from ...repository import ROOT
-from . import ball_drops, roll_decay
-from .trial import Trial, write
+from . import ball_drops, captive, glider, roll_decay, trial
 
-CASES = (roll_decay.CASE, *ball_drops.BALLS)
+CASES = (roll_decay.CASE, *ball_drops.BALLS, captive.CASE, glider.CASE)
 
 
-def make_case(case: str, data: Path, out: Path, with_speed: bool) -> list[Trial]:
+def make_case(case: str, data: Path, out: Path, with_speed: bool) -> list[trial.Trial | captive.Table | glider.Dive]:
     """Write OUT/<case>/nominal.xml and its trials; returns them."""
     source = ROOT / "mjcf" / "gap" / f"{case}.xml"
-    trials = roll_decay.trials(data) if case == roll_decay.CASE else ball_drops.trials(data, case, with_speed)
     folder = out / case
     folder.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(source, folder / "nominal.xml")
     timestep = float(ElementTree.parse(source).find("option").get("timestep"))
-    for trial in trials:
-        write(trial, folder / "trials", timestep)
-    return trials
+    into = folder / "trials"
+    if case == captive.CASE:
+        made = captive.trials(data)
+        for table in made:
+            captive.write(table, into)
+    elif case == glider.CASE:
+        made = glider.trials(data)
+        for dive in made:
+            glider.write(dive, into, timestep)
+    else:
+        made = roll_decay.trials(data) if case == roll_decay.CASE else ball_drops.trials(data, case, with_speed)
+        for one in made:
+            trial.write(one, into, timestep)
+    return made

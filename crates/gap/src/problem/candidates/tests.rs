@@ -29,6 +29,7 @@ fn joint(dof: usize, slides: bool) -> PlantJoint {
         name: format!("joint_{dof}"),
         qpos: dof,
         dof,
+        start: 0.0,
         scale: JointScale {
             inertia: 1.0,
             torque: 1.0,
