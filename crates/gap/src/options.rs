@@ -314,12 +314,10 @@ options! {
         /// Largest shift of an uncertain number of the nominal [prior standard deviations]: a gap of hundreds of noises must
         /// not be explained by a mass fifty times the nominal's.
         largest_shift: f64 = 5.0,
-        /// Relative error of the form of an effect of the catalogue.
+        /// Relative error of the form of an effect of the catalogue, and of the terms that it neglects.
         form_error: f64 = 0.15,
         /// Factors on the errors of an effect's form that are tried.
         form_sizes: [f64; 3] = [1.0, 0.3, 0.1],
-        /// Part of an effect that may act along another axis of the base, in what moves it there.
-        direction_error: f64 = 0.3,
         /// Levels of an effect's size at which its form may be off, each by itself.
         form_levels: usize = 3,
         /// Factors on the usual value of a rate or length that are tried.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use super::axes;
+use super::{axes, coupling};
 use crate::{
     Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
     dual::{Scalar, constant, cross, scaled, sum, times},
@@ -53,6 +53,23 @@ impl Effect for AddedMass {
 
     fn is_of_every_fluid(&self) -> bool {
         true
+    }
+
+    /// Off-diagonal elements of M_A, with their part of C_A (Fossen, theorem 3.2).
+    fn neglected_terms(&self, p: &[f64], nu: &[f64; 6], nu_dot: &[f64; 6]) -> Vec<[f64; 6]> {
+        let momenta = coupling::symmetric(p, nu).into_iter();
+        let changes = coupling::symmetric(p, nu_dot);
+        let part = |of: &[f64; 6], first: usize| Vector3::from_column_slice(&of[first..first + 3]);
+        let (v, omega) = (part(nu, 0), part(nu, 3));
+        momenta
+            .zip(changes)
+            .map(|(momentum, change)| {
+                let (linear, angular) = (part(&momentum, 0), part(&momentum, 3));
+                let force = part(&change, 0) + omega.cross(&linear);
+                let torque = part(&change, 3) + omega.cross(&angular) + v.cross(&linear);
+                [force.x, force.y, force.z, torque.x, torque.y, torque.z].map(|value| -value)
+            })
+            .collect()
     }
 
     fn medium(&self) -> Medium {

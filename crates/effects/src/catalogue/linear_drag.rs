@@ -1,6 +1,6 @@
 //! Linear drag: `F = -D v`, diagonal, at the middle of the body.
 
-use super::axes;
+use super::{axes, coupling};
 use crate::{
     Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
     dual::{Scalar, constant},
@@ -46,6 +46,14 @@ impl Effect for LinearDrag {
 
     fn is_of_every_fluid(&self) -> bool {
         true
+    }
+
+    /// Off-diagonal elements of D.
+    fn neglected_terms(&self, p: &[f64], nu: &[f64; 6], _nu_dot: &[f64; 6]) -> Vec<[f64; 6]> {
+        let products = coupling::symmetric(p, nu).into_iter();
+        products
+            .map(|product| product.map(|value| -value))
+            .collect()
     }
 
     fn medium(&self) -> Medium {

@@ -9,6 +9,7 @@ mod axes;
 pub mod basset_history;
 pub mod buoyancy_offset;
 pub mod constant_force;
+mod coupling;
 pub mod cross_flow_drag;
 pub mod current;
 mod ellipsoid;

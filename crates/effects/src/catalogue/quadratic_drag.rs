@@ -1,6 +1,6 @@
 //! Quadratic drag: `F = -D |v| v` axis by axis, at the middle of the body.
 
-use super::axes;
+use super::{axes, coupling};
 use crate::{
     Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
     dual::{Scalar, constant, signed_square},
@@ -48,6 +48,21 @@ impl Effect for QuadraticDrag {
 
     fn is_of_every_fluid(&self) -> bool {
         true
+    }
+
+    /// Off-diagonal elements of D_Q, and drag by the speed of the whole in place of the axis's.
+    fn neglected_terms(&self, p: &[f64], nu: &[f64; 6], _nu_dot: &[f64; 6]) -> Vec<[f64; 6]> {
+        let squares = nu.map(|value| value * value.abs());
+        let products = coupling::symmetric(p, &squares).into_iter();
+        let coupled = products.map(|product| product.map(|value| -value));
+        let of_whole = (0..6).map(|axis| {
+            let first = axis / 3 * 3;
+            let speed = nu[first..first + 3].iter().map(|of| of * of).sum::<f64>();
+            let mut wrench = [0.0; 6];
+            wrench[axis] = -p[axis] * nu[axis] * (speed.sqrt() - nu[axis].abs());
+            wrench
+        });
+        coupled.chain(of_whole).collect()
     }
 
     fn medium(&self) -> Medium {

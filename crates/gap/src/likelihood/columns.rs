@@ -14,7 +14,7 @@ use crate::{
         changes::{Change, Kind, changes},
         coloured_noise,
         directions::Direction,
-        form_error::{self, Beside},
+        form_error::{self, Base, Beside},
         step_changes::{Inputs, StateChanges, inputs, references, state_changes},
         track::{self, Grid, Rolled, Track},
     },
@@ -191,7 +191,16 @@ pub(crate) fn sweep(
         })
         .collect::<Result<_, GapError>>()?;
     let inputs = match directions {
-        Some(_) => form_error::with_forms(problem, point, track, (&states, force_scale), inputs),
+        Some(_) => {
+            let base = Base {
+                track,
+                rolled: &rolled,
+                references: &references,
+                states: &states,
+                force_scale,
+            };
+            form_error::with_forms(problem, point, base, inputs)
+        }
         None => inputs,
     };
     let layout = Layout {

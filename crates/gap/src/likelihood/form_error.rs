@@ -7,12 +7,12 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::{
     likelihood::{
-        direction_error,
-        step_changes::{Inputs, StateChanges},
-        track::Track,
+        neglected_terms,
+        step_changes::{Inputs, References, StateChanges},
+        track::{Rolled, Track},
     },
     plant::Quantity,
-    problem::{candidates::Candidate, point::Point, problem::Problem},
+    problem::{point::Point, problem::Problem},
 };
 
 /// Parameters that are integrated out, the first of a sweep's.
@@ -63,25 +63,13 @@ pub(crate) fn beside(problem: &Problem<'_>, point: &Point) -> Beside {
     let mut forms = vec![next(None, levels * springs(problem).count())];
     forms.extend(point.candidates.iter().map(|candidate| {
         let of = &problem.candidates[*candidate];
-        let count = of
-            .parameters
-            .iter()
-            .filter(|p| of.has_form_error(p))
-            .count();
-        let each = levels + other_axes(problem, of);
-        next(Some(*candidate), each * count)
+        let has_error = of.parameters.iter().filter(|p| of.has_form_error(p));
+        let terms = neglected_terms::count(problem, of);
+        next(Some(*candidate), levels * has_error.count() + terms)
     }));
     Beside {
         numbers: problem.nuisances.len(),
         forms,
-    }
-}
-
-/// Columns of one parameter for the error of its direction.
-fn other_axes(problem: &Problem<'_>, of: &Candidate) -> usize {
-    match direction_error::applies(problem, of) {
-        true => direction_error::COUNT,
-        false => 0,
     }
 }
 
@@ -98,87 +86,89 @@ fn springs(problem: &Problem<'_>) -> impl Iterator<Item = usize> {
         .map(|(at, _)| at)
 }
 
-/// Own parameters that have an error of form: places among the point's own parameters, their values in standard deviations
-/// of the prior times the factor on the error, and their columns for the error of direction.
-fn amplitudes<'a>(
-    problem: &'a Problem<'_>,
-    point: &'a Point,
-) -> impl Iterator<Item = (usize, f64, usize)> + 'a {
-    let own = point.candidates.iter().zip(&point.values).zip(&point.forms);
-    own.flat_map(|((candidate, values), form)| {
-        let candidate = &problem.candidates[*candidate];
-        let parameters = candidate.parameters.iter().zip(values);
-        let others = other_axes(problem, candidate);
-        parameters.map(move |(p, value)| {
-            let z = form * (value - p.null) / p.prior_sd;
-            (candidate.has_form_error(p), z, others)
-        })
-    })
-    .enumerate()
-    .filter(|(_, (has, ..))| *has)
-    .map(|(at, (_, z, others))| (at, z, others))
+/// A track as swept: how it was rolled out, a step of the base from every boundary, and changes with the state and with forces
+/// of a size on every degree of freedom.
+#[derive(Clone, Copy)]
+pub(crate) struct Base<'s> {
+    pub(crate) track: &'s Track,
+    pub(crate) rolled: &'s [Rolled],
+    pub(crate) references: &'s References,
+    pub(crate) states: &'s [StateChanges],
+    pub(crate) force_scale: &'s DVector<f64>,
 }
 
 /// The inputs with errors of form after those of the nuisance parameters: what each own parameter contributes, by levels of
-/// its size, and turned to other axes.
-///
-/// `states`: changes with forces of size `scale` on every degree of freedom.
+/// its size, and the terms that each candidate's law neglects.
 pub(crate) fn with_forms(
     problem: &Problem<'_>,
     point: &Point,
-    track: &Track,
-    (states, scale): (&[StateChanges], &DVector<f64>),
+    base: Base<'_>,
     mut inputs: Vec<Option<Inputs>>,
 ) -> Vec<Option<Inputs>> {
     let nuisances = problem.nuisances.len();
-    let error = problem.settings.options.likelihood.form_error;
-    let levels = problem.settings.options.likelihood.form_levels;
+    let options = &problem.settings.options.likelihood;
     let mut made = Vec::new();
-    let own = amplitudes(problem, point).map(|(at, z, others)| (nuisances + at, error * z, others));
-    for (at, size_of_error, others) in springs(problem).map(|at| (at, 1.0, 0)).chain(own) {
-        let Some(of) = &inputs[at] else {
-            made.extend((0..levels + others).map(|_| None));
-            continue;
-        };
-        // What moves nothing, because the motion is prescribed, has its size in the readings.
-        let moves = (of.0.iter()).any(|(states, _)| states.iter().any(|value| *value != 0.0));
-        let size = |states: &DMatrix<f32>, direct: &DMatrix<f32>, boundary: usize| {
-            let of = if moves { states } else { direct };
-            f64::from(of.column(boundary).norm())
-        };
-        let mut sizes: Vec<f64> = (of.0.iter())
-            .flat_map(|(states, direct)| {
-                (0..states.ncols()).map(|boundary| size(states, direct, boundary))
-            })
-            .collect();
-        sizes.sort_by(f64::total_cmp);
-        let knots: Vec<f64> = (0..levels)
-            .map(|level| sizes[(sizes.len() - 1) * level / (levels - 1).max(1)])
-            .collect();
-        for level in 0..levels {
-            let links = of.0.iter().map(|(states, direct)| {
-                let (mut states, mut direct) = (states.clone(), direct.clone());
-                for boundary in 0..states.ncols() {
-                    let part = hat(&knots, level, size(&states, &direct, boundary));
-                    let factor = (size_of_error * part) as f32;
-                    states.column_mut(boundary).scale_mut(factor);
-                    direct.column_mut(boundary).scale_mut(factor);
-                }
-                (states, direct)
-            });
-            made.push(Some(Inputs(links.collect())));
-        }
-        if others > 0 {
-            let turn = problem.settings.options.likelihood.direction_error / error * size_of_error;
-            let turned = direction_error::along_others(problem, track, of, states, scale, turn);
-            match turned {
-                Some(turned) => made.extend(turned.into_iter().map(Some)),
-                None => made.extend((0..others).map(|_| None)),
+    for at in springs(problem) {
+        made.extend(by_levels(inputs[at].as_ref(), 1.0, options.form_levels));
+    }
+    let mut at = nuisances;
+    let own = point.candidates.iter().zip(&point.values).zip(&point.forms);
+    for ((candidate, values), form) in own {
+        let of = &problem.candidates[*candidate];
+        let error = form * options.form_error;
+        for (p, value) in of.parameters.iter().zip(values) {
+            if of.has_form_error(p) {
+                let size = error * (value - p.null) / p.prior_sd;
+                made.extend(by_levels(inputs[at].as_ref(), size, options.form_levels));
             }
+            at += 1;
         }
+        made.extend(neglected_terms::inputs(
+            problem,
+            (base.track, base.rolled, base.references),
+            (base.states, base.force_scale),
+            (of, values, error),
+        ));
     }
     inputs.splice(nuisances..nuisances, made);
     inputs
+}
+
+/// What one parameter contributes, `size` of it, by levels of its size.
+fn by_levels(of: Option<&Inputs>, size_of_error: f64, levels: usize) -> Vec<Option<Inputs>> {
+    let Some(of) = of else {
+        return (0..levels).map(|_| None).collect();
+    };
+    let mut made = Vec::with_capacity(levels);
+    // What moves nothing, because the motion is prescribed, has its size in the readings.
+    let moves = (of.0.iter()).any(|(states, _)| states.iter().any(|value| *value != 0.0));
+    let size = |states: &DMatrix<f32>, direct: &DMatrix<f32>, boundary: usize| {
+        let of = if moves { states } else { direct };
+        f64::from(of.column(boundary).norm())
+    };
+    let mut sizes: Vec<f64> = (of.0.iter())
+        .flat_map(|(states, direct)| {
+            (0..states.ncols()).map(|boundary| size(states, direct, boundary))
+        })
+        .collect();
+    sizes.sort_by(f64::total_cmp);
+    let knots: Vec<f64> = (0..levels)
+        .map(|level| sizes[(sizes.len() - 1) * level / (levels - 1).max(1)])
+        .collect();
+    for level in 0..levels {
+        let links = of.0.iter().map(|(states, direct)| {
+            let (mut states, mut direct) = (states.clone(), direct.clone());
+            for boundary in 0..states.ncols() {
+                let part = hat(&knots, level, size(&states, &direct, boundary));
+                let factor = (size_of_error * part) as f32;
+                states.column_mut(boundary).scale_mut(factor);
+                direct.column_mut(boundary).scale_mut(factor);
+            }
+            (states, direct)
+        });
+        made.push(Some(Inputs(links.collect())));
+    }
+    made
 }
 
 /// Value of a hat function over ascending knots.

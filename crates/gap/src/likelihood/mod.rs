@@ -11,7 +11,6 @@
 pub(crate) mod changes;
 pub(crate) mod coloured_noise;
 pub(crate) mod columns;
-pub(crate) mod direction_error;
 pub(crate) mod directions;
 pub(crate) mod explain;
 pub(crate) mod explanation;
@@ -21,6 +20,7 @@ pub(crate) mod form_error;
 pub(crate) mod found;
 pub(crate) mod innovations;
 pub(crate) mod level;
+pub(crate) mod neglected_terms;
 pub(crate) mod quadratic;
 pub(crate) mod search;
 pub(crate) mod step_changes;
