@@ -20,7 +20,8 @@ use crate::{
 pub(crate) struct Beside {
     /// Number of uncertain numbers of the nominal.
     pub(crate) numbers: usize,
-    /// Columns of errors of form: of the nominal, and of the candidates of the working point.
+    /// Columns of errors of form: of the nominal, and of the candidates of the working point, two each: by levels of their
+    /// size, and in the terms that they neglect.
     pub(crate) forms: Vec<(Option<usize>, Range<usize>)>,
 }
 
@@ -38,7 +39,9 @@ impl Beside {
     /// Candidates of a set whose form may be off.
     pub(super) fn present(&self, set: &[usize]) -> Vec<usize> {
         let of = self.forms.iter().filter_map(|(candidate, _)| *candidate);
-        of.filter(|candidate| set.contains(candidate)).collect()
+        let mut present: Vec<usize> = of.filter(|candidate| set.contains(candidate)).collect();
+        present.dedup();
+        present
     }
 
     /// Uncertain numbers, and the errors of form of these candidates.
@@ -61,12 +64,12 @@ pub(crate) fn beside(problem: &Problem<'_>, point: &Point) -> Beside {
         (of, columns)
     };
     let mut forms = vec![next(None, levels * springs(problem).count())];
-    forms.extend(point.candidates.iter().map(|candidate| {
+    for candidate in &point.candidates {
         let of = &problem.candidates[*candidate];
         let has_error = of.parameters.iter().filter(|p| of.has_form_error(p));
-        let terms = neglected_terms::count(problem, of);
-        next(Some(*candidate), levels * has_error.count() + terms)
-    }));
+        forms.push(next(Some(*candidate), levels * has_error.count()));
+        forms.push(next(Some(*candidate), neglected_terms::count(problem, of)));
+    }
     Beside {
         numbers: problem.nuisances.len(),
         forms,
@@ -115,10 +118,10 @@ pub(crate) fn with_forms(
     let own = point.candidates.iter().zip(&point.values).zip(&point.forms);
     for ((candidate, values), form) in own {
         let of = &problem.candidates[*candidate];
-        let error = form * options.form_error;
+        let [by_level, neglected] = form.map(|form| form * options.form_error);
         for (p, value) in of.parameters.iter().zip(values) {
             if of.has_form_error(p) {
-                let size = error * (value - p.null) / p.prior_sd;
+                let size = by_level * (value - p.null) / p.prior_sd;
                 made.extend(by_levels(inputs[at].as_ref(), size, options.form_levels));
             }
             at += 1;
@@ -127,7 +130,7 @@ pub(crate) fn with_forms(
             problem,
             (base.track, base.rolled, base.references),
             (base.states, base.force_scale),
-            (of, values, error),
+            (of, values, neglected),
         ));
     }
     inputs.splice(nuisances..nuisances, made);

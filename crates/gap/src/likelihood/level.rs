@@ -102,12 +102,13 @@ impl Level {
         }
     }
 
-    /// The level with the error of a candidate's form `ratio` times as large.
-    pub(crate) fn with_form(&self, candidate: usize, ratio: f64) -> Self {
+    /// The level with one of the two errors of a candidate's form `ratio` times as large.
+    pub(crate) fn with_form(&self, candidate: usize, error: usize, ratio: f64) -> Self {
         let mut whole = self.whole.clone();
         let forms = self.columns.forms.iter();
-        let of_candidate = forms.filter(|(of, _)| *of == Some(candidate));
-        for column in of_candidate.flat_map(|(_, columns)| columns.clone()) {
+        let mut of_candidate = forms.filter(|(of, _)| *of == Some(candidate));
+        let columns = of_candidate.nth(error).map(|(_, columns)| columns.clone());
+        for column in columns.unwrap_or_default() {
             whole.b[column] *= ratio;
             whole.a.column_mut(column).scale_mut(ratio);
             whole.a.row_mut(column).scale_mut(ratio);
@@ -282,7 +283,8 @@ impl Level {
             let before = point.candidates.iter().position(|of| of == candidate);
             next.candidates.push(*candidate);
             next.values.push(values);
-            next.forms.push(before.map_or(1.0, |row| point.forms[row]));
+            next.forms
+                .push(before.map_or([1.0; 2], |row| point.forms[row]));
         }
         (next, z)
     }

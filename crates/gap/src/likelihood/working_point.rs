@@ -379,7 +379,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
     }
 
     /// Sizes of the errors of form, by candidate, with which the point's set is likeliest, one candidate after the other.
-    fn likeliest_forms(&self, level: &Level) -> Vec<(usize, f64)> {
+    fn likeliest_forms(&self, level: &Level) -> Vec<(usize, [f64; 2])> {
         let log = |level: &Level| {
             self.own_set(level)
                 .map_or(f64::NEG_INFINITY, |of| of.log_posterior)
@@ -389,12 +389,14 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let of_candidate = self.point.candidates.iter().zip(&self.point.forms);
         let likeliest = of_candidate.map(|(candidate, form)| {
             let mut now = *form;
-            for other in self.problem.settings.options.likelihood.form_sizes {
-                let from = at_best.as_ref().unwrap_or(level);
-                let tried = from.with_form(*candidate, other / now);
-                let found = log(&tried);
-                if found > best {
-                    (best, at_best, now) = (found, Some(tried), other);
+            for (error, now) in now.iter_mut().enumerate() {
+                for other in self.problem.settings.options.likelihood.form_sizes {
+                    let from = at_best.as_ref().unwrap_or(level);
+                    let tried = from.with_form(*candidate, error, other / *now);
+                    let found = log(&tried);
+                    if found > best {
+                        (best, at_best, *now) = (found, Some(tried), other);
+                    }
                 }
             }
             (*candidate, now)

@@ -12,8 +12,8 @@ pub(crate) struct Point {
     pub(crate) candidates: Vec<usize>,
     /// Values of each candidate, in the order of its parameters.
     pub(crate) values: Vec<Vec<f64>>,
-    /// Factor on the usual error of each candidate's form.
-    pub(crate) forms: Vec<f64>,
+    /// Factors on the usual errors of each candidate's form: by levels of its size, and in the terms that it neglects.
+    pub(crate) forms: Vec<[f64; 2]>,
     /// Nuisance parameters in standard deviations.
     pub(crate) nuisances: DVector<f64>,
 }

@@ -37,7 +37,7 @@ fn columns_are_the_changes_of_rollouts() {
             Point {
                 candidates: vec![drag],
                 values: vec![values],
-                forms: vec![1.0],
+                forms: vec![[1.0; 2]],
                 nuisances,
             }
         };
