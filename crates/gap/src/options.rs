@@ -320,6 +320,8 @@ options! {
         form_sizes: [f64; 3] = [1.0, 0.3, 0.1],
         /// Levels of an effect's size at which its form may be off, each by itself.
         form_levels: usize = 3,
+        /// Range of these levels below the largest size, on a logarithmic scale.
+        form_range: f64 = 64.0,
         /// Factors on the usual value of a rate or length that are tried.
         shape_factors: [f64; 3] = [1.0 / 3.0, 1.0, 3.0],
         /// Factors on the usual value of a frequency that are tried.

@@ -11,6 +11,7 @@ use crate::{
         step_changes::{Inputs, References, StateChanges},
         track::{Rolled, Track},
     },
+    options::LikelihoodOptions,
     plant::Quantity,
     problem::{point::Point, problem::Problem},
 };
@@ -112,7 +113,7 @@ pub(crate) fn with_forms(
     let options = &problem.settings.options.likelihood;
     let mut made = Vec::new();
     for at in springs(problem) {
-        made.extend(by_levels(inputs[at].as_ref(), 1.0, options.form_levels));
+        made.extend(by_levels(inputs[at].as_ref(), 1.0, options));
     }
     let mut at = nuisances;
     let own = point.candidates.iter().zip(&point.values).zip(&point.forms);
@@ -122,7 +123,7 @@ pub(crate) fn with_forms(
         for (p, value) in of.parameters.iter().zip(values) {
             if of.has_form_error(p) {
                 let size = by_level * (value - p.null) / p.prior_sd;
-                made.extend(by_levels(inputs[at].as_ref(), size, options.form_levels));
+                made.extend(by_levels(inputs[at].as_ref(), size, options));
             }
             at += 1;
         }
@@ -138,7 +139,12 @@ pub(crate) fn with_forms(
 }
 
 /// What one parameter contributes, `size` of it, by levels of its size.
-fn by_levels(of: Option<&Inputs>, size_of_error: f64, levels: usize) -> Vec<Option<Inputs>> {
+fn by_levels(
+    of: Option<&Inputs>,
+    size_of_error: f64,
+    options: &LikelihoodOptions,
+) -> Vec<Option<Inputs>> {
+    let levels = options.form_levels;
     let Some(of) = of else {
         return (0..levels).map(|_| None).collect();
     };
@@ -149,20 +155,23 @@ fn by_levels(of: Option<&Inputs>, size_of_error: f64, levels: usize) -> Vec<Opti
         let of = if moves { states } else { direct };
         f64::from(of.column(boundary).norm())
     };
-    let mut sizes: Vec<f64> = (of.0.iter())
+    let largest = (of.0.iter())
         .flat_map(|(states, direct)| {
             (0..states.ncols()).map(|boundary| size(states, direct, boundary))
         })
-        .collect();
-    sizes.sort_by(f64::total_cmp);
+        .fold(f64::MIN_POSITIVE, f64::max);
+    // Equally far apart on a logarithmic scale, where a power that differs is a straight line.
     let knots: Vec<f64> = (0..levels)
-        .map(|level| sizes[(sizes.len() - 1) * level / (levels - 1).max(1)])
+        .map(|level| {
+            let below = levels.saturating_sub(1 + level) as f64 / (levels - 1).max(1) as f64;
+            largest.ln() - below * options.form_range.ln()
+        })
         .collect();
     for level in 0..levels {
         let links = of.0.iter().map(|(states, direct)| {
             let (mut states, mut direct) = (states.clone(), direct.clone());
             for boundary in 0..states.ncols() {
-                let part = hat(&knots, level, size(&states, &direct, boundary));
+                let part = hat(&knots, level, size(&states, &direct, boundary).ln());
                 let factor = (size_of_error * part) as f32;
                 states.column_mut(boundary).scale_mut(factor);
                 direct.column_mut(boundary).scale_mut(factor);
