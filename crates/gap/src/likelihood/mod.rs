@@ -16,6 +16,7 @@ pub(crate) mod explain;
 pub(crate) mod explanation;
 pub(crate) mod felt_forces;
 pub(crate) mod filter;
+pub(crate) mod force_scale;
 pub(crate) mod form_error;
 pub(crate) mod found;
 pub(crate) mod innovations;

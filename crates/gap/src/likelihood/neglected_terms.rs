@@ -17,7 +17,7 @@ use crate::{
 /// The base, where a candidate is a wrench on it.
 fn base<'p>(problem: &'p Problem<'_>, candidate: &Candidate) -> Option<&'p FreeBase> {
     let base = problem.model.base.as_ref()?;
-    let acts_on_it = candidate.targets.iter().any(|target| *target == base.body);
+    let acts_on_it = candidate.targets.contains(&base.body);
     (matches!(effect(candidate.effect).part(), Part::Body(_)) && acts_on_it).then_some(base)
 }
 
