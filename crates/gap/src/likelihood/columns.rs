@@ -68,19 +68,40 @@ pub(crate) struct LinkColumns {
 }
 
 impl LinkColumns {
+    /// Without its `parameters`, for one size of correlated noise.
+    pub(crate) fn bare(&self, parameters: usize, noise: usize) -> Self {
+        let kept = self.but(0, parameters);
+        Self {
+            noise: vec![self.noise[noise].select(&kept)],
+            end: self.end.select_columns(&kept),
+        }
+    }
+
     /// Without the parameters `from..to`, and without readings.
     pub(crate) fn without(&self, from: usize, to: usize) -> Self {
-        let kept: Vec<usize> = (0..self.end.ncols())
-            .filter(|column| !(1 + from..1 + to).contains(column))
-            .collect();
-        let noise = self.noise.iter().map(|of| Whitened {
-            gram: of.gram.select_columns(&kept).select_rows(&kept),
-            half_log_determinant: of.half_log_determinant,
-            readings: DMatrix::zeros(0, 0),
-        });
+        let kept = self.but(from, to);
         Self {
-            noise: noise.collect(),
+            noise: self.noise.iter().map(|of| of.select(&kept)).collect(),
             end: self.end.select_columns(&kept),
+        }
+    }
+
+    /// All columns but those of the parameters `from..to`.
+    fn but(&self, from: usize, to: usize) -> Vec<usize> {
+        (0..self.end.ncols())
+            .filter(|column| !(1 + from..1 + to).contains(column))
+            .collect()
+    }
+}
+
+impl Whitened {
+    /// Some columns, the latents all among them; no readings.
+    fn select(&self, columns: &[usize]) -> Self {
+        Self {
+            gram: self.gram.select_columns(columns).select_rows(columns),
+            half_log_determinant: self.half_log_determinant,
+            readings: DMatrix::zeros(0, 0),
+            scaled: self.scaled.clone(),
         }
     }
 }
@@ -95,6 +116,8 @@ pub(crate) struct Whitened {
     /// Columns by row and channel [rows * channels, columns]; empty unless they are kept. A reading that is absent has none
     /// but zeros.
     pub(crate) readings: DMatrix<f64>,
+    /// Gram matrices of the latents' columns in the readings of one sensor each, for those that a sweep asks for.
+    pub(crate) scaled: Vec<DMatrix<f64>>,
 }
 
 /// How a track is swept.
@@ -114,6 +137,8 @@ pub(crate) struct Sweep<'s> {
     pub(crate) drifts: &'s [f64],
     /// True where the readings' columns are kept beside their Gram matrix.
     pub(crate) keep_readings: bool,
+    /// Sources of channels whose latents' columns are wanted by themselves.
+    pub(crate) scaled: &'s [usize],
 }
 
 /// Sweeps a track about a point. `None` where the system blows up on it or the plant refuses it.
@@ -225,7 +250,7 @@ pub(crate) fn sweep(
                 &inputs,
                 &corrections,
                 &z,
-                (how.drifts, how.keep_readings),
+                (how.drifts, how.keep_readings, how.scaled),
                 grid,
             )
         })
@@ -283,7 +308,7 @@ fn assemble(
     inputs: &[Option<Inputs>],
     corrections: &[Correction],
     z: &DVector<f64>,
-    (drifts, keep_readings): (&[f64], bool),
+    (drifts, keep_readings, scaled): (&[f64], bool, &[usize]),
     grid: Grid,
 ) -> LinkColumns {
     let of = &rolled[at];
@@ -449,7 +474,18 @@ fn assemble(
             &factors,
             (times, time),
         );
+        let scaled = scaled.iter().map(|source| {
+            let source = &problem.channels.sources[*source];
+            let own = source.channel..source.channel + source.channels;
+            let rows: Vec<usize> = (0..readings.nrows())
+                .filter(|row| own.contains(&(row % channels)))
+                .collect();
+            let of_latents = readings.columns(layout.start(), width - layout.start());
+            let of_latents = of_latents.select_rows(&rows);
+            of_latents.transpose() * &of_latents
+        });
         Whitened {
+            scaled: scaled.collect(),
             // A product of matrices, several times as fast as `tr_mul`.
             gram: readings.transpose() * &readings,
             half_log_determinant,

@@ -214,6 +214,7 @@ pub(super) fn at(link: &LinkColumns, noise: usize, z: &DVector<f64>) -> LinkColu
     let known = Whitened {
         gram: turn.transpose() * &of.gram * &turn,
         half_log_determinant: of.half_log_determinant,
+        scaled: Vec::new(),
         readings: match of.readings.is_empty() {
             true => DMatrix::zeros(0, 0),
             false => &of.readings * &turn,
@@ -333,6 +334,7 @@ mod tests {
                     gram: outputs.tr_mul(outputs),
                     half_log_determinant: 0.0,
                     readings: DMatrix::zeros(0, 0),
+                    scaled: Vec::new(),
                 }],
                 end: end.clone(),
             })

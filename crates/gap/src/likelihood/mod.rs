@@ -23,6 +23,7 @@ pub(crate) mod innovations;
 pub(crate) mod level;
 pub(crate) mod neglected_terms;
 pub(crate) mod quadratic;
+pub(crate) mod scale_slope;
 pub(crate) mod search;
 pub(crate) mod step_changes;
 pub(crate) mod track;

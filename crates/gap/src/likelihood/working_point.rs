@@ -14,6 +14,7 @@ use crate::{
         found::{Found, likeliest},
         innovations::{self, Innovation},
         level::{Level, Sizes},
+        scale_slope::{self, ScaleColumn},
         search::{Choices, Search},
         track::Track,
     },
@@ -123,13 +124,16 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let own: usize = self.point.values.iter().map(Vec::len).sum();
         let settled = directions.map_or(0, |_| beside.len() + own);
         let parameters = [settled, settled + directions.map_or(0, <[Direction]>::len)];
+        let scales = directions.map_or_else(Vec::new, |directions| {
+            scale_slope::scale_columns(problem, &self.point, beside.len(), directions)
+        });
         let swept: Option<Vec<TrackSwept>> = self
             .tracks
             .par_iter()
             .zip(&self.arrival)
             .map(|(track, arrival)| {
                 self.watch.check()?;
-                self.sweep_track(track, arrival, directions, parameters, keep)
+                self.sweep_track(track, arrival, directions, (parameters, &scales), keep)
             })
             .collect::<Result<_, GapError>>()?;
         let Some(swept) = swept else { return Ok(None) };
@@ -161,7 +165,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         track: &Track,
         arrival: &DVector<f64>,
         directions: Option<&[Direction]>,
-        [settled, parameters]: [usize; 2],
+        ([settled, parameters], scales): ([usize; 2], &[ScaleColumn]),
         keep: Keep,
     ) -> Result<Option<TrackSwept>, GapError> {
         let problem = self.problem;
@@ -171,6 +175,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             .clamp(options.block[0], options.block[1])
             .max(problem.model.timestep);
         let drifts = self.drifts();
+        let sources: Vec<usize> = scales.iter().map(|of| of.source).collect();
         let links = columns::sweep(
             problem,
             track,
@@ -183,6 +188,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 force_scale: &self.scale,
                 drifts: &drifts,
                 keep_readings: keep == Keep::Readings,
+                scaled: &sources,
             },
         )?;
         let Some(links) = links else { return Ok(None) };
@@ -200,10 +206,17 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             .map(|sizes| {
                 let noise = drifts.iter().position(|drift| *drift == sizes.drift)?;
                 let force = self.forces(track, sizes.force);
-                match is_searched(sizes) {
+                let mut filtered = match is_searched(sizes) {
                     true => filter::filter(&links, noise, parameters, arrival, force),
                     false => filter::filter(&few, noise, settled, arrival, force),
+                }?;
+                if !scales.is_empty() {
+                    let bare: Vec<LinkColumns> = (links.iter())
+                        .map(|of| of.bare(parameters, noise))
+                        .collect();
+                    scale_slope::add_slopes(&mut filtered, scales, &bare, arrival, force)?;
                 }
+                Some(filtered)
             })
             .collect();
         Ok(Some(TrackSwept {

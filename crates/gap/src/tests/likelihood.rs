@@ -51,6 +51,7 @@ fn columns_are_the_changes_of_rollouts() {
                 force_scale: &scale,
                 drifts: &[0.0],
                 keep_readings: false,
+                scaled: &[],
             };
             let links = columns::sweep(problem, &track, point, how);
             links.unwrap().unwrap().remove(0)

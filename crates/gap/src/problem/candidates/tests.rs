@@ -241,6 +241,21 @@ fn effects_of_water_need_water() {
     assert!((less - options.untold_medium.ln()).abs() < 1e-12);
     let same = share(Id::QuadraticDrag, None) - share(Id::QuadraticDrag, Water);
     assert_eq!(same, 0.0);
+    // What every fluid has is expected where the model has none, on the body that it names and in a medium that has it.
+    let expected = |medium: Medium, body: Option<&str>| -> Vec<Id> {
+        let priors = priors(&all, (medium, body), &options);
+        let found = all.iter().zip(priors).filter(|(_, of)| of.is_expected);
+        let mut ids: Vec<Id> = found.map(|(of, _)| of.effect).collect();
+        ids.dedup();
+        ids
+    };
+    let body = all.iter().find(|of| of.effect == Id::AddedMass).unwrap();
+    let body = Some(body.targets[0].as_str());
+    assert!(expected(Water, body).contains(&Id::AddedMass));
+    assert_eq!(expected(Air, body), [Id::LinearDrag, Id::QuadraticDrag]);
+    assert!(expected(None, body).is_empty());
+    assert!(expected(Water, Some("another")).is_empty());
+    assert!(expected(Water, Option::None).is_empty());
 }
 
 /// The hull is 0.6 m long.
