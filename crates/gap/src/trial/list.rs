@@ -29,7 +29,7 @@ pub struct Listed {
 }
 
 /// The trials of a folder, sorted by name; their content is not read, but for the first line of a csv file and, of a table of
-/// steady states, the number of its rows. Such a table is dealt out, row by row, into [`PARTS`] trials at most. Hidden files and
+/// steady states, the number of its rows. Such a table is dealt out, row by row, into ten trials at most. Hidden files and
 /// files with other endings are skipped.
 ///
 /// # Errors
