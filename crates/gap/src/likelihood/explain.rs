@@ -76,7 +76,10 @@ pub fn explain<'p>(
             break;
         };
         let (next, _) = swept.levels[best.level].moved(problem, &working.point, &directions, best);
-        working.look_about(swept.levels[best.level].sizes);
+        // Where nothing is likeliest so far, effects may be likelier at any level.
+        if !best.set.is_empty() {
+            working.look_about(swept.levels[best.level].sizes);
+        }
         let about = std::mem::replace(&mut working.point, next);
         explanation = Some((about, directions, choices, swept.levels, found));
         if stays {

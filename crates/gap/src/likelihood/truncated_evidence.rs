@@ -59,6 +59,9 @@ pub(crate) fn evidence(
                 }
                 let shift = mean[axis] / variance - site_shift[axis];
                 let centre = shift / cavity;
+                if !(centre.is_finite() && cavity.is_finite()) {
+                    return None;
+                }
                 let of = Moments::of(centre, cavity.recip().sqrt(), bounds[axis]);
                 let new_precision = (of.variance.recip() - cavity).max(0.0);
                 let new_shift = of.mean * (cavity + new_precision) - shift;

@@ -308,22 +308,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let largest = next.copied().unwrap_or(likeliest);
         self.sizes = sizes(self.problem);
         self.sizes.retain(|of| of.force <= largest);
-        // Every second one: sets are searched about the likeliest of them afterwards.
-        let of = |at: usize| {
-            forces
-                .iter()
-                .rev()
-                .skip_while(move |of| **of > largest)
-                .nth(at)
-        };
-        let some: Vec<f64> = (0..forces.len())
-            .step_by(2)
-            .filter_map(of)
-            .copied()
-            .collect();
         self.near.clone_from(&self.sizes);
-        self.near
-            .retain(|of| some.contains(&of.force) || of.force == forces[0]);
     }
 
     /// Searches sets from now on at the levels beside one, and at the least unmodelled forces.
