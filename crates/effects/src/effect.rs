@@ -50,6 +50,12 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         false
     }
 
+    /// True where what it is proportional to may differ from trial to trial: what the water, the load or the switched-on sensor
+    /// is like on a day.
+    fn differs_by_trial(&self) -> bool {
+        false
+    }
+
     /// Actuators whose commands it depends on, by name: those of [`Motion::commands`].
     fn commands(&self) -> &[String] {
         &[]

@@ -65,6 +65,10 @@ impl Effect for Payload {
         true
     }
 
+    fn differs_by_trial(&self) -> bool {
+        true
+    }
+
     fn part(&self) -> Part<'_> {
         Part::Body(self)
     }

@@ -87,7 +87,8 @@ pub fn explain<'p>(
 
 /// Sets at all levels; of levels whose likelihood no set can raise near the best, the empty one alone.
 fn search(levels: &[Level], choices: &Choices<'_>, options: &LikelihoodOptions) -> Vec<Found> {
-    let mut order: Vec<(f64, usize)> = (levels.iter().map(Level::most)).zip(0..).collect();
+    let most = levels.iter().map(|level| Search { level, choices }.most());
+    let mut order: Vec<(f64, usize)> = most.zip(0..).collect();
     order.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut found: Vec<Found> = Vec::new();
     for (most, number) in order {

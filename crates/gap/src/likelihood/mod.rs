@@ -8,6 +8,7 @@
 //! Sources: P. de Jong, The diffuse Kalman filter, Ann. Statist. 19 (1991), for regressors carried through the filter;
 //! M. C. Kennedy and A. O'Hagan, Bayesian calibration of computer models, J. R. Stat. Soc. B 63 (2001), for the discrepancy.
 
+pub(crate) mod by_trial;
 pub(crate) mod changes;
 pub(crate) mod coloured_noise;
 pub(crate) mod columns;

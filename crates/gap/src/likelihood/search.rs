@@ -1,6 +1,9 @@
 //! The search over sets of effects on the Gram matrices of the filter.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
 use hydro_effects::effect;
 use nalgebra::{DMatrix, DVector};
@@ -8,9 +11,10 @@ use rayon::prelude::*;
 
 use crate::{
     likelihood::{
+        by_trial::Own,
         directions::{Direction, PHASE},
         found::{Found, Member, likeliest},
-        level::Level,
+        level::{Given, Level},
         quadratic::Quadratic,
         truncated_evidence::{self, Truncated},
         truncated_normal::Bounds,
@@ -107,6 +111,11 @@ impl<'p> Choices<'p> {
         let p = of.parameters.first()?;
         let is_timing = effect(of.effect).is_timing();
         is_timing.then(|| self.problem.model.timestep / p.prior_sd)
+    }
+
+    /// True for an effect that may have a value of each trial's own.
+    fn may_differ(&self, candidate: usize) -> bool {
+        effect(self.problem.candidates[candidate].effect).differs_by_trial()
     }
 
     /// The same for sets of so many effects at most.
@@ -211,16 +220,10 @@ impl Search<'_> {
         }
     }
 
-    fn found(
-        &self,
-        members: Vec<Member>,
-        mixtures: Vec<f64>,
-        (columns, posterior): (Vec<usize>, Truncated),
-    ) -> Option<Found> {
+    fn found(&self, members: Vec<Member>, mixtures: Vec<f64>, of: Evaluated) -> Found {
         let set: Vec<usize> = members.iter().map(|of| of.0).collect();
-        let gain = posterior.log_evidence + mixtures.iter().sum::<f64>();
-        let log_likelihood = self.level.given(&set)?.empty + gain;
-        Some(Found {
+        let log_likelihood = of.log_likelihood() + mixtures.iter().sum::<f64>();
+        Found {
             log_likelihood,
             log_posterior: log_likelihood
                 + self.choices.log_prior(&set)
@@ -228,16 +231,17 @@ impl Search<'_> {
             set,
             level: self.level.number,
             members,
-            columns,
+            columns: of.columns,
+            own: of.own,
             mixtures,
-            posterior,
-        })
+            posterior: of.posterior,
+        }
     }
 
     /// Candidates that may be added to a set, by their posterior to first order, the best first.
     fn additions(&self, set: &Found) -> Vec<usize> {
         let options = self.choices.options();
-        let Some(given) = self.level.given(&set.set) else {
+        let Some(given) = self.given(set) else {
             return Vec::new();
         };
         let mut promising: Vec<(f64, usize, Vec<Quadratic>)> = self
@@ -270,8 +274,78 @@ impl Search<'_> {
                 Some((*candidate, mean + self.choices.log_prior(&larger)))
             })
             .collect();
+        for (candidate, log, _) in self.by_trial(set) {
+            let log = log + self.choices.log_prior(&with(&set.set, candidate));
+            match found.iter_mut().find(|of| of.0 == candidate) {
+                Some(of) => of.1 = of.1.max(log),
+                None => found.push((candidate, log)),
+            }
+        }
         found.sort_by(|a, b| b.1.total_cmp(&a.1));
         found.into_iter().map(|(candidate, _)| candidate).collect()
+    }
+
+    /// Candidates that may differ from trial to trial, beside a set whose values are held: log evidence of values of each
+    /// trial's own, and the most that they could gain.
+    fn by_trial(&self, set: &Found) -> Vec<(usize, f64, f64)> {
+        if !self.has_trials() {
+            return Vec::new();
+        }
+        let options = self.choices.options();
+        let candidates: Vec<usize> = (self.choices.beside(&set.set))
+            .filter(|candidate| self.choices.may_differ(*candidate))
+            .collect();
+        let left = match candidates.is_empty() {
+            true => Vec::new(),
+            false => self.level.left(self.choices.problem, set),
+        };
+        let of = |candidate: &usize| {
+            let (mut logs, mut most) = (Vec::new(), 0.0_f64);
+            for columns in &self.choices.of[candidate] {
+                let trials: Vec<Quadratic> = (left.iter()).map(|of| of.select(columns)).collect();
+                most = most.max(trials.iter().map(Quadratic::most_gain).sum());
+                for scale in 0..options.prior_scales.len() {
+                    let (sd, _) = self.prior(columns, scale);
+                    let log = |size: &f64| {
+                        let free = vec![Bounds::FREE; columns.len()];
+                        let log = |of: &Quadratic| {
+                            let found =
+                                truncated_evidence::evidence(&of.a, &of.b, &(*size * &sd), &free);
+                            found.map_or(0.0, |of| of.log_evidence)
+                        };
+                        trials.iter().map(log).sum::<f64>()
+                    };
+                    logs.extend(options.own_sizes.iter().map(log));
+                }
+            }
+            let log = log_sum(logs.iter().copied()) - (logs.len() as f64).ln();
+            (*candidate, log + options.differs.ln(), most)
+        };
+        candidates.iter().map(of).collect()
+    }
+
+    /// Log likelihood that no set exceeds: that of the best values of all parameters, or of some in each trial by itself.
+    pub(crate) fn most(&self) -> f64 {
+        let own = self
+            .whole(&[])
+            .map_or_else(Vec::new, |empty| self.by_trial(&empty));
+        let own = own.iter().map(|of| of.2).fold(0.0, f64::max);
+        self.level.most() + own
+    }
+
+    /// True where the likelihood of each trial is known, of several.
+    fn has_trials(&self) -> bool {
+        self.level.trials.len() > 1
+    }
+
+    /// The likelihood of all columns beside a found set's uncertain numbers and values of each trial's own.
+    fn given(&self, set: &Found) -> Option<Arc<Given>> {
+        if set.own.is_empty() {
+            return self.level.given(&set.set);
+        }
+        let all: Vec<usize> = (0..self.choices.columns.len()).collect();
+        let given = self.level.given_own(&set.set, &set.own, &all)?;
+        Some(Arc::new(given))
     }
 
     fn prior(&self, columns: &[usize], scale: usize) -> (DVector<f64>, Vec<Bounds>) {
@@ -307,7 +381,7 @@ impl Search<'_> {
     /// False where a delay or lag is shorter than a step: when within a step things happen explains as much.
     fn is_resolved(&self, found: &Found) -> bool {
         let mut first = 0;
-        found.members.iter().all(|(candidate, choice, _)| {
+        found.members.iter().all(|(candidate, choice, ..)| {
             let least = self.choices.least(*candidate);
             let is_short = least.is_some_and(|least| found.posterior.mean[first].abs() < least);
             first += self.choices.of[candidate][*choice].len();
@@ -317,7 +391,33 @@ impl Search<'_> {
 
     /// A member before its choices and scales are tried: the first choice, the middle scale.
     fn untried(&self, candidate: usize) -> Member {
-        (candidate, 0, self.choices.options().prior_scales.len() / 2)
+        let middle = self.choices.options().prior_scales.len() / 2;
+        (candidate, 0, middle, None)
+    }
+
+    /// Choices and scales of a member with the logarithms of their prior shares, with values of each trial's own last.
+    fn ways(&self, candidate: usize) -> Vec<(Member, f64)> {
+        let options = self.choices.options();
+        let count = options.prior_scales.len();
+        let choices = 0..self.choices.of[&candidate].len();
+        let each = choices.flat_map(|choice| (0..count).map(move |scale| (choice, scale)));
+        let each: Vec<(usize, usize)> = each.collect();
+        let differs = match self.has_trials() && self.choices.may_differ(candidate) {
+            true => options.differs,
+            false => 0.0,
+        };
+        let common = ((1.0 - differs) / each.len() as f64).ln();
+        let mut ways: Vec<(Member, f64)> = (each.iter())
+            .map(|(choice, scale)| ((candidate, *choice, *scale, None), common))
+            .collect();
+        if differs > 0.0 {
+            let sizes = options.own_sizes.len();
+            let own = (differs / (each.len() * sizes) as f64).ln();
+            ways.extend(each.iter().flat_map(|(choice, scale)| {
+                (0..sizes).map(move |size| ((candidate, *choice, *scale, Some(size)), own))
+            }));
+        }
+        ways
     }
 
     /// The set of all candidates of the point.
@@ -343,34 +443,30 @@ impl Search<'_> {
                 continue;
             }
             let mut logs = Vec::new();
-            for choice in 0..self.choices.of[&candidate].len() {
-                for scale in 0..self.choices.options().prior_scales.len() {
-                    let mut tried = plain(&members);
-                    tried[at] = (candidate, choice, scale);
-                    let Some(found) = self.evaluate(&tried) else {
-                        continue;
-                    };
-                    logs.push(found.1.log_evidence);
-                    let so_far = best.as_ref().map(|of| of.1.log_evidence);
-                    if so_far.is_none_or(|log| found.1.log_evidence >= log) {
-                        members[at].0 = tried[at];
-                        best = Some(found);
-                    }
+            let mut likeliest = f64::NEG_INFINITY;
+            for (way, log_share) in self.ways(candidate) {
+                let mut tried = plain(&members);
+                tried[at] = way;
+                let Some(found) = self.evaluate(&tried) else {
+                    continue;
+                };
+                let log = found.log_likelihood() + log_share;
+                logs.push(log);
+                if log >= likeliest {
+                    likeliest = log;
+                    members[at].0 = way;
+                    best = Some(found);
                 }
             }
-            let (_, posterior) = best.as_ref()?;
-            let ways =
-                self.choices.of[&candidate].len() * self.choices.options().prior_scales.len();
-            members[at].1 =
-                log_sum(logs.iter().copied()) - (ways as f64).ln() - posterior.log_evidence;
+            members[at].1 = log_sum(logs.iter().copied()) - best.as_ref()?.log_likelihood();
         }
         let (members, mixtures) = members.into_iter().unzip();
-        self.found(members, mixtures, best?)
+        Some(self.found(members, mixtures, best?))
     }
 
     /// Precision of the priors of a set's columns.
     pub(crate) fn precision(&self, members: &[Member]) -> Vec<f64> {
-        let of = |(candidate, choice, scale): &Member| {
+        let of = |(candidate, choice, scale, _): &Member| {
             let (sd, _) = self.prior(&self.choices.of[candidate][*choice], *scale);
             sd.map(|sd| sd.powi(-2)).as_slice().to_vec()
         };
@@ -386,25 +482,52 @@ impl Search<'_> {
     pub(crate) fn again(&self, found: &Found) -> Option<Found> {
         let (members, mixtures) = (found.members.clone(), found.mixtures.clone());
         let evaluated = self.evaluate(&members)?;
-        self.found(members, mixtures, evaluated)
+        Some(self.found(members, mixtures, evaluated))
     }
 
-    fn evaluate(&self, members: &[Member]) -> Option<(Vec<usize>, Truncated)> {
+    fn evaluate(&self, members: &[Member]) -> Option<Evaluated> {
         let mut columns = Vec::new();
+        let mut own_columns = Own::new();
         let mut sds = Vec::new();
         let mut bounds = Vec::new();
-        for (candidate, choice, scale) in members {
+        for (candidate, choice, scale, size) in members {
             let own = &self.choices.of[candidate][*choice];
             let (sd, within) = self.prior(own, *scale);
+            if let Some(size) = size {
+                let size = self.choices.options().own_sizes[*size];
+                let amplitudes = own.iter().zip(&sd);
+                let amplitudes = amplitudes.filter(|(at, _)| !self.choices.columns[**at].shapes);
+                own_columns.extend(amplitudes.map(|(at, sd)| (*at, size * sd)));
+            }
             columns.extend(own);
             sds.extend(sd.iter().copied());
             bounds.extend(within);
         }
         let set: Vec<usize> = members.iter().map(|of| of.0).collect();
-        let of = self.level.given(&set)?.quadratic.select(&columns);
-        let sd = DVector::from_vec(sds);
+        let given = self.level.given_own(&set, &own_columns, &columns)?;
+        let (of, sd) = (given.quadratic, DVector::from_vec(sds));
         let posterior = truncated_evidence::evidence(&of.a, &of.b, &sd, &bounds)?;
-        Some((columns, posterior))
+        Some(Evaluated {
+            columns,
+            own: own_columns,
+            empty: given.empty,
+            posterior,
+        })
+    }
+}
+
+/// A set at one choice and scale of each member.
+struct Evaluated {
+    columns: Vec<usize>,
+    own: Own,
+    /// Log likelihood where all of its columns are zero.
+    empty: f64,
+    posterior: Truncated,
+}
+
+impl Evaluated {
+    fn log_likelihood(&self) -> f64 {
+        self.empty + self.posterior.log_evidence
     }
 }
 

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::{
     error::GapError,
     likelihood::{
+        by_trial::Deviation,
         columns::{self, LinkColumns, Sweep},
         directions::Direction,
         filter::{self, Filtered, Forces},
@@ -16,6 +17,7 @@ use crate::{
         search::{Choices, Search},
         track::Track,
     },
+    plant::Quantity,
     problem::{point::Point, problem::Problem},
     progress::Watch,
     rollout::state_estimation,
@@ -167,7 +169,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let links = columns::sweep(
             problem,
             track,
-            &self.point,
+            &self.point.in_trial(track.trial),
             Sweep {
                 directions,
                 pieces: options.pieces,
@@ -179,13 +181,18 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             },
         )?;
         let Some(links) = links else { return Ok(None) };
+        let own = match directions {
+            Some(_) => uncertain_by_trial(problem),
+            None => Vec::new(),
+        };
         let filtered = self
             .sizes
             .par_iter()
             .map(|sizes| {
                 let noise = drifts.iter().position(|drift| *drift == sizes.drift)?;
                 let force = self.forces(track, sizes.force);
-                filter::filter(&links, noise, parameters, arrival, force)
+                let trial = track.trial;
+                filter::filter(trial, &links, noise, parameters, arrival, force)?.with_own(&own)
             })
             .collect();
         Ok(Some(TrackSwept {
@@ -216,14 +223,14 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         }
     }
 
-    /// Moves starts and unmodelled forces to where all readings have them, parameters known.
-    fn smooth(&mut self, swept: &Swept, z: &DVector<f64>, sizes: Sizes) -> Result<(), GapError> {
+    /// Moves starts and unmodelled forces to where all readings have them, the parameters of every trial known.
+    fn smooth(&mut self, swept: &Swept, z: &[DVector<f64>], sizes: Sizes) -> Result<(), GapError> {
         let noise = swept.noise(sizes);
         let priors: Vec<Forces> = (self.tracks.iter())
             .map(|track| self.forces(track, sizes.force))
             .collect();
-        let links = swept.links.iter().zip(&self.arrival).zip(priors);
-        for (track, ((links, arrival), prior)) in self.tracks.iter_mut().zip(links) {
+        let links = swept.links.iter().zip(&self.arrival).zip(priors).zip(z);
+        for (track, (((links, arrival), prior), z)) in self.tracks.iter_mut().zip(links) {
             let Some(smoothed) = filter::smooth(links, noise, z, arrival, prior) else {
                 continue;
             };
@@ -250,7 +257,8 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             let Some((sizes, log)) = best else {
                 return Ok(false);
             };
-            self.smooth(&swept, &DVector::zeros(0), sizes)?;
+            let none = vec![DVector::zeros(0); self.tracks.len()];
+            self.smooth(&swept, &none, sizes)?;
             if self.point.candidates.is_empty() {
                 self.look_up_to(sizes.force);
             }
@@ -307,6 +315,51 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         Ok(least.map(|(_, found)| found.log_likelihood))
     }
 
+    /// The same beside the likeliest unmodelled forces.
+    pub(crate) fn settled_likelihood(&mut self) -> Result<Option<f64>, GapError> {
+        if !(self.follow()? && self.settle()?) {
+            return Ok(None);
+        }
+        let Some(swept) = self.sweep(Some(&[]), Keep::Likelihood)? else {
+            return Ok(None);
+        };
+        let found = swept.levels.iter().filter_map(|level| self.own_set(level));
+        let logs = found.map(|found| found.log_likelihood);
+        Ok(logs.max_by(f64::total_cmp))
+    }
+
+    /// Leaves the rows of every trial out from one on.
+    pub(crate) fn keep_rows(&mut self, rows: usize) {
+        for track in &mut self.tracks {
+            track.links.retain(|link| link.segment.rows.end <= rows);
+        }
+    }
+
+    /// Uncertain numbers and the point's own parameters of the only trial, the point's values known but for deviations along
+    /// some directions of these. `None` where the trial blows up.
+    pub(crate) fn own_values(
+        &mut self,
+        directions: &[Deviation],
+    ) -> Result<Option<DVector<f64>>, GapError> {
+        if !self.follow()? {
+            return Ok(None);
+        }
+        let Some(swept) = self.sweep(Some(&[]), Keep::Likelihood)? else {
+            return Ok(None);
+        };
+        let found = swept.levels.iter().filter_map(|level| self.own_set(level));
+        let found: Vec<Found> = found.collect();
+        let level = likeliest(&found).map(|found| &swept.levels[found.level]);
+        let forms = form_error::beside(self.problem, &self.point);
+        let numbers = forms.numbers;
+        // Errors of form are none, here as where the fit was made.
+        let kept: Vec<usize> = (0..numbers)
+            .chain(forms.len()..forms.len() + self.point.values.iter().map(Vec::len).sum::<usize>())
+            .collect();
+        let known = self.problem.normalised(&self.point);
+        Ok(level.and_then(|level| level.deviating(&kept, directions, &known)))
+    }
+
     /// The point's set on the likelihood of a sweep without directions.
     fn own_set(&self, level: &Level) -> Option<Found> {
         let choices = Choices::new(self.problem, &self.point, &[]);
@@ -337,29 +390,37 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         };
         let (_, z) = level.moved(self.problem, &self.point, &[], &found);
         let seconds = self.problem.settings.options.segments.length;
-        let by_track = (self.tracks.iter().zip(&swept.links).zip(&self.arrival)).map(
-            |((track, links), arrival)| {
-                innovations::innovations(
-                    self.problem,
-                    track,
-                    links,
-                    swept.noise(level.sizes),
-                    &z,
-                    (arrival, self.forces(track, level.sizes.force)),
-                    seconds,
-                )
-            },
-        );
+        let by_track = (self
+            .tracks
+            .iter()
+            .zip(&swept.links)
+            .zip(&self.arrival)
+            .zip(&z))
+        .map(|(((track, links), arrival), z)| {
+            innovations::innovations(
+                self.problem,
+                track,
+                links,
+                swept.noise(level.sizes),
+                z,
+                (arrival, self.forces(track, level.sizes.force)),
+                seconds,
+            )
+        });
         Ok(by_track.collect())
     }
 
     /// Goes half the way back to the nominal.
     pub(crate) fn halve(&mut self) {
         self.point.nuisances *= 0.5;
-        for (candidate, values) in self.point.candidates.iter().zip(&mut self.point.values) {
+        let point = &mut self.point;
+        let held = point.candidates.iter().zip(&mut point.values);
+        for ((candidate, values), by_trial) in held.zip(&mut point.by_trial) {
             let parameters = &self.problem.candidates[*candidate].parameters;
-            for (value, p) in values.iter_mut().zip(parameters) {
-                *value = 0.5 * (*value + p.null);
+            for values in by_trial.values_mut().chain([values]) {
+                for (value, p) in values.iter_mut().zip(parameters) {
+                    *value = 0.5 * (*value + p.null);
+                }
             }
         }
     }
@@ -380,6 +441,20 @@ fn sizes(problem: &Problem<'_>) -> Vec<Sizes> {
         drifts.iter().map(of)
     });
     all.collect()
+}
+
+/// Directions in which the uncertain numbers of the nominal deviate from trial to trial: the gain of all actuators together.
+fn uncertain_by_trial(problem: &Problem<'_>) -> Vec<Deviation> {
+    let gain = problem.settings.uncertainty.gain_by_trial;
+    let numbers = problem.nuisances.iter().enumerate();
+    let gains: Deviation = numbers
+        .filter(|(_, (of, _))| problem.model.nuisances[*of].quantity == Quantity::Gain)
+        .map(|(at, (_, sd))| (at, gain / sd))
+        .collect();
+    match gain > 0.0 && !gains.is_empty() {
+        true => vec![gains],
+        false => Vec::new(),
+    }
 }
 
 /// Length of a trial's segments [s].

@@ -15,7 +15,7 @@ use crate::{
     error::GapError,
     options::{Options, SegmentOptions},
     output::{
-        records::{Channel, Overlay, Verified, WithoutTrial},
+        records::{Channel, Overlay, OwnFit, Verified, WithoutTrial},
         verdict::{Bias, SensorPatch},
     },
     plant::{Plant, PlantDescription},
@@ -31,7 +31,10 @@ use crate::{
         state_estimation,
         system::System,
     },
-    stage::acceptance::{self, Sums, TrialErrors},
+    stage::{
+        acceptance::{self, Sums, TrialErrors},
+        own_values,
+    },
     statistics::quantile,
     trial::Trial,
 };
@@ -53,6 +56,8 @@ pub struct VerifyInput<'a> {
     pub sensors: &'a BTreeMap<String, SensorPatch>,
     /// Fits that left one trial out, for the trials of `fitted`.
     pub cross_fit: &'a [WithoutTrial],
+    /// The fit of all trials, where an effect differs from trial to trial.
+    pub own: Option<&'a OwnFit>,
     /// Numbers of the nominal as they are fitted where nothing is added; empty: not known.
     pub recalibrated: &'a [f64],
 }
@@ -64,7 +69,8 @@ impl std::fmt::Debug for VerifyInput<'_> {
 }
 
 /// Compares the nominal with the patched model on trials that nobody fitted, and, for a cross-fit, with
-/// the fit that left a trial out on each of the `fitted`.
+/// the fit that left a trial out on each of the `fitted`. What differs from trial to trial is estimated on the first half of
+/// each trial, and the second half is judged.
 ///
 /// # Errors
 /// A model that blows up while a start is estimated, nothing to compare, a stop that was asked for.
@@ -78,9 +84,10 @@ pub fn verify(
 ) -> Result<Verified, GapError> {
     let model = input.before.description();
     let files = held_out.len();
-    let trials: Vec<MeasuredTrial> = held_out
-        .into_iter()
-        .chain(fitted)
+    let logs: Vec<Trial> = held_out.into_iter().chain(fitted).collect();
+    let trials: Vec<MeasuredTrial> = logs
+        .iter()
+        .cloned()
         .map(|trial| MeasuredTrial::new(trial, model))
         .collect();
     let mut channels = Channels::with_readings(model, &trials);
@@ -108,18 +115,35 @@ pub fn verify(
                 system: System::plain(input.before),
                 corrections: vec![Correction::NONE; model.sensors.len()],
             };
-            let (after, recalibrated) = if at < files {
-                let after = CorrectedSystem {
+            let fit = match at < files {
+                true => input.own.map(|own| &own.fit),
+                false => {
+                    let mut fits = input.cross_fit.iter();
+                    let Some(fit) = fits.find(|fit| fit.trial == trial.name) else {
+                        return Ok(None);
+                    };
+                    Some(fit)
+                }
+            };
+            let own = match fit.zip(input.own) {
+                Some(both) => {
+                    own_values::estimate(input.before, &logs[at], both, &channels, settings, watch)?
+                }
+                None => None,
+            };
+            let from = own.as_ref().map_or(f64::NEG_INFINITY, |of| of.1);
+            let fit = own.as_ref().map(|of| &of.0).or(fit.filter(|_| at >= files));
+            let recalibrated = match fit.filter(|_| at >= files) {
+                Some(fit) => &fit.recalibrated[..],
+                None => input.recalibrated,
+            };
+            let after = if let Some(fit) = fit {
+                left_out(input.before, fit)
+            } else {
+                CorrectedSystem {
                     system: System::plain(input.after),
                     corrections: corrections(model, input.sensors),
-                };
-                (after, input.recalibrated)
-            } else {
-                let mut fits = input.cross_fit.iter();
-                let Some(fit) = fits.find(|fit| fit.trial == trial.name) else {
-                    return Ok(None);
-                };
-                (left_out(input.before, fit), &fit.recalibrated[..])
+                }
             };
             let alone = has_alone.then(|| CorrectedSystem {
                 system: System {
@@ -130,7 +154,8 @@ pub fn verify(
             });
             let mut sides = vec![&before, &after];
             sides.extend(&alone);
-            let outcome = roll(&sides, trial, &channels, at < SHOWN, &settings.options)?;
+            let shown = at < SHOWN;
+            let outcome = roll(&sides, (trial, from), &channels, shown, &settings.options)?;
             watch.count("verifying", &done, trials.len());
             Ok(Some(outcome))
         })
@@ -197,10 +222,10 @@ fn corrections(
     corrections
 }
 
-/// Before, after, and where it is known the nominal refitted.
+/// Before, after, and where it is known the nominal refitted; of rollouts that begin at a time or later.
 fn roll(
     sides: &[&CorrectedSystem<'_>],
-    trial: &MeasuredTrial,
+    (trial, from): (&MeasuredTrial, f64),
     channels: &Channels,
     shown: bool,
     options: &Options,
@@ -210,7 +235,16 @@ fn roll(
     for side in sides {
         let mapped = adapted(trial, sides[0].system.plant, side.system.plant);
         let trial = mapped.as_ref().unwrap_or(trial);
-        residuals.push(rollouts(side, trial, channels, options)?);
+        let found = rollouts(side, trial, channels, options);
+        residuals.push(match (found, residuals.first()) {
+            // Not the nominal: what blows up predicts nothing, and is refused.
+            (Err(GapError::NominalDiverges { .. }), Some(nominal)) => {
+                let nowhere = |of: &RolloutResiduals| vec![f64::INFINITY; of.1.len()];
+                let all = nominal.iter();
+                all.map(|of| (of.0.clone(), nowhere(of))).collect()
+            }
+            (found, _) => found?,
+        });
     }
     let mut sums: Sums = vec![vec![[0.0; 5]; width]; options.verify.horizons.len()];
     let mut regimes = [vec![[0.0; 5]; width], vec![[0.0; 5]; width]];
@@ -228,6 +262,9 @@ fn roll(
         let b = &residuals[1][number].1;
         let alone = residuals.get(2).map(|of| &of[number].1);
         let start = trial.times[rows.start];
+        if start < from {
+            continue;
+        }
         for (at, row) in rows.clone().enumerate() {
             let since = trial.times[row] - start;
             for channel in 0..width {
