@@ -50,8 +50,8 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         false
     }
 
-    /// True where what it is proportional to may differ from trial to trial: what the water, the load or the switched-on sensor
-    /// is like on a day.
+    /// True where what it is proportional to may differ from trial to trial: what the water or the switched-on sensor is like on
+    /// a day. Its values have no sign of their own: deviations are normal, and would make a mass negative.
     fn differs_by_trial(&self) -> bool {
         false
     }

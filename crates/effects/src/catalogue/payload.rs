@@ -65,10 +65,6 @@ impl Effect for Payload {
         true
     }
 
-    fn differs_by_trial(&self) -> bool {
-        true
-    }
-
     fn part(&self) -> Part<'_> {
         Part::Body(self)
     }
