@@ -10,12 +10,13 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from hydro_tools.datasets.measured import MeasuredError, ball_drops, crazyflie, roll_decay
+from hydro_tools.datasets.measured import MeasuredError, ball_drops, captive, crazyflie, glider, roll_decay
 from hydro_tools.datasets.measured.trial import Trial, write
 from hydro_tools.repository import ROOT, SCRIPTS
 
 DATA = ROOT.parent / "shared" / "data"
-HAVE_DATA = all((DATA / of.FILE).is_file() for of in (roll_decay, ball_drops, crazyflie))
+FILES = (roll_decay.FILE, ball_drops.FILE, crazyflie.FILE, captive.FILE, glider.FILE)
+HAVE_DATA = all((DATA / name).is_file() for name in FILES)
 WITHOUT = f"the measurements are not in {DATA}"
 # Trials by case.
 CASES = {"roll_decay": 1, **dict.fromkeys(ball_drops.BALLS, 2), "crazyflie_normal": 6, "crazyflie_weight": 4}
@@ -106,6 +107,46 @@ class Hops(unittest.TestCase):
             self.assertNotIn("initial_state", file)
 
 
+class Captive(unittest.TestCase):
+    """A hull towed with its bow to starboard of the course, and water that pushes it as water does."""
+
+    def test_signs_are_those_of_a_load_cell_in_mujoco(self):
+        # To starboard of the bow goes the hull: v > 0, a negative drift angle. The water pushes it to port, ahead
+        # of midships, and against the course.
+        forces = {"X": -30.0, "Y": -550.0, "N": -760.0}
+        pressure = 0.5 * 1000 * 7**2 * 1.2**2
+        row = [np.radians(-30), 1.2, forces["X"] / pressure, forces["Y"] / pressure, forces["N"] / pressure / 7]
+        columns = captive.steady(np.array([row])).columns
+        model = mujoco.MjModel.from_xml_path(str(ROOT / "mjcf/gap/captive_kvlcc2.xml"))
+        data = mujoco.MjData(model)
+        data.qvel[0], data.qpos[2] = columns["tow_vel"][0], columns["yaw"][0]
+        mujoco.mj_forward(model, data)
+        hull = model.body("hull").id
+        velocity = np.zeros(6)
+        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_XBODY, hull, velocity, 1)
+        # Ahead, and to starboard: in MuJoCo y points to port.
+        np.testing.assert_allclose(velocity[3:5], [1.2 * np.cos(np.pi / 6), -1.2 * np.sin(np.pi / 6)])
+        # The water's force and torque on the hull at the load cell: forward, port, up, in the world.
+        turn = data.body("hull").xmat.reshape(3, 3)
+        at = data.site("load_cell").xpos - data.xipos[hull]
+        force = turn @ [forces["X"], -forces["Y"], 0.0]
+        torque = turn @ [0.0, 0.0, -forces["N"]] + np.cross(at, force)
+        data.xfrc_applied[hull] = np.concatenate([force, torque])
+        # What holds the carriage at constant speed.
+        mujoco.mj_forward(model, data)
+        needed = np.zeros(model.nv)
+        mujoco.mj_mulM(model, data, needed, data.qacc)
+        data.qfrc_applied[:] = -needed
+        mujoco.mj_forward(model, data)
+        np.testing.assert_allclose(data.qacc, 0, atol=1e-9)
+        read = {"force": data.sensor("force").data, "torque": data.sensor("torque").data}
+        self.assertAlmostEqual(read["force"][0], columns["force[0]"][0], places=6)
+        self.assertAlmostEqual(read["force"][1], columns["force[1]"][0], places=6)
+        self.assertAlmostEqual(read["torque"][2], columns["torque[2]"][0], places=6)
+        # The sign in words: with the weight off, the sensor shows what the parent exerts on the child.
+        self.assertAlmostEqual(read["force"][2], 3272 * 9.81, places=6)
+
+
 class Release(unittest.TestCase):
     def test_second_extremum_and_its_state(self):
         time = np.arange(0.0, 20.0, 0.01)
@@ -145,6 +186,18 @@ class Measured(unittest.TestCase):
                         self.assertEqual(file["control_data"].shape[1], model.nu)
                         self.assertTrue(np.isfinite(file["sensordata_data"]).all())
                         self.assertTrue((np.diff(file["sensordata_times"]) > 0).all())
+            for case in (captive.CASE, glider.CASE):
+                mujoco.MjModel.from_xml_path(str(Path(out, case, "nominal.xml")))
+            table = np.genfromtxt(Path(out, captive.CASE, "trials", "steady.csv"), delimiter=",", names=True)
+            self.assertEqual(len(table), 18)
+            # The largest side force, published as 0.0166 of 1/2 rho L^2 U^2.
+            self.assertAlmostEqual(max(abs(table["force1"])), 558, delta=1)
+            dives = sorted(Path(out, glider.CASE, "trials").glob("*.csv"))
+            self.assertEqual(len(dives), 18)
+            for path in dives:
+                dive = np.genfromtxt(path, delimiter=",", names=True)
+                self.assertTrue((dive["height"] < -5).all() and dive["height"].min() > -43)
+                self.assertTrue((np.diff(dive["time"]) > 0).all())
 
     @unittest.skipIf(reference is None, "scipy is not installed")
     def test_scipy_finds_the_published_quadratic_damping(self):

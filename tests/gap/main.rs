@@ -4,6 +4,7 @@
 mod numbers;
 mod patch_python;
 mod plant;
+mod prescribed;
 #[path = "../common/skip_python.rs"]
 mod skip_python;
 mod trial;

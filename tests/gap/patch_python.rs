@@ -73,6 +73,7 @@ fn description() -> PlantDescription {
         name: name.to_owned(),
         qpos,
         dof: qpos - 1,
+        start: 0.0,
         scale: JointScale {
             inertia,
             torque: 1.0,

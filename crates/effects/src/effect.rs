@@ -28,6 +28,11 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         Medium::None
     }
 
+    /// True for what every body in a fluid has: a model without any fluid is expected to lack it.
+    fn is_of_every_fluid(&self) -> bool {
+        false
+    }
+
     /// The surface that must be near for the effect to be felt.
     fn boundary(&self) -> Option<NearBoundary> {
         None

@@ -41,6 +41,22 @@ pub enum GapError {
         /// The model's sensors.
         sensors: Vec<String>,
     },
+    /// Every degree of freedom is prescribed, and no sensor tells of forces.
+    #[error(
+        "every degree of freedom is prescribed in the trials {}, so the sensors {} say nothing of the model: \
+         forces are the output then. A `force` or `torque` sensor that is logged is needed; the model's sensors: {}",
+        .trials.join(", "),
+        .compared.join(", "),
+        .sensors.join(", ")
+    )]
+    NoForces {
+        /// Names of the trials.
+        trials: Vec<String>,
+        /// The sensors that the trials have.
+        compared: Vec<String>,
+        /// The model's sensors.
+        sensors: Vec<String>,
+    },
     /// A trial too short for one segment.
     #[error("trial `{trial}` has {found} rows with a reading; at least {expected} are needed")]
     TooShort {

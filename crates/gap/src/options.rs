@@ -4,6 +4,8 @@
 //! menu of experiments (`stage/experiment_design.rs`), and numbers of numerical methods: steps of difference quotients,
 //! iterations, rounding.
 //!
+//! Lengths of time are for logs of 20 Hz and more; [`Options::for_rows`] is the one place where they follow slower rows.
+//!
 //! The values are passed with [`Settings`](crate::Settings); nothing reads them from anywhere else. Where no source is
 //! named, a value was chosen on hidden cases made for that purpose.
 
@@ -37,6 +39,47 @@ pub struct Options {
     pub verify: VerifyOptions,
     pub residual: ResidualOptions,
     pub likelihood: LikelihoodOptions,
+}
+
+/// Time between rows up to which all lengths of time are those below [s]: they were chosen on logs of 20 to 100 Hz.
+const FINE_ROWS: f64 = 0.05;
+
+impl Options {
+    /// The choices for logs with a row every `period` seconds. Where rows are further apart than 0.05 s, every length of time
+    /// grows in proportion, so that a segment, a piece of unmodelled force or a horizon holds as many rows as at 20 Hz: a
+    /// second becomes 20 s at 1 Hz. Such logs are of slow systems (a glider's time constants are tens of seconds); what is
+    /// faster than its rows cannot be seen in them. `None`, steady states alone: nothing grows.
+    pub fn for_rows(&self, period: Option<f64>) -> Self {
+        let mut options = self.clone();
+        // Times are rounded: 0.05 s is no more than 0.05 s.
+        let longer = match period {
+            Some(period) if period.is_finite() && period > FINE_ROWS * (1.0 + 1e-6) => {
+                period / FINE_ROWS
+            }
+            _ => return options,
+        };
+        for time in [
+            &mut options.segments.length,
+            &mut options.segments.most_freedom_seconds,
+            &mut options.rollout.effect_warm_up,
+            &mut options.rollout.nominal_warm_up,
+            &mut options.states.window,
+            &mut options.locate.command_rate_time,
+            &mut options.residual.window,
+            &mut options.residual.sample_period,
+            &mut options.likelihood.segment_length,
+            &mut options.likelihood.look,
+            &mut options.likelihood.force_time,
+        ] {
+            *time *= longer;
+        }
+        let [_, coarsest] = &mut options.likelihood.block;
+        *coarsest *= longer;
+        for horizon in &mut options.verify.horizons {
+            *horizon *= longer;
+        }
+        options
+    }
 }
 
 options! {
@@ -97,6 +140,9 @@ options! {
         command_lead_sd: f64 = 0.1,
         /// Least noise of a sensor that declares none, relative to its largest reading: a constant channel shows none.
         least_noise: f64 = 1e-6,
+        /// Least noise of mean readings in a table of steady states that declares none, in the standard deviation of its
+        /// readings: rows are no series, so nothing else tells it but the scatter about a hypothesis.
+        least_table_noise: f64 = 1e-3,
     }
 }
 
@@ -270,8 +316,12 @@ options! {
         largest_shift: f64 = 5.0,
         /// Relative error of the form of an effect of the catalogue.
         form_error: f64 = 0.15,
+        /// Factors on the errors of an effect's form that are tried.
+        form_sizes: [f64; 3] = [1.0, 0.3, 0.1],
+        /// Part of an effect that may act along another axis of the base, in what moves it there.
+        direction_error: f64 = 0.3,
         /// Levels of an effect's size at which its form may be off, each by itself.
-        form_levels: usize = 4,
+        form_levels: usize = 3,
         /// Factors on the usual value of a rate or length that are tried.
         shape_factors: [f64; 3] = [1.0 / 3.0, 1.0, 3.0],
         /// Factors on the usual value of a frequency that are tried.
@@ -296,11 +346,40 @@ options! {
         largest: usize = 8,
         /// Sets that are enlarged by one effect.
         beam: usize = 3,
+        /// Information that the trials hold of an effect's parameters at their usual size, at least [nat]: an effect of which they
+        /// tell less leaves no trace.
+        least_information: f64 = 0.5,
         /// Effects whose addition to a set is evaluated to first order: those of the greatest likelihoods.
         screened: usize = 24,
         /// Enlarged sets that are evaluated in full, of each.
         evaluated: usize = 6,
         /// Log posterior that an enlarged set may lack against the best and still be enlarged [nat].
         enlarged_within: f64 = 3.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Logs of 20 Hz and more, their times rounded or not, have the times as written; at 1 Hz a second holds twenty.
+    #[test]
+    fn lengths_of_time_follow_slow_rows_alone() {
+        let options = Options::default();
+        for period in [
+            None,
+            Some(0.01),
+            Some(0.05),
+            Some(0.050_000_01),
+            Some(f64::INFINITY),
+        ] {
+            assert_eq!(options.for_rows(period), options, "{period:?}");
+        }
+        let slow = options.for_rows(Some(1.0));
+        assert_eq!(slow.verify.horizons, [10.0, 20.0, 40.0]);
+        assert!((slow.segments.length - 120.0).abs() < 1e-9);
+        assert!((slow.likelihood.force_time - 4.4).abs() < 1e-9);
+        assert_eq!(slow.likelihood.block[0], options.likelihood.block[0]);
+        assert_eq!(slow.name, options.name);
     }
 }

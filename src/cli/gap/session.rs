@@ -213,7 +213,7 @@ impl<'a> Session<'a> {
                     trial_names(&listed)
                 );
             };
-            let (trial, remarks) = trial::read(&file.path, &self.signature)?;
+            let (trial, remarks) = trial::read_listed(file, &self.signature)?;
             for remark in remarks {
                 noticed.entry(remark.text).or_default().push(name.clone());
             }
@@ -322,6 +322,11 @@ fn signature(model: &PlantDescription) -> Signature {
     Signature {
         actuators: model.actuators.iter().map(|a| a.name.clone()).collect(),
         sensors: sensors.collect(),
+        joints: model
+            .joints
+            .iter()
+            .map(|joint| joint.name.clone())
+            .collect(),
         state_len: model.state_len,
         timestep: model.timestep,
     }

@@ -169,6 +169,7 @@ impl<'a> ModelView<'a> {
 
     #[cfg(mujoco_plugins)]
     model_slices! {
+        qpos0: f64 = |m| m.nq as i64;
         body_plugin: i32 = |m| m.nbody as i64;
         body_gravcomp: f64 = |m| m.nbody as i64;
         sensor_plugin: i32 = |m| m.nsensor as i64;

@@ -107,6 +107,7 @@ pub(crate) fn joints(model: ModelView<'_>) -> Vec<PlantJoint> {
             name: model.label(mjOBJ_JOINT as i32, "joint", joint),
             qpos: model.jnt_qposadr()[joint] as usize,
             dof: model.jnt_dofadr()[joint] as usize,
+            start: model.qpos0()[model.jnt_qposadr()[joint] as usize],
             scale: sizes::joint(model, joint),
             stiffness: model.jnt_stiffness()[joint],
             damping: model.dof_damping()[model.jnt_dofadr()[joint] as usize],

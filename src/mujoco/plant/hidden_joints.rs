@@ -1,8 +1,10 @@
 //! A simulation with backlash in joints, seen as one of the nominal model: the coordinates of the extra joints are
 //! hidden.
 
+use std::sync::Arc;
+
 use hydro_frames::Wrench;
-use hydro_gap::plant::Simulation;
+use hydro_gap::plant::{Simulation, prescribed::PrescribedMotion};
 
 use super::{backlash::Backlash, simulation::MujocoSimulation};
 use crate::mujoco::ffi::{ModelView, bindings::mjOBJ_JOINT};
@@ -208,6 +210,18 @@ impl Simulation for BacklashSimulation {
         let mut all = vec![0.0; self.layout.nv];
         Layout::spread(&self.layout.qvel, force, &mut all);
         self.inner.set_force(&all);
+    }
+
+    fn prescribe(&mut self, motion: Option<Arc<PrescribedMotion>>) {
+        let motion = motion.map(|motion| {
+            let mut motion = (*motion).clone();
+            for joint in &mut motion.joints {
+                joint.qpos = self.layout.qpos[joint.qpos];
+                joint.dof = self.layout.qvel[joint.dof];
+            }
+            Arc::new(motion)
+        });
+        self.inner.prescribe(motion);
     }
 
     fn step(&mut self) {

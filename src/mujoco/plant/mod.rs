@@ -8,6 +8,7 @@
 //! model_spec    the model as it is compiled: room for added inertia, backlash
 //! backlash      backlash of a joint, as a second joint behind it
 //! simulation    one simulation with effects
+//! prescribed    imposed motion, and the forces that it takes
 //! hidden_joints one with backlash, seen as one of the nominal model
 //! passive_hook  MuJoCo's callback in which effects act
 //! ```
@@ -19,6 +20,7 @@ mod model_spec;
 mod mujoco_plant;
 mod nuisances;
 mod passive_hook;
+mod prescribed;
 mod sensors;
 mod simulation;
 

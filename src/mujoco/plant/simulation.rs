@@ -1,10 +1,13 @@
 //! One simulation of a plant.
 
+use std::sync::Arc;
+
 use hydro_frames as frames;
 use hydro_frames::Wrench;
-use hydro_gap::plant::Simulation;
+use hydro_gap::plant::{Simulation, prescribed::PrescribedMotion};
 use nalgebra::Vector3;
 
+use super::prescribed::Imposed;
 use crate::mujoco::{
     bodies::joint_space::{rotation, vector},
     effects::{
@@ -88,6 +91,8 @@ pub(crate) struct MujocoSimulation {
     wrench: Option<Wrench>,
     /// Generalised forces beside it; empty where none were set.
     force: Vec<f64>,
+    /// Motion that is imposed.
+    imposed: Option<Imposed>,
     diverged: bool,
 }
 
@@ -111,6 +116,7 @@ impl MujocoSimulation {
             base,
             wrench: None,
             force: Vec::new(),
+            imposed: None,
             diverged: false,
         }
     }
@@ -207,6 +213,30 @@ impl MujocoSimulation {
         }
     }
 
+    /// Sets the imposed state of the present time; what stands still stays at `held`.
+    fn impose(&mut self, held: Option<&[f64]>) {
+        if let Some(imposed) = &self.imposed {
+            imposed.set(&mut self.data, held);
+        }
+    }
+
+    /// Applies the forces that the imposed motion takes.
+    fn drive(&mut self) {
+        let (active, data) = (&self.active, &mut self.data);
+        let forward = |data: &mut Data| active_effects::with_active(active, || data.forward());
+        if let Some(imposed) = &self.imposed {
+            imposed.drive(data, &self.force, &forward);
+        }
+    }
+
+    /// Brings everything that follows from the present state up to date, and takes the readings.
+    fn show(&mut self) {
+        self.begin();
+        let data = &mut self.data;
+        active_effects::with_active(&self.active, || data.forward());
+        self.read();
+    }
+
     fn advance_memory(&mut self) {
         if self.active.bound.memory_len == 0 {
             return;
@@ -269,6 +299,7 @@ impl Simulation for MujocoSimulation {
         self.data.set_time(time);
         self.data.qpos_mut().copy_from_slice(qpos);
         self.data.qvel_mut().copy_from_slice(qvel);
+        self.impose(None);
         self.diverged = self.has_blown_up();
     }
 
@@ -349,16 +380,27 @@ impl Simulation for MujocoSimulation {
         self.force.extend_from_slice(force);
     }
 
+    fn prescribe(&mut self, motion: Option<Arc<PrescribedMotion>>) {
+        if self.imposed.is_some() {
+            self.data.qfrc_applied_mut().fill(0.0);
+            self.data.xfrc_applied_mut().fill(0.0);
+        }
+        self.imposed = motion.map(|motion| Imposed::new(self.data.model(), motion));
+    }
+
     fn step(&mut self) {
         if self.diverged {
             return;
         }
         self.command();
         self.push();
+        self.impose(None);
+        self.drive();
+        let held = self.imposed.as_ref().map(|_| self.data.qpos().to_vec());
         // Runge-Kutta leaves its last stage behind; readings belong to the first.
         let before = self.data.model().view().runge_kutta() && !self.loads.is_empty();
         if before {
-            self.look();
+            self.show();
         } else {
             self.begin();
         }
@@ -368,6 +410,7 @@ impl Simulation for MujocoSimulation {
             self.read();
         }
         self.advance_memory();
+        self.impose(held.as_deref());
         self.diverged = self.has_blown_up();
     }
 
@@ -379,10 +422,9 @@ impl Simulation for MujocoSimulation {
         if self.diverged {
             return;
         }
-        self.begin();
-        let data = &mut self.data;
-        active_effects::with_active(&self.active, || data.forward());
-        self.read();
+        self.impose(None);
+        self.drive();
+        self.show();
     }
 
     fn reading_lead(&self) -> f64 {

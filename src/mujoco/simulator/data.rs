@@ -161,6 +161,8 @@ impl Data {
         xpos;
         /// Attitudes of the bodies, w x y z [nbody * 4].
         xquat;
+        /// Motion of each degree of freedom in the world: rotation, velocity at its tree's centre of mass [nv * 6].
+        cdof;
     }
 
     #[cfg(mujoco_plugins)]

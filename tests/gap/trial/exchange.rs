@@ -24,6 +24,7 @@ fn sysid_signature(state_len: usize) -> Signature {
             sensor("hip", 1, SensorQuantity::Angle),
             sensor("speed", 3, SensorQuantity::Other),
         ],
+        joints: Vec::new(),
         state_len,
         timestep: 0.004,
     }

@@ -30,6 +30,7 @@ pub(crate) fn signature() -> Signature {
             sensor("quat", 4, SensorQuantity::Quaternion),
             sensor("hip", 1, SensorQuantity::Angle),
         ],
+        joints: Vec::new(),
         state_len: 4,
         timestep: 0.1,
     }

@@ -5,4 +5,5 @@ mod exchange;
 mod files;
 mod fixture;
 mod npz;
+mod prescribed;
 mod random;

@@ -60,6 +60,7 @@ fn trials() -> impl Strategy<Value = Trial> {
             sensors,
             initial_state,
             state,
+            ..Trial::default()
         }
     })
 }

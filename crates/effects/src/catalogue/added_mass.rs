@@ -51,6 +51,10 @@ impl Effect for AddedMass {
         true
     }
 
+    fn is_of_every_fluid(&self) -> bool {
+        true
+    }
+
     fn medium(&self) -> Medium {
         Medium::Water
     }

@@ -43,6 +43,10 @@ impl Effect for BuoyancyOffset {
         true
     }
 
+    fn is_of_every_fluid(&self) -> bool {
+        true
+    }
+
     fn medium(&self) -> Medium {
         Medium::Water
     }

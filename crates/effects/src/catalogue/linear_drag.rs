@@ -44,6 +44,10 @@ impl Effect for LinearDrag {
         true
     }
 
+    fn is_of_every_fluid(&self) -> bool {
+        true
+    }
+
     fn medium(&self) -> Medium {
         Medium::Air
     }

@@ -62,6 +62,10 @@ impl Effect for NetBuoyancy {
         complete && other == Id::BuoyancyOffset
     }
 
+    fn is_of_every_fluid(&self) -> bool {
+        true
+    }
+
     fn medium(&self) -> Medium {
         Medium::Water
     }

@@ -46,6 +46,10 @@ impl Effect for QuadraticDrag {
         true
     }
 
+    fn is_of_every_fluid(&self) -> bool {
+        true
+    }
+
     fn medium(&self) -> Medium {
         Medium::Air
     }

@@ -21,6 +21,16 @@ pub(crate) struct Deviations {
 }
 
 impl Deviations {
+    /// The same where the columns of some parameters, that do not deviate, are times a factor.
+    pub(crate) fn scale(&mut self, parameters: &[usize], factor: f64) {
+        if self.directions.is_empty() {
+            return;
+        }
+        for parameter in parameters {
+            self.response.column_mut(1 + parameter).scale_mut(factor);
+        }
+    }
+
     /// The parameters of the trial, the common ones known.
     pub(crate) fn own(&self, z: &DVector<f64>) -> DVector<f64> {
         let mut own = z.clone();

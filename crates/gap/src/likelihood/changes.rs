@@ -130,6 +130,7 @@ pub(crate) fn changes(
         values[direction.parameter] += direction.step;
         moved.candidates.push(direction.candidate);
         moved.values.push(values);
+        moved.forms.push(1.0);
         let step = direction.step / p.prior_sd;
         push(direction.candidate, &moved, step, &|entries| {
             let added = entries.get(base.len()..).unwrap_or_default();

@@ -67,6 +67,24 @@ pub(crate) struct LinkColumns {
     pub(crate) end: DMatrix<f64>,
 }
 
+impl LinkColumns {
+    /// Without the parameters `from..to`, and without readings.
+    pub(crate) fn without(&self, from: usize, to: usize) -> Self {
+        let kept: Vec<usize> = (0..self.end.ncols())
+            .filter(|column| !(1 + from..1 + to).contains(column))
+            .collect();
+        let noise = self.noise.iter().map(|of| Whitened {
+            gram: of.gram.select_columns(&kept).select_rows(&kept),
+            half_log_determinant: of.half_log_determinant,
+            readings: DMatrix::zeros(0, 0),
+        });
+        Self {
+            noise: noise.collect(),
+            end: self.end.select_columns(&kept),
+        }
+    }
+}
+
 /// The readings of a segment, whitened for one size of their correlated noise.
 #[derive(Clone, Debug)]
 pub(crate) struct Whitened {
@@ -154,6 +172,7 @@ pub(crate) fn sweep(
     let Ok(mut base) = plant.simulation(&nuisances_at, &entries) else {
         return Ok(None);
     };
+    base.prescribe(trial.prescribed.clone());
     let states = state_changes(problem, base.as_mut(), &rolled, (track, grid), force_scale);
     let references = references(base.as_mut(), &rolled);
     let defects = defects(base.as_ref(), track, &rolled);
@@ -172,7 +191,7 @@ pub(crate) fn sweep(
         })
         .collect::<Result<_, GapError>>()?;
     let inputs = match directions {
-        Some(_) => form_error::with_forms(problem, point, inputs),
+        Some(_) => form_error::with_forms(problem, point, track, (&states, force_scale), inputs),
         None => inputs,
     };
     let layout = Layout {
@@ -388,7 +407,7 @@ fn assemble(
             outputs[(row, column)] *= factors[row];
         }
     }
-    if let Some(defect) = defect {
+    if let Some(defect) = defect.filter(|_| !trial.steady) {
         state.set_column(0, &-defect);
     }
     // Carried back to zero parameters.
@@ -404,6 +423,11 @@ fn assemble(
     first += carried;
     let mut first = state.column_mut(0);
     first -= at_end;
+    if trial.steady {
+        drop_rounding(&mut outputs);
+        // The next state has nothing to do with this one.
+        state.fill(0.0);
+    }
     let times = &trial.times[rows];
     let time = problem.drift_time(trial.period());
     let noise = drifts.iter().map(|drift| {
@@ -429,6 +453,18 @@ fn assemble(
     LinkColumns {
         noise: noise.collect(),
         end: state,
+    }
+}
+
+/// Whitened change of a reading with a parameter that is rounding: what cannot act on a prescribed model leaves some.
+const ROUNDING: f64 = 1e-9;
+
+/// Clears the columns of parameters and latents that hold nothing but rounding.
+fn drop_rounding(outputs: &mut DMatrix<f64>) {
+    for mut column in outputs.column_iter_mut().skip(1) {
+        if column.amax() < ROUNDING {
+            column.fill(0.0);
+        }
     }
 }
 

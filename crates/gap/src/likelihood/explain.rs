@@ -50,7 +50,8 @@ pub fn explain<'p>(
         let Some(swept) = swept.filter(|swept| !swept.levels.is_empty()) else {
             break;
         };
-        let choices = Choices::new(problem, &working.point, &directions);
+        let choices =
+            Choices::new(problem, &working.point, &directions).against_none(&swept.levels);
         let mut found = search(
             &swept.levels,
             &choices,
@@ -66,11 +67,16 @@ pub fn explain<'p>(
         let set = working.point.set();
         let stays = round > 0 && found.first().is_some_and(|best| best.set == set);
         // A few effects at a time: the errors of form of more would be taken for others.
-        let most = set.len() + problem.settings.options.likelihood.added;
-        let Some(best) = found.iter().find(|of| of.set.len() <= most) else {
+        let unexpected = |set: &[usize]| {
+            let all = set.iter().filter(|of| !problem.priors[**of].is_expected);
+            all.count()
+        };
+        let most = unexpected(&set) + problem.settings.options.likelihood.added;
+        let Some(best) = found.iter().find(|of| unexpected(&of.set) <= most) else {
             break;
         };
         let (next, _) = swept.levels[best.level].moved(problem, &working.point, &directions, best);
+        working.look_about(swept.levels[best.level].sizes);
         let about = std::mem::replace(&mut working.point, next);
         explanation = Some((about, directions, choices, swept.levels, found));
         if stays {
@@ -95,7 +101,7 @@ fn search(levels: &[Level], choices: &Choices<'_>, options: &LikelihoodOptions) 
         let level = &levels[number];
         let search = Search { level, choices };
         let best = likeliest(&found).map_or(f64::NEG_INFINITY, |of| of.log_posterior);
-        if most < best - options.level_within {
+        if !level.is_searched || most < best - options.level_within {
             found.extend(search.whole(&[]));
         } else {
             found.extend(search.run());

@@ -340,7 +340,15 @@ impl<'a> Explanation<'a> {
         draws: usize,
         rng: &mut ChaCha8Rng,
     ) -> Vec<(Vec<usize>, f64)> {
-        let Some(simulator) = self.level(set).simulator(self.found(set)) else {
+        let mechanisms = mechanisms(self.problem, &self.sets[set].set);
+        let of_set = self.found.iter().filter(|of| {
+            self.levels[of.level].is_searched
+                && self::mechanisms(self.problem, &of.set) == mechanisms
+        });
+        let Some(found) = likeliest(of_set) else {
+            return Vec::new();
+        };
+        let Some(simulator) = self.levels[found.level].simulator(found) else {
             return Vec::new();
         };
         let choices = self.choices.up_to(largest);

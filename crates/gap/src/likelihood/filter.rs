@@ -51,6 +51,17 @@ impl Filtered {
             ..self
         })
     }
+
+    /// With the columns of some parameters times a factor, none of them one that deviates.
+    pub(crate) fn scaled(&self, parameters: &[usize], factor: f64) -> Self {
+        let mut scaled = self.clone();
+        for parameter in parameters {
+            scaled.gram.column_mut(1 + parameter).scale_mut(factor);
+            scaled.gram.row_mut(1 + parameter).scale_mut(factor);
+        }
+        scaled.deviations.scale(parameters, factor);
+        scaled
+    }
 }
 
 /// Starts and unmodelled forces given all readings.

@@ -3,12 +3,16 @@
 
 use std::ops::Range;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::{
-    likelihood::step_changes::Inputs,
+    likelihood::{
+        direction_error,
+        step_changes::{Inputs, StateChanges},
+        track::Track,
+    },
     plant::Quantity,
-    problem::{point::Point, problem::Problem},
+    problem::{candidates::Candidate, point::Point, problem::Problem},
 };
 
 /// Parameters that are integrated out, the first of a sweep's.
@@ -52,19 +56,32 @@ pub(crate) fn beside(problem: &Problem<'_>, point: &Point) -> Beside {
     let levels = problem.settings.options.likelihood.form_levels;
     let mut first = problem.nuisances.len();
     let mut next = |of: Option<usize>, count: usize| {
-        let columns = first..first + levels * count;
+        let columns = first..first + count;
         first = columns.end;
         (of, columns)
     };
-    let mut forms = vec![next(None, springs(problem).count())];
+    let mut forms = vec![next(None, levels * springs(problem).count())];
     forms.extend(point.candidates.iter().map(|candidate| {
         let of = &problem.candidates[*candidate];
-        let count = of.parameters.iter().filter(|p| of.has_form_error(p));
-        next(Some(*candidate), count.count())
+        let count = of
+            .parameters
+            .iter()
+            .filter(|p| of.has_form_error(p))
+            .count();
+        let each = levels + other_axes(problem, of);
+        next(Some(*candidate), each * count)
     }));
     Beside {
         numbers: problem.nuisances.len(),
         forms,
+    }
+}
+
+/// Columns of one parameter for the error of its direction.
+fn other_axes(problem: &Problem<'_>, of: &Candidate) -> usize {
+    match direction_error::applies(problem, of) {
+        true => direction_error::COUNT,
+        false => 0,
     }
 }
 
@@ -81,44 +98,58 @@ fn springs(problem: &Problem<'_>) -> impl Iterator<Item = usize> {
         .map(|(at, _)| at)
 }
 
-/// Own parameters that have an error of form: places among the point's own parameters, and their values in standard
-/// deviations of the prior.
+/// Own parameters that have an error of form: places among the point's own parameters, their values in standard deviations
+/// of the prior times the factor on the error, and their columns for the error of direction.
 fn amplitudes<'a>(
     problem: &'a Problem<'_>,
     point: &'a Point,
-) -> impl Iterator<Item = (usize, f64)> + 'a {
-    let own = point.candidates.iter().zip(&point.values);
-    own.flat_map(|(candidate, values)| {
+) -> impl Iterator<Item = (usize, f64, usize)> + 'a {
+    let own = point.candidates.iter().zip(&point.values).zip(&point.forms);
+    own.flat_map(|((candidate, values), form)| {
         let candidate = &problem.candidates[*candidate];
         let parameters = candidate.parameters.iter().zip(values);
-        parameters.map(|(p, value)| (candidate.has_form_error(p), (value - p.null) / p.prior_sd))
+        let others = other_axes(problem, candidate);
+        parameters.map(move |(p, value)| {
+            let z = form * (value - p.null) / p.prior_sd;
+            (candidate.has_form_error(p), z, others)
+        })
     })
     .enumerate()
-    .filter(|(_, (has, _))| *has)
-    .map(|(at, (_, z))| (at, z))
+    .filter(|(_, (has, ..))| *has)
+    .map(|(at, (_, z, others))| (at, z, others))
 }
 
 /// The inputs with errors of form after those of the nuisance parameters: what each own parameter contributes, by levels of
-/// its size.
+/// its size, and turned to other axes.
+///
+/// `states`: changes with forces of size `scale` on every degree of freedom.
 pub(crate) fn with_forms(
     problem: &Problem<'_>,
     point: &Point,
+    track: &Track,
+    (states, scale): (&[StateChanges], &DVector<f64>),
     mut inputs: Vec<Option<Inputs>>,
 ) -> Vec<Option<Inputs>> {
     let nuisances = problem.nuisances.len();
     let error = problem.settings.options.likelihood.form_error;
     let levels = problem.settings.options.likelihood.form_levels;
     let mut made = Vec::new();
-    let own = amplitudes(problem, point).map(|(at, z)| (nuisances + at, error * z));
-    for (at, size_of_error) in springs(problem).map(|at| (at, 1.0)).chain(own) {
+    let own = amplitudes(problem, point).map(|(at, z, others)| (nuisances + at, error * z, others));
+    for (at, size_of_error, others) in springs(problem).map(|at| (at, 1.0, 0)).chain(own) {
         let Some(of) = &inputs[at] else {
-            made.extend((0..levels).map(|_| None));
+            made.extend((0..levels + others).map(|_| None));
             continue;
         };
-        let size =
-            |states: &DMatrix<f32>, boundary: usize| f64::from(states.column(boundary).norm());
+        // What moves nothing, because the motion is prescribed, has its size in the readings.
+        let moves = (of.0.iter()).any(|(states, _)| states.iter().any(|value| *value != 0.0));
+        let size = |states: &DMatrix<f32>, direct: &DMatrix<f32>, boundary: usize| {
+            let of = if moves { states } else { direct };
+            f64::from(of.column(boundary).norm())
+        };
         let mut sizes: Vec<f64> = (of.0.iter())
-            .flat_map(|(states, _)| (0..states.ncols()).map(|boundary| size(states, boundary)))
+            .flat_map(|(states, direct)| {
+                (0..states.ncols()).map(|boundary| size(states, direct, boundary))
+            })
             .collect();
         sizes.sort_by(f64::total_cmp);
         let knots: Vec<f64> = (0..levels)
@@ -128,7 +159,7 @@ pub(crate) fn with_forms(
             let links = of.0.iter().map(|(states, direct)| {
                 let (mut states, mut direct) = (states.clone(), direct.clone());
                 for boundary in 0..states.ncols() {
-                    let part = hat(&knots, level, size(&states, boundary));
+                    let part = hat(&knots, level, size(&states, &direct, boundary));
                     let factor = (size_of_error * part) as f32;
                     states.column_mut(boundary).scale_mut(factor);
                     direct.column_mut(boundary).scale_mut(factor);
@@ -136,6 +167,14 @@ pub(crate) fn with_forms(
                 (states, direct)
             });
             made.push(Some(Inputs(links.collect())));
+        }
+        if others > 0 {
+            let turn = problem.settings.options.likelihood.direction_error / error * size_of_error;
+            let turned = direction_error::along_others(problem, track, of, states, scale, turn);
+            match turned {
+                Some(turned) => made.extend(turned.into_iter().map(Some)),
+                None => made.extend((0..others).map(|_| None)),
+            }
         }
     }
     inputs.splice(nuisances..nuisances, made);

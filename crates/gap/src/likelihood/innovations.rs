@@ -45,7 +45,7 @@ pub(crate) fn innovations(
     for (link, of) in links.iter().zip(&track.links) {
         let link = filter::at(link, noise, z);
         let begun = since.filter(|begun| of.segment.start - begun < seconds - 1e-9);
-        let first = begun.is_none();
+        let first = begun.is_none() || problem.trials[track.trial].steady;
         if first {
             since = Some(of.segment.start);
             start = Start::first(arrival, 0, force);

@@ -32,11 +32,16 @@ pub(crate) struct Sizes {
     pub(crate) drift: f64,
 }
 
+/// Number and disturbances of a level, and whether it holds the directions.
+type Place = (usize, Sizes, bool);
+
 /// The likelihood at one level of disturbances.
 pub(crate) struct Level {
     /// Its place among the levels of the sweep.
     pub(crate) number: usize,
     pub(crate) sizes: Sizes,
+    /// True where it holds the directions, so that sets can be searched.
+    pub(crate) is_searched: bool,
     /// Likelihood of all parameters: uncertain numbers, errors of form, the point's own, directions.
     pub(crate) whole: Quadratic,
     half_log_determinant: f64,
@@ -59,18 +64,15 @@ impl Level {
     pub(crate) fn new(
         number: usize,
         sizes: Sizes,
+        is_searched: bool,
         trials: Vec<Filtered>,
         columns: &Beside,
     ) -> Option<Self> {
         let trials = trials.into_iter().map(Arc::new).collect();
-        Self::from_trials((number, sizes), trials, columns.clone())
+        Self::from_trials((number, sizes, is_searched), trials, columns.clone())
     }
 
-    fn from_trials(
-        place: (usize, Sizes),
-        trials: Vec<Arc<Filtered>>,
-        columns: Beside,
-    ) -> Option<Self> {
+    fn from_trials(place: Place, trials: Vec<Arc<Filtered>>, columns: Beside) -> Option<Self> {
         let (gram, half) = sum(&trials)?;
         let mut level = Self::of(place, &gram, half, columns);
         level.trials = trials;
@@ -86,11 +88,12 @@ impl Level {
     /// The level on trials drawn again.
     pub(crate) fn drawn(&self, trials: &[usize]) -> Option<Self> {
         let trials = trials.iter().map(|at| self.trials[*at].clone()).collect();
-        Self::from_trials((self.number, self.sizes), trials, self.columns.clone())
+        let place = (self.number, self.sizes, self.is_searched);
+        Self::from_trials(place, trials, self.columns.clone())
     }
 
     fn of(
-        (number, sizes): (usize, Sizes),
+        (number, sizes, is_searched): Place,
         gram: &DMatrix<f64>,
         half: f64,
         columns: Beside,
@@ -98,11 +101,35 @@ impl Level {
         Self {
             number,
             sizes,
+            is_searched,
             whole: Quadratic::from_gram(gram),
             half_log_determinant: half,
             columns,
             trials: Vec::new(),
             given: Mutex::default(),
+        }
+    }
+
+    /// The level with the error of a candidate's form `ratio` times as large.
+    pub(crate) fn with_form(&self, candidate: usize, ratio: f64) -> Self {
+        let mut whole = self.whole.clone();
+        let forms = self.columns.forms.iter();
+        let of_candidate = forms.filter(|(of, _)| *of == Some(candidate));
+        let scaled: Vec<usize> = of_candidate.flat_map(|of| of.1.clone()).collect();
+        for column in scaled.iter().copied() {
+            whole.b[column] *= ratio;
+            whole.a.column_mut(column).scale_mut(ratio);
+            whole.a.row_mut(column).scale_mut(ratio);
+        }
+        let trials = self.trials.iter();
+        Self {
+            whole,
+            columns: self.columns.clone(),
+            trials: trials
+                .map(|of| Arc::new(of.scaled(&scaled, ratio)))
+                .collect(),
+            given: Mutex::default(),
+            ..*self
         }
     }
 
@@ -212,7 +239,7 @@ impl Level {
         let given = self.given(&found.set)?;
         let posterior = &found.posterior;
         Some(Simulator {
-            place: (self.number, self.sizes),
+            place: (self.number, self.sizes, self.is_searched),
             noise: given.quadratic.root(),
             a: given.quadratic.a.clone(),
             columns: found.columns.clone(),
@@ -248,6 +275,7 @@ impl Level {
         let mut next = Point {
             candidates: Vec::new(),
             values: Vec::new(),
+            forms: Vec::new(),
             by_trial: Vec::new(),
             nuisances: z.rows(0, problem.nuisances.len()).into_owned(),
         };
@@ -261,6 +289,8 @@ impl Level {
         for (candidate, _, _, own_size) in &found.members {
             next.candidates.push(*candidate);
             next.values.push(along.values(*candidate, &z));
+            let before = point.candidates.iter().position(|of| of == candidate);
+            next.forms.push(before.map_or(1.0, |row| point.forms[row]));
             let by_trial = match own_size {
                 Some(_) => (self.trials.iter().zip(&own))
                     .map(|(trial, z)| (trial.trial, along.values(*candidate, z)))
@@ -451,8 +481,8 @@ fn select(gram: &DMatrix<f64>, parameters: &[usize]) -> DMatrix<f64> {
 
 /// Draws likelihoods of trials in which a set is true.
 pub(crate) struct Simulator {
-    /// Number and disturbances of the level.
-    place: (usize, Sizes),
+    /// That of the level.
+    place: Place,
     /// Curvature, and a root of it: the covariance of the slope is the curvature.
     a: DMatrix<f64>,
     noise: DMatrix<f64>,
@@ -496,57 +526,4 @@ fn sum(trials: &[Arc<Filtered>]) -> Option<(DMatrix<f64>, f64)> {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
-mod tests {
-    use rand::SeedableRng;
-
-    use super::*;
-    use crate::likelihood::truncated_evidence::Truncated;
-
-    /// Slopes of simulated trials have the curvature as covariance about what the values bring, and these the posterior's.
-    #[test]
-    fn simulated_likelihoods_have_the_moments_of_their_set() {
-        let a = DMatrix::from_row_slice(2, 2, &[5.0, 1.0, 1.0, 3.0]);
-        let mut gram = DMatrix::zeros(3, 3);
-        gram.view_mut((1, 1), (2, 2)).copy_from(&a);
-        let sizes = Sizes {
-            force: 0.1,
-            drift: 0.0,
-        };
-        let level = Level::of((0, sizes), &gram, 0.0, Beside::default());
-        let found = Found {
-            set: vec![0],
-            level: 0,
-            members: vec![(0, 0, 0, None)],
-            columns: vec![0],
-            own: Vec::new(),
-            mixtures: vec![0.0],
-            posterior: Truncated {
-                log_evidence: 0.0,
-                mean: DVector::from_vec(vec![2.0]),
-                covariance: DMatrix::from_element(1, 1, 0.25),
-            },
-            log_likelihood: 0.0,
-            log_posterior: 0.0,
-        };
-        let simulator = level.simulator(&found).unwrap();
-        let mut rng = ChaCha8Rng::seed_from_u64(3);
-        let draws: Vec<DVector<f64>> = (0..20_000)
-            .map(|_| simulator.draw(&mut rng).whole.b.clone())
-            .collect();
-        let count = draws.len() as f64;
-        let mean: DVector<f64> = draws.iter().sum::<DVector<f64>>() / count;
-        let covariance: DMatrix<f64> = draws
-            .iter()
-            .map(|b| (b - &mean) * (b - &mean).transpose())
-            .sum::<DMatrix<f64>>()
-            / count;
-        let column = a.column(0);
-        assert!((&mean - 2.0 * column).amax() < 0.1, "{mean}");
-        let expected = &a + 0.25 * column * column.transpose();
-        assert!(
-            (&covariance - &expected).amax() < 0.3,
-            "{covariance} {expected}"
-        );
-    }
-}
+mod tests;

@@ -77,6 +77,12 @@ impl Quadratic {
         eigen.eigenvectors * DMatrix::from_diagonal(&sizes)
     }
 
+    /// What it tells of the parameters beyond their priors, at most [nat]: the greatest over the parameters' combinations, as if
+    /// they were known to be alone.
+    pub(crate) fn information(&self) -> f64 {
+        0.5 * self.a.trace().max(0.0).ln_1p()
+    }
+
     /// Half the decrease from zero to the least value, no prior counted; infinite where rounding hides it.
     pub(crate) fn most_gain(&self) -> f64 {
         self.factor().map_or(f64::INFINITY, |factor| {

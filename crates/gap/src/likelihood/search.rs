@@ -5,7 +5,7 @@ use std::{
     sync::Arc,
 };
 
-use hydro_effects::effect;
+use hydro_effects::{Id, effect};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -34,11 +34,14 @@ struct Column {
 /// Columns of every candidate: one choice for what the point holds, one for every shape that is tried otherwise.
 #[derive(Clone)]
 pub(crate) struct Choices<'p> {
-    problem: &'p Problem<'p>,
+    pub(super) problem: &'p Problem<'p>,
     columns: Vec<Column>,
-    of: BTreeMap<usize, Vec<Vec<usize>>>,
+    pub(super) of: BTreeMap<usize, Vec<Vec<usize>>>,
     /// Effects of a set at most.
     largest: usize,
+    /// Log likelihood without effects beside the unmodelled forces that make it likeliest, where the sets of several levels are
+    /// compared.
+    without_effects: Option<f64>,
 }
 
 impl<'p> Choices<'p> {
@@ -90,19 +93,59 @@ impl<'p> Choices<'p> {
             columns,
             of,
             largest: problem.settings.options.likelihood.largest,
+            without_effects: None,
         }
     }
 
-    fn options(&self) -> &LikelihoodOptions {
+    /// The same for sets that are compared with none at the likeliest of these levels.
+    pub(crate) fn against_none(mut self, levels: &[Level]) -> Self {
+        let none = levels
+            .iter()
+            .filter_map(|level| Some(level.given(&[])?.empty));
+        self.without_effects = none.max_by(f64::total_cmp);
+        self
+    }
+
+    /// Log of the odds that no error of form of the others gives what the members of a set beyond the first explain, together:
+    /// a part of what the whole explains each. Expected ones are there by themselves.
+    fn log_form_odds(&self, set: &[usize], log_likelihood: f64) -> f64 {
+        let unexpected = set
+            .iter()
+            .filter(|of| !self.problem.priors[**of].is_expected);
+        let unexpected = unexpected.count();
+        let beside = unexpected - usize::from(unexpected == set.len() && unexpected > 0);
+        let gain = self
+            .without_effects
+            .map_or(0.0, |none| (log_likelihood - none).max(0.0));
+        -(beside as f64) * self.options().form_error.powi(2) * gain
+    }
+
+    pub(super) fn options(&self) -> &LikelihoodOptions {
         &self.problem.settings.options.likelihood
     }
 
     /// Candidates that may stand in one set with others.
-    fn beside(&self, set: &[usize]) -> impl Iterator<Item = usize> {
+    pub(super) fn beside(&self, set: &[usize]) -> impl Iterator<Item = usize> {
         let all = &self.problem.candidates;
         self.of.keys().copied().filter(move |candidate| {
-            (set.iter()).all(|of| of != candidate && !all[*of].clashes(&all[*candidate]))
+            (set.iter()).all(|of| {
+                of != candidate
+                    && !all[*of].clashes(&all[*candidate])
+                    && !self.problem.is_one_scale(*of, *candidate)
+            })
         })
+    }
+
+    /// Expected candidates, each in its plain form.
+    fn expected(&self) -> Vec<usize> {
+        let mut plain: BTreeMap<(Id, &[String]), usize> = BTreeMap::new();
+        for candidate in self.of.keys().copied() {
+            if self.problem.priors[candidate].is_expected {
+                let mechanism = self.problem.candidates[candidate].mechanism();
+                plain.entry(mechanism).or_insert(candidate);
+            }
+        }
+        plain.into_values().collect()
     }
 
     /// A step in standard deviations of the prior, for a delay or a lag: below it, it is only when within a step things happen.
@@ -114,7 +157,7 @@ impl<'p> Choices<'p> {
     }
 
     /// True for an effect that may have a value of each trial's own.
-    fn may_differ(&self, candidate: usize) -> bool {
+    pub(super) fn may_differ(&self, candidate: usize) -> bool {
         effect(self.problem.candidates[candidate].effect).differs_by_trial()
     }
 
@@ -122,16 +165,17 @@ impl<'p> Choices<'p> {
     pub(crate) fn up_to(&self, largest: usize) -> Self {
         let mut of = self.clone();
         of.largest = largest;
+        of.without_effects = None;
         of
     }
 
     fn log_prior(&self, set: &[usize]) -> f64 {
         let another = self.options().another_effect;
-        let mut log = (1.0 - another).ln() + set.len() as f64 * another.ln();
-        for (at, candidate) in set.iter().enumerate() {
-            log += ((at + 1) as f64).ln() + self.problem.log_shares[*candidate];
-        }
-        log
+        let priors = || set.iter().map(|candidate| self.problem.priors[*candidate]);
+        let unexpected = priors().filter(|of| !of.is_expected).count();
+        let mut log = (1.0 - another).ln() + unexpected as f64 * another.ln();
+        log += priors().map(|of| of.log_share).sum::<f64>();
+        log + (1..=unexpected).map(|at| (at as f64).ln()).sum::<f64>()
     }
 }
 
@@ -150,6 +194,12 @@ impl Search<'_> {
         let mut all = vec![empty.clone()];
         let mut seen: BTreeSet<Vec<usize>> = BTreeSet::from([Vec::new()]);
         let mut front = vec![empty];
+        // One effect may stand for several expected ones, so that the way to all of them leads over worse sets.
+        let expected = self.choices.expected();
+        if self.choices.largest >= expected.len() && seen.insert(expected.clone()) {
+            front.extend(self.whole(&expected));
+            all.extend(front.iter().skip(1).cloned());
+        }
         let options = self.choices.options();
         for _ in 0..self.choices.largest {
             let mut next = Vec::new();
@@ -227,6 +277,7 @@ impl Search<'_> {
             log_likelihood,
             log_posterior: log_likelihood
                 + self.choices.log_prior(&set)
+                + self.choices.log_form_odds(&set, log_likelihood)
                 + (self.level).log_prior(!set.is_empty(), self.choices.options()),
             set,
             level: self.level.number,
@@ -247,13 +298,17 @@ impl Search<'_> {
         let mut promising: Vec<(f64, usize, Vec<Quadratic>)> = self
             .choices
             .beside(&set.set)
-            .map(|candidate| {
+            .filter_map(|candidate| {
                 let choices = self.choices.of[&candidate].iter();
                 let quadratics: Vec<Quadratic> = choices
                     .map(|columns| conditional(&given.quadratic, set, columns))
                     .collect();
+                // An effect that leaves no trace in the data is not told from none.
+                let leaves_trace =
+                    (quadratics.iter()).any(|of| of.information() > options.least_information);
                 let gains = quadratics.iter().map(Quadratic::most_gain);
-                (gains.fold(0.0, f64::max), candidate, quadratics)
+                let gain = gains.fold(0.0, f64::max);
+                leaves_trace.then_some((gain, candidate, quadratics))
             })
             .collect();
         promising.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -285,56 +340,8 @@ impl Search<'_> {
         found.into_iter().map(|(candidate, _)| candidate).collect()
     }
 
-    /// Candidates that may differ from trial to trial, beside a set whose values are held: log evidence of values of each
-    /// trial's own, and the most that they could gain.
-    fn by_trial(&self, set: &Found) -> Vec<(usize, f64, f64)> {
-        if !self.has_trials() {
-            return Vec::new();
-        }
-        let options = self.choices.options();
-        let candidates: Vec<usize> = (self.choices.beside(&set.set))
-            .filter(|candidate| self.choices.may_differ(*candidate))
-            .collect();
-        let left = match candidates.is_empty() {
-            true => Vec::new(),
-            false => self.level.left(self.choices.problem, set),
-        };
-        let of = |candidate: &usize| {
-            let (mut logs, mut most) = (Vec::new(), 0.0_f64);
-            for columns in &self.choices.of[candidate] {
-                let trials: Vec<Quadratic> = (left.iter()).map(|of| of.select(columns)).collect();
-                most = most.max(trials.iter().map(Quadratic::most_gain).sum());
-                for scale in 0..options.prior_scales.len() {
-                    let (sd, _) = self.prior(columns, scale);
-                    let log = |size: &f64| {
-                        let free = vec![Bounds::FREE; columns.len()];
-                        let log = |of: &Quadratic| {
-                            let found =
-                                truncated_evidence::evidence(&of.a, &of.b, &(*size * &sd), &free);
-                            found.map_or(0.0, |of| of.log_evidence)
-                        };
-                        trials.iter().map(log).sum::<f64>()
-                    };
-                    logs.extend(options.own_sizes.iter().map(log));
-                }
-            }
-            let log = log_sum(logs.iter().copied()) - (logs.len() as f64).ln();
-            (*candidate, log + options.differs.ln(), most)
-        };
-        candidates.iter().map(of).collect()
-    }
-
-    /// Log likelihood that no set exceeds: that of the best values of all parameters, or of some in each trial by itself.
-    pub(crate) fn most(&self) -> f64 {
-        let own = self
-            .whole(&[])
-            .map_or_else(Vec::new, |empty| self.by_trial(&empty));
-        let own = own.iter().map(|of| of.2).fold(0.0, f64::max);
-        self.level.most() + own
-    }
-
     /// True where the likelihood of each trial is known, of several.
-    fn has_trials(&self) -> bool {
+    pub(super) fn has_trials(&self) -> bool {
         self.level.trials.len() > 1
     }
 
@@ -348,7 +355,7 @@ impl Search<'_> {
         Some(Arc::new(given))
     }
 
-    fn prior(&self, columns: &[usize], scale: usize) -> (DVector<f64>, Vec<Bounds>) {
+    pub(super) fn prior(&self, columns: &[usize], scale: usize) -> (DVector<f64>, Vec<Bounds>) {
         let of = |column: &usize| &self.choices.columns[*column];
         let sd = columns.iter().map(|column| {
             if of(column).shapes {
@@ -367,8 +374,11 @@ impl Search<'_> {
     fn full(&self, from: &Found, added: Option<usize>, out: Option<usize>) -> Option<Found> {
         let mut members = kept(from, out.as_slice());
         members.extend(added.map(|candidate| (self.untried(candidate), 0.0)));
-        self.ascend(members, |candidate| Some(candidate) == added)
-            .filter(|found| self.is_resolved(found))
+        // What takes the place of one that left may be of any size.
+        self.ascend(members, |candidate| {
+            out.is_some() || Some(candidate) == added
+        })
+        .filter(|found| self.is_resolved(found))
     }
 
     /// A found set, over all scales and choices of each member in turn.

@@ -229,17 +229,11 @@ pub(crate) fn inputs(
         Err(_) => plant.simulation(base.0, base.1)?,
     };
     let trial = &problem.trials[track.trial];
+    simulation.prescribe(trial.prescribed.clone());
     let steps = matches!(change.kind, Kind::Stepped | Kind::Commanded);
-    if steps {
-        let warm_up = WarmUp::required(
-            problem.model,
-            &change.entries,
-            &problem.settings.options.rollout,
-        );
-        let motion = &problem.motions[track.trial];
-        let first = &track.links[0].segment;
-        shooting::lead_in(simulation.as_mut(), trial, first, motion, warm_up, step);
-    }
+    let options = &problem.settings.options.rollout;
+    let warm_up = WarmUp::required(problem.model, &change.entries, options);
+    let motion = &problem.motions[track.trial];
     let (mut tangent, mut reading) = (vec![0.0; 2 * nv], vec![0.0; channels]);
     let mut control = vec![0.0; trial.control.width()];
     let mut earlier = control.clone();
@@ -247,7 +241,12 @@ pub(crate) fn inputs(
         .iter()
         .zip(&track.links)
         .zip(references)
-        .map(|((of, link), references)| {
+        .enumerate()
+        .map(|(number, ((of, link), references))| {
+            if steps && (number == 0 || trial.steady) {
+                let segment = &link.segment;
+                shooting::lead_in(simulation.as_mut(), trial, segment, motion, warm_up, step);
+            }
             let mut states = DMatrix::zeros(2 * nv, of.boundaries.len());
             let mut direct = DMatrix::zeros(channels, of.boundaries.len());
             let mut put = |at: usize, simulation: &dyn Simulation, from: &Stepped, to: &Stepped| {

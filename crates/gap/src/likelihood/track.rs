@@ -81,12 +81,16 @@ impl Track {
         [length, rest, most]: [f64; 3],
         step: f64,
     ) -> Self {
-        let rows = (trial.times).partition_point(|time| *time <= trial.times[0] + most);
+        let rows = match trial.steady {
+            true => trial.times.len(),
+            false => (trial.times).partition_point(|time| *time <= trial.times[0] + most),
+        };
         let segments = segments::cut(trial, motion, rows, [length, rest], 1);
         let links = segments.into_iter().map(|segment| {
             let stop = motion.times[segment.rows.end.min(rows - 1)];
+            let steps = ((stop - segment.start) / step).round() as usize;
             Link {
-                steps: (((stop - segment.start) / step).round() as usize).max(1),
+                steps: if trial.steady { 1 } else { steps.max(1) },
                 segment,
                 forces: Vec::new(),
             }
@@ -126,7 +130,7 @@ pub(crate) struct Rolled {
 
 /// Rolls all segments of a track out; `None` where one blows up.
 ///
-/// `scale`: of the unmodelled forces. Memories run on from segment to segment.
+/// `scale`: of the unmodelled forces. Memories run on from segment to segment, but for steady states.
 #[expect(clippy::too_many_arguments)]
 pub(crate) fn roll(
     simulation: &mut dyn Simulation,
@@ -142,7 +146,10 @@ pub(crate) fn roll(
     let first = track.links.first()?;
     shooting::lead_in(simulation, trial, &first.segment, motion, warm_up, step);
     let mut rolled = Vec::with_capacity(track.links.len());
-    for link in &track.links {
+    for (number, link) in track.links.iter().enumerate() {
+        if trial.steady && number > 0 {
+            shooting::lead_in(simulation, trial, &link.segment, motion, warm_up, step);
+        }
         let mut boundaries = Vec::new();
         let mut every = Vec::new();
         let mut end = None;

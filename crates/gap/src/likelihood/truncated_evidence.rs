@@ -9,8 +9,10 @@ use crate::likelihood::truncated_normal::{Bounds, Moments};
 
 /// Passes over all bounds at most.
 const PASSES: usize = 60;
-/// Change of the log evidence that ends them.
+/// Largest change of the posterior by one bound that ends them [standard deviations].
 const CONVERGED: f64 = 1e-4;
+/// Change of the posterior by a bound that is passed over, likewise.
+const NEGLIGIBLE: f64 = 1e-7;
 
 /// Posterior of parameters under bounds.
 #[derive(Clone, Debug)]
@@ -41,59 +43,64 @@ pub(crate) fn evidence(
     let bounded: Vec<usize> = (0..n)
         .filter(|axis| bounds[*axis] != Bounds::FREE)
         .collect();
-    let (mut site_precision, mut site_shift) = (DVector::zeros(n), DVector::<f64>::zeros(n));
+    let (mut site_precision, mut site_shift) = (DVector::<f64>::zeros(n), DVector::<f64>::zeros(n));
     let mut site_scale = vec![0.0; n];
-    let mut last = f64::INFINITY;
-    for _ in 0..PASSES {
-        let whole = &precision + DMatrix::from_diagonal(&site_precision);
-        let factor = whole.cholesky()?;
-        let mut covariance = factor.inverse();
-        let mut mean = factor.solve(&(b + &site_shift));
-        let log_determinant: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
-        let found = 0.5 * (b + &site_shift).dot(&mean) - log_determinant
-            + prior
-            + site_scale.iter().sum::<f64>();
-        if bounded.is_empty() || (found - last).abs() < CONVERGED {
-            return Some(Truncated {
-                log_evidence: found,
-                mean,
-                covariance,
-            });
-        }
-        last = found;
-        for axis in &bounded {
-            let axis = *axis;
-            let variance = covariance[(axis, axis)];
-            let cavity = 1.0 / variance - site_precision[axis];
-            if cavity <= 0.0 {
-                continue;
+    if !bounded.is_empty() {
+        let factor = precision.clone().cholesky()?;
+        let (mut covariance, mut mean) = (factor.inverse(), factor.solve(b));
+        let mut column = DVector::zeros(n);
+        for _ in 0..PASSES {
+            let mut largest: f64 = 0.0;
+            for axis in bounded.iter().copied() {
+                let variance = covariance[(axis, axis)];
+                let cavity = 1.0 / variance - site_precision[axis];
+                if cavity <= 0.0 {
+                    continue;
+                }
+                let shift = mean[axis] / variance - site_shift[axis];
+                let centre = shift / cavity;
+                let of = Moments::of(centre, cavity.recip().sqrt(), bounds[axis]);
+                let new_precision = (of.variance.recip() - cavity).max(0.0);
+                let new_shift = of.mean * (cavity + new_precision) - shift;
+                site_scale[axis] = of.log_mass
+                    - (0.5 * (cavity / (cavity + new_precision)).ln()
+                        + 0.5 * (shift + new_shift).powi(2) / (cavity + new_precision)
+                        - 0.5 * shift * centre);
+                let change = new_precision - site_precision[axis];
+                let push = new_shift - site_shift[axis] - change * mean[axis];
+                let size = (change * variance).abs().max(push.abs() * variance.sqrt());
+                largest = largest.max(size);
+                if size < NEGLIGIBLE {
+                    continue;
+                }
+                // The posterior with the new site, rank one.
+                column.copy_from(&covariance.column(axis));
+                let less = (1.0 + change * variance).recip();
+                mean.axpy(push * less, &column, 1.0);
+                covariance.ger(-change * less, &column, &column, 1.0);
+                site_precision[axis] = new_precision;
+                site_shift[axis] = new_shift;
             }
-            let shift = mean[axis] / variance - site_shift[axis];
-            let centre = shift / cavity;
-            let of = Moments::of(centre, cavity.recip().sqrt(), bounds[axis]);
-            let new_precision = (of.variance.recip() - cavity).max(0.0);
-            let new_shift = of.mean * (cavity + new_precision) - shift;
-            site_scale[axis] = of.log_mass
-                - (0.5 * (cavity / (cavity + new_precision)).ln()
-                    + 0.5 * (shift + new_shift).powi(2) / (cavity + new_precision)
-                    - 0.5 * shift * centre);
-            // The posterior with the new site, rank one.
-            let change = new_precision - site_precision[axis];
-            let column = covariance.column(axis).into_owned();
-            let gain = change / (1.0 + change * column[axis]);
-            covariance -= gain * &column * column.transpose();
-            site_precision[axis] = new_precision;
-            site_shift[axis] = new_shift;
-            mean = &covariance * (b + &site_shift);
+            if largest < CONVERGED {
+                break;
+            }
         }
     }
     // Not settled: the last pass is as good as any.
-    let whole = &precision + DMatrix::from_diagonal(&site_precision);
-    let factor = whole.cholesky()?;
-    Some(Truncated {
-        log_evidence: last,
-        mean: factor.solve(&(b + &site_shift)),
+    for axis in 0..n {
+        precision[(axis, axis)] += site_precision[axis];
+    }
+    let factor = precision.cholesky()?;
+    let shift = b + &site_shift;
+    let mean = factor.solve(&shift);
+    let log_determinant: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
+    let log_evidence =
+        0.5 * shift.dot(&mean) - log_determinant + prior + site_scale.iter().sum::<f64>();
+    let is_finite = log_evidence.is_finite() && mean.iter().all(|value| value.is_finite());
+    is_finite.then(|| Truncated {
+        log_evidence,
         covariance: factor.inverse(),
+        mean,
     })
 }
 

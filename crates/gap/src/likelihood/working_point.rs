@@ -9,10 +9,10 @@ use crate::{
         by_trial::Deviation,
         columns::{self, LinkColumns, Sweep},
         directions::Direction,
+        felt_forces,
         filter::{self, Filtered, Forces},
         form_error::{self, Beside},
         found::{Found, likeliest},
-        innovations::{self, Innovation},
         level::{Level, Sizes},
         search::{Choices, Search},
         track::Track,
@@ -33,11 +33,12 @@ const FOLLOWING: usize = 10;
 pub(crate) struct WorkingPoint<'p, 'a> {
     pub(crate) problem: &'p Problem<'a>,
     watch: &'p Watch<'p>,
-    tracks: Vec<Track>,
-    arrival: Vec<DVector<f64>>,
+    pub(super) tracks: Vec<Track>,
+    pub(super) arrival: Vec<DVector<f64>>,
     scale: DVector<f64>,
-    /// Levels of disturbances to look at.
+    /// Levels of disturbances to look at, and those of them at which sets are searched.
     sizes: Vec<Sizes>,
+    near: Vec<Sizes>,
     pub(crate) point: Point,
 }
 
@@ -54,7 +55,7 @@ pub(crate) enum Keep {
 /// One sweep: the likelihood of all tracks at every level of disturbances.
 pub(crate) struct Swept {
     /// Columns by track; none where they were not kept.
-    links: Vec<Vec<LinkColumns>>,
+    pub(super) links: Vec<Vec<LinkColumns>>,
     /// Sizes of correlated noise that they were whitened for.
     drifts: Vec<f64>,
     pub(crate) levels: Vec<Level>,
@@ -62,7 +63,7 @@ pub(crate) struct Swept {
 
 impl Swept {
     /// Place of a level's correlated noise among those of the links.
-    fn noise(&self, sizes: Sizes) -> usize {
+    pub(super) fn noise(&self, sizes: Sizes) -> usize {
         let mut drifts = self.drifts.iter();
         drifts.position(|drift| *drift == sizes.drift).unwrap_or(0)
     }
@@ -104,11 +105,13 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             scale: force_scale(problem, &tracks)?,
             tracks,
             sizes: sizes(problem),
+            near: sizes(problem),
             point: problem.origin(),
         })
     }
 
-    /// Sweeps all tracks; without `directions`, for starts and unmodelled forces alone. `None` where a track blows up.
+    /// Sweeps all tracks; without `directions`, for starts and unmodelled forces alone. Directions are looked along at the levels
+    /// at which sets are searched. `None` where a track blows up.
     pub(crate) fn sweep(
         &self,
         directions: Option<&[Direction]>,
@@ -119,7 +122,8 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             form_error::beside(problem, &self.point)
         });
         let own: usize = self.point.values.iter().map(Vec::len).sum();
-        let parameters = directions.map_or(0, |of| beside.len() + own + of.len());
+        let settled = directions.map_or(0, |_| beside.len() + own);
+        let parameters = [settled, settled + directions.map_or(0, <[Direction]>::len)];
         let swept: Option<Vec<TrackSwept>> = self
             .tracks
             .par_iter()
@@ -142,7 +146,9 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let whole = (self.sizes.iter().zip(by_level)).filter(|(_, of)| of.len() == tracks);
         let mut levels = Vec::new();
         for (sizes, trials) in whole {
-            levels.extend(Level::new(levels.len(), *sizes, trials, &beside));
+            let is_searched = self.near.contains(sizes);
+            let number = levels.len();
+            levels.extend(Level::new(number, *sizes, is_searched, trials, &beside));
         }
         Ok(Some(Swept {
             links,
@@ -156,7 +162,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         track: &Track,
         arrival: &DVector<f64>,
         directions: Option<&[Direction]>,
-        parameters: usize,
+        [settled, parameters]: [usize; 2],
         keep: Keep,
     ) -> Result<Option<TrackSwept>, GapError> {
         let problem = self.problem;
@@ -185,14 +191,26 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             Some(_) => uncertain_by_trial(problem),
             None => Vec::new(),
         };
+        let is_searched = |of: &Sizes| settled == parameters || self.near.contains(of);
+        let few: Vec<LinkColumns> = match self.sizes.iter().all(is_searched) {
+            true => Vec::new(),
+            false => {
+                let without = links.par_iter().map(|of| of.without(settled, parameters));
+                without.collect()
+            }
+        };
         let filtered = self
             .sizes
             .par_iter()
             .map(|sizes| {
                 let noise = drifts.iter().position(|drift| *drift == sizes.drift)?;
                 let force = self.forces(track, sizes.force);
+                let (links, parameters) = match is_searched(sizes) {
+                    true => (&links, parameters),
+                    false => (&few, settled),
+                };
                 let trial = track.trial;
-                filter::filter(trial, &links, noise, parameters, arrival, force)?.with_own(&own)
+                filter::filter(trial, links, noise, parameters, arrival, force)?.with_own(&own)
             })
             .collect();
         Ok(Some(TrackSwept {
@@ -214,12 +232,15 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
     }
 
     /// Prior of the unmodelled forces of a track.
-    fn forces(&self, track: &Track, sd: f64) -> Forces {
+    pub(super) fn forces(&self, track: &Track, sd: f64) -> Forces {
         let options = &self.problem.settings.options.likelihood;
         let piece = segment_length(self.problem, track.trial) / options.pieces as f64;
         Forces {
             sd,
-            correlation: (-piece / options.force_time).exp(),
+            correlation: match self.problem.trials[track.trial].steady {
+                true => 0.0,
+                false => (-piece / options.force_time).exp(),
+            },
         }
     }
 
@@ -231,6 +252,11 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             .collect();
         let links = swept.links.iter().zip(&self.arrival).zip(priors).zip(z);
         for (track, (((links, arrival), prior), z)) in self.tracks.iter_mut().zip(links) {
+            // A steady state is known, and readings are linear in its forces: about those that explain them a sensor's scale
+            // would explain them again.
+            if self.problem.trials[track.trial].steady {
+                continue;
+            }
             let Some(smoothed) = filter::smooth(links, noise, z, arrival, prior) else {
                 continue;
             };
@@ -259,7 +285,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             };
             let none = vec![DVector::zeros(0); self.tracks.len()];
             self.smooth(&swept, &none, sizes)?;
-            if self.point.candidates.is_empty() {
+            if self.point.candidates.is_empty() && self.sizes.len() > 1 {
                 self.look_up_to(sizes.force);
             }
             if last.is_some_and(|last| (log - last).abs() < SETTLED) {
@@ -277,10 +303,59 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let largest = next.copied().unwrap_or(likeliest);
         self.sizes = sizes(self.problem);
         self.sizes.retain(|of| of.force <= largest);
+        // Every second one: sets are searched about the likeliest of them afterwards.
+        let of = |at: usize| {
+            forces
+                .iter()
+                .rev()
+                .skip_while(move |of| **of > largest)
+                .nth(at)
+        };
+        let some: Vec<f64> = (0..forces.len())
+            .step_by(2)
+            .filter_map(of)
+            .copied()
+            .collect();
+        self.near.clone_from(&self.sizes);
+        self.near
+            .retain(|of| some.contains(&of.force) || of.force == forces[0]);
+    }
+
+    /// Searches sets from now on at the levels beside one, and at the least unmodelled forces.
+    pub(crate) fn look_about(&mut self, sizes: Sizes) {
+        let options = &self.problem.settings.options.likelihood;
+        let beside = |all: &[f64], size: f64, other: f64| {
+            let place = |of: f64| all.iter().position(|one| *one == of).unwrap_or(0);
+            place(size).abs_diff(place(other)) <= 1
+        };
+        let least = options.forces[0];
+        self.near = self::sizes(self.problem);
+        self.near.retain(|of| {
+            beside(&options.drifts, of.drift, sizes.drift)
+                && (of.force == least || beside(&options.forces, of.force, sizes.force))
+        });
+        let near = &self.near;
+        let all = self::sizes(self.problem).into_iter();
+        let seen = all.filter(|of| self.sizes.contains(of) || near.contains(of));
+        self.sizes = seen.collect();
+    }
+
+    /// Looks at the least unmodelled forces alone.
+    pub(crate) fn look_at_least(&mut self) {
+        let least = self.problem.settings.options.likelihood.forces[0];
+        self.sizes.retain(|of| of.force == least);
+        self.near.clone_from(&self.sizes);
     }
 
     /// Lets starts, numbers and the set's values settle, no other effect in sight. False where a track blows up.
     pub(crate) fn settle(&mut self) -> Result<bool, GapError> {
+        let all = std::mem::replace(&mut self.sizes, self.near.clone());
+        let settled = self.settle_there();
+        self.sizes = all;
+        settled
+    }
+
+    fn settle_there(&mut self) -> Result<bool, GapError> {
         let mut last: Option<(Sizes, f64)> = None;
         for _ in 0..SETTLING {
             let Some(swept) = self.sweep(Some(&[]), Keep::Columns)? else {
@@ -292,9 +367,16 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 return Ok(false);
             };
             let level = &swept.levels[best.level];
+            let forms = self.likeliest_forms(level);
             let (point, z) = level.moved(self.problem, &self.point, &[], best);
             self.smooth(&swept, &z, level.sizes)?;
             self.point = point;
+            for (candidate, form) in forms {
+                let row = self.point.candidates.iter().position(|of| *of == candidate);
+                if let Some(row) = row {
+                    self.point.forms[row] = form;
+                }
+            }
             let now = (level.sizes, best.log_posterior);
             if last.is_some_and(|last| last.0 == now.0 && (last.1 - now.1).abs() < SETTLED) {
                 break;
@@ -304,110 +386,35 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         Ok(true)
     }
 
-    /// Log marginal likelihood of the point's set beside the least unmodelled forces, once it has settled. `None` where a trial
-    /// blows up.
-    pub(crate) fn settled_evidence(&mut self) -> Result<Option<f64>, GapError> {
-        if !(self.follow()? && self.settle()?) {
-            return Ok(None);
-        }
-        let swept = self.sweep(Some(&[]), Keep::Likelihood)?;
-        let least = swept.as_ref().and_then(|swept| self.least_forces(swept));
-        Ok(least.map(|(_, found)| found.log_likelihood))
-    }
-
-    /// The same beside the likeliest unmodelled forces.
-    pub(crate) fn settled_likelihood(&mut self) -> Result<Option<f64>, GapError> {
-        if !(self.follow()? && self.settle()?) {
-            return Ok(None);
-        }
-        let Some(swept) = self.sweep(Some(&[]), Keep::Likelihood)? else {
-            return Ok(None);
+    /// Sizes of the errors of form, by candidate, with which the point's set is likeliest, one candidate after the other.
+    fn likeliest_forms(&self, level: &Level) -> Vec<(usize, f64)> {
+        let log = |level: &Level| {
+            self.own_set(level)
+                .map_or(f64::NEG_INFINITY, |of| of.log_posterior)
         };
-        let found = swept.levels.iter().filter_map(|level| self.own_set(level));
-        let logs = found.map(|found| found.log_likelihood);
-        Ok(logs.max_by(f64::total_cmp))
-    }
-
-    /// Leaves the rows of every trial out from one on.
-    pub(crate) fn keep_rows(&mut self, rows: usize) {
-        for track in &mut self.tracks {
-            track.links.retain(|link| link.segment.rows.end <= rows);
-        }
-    }
-
-    /// Uncertain numbers and the point's own parameters of the only trial, the point's values known but for deviations along
-    /// some directions of these. `None` where the trial blows up.
-    pub(crate) fn own_values(
-        &mut self,
-        directions: &[Deviation],
-    ) -> Result<Option<DVector<f64>>, GapError> {
-        if !self.follow()? {
-            return Ok(None);
-        }
-        let Some(swept) = self.sweep(Some(&[]), Keep::Likelihood)? else {
-            return Ok(None);
-        };
-        let found = swept.levels.iter().filter_map(|level| self.own_set(level));
-        let found: Vec<Found> = found.collect();
-        let level = likeliest(&found).map(|found| &swept.levels[found.level]);
-        let forms = form_error::beside(self.problem, &self.point);
-        let numbers = forms.numbers;
-        // Errors of form are none, here as where the fit was made.
-        let kept: Vec<usize> = (0..numbers)
-            .chain(forms.len()..forms.len() + self.point.values.iter().map(Vec::len).sum::<usize>())
-            .collect();
-        let known = self.problem.normalised(&self.point);
-        Ok(level.and_then(|level| level.deviating(&kept, directions, &known)))
+        let mut best = log(level);
+        let mut at_best: Option<Level> = None;
+        let of_candidate = self.point.candidates.iter().zip(&self.point.forms);
+        let likeliest = of_candidate.map(|(candidate, form)| {
+            let mut now = *form;
+            for other in self.problem.settings.options.likelihood.form_sizes {
+                let from = at_best.as_ref().unwrap_or(level);
+                let tried = from.with_form(*candidate, other / now);
+                let found = log(&tried);
+                if found > best {
+                    (best, at_best, now) = (found, Some(tried), other);
+                }
+            }
+            (*candidate, now)
+        });
+        likeliest.collect()
     }
 
     /// The point's set on the likelihood of a sweep without directions.
-    fn own_set(&self, level: &Level) -> Option<Found> {
+    pub(super) fn own_set(&self, level: &Level) -> Option<Found> {
         let choices = Choices::new(self.problem, &self.point, &[]);
         let choices = &choices;
         Search { level, choices }.whole(&self.point.candidates)
-    }
-
-    /// The point's set beside the least unmodelled forces, where the drifts make it likeliest.
-    fn least_forces<'s>(&self, swept: &'s Swept) -> Option<(&'s Level, Found)> {
-        let least = swept.levels.first()?.sizes.force;
-        let levels = swept.levels.iter().filter(|of| of.sizes.force == least);
-        let found: Vec<Found> = levels.filter_map(|level| self.own_set(level)).collect();
-        let best = likeliest(&found)?.clone();
-        Some((&swept.levels[best.level], best))
-    }
-
-    /// Innovations of every track: the difference of each segment from what those before predict without unmodelled forces, the
-    /// uncertain numbers where all readings have them. `None` where a track blows up.
-    pub(crate) fn innovations(&mut self) -> Result<Option<Vec<Vec<Innovation>>>, GapError> {
-        if !self.follow()? {
-            return Ok(None);
-        }
-        let Some(swept) = self.sweep(Some(&[]), Keep::Readings)? else {
-            return Ok(None);
-        };
-        let Some((level, found)) = self.least_forces(&swept) else {
-            return Ok(None);
-        };
-        let (_, z) = level.moved(self.problem, &self.point, &[], &found);
-        let seconds = self.problem.settings.options.segments.length;
-        let by_track = (self
-            .tracks
-            .iter()
-            .zip(&swept.links)
-            .zip(&self.arrival)
-            .zip(&z))
-        .map(|(((track, links), arrival), z)| {
-            innovations::innovations(
-                self.problem,
-                track,
-                links,
-                swept.noise(level.sizes),
-                z,
-                (arrival, self.forces(track, level.sizes.force)),
-                seconds,
-            )
-        });
-        Ok(by_track.collect())
     }
 
     /// Goes half the way back to the nominal.
@@ -464,7 +471,7 @@ fn segment_length(problem: &Problem<'_>, trial: usize) -> f64 {
     options.segment_length.max(rows)
 }
 
-/// Standard deviation of the first start of every track.
+/// Standard deviation of the first start of every track; none of what is prescribed.
 fn arrival(problem: &Problem<'_>) -> Vec<DVector<f64>> {
     let options = &problem.settings.options.states;
     problem
@@ -476,33 +483,44 @@ fn arrival(problem: &Problem<'_>) -> Vec<DVector<f64>> {
             } else {
                 options.first_arrival_sd
             };
-            state_estimation::arrival_precision(problem.model.nv, sd)
-                .map(|precision| precision.sqrt().recip())
+            let nv = problem.model.nv;
+            let sd = state_estimation::arrival_precision(nv, sd)
+                .map(|precision| precision.sqrt().recip());
+            DVector::from_fn(2 * nv, |axis, _| match trial.imposes(axis % nv) {
+                true => 0.0,
+                false => sd[axis],
+            })
         })
         .collect()
 }
 
 /// Scale of the unmodelled force on every degree of freedom: inertia times the root mean square acceleration, as in the trials
-/// and unforced.
+/// and unforced. Along one that every trial prescribes, what force sensors feel there.
 fn force_scale(problem: &Problem<'_>, tracks: &[Track]) -> Result<DVector<f64>, GapError> {
     let nv = problem.model.nv;
     let step = problem.model.timestep;
     let nominal = vec![0.0; problem.model.nuisances.len()];
     let mut simulation = problem.plant.simulation(&nominal, &[])?;
     // Accelerations from the estimated motion, inertia from the response to a force.
-    let (mut squares, mut count) = (DVector::<f64>::zeros(nv), 0.0);
+    let (mut squares, mut count) = (DVector::<f64>::zeros(nv), DVector::<f64>::zeros(nv));
     let mut mobility = DVector::<f64>::zeros(nv);
     let mut free = DVector::<f64>::zeros(nv);
-    let mut looked = 0.0;
+    let mut looked = DVector::<f64>::zeros(nv);
     for track in tracks {
+        let trial = &problem.trials[track.trial];
         let motion = &problem.motions[track.trial];
+        simulation.prescribe(trial.prescribed.clone());
+        let moves: Vec<usize> = (0..nv).filter(|axis| !trial.imposes(*axis)).collect();
+        if moves.is_empty() {
+            continue;
+        }
         for row in 1..motion.times.len() {
             let seconds = motion.times[row] - motion.times[row - 1];
             let ((_, before), (_, after)) = (motion.state(row - 1), motion.state(row));
-            for axis in 0..nv {
+            for axis in moves.iter().copied() {
                 squares[axis] += ((after[axis] - before[axis]) / seconds).powi(2);
+                count[axis] += 1.0;
             }
-            count += 1.0;
         }
         for link in track.links.iter().step_by(4) {
             let segment = &link.segment;
@@ -517,17 +535,23 @@ fn force_scale(problem: &Problem<'_>, tracks: &[Track]) -> Result<DVector<f64>, 
                 simulation.qvel().to_vec()
             };
             let from = after(None);
-            for axis in 0..nv {
+            for axis in moves.iter().copied() {
+                looked[axis] += 1.0;
                 free[axis] += ((from[axis] - segment.qvel[axis]) / step).powi(2);
                 mobility[axis] += (after(Some(axis))[axis] - from[axis]) / step;
             }
-            looked += 1.0;
         }
     }
+    let felt = felt_forces::scale(problem, simulation.as_mut());
     Ok(DVector::from_fn(nv, |axis, _| {
+        let looked = looked[axis];
+        if looked == 0.0 {
+            return felt[axis];
+        }
         let inertia = looked / mobility[axis].abs().max(1e-12);
-        let acceleration =
-            (squares[axis] / f64::max(count, 1.0) + free[axis] / f64::max(looked, 1.0)).sqrt();
+        let acceleration = (squares[axis] / f64::max(count[axis], 1.0)
+            + free[axis] / f64::max(looked, 1.0))
+        .sqrt();
         inertia * acceleration.max(problem.settings.options.likelihood.least_acceleration)
     }))
 }

@@ -68,6 +68,7 @@ fn description() -> PlantDescription {
             name: "hinge".to_owned(),
             qpos: 7,
             dof: 6,
+            start: 0.0,
             scale: JointScale {
                 inertia: 0.02,
                 torque: 1.0,

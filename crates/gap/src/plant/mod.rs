@@ -1,12 +1,16 @@
 //! The simulator as `hydro gap` needs it: a system that can be built with other parameters and with
 //! effects added, started from any state, and stepped.
 
+pub mod prescribed;
 pub mod wall;
+
+use std::sync::Arc;
 
 use hydro_effects::{Entry, Medium, card};
 use hydro_frames::Wrench;
 use thiserror::Error;
 
+use prescribed::PrescribedMotion;
 use wall::Wall;
 
 /// Why a system could not be built or stepped.
@@ -145,6 +149,8 @@ pub struct PlantJoint {
     pub qpos: usize,
     /// Index of its velocity in `qvel`.
     pub dof: usize,
+    /// Its position in the model's own first state [rad or m].
+    pub start: f64,
     /// Its sizes; speeds are zero until the trials are known.
     pub scale: card::JointScale,
     /// Its spring [N m/rad or N/m], the linear term.
@@ -364,6 +370,11 @@ pub trait Simulation: Send {
     fn set_earlier_control(&mut self, control: &[f64]);
     /// Generalised forces [nv] beyond the model's own, held until set again; a base wrench is added to them.
     fn set_force(&mut self, force: &[f64]);
+    /// Imposes the motion of joints from here on, or of none. Before and after every step their positions and velocities are
+    /// those of the motion; the generalised force that gives them its acceleration is applied, and shows in force sensors
+    /// as the force between a carriage and what it carries. Of [`Simulation::set_force`] the parts along them move
+    /// nothing: they act on the heaviest body that the joint carries, where force sensors feel them.
+    fn prescribe(&mut self, motion: Option<Arc<PrescribedMotion>>);
     /// One step.
     fn step(&mut self);
     /// Makes [`Simulation::sensors`] show the present state under the command of the last step.

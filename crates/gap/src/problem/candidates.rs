@@ -10,9 +10,9 @@ use hydro_effects::{
 
 use crate::{
     options::CandidateOptions,
-    plant::{PlantBody, PlantDescription, SensorKind},
+    plant::{PlantBody, PlantDescription, PlantJoint, SensorKind},
     problem::{
-        channels::{Channels, MeasuredTrial},
+        channels::{Channels, MeasuredTrial, Source},
         typical::Typical,
     },
 };
@@ -120,17 +120,26 @@ impl Candidate {
     }
 }
 
-/// Log prior probability of each candidate among single effects, shared by effect, target and form; less where it needs another
-/// medium than the robot's.
-pub(crate) fn log_shares(
+/// Prior probability of a candidate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Prior {
+    /// Its log share among single effects, by effect, target and form; of an expected one its form's alone.
+    pub(crate) log_share: f64,
+    /// True where the model itself says that the effect is missing: with and without it are alike likely.
+    pub(crate) is_expected: bool,
+}
+
+/// Prior of each candidate in a medium; less where it needs another medium. A model that `lacks_fluid` in a medium that has
+/// one is expected to lack what every fluid does, on the body that it names.
+pub(crate) fn priors(
     candidates: &[Candidate],
-    medium: Medium,
+    (medium, lacks_fluid): (Medium, Option<&str>),
     options: &CandidateOptions,
-) -> Vec<f64> {
+) -> Vec<Prior> {
     let own = candidates.iter().map(|of| of.effect);
     let own: BTreeSet<Id> = own.filter(|id| matches!(id, Id::Own(_))).collect();
     let effects = (Id::ALL.len() + own.len()) as f64;
-    let share = |of: &Candidate| {
+    let prior = |of: &Candidate| {
         let alike = || candidates.iter().filter(|c| c.effect == of.effect);
         let targets: BTreeSet<&[String]> = alike().map(|c| &c.targets[..]).collect();
         let forms = alike().filter(|c| c.targets == of.targets).count();
@@ -139,14 +148,24 @@ pub(crate) fn log_shares(
             (_, true) => options.elaborate_form,
             (_, false) => 1.0 - options.elaborate_form,
         };
+        let effect = effects::effect(of.effect);
         // Air is everywhere.
-        let reason = match effects::effect(of.effect).medium() > medium.max(Medium::Air) {
+        let reason = match effect.medium() > medium.max(Medium::Air) {
             true => options.untold_medium,
             false => 1.0,
         };
-        form.ln() + reason.ln() - (effects * targets.len() as f64).ln()
+        let is_there = medium > Medium::None && effect.medium() <= medium;
+        let on_body = lacks_fluid.is_some_and(|body| of.targets == [body]);
+        let is_expected = on_body && is_there && effect.is_of_every_fluid();
+        Prior {
+            log_share: match is_expected {
+                true => form.ln(),
+                false => form.ln() + reason.ln() - (effects * targets.len() as f64).ln(),
+            },
+            is_expected,
+        }
     };
-    candidates.iter().map(share).collect()
+    candidates.iter().map(prior).collect()
 }
 
 /// All effects on all their targets, the user's `own` too.
@@ -210,7 +229,11 @@ pub(crate) fn enumerate(
                 }
             }
             TargetKind::Joint => {
-                let targets = model.joints.iter().map(|joint| {
+                // A joint whose motion is imposed shows no force of its own.
+                let is_free = |joint: &&PlantJoint| {
+                    trials.is_empty() || !trials.iter().all(|of| of.imposes(joint.dof))
+                };
+                let targets = model.joints.iter().filter(is_free).map(|joint| {
                     let mut scale = joint.scale.clone();
                     scale.speed = typical.speed[joint.dof].max(options.least_joint_speed);
                     scale.travel = typical.travel[joint.qpos].max(options.least_joint_travel);
@@ -246,10 +269,11 @@ pub(crate) fn enumerate(
                     let sensor = &model.sensors[source.sensor];
                     let target = Target::Sensor(SensorScale {
                         dimension: source.channels,
-                        noise: channels.list[source.channel].noise,
+                        noise: noise(channels, source, trials),
                         signal: rms(trials, source.start, source.len),
                         unit: if source.attitude { "rad" } else { sensor.unit },
-                        period: trials.first().map_or(model.timestep, MeasuredTrial::period),
+                        period: (trials.iter().find(|trial| !trial.steady))
+                            .map_or(model.timestep, MeasuredTrial::period),
                         attitude: sensor.kind == SensorKind::Quaternion,
                     });
                     if effect.applies_to(&target) {
@@ -375,6 +399,14 @@ fn travels(model: &PlantDescription, typical: &Typical, least: f64) -> bool {
     (0..typical.travel.len())
         .filter(|at| !hinges.contains(at))
         .any(|at| typical.travel[at] > least * size)
+}
+
+/// Noise of a sensor: that of its first component with a reading.
+fn noise(channels: &Channels, source: &Source, trials: &[MeasuredTrial]) -> f64 {
+    let is_read =
+        |component: &usize| source.attitude || rms(trials, source.start + component, 1) > 0.0;
+    let read = (0..source.channels).find(is_read).unwrap_or(0);
+    channels.list[source.channel + read].noise
 }
 
 /// Root mean square of a sensor's readings.

@@ -1,15 +1,18 @@
 //! A trial laid out as the model's `sensordata`, and the channels that are compared.
 
+use std::sync::Arc;
+
 use nalgebra::{Quaternion, UnitQuaternion};
 
 use crate::{
     output::records::Channel,
-    plant::{PlantDescription, SensorKind},
+    plant::{PlantDescription, SensorKind, prescribed::PrescribedMotion},
+    problem::prescribed,
     trial::{Series, Trial},
 };
 
 /// One trial, its readings in the order of `sensordata`.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct MeasuredTrial {
     /// Name of the trial.
     pub(crate) name: String,
@@ -23,6 +26,12 @@ pub(crate) struct MeasuredTrial {
     pub(crate) control: Series,
     /// Full-physics state at the start, where the log has one.
     pub(crate) initial_state: Option<Vec<f64>>,
+    /// Motion that is imposed.
+    pub(crate) prescribed: Option<Arc<PrescribedMotion>>,
+    /// True for steady states: rows have nothing to do with each other, and every degree of freedom is prescribed.
+    pub(crate) steady: bool,
+    /// Standard deviation of each value where the table gives it, else NaN; empty where it gives none.
+    pub(crate) deviations: Vec<f64>,
 }
 
 impl MeasuredTrial {
@@ -33,17 +42,34 @@ impl MeasuredTrial {
             .map(|sensor| sensor.start + sensor.len)
             .max()
             .unwrap_or(0);
-        let mut values = vec![f64::NAN; width * trial.sensors.times.len()];
-        for sensor in &model.sensors {
-            for component in 0..sensor.len {
-                let Some(column) = trial.sensors.component(&sensor.name, component, sensor.len)
-                else {
-                    continue;
-                };
-                for (row, value) in trial.sensors.column_values(column).enumerate() {
-                    values[row * width + sensor.start + component] = value;
+        let laid_out = |series: &Series| {
+            let mut values = vec![f64::NAN; width * series.times.len()];
+            for sensor in &model.sensors {
+                for component in 0..sensor.len {
+                    let Some(column) = series.component(&sensor.name, component, sensor.len) else {
+                        continue;
+                    };
+                    for (row, value) in series.column_values(column).enumerate() {
+                        values[row * width + sensor.start + component] = value;
+                    }
                 }
             }
+            values
+        };
+        let values = laid_out(&trial.sensors);
+        let prescribed = prescribed::motion(&trial, model).map(Arc::new);
+        if let Some(table) = &trial.steady {
+            return Self {
+                name: trial.name,
+                times: prescribed::row_times(&table.motion, model),
+                values,
+                width,
+                control: prescribed::held(&trial.control, model),
+                initial_state: None,
+                prescribed,
+                steady: true,
+                deviations: laid_out(&table.deviations),
+            };
         }
         let initial_state = trial
             .initial_state
@@ -55,6 +81,8 @@ impl MeasuredTrial {
             width,
             control: trial.control,
             initial_state,
+            prescribed,
+            ..Self::default()
         }
     }
 
@@ -62,8 +90,16 @@ impl MeasuredTrial {
         &self.values[row * self.width..(row + 1) * self.width]
     }
 
-    /// Time from the first row to the last [s].
+    /// True where a degree of freedom is prescribed.
+    pub(crate) fn imposes(&self, dof: usize) -> bool {
+        (self.prescribed.as_ref()).is_some_and(|motion| motion.imposes(dof))
+    }
+
+    /// Time from the first row to the last [s]; of steady states none.
     pub(crate) fn seconds(&self) -> f64 {
+        if self.steady {
+            return 0.0;
+        }
         match (self.times.first(), self.times.last()) {
             (Some(first), Some(last)) => last - first,
             _ => 0.0,
@@ -157,8 +193,12 @@ impl Channels {
                 channels,
                 attitude,
             });
-            let declared = (sensor.noise > 0.0).then_some(sensor.noise);
             for component in 0..channels {
+                let declared = match sensor.noise > 0.0 {
+                    true => Some(sensor.noise),
+                    false if attitude => None,
+                    false => typical_deviation(trials, sensor.start + component),
+                };
                 list.push(Channel {
                     sensor: sensor.name.clone(),
                     component,
@@ -204,8 +244,50 @@ pub(crate) fn rotation_between(from: &[f64], to: &[f64]) -> [f64; 3] {
     }
 }
 
+/// Median standard deviation of a value of `sensordata`, where the trials are tables that give one for every reading.
+fn typical_deviation(trials: &[MeasuredTrial], at: usize) -> Option<f64> {
+    let mut all = Vec::new();
+    for trial in trials {
+        for row in 0..trial.times.len() {
+            let place = row * trial.width + at;
+            if trial.values[place].is_finite() {
+                let deviation = trial.deviations.get(place).copied();
+                all.push(deviation.filter(|value| value.is_finite())?);
+            }
+        }
+    }
+    all.sort_by(f64::total_cmp);
+    all.get(all.len() / 2).copied()
+}
+
+/// Mean of every channel over each trial. Steady states have one mean together: rows of a table are one population.
+pub(crate) fn all_means(trials: &[MeasuredTrial], channels: &Channels) -> Vec<Vec<f64>> {
+    let mut pooled = vec![(0.0, 0_usize); channels.len()];
+    let zeros = vec![0.0; channels.len()];
+    for trial in trials.iter().filter(|trial| trial.steady) {
+        for row in 0..trial.times.len() {
+            for (channel, (sum, count)) in pooled.iter_mut().enumerate() {
+                let value = deviation(trial, channels, row, channel, &zeros);
+                if value.is_finite() {
+                    *sum += value;
+                    *count += 1;
+                }
+            }
+        }
+    }
+    let pooled: Vec<f64> = (pooled.iter())
+        .map(|(sum, count)| sum / (*count).max(1) as f64)
+        .collect();
+    (trials.iter())
+        .map(|trial| match trial.steady {
+            true => pooled.clone(),
+            false => means(trial, channels),
+        })
+        .collect()
+}
+
 /// Mean of every channel over a trial; of an attitude, the first reading stands for it.
-pub(crate) fn means(trial: &MeasuredTrial, channels: &Channels) -> Vec<f64> {
+fn means(trial: &MeasuredTrial, channels: &Channels) -> Vec<f64> {
     let mut sums = vec![(0.0, 0_usize); channels.len()];
     let zeros = vec![0.0; channels.len()];
     for row in 0..trial.times.len() {

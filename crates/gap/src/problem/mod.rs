@@ -4,6 +4,7 @@ pub(crate) mod candidates;
 pub(crate) mod channels;
 pub(crate) mod outliers;
 pub(crate) mod point;
+pub(crate) mod prescribed;
 #[expect(clippy::module_inception)]
 pub(crate) mod problem;
 pub(crate) mod segments;

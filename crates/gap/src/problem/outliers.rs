@@ -22,7 +22,7 @@ pub(crate) fn remove(
             continue;
         }
         let mut count = 0;
-        for trial in trials.iter_mut() {
+        for trial in trials.iter_mut().filter(|trial| !trial.steady) {
             for component in 0..source.channels {
                 let noise = channels.list[source.channel + component].noise;
                 let alone = alone(trial, source, component, noise, options);
@@ -112,7 +112,6 @@ fn stands_alone(
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::trial::Series;
 
     fn channels(declared: Option<f64>) -> Channels {
         let mut channels = Channels::single(0.1);
@@ -126,12 +125,7 @@ mod tests {
             times: (0..values.len()).map(|row| 0.1 * row as f64).collect(),
             values,
             width: 1,
-            control: Series {
-                times: vec![],
-                columns: vec![],
-                data: vec![],
-            },
-            initial_state: None,
+            ..MeasuredTrial::default()
         }
     }
 

@@ -14,7 +14,9 @@ pub(crate) struct Point {
     pub(crate) candidates: Vec<usize>,
     /// Values of each candidate, in the order of its parameters.
     pub(crate) values: Vec<Vec<f64>>,
-    /// The same in each trial, where it differs: by row of `Problem::trials`.
+    /// Factor on the usual error of each candidate's form.
+    pub(crate) forms: Vec<f64>,
+    /// The values in each trial, where it differs: by row of `Problem::trials`.
     pub(crate) by_trial: Vec<BTreeMap<usize, Vec<f64>>>,
     /// Nuisance parameters in standard deviations.
     pub(crate) nuisances: DVector<f64>,
@@ -54,6 +56,7 @@ impl Problem<'_> {
         Point {
             candidates: Vec::new(),
             values: Vec::new(),
+            forms: Vec::new(),
             by_trial: Vec::new(),
             nuisances: DVector::zeros(self.nuisances.len()),
         }

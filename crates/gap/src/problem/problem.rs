@@ -6,7 +6,7 @@ use crate::{
     options::Options,
     plant::{Plant, PlantDescription},
     problem::{
-        candidates::Candidate,
+        candidates::{Candidate, Prior},
         channels::{Channels, MeasuredTrial},
         segments::EstimatedMotion,
         sensor_noise::Drifting,
@@ -39,8 +39,8 @@ pub struct Problem<'a> {
     /// Channels that declare no noise and may drift.
     pub(crate) drifting: Vec<Drifting>,
     pub(crate) candidates: Vec<Candidate>,
-    /// Log prior probability of each candidate among single effects.
-    pub(crate) log_shares: Vec<f64>,
+    /// Prior of each candidate.
+    pub(crate) priors: Vec<Prior>,
     /// Nuisance parameters in use: row of `PlantDescription::nuisances`, and standard deviation of the prior.
     pub(crate) nuisances: Vec<(usize, f64)>,
     pub(crate) settings: Settings,
@@ -50,6 +50,18 @@ pub struct Problem<'a> {
 }
 
 impl Problem<'_> {
+    /// True where one of two candidates is the gain of every actuator and the other an expected added mass: a factor on all
+    /// forces is then a factor on all that is missing, and the nominal's gain is taken to hold.
+    pub(crate) fn is_one_scale(&self, one: usize, other: usize) -> bool {
+        let is_gain = |at: usize| {
+            let of = &self.candidates[at];
+            of.effect == Id::ActuatorGain && of.targets.len() == self.model.actuators.len()
+        };
+        let is_added =
+            |at: usize| self.candidates[at].effect == Id::AddedMass && self.priors[at].is_expected;
+        (is_gain(one) && is_added(other)) || (is_gain(other) && is_added(one))
+    }
+
     /// Time constant of the slow error of a sensor that declares no noise, in a trial with rows of a period [s].
     pub(crate) fn drift_time(&self, period: f64) -> f64 {
         self.settings.options.likelihood.drift_rows * period

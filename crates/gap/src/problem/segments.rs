@@ -41,6 +41,19 @@ pub(crate) struct Segment {
     pub(crate) qvel: Vec<f64>,
 }
 
+impl Segment {
+    /// Rows along a motion, from the state of the first.
+    pub(crate) fn at(motion: &EstimatedMotion, rows: Range<usize>) -> Self {
+        let (qpos, qvel) = motion.state(rows.start);
+        Self {
+            start: motion.times[rows.start],
+            qpos: qpos.to_vec(),
+            qvel: qvel.to_vec(),
+            rows,
+        }
+    }
+}
+
 /// Row behind the last of a window that begins at a row and lasts about `length` seconds; a rest too short
 /// for a window of its own joins it.
 pub(crate) fn window_end(
@@ -58,7 +71,7 @@ pub(crate) fn window_end(
 }
 
 /// Cuts the first `rows` of a trial into segments of about `length` seconds and at least `least_rows` along its motion. A rest
-/// shorter than a part `joined` of a segment joins the last one.
+/// shorter than a part `joined` of a segment joins the last one. Every steady state is a segment of its own.
 pub(crate) fn cut(
     trial: &MeasuredTrial,
     motion: &EstimatedMotion,
@@ -67,6 +80,11 @@ pub(crate) fn cut(
     least_rows: usize,
 ) -> Vec<Segment> {
     let mut segments = Vec::new();
+    if trial.steady {
+        return (0..rows)
+            .map(|row| Segment::at(motion, row..row + 1))
+            .collect();
+    }
     let mut first = 0;
     while first < rows {
         let mut end = trial
@@ -78,13 +96,7 @@ pub(crate) fn cut(
             end = rows;
         }
         if end - first >= least_rows {
-            let (qpos, qvel) = motion.state(first);
-            segments.push(Segment {
-                rows: first..end,
-                start: motion.times[first],
-                qpos: qpos.to_vec(),
-                qvel: qvel.to_vec(),
-            });
+            segments.push(Segment::at(motion, first..end));
         }
         first = end;
     }

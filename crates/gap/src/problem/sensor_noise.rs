@@ -1,6 +1,7 @@
 //! Measurement noise of sensors whose MJCF declares none: white, and slow.
 
 use crate::{
+    options::CandidateOptions,
     output::records::Channel,
     problem::channels::{self, Channels, MeasuredTrial, rotation_between},
 };
@@ -19,9 +20,7 @@ pub(crate) struct Drifting {
 
 /// The channels of sensors that declare no noise: nothing says how far their errors are correlated either.
 pub(crate) fn drifting(channels: &Channels, trials: &[MeasuredTrial]) -> Vec<Drifting> {
-    let means: Vec<Vec<f64>> = (trials.iter())
-        .map(|trial| channels::means(trial, channels))
-        .collect();
+    let means = channels::all_means(trials, channels);
     let undeclared =
         (channels.list.iter().enumerate()).filter(|(_, of)| of.declared_noise.is_none());
     undeclared
@@ -44,13 +43,15 @@ pub(crate) fn drifting(channels: &Channels, trials: &[MeasuredTrial]) -> Vec<Dri
 
 /// Fills in the noise of channels whose sensor declares none: the standard deviation that explains third
 /// differences of the readings, to which smooth motion adds little (Gasser, Sroka and Jennen-Steinmetz
-/// 1986 do the same with second ones). Returns the sensors concerned.
+/// 1986 do the same with second ones). Rows of a table are no series: they say no more than the least. Returns the sensors
+/// concerned.
 pub(crate) fn estimate(
     channels: &mut Channels,
     trials: &[MeasuredTrial],
-    least: f64,
+    options: &CandidateOptions,
 ) -> Vec<String> {
     let mut estimated = Vec::new();
+    let spread = table_spread(channels, trials);
     for source in channels.sources.clone() {
         for component in 0..source.channels {
             let channel: &mut Channel = &mut channels.list[source.channel + component];
@@ -73,7 +74,9 @@ pub(crate) fn estimate(
                     .filter(|reading| reading.is_finite())
                     .collect();
                 largest = readings.iter().fold(largest, |m, value| m.max(value.abs()));
-                squares.extend(readings.windows(4).map(|w| {
+                // Rows of a table are no series.
+                let rows = if trial.steady { &[] } else { &readings[..] };
+                squares.extend(rows.windows(4).map(|w| {
                     let third = w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0];
                     third * third
                 }));
@@ -82,11 +85,32 @@ pub(crate) fn estimate(
             // The median of a squared normal is 0.455 of its mean; jumps do not move it.
             let median = squares.get(squares.len() / 2).copied().unwrap_or(0.0);
             let sd = (median / 0.455 / THIRD_DIFFERENCE).sqrt();
-            channel.noise = sd.max(least * largest.max(1e-3));
+            channel.noise = (sd.max(options.least_noise * largest.max(1e-3)))
+                .max(options.least_table_noise * spread[source.channel + component]);
             if !estimated.contains(&channel.sensor) {
                 estimated.push(channel.sensor.clone());
             }
         }
     }
     estimated
+}
+
+/// Standard deviation of every channel over the rows of tables of steady states; zero where there are none.
+fn table_spread(channels: &Channels, trials: &[MeasuredTrial]) -> Vec<f64> {
+    let means = channels::all_means(trials, channels);
+    let mut sums = vec![(0.0, 0_usize); channels.len()];
+    for (trial, means) in trials.iter().zip(&means).filter(|(trial, _)| trial.steady) {
+        for row in 0..trial.times.len() {
+            for (channel, (sum, count)) in sums.iter_mut().enumerate() {
+                let value = channels::deviation(trial, channels, row, channel, means);
+                if value.is_finite() {
+                    *sum += value * value;
+                    *count += 1;
+                }
+            }
+        }
+    }
+    (sums.iter())
+        .map(|(sum, count)| (sum / (*count).max(1) as f64).sqrt())
+        .collect()
 }

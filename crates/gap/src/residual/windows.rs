@@ -80,6 +80,7 @@ impl WindowProblem<'_> {
         most: usize,
     ) -> Result<Vec<Segment>, GapError> {
         let mut simulation = self.plant.simulation(self.nuisances, &[])?;
+        simulation.prescribe(trial.prescribed.clone());
         let options = &self.options.residual;
         let step = self.model.timestep;
         let rows = trial.times.len();

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::{
     error::GapError,
-    plant::Plant,
+    plant::{Plant, PlantDescription, SensorKind},
     problem::{
         candidates,
         channels::{Channels, MeasuredTrial},
@@ -44,15 +44,21 @@ impl<'a> Problem<'a> {
                 sensors: model.sensors.iter().map(|s| s.name.clone()).collect(),
             });
         }
+        check_forces(model, &channels, &trials)?;
+        let settings = Settings {
+            options: settings.options.for_rows(finest_period(&trials)),
+            ..settings
+        };
         let mut remarks = Vec::new();
-        let estimated = sensor_noise::estimate(
-            &mut channels,
-            &trials,
-            settings.options.candidates.least_noise,
-        );
+        let estimated =
+            sensor_noise::estimate(&mut channels, &trials, &settings.options.candidates);
         if !estimated.is_empty() {
+            let source = match trials.iter().all(|trial| trial.steady) {
+                true => "a table says nothing of it but by its scatter",
+                false => "it was estimated from the readings' third differences",
+            };
             remarks.push(format!(
-                "the MJCF gives no noise for {}; it was estimated from the readings' third differences",
+                "the MJCF gives no noise for {}; {source}",
                 estimated.join(", ")
             ));
         }
@@ -108,11 +114,17 @@ impl<'a> Problem<'a> {
             .filter(|(_, sd)| *sd > 0.0)
             .collect();
         let medium = settings.medium.unwrap_or(model.medium);
-        let log_shares = candidates::log_shares(&candidates, medium, &settings.options.candidates);
+        let base = model.base.as_ref().map(|base| base.body.as_str());
+        let lacks_fluid = base.filter(|_| !model.has_fluid);
+        let priors = candidates::priors(
+            &candidates,
+            (medium, lacks_fluid),
+            &settings.options.candidates,
+        );
         Ok(Self {
             plant,
             model,
-            log_shares,
+            priors,
             nuisances,
             drifting: sensor_noise::drifting(&channels, &trials),
             trials,
@@ -124,6 +136,36 @@ impl<'a> Problem<'a> {
             remarks,
         })
     }
+}
+
+/// Refuses trials in which nothing could show that the model is wrong.
+fn check_forces(
+    model: &PlantDescription,
+    channels: &Channels,
+    trials: &[MeasuredTrial],
+) -> Result<(), GapError> {
+    let is_driven = |trial: &MeasuredTrial| (0..model.nv).all(|dof| trial.imposes(dof));
+    let tells = |kind: SensorKind| {
+        matches!(
+            kind,
+            SensorKind::Force | SensorKind::Torque | SensorKind::Other
+        )
+    };
+    let compared = || (channels.sources.iter()).map(|source| &model.sensors[source.sensor]);
+    if compared().any(|sensor| tells(sensor.kind)) || !trials.iter().all(is_driven) {
+        return Ok(());
+    }
+    Err(GapError::NoForces {
+        trials: trials.iter().map(|trial| trial.name.clone()).collect(),
+        compared: compared().map(|sensor| sensor.name.clone()).collect(),
+        sensors: model.sensors.iter().map(|of| of.name.clone()).collect(),
+    })
+}
+
+/// Shortest typical time between rows of the logs in time [s]; none where all states are steady.
+pub(crate) fn finest_period(trials: &[MeasuredTrial]) -> Option<f64> {
+    let logs = trials.iter().filter(|trial| !trial.steady);
+    logs.map(MeasuredTrial::period).reduce(f64::min)
 }
 
 /// True where a command changes.

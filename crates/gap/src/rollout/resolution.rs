@@ -30,6 +30,9 @@ pub(crate) fn weights(
     step: f64,
     unresolved: f64,
 ) -> Vec<f64> {
+    if trial.steady {
+        return stated(trial, segment, channels);
+    }
     let period = trial.period();
     let mut readings = [(); 3].map(|()| vec![0.0; trial.width]);
     let (mut onward, mut back) = (vec![0.0; channels.len()], vec![0.0; channels.len()]);
@@ -56,11 +59,29 @@ pub(crate) fn weights(
     weights
 }
 
+/// Weights of steady states: the channel's noise over the standard deviation that the table gives the reading.
+fn stated(trial: &MeasuredTrial, segment: &Segment, channels: &Channels) -> Vec<f64> {
+    let mut weights = vec![1.0; segment.rows.len() * channels.len()];
+    for (at, row) in segment.rows.clone().enumerate() {
+        for source in channels.sources.iter().filter(|of| !of.attitude) {
+            for component in 0..source.channels {
+                let place = row * trial.width + source.start + component;
+                let channel = source.channel + component;
+                let stated = trial.deviations.get(place).copied().unwrap_or(f64::NAN);
+                let weight = channels.list[channel].noise / stated;
+                if weight.is_finite() {
+                    weights[at * channels.len() + channel] = weight;
+                }
+            }
+        }
+    }
+    weights
+}
+
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::trial::Series;
 
     /// One reading every 0.01 s of a trace with a step of 0.001 s.
     fn case(signal: impl Fn(f64) -> f64) -> (Trace, MeasuredTrial, Segment, Channels) {
@@ -70,12 +91,7 @@ mod tests {
             values: times.clone(),
             times,
             width: 1,
-            control: Series {
-                times: vec![],
-                columns: vec![],
-                data: vec![],
-            },
-            initial_state: None,
+            ..MeasuredTrial::default()
         };
         let segment = Segment {
             rows: 0..50,

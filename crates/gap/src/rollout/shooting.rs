@@ -237,7 +237,8 @@ fn read_inside(trial: &MeasuredTrial, segment: &Segment, step: f64) -> Vec<usize
     inside
 }
 
-/// Leads memories through the motion before a segment: states are set to the estimated ones at every row.
+/// Leads memories through the motion before a segment: states are set to the estimated ones at every row. A steady state has
+/// lasted for the whole warm-up. From here on the simulation follows the trial's prescribed motion.
 pub(crate) fn lead_in(
     simulation: &mut dyn Simulation,
     trial: &MeasuredTrial,
@@ -246,6 +247,10 @@ pub(crate) fn lead_in(
     warm_up: WarmUp,
     step: f64,
 ) {
+    simulation.prescribe(trial.prescribed.clone());
+    if trial.steady {
+        return stand(simulation, trial, segment, warm_up, step);
+    }
     let first_row = motion
         .times
         .partition_point(|time| *time < segment.start - warm_up.seconds);
@@ -282,6 +287,24 @@ pub(crate) fn lead_in(
             simulation.set_control(&control);
             simulation.step();
         }
+    }
+}
+
+/// Leads memories through a steady state.
+fn stand(
+    simulation: &mut dyn Simulation,
+    trial: &MeasuredTrial,
+    segment: &Segment,
+    warm_up: WarmUp,
+    step: f64,
+) {
+    simulation.reset();
+    let mut control = vec![0.0; trial.control.width()];
+    trial.control.interpolate(segment.start, &mut control);
+    simulation.set_control(&control);
+    for _ in 0..(warm_up.seconds / step).round() as usize {
+        simulation.set_motion(segment.start, &segment.qpos, &segment.qvel);
+        simulation.step();
     }
 }
 

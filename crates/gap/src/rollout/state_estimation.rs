@@ -97,6 +97,9 @@ pub(crate) fn estimate_motion(
 ) -> Result<EstimatedMotion, GapError> {
     let (states, warm_up) = (&options.states, system.warm_up(&options.rollout));
     let model = system.model();
+    if let Some(motion) = steady_motion(system, trial)? {
+        return Ok(motion);
+    }
     let rows = trial.times.len();
     if rows < states.least_rows {
         return Err(GapError::TooShort {
@@ -107,7 +110,11 @@ pub(crate) fn estimate_motion(
     }
     let mut simulation = system.simulation()?;
     let mut cheaper = system.cheaper()?;
-    let (qpos, qvel) = first_guess(simulation.as_mut(), trial, model);
+    let (mut qpos, mut qvel) = first_guess(simulation.as_mut(), trial, model);
+    if let Some(prescribed) = &trial.prescribed {
+        let start = on_the_grid(trial, trial.times[0] - model.timestep, model.timestep);
+        prescribed.impose(start, &mut qpos, &mut qvel);
+    }
     let mut motion = EstimatedMotion::default();
     let mut guess = Segment {
         rows: 0..rows,
@@ -148,6 +155,29 @@ pub(crate) fn estimate_motion(
         first = end;
     }
     Ok(motion)
+}
+
+/// Steady states are known: prescribed, and otherwise as the model starts. `None` for a log in time.
+fn steady_motion(
+    system: &System<'_>,
+    trial: &MeasuredTrial,
+) -> Result<Option<EstimatedMotion>, GapError> {
+    let Some(prescribed) = trial.prescribed.as_ref().filter(|_| trial.steady) else {
+        return Ok(None);
+    };
+    let mut simulation = system.simulation()?;
+    simulation.reset();
+    let mut qpos = simulation.qpos().to_vec();
+    let mut qvel = vec![0.0; system.model().nv];
+    let mut motion = EstimatedMotion::default();
+    for label in &trial.times {
+        let time = label - system.model().timestep;
+        prescribed.impose(time, &mut qpos, &mut qvel);
+        motion.times.push(time);
+        motion.qpos.extend_from_slice(&qpos);
+        motion.qvel.extend_from_slice(&qvel);
+    }
+    Ok(Some(motion))
 }
 
 /// The instant nearest to a time at which a whole number of steps has passed since the first command: a

@@ -94,12 +94,9 @@ pub(crate) fn decide(
             open_members(explanation, timing, &mut decision);
         }
     }
-    // What the error of form of the others could explain as well is not named.
-    let error = explanation.problem.settings.options.likelihood.form_error;
     decision.named = sure
         .iter()
         .map(|candidate| (*candidate, whole - explained(&[*candidate])))
-        .filter(|(_, share)| sure.len() == 1 || *share >= error * error * whole)
         .collect();
     if decision.named.is_empty() {
         decision.outcome = match decision.confusion.len() {

@@ -102,6 +102,13 @@ pub(crate) fn next(
     other: &Point,
     watch: &Watch<'_>,
 ) -> Result<String, GapError> {
+    if problem
+        .trials
+        .iter()
+        .all(|trial| trial.prescribed.is_some())
+    {
+        return Ok(PRESCRIBED.to_owned());
+    }
     let done = AtomicUsize::new(0);
     let distances: Vec<Option<f64>> = MENU
         .par_iter()
@@ -141,6 +148,9 @@ pub(crate) fn next(
     )
 }
 
+/// The answer where motion is prescribed: manoeuvres are for what drives itself.
+const PRESCRIBED: &str = "prescribe other motions: other speeds, angles and rates than in these trials, and one at a time";
+
 /// Squared whitened distance between what two explanations predict of a manoeuvre.
 fn distance(
     problem: &Problem<'_>,
@@ -167,7 +177,7 @@ fn distance(
         channels: problem.channels.clone(),
         drifting: Vec::new(),
         candidates: problem.candidates.clone(),
-        log_shares: problem.log_shares.clone(),
+        priors: problem.priors.clone(),
         nuisances: problem.nuisances.clone(),
         settings: problem.settings.clone(),
         commands: problem.commands.clone(),
@@ -214,7 +224,7 @@ fn perform(
         values: Vec::new(),
         width,
         control: control.clone(),
-        initial_state: None,
+        ..MeasuredTrial::default()
     };
     for row in 0..rows {
         let time = row as f64 * stride as f64 * step;

@@ -123,6 +123,7 @@ fn point(problem: &Problem<'_>, fit: &WithoutTrial) -> Option<Point> {
             .candidates
             .push((0..problem.candidates.len()).find(is_it)?);
         point.values.push(values.clone());
+        point.forms.push(1.0);
         point.by_trial.push(BTreeMap::new());
     }
     Some(point)

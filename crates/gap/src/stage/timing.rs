@@ -95,6 +95,7 @@ fn exchanged(problem: &Problem<'_>, point: &Point, own: Id) -> Option<(Id, Point
     let mut next = Point {
         candidates: Vec::new(),
         values: Vec::new(),
+        forms: Vec::new(),
         by_trial: Vec::new(),
         nuisances: point.nuisances.clone(),
     };
@@ -104,6 +105,7 @@ fn exchanged(problem: &Problem<'_>, point: &Point, own: Id) -> Option<(Id, Point
         if of.effect != own {
             next.candidates.push(*candidate);
             next.values.push(point.values[row].clone());
+            next.forms.push(point.forms[row]);
             next.by_trial.push(point.by_trial[row].clone());
             continue;
         }
@@ -117,6 +119,7 @@ fn exchanged(problem: &Problem<'_>, point: &Point, own: Id) -> Option<(Id, Point
         if !next.candidates.contains(&place) {
             next.candidates.push(place);
             next.values.push(vec![0.0]);
+            next.forms.push(1.0);
             next.by_trial.push(Default::default());
         }
     }

@@ -6,7 +6,11 @@
 //! Each model starts from its own estimate of the state over a short window at the start of a rollout, and
 //! is led through the motion before it, so that neither pays for the other's memory.
 
-use std::{collections::BTreeMap, ops::Range, sync::atomic::AtomicUsize};
+use std::{
+    collections::BTreeMap,
+    ops::Range,
+    sync::{Arc, atomic::AtomicUsize},
+};
 
 use hydro_effects::Entry;
 use rayon::prelude::*;
@@ -20,12 +24,13 @@ use crate::{
     },
     plant::{Plant, PlantDescription},
     problem::{
-        channels::{Channels, MeasuredTrial, deviation, means},
+        channels::{Channels, MeasuredTrial, all_means, deviation},
         problem::Settings,
         segments, sensor_noise,
     },
     progress::Watch,
     rollout::{
+        prepare::finest_period,
         sensor_correction::{self, Correction},
         shooting::{self, Trace},
         state_estimation,
@@ -91,11 +96,7 @@ pub fn verify(
         .map(|trial| MeasuredTrial::new(trial, model))
         .collect();
     let mut channels = Channels::with_readings(model, &trials);
-    sensor_noise::estimate(
-        &mut channels,
-        &trials,
-        settings.options.candidates.least_noise,
-    );
+    sensor_noise::estimate(&mut channels, &trials, &settings.options.candidates);
     for channel in &mut channels.list {
         let known = noise_of
             .iter()
@@ -104,6 +105,11 @@ pub fn verify(
             channel.noise = known.noise;
         }
     }
+    let settings = &Settings {
+        options: settings.options.for_rows(finest_period(&trials)),
+        ..settings.clone()
+    };
+    let means = all_means(&trials, &channels);
     let has_alone = !input.recalibrated.is_empty();
     let done = AtomicUsize::new(0);
     let outcomes = trials
@@ -154,8 +160,13 @@ pub fn verify(
             });
             let mut sides = vec![&before, &after];
             sides.extend(&alone);
-            let shown = at < SHOWN;
-            let outcome = roll(&sides, (trial, from), &channels, shown, &settings.options)?;
+            let outcome = roll(
+                &sides,
+                (trial, &means[at], from),
+                &channels,
+                at < SHOWN,
+                &settings.options,
+            )?;
             watch.count("verifying", &done, trials.len());
             Ok(Some(outcome))
         })
@@ -222,10 +233,11 @@ fn corrections(
     corrections
 }
 
-/// Before, after, and where it is known the nominal refitted; of rollouts that begin at a time or later.
+/// Before, after, and where it is known the nominal refitted; of rollouts that begin at a time or later. `means`: of the
+/// trial's channels.
 fn roll(
     sides: &[&CorrectedSystem<'_>],
-    (trial, from): (&MeasuredTrial, f64),
+    (trial, means, from): (&MeasuredTrial, &[f64], f64),
     channels: &Channels,
     shown: bool,
     options: &Options,
@@ -248,7 +260,6 @@ fn roll(
     }
     let mut sums: Sums = vec![vec![[0.0; 5]; width]; options.verify.horizons.len()];
     let mut regimes = [vec![[0.0; 5]; width], vec![[0.0; 5]; width]];
-    let means = means(trial, channels);
     let middle = middle_command(trial);
     // After a rollout that blew up there is no error to take.
     let at_most = |value: f64, a: f64| {
@@ -275,7 +286,7 @@ fn roll(
                 }
                 let b = at_most(b[place], a);
                 let alone = alone.map_or(0.0, |of| at_most(of[place], a));
-                let about_mean = deviation(trial, channels, row, channel, &means);
+                let about_mean = deviation(trial, channels, row, channel, means);
                 let terms = [a * a, b * b, about_mean * about_mean, 1.0, alone * alone];
                 for (horizon, sums) in options.verify.horizons.iter().zip(&mut sums) {
                     if since <= horizon + 1e-9 {
@@ -309,6 +320,16 @@ fn adapted(trial: &MeasuredTrial, before: &dyn Plant, plant: &dyn Plant) -> Opti
         width: trial.width,
         control: trial.control.clone(),
         initial_state: None,
+        prescribed: trial.prescribed.as_ref().and_then(|motion| {
+            let joints = &plant.description().joints;
+            let place = |name: &str| {
+                let joint = joints.iter().find(|joint| joint.name == name)?;
+                Some((joint.qpos, joint.dof))
+            };
+            motion.placed(place).map(Arc::new)
+        }),
+        steady: trial.steady,
+        deviations: trial.deviations.clone(),
     })
 }
 

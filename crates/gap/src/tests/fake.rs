@@ -1,5 +1,7 @@
 //! A rigid body in water without MuJoCo: what the workflow is tested on where nothing else is at hand.
 
+use std::sync::Arc;
+
 use hydro_effects as effects;
 use hydro_effects::{Entry, Motion, Part, card::BodyScale};
 use hydro_frames::Wrench;
@@ -10,6 +12,7 @@ use crate::problem::channels::rotation_between;
 use crate::plant::{
     FreeBase, Inertial, Nuisance, NuisanceClass, Plant, PlantActuator, PlantBody, PlantDescription,
     PlantError, PlantSensor, Quantity, SensorKind, Simulation, factor,
+    prescribed::PrescribedMotion,
 };
 
 /// Step [s].
@@ -298,6 +301,9 @@ impl Simulation for Swim {
     }
 
     fn set_earlier_control(&mut self, _control: &[f64]) {}
+
+    /// Its free joint is never prescribed.
+    fn prescribe(&mut self, _: Option<Arc<PrescribedMotion>>) {}
 
     fn set_force(&mut self, force: &[f64]) {
         self.force.copy_from_slice(force);

@@ -38,6 +38,7 @@ fn columns_are_the_changes_of_rollouts() {
                 by_trial: vec![Default::default()],
                 candidates: vec![drag],
                 values: vec![values],
+                forms: vec![1.0],
                 nuisances,
             }
         };

@@ -155,7 +155,6 @@ pub(crate) fn pushed(
         name: name.to_owned(),
         control,
         sensors,
-        initial_state: None,
-        state: None,
+        ..Trial::default()
     }
 }

@@ -235,7 +235,7 @@ fn forms_share_the_prior_of_their_effect() {
         let of = |id: Id| -> Vec<f64> {
             (0..problem.candidates.len())
                 .filter(|at| problem.candidates[*at].effect == id)
-                .map(|at| problem.log_shares[at].exp())
+                .map(|at| problem.priors[at].log_share.exp())
                 .collect()
         };
         let (lift, weight) = (of(Id::Lift), of(Id::NetBuoyancy));

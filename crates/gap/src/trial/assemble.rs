@@ -4,7 +4,9 @@ use std::path::Path;
 
 use super::{
     Part, Remark, RemarkKind, RowPlace, SensorSignature, Series, Signature, Trial, TrialError,
-    file_name::trial_name, tables::Parts, times, unit_checks,
+    file_name::trial_name,
+    tables::{Parts, Table},
+    times, unit_checks,
 };
 
 /// Checks the tables and makes a trial of them, with remarks.
@@ -18,6 +20,7 @@ pub(super) fn assemble(
         mut sensors,
         initial_state,
         state,
+        prescribed,
         mut remarks,
     } = parts;
     let tables = [
@@ -57,6 +60,9 @@ pub(super) fn assemble(
         });
     }
     unit_checks::check(path, signature, &sensors, &mut remarks)?;
+    if let Some(table) = &prescribed {
+        check_prescribed(path, table, &sensors.series)?;
+    }
 
     times::note(Part::Control, &control.series.times, &mut remarks);
     times::note(Part::Sensors, &sensors.series.times, &mut remarks);
@@ -81,8 +87,53 @@ pub(super) fn assemble(
         sensors: sensors.series,
         initial_state,
         state: state.map(|table| table.series),
+        prescribed: prescribed.map(|table| table.series),
+        steady: None,
     };
     Ok((trial, remarks.into_iter().map(Remark::from).collect()))
+}
+
+/// Samples that a spline with an acceleration needs.
+const LEAST_SAMPLES: usize = 4;
+
+/// Refuses prescribed joints whose samples make no trajectory of the rows to be compared.
+fn check_prescribed(path: &Path, table: &Table, sensors: &Series) -> Result<(), TrialError> {
+    table.check_finite(
+        path,
+        f64::is_nan,
+        "; leave the cell empty where there is no sample",
+    )?;
+    let series = &table.series;
+    for (column, joint) in series.columns.iter().enumerate() {
+        let refused = |reason: String| TrialError::Prescribed {
+            path: path.to_owned(),
+            joint: joint.clone(),
+            reason,
+        };
+        let values = series.times.iter().zip(series.column_values(column));
+        let times: Vec<f64> = (values.filter(|(_, value)| !value.is_nan()))
+            .map(|(time, _)| *time)
+            .collect();
+        if times.len() < LEAST_SAMPLES {
+            return Err(refused(format!(
+                "{} samples, expected at least {LEAST_SAMPLES} for a trajectory with an acceleration",
+                times.len()
+            )));
+        }
+        let (first, last) = (times[0], times[times.len() - 1]);
+        let apart = (last - first) / (times.len() - 1) as f64;
+        let rows = [sensors.times.first(), sensors.times.last()];
+        let [Some(from), Some(to)] = rows else {
+            continue;
+        };
+        if *from < first - apart || *to > last + apart {
+            return Err(refused(format!(
+                "samples from {first} s to {last} s, but rows of sensors from {from} s to {to} s; expected samples as long as \
+                 there are rows"
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn check_initial_state(path: &Path, state: Option<&[f64]>) -> Result<(), TrialError> {

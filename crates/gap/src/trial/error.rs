@@ -206,6 +206,16 @@ pub enum TrialError {
         found: f64,
         turns: f64,
     },
+    /// A table of steady states that does not hold together.
+    #[error("{path}: {reason}", path = path.display())]
+    Table { path: PathBuf, reason: String },
+    /// A prescribed joint whose samples do not make a trajectory.
+    #[error("{path}: prescribed joint `{joint}`: {reason}", path = path.display())]
+    Prescribed {
+        path: PathBuf,
+        joint: String,
+        reason: String,
+    },
     /// A trial that the format cannot hold.
     #[error("{path}: cannot be written: {reason}", path = path.display())]
     Unwritable { path: PathBuf, reason: String },

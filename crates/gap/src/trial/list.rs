@@ -1,4 +1,4 @@
-//! The trials of a folder, listed without opening any, so that held-out trials stay unread.
+//! The trials of a folder, listed without reading any number, so that held-out trials stay unread.
 
 use std::{
     fs,
@@ -7,10 +7,14 @@ use std::{
 
 use super::{
     Remark, Signature, Trial, TrialError,
+    csv::steady::{is_table, part_name, table_rows},
     file_name::{ending, trial_name},
     message::listed,
-    read::read,
+    read::{read, table},
 };
+
+/// Parts of a table of steady states at most: each is left out once where every trial is judged by a fit without it.
+const PARTS: usize = 10;
 
 /// A trial in a folder, not opened.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -19,10 +23,14 @@ pub struct Listed {
     pub name: String,
     /// The file.
     pub path: PathBuf,
+    /// Rows of a table of steady states that are this trial: those whose index leaves a remainder (first) on division by the
+    /// number of parts (second).
+    pub part: Option<(usize, usize)>,
 }
 
-/// The trials of a folder, sorted by name; their content is not read. Hidden files and files with other endings are
-/// skipped.
+/// The trials of a folder, sorted by name; their content is not read, but for the first line of a csv file and, of a table of
+/// steady states, the number of its rows. Such a table is dealt out, row by row, into [`PARTS`] trials at most. Hidden files and
+/// files with other endings are skipped.
 ///
 /// # Errors
 /// Where the folder cannot be read, holds no trial, or holds two of one name.
@@ -39,7 +47,24 @@ pub fn list(folder: &Path) -> Result<Vec<Listed>, TrialError> {
         let is_trial = matches!(ending(&path).as_deref(), Some("npz" | "csv"));
         if is_trial && !file.starts_with('.') && path.is_file() {
             let name = trial_name(&path);
-            trials.push(Listed { name, path });
+            let rows = match ending(&path).as_deref() {
+                Some("csv") => table_rows(&path).filter(|rows| *rows > 1),
+                _ => None,
+            };
+            let Some(rows) = rows else {
+                trials.push(Listed {
+                    name,
+                    path,
+                    part: None,
+                });
+                continue;
+            };
+            let parts = rows.min(PARTS);
+            trials.extend((0..parts).map(|place| Listed {
+                name: part_name(&name, place),
+                path: path.clone(),
+                part: Some((place, parts)),
+            }));
         } else {
             others.push(file.into_owned());
         }
@@ -65,7 +90,7 @@ pub fn list(folder: &Path) -> Result<Vec<Listed>, TrialError> {
 /// Reads every trial of a folder, sorted by name, with its remarks.
 ///
 /// # Errors
-/// As [`list`] and [`read`], at the first trial that is refused.
+/// As [`list`] and [`read`](super::read()), at the first trial that is refused.
 pub fn read_folder(
     folder: &Path,
     signature: &Signature,
@@ -73,6 +98,20 @@ pub fn read_folder(
     let trials = list(folder)?;
     trials
         .iter()
-        .map(|trial| read(&trial.path, signature))
+        .map(|trial| read_listed(trial, signature))
         .collect()
+}
+
+/// Reads and checks a trial of a folder: of a table of steady states its part.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_listed(
+    trial: &Listed,
+    signature: &Signature,
+) -> Result<(Trial, Vec<Remark>), TrialError> {
+    match trial.part {
+        Some(_) if is_table(&trial.path, signature) => table(&trial.path, signature, trial.part),
+        _ => read(&trial.path, signature),
+    }
 }

@@ -41,10 +41,10 @@ mod write_whole;
 pub use self::{
     csv::write_csv,
     error::{RowPlace, TrialError},
-    list::{Listed, list, read_folder},
+    list::{Listed, list, read_folder, read_listed},
     npz::write_npz,
     read::read,
-    recorded_run::Trial,
+    recorded_run::{Steady, Trial},
     remark::{Part, Remark, RemarkKind},
     series::Series,
     signature::{SensorQuantity, SensorSignature, Signature},

@@ -42,7 +42,7 @@ pub(super) fn read(path: &Path, signature: &Signature) -> Result<Parts, TrialErr
         remarks: Vec::new(),
     };
     let control = reader.control()?;
-    let sensors = reader.sensors()?;
+    let (sensors, prescribed) = reader.sensors()?;
     let initial_state = reader.initial_state()?;
     let state = reader.state()?;
     reader.set_aside_unknown_arrays();
@@ -51,6 +51,7 @@ pub(super) fn read(path: &Path, signature: &Signature) -> Result<Parts, TrialErr
         sensors,
         initial_state,
         state,
+        prescribed,
         remarks: reader.remarks,
     })
 }
@@ -78,6 +79,8 @@ struct SensorColumns {
     sources: Vec<usize>,
     /// Columns of signals that are no sensors.
     aside: Vec<usize>,
+    /// Prescribed joints, and where they stand.
+    joints: Vec<(String, usize)>,
 }
 
 impl Reader<'_> {
@@ -137,12 +140,14 @@ impl Reader<'_> {
         })
     }
 
-    fn sensors(&mut self) -> Result<Table, TrialError> {
+    /// Sensors, and the prescribed joints that stand among them.
+    fn sensors(&mut self) -> Result<(Table, Option<Table>), TrialError> {
         let block = self.block("sensordata")?;
         let SensorColumns {
             columns,
             sources,
             aside,
+            joints,
         } = match self.mapping("sensordata", block.width)? {
             Some(mapping) => self.map_sensors(mapping)?,
             None => {
@@ -152,17 +157,24 @@ impl Reader<'_> {
                     sources: (0..columns.len()).collect(),
                     columns,
                     aside: Vec::new(),
+                    joints: Vec::new(),
                 }
             }
         };
+        let (joints, places): (Vec<String>, Vec<usize>) = joints.into_iter().unzip();
         self.note_columns(
             Part::Sensors,
             "sensordata_data",
             block.width,
             &sources,
-            &aside,
+            &[aside, places.clone()].concat(),
         );
-        Ok(block.table("sensordata_times", columns, &sources))
+        let prescribed =
+            (!joints.is_empty()).then(|| block.table("sensordata_times", joints, &places));
+        Ok((
+            block.table("sensordata_times", columns, &sources),
+            prescribed,
+        ))
     }
 
     fn map_sensors(&mut self, mut mapping: Mapping) -> Result<SensorColumns, TrialError> {
@@ -175,6 +187,28 @@ impl Reader<'_> {
                 }
                 columns.extend(sensor.columns());
                 sources.extend(indices);
+            }
+        }
+        let mut joints = Vec::new();
+        for joint in &self.signature.joints {
+            let is_meant = |name: &&String| {
+                self.signature
+                    .joint(name)
+                    .map(|at| &self.signature.joints[at])
+                    == Some(joint)
+            };
+            let signal = mapping
+                .iter()
+                .find(|(name, (kind, _))| *kind == SENSOR_SIGNAL && is_meant(name));
+            let Some(name) = signal.map(|(name, _)| name.clone()) else {
+                continue;
+            };
+            if let Some((_, indices)) = mapping.remove(&name) {
+                let [index] = indices.as_slice() else {
+                    let what = format!("joint `{joint}`");
+                    return Err(self.width(&what, indices.len(), "1".to_owned()));
+                };
+                joints.push((joint.clone(), *index));
             }
         }
         // Positions, velocities and own observations may stand among the sensors of that library.
@@ -191,6 +225,7 @@ impl Reader<'_> {
             columns,
             sources,
             aside,
+            joints,
         })
     }
 
@@ -352,10 +387,10 @@ impl Reader<'_> {
 
 impl Block {
     /// Its columns `sources` under the names `columns`.
-    fn table(self, time_name: &'static str, columns: Vec<String>, sources: &[usize]) -> Table {
+    fn table(&self, time_name: &'static str, columns: Vec<String>, sources: &[usize]) -> Table {
         let in_place = sources.len() == self.width && sources.iter().copied().eq(0..self.width);
         let data = if in_place {
-            self.data
+            self.data.clone()
         } else {
             let rows = 0..self.times.len();
             let places = rows.flat_map(|row| sources.iter().map(move |column| (row, column)));
@@ -365,7 +400,7 @@ impl Block {
         };
         Table {
             series: Series {
-                times: self.times,
+                times: self.times.clone(),
                 columns,
                 data,
             },

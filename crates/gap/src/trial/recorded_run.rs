@@ -16,4 +16,18 @@ pub struct Trial {
     /// States along the run; finite. The columns are those of the full-physics vector, `state[i]`, or, from a
     /// csv that does not have all of it, `qpos[i]`, `qvel[i]`, `act[i]`.
     pub state: Option<Series>,
+    /// Positions of prescribed joints [m or rad], a column for each under the joint's name, each row labelled as sensors are;
+    /// finite.
+    pub prescribed: Option<Series>,
+    /// Set for a table of steady states: all times are numbers of its rows, from 1.
+    pub steady: Option<Steady>,
+}
+
+/// Columns of a table of steady states beside controls and mean readings, by row.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Steady {
+    /// Imposed positions [m or rad] and velocities [m/s or rad/s], `JOINT` and `JOINT_vel`; finite.
+    pub motion: Series,
+    /// Standard deviations of mean readings, under the names of the sensors' columns; NaN where none is given.
+    pub deviations: Series,
 }

@@ -116,6 +116,8 @@ pub enum RemarkKind {
         initial_state: f64,
         first_control: f64,
     },
+    /// Joints of which a table of steady states gives nothing.
+    HeldJoints { joints: Vec<String> },
     /// An angle that grows beyond two turns without coming back: a joint that revolves, or degrees.
     LargeAngle { column: String, largest: f64 },
 }
@@ -205,6 +207,10 @@ fn sentence(kind: &RemarkKind) -> String {
             first_control,
         } => format!(
             "the initial state is of {initial_state:.6} s, the first control of {first_control:.6} s"
+        ),
+        RemarkKind::HeldJoints { joints } => format!(
+            "the table gives neither position nor velocity of the joints {}: they stand still where the model has them",
+            listed(joints)
         ),
         RemarkKind::LargeAngle { column, largest } => format!(
             "`{column}` grows to {largest:.4} without coming back: a revolving joint in radians, or degrees"

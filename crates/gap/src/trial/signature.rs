@@ -11,6 +11,9 @@ use super::{
 /// Suffix that `mujoco.sysid` appends to an actuator's name.
 pub(super) const CONTROL_SUFFIX: &str = "_ctrl";
 
+/// Suffix of a prescribed joint's column, for a joint that shares its name with an actuator or a sensor.
+const POSITION_SUFFIX: &str = "_pos";
+
 /// Kind of a sensor's numbers, where units can be checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorQuantity {
@@ -40,6 +43,8 @@ pub struct Signature {
     pub actuators: Vec<String>,
     /// The sensors, in the model's order.
     pub sensors: Vec<SensorSignature>,
+    /// Names of the hinges and slides, which a trial may prescribe.
+    pub joints: Vec<String>,
     /// Length of the full-physics state: time, qpos, qvel, and the rest.
     pub state_len: usize,
     /// Step of the model [s].
@@ -73,7 +78,13 @@ impl Signature {
         find(column).or_else(|| find(column.strip_suffix(CONTROL_SUFFIX)?))
     }
 
-    /// Actuators and sensors of the model, in words for an error.
+    /// Index of the joint of a column of positions, which is its name with or without `_pos`.
+    pub(super) fn joint(&self, column: &str) -> Option<usize> {
+        let find = |name: &str| self.joints.iter().position(|joint| joint == name);
+        find(column).or_else(|| find(column.strip_suffix(POSITION_SUFFIX)?))
+    }
+
+    /// Actuators, sensors and joints of the model, in words for an error.
     pub(super) fn describe(&self) -> String {
         let sensors: Vec<String> = self
             .sensors
@@ -84,9 +95,10 @@ impl Signature {
             })
             .collect();
         format!(
-            "the model has the actuators {} and the sensors {}",
+            "the model has the actuators {}, the sensors {} and the joints {}",
             listed(&self.actuators),
-            listed(&sensors)
+            listed(&sensors),
+            listed(&self.joints)
         )
     }
 
@@ -98,6 +110,7 @@ impl Signature {
             .actuators
             .iter()
             .chain(sensors)
+            .chain(&self.joints)
             .map(|name| (distance(signal, name), name))
             .min()
             // Half of the letters may be wrong; beyond that the two have nothing in common.

@@ -14,6 +14,8 @@ pub(super) struct Parts {
     pub(super) initial_state: Option<Vec<f64>>,
     /// States along the run.
     pub(super) state: Option<Table>,
+    /// Positions of prescribed joints; NaN where one has no sample.
+    pub(super) prescribed: Option<Table>,
     /// Oddities that the reader met.
     pub(super) remarks: Vec<RemarkKind>,
 }

@@ -11,6 +11,12 @@ use super::{Part, Series, Trial, TrialError};
 
 /// Refuses a trial that the file could not hold unchanged.
 pub(super) fn check(path: &Path, trial: &Trial) -> std::result::Result<(), TrialError> {
+    if trial.prescribed.is_some() || trial.steady.is_some() {
+        return Err(TrialError::Unwritable {
+            path: path.to_owned(),
+            reason: "prescribed motion is read, but not written".to_owned(),
+        });
+    }
     let parts = [
         (Part::Control, Some(&trial.control)),
         (Part::Sensors, Some(&trial.sensors)),

@@ -5,24 +5,14 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 from ...repository import ROOT
-from . import ball_drops, crazyflie, roll_decay
-from .trial import Trial, write
+from . import ball_drops, captive, crazyflie, glider, roll_decay, trial
 
-CASES = (roll_decay.CASE, *ball_drops.BALLS, *crazyflie.FLIGHTS)
-
-
-def _trials(case: str, data: Path, with_speed: bool) -> tuple[str, list[Trial]]:
-    """Name of the scene in mjcf/gap, and the trials."""
-    if case == roll_decay.CASE:
-        return case, roll_decay.trials(data)
-    if case in crazyflie.FLIGHTS:
-        return crazyflie.SCENE, crazyflie.trials(data, case)
-    return case, ball_drops.trials(data, case, with_speed)
+CASES = (roll_decay.CASE, *ball_drops.BALLS, captive.CASE, glider.CASE, *crazyflie.FLIGHTS)
 
 
-def make_case(case: str, data: Path, out: Path, with_speed: bool) -> list[Trial]:
+def make_case(case: str, data: Path, out: Path, with_speed: bool) -> list[trial.Trial | captive.Table | glider.Dive]:
     """Write OUT/<case>/nominal.xml, nominal.toml where the scene has one, and the trials; returns them."""
-    scene, trials = _trials(case, data, with_speed)
+    scene = crazyflie.SCENE if case in crazyflie.FLIGHTS else case
     source = ROOT / "mjcf" / "gap" / f"{scene}.xml"
     folder = out / case
     folder.mkdir(parents=True, exist_ok=True)
@@ -30,6 +20,25 @@ def make_case(case: str, data: Path, out: Path, with_speed: bool) -> list[Trial]
     if source.with_suffix(".toml").is_file():
         shutil.copyfile(source.with_suffix(".toml"), folder / "nominal.toml")
     timestep = float(ElementTree.parse(source).find("option").get("timestep"))
-    for trial in trials:
-        write(trial, folder / "trials", timestep)
-    return trials
+    into = folder / "trials"
+    if case == captive.CASE:
+        made = captive.trials(data)
+        for table in made:
+            captive.write(table, into)
+    elif case == glider.CASE:
+        made = glider.trials(data)
+        for dive in made:
+            glider.write(dive, into, timestep)
+    else:
+        made = _runs(case, data, with_speed)
+        for one in made:
+            trial.write(one, into, timestep)
+    return made
+
+
+def _runs(case: str, data: Path, with_speed: bool) -> list[trial.Trial]:
+    if case == roll_decay.CASE:
+        return roll_decay.trials(data)
+    if case in crazyflie.FLIGHTS:
+        return crazyflie.trials(data, case)
+    return ball_drops.trials(data, case, with_speed)

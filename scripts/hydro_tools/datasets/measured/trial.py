@@ -28,6 +28,11 @@ class Trial:
     velocity: float | None = None
     controls: dict[str, np.ndarray] = field(default_factory=dict)
 
+    def summary(self) -> str:
+        """One line for people."""
+        start = "" if self.position is None else f", starts at {self.position:.5g}, {self.velocity:.4g} a second"
+        return f"{len(self.time)} rows, {self.time[-1]:.2f} s{start}"
+
 
 def write(trial: Trial, folder: Path, timestep: float) -> Path:
     """Write `folder/<name>.npz`; `timestep` [s] is that of the nominal model.

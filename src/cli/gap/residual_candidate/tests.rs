@@ -109,8 +109,7 @@ fn trial(plant: &MujocoPlant, at: usize) -> Trial {
         name: format!("trial {at}"),
         control,
         sensors,
-        initial_state: None,
-        state: None,
+        ..Trial::default()
     }
 }
 
@@ -241,7 +240,6 @@ fn trial_of_a_rail(plant: &MujocoPlant) -> Trial {
             data: readings.repeat(rows.len()),
             times: rows,
         },
-        initial_state: None,
-        state: None,
+        ..Trial::default()
     }
 }

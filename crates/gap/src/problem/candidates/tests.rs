@@ -29,6 +29,7 @@ fn joint(dof: usize, slides: bool) -> PlantJoint {
         name: format!("joint_{dof}"),
         qpos: dof,
         dof,
+        start: 0.0,
         scale: JointScale {
             inertia: 1.0,
             torque: 1.0,
@@ -156,13 +157,10 @@ fn the_users_own_stand_beside_the_built_in_ones() {
         elaborate_form: 0.5,
         ..CandidateOptions::default()
     };
-    let shares = log_shares(&all, Medium::Water, &options);
-    assert!((shares[all.len() - 1] + 30.0_f64.ln()).abs() < 1e-12);
-    assert!(
-        (log_shares(&without, Medium::Water, &options)[0] - shares[0] - (30.0_f64 / 28.0).ln())
-            .abs()
-            < 1e-12
-    );
+    let share =
+        |of: &[Candidate], at: usize| priors(of, (Medium::Water, None), &options)[at].log_share;
+    assert!((share(&all, all.len() - 1) + 30.0_f64.ln()).abs() < 1e-12);
+    assert!((share(&without, 0) - share(&all, 0) - (30.0_f64 / 28.0).ln()).abs() < 1e-12);
 }
 
 #[test]
@@ -237,7 +235,7 @@ fn effects_of_water_need_water() {
     let all = tried(Option::None);
     let share = |id: Id, medium: Medium| {
         let at = all.iter().position(|of| of.effect == id).unwrap();
-        log_shares(&all, medium, &options)[at]
+        priors(&all, (medium, Option::None), &options)[at].log_share
     };
     let less = share(Id::AddedMass, None) - share(Id::AddedMass, Water);
     assert!((less - options.untold_medium.ln()).abs() < 1e-12);

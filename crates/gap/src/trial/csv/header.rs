@@ -26,6 +26,9 @@ pub(super) struct Header {
     /// The states are the model's full-physics vector but for its time, which is the row's.
     pub(super) state_lacks_time: bool,
     pub(super) state_is_full: bool,
+    /// Prescribed joints, in the model's order, and the column of each.
+    pub(super) joints: Vec<String>,
+    pub(super) joint_sources: Vec<usize>,
 }
 
 /// Matches the names of columns with those of the model.
@@ -46,6 +49,7 @@ impl Resolver<'_> {
         let sensor_columns = self.signature.sensor_columns();
         let mut control = vec![None; self.signature.actuators.len()];
         let mut sensors = vec![None; sensor_columns.len()];
+        let mut joints = vec![None; self.signature.joints.len()];
         let mut state = BTreeMap::new();
         let mut aside = Vec::new();
         for (column, name) in names.iter().enumerate() {
@@ -76,6 +80,9 @@ impl Resolver<'_> {
             } else if let Some((block, index)) = state_column(name) {
                 let place = state.entry(block).or_insert_with(BTreeMap::new);
                 self.claim(place.entry(index).or_insert(None), column, name, &names)?;
+            } else if let Some(joint) = self.signature.joint(name) {
+                let meant = &self.signature.joints[joint];
+                self.claim(&mut joints[joint], column, meant, &names)?;
             } else if name.is_empty() {
                 // The row numbers that data frames write.
                 aside.push(format!("column {} without a name", column + 1));
@@ -99,6 +106,8 @@ impl Resolver<'_> {
                 remarks.push(RemarkKind::Reordered { part });
             }
         }
+        let prescribed = self.signature.joints.iter().zip(&joints);
+        let prescribed = prescribed.filter(|(_, column)| column.is_some());
         let mut header = Header {
             names,
             time,
@@ -109,6 +118,8 @@ impl Resolver<'_> {
             state_sources: Vec::new(),
             state_lacks_time: false,
             state_is_full: false,
+            joints: prescribed.clone().map(|(name, _)| name.clone()).collect(),
+            joint_sources: prescribed.filter_map(|(_, column)| *column).collect(),
         };
         self.states(&state, &mut header, remarks)?;
         Ok(header)
@@ -169,7 +180,7 @@ impl Resolver<'_> {
         } else if names.len() == 1 && names[0].contains([';', '\t']) {
             "; the columns must be separated by commas"
         } else {
-            ""
+            "; a table of steady states has none, but a column `JOINT` or `JOINT_vel` of a joint of the model"
         };
         TrialError::NoTime {
             path: self.path.to_owned(),

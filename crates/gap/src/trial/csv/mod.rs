@@ -2,6 +2,7 @@
 
 mod header;
 mod rows;
+pub(super) mod steady;
 mod write;
 
 pub(super) use rows::read;

@@ -50,6 +50,7 @@ fn read_rows(
     let mut control = table(signature.actuators.clone());
     let mut sensors = table(header.sensors.clone());
     let mut state = table(header.state.clone());
+    let mut prescribed = table(header.joints.clone());
     let mut sampled: Vec<f64> = Vec::new();
     let mut lines: Vec<u64> = Vec::new();
     let mut record = StringRecord::new();
@@ -83,6 +84,13 @@ fn read_rows(
                 sensors.series.data.push(value.unwrap_or(f64::NAN));
             }
         }
+        if row.has_any(header.joint_sources.iter()) {
+            begin(&mut prescribed, time, row.line);
+            for column in &header.joint_sources {
+                let value = row.number(*column)?;
+                prescribed.series.data.push(value.unwrap_or(f64::NAN));
+            }
+        }
         if row.has_any(header.state_sources.iter()) {
             begin(&mut state, time, row.line);
             if header.state_lacks_time {
@@ -113,6 +121,7 @@ fn read_rows(
         sensors,
         initial_state,
         state,
+        prescribed: (!header.joints.is_empty()).then_some(prescribed),
         remarks,
     })
 }
@@ -251,7 +260,7 @@ fn split_states(header: &Header, state: Table) -> (Option<Vec<f64>>, Option<Tabl
     (initial, series)
 }
 
-fn damaged(path: &Path, error: &::csv::Error) -> TrialError {
+pub(super) fn damaged(path: &Path, error: &::csv::Error) -> TrialError {
     let line = error.position().map(Position::line);
     let reason = match error.kind() {
         ErrorKind::Io(error) => {
