@@ -325,7 +325,8 @@ impl<'a> Explanation<'a> {
     pub(crate) fn odds(&self) -> (f64, f64) {
         let (agreement, _) = self.without_effects();
         let own = self.found.iter().filter(|of| !of.own.is_empty());
-        let own: f64 = own.map(|of| self.probability(of)).sum();
+        // Not `sum`: of nothing it is the negative zero, whose reciprocal is below all.
+        let own = own.map(|of| self.probability(of)).fold(0.0, |a, b| a + b);
         let against = agreement.max(f64::MIN_POSITIVE);
         let common = (1.0 - agreement - own).max(0.0);
         ((common / against).ln(), own / against)

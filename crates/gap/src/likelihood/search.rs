@@ -107,16 +107,17 @@ impl<'p> Choices<'p> {
     }
 
     /// Log of the odds that no error of form of the others gives what the members of a set beyond the first explain, together:
-    /// a part of what the whole explains each. Expected ones are there by themselves.
-    fn log_form_odds(&self, set: &[usize], log_likelihood: f64) -> f64 {
-        let unexpected = set
-            .iter()
-            .filter(|of| !self.problem.priors[**of].is_expected);
-        let unexpected = unexpected.count();
-        let beside = unexpected - usize::from(unexpected == set.len() && unexpected > 0);
-        let gain = self
-            .without_effects
-            .map_or(0.0, |none| (log_likelihood - none).max(0.0));
+    /// a part of what the whole explains each. Expected ones are there by themselves. Values of each trial's own beside others are
+    /// one thing more.
+    fn log_form_odds(&self, members: &[Member], log_likelihood: f64) -> f64 {
+        let is_unexpected = |of: &&Member| !self.problem.priors[of.0].is_expected;
+        let unexpected = members.iter().filter(is_unexpected).count();
+        let mut beside = unexpected - usize::from(unexpected == members.len() && unexpected > 0);
+        if members.len() > 1 {
+            beside += members.iter().filter(|of| of.3.is_some()).count();
+        }
+        let none = self.without_effects.unwrap_or(f64::INFINITY);
+        let gain = (log_likelihood - none).max(0.0);
         -(beside as f64) * self.options().form_error.powi(2) * gain
     }
 
@@ -277,7 +278,7 @@ impl Search<'_> {
             log_likelihood,
             log_posterior: log_likelihood
                 + self.choices.log_prior(&set)
-                + self.choices.log_form_odds(&set, log_likelihood)
+                + self.choices.log_form_odds(&members, log_likelihood)
                 + (self.level).log_prior(!set.is_empty(), self.choices.options()),
             set,
             level: self.level.number,
@@ -329,20 +330,19 @@ impl Search<'_> {
                 Some((*candidate, mean + self.choices.log_prior(&larger)))
             })
             .collect();
-        for (candidate, log, _) in self.by_trial(set) {
-            let log = log + self.choices.log_prior(&with(&set.set, candidate));
-            match found.iter_mut().find(|of| of.0 == candidate) {
-                Some(of) => of.1 = of.1.max(log),
-                None => found.push((candidate, log)),
-            }
+        for (candidate, log) in self.by_trial(set) {
+            let larger = with(&set.set, candidate);
+            found.push((candidate, log + self.choices.log_prior(&larger)));
         }
         found.sort_by(|a, b| b.1.total_cmp(&a.1));
-        found.into_iter().map(|(candidate, _)| candidate).collect()
+        let mut seen = BTreeSet::new();
+        let found = found.into_iter().map(|(candidate, _)| candidate);
+        found.filter(|candidate| seen.insert(*candidate)).collect()
     }
 
-    /// True where the likelihood of each trial is known, of several.
+    /// True where the likelihood of each trial is known, of several, and of all columns.
     pub(super) fn has_trials(&self) -> bool {
-        self.level.trials.len() > 1
+        self.level.is_searched && self.level.trials.len() > 1
     }
 
     /// The likelihood of all columns beside a found set's uncertain numbers and values of each trial's own.
@@ -353,6 +353,13 @@ impl Search<'_> {
         let all: Vec<usize> = (0..self.choices.columns.len()).collect();
         let given = self.level.given_own(&set.set, &set.own, &all)?;
         Some(Arc::new(given))
+    }
+
+    /// Columns that the scale mixture touches.
+    pub(super) fn amplitudes(&self, columns: &[usize]) -> Vec<usize> {
+        let all = columns.iter().copied();
+        all.filter(|column| !self.choices.columns[*column].shapes)
+            .collect()
     }
 
     pub(super) fn prior(&self, columns: &[usize], scale: usize) -> (DVector<f64>, Vec<Bounds>) {
@@ -405,8 +412,9 @@ impl Search<'_> {
         (candidate, 0, middle, None)
     }
 
-    /// Choices and scales of a member with the logarithms of their prior shares, with values of each trial's own last.
-    fn ways(&self, candidate: usize) -> Vec<(Member, f64)> {
+    /// Choices and scales of a member with the logarithms of their prior shares, values of each trial's own last where it is said
+    /// that it differs.
+    fn ways(&self, candidate: usize, is_differing: bool) -> Vec<(Member, f64)> {
         let options = self.choices.options();
         let count = options.prior_scales.len();
         let choices = 0..self.choices.of[&candidate].len();
@@ -420,7 +428,7 @@ impl Search<'_> {
         let mut ways: Vec<(Member, f64)> = (each.iter())
             .map(|(choice, scale)| ((candidate, *choice, *scale, None), common))
             .collect();
-        if differs > 0.0 {
+        if differs > 0.0 && is_differing {
             let sizes = options.own_sizes.len();
             let own = (differs / (each.len() * sizes) as f64).ln();
             ways.extend(each.iter().flat_map(|(choice, scale)| {
@@ -436,11 +444,25 @@ impl Search<'_> {
         self.ascend(members.collect(), |_| true)
     }
 
-    /// The likeliest choices and scales of some members, one member after the other.
-    fn ascend(
+    /// The likeliest choices and scales of some members, one member after the other; values of each trial's own for those that
+    /// have them, and where they are likelier to first order than a common one.
+    fn ascend(&self, members: Vec<(Member, f64)>, varied: impl Fn(usize) -> bool) -> Option<Found> {
+        let own = members.iter().filter(|(of, _)| of.3.is_some());
+        let own: Vec<usize> = own.map(|(of, _)| of.0).collect();
+        let found = self.climb(members, &varied, &own)?;
+        let mut differing = self.differing(&found, &varied);
+        if differing.is_empty() {
+            return Some(found);
+        }
+        differing.extend(own);
+        self.climb(kept(&found, &[]), &varied, &differing)
+    }
+
+    fn climb(
         &self,
         mut members: Vec<(Member, f64)>,
-        varied: impl Fn(usize) -> bool,
+        varied: &impl Fn(usize) -> bool,
+        differing: &[usize],
     ) -> Option<Found> {
         members.sort_by_key(|(of, _)| *of);
         let plain = |members: &[(Member, f64)]| -> Vec<Member> {
@@ -454,7 +476,7 @@ impl Search<'_> {
             }
             let mut logs = Vec::new();
             let mut likeliest = f64::NEG_INFINITY;
-            for (way, log_share) in self.ways(candidate) {
+            for (way, log_share) in self.ways(candidate, differing.contains(&candidate)) {
                 let mut tried = plain(&members);
                 tried[at] = way;
                 let Some(found) = self.evaluate(&tried) else {
