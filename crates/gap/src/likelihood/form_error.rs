@@ -138,7 +138,7 @@ pub(crate) fn with_forms(
     inputs
 }
 
-/// What one parameter contributes, `size` of it, by levels of its size.
+/// The part `size_of_error` of one parameter's contribution, by levels of its size.
 fn by_levels(
     of: Option<&Inputs>,
     size_of_error: f64,

@@ -77,7 +77,7 @@ impl Quadratic {
         eigen.eigenvectors * DMatrix::from_diagonal(&sizes)
     }
 
-    /// What it tells of the parameters beyond their priors, at most [nat]: the greatest over the parameters' combinations, as if
+    /// Information about the parameters beyond their priors, at most [nat]: the greatest over the parameters' combinations, as if
     /// they were known to be alone.
     pub(crate) fn information(&self) -> f64 {
         0.5 * self.a.trace().max(0.0).ln_1p()
