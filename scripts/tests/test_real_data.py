@@ -10,15 +10,16 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from hydro_tools.datasets.measured import MeasuredError, ball_drops, captive, glider, roll_decay
+from hydro_tools.datasets.measured import MeasuredError, ball_drops, captive, crazyflie, glider, roll_decay
 from hydro_tools.datasets.measured.trial import Trial, write
 from hydro_tools.repository import ROOT, SCRIPTS
 
 DATA = ROOT.parent / "shared" / "data"
-FILES = (roll_decay.FILE, ball_drops.FILE, captive.FILE, glider.FILE)
+FILES = (roll_decay.FILE, ball_drops.FILE, crazyflie.FILE, captive.FILE, glider.FILE)
 HAVE_DATA = all((DATA / name).is_file() for name in FILES)
 WITHOUT = f"the measurements are not in {DATA}"
-CASES = ("roll_decay", *ball_drops.BALLS)
+# Trials by case.
+CASES = {"roll_decay": 1, **dict.fromkeys(ball_drops.BALLS, 2), "crazyflie_normal": 6, "crazyflie_weight": 4}
 
 try:
     from hydro_tools.datasets.measured import reference
@@ -52,6 +53,17 @@ class Scenes(unittest.TestCase):
             mujoco.mj_step(model, data, 2000)
             self.assertAlmostEqual(data.qpos[0], -0.5 * 9.81 * 4, delta=0.011, msg=case)
 
+    def test_a_crazyflie_hovers_at_its_weight_and_rolls_to_the_right_by_its_left_motors(self):
+        model = self.load("crazyflie")
+        data = mujoco.MjData(model)
+        hover = 0.0378 * 9.81 / 4 / 2.245e-6
+        data.ctrl[:] = data.act[:] = hover
+        mujoco.mj_step(model, data, 500)
+        np.testing.assert_allclose(data.qpos, 0.0, atol=1e-6)
+        data.ctrl[2:] = 1.01 * hover
+        mujoco.mj_step(model, data, 20)
+        self.assertGreater(data.qpos[1], 0.0)
+
 
 class Files(unittest.TestCase):
     def test_rows_are_labelled_a_step_late(self):
@@ -74,6 +86,25 @@ class Files(unittest.TestCase):
             )
         self.assertEqual(done.returncode, 1)
         self.assertIn("roll_decay_kvlcc2_zero_speed.csv is not there", done.stderr)
+
+
+class Hops(unittest.TestCase):
+    def test_what_flies_lies_between_take_off_and_landing(self):
+        rows = np.zeros((900, 8))
+        rows[:, 0] = 0.01 * np.arange(900)
+        for first, end in ((100, 400), (500, 550), (600, 900)):
+            rows[first:end, 1], rows[first:end, 4:] = 0.5, 40000.0
+        # Drift on the floor, motors off.
+        rows[420:480, 1] = 0.15
+        self.assertEqual(crazyflie.hops(rows), [slice(100, 400), slice(600, 900)])
+
+    def test_commands_act_from_the_samples_own_time(self):
+        trial = Trial("a", np.array([0.0, 0.1]), {"roll": np.zeros(2)}, controls={"m1": [1, 2], "m2": [3, 4]})
+        with tempfile.TemporaryDirectory() as folder, np.load(write(trial, Path(folder), 0.002)) as file:
+            np.testing.assert_allclose(file["control_times"], [0.0, 0.1])
+            np.testing.assert_allclose(file["sensordata_times"], [0.002, 0.102])
+            np.testing.assert_array_equal(file["control_data"], [[1.0, 3.0], [2.0, 4.0]])
+            self.assertNotIn("initial_state", file)
 
 
 class Captive(unittest.TestCase):
@@ -143,14 +174,16 @@ class Measured(unittest.TestCase):
                 [sys.executable, SCRIPTS / "real_data.py", "--out", out], capture_output=True, text=True
             )
             self.assertEqual(done.returncode, 0, done.stderr)
-            for case in CASES:
+            for case, count in CASES.items():
                 model = mujoco.MjModel.from_xml_path(str(Path(out, case, "nominal.xml")))
                 size = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)
                 files = sorted(Path(out, case, "trials").glob("*.npz"))
-                self.assertEqual(len(files), 1 if case == "roll_decay" else 2)
+                self.assertEqual(len(files), count)
                 for path in files:
                     with np.load(path) as file:
-                        self.assertEqual(file["initial_state"].shape, (size,))
+                        if "initial_state" in file:
+                            self.assertEqual(file["initial_state"].shape, (size,))
+                        self.assertEqual(file["control_data"].shape[1], model.nu)
                         self.assertTrue(np.isfinite(file["sensordata_data"]).all())
                         self.assertTrue((np.diff(file["sensordata_times"]) > 0).all())
             for case in (captive.CASE, glider.CASE):

@@ -291,6 +291,7 @@ fn a_table_of_steady_states_is_named_and_verified() {
                 after: &plant,
                 sensors: &Default::default(),
                 cross_fit: &addition.added.cross_fit,
+                own: addition.added.own.as_ref(),
                 recalibrated: &addition.added.recalibrated,
             },
             held_out,

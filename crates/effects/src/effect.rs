@@ -61,6 +61,12 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         false
     }
 
+    /// True where what it is proportional to may differ from trial to trial: what the water or the switched-on sensor is like on
+    /// a day. Its values have no sign of their own: deviations are normal, and would make a mass negative.
+    fn differs_by_trial(&self) -> bool {
+        false
+    }
+
     /// Actuators whose commands it depends on, by name: those of [`Motion::commands`].
     fn commands(&self) -> &[String] {
         &[]

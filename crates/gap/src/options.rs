@@ -330,6 +330,11 @@ options! {
         payload_places: [f64; 2] = [-1.5, 1.5],
         /// Factors on the standard deviations of an effect's priors that are tried; alike likely.
         prior_scales: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01],
+        /// Prior probability that an effect which may differ from trial to trial does.
+        differs: f64 = 0.2,
+        /// Standard deviations of a trial's own value about the common one that are tried, in that of the common one's prior; alike
+        /// likely.
+        own_sizes: [f64; 2] = [1.0, 0.1],
         /// Prior probability of one missing effect more.
         another_effect: f64 = 0.5,
         /// Effects that are added before the readings are linearised again, at most.

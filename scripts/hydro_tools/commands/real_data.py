@@ -5,9 +5,10 @@
     python scripts/real_data.py --out out/real --run              # and what `hydro gap run` says of them
 
 Cases: roll_decay (a single release: missing is quadratic damping), ball_<name>, two drops each (missing is
-the air's drag), captive_kvlcc2 (a table of steady states: missing is all that water does) and glider (18 dives,
-pitch prescribed: missing is lift). The first states are estimated from the first readings
-(hydro_tools/datasets/measured/).
+the air's drag), captive_kvlcc2 (a table of steady states: missing is all that water does), glider (18 dives,
+pitch prescribed: missing is lift), crazyflie_normal (six hops of a nano quadrotor: nothing is missing, though its
+thrust differs by 2 % from flight to flight) and crazyflie_weight (four hops: missing is a weight of 2.2 to 3.0 g
+near motor 3). The first states are estimated from the first readings (hydro_tools/datasets/measured/).
 Needs numpy and, for --check, scipy; --run needs `cargo build --release` and the MuJoCo of .venv.
 """
 

@@ -213,6 +213,7 @@ fn record(remark: String) -> Added {
         sensors: [].into(),
         bootstrap: Vec::new(),
         cross_fit: Vec::new(),
+        own: None,
         recalibrated: Vec::new(),
         numbers: Vec::new(),
         model: None,

@@ -283,6 +283,7 @@ impl<'a> Session<'a> {
             after: &after,
             sensors: input.added.map_or(&none, |added| &added.sensors),
             cross_fit: input.added.map_or(&[], |added| &added.cross_fit),
+            own: input.added.and_then(|added| added.own.as_ref()),
             recalibrated: input.added.map_or(&[], |added| &added.recalibrated),
         };
         let trials = self.read(&held_out)?;

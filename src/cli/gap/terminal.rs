@@ -7,8 +7,8 @@ use hydro_gap::{
     verdict::Verdict,
 };
 use hydro_plugin::report::gap::{
-    VerdictKind, effect_on, headline, interval, number, percent, place, probability, regime,
-    with_unit,
+    VerdictKind, by_trial, effect_on, headline, interval, number, percent, place, probability,
+    regime, with_unit,
 };
 
 use super::results_folder::{PATCHED, REPORT};
@@ -46,8 +46,12 @@ pub(super) fn ten_lines(record: &Record, out: &Path) -> String {
     let parameters = chosen
         .flat_map(|effect| &effect.parameters)
         .map(|parameter| {
+            let own = match parameter.by_trial.is_empty() {
+                true => String::new(),
+                false => format!("; {}", by_trial(parameter)),
+            };
             format!(
-                "{} {} ({})",
+                "{} {} ({}{own})",
                 parameter.name,
                 with_unit(parameter.value, &parameter.unit),
                 interval(parameter.ci95)

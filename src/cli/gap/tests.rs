@@ -55,6 +55,7 @@ fn added_mass() -> FittedEffect {
             value: 3.0,
             unit: "kg".into(),
             ci95: [2.5, 3.5],
+            by_trial: Default::default(),
         }],
     }
 }
@@ -83,6 +84,7 @@ fn candidate() -> Candidate {
             sensors: [].into(),
             bootstrap: vec![],
             cross_fit: vec![],
+            own: None,
             recalibrated: vec![],
             numbers: vec![],
             model: Some("patched.xml".into()),

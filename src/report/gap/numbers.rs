@@ -1,5 +1,7 @@
 //! Numbers, units, intervals and probabilities as text.
 
+use hydro_gap::verdict::FittedParameter;
+
 /// A number with five digits, for numbers that differ little.
 pub(super) fn fine(value: f64) -> String {
     if !(1e-3..1e5).contains(&value.abs()) {
@@ -38,6 +40,18 @@ pub fn with_unit(value: f64, unit: &str) -> String {
 /// An interval in words.
 pub fn interval([low, high]: [f64; 2]) -> String {
     format!("{} to {}", number(low), number(high))
+}
+
+/// The range of the trials' own values, where they differ; empty where all trials have one.
+pub fn by_trial(parameter: &FittedParameter) -> String {
+    let values = parameter.by_trial.values().copied();
+    let Some((low, high)) = values.fold(None, |range, value| match range {
+        None => Some((value, value)),
+        Some((low, high)) => Some((f64::min(low, value), f64::max(high, value))),
+    }) else {
+        return String::new();
+    };
+    format!("differs from trial to trial: {}", interval([low, high]))
 }
 
 /// A share as a percentage, without the sign.

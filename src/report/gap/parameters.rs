@@ -9,7 +9,7 @@ use hydro_gap::{
 };
 
 use super::{
-    numbers::{interval, number, with_unit},
+    numbers::{by_trial, interval, number, with_unit},
     sentence::effect_name,
     svg::{self, Scale},
 };
@@ -100,9 +100,16 @@ fn row(html: &mut String, parameter: &FittedParameter, again: Option<&FittedPara
             escape(&interval(other.ci95))
         )
     });
+    let own = match parameter.by_trial.is_empty() {
+        true => String::new(),
+        false => format!(
+            "<br/><span class=\"note\">mean; {}</span>",
+            escape(&by_trial(parameter))
+        ),
+    };
     let _ = write!(
         html,
-        "<tr><td class=\"t\"><code>{}</code></td><td class=\"n\">{}</td><td class=\"n\">{}{brackets}</td>\
+        "<tr><td class=\"t\"><code>{}</code>{own}</td><td class=\"n\">{}</td><td class=\"n\">{}{brackets}</td>\
          <td class=\"dots\">",
         escape(&parameter.name),
         escape(&with_unit(parameter.value, &parameter.unit)),

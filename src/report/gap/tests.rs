@@ -34,6 +34,7 @@ fn effect(
                 value: *value,
                 unit: (*unit).to_owned(),
                 ci95: [value - 0.1 * value.abs(), value + 0.15 * value.abs()],
+                by_trial: Default::default(),
             })
             .collect(),
     }
@@ -265,6 +266,7 @@ pub(super) fn record(sensors: usize, trials: usize) -> Record {
             effects: chosen.clone(),
             sensors: sensor_patch.clone(),
             cross_fit: vec![],
+            own: None,
             recalibrated: vec![],
             bootstrap: vec![(Id::AddedMass, "hull".into(), {
                 let mut again = chosen[0].parameters.clone();

@@ -37,6 +37,10 @@ impl Effect for Current {
         Medium::Air
     }
 
+    fn differs_by_trial(&self) -> bool {
+        true
+    }
+
     fn part(&self) -> Part<'_> {
         Part::Water(self)
     }

@@ -43,6 +43,10 @@ impl Effect for SensorBias {
             .collect()
     }
 
+    fn differs_by_trial(&self) -> bool {
+        true
+    }
+
     fn part(&self) -> Part<'_> {
         Part::Sensor(self)
     }

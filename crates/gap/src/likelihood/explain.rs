@@ -99,11 +99,12 @@ fn search(levels: &[Level], choices: &Choices<'_>, options: &LikelihoodOptions) 
     let mut order: Vec<(f64, usize)> = (levels.iter().map(Level::most)).zip(0..).collect();
     order.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut found: Vec<Found> = Vec::new();
-    for (most, number) in order {
+    for (_, number) in order {
         let level = &levels[number];
         let search = Search { level, choices };
-        let best = likeliest(&found).map_or(f64::NEG_INFINITY, |of| of.log_posterior);
-        if !level.is_searched || most < best - options.level_within {
+        let best = likeliest(&found);
+        let is_far = |best: &Found| search.most(best) < best.log_posterior - options.level_within;
+        if !level.is_searched || best.is_some_and(is_far) {
             found.extend(search.whole(&[]));
         } else {
             found.extend(search.run());

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use hydro_effects::Id;
+use hydro_effects::{Id, Parameter};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
@@ -139,11 +139,22 @@ impl<'a> Explanation<'a> {
             return Vec::new();
         };
         let deviations = self.deviations(self.found(set), candidate);
+        let by_trial = |at: usize, p: &Parameter| -> BTreeMap<String, f64> {
+            if p.shapes {
+                return BTreeMap::new();
+            }
+            let trials = point.by_trial[row].iter();
+            let named =
+                trials.map(|(of, values)| (self.problem.trials[*of].name.clone(), values[at]));
+            named.collect()
+        };
         let parameters = self.problem.candidates[candidate].parameters.iter();
         parameters
+            .enumerate()
             .zip(&point.values[row])
             .zip(deviations)
-            .map(|((p, value), deviation)| FittedParameter {
+            .map(|(((at, p), value), deviation)| FittedParameter {
+                by_trial: by_trial(at, p),
                 name: p.name.clone(),
                 value: *value,
                 unit: p.unit.to_owned(),
@@ -156,6 +167,20 @@ impl<'a> Explanation<'a> {
                 }),
             })
             .collect()
+    }
+
+    /// Candidates of a set with values of each trial's own: standard deviation of each parameter about the common value, in its
+    /// unit.
+    pub(crate) fn spread_by_trial(&self, set: usize) -> Vec<(usize, Vec<f64>)> {
+        let options = &self.problem.settings.options.likelihood;
+        let members = self.found(set).members.iter();
+        let own = members.filter_map(|(candidate, _, scale, size)| {
+            let sd = options.prior_scales[*scale] * options.own_sizes[(*size)?];
+            let parameters = self.problem.candidates[*candidate].parameters.iter();
+            let spread = parameters.map(|p| if p.shapes { 0.0 } else { sd * p.prior_sd });
+            Some((*candidate, spread.collect()))
+        });
+        own.collect()
     }
 
     /// Standard deviations of a candidate's parameters in those of the prior: of the data, and of the form where the effect
@@ -296,10 +321,15 @@ impl<'a> Explanation<'a> {
         (agreement, unmodelled)
     }
 
-    /// Log odds of any gap.
-    pub(crate) fn odds(&self) -> f64 {
+    /// Log odds of any gap but effects with values of each trial's own, and the odds of these; each against agreement.
+    pub(crate) fn odds(&self) -> (f64, f64) {
         let (agreement, _) = self.without_effects();
-        ((1.0 - agreement).max(0.0) / agreement.max(f64::MIN_POSITIVE)).ln()
+        let own = self.found.iter().filter(|of| !of.own.is_empty());
+        // Not `sum`: of nothing it is the negative zero, whose reciprocal is below all.
+        let own = own.map(|of| self.probability(of)).fold(0.0, |a, b| a + b);
+        let against = agreement.max(f64::MIN_POSITIVE);
+        let common = (1.0 - agreement - own).max(0.0);
+        ((common / against).ln(), own / against)
     }
 
     /// Likeliest sets, and log odds of any effect against none, that the search finds in simulated trials in which a set is

@@ -6,7 +6,10 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use crate::likelihood::columns::{LinkColumns, Whitened};
+use crate::likelihood::{
+    by_trial::{self, Deviation, Deviations},
+    columns::{LinkColumns, Whitened},
+};
 
 /// Standard deviation of a start where the last segment ends, beside the unmodelled forces: rounding, steps of the
 /// integrator [m, rad, m/s, rad/s].
@@ -24,10 +27,41 @@ pub(crate) struct Forces {
 /// The likelihood of a track, quadratic in the parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct Filtered {
+    /// Row of the trial.
+    pub(crate) trial: usize,
     /// Gram matrix of residual and parameters.
     pub(crate) gram: DMatrix<f64>,
     /// Half the logarithm of the determinant of the residuals' covariance.
     pub(crate) half_log_determinant: f64,
+    /// Deviations of the trial's own that are integrated out.
+    pub(crate) deviations: Deviations,
+}
+
+impl Filtered {
+    /// With deviations of the trial's own integrated out; as it is where there are none.
+    pub(crate) fn with_own(self, directions: &[Deviation]) -> Option<Self> {
+        if directions.is_empty() {
+            return Some(self);
+        }
+        let (gram, deviations, half) = by_trial::marginal(&self.gram, directions)?;
+        Some(Self {
+            gram,
+            half_log_determinant: self.half_log_determinant + half,
+            deviations,
+            ..self
+        })
+    }
+
+    /// With the columns of some parameters times a factor, none of them one that deviates.
+    pub(crate) fn scaled(&self, parameters: &[usize], factor: f64) -> Self {
+        let mut scaled = self.clone();
+        for parameter in parameters {
+            scaled.gram.column_mut(1 + parameter).scale_mut(factor);
+            scaled.gram.row_mut(1 + parameter).scale_mut(factor);
+        }
+        scaled.deviations.scale(parameters, factor);
+        scaled
+    }
 }
 
 /// Starts and unmodelled forces given all readings.
@@ -106,9 +140,10 @@ impl Start {
     }
 }
 
-/// Filters a track with one of the sizes of correlated noise that it was swept for. `arrival`: standard deviation of the first
-/// start by axis [2 nv]; `force`: the prior of the unmodelled forces.
+/// Filters the track of a trial with one of the sizes of correlated noise that it was swept for. `arrival`: standard deviation
+/// of the first start by axis [2 nv]; `force`: the prior of the unmodelled forces.
 pub(crate) fn filter(
+    trial: usize,
     links: &[LinkColumns],
     noise: usize,
     parameters: usize,
@@ -116,8 +151,10 @@ pub(crate) fn filter(
     force: Forces,
 ) -> Option<Filtered> {
     let mut filtered = Filtered {
+        trial,
         gram: DMatrix::zeros(1 + parameters, 1 + parameters),
         half_log_determinant: 0.0,
+        deviations: Deviations::default(),
     };
     let mut start = Start::first(arrival, parameters, force);
     for link in links {
@@ -384,7 +421,7 @@ mod tests {
         let factor = covariance.cholesky().unwrap();
         let misfit = residual.dot(&factor.solve(&residual));
         let logs: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
-        let filtered = filter(&links, 0, 1, &arrival, force).unwrap();
+        let filtered = filter(0, &links, 0, 1, &arrival, force).unwrap();
         let along = DVector::from_vec(vec![1.0, -z[0]]);
         let found = (&filtered.gram * &along).dot(&along);
         assert!((found / misfit - 1.0).abs() < 1e-6, "{found} {misfit}");

@@ -1,19 +1,21 @@
 //! A set of effects at one level of disturbances, with its likelihood and posterior.
 
-use crate::likelihood::truncated_evidence::Truncated;
+use crate::likelihood::{by_trial::Own, truncated_evidence::Truncated};
 
-/// A member of a set: candidate, choice, scale.
-pub(crate) type Member = (usize, usize, usize);
+/// A member of a set: candidate, choice, scale, and where every trial has a value of its own, which of the sizes.
+pub(crate) type Member = (usize, usize, usize, Option<usize>);
 
 /// A set at one level.
 #[derive(Clone, Debug)]
 pub(crate) struct Found {
     pub(crate) set: Vec<usize>,
     pub(crate) level: usize,
-    /// The likeliest choices and scales.
+    /// The likeliest choices and scales, and whether each trial has a value of its own.
     pub(crate) members: Vec<Member>,
     /// Columns of the members, and their posterior.
     pub(crate) columns: Vec<usize>,
+    /// Columns with a value of each trial's own.
+    pub(crate) own: Own,
     /// Difference, by member, between the log likelihood averaged over its choices and scales and that of the likeliest.
     pub(crate) mixtures: Vec<f64>,
     pub(crate) posterior: Truncated,

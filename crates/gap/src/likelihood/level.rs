@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::{
     likelihood::{
+        by_trial::{self, Deviation, Deviations, Own},
         directions::{self, Direction},
         filter::Filtered,
         form_error::Beside,
@@ -31,6 +32,9 @@ pub(crate) struct Sizes {
     pub(crate) drift: f64,
 }
 
+/// Number and disturbances of a level, and whether it holds the directions.
+type Place = (usize, Sizes, bool);
+
 /// The likelihood at one level of disturbances.
 pub(crate) struct Level {
     /// Its place among the levels of the sweep.
@@ -43,7 +47,7 @@ pub(crate) struct Level {
     half_log_determinant: f64,
     columns: Beside,
     /// Likelihood by trial.
-    pub(crate) trials: Vec<Filtered>,
+    pub(crate) trials: Vec<Arc<Filtered>>,
     given: Mutex<BTreeMap<Vec<usize>, Arc<Given>>>,
 }
 
@@ -64,9 +68,13 @@ impl Level {
         trials: Vec<Filtered>,
         columns: &Beside,
     ) -> Option<Self> {
-        let (gram, half) = sum(trials.iter())?;
-        let place = (number, sizes, is_searched);
-        let mut level = Self::of(place, &gram, half, columns.clone());
+        let trials = trials.into_iter().map(Arc::new).collect();
+        Self::from_trials((number, sizes, is_searched), trials, columns.clone())
+    }
+
+    fn from_trials(place: Place, trials: Vec<Arc<Filtered>>, columns: Beside) -> Option<Self> {
+        let (gram, half) = sum(&trials)?;
+        let mut level = Self::of(place, &gram, half, columns);
         level.trials = trials;
         Some(level)
     }
@@ -79,13 +87,13 @@ impl Level {
 
     /// The level on trials drawn again.
     pub(crate) fn drawn(&self, trials: &[usize]) -> Option<Self> {
-        let (gram, half) = sum(trials.iter().map(|at| &self.trials[*at]))?;
+        let trials = trials.iter().map(|at| self.trials[*at].clone()).collect();
         let place = (self.number, self.sizes, self.is_searched);
-        Some(Self::of(place, &gram, half, self.columns.clone()))
+        Self::from_trials(place, trials, self.columns.clone())
     }
 
     fn of(
-        (number, sizes, is_searched): (usize, Sizes, bool),
+        (number, sizes, is_searched): Place,
         gram: &DMatrix<f64>,
         half: f64,
         columns: Beside,
@@ -107,16 +115,21 @@ impl Level {
         let mut whole = self.whole.clone();
         let forms = self.columns.forms.iter();
         let mut of_candidate = forms.filter(|(of, _)| *of == Some(candidate));
-        let columns = of_candidate.nth(error).map(|(_, columns)| columns.clone());
-        for column in columns.unwrap_or_default() {
+        let scaled: Vec<usize> = of_candidate
+            .nth(error)
+            .map_or_else(Vec::new, |(_, columns)| columns.clone().collect());
+        for column in scaled.iter().copied() {
             whole.b[column] *= ratio;
             whole.a.column_mut(column).scale_mut(ratio);
             whole.a.row_mut(column).scale_mut(ratio);
         }
+        let trials = self.trials.iter();
         Self {
             whole,
             columns: self.columns.clone(),
-            trials: Vec::new(),
+            trials: trials
+                .map(|of| Arc::new(of.scaled(&scaled, ratio)))
+                .collect(),
             given: Mutex::default(),
             ..*self
         }
@@ -140,6 +153,51 @@ impl Level {
         let mut all = self.given.lock().ok()?;
         all.insert(present, given.clone());
         Some(given)
+    }
+
+    /// The likelihood of some columns for sets that hold the same of the point's candidates as `set`, where some have a value
+    /// of each trial's own. `None` where it is not positive.
+    pub(crate) fn given_own(&self, set: &[usize], own: &Own, columns: &[usize]) -> Option<Given> {
+        if own.is_empty() {
+            let given = self.given(set)?;
+            return Some(Given {
+                quadratic: given.quadratic.select(columns),
+                empty: given.empty,
+            });
+        }
+        let beside = self.columns.columns(&self.columns.present(set));
+        let (joint, half) = self.joint(&beside, own, columns)?;
+        let (quadratic, logs) = joint.marginal(beside.len())?;
+        Some(Given {
+            empty: -0.5 * quadratic.q - half - logs,
+            quadratic,
+        })
+    }
+
+    /// The likelihood of what stands beside a set, then of some of its columns, and half its log determinant.
+    fn joint(&self, beside: &[usize], own: &Own, columns: &[usize]) -> Option<(Quadratic, f64)> {
+        let all: Vec<usize> = self.places(beside, columns);
+        if own.is_empty() {
+            return Some((self.whole.select(&all), self.half_log_determinant));
+        }
+        let directions = deviations(beside.len(), own, columns);
+        let mut half = self.half_log_determinant;
+        let mut sum: Option<DMatrix<f64>> = None;
+        for trial in &self.trials {
+            let (gram, _, log) = by_trial::marginal(&select(&trial.gram, &all), &directions)?;
+            half += log;
+            sum = Some(match sum {
+                Some(sum) => sum + gram,
+                None => gram,
+            });
+        }
+        Some((Quadratic::from_gram(&sum?), half))
+    }
+
+    /// Places among all parameters: those beside a set, then some columns.
+    fn places(&self, beside: &[usize], columns: &[usize]) -> Vec<usize> {
+        let own = columns.iter().map(|column| self.columns.len() + column);
+        beside.iter().copied().chain(own).collect()
     }
 
     /// Log prior of its disturbances. Without an effect they are small, or all that is missing is outside the catalogue; beside
@@ -174,8 +232,12 @@ impl Level {
         given.empty + given.quadratic.most_gain()
     }
 
-    /// Simulated likelihoods in which a found set is true. `None` where the likelihood is not positive.
+    /// Simulated likelihoods in which a found set is true. `None` where the likelihood is not positive, or the trials have
+    /// values of their own: simulated likelihoods are of all trials together.
     pub(crate) fn simulator(&self, found: &Found) -> Option<Simulator> {
+        if !found.own.is_empty() {
+            return None;
+        }
         let given = self.given(&found.set)?;
         let posterior = &found.posterior;
         Some(Simulator {
@@ -191,12 +253,10 @@ impl Level {
     /// Standard deviations of the uncertain numbers beside a found set, in those of their priors; `own`: precision of the
     /// priors of the set's columns.
     pub(crate) fn spread(&self, found: &Found, own: &[f64]) -> Option<Vec<f64>> {
-        let mut columns = self.columns.columns(&self.columns.present(&found.set));
-        let mut precision = vec![1.0; columns.len()];
-        let of_set = found.columns.iter();
-        columns.extend(of_set.map(|column| self.columns.len() + column));
+        let beside = self.columns.columns(&self.columns.present(&found.set));
+        let mut precision = vec![1.0; beside.len()];
         precision.extend(own);
-        let mut joint = self.whole.select(&columns).a;
+        let mut joint = self.joint(&beside, &found.own, &found.columns)?.0.a;
         for (axis, precision) in precision.into_iter().enumerate() {
             joint[(axis, axis)] += precision;
         }
@@ -205,95 +265,227 @@ impl Level {
         Some(numbers.map(|variance| variance.max(0.0).sqrt()).collect())
     }
 
-    /// The working point at a found set, and all parameters of the sweep there.
+    /// The working point at a found set, and all parameters of the sweep there, trial by trial.
     pub(crate) fn moved(
         &self,
         problem: &Problem<'_>,
         point: &Point,
         directions: &[Direction],
         found: &Found,
-    ) -> (Point, DVector<f64>) {
-        let nuisances = self.columns.len();
-        let own: usize = point.values.iter().map(Vec::len).sum();
-        let mut z = DVector::zeros(nuisances + own + directions.len());
-        for (column, value) in found.columns.iter().zip(found.posterior.mean.iter()) {
-            z[nuisances + column] = *value;
+    ) -> (Point, Vec<DVector<f64>>) {
+        let (z, own) = self.parameters(problem, found);
+        let mut next = Point {
+            candidates: Vec::new(),
+            values: Vec::new(),
+            forms: Vec::new(),
+            by_trial: Vec::new(),
+            nuisances: z.rows(0, problem.nuisances.len()).into_owned(),
+        };
+        let along = Along {
+            problem,
+            point,
+            directions,
+            first: self.columns.len(),
+            found,
+        };
+        for (candidate, _, _, own_size) in &found.members {
+            next.candidates.push(*candidate);
+            next.values.push(along.values(*candidate, &z));
+            let before = point.candidates.iter().position(|of| of == candidate);
+            next.forms
+                .push(before.map_or([1.0; 2], |row| point.forms[row]));
+            let by_trial = match own_size {
+                Some(_) => (self.trials.iter().zip(&own))
+                    .map(|(trial, z)| (trial.trial, along.values(*candidate, z)))
+                    .collect(),
+                None => BTreeMap::new(),
+            };
+            next.by_trial.push(by_trial);
         }
-        // The uncertain numbers and errors of form that go with them, within bounds.
+        let of_trials = self.trials.iter().zip(own);
+        (
+            next,
+            of_trials.map(|(of, z)| of.deviations.own(&z)).collect(),
+        )
+    }
+
+    /// All parameters of the sweep at a found set, common and in each trial; the uncertain numbers and errors of form that go
+    /// with them within bounds.
+    fn parameters(
+        &self,
+        problem: &Problem<'_>,
+        found: &Found,
+    ) -> (DVector<f64>, Vec<DVector<f64>>) {
+        let mut z = DVector::zeros(self.whole.b.len());
+        for (column, value) in found.columns.iter().zip(found.posterior.mean.iter()) {
+            z[self.columns.len() + column] = *value;
+        }
         let beside = self.columns.columns(&self.columns.present(&found.set));
-        // A level that is not searched has no directions.
-        let count = self.whole.b.len() - nuisances;
-        let rest = z.rows(nuisances, count).into_owned();
-        let across = DMatrix::from_fn(beside.len(), rest.len(), |row, column| {
-            self.whole.a[(beside[row], nuisances + column)]
-        });
-        let mut numbers = self.whole.select(&beside);
-        numbers.b -= across * rest;
+        if let Some(best) = self.numbers(problem, &beside, found) {
+            for (column, value) in beside.iter().zip(best.iter()) {
+                z[*column] = *value;
+            }
+        }
+        let own = self.own(found, &beside, &z);
+        (z, own)
+    }
+
+    /// What a found set leaves of each trial, as a likelihood of the point's own parameters and directions.
+    pub(crate) fn left(&self, problem: &Problem<'_>, found: &Found) -> Vec<Left<'_>> {
+        let (_, own) = self.parameters(problem, found);
+        let first = self.columns.len();
+        let trials = self.trials.iter().zip(own);
+        trials.map(|(trial, z)| Left { trial, z, first }).collect()
+    }
+
+    /// The best uncertain numbers and errors of form beside a found set, within bounds.
+    fn numbers(
+        &self,
+        problem: &Problem<'_>,
+        beside: &[usize],
+        found: &Found,
+    ) -> Option<DVector<f64>> {
+        let (joint, _) = self.joint(beside, &found.own, &found.columns)?;
+        let (count, rest) = (beside.len(), found.columns.len());
+        let across = joint.a.view((0, count), (count, rest)).into_owned();
+        let places: Vec<usize> = (0..count).collect();
+        let mut numbers = joint.select(&places);
+        numbers.b -= across * &found.posterior.mean;
         let most = problem.settings.options.likelihood.largest_shift;
         let bounds = vec![
             Bounds {
                 lower: -most,
                 upper: most,
             };
-            beside.len()
+            count
         ];
-        if let Some(best) = numbers.best(&bounds) {
-            for (column, value) in beside.iter().zip(best.iter()) {
-                z[*column] = *value;
-            }
-        }
-        let mut next = Point {
-            candidates: Vec::new(),
-            values: Vec::new(),
-            forms: Vec::new(),
-            nuisances: z.rows(0, problem.nuisances.len()).into_owned(),
-        };
-        for (candidate, ..) in &found.members {
-            let parameters = &problem.candidates[*candidate].parameters;
-            let mut first = 0;
-            let mut values = None;
-            for (row, of) in point.candidates.iter().enumerate() {
-                if of == candidate {
-                    let own: Vec<f64> = parameters
-                        .iter()
-                        .enumerate()
-                        .map(|(at, p)| {
-                            let about = if p.shapes {
-                                point.values[row][at]
-                            } else {
-                                p.null
-                            };
-                            (about + z[nuisances + first + at] * p.prior_sd).clamp(p.lower, p.upper)
-                        })
-                        .collect();
-                    values = Some(own);
-                }
-                first += point.values[row].len();
-            }
-            let values = values.unwrap_or_else(|| {
-                let along: Vec<(&Direction, f64)> = found
-                    .columns
-                    .iter()
-                    .filter(|column| **column >= own)
-                    .map(|column| (&directions[column - own], z[nuisances + column]))
-                    .filter(|(direction, _)| direction.candidate == *candidate)
-                    .collect();
-                directions::values(problem, *candidate, &along)
-            });
-            let before = point.candidates.iter().position(|of| of == candidate);
-            next.candidates.push(*candidate);
-            next.values.push(values);
-            next.forms
-                .push(before.map_or([1.0; 2], |row| point.forms[row]));
-        }
-        (next, z)
+        numbers.best(&bounds)
     }
+
+    /// Some parameters of the only trial, known but for deviations along some directions of these.
+    pub(crate) fn deviating(
+        &self,
+        parameters: &[usize],
+        directions: &[Deviation],
+        known: &DVector<f64>,
+    ) -> Option<DVector<f64>> {
+        let gram = select(&self.trials.first()?.gram, parameters);
+        let (_, deviations, _) = by_trial::marginal(&gram, directions)?;
+        Some(deviations.own(known))
+    }
+
+    /// All parameters of every trial, those that have a value of each trial's own where the readings of that trial have them.
+    fn own(&self, found: &Found, beside: &[usize], z: &DVector<f64>) -> Vec<DVector<f64>> {
+        if found.own.is_empty() {
+            return vec![z.clone(); self.trials.len()];
+        }
+        let all = self.places(beside, &found.columns);
+        let known = DVector::from_iterator(all.len(), all.iter().map(|at| z[*at]));
+        let directions = deviations(beside.len(), &found.own, &found.columns);
+        let of_trial = |trial: &Arc<Filtered>| {
+            let marginal = by_trial::marginal(&select(&trial.gram, &all), &directions);
+            let deviations = marginal.map_or_else(Deviations::default, |of| of.1);
+            let mut own = z.clone();
+            for (at, value) in all.iter().zip(deviations.own(&known).iter()) {
+                own[*at] = *value;
+            }
+            own
+        };
+        self.trials.iter().map(of_trial).collect()
+    }
+}
+
+/// A trial with all parameters held.
+pub(crate) struct Left<'a> {
+    trial: &'a Filtered,
+    z: DVector<f64>,
+    /// First of the point's own parameters and directions.
+    first: usize,
+}
+
+impl Left<'_> {
+    /// Its likelihood in what some columns change.
+    pub(crate) fn select(&self, columns: &[usize]) -> Quadratic {
+        let gram = &self.trial.gram;
+        let at = |column: usize| 1 + self.first + columns[column];
+        let known = gram.nrows() - 1;
+        Quadratic {
+            q: 0.0,
+            b: DVector::from_fn(columns.len(), |row, _| {
+                let of_others = gram.view((1, at(row)), (known, 1));
+                gram[(0, at(row))] - of_others.dot(&self.z)
+            }),
+            a: DMatrix::from_fn(columns.len(), columns.len(), |row, column| {
+                gram[(at(row), at(column))]
+            }),
+        }
+    }
+}
+
+/// Values of candidates from parameters of a sweep.
+struct Along<'a> {
+    problem: &'a Problem<'a>,
+    /// The point of the sweep, and the directions that it looked along.
+    point: &'a Point,
+    directions: &'a [Direction],
+    /// First of the point's own parameters.
+    first: usize,
+    found: &'a Found,
+}
+
+impl Along<'_> {
+    fn values(&self, candidate: usize, z: &DVector<f64>) -> Vec<f64> {
+        let parameters = &self.problem.candidates[candidate].parameters;
+        let mut first = self.first;
+        let mut values = None;
+        for (of, about) in self.point.candidates.iter().zip(&self.point.values) {
+            if *of == candidate {
+                let own = parameters
+                    .iter()
+                    .zip(about)
+                    .enumerate()
+                    .map(|(at, (p, about))| {
+                        let about = if p.shapes { *about } else { p.null };
+                        (about + z[first + at] * p.prior_sd).clamp(p.lower, p.upper)
+                    });
+                values = Some(own.collect());
+            }
+            first += about.len();
+        }
+        let held = first - self.first;
+        values.unwrap_or_else(|| {
+            let columns = self.found.columns.iter().filter(|column| **column >= held);
+            let along: Vec<(&Direction, f64)> = columns
+                .map(|column| (&self.directions[column - held], z[self.first + column]))
+                .filter(|(direction, _)| direction.candidate == candidate)
+                .collect();
+            directions::values(self.problem, candidate, &along)
+        })
+    }
+}
+
+/// Deviations of some of a set's columns, where what stands beside the set comes first.
+fn deviations(beside: usize, own: &Own, columns: &[usize]) -> Vec<Deviation> {
+    let place = |column: usize| columns.iter().position(|of| *of == column);
+    let own = own.iter();
+    own.filter_map(|(column, sd)| Some(vec![(beside + place(*column)?, *sd)]))
+        .collect()
+}
+
+/// A Gram matrix of the residual and a few of the parameters.
+fn select(gram: &DMatrix<f64>, parameters: &[usize]) -> DMatrix<f64> {
+    let at = |row: usize| match row {
+        0 => 0,
+        _ => 1 + parameters[row - 1],
+    };
+    let count = 1 + parameters.len();
+    DMatrix::from_fn(count, count, |row, column| gram[(at(row), at(column))])
 }
 
 /// Draws likelihoods of trials in which a set is true.
 pub(crate) struct Simulator {
-    /// Number and disturbances of the level, and whether it holds the directions.
-    place: (usize, Sizes, bool),
+    /// That of the level.
+    place: Place,
     /// Curvature, and a root of it: the covariance of the slope is the curvature.
     a: DMatrix<f64>,
     noise: DMatrix<f64>,
@@ -321,9 +513,10 @@ impl Simulator {
 }
 
 /// Sum of Gram matrices and of half the log determinants.
-fn sum<'f>(trials: impl Iterator<Item = &'f Filtered>) -> Option<(DMatrix<f64>, f64)> {
+fn sum(trials: &[Arc<Filtered>]) -> Option<(DMatrix<f64>, f64)> {
     let mut half = 0.0;
     let gram = trials
+        .iter()
         .map(|of| {
             half += of.half_log_determinant;
             &of.gram
@@ -336,56 +529,4 @@ fn sum<'f>(trials: impl Iterator<Item = &'f Filtered>) -> Option<(DMatrix<f64>, 
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
-mod tests {
-    use rand::SeedableRng;
-
-    use super::*;
-    use crate::likelihood::truncated_evidence::Truncated;
-
-    /// Slopes of simulated trials have the curvature as covariance about what the values bring, and these the posterior's.
-    #[test]
-    fn simulated_likelihoods_have_the_moments_of_their_set() {
-        let a = DMatrix::from_row_slice(2, 2, &[5.0, 1.0, 1.0, 3.0]);
-        let mut gram = DMatrix::zeros(3, 3);
-        gram.view_mut((1, 1), (2, 2)).copy_from(&a);
-        let sizes = Sizes {
-            force: 0.1,
-            drift: 0.0,
-        };
-        let level = Level::of((0, sizes, true), &gram, 0.0, Beside::default());
-        let found = Found {
-            set: vec![0],
-            level: 0,
-            members: vec![(0, 0, 0)],
-            columns: vec![0],
-            mixtures: vec![0.0],
-            posterior: Truncated {
-                log_evidence: 0.0,
-                mean: DVector::from_vec(vec![2.0]),
-                covariance: DMatrix::from_element(1, 1, 0.25),
-            },
-            log_likelihood: 0.0,
-            log_posterior: 0.0,
-        };
-        let simulator = level.simulator(&found).unwrap();
-        let mut rng = ChaCha8Rng::seed_from_u64(3);
-        let draws: Vec<DVector<f64>> = (0..20_000)
-            .map(|_| simulator.draw(&mut rng).whole.b.clone())
-            .collect();
-        let count = draws.len() as f64;
-        let mean: DVector<f64> = draws.iter().sum::<DVector<f64>>() / count;
-        let covariance: DMatrix<f64> = draws
-            .iter()
-            .map(|b| (b - &mean) * (b - &mean).transpose())
-            .sum::<DMatrix<f64>>()
-            / count;
-        let column = a.column(0);
-        assert!((&mean - 2.0 * column).amax() < 0.1, "{mean}");
-        let expected = &a + 0.25 * column * column.transpose();
-        assert!(
-            (&covariance - &expected).amax() < 0.3,
-            "{covariance} {expected}"
-        );
-    }
-}
+mod tests;

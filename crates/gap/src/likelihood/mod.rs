@@ -8,9 +8,11 @@
 //! Sources: P. de Jong, The diffuse Kalman filter, Ann. Statist. 19 (1991), for regressors carried through the filter;
 //! M. C. Kennedy and A. O'Hagan, Bayesian calibration of computer models, J. R. Stat. Soc. B 63 (2001), for the discrepancy.
 
+pub(crate) mod by_trial;
 pub(crate) mod changes;
 pub(crate) mod coloured_noise;
 pub(crate) mod columns;
+pub(crate) mod differing;
 pub(crate) mod directions;
 pub(crate) mod explain;
 pub(crate) mod explanation;
@@ -23,6 +25,7 @@ pub(crate) mod innovations;
 pub(crate) mod level;
 pub(crate) mod neglected_terms;
 pub(crate) mod quadratic;
+pub(crate) mod refits;
 pub(crate) mod scale_slope;
 pub(crate) mod search;
 pub(crate) mod step_changes;

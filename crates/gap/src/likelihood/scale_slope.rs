@@ -82,7 +82,7 @@ pub(crate) fn add_slopes(
             continue;
         }
         let scaled: Vec<LinkColumns> = bare.iter().map(|link| enlarged(link, number)).collect();
-        let larger = filter::filter(&scaled, 0, 0, arrival, force)?;
+        let larger = filter::filter(filtered.trial, &scaled, 0, 0, arrival, force)?;
         let slope = (larger.half_log_determinant - filtered.half_log_determinant) / STEP;
         let place = 1 + of.column;
         filtered.gram[(0, place)] -= of.relative * slope;
@@ -147,7 +147,7 @@ mod tests {
             correlation: 0.6,
         };
         let mut filtered =
-            filter::filter(std::slice::from_ref(&link), 0, 1, &arrival, force).unwrap();
+            filter::filter(0, std::slice::from_ref(&link), 0, 1, &arrival, force).unwrap();
         let before = filtered.gram[(0, 1)];
         let column = ScaleColumn {
             column: 0,

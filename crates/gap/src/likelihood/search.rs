@@ -1,6 +1,9 @@
 //! The search over sets of effects on the Gram matrices of the filter.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
 use hydro_effects::{Id, effect};
 use nalgebra::{DMatrix, DVector};
@@ -8,9 +11,10 @@ use rayon::prelude::*;
 
 use crate::{
     likelihood::{
+        by_trial::Own,
         directions::{Direction, PHASE},
         found::{Found, Member, likeliest},
-        level::Level,
+        level::{Given, Level},
         quadratic::Quadratic,
         truncated_evidence::{self, Truncated},
         truncated_normal::Bounds,
@@ -30,9 +34,9 @@ struct Column {
 /// Columns of every candidate: one choice for what the point holds, one for every shape that is tried otherwise.
 #[derive(Clone)]
 pub(crate) struct Choices<'p> {
-    problem: &'p Problem<'p>,
+    pub(super) problem: &'p Problem<'p>,
     columns: Vec<Column>,
-    of: BTreeMap<usize, Vec<Vec<usize>>>,
+    pub(super) of: BTreeMap<usize, Vec<Vec<usize>>>,
     /// Effects of a set at most.
     largest: usize,
     /// Log likelihood without effects beside the unmodelled forces that make it likeliest, where the sets of several levels are
@@ -103,25 +107,26 @@ impl<'p> Choices<'p> {
     }
 
     /// Log of the odds that no error of form of the others gives what the members of a set beyond the first explain, together:
-    /// a part of what the whole explains each. Expected ones are there by themselves.
-    fn log_form_odds(&self, set: &[usize], log_likelihood: f64) -> f64 {
-        let unexpected = set
-            .iter()
-            .filter(|of| !self.problem.priors[**of].is_expected);
-        let unexpected = unexpected.count();
-        let beside = unexpected - usize::from(unexpected == set.len() && unexpected > 0);
-        let gain = self
-            .without_effects
-            .map_or(0.0, |none| (log_likelihood - none).max(0.0));
+    /// a part of what the whole explains each. Expected ones are there by themselves. Values of each trial's own beside others are
+    /// one thing more.
+    fn log_form_odds(&self, members: &[Member], log_likelihood: f64) -> f64 {
+        let is_unexpected = |of: &&Member| !self.problem.priors[of.0].is_expected;
+        let unexpected = members.iter().filter(is_unexpected).count();
+        let mut beside = unexpected - usize::from(unexpected == members.len() && unexpected > 0);
+        if members.len() > 1 {
+            beside += members.iter().filter(|of| of.3.is_some()).count();
+        }
+        let none = self.without_effects.unwrap_or(f64::INFINITY);
+        let gain = (log_likelihood - none).max(0.0);
         -(beside as f64) * self.options().form_error.powi(2) * gain
     }
 
-    fn options(&self) -> &LikelihoodOptions {
+    pub(super) fn options(&self) -> &LikelihoodOptions {
         &self.problem.settings.options.likelihood
     }
 
     /// Candidates that may stand in one set with others.
-    fn beside(&self, set: &[usize]) -> impl Iterator<Item = usize> {
+    pub(super) fn beside(&self, set: &[usize]) -> impl Iterator<Item = usize> {
         let all = &self.problem.candidates;
         self.of.keys().copied().filter(move |candidate| {
             (set.iter()).all(|of| {
@@ -150,6 +155,11 @@ impl<'p> Choices<'p> {
         let p = of.parameters.first()?;
         let is_timing = effect(of.effect).is_timing();
         is_timing.then(|| self.problem.model.timestep / p.prior_sd)
+    }
+
+    /// True for an effect that may have a value of each trial's own.
+    pub(super) fn may_differ(&self, candidate: usize) -> bool {
+        effect(self.problem.candidates[candidate].effect).differs_by_trial()
     }
 
     /// The same for sets of so many effects at most.
@@ -261,34 +271,29 @@ impl Search<'_> {
         }
     }
 
-    fn found(
-        &self,
-        members: Vec<Member>,
-        mixtures: Vec<f64>,
-        (columns, posterior): (Vec<usize>, Truncated),
-    ) -> Option<Found> {
+    fn found(&self, members: Vec<Member>, mixtures: Vec<f64>, of: Evaluated) -> Found {
         let set: Vec<usize> = members.iter().map(|of| of.0).collect();
-        let gain = posterior.log_evidence + mixtures.iter().sum::<f64>();
-        let log_likelihood = self.level.given(&set)?.empty + gain;
-        Some(Found {
+        let log_likelihood = of.log_likelihood() + mixtures.iter().sum::<f64>();
+        Found {
             log_likelihood,
             log_posterior: log_likelihood
                 + self.choices.log_prior(&set)
-                + self.choices.log_form_odds(&set, log_likelihood)
+                + self.choices.log_form_odds(&members, log_likelihood)
                 + (self.level).log_prior(!set.is_empty(), self.choices.options()),
             set,
             level: self.level.number,
             members,
-            columns,
+            columns: of.columns,
+            own: of.own,
             mixtures,
-            posterior,
-        })
+            posterior: of.posterior,
+        }
     }
 
     /// Candidates that may be added to a set, by their posterior to first order, the best first.
     fn additions(&self, set: &Found) -> Vec<usize> {
         let options = self.choices.options();
-        let Some(given) = self.level.given(&set.set) else {
+        let Some(given) = self.given(set) else {
             return Vec::new();
         };
         let mut promising: Vec<(f64, usize, Vec<Quadratic>)> = self
@@ -325,11 +330,39 @@ impl Search<'_> {
                 Some((*candidate, mean + self.choices.log_prior(&larger)))
             })
             .collect();
+        for (candidate, log) in self.by_trial(set) {
+            let larger = with(&set.set, candidate);
+            found.push((candidate, log + self.choices.log_prior(&larger)));
+        }
         found.sort_by(|a, b| b.1.total_cmp(&a.1));
-        found.into_iter().map(|(candidate, _)| candidate).collect()
+        let mut seen = BTreeSet::new();
+        let found = found.into_iter().map(|(candidate, _)| candidate);
+        found.filter(|candidate| seen.insert(*candidate)).collect()
     }
 
-    fn prior(&self, columns: &[usize], scale: usize) -> (DVector<f64>, Vec<Bounds>) {
+    /// True where the likelihood of each trial is known, of several, and of all columns.
+    pub(super) fn has_trials(&self) -> bool {
+        self.level.is_searched && self.level.trials.len() > 1
+    }
+
+    /// The likelihood of all columns beside a found set's uncertain numbers and values of each trial's own.
+    fn given(&self, set: &Found) -> Option<Arc<Given>> {
+        if set.own.is_empty() {
+            return self.level.given(&set.set);
+        }
+        let all: Vec<usize> = (0..self.choices.columns.len()).collect();
+        let given = self.level.given_own(&set.set, &set.own, &all)?;
+        Some(Arc::new(given))
+    }
+
+    /// Columns that the scale mixture touches.
+    pub(super) fn amplitudes(&self, columns: &[usize]) -> Vec<usize> {
+        let all = columns.iter().copied();
+        all.filter(|column| !self.choices.columns[*column].shapes)
+            .collect()
+    }
+
+    pub(super) fn prior(&self, columns: &[usize], scale: usize) -> (DVector<f64>, Vec<Bounds>) {
         let of = |column: &usize| &self.choices.columns[*column];
         let sd = columns.iter().map(|column| {
             if of(column).shapes {
@@ -365,7 +398,7 @@ impl Search<'_> {
     /// False where a delay or lag is shorter than a step: when within a step things happen explains as much.
     fn is_resolved(&self, found: &Found) -> bool {
         let mut first = 0;
-        found.members.iter().all(|(candidate, choice, _)| {
+        found.members.iter().all(|(candidate, choice, ..)| {
             let least = self.choices.least(*candidate);
             let is_short = least.is_some_and(|least| found.posterior.mean[first].abs() < least);
             first += self.choices.of[candidate][*choice].len();
@@ -375,7 +408,34 @@ impl Search<'_> {
 
     /// A member before its choices and scales are tried: the first choice, the middle scale.
     fn untried(&self, candidate: usize) -> Member {
-        (candidate, 0, self.choices.options().prior_scales.len() / 2)
+        let middle = self.choices.options().prior_scales.len() / 2;
+        (candidate, 0, middle, None)
+    }
+
+    /// Choices and scales of a member with the logarithms of their prior shares, values of each trial's own last where it is said
+    /// that it differs.
+    fn ways(&self, candidate: usize, is_differing: bool) -> Vec<(Member, f64)> {
+        let options = self.choices.options();
+        let count = options.prior_scales.len();
+        let choices = 0..self.choices.of[&candidate].len();
+        let each = choices.flat_map(|choice| (0..count).map(move |scale| (choice, scale)));
+        let each: Vec<(usize, usize)> = each.collect();
+        let differs = match self.has_trials() && self.choices.may_differ(candidate) {
+            true => options.differs,
+            false => 0.0,
+        };
+        let common = ((1.0 - differs) / each.len() as f64).ln();
+        let mut ways: Vec<(Member, f64)> = (each.iter())
+            .map(|(choice, scale)| ((candidate, *choice, *scale, None), common))
+            .collect();
+        if differs > 0.0 && is_differing {
+            let sizes = options.own_sizes.len();
+            let own = (differs / (each.len() * sizes) as f64).ln();
+            ways.extend(each.iter().flat_map(|(choice, scale)| {
+                (0..sizes).map(move |size| ((candidate, *choice, *scale, Some(size)), own))
+            }));
+        }
+        ways
     }
 
     /// The set of all candidates of the point.
@@ -384,11 +444,25 @@ impl Search<'_> {
         self.ascend(members.collect(), |_| true)
     }
 
-    /// The likeliest choices and scales of some members, one member after the other.
-    fn ascend(
+    /// The likeliest choices and scales of some members, one member after the other; values of each trial's own for those that
+    /// have them, and where they are likelier to first order than a common one.
+    fn ascend(&self, members: Vec<(Member, f64)>, varied: impl Fn(usize) -> bool) -> Option<Found> {
+        let own = members.iter().filter(|(of, _)| of.3.is_some());
+        let own: Vec<usize> = own.map(|(of, _)| of.0).collect();
+        let found = self.climb(members, &varied, &own)?;
+        let mut differing = self.differing(&found, &varied);
+        if differing.is_empty() {
+            return Some(found);
+        }
+        differing.extend(own);
+        self.climb(kept(&found, &[]), &varied, &differing)
+    }
+
+    fn climb(
         &self,
         mut members: Vec<(Member, f64)>,
-        varied: impl Fn(usize) -> bool,
+        varied: &impl Fn(usize) -> bool,
+        differing: &[usize],
     ) -> Option<Found> {
         members.sort_by_key(|(of, _)| *of);
         let plain = |members: &[(Member, f64)]| -> Vec<Member> {
@@ -401,34 +475,30 @@ impl Search<'_> {
                 continue;
             }
             let mut logs = Vec::new();
-            for choice in 0..self.choices.of[&candidate].len() {
-                for scale in 0..self.choices.options().prior_scales.len() {
-                    let mut tried = plain(&members);
-                    tried[at] = (candidate, choice, scale);
-                    let Some(found) = self.evaluate(&tried) else {
-                        continue;
-                    };
-                    logs.push(found.1.log_evidence);
-                    let so_far = best.as_ref().map(|of| of.1.log_evidence);
-                    if so_far.is_none_or(|log| found.1.log_evidence >= log) {
-                        members[at].0 = tried[at];
-                        best = Some(found);
-                    }
+            let mut likeliest = f64::NEG_INFINITY;
+            for (way, log_share) in self.ways(candidate, differing.contains(&candidate)) {
+                let mut tried = plain(&members);
+                tried[at] = way;
+                let Some(found) = self.evaluate(&tried) else {
+                    continue;
+                };
+                let log = found.log_likelihood() + log_share;
+                logs.push(log);
+                if log >= likeliest {
+                    likeliest = log;
+                    members[at].0 = way;
+                    best = Some(found);
                 }
             }
-            let (_, posterior) = best.as_ref()?;
-            let ways =
-                self.choices.of[&candidate].len() * self.choices.options().prior_scales.len();
-            members[at].1 =
-                log_sum(logs.iter().copied()) - (ways as f64).ln() - posterior.log_evidence;
+            members[at].1 = log_sum(logs.iter().copied()) - best.as_ref()?.log_likelihood();
         }
         let (members, mixtures) = members.into_iter().unzip();
-        self.found(members, mixtures, best?)
+        Some(self.found(members, mixtures, best?))
     }
 
     /// Precision of the priors of a set's columns.
     pub(crate) fn precision(&self, members: &[Member]) -> Vec<f64> {
-        let of = |(candidate, choice, scale): &Member| {
+        let of = |(candidate, choice, scale, _): &Member| {
             let (sd, _) = self.prior(&self.choices.of[candidate][*choice], *scale);
             sd.map(|sd| sd.powi(-2)).as_slice().to_vec()
         };
@@ -444,25 +514,52 @@ impl Search<'_> {
     pub(crate) fn again(&self, found: &Found) -> Option<Found> {
         let (members, mixtures) = (found.members.clone(), found.mixtures.clone());
         let evaluated = self.evaluate(&members)?;
-        self.found(members, mixtures, evaluated)
+        Some(self.found(members, mixtures, evaluated))
     }
 
-    fn evaluate(&self, members: &[Member]) -> Option<(Vec<usize>, Truncated)> {
+    fn evaluate(&self, members: &[Member]) -> Option<Evaluated> {
         let mut columns = Vec::new();
+        let mut own_columns = Own::new();
         let mut sds = Vec::new();
         let mut bounds = Vec::new();
-        for (candidate, choice, scale) in members {
+        for (candidate, choice, scale, size) in members {
             let own = &self.choices.of[candidate][*choice];
             let (sd, within) = self.prior(own, *scale);
+            if let Some(size) = size {
+                let size = self.choices.options().own_sizes[*size];
+                let amplitudes = own.iter().zip(&sd);
+                let amplitudes = amplitudes.filter(|(at, _)| !self.choices.columns[**at].shapes);
+                own_columns.extend(amplitudes.map(|(at, sd)| (*at, size * sd)));
+            }
             columns.extend(own);
             sds.extend(sd.iter().copied());
             bounds.extend(within);
         }
         let set: Vec<usize> = members.iter().map(|of| of.0).collect();
-        let of = self.level.given(&set)?.quadratic.select(&columns);
-        let sd = DVector::from_vec(sds);
+        let given = self.level.given_own(&set, &own_columns, &columns)?;
+        let (of, sd) = (given.quadratic, DVector::from_vec(sds));
         let posterior = truncated_evidence::evidence(&of.a, &of.b, &sd, &bounds)?;
-        Some((columns, posterior))
+        Some(Evaluated {
+            columns,
+            own: own_columns,
+            empty: given.empty,
+            posterior,
+        })
+    }
+}
+
+/// A set at one choice and scale of each member.
+struct Evaluated {
+    columns: Vec<usize>,
+    own: Own,
+    /// Log likelihood where all of its columns are zero.
+    empty: f64,
+    posterior: Truncated,
+}
+
+impl Evaluated {
+    fn log_likelihood(&self) -> f64 {
+        self.empty + self.posterior.log_evidence
     }
 }
 

@@ -6,18 +6,19 @@ use rayon::prelude::*;
 use crate::{
     error::GapError,
     likelihood::{
+        by_trial::Deviation,
         columns::{self, LinkColumns, Sweep},
         directions::Direction,
         filter::{self, Filtered, Forces},
         force_scale::force_scale,
         form_error::{self, Beside},
         found::{Found, likeliest},
-        innovations::{self, Innovation},
         level::{Level, Sizes},
         scale_slope::{self, ScaleColumn},
         search::{Choices, Search},
         track::Track,
     },
+    plant::Quantity,
     problem::{point::Point, problem::Problem},
     progress::Watch,
     rollout::state_estimation,
@@ -33,8 +34,8 @@ const FOLLOWING: usize = 10;
 pub(crate) struct WorkingPoint<'p, 'a> {
     pub(crate) problem: &'p Problem<'a>,
     watch: &'p Watch<'p>,
-    tracks: Vec<Track>,
-    arrival: Vec<DVector<f64>>,
+    pub(super) tracks: Vec<Track>,
+    pub(super) arrival: Vec<DVector<f64>>,
     scale: DVector<f64>,
     /// Levels of disturbances to look at, and those of them at which sets are searched.
     sizes: Vec<Sizes>,
@@ -55,7 +56,7 @@ pub(crate) enum Keep {
 /// One sweep: the likelihood of all tracks at every level of disturbances.
 pub(crate) struct Swept {
     /// Columns by track; none where they were not kept.
-    links: Vec<Vec<LinkColumns>>,
+    pub(super) links: Vec<Vec<LinkColumns>>,
     /// Sizes of correlated noise that they were whitened for.
     drifts: Vec<f64>,
     pub(crate) levels: Vec<Level>,
@@ -63,7 +64,7 @@ pub(crate) struct Swept {
 
 impl Swept {
     /// Place of a level's correlated noise among those of the links.
-    fn noise(&self, sizes: Sizes) -> usize {
+    pub(super) fn noise(&self, sizes: Sizes) -> usize {
         let mut drifts = self.drifts.iter();
         drifts.position(|drift| *drift == sizes.drift).unwrap_or(0)
     }
@@ -179,7 +180,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let links = columns::sweep(
             problem,
             track,
-            &self.point,
+            &self.point.in_trial(track.trial),
             Sweep {
                 directions,
                 pieces: options.pieces,
@@ -192,6 +193,10 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             },
         )?;
         let Some(links) = links else { return Ok(None) };
+        let own = match directions {
+            Some(_) => uncertain_by_trial(problem),
+            None => Vec::new(),
+        };
         let is_searched = |of: &Sizes| settled == parameters || self.near.contains(of);
         let few: Vec<LinkColumns> = match self.sizes.iter().all(is_searched) {
             true => Vec::new(),
@@ -206,9 +211,10 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             .map(|sizes| {
                 let noise = drifts.iter().position(|drift| *drift == sizes.drift)?;
                 let force = self.forces(track, sizes.force);
+                let trial = track.trial;
                 let mut filtered = match is_searched(sizes) {
-                    true => filter::filter(&links, noise, parameters, arrival, force),
-                    false => filter::filter(&few, noise, settled, arrival, force),
+                    true => filter::filter(trial, &links, noise, parameters, arrival, force),
+                    false => filter::filter(trial, &few, noise, settled, arrival, force),
                 }?;
                 if !scales.is_empty() {
                     let bare: Vec<LinkColumns> = (links.iter())
@@ -216,7 +222,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                         .collect();
                     scale_slope::add_slopes(&mut filtered, scales, &bare, arrival, force)?;
                 }
-                Some(filtered)
+                filtered.with_own(&own)
             })
             .collect();
         Ok(Some(TrackSwept {
@@ -238,7 +244,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
     }
 
     /// Prior of the unmodelled forces of a track.
-    fn forces(&self, track: &Track, sd: f64) -> Forces {
+    pub(super) fn forces(&self, track: &Track, sd: f64) -> Forces {
         let options = &self.problem.settings.options.likelihood;
         let piece = segment_length(self.problem, track.trial) / options.pieces as f64;
         Forces {
@@ -250,14 +256,14 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         }
     }
 
-    /// Moves starts and unmodelled forces to where all readings have them, parameters known.
-    fn smooth(&mut self, swept: &Swept, z: &DVector<f64>, sizes: Sizes) -> Result<(), GapError> {
+    /// Moves starts and unmodelled forces to where all readings have them, the parameters of every trial known.
+    fn smooth(&mut self, swept: &Swept, z: &[DVector<f64>], sizes: Sizes) -> Result<(), GapError> {
         let noise = swept.noise(sizes);
         let priors: Vec<Forces> = (self.tracks.iter())
             .map(|track| self.forces(track, sizes.force))
             .collect();
-        let links = swept.links.iter().zip(&self.arrival).zip(priors);
-        for (track, ((links, arrival), prior)) in self.tracks.iter_mut().zip(links) {
+        let links = swept.links.iter().zip(&self.arrival).zip(priors).zip(z);
+        for (track, (((links, arrival), prior), z)) in self.tracks.iter_mut().zip(links) {
             // A steady state is known, and readings are linear in its forces: about those that explain them a sensor's scale
             // would explain them again.
             if self.problem.trials[track.trial].steady {
@@ -289,7 +295,8 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             let Some((sizes, log)) = best else {
                 return Ok(false);
             };
-            self.smooth(&swept, &DVector::zeros(0), sizes)?;
+            let none = vec![DVector::zeros(0); self.tracks.len()];
+            self.smooth(&swept, &none, sizes)?;
             if self.point.candidates.is_empty() && self.sizes.len() > 1 {
                 self.look_up_to(sizes.force);
             }
@@ -402,72 +409,24 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         likeliest.collect()
     }
 
-    /// Log marginal likelihood of the point's set beside the least unmodelled forces, once it has settled. `None` where a trial
-    /// blows up.
-    pub(crate) fn settled_evidence(&mut self) -> Result<Option<f64>, GapError> {
-        self.look_at_least();
-        if !(self.follow()? && self.settle()?) {
-            return Ok(None);
-        }
-        let swept = self.sweep(Some(&[]), Keep::Likelihood)?;
-        let least = swept.as_ref().and_then(|swept| self.least_forces(swept));
-        Ok(least.map(|(_, found)| found.log_likelihood))
-    }
-
     /// The point's set on the likelihood of a sweep without directions.
-    fn own_set(&self, level: &Level) -> Option<Found> {
+    pub(super) fn own_set(&self, level: &Level) -> Option<Found> {
         let choices = Choices::new(self.problem, &self.point, &[]);
         let choices = &choices;
         Search { level, choices }.whole(&self.point.candidates)
     }
 
-    /// The point's set beside the least unmodelled forces, where the drifts make it likeliest.
-    fn least_forces<'s>(&self, swept: &'s Swept) -> Option<(&'s Level, Found)> {
-        let least = swept.levels.first()?.sizes.force;
-        let levels = swept.levels.iter().filter(|of| of.sizes.force == least);
-        let found: Vec<Found> = levels.filter_map(|level| self.own_set(level)).collect();
-        let best = likeliest(&found)?.clone();
-        Some((&swept.levels[best.level], best))
-    }
-
-    /// Innovations of every track: the difference of each segment from what those before predict without unmodelled forces, the
-    /// uncertain numbers where all readings have them. `None` where a track blows up.
-    pub(crate) fn innovations(&mut self) -> Result<Option<Vec<Vec<Innovation>>>, GapError> {
-        if !self.follow()? {
-            return Ok(None);
-        }
-        self.look_at_least();
-        let Some(swept) = self.sweep(Some(&[]), Keep::Readings)? else {
-            return Ok(None);
-        };
-        let Some((level, found)) = self.least_forces(&swept) else {
-            return Ok(None);
-        };
-        let (_, z) = level.moved(self.problem, &self.point, &[], &found);
-        let seconds = self.problem.settings.options.segments.length;
-        let by_track = (self.tracks.iter().zip(&swept.links).zip(&self.arrival)).map(
-            |((track, links), arrival)| {
-                innovations::innovations(
-                    self.problem,
-                    track,
-                    links,
-                    swept.noise(level.sizes),
-                    &z,
-                    (arrival, self.forces(track, level.sizes.force)),
-                    seconds,
-                )
-            },
-        );
-        Ok(by_track.collect())
-    }
-
     /// Goes half the way back to the nominal.
     pub(crate) fn halve(&mut self) {
         self.point.nuisances *= 0.5;
-        for (candidate, values) in self.point.candidates.iter().zip(&mut self.point.values) {
+        let point = &mut self.point;
+        let held = point.candidates.iter().zip(&mut point.values);
+        for ((candidate, values), by_trial) in held.zip(&mut point.by_trial) {
             let parameters = &self.problem.candidates[*candidate].parameters;
-            for (value, p) in values.iter_mut().zip(parameters) {
-                *value = 0.5 * (*value + p.null);
+            for values in by_trial.values_mut().chain([values]) {
+                for (value, p) in values.iter_mut().zip(parameters) {
+                    *value = 0.5 * (*value + p.null);
+                }
             }
         }
     }
@@ -488,6 +447,20 @@ fn sizes(problem: &Problem<'_>) -> Vec<Sizes> {
         drifts.iter().map(of)
     });
     all.collect()
+}
+
+/// Directions in which the uncertain numbers of the nominal deviate from trial to trial: the gain of all actuators together.
+fn uncertain_by_trial(problem: &Problem<'_>) -> Vec<Deviation> {
+    let gain = problem.settings.uncertainty.gain_by_trial;
+    let numbers = problem.nuisances.iter().enumerate();
+    let gains: Deviation = numbers
+        .filter(|(_, (of, _))| problem.model.nuisances[*of].quantity == Quantity::Gain)
+        .map(|(at, (_, sd))| (at, gain / sd))
+        .collect();
+    match gain > 0.0 && !gains.is_empty() {
+        true => vec![gains],
+        false => Vec::new(),
+    }
 }
 
 /// Length of a trial's segments [s].

@@ -141,6 +141,9 @@ pub struct Added {
     /// The fit without each of its trials, for a replay of that trial.
     #[serde(default)]
     pub cross_fit: Vec<WithoutTrial>,
+    /// The fit of all trials, where an effect differs from trial to trial.
+    #[serde(default)]
+    pub own: Option<OwnFit>,
     /// Numbers of the nominal as they are fitted where nothing is added, in the model's order: relative, or
     /// metres for a centre of mass.
     #[serde(default)]
@@ -174,6 +177,16 @@ pub struct WithoutTrial {
     pub recalibrated: Vec<f64>,
     /// Gain in log predictive density of the trial against these [nat].
     pub gain: f64,
+}
+
+/// A fit of effects of which some differ from trial to trial.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OwnFit {
+    /// The fit of all trials, its values the common ones.
+    pub fit: WithoutTrial,
+    /// Effects that differ from trial to trial: which, on what, standard deviation of a trial's own value about the common one
+    /// by parameter.
+    pub spread: Vec<(Id, Vec<String>, Vec<f64>)>,
 }
 
 /// One channel of one held-out rollout, for the eye.

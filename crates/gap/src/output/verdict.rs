@@ -35,6 +35,10 @@ pub struct FittedParameter {
     /// 95 % interval: of the fit, and of the form where the effect idealises ([`hydro_effects::Card::idealised`]); a
     /// bootstrap's is of the trials alone.
     pub ci95: [f64; 2],
+    /// Its value in each trial, by name, where it differs from trial to trial; `value` and `ci95` are then of the mean about
+    /// which the trials' values lie.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub by_trial: BTreeMap<String, f64>,
 }
 
 /// One effect with its probability.

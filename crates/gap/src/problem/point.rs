@@ -1,5 +1,7 @@
 //! A point of the hypotheses: values of a set of candidate effects and of the uncertain numbers.
 
+use std::collections::BTreeMap;
+
 use hydro_effects::Entry;
 use nalgebra::DVector;
 
@@ -14,6 +16,8 @@ pub(crate) struct Point {
     pub(crate) values: Vec<Vec<f64>>,
     /// Factors on the usual errors of each candidate's form: by levels of its size, and in the terms that it neglects.
     pub(crate) forms: Vec<[f64; 2]>,
+    /// The values in each trial, where it differs: by row of `Problem::trials`.
+    pub(crate) by_trial: Vec<BTreeMap<usize, Vec<f64>>>,
     /// Nuisance parameters in standard deviations.
     pub(crate) nuisances: DVector<f64>,
 }
@@ -25,6 +29,25 @@ impl Point {
         set.sort_unstable();
         set
     }
+
+    /// The point with the values that all trials share.
+    pub(crate) fn common(&self) -> Self {
+        Self {
+            by_trial: vec![BTreeMap::new(); self.values.len()],
+            ..self.clone()
+        }
+    }
+
+    /// The point as it is in a trial.
+    pub(crate) fn in_trial(&self, trial: usize) -> Self {
+        let mut own = self.clone();
+        for (values, by_trial) in own.values.iter_mut().zip(&self.by_trial) {
+            if let Some(of_trial) = by_trial.get(&trial) {
+                values.clone_from(of_trial);
+            }
+        }
+        own
+    }
 }
 
 impl Problem<'_> {
@@ -34,6 +57,7 @@ impl Problem<'_> {
             candidates: Vec::new(),
             values: Vec::new(),
             forms: Vec::new(),
+            by_trial: Vec::new(),
             nuisances: DVector::zeros(self.nuisances.len()),
         }
     }

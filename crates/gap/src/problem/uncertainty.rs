@@ -6,6 +6,7 @@
 //! com_m = 0.005    # of each coordinate of a centre of mass [m]
 //! fluid = 0.03
 //! gain = 0.03
+//! gain_by_trial = 0.02   # of all actuators together, from trial to trial
 //! damping = 0.03
 //! stiffness = 0.03
 //!
@@ -38,6 +39,9 @@ pub struct Uncertainty {
     pub fluid: f64,
     /// Actuator gains, relative.
     pub gain: f64,
+    /// The factor on the gains of all actuators that differs from trial to trial (a battery), relative. Gains that are known
+    /// exactly have none.
+    pub gain_by_trial: f64,
     /// Joint damping, relative.
     pub damping: f64,
     /// Terms of joint stiffness, relative.
@@ -54,6 +58,7 @@ impl Default for Uncertainty {
             com_m: 0.005,
             fluid: 0.03,
             gain: 0.03,
+            gain_by_trial: 0.02,
             damping: 0.03,
             stiffness: 0.03,
             elements: BTreeMap::new(),
@@ -75,6 +80,7 @@ impl Uncertainty {
             ("com_m", read.com_m),
             ("fluid", read.fluid),
             ("gain", read.gain),
+            ("gain_by_trial", read.gain_by_trial),
             ("damping", read.damping),
             ("stiffness", read.stiffness),
         ];
@@ -85,6 +91,17 @@ impl Uncertainty {
                     "`{key}` is {sd}; expected a standard deviation, zero or more"
                 )));
             }
+        }
+        let is_said = |key: &str| {
+            text.parse::<toml::Table>()
+                .is_ok_and(|of| of.contains_key(key))
+        };
+        if read.gain == 0.0 && read.gain_by_trial > 0.0 && is_said("gain_by_trial") {
+            return Err(GapError::Uncertainty(
+                "`gain_by_trial` is above zero, yet `gain = 0` says that gains are known exactly; give `gain` a small \
+                 standard deviation, such as 0.001"
+                    .to_owned(),
+            ));
         }
         for key in read.elements.keys() {
             if !nuisances

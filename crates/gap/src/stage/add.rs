@@ -7,9 +7,12 @@ use hydro_effects::{Entry, Part};
 
 use crate::{
     likelihood::explanation::Explanation,
-    output::{records::Added, verdict::SensorPatch},
+    output::{
+        records::Added,
+        verdict::{FittedEffect, SensorPatch},
+    },
     plant::Nuisance,
-    stage::{bootstrap::bootstrap, cross_fit::cross_fit, name::Naming},
+    stage::{bootstrap::bootstrap, cross_fit::cross_fit, name::Naming, own_values},
 };
 
 /// Schema of [`Added`].
@@ -65,15 +68,32 @@ pub fn add(explanation: &Explanation<'_>, naming: &Naming) -> Option<Addition> {
             bootstrap: draws,
             numbers: Vec::new(),
             cross_fit: cross_fit(explanation, naming),
+            own: own_values::of_fit(explanation, naming.chosen),
             recalibrated: explanation.recalibrated(None),
             model: None,
             diff: String::new(),
-            remarks: Vec::new(),
+            remarks: at_their_mean(&naming.named.chosen),
         },
         entries,
         numbers,
         deviations,
     })
+}
+
+/// Remark on effects that differ from trial to trial.
+fn at_their_mean(chosen: &[FittedEffect]) -> Vec<String> {
+    let differs = |of: &&FittedEffect| of.parameters.iter().any(|p| !p.by_trial.is_empty());
+    let differing: Vec<String> = (chosen.iter().filter(differs))
+        .map(|of| format!("{} on `{}`", of.effect, of.target))
+        .collect();
+    match differing.is_empty() {
+        true => Vec::new(),
+        false => vec![format!(
+            "{} differs from trial to trial: the patched model holds the mean; of a trial that was left out its own value is \
+             estimated on the first half, and the second half is judged",
+            differing.join(", ")
+        )],
+    }
 }
 
 /// Effects of the model, and corrections of sensors.

@@ -15,7 +15,7 @@ pub(crate) fn calibrate(explanation: &Explanation<'_>) -> Calibration {
     let mut rng = ChaCha8Rng::seed_from_u64(settings.seed);
     // Single effects suffice to see how large their odds become by chance.
     let nulls = explanation.simulated(nothing, 1, options.null_draws, &mut rng);
-    let odds = explanation.odds();
+    let (odds, own_odds) = explanation.odds();
     let as_large = nulls.iter().filter(|(_, of)| *of >= odds).count();
     let leaders: Vec<usize> = (0..explanation.sets.len())
         .filter(|set| explanation.sets[*set].probability > options.error)
@@ -33,7 +33,9 @@ pub(crate) fn calibrate(explanation: &Explanation<'_>) -> Calibration {
     }
     Calibration {
         alarm_level: options.alarm,
-        alarm: (as_large + 1) as f64 / (nulls.len() + 1) as f64,
+        // Simulated trials have no values of their own. Of effects that have, the odds themselves tell: without a gap their
+        // mean is below one, so that they exceed k in one of k sets of trials at most (Markov).
+        alarm: ((as_large + 1) as f64 / (nulls.len() + 1) as f64).min(own_odds.recip()),
         confusion,
     }
 }

@@ -1,8 +1,10 @@
 //! The cross-fit: the chosen effects fitted without each of their trials, so that a trial is judged by a fit that left it out.
 
 use crate::{
-    likelihood::explanation::Explanation, options::Options, output::records::WithoutTrial,
-    stage::name::Naming,
+    likelihood::explanation::Explanation,
+    options::Options,
+    output::records::WithoutTrial,
+    stage::{name::Naming, own_values},
 };
 
 /// True where so few trials exist, fitted and held out together, that each is judged by a fit that left it out.
@@ -34,11 +36,7 @@ pub(crate) fn cross_fit(explanation: &Explanation<'_>, naming: &Naming) -> Vec<W
             Some(WithoutTrial {
                 trial: problem.trials[out].name.clone(),
                 nuisances: problem.nuisance_values(&point),
-                effects: problem
-                    .entries(&point)
-                    .into_iter()
-                    .map(|entry| (entry.effect, entry.target, entry.parameters))
-                    .collect(),
+                effects: own_values::effects(problem, &point),
                 recalibrated: explanation.recalibrated(Some(out)),
                 gain: density - alone,
             })

@@ -5,8 +5,12 @@ use std::collections::BTreeMap;
 use hydro_effects::Id;
 
 use crate::{
+    error::GapError,
     likelihood::explanation::Explanation,
     output::verdict::{Calibration, Outcome},
+    problem::point::Point,
+    progress::Watch,
+    stage::timing::{self, Timing},
 };
 
 pub(crate) struct Decision {
@@ -18,12 +22,19 @@ pub(crate) struct Decision {
     /// Part of the excess that the chosen set explains.
     pub(crate) explained: Option<f64>,
     pub(crate) confusion: Vec<Id>,
-    /// Two sets that an experiment should tell apart.
-    pub(crate) apart: Option<(usize, usize)>,
+    /// Two explanations that an experiment should tell apart.
+    pub(crate) apart: Option<(Point, Point)>,
 }
 
 /// Decides by probabilities: of any gap, of every effect given that there is one, and by what the set explains.
-pub(crate) fn decide(explanation: &Explanation<'_>, calibration: &Calibration) -> Decision {
+///
+/// # Errors
+/// The plant refuses, or a stop was asked for.
+pub(crate) fn decide(
+    explanation: &Explanation<'_>,
+    calibration: &Calibration,
+    watch: &Watch<'_>,
+) -> Result<Decision, GapError> {
     let options = &explanation.problem.settings.options.name;
     let nothing = explanation.nothing();
     let (agreement, unmodelled) = explanation.without_effects();
@@ -36,20 +47,22 @@ pub(crate) fn decide(explanation: &Explanation<'_>, calibration: &Calibration) -
         apart: None,
     };
     if agreement > options.agreement || calibration.alarm > calibration.alarm_level {
-        return decision;
+        return Ok(decision);
     }
     decision.outcome = Outcome::Unknown;
     let gap = 1.0 - agreement;
     let best = (0..explanation.sets.len()).find(|row| *row != nothing);
     let Some(best) = best.filter(|_| unmodelled < options.unmodelled * gap) else {
-        return decision;
+        return Ok(decision);
     };
+    let timing = timing::resolve(explanation, best, watch)?;
+    let best = timing.as_ref().map_or(best, |of| of.best);
     decision.chosen = best;
     let explained = |without: &[usize]| explanation.explained(best, without);
     let whole = explained(&[]);
     decision.explained = Some(whole);
     if whole < options.explained {
-        return decision;
+        return Ok(decision);
     }
     let mut probabilities = explanation.ids();
     for p in probabilities.values_mut() {
@@ -61,9 +74,13 @@ pub(crate) fn decide(explanation: &Explanation<'_>, calibration: &Calibration) -
         .iter()
         .copied()
         .filter(|of| {
-            probabilities
-                .get(&id(of))
-                .is_some_and(|p| *p >= options.named)
+            // Of one mechanism the probability is that of all its members.
+            let p = match timing.as_ref().filter(|_| timing::is_member(id(of))) {
+                Some(timing) if timing.is_told => timing.probability / gap,
+                Some(_) => 0.0,
+                None => probabilities.get(&id(of)).copied().unwrap_or(0.0),
+            };
+            p >= options.named
         })
         .collect();
     if sure.len() < set.len() {
@@ -72,7 +89,10 @@ pub(crate) fn decide(explanation: &Explanation<'_>, calibration: &Calibration) -
         let own = explanation.effects(set);
         let rival = (0..explanation.sets.len())
             .find(|row| *row != nothing && explanation.effects(&explanation.sets[*row].set) != own);
-        decision.apart = rival.map(|rival| (best, rival));
+        decision.apart = rival.map(|rival| (explanation.point(best), explanation.point(rival)));
+        if let Some(timing) = timing.filter(|of| !of.is_told) {
+            open_members(explanation, timing, &mut decision);
+        }
     }
     decision.named = sure
         .iter()
@@ -83,7 +103,7 @@ pub(crate) fn decide(explanation: &Explanation<'_>, calibration: &Calibration) -
             0 | 1 => Outcome::Unknown,
             _ => Outcome::Confusable,
         };
-        return decision;
+        return Ok(decision);
     }
     decision.outcome = Outcome::Named;
     let kept: Vec<usize> = decision.named.keys().copied().collect();
@@ -95,7 +115,17 @@ pub(crate) fn decide(explanation: &Explanation<'_>, calibration: &Calibration) -
         .filter(|of| !kept.contains(of))
         .collect();
     decision.explained = Some(explained(&others));
-    decision
+    Ok(decision)
+}
+
+/// Both members of a mechanism stand as what it could be, with the experiment that tells them apart.
+fn open_members(explanation: &Explanation<'_>, timing: Timing, decision: &mut Decision) {
+    for id in timing.members {
+        if !decision.confusion.contains(&id) {
+            decision.confusion.push(id);
+        }
+    }
+    decision.apart = Some((explanation.point(timing.best), timing.other));
 }
 
 /// Effects that are neither decided nor improbable, the likeliest first.

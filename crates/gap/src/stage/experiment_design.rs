@@ -185,7 +185,7 @@ fn distance(
     };
     let evidence = |point: &Point| -> Result<Option<f64>, GapError> {
         let mut working = WorkingPoint::new(&simulated, &quiet)?;
-        working.point = point.clone();
+        working.point = point.common();
         working.settled_evidence()
     };
     let (one, other) = (evidence(one)?, evidence(other)?);

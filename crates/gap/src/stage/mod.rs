@@ -10,5 +10,7 @@ pub(crate) mod decision;
 pub(crate) mod experiment_design;
 pub(crate) mod locate;
 pub(crate) mod name;
+pub(crate) mod own_values;
 pub(crate) mod regime_tree;
+pub(crate) mod timing;
 pub(crate) mod verify;

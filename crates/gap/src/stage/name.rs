@@ -38,17 +38,16 @@ pub struct Naming {
 /// The plant refuses, or a stop was asked for.
 pub fn name(explanation: &Explanation<'_>, watch: &Watch<'_>) -> Result<Naming, GapError> {
     let calibration = calibrate(explanation);
-    let decision = decide(explanation, &calibration);
+    let decision = decide(explanation, &calibration, watch)?;
     let effects = listed(explanation, &decision);
     let chosen = effects
         .iter()
         .filter(|effect| effect.explained.is_some())
         .cloned()
         .collect();
-    let apart = decision.apart.map(|(one, other)| {
-        let [one, other] = [one, other].map(|of| explanation.point(of));
-        experiment_design::next(explanation.problem, &one, &other, watch)
-    });
+    let apart = decision
+        .apart
+        .map(|(one, other)| experiment_design::next(explanation.problem, &one, &other, watch));
     let named = Named {
         schema: SCHEMA.to_owned(),
         outcome: decision.outcome,

@@ -19,7 +19,7 @@ use crate::{
     error::GapError,
     options::{Options, SegmentOptions},
     output::{
-        records::{Channel, Overlay, Verified, WithoutTrial},
+        records::{Channel, Overlay, OwnFit, Verified, WithoutTrial},
         verdict::{Bias, SensorPatch},
     },
     plant::{Plant, PlantDescription},
@@ -36,7 +36,10 @@ use crate::{
         state_estimation,
         system::System,
     },
-    stage::acceptance::{self, Sums, TrialErrors},
+    stage::{
+        acceptance::{self, Sums, TrialErrors},
+        own_values,
+    },
     statistics::quantile,
     trial::Trial,
 };
@@ -58,6 +61,8 @@ pub struct VerifyInput<'a> {
     pub sensors: &'a BTreeMap<String, SensorPatch>,
     /// Fits that left one trial out, for the trials of `fitted`.
     pub cross_fit: &'a [WithoutTrial],
+    /// The fit of all trials, where an effect differs from trial to trial.
+    pub own: Option<&'a OwnFit>,
     /// Numbers of the nominal as they are fitted where nothing is added; empty: not known.
     pub recalibrated: &'a [f64],
 }
@@ -69,7 +74,8 @@ impl std::fmt::Debug for VerifyInput<'_> {
 }
 
 /// Compares the nominal with the patched model on trials that nobody fitted, and, for a cross-fit, with
-/// the fit that left a trial out on each of the `fitted`.
+/// the fit that left a trial out on each of the `fitted`. What differs from trial to trial is estimated on the first half of
+/// each trial, and the second half is judged.
 ///
 /// # Errors
 /// A model that blows up while a start is estimated, nothing to compare, a stop that was asked for.
@@ -83,9 +89,10 @@ pub fn verify(
 ) -> Result<Verified, GapError> {
     let model = input.before.description();
     let files = held_out.len();
-    let trials: Vec<MeasuredTrial> = held_out
-        .into_iter()
-        .chain(fitted)
+    let logs: Vec<Trial> = held_out.into_iter().chain(fitted).collect();
+    let trials: Vec<MeasuredTrial> = logs
+        .iter()
+        .cloned()
         .map(|trial| MeasuredTrial::new(trial, model))
         .collect();
     let mut channels = Channels::with_readings(model, &trials);
@@ -114,18 +121,35 @@ pub fn verify(
                 system: System::plain(input.before),
                 corrections: vec![Correction::NONE; model.sensors.len()],
             };
-            let (after, recalibrated) = if at < files {
-                let after = CorrectedSystem {
+            let fit = match at < files {
+                true => input.own.map(|own| &own.fit),
+                false => {
+                    let mut fits = input.cross_fit.iter();
+                    let Some(fit) = fits.find(|fit| fit.trial == trial.name) else {
+                        return Ok(None);
+                    };
+                    Some(fit)
+                }
+            };
+            let own = match fit.zip(input.own) {
+                Some(both) => {
+                    own_values::estimate(input.before, &logs[at], both, &channels, settings, watch)?
+                }
+                None => None,
+            };
+            let from = own.as_ref().map_or(f64::NEG_INFINITY, |of| of.1);
+            let fit = own.as_ref().map(|of| &of.0).or(fit.filter(|_| at >= files));
+            let recalibrated = match fit.filter(|_| at >= files) {
+                Some(fit) => &fit.recalibrated[..],
+                None => input.recalibrated,
+            };
+            let after = if let Some(fit) = fit {
+                left_out(input.before, fit)
+            } else {
+                CorrectedSystem {
                     system: System::plain(input.after),
                     corrections: corrections(model, input.sensors),
-                };
-                (after, input.recalibrated)
-            } else {
-                let mut fits = input.cross_fit.iter();
-                let Some(fit) = fits.find(|fit| fit.trial == trial.name) else {
-                    return Ok(None);
-                };
-                (left_out(input.before, fit), &fit.recalibrated[..])
+                }
             };
             let alone = has_alone.then(|| CorrectedSystem {
                 system: System {
@@ -138,7 +162,7 @@ pub fn verify(
             sides.extend(&alone);
             let outcome = roll(
                 &sides,
-                (trial, &means[at]),
+                (trial, &means[at], from),
                 &channels,
                 at < SHOWN,
                 &settings.options,
@@ -209,10 +233,11 @@ fn corrections(
     corrections
 }
 
-/// Before, after, and where it is known the nominal refitted. `means`: of the trial's channels.
+/// Before, after, and where it is known the nominal refitted; of rollouts that begin at a time or later. `means`: of the
+/// trial's channels.
 fn roll(
     sides: &[&CorrectedSystem<'_>],
-    (trial, means): (&MeasuredTrial, &[f64]),
+    (trial, means, from): (&MeasuredTrial, &[f64], f64),
     channels: &Channels,
     shown: bool,
     options: &Options,
@@ -222,7 +247,16 @@ fn roll(
     for side in sides {
         let mapped = adapted(trial, sides[0].system.plant, side.system.plant);
         let trial = mapped.as_ref().unwrap_or(trial);
-        residuals.push(rollouts(side, trial, channels, options)?);
+        let found = rollouts(side, trial, channels, options);
+        residuals.push(match (found, residuals.first()) {
+            // Not the nominal: what blows up predicts nothing, and is refused.
+            (Err(GapError::NominalDiverges { .. }), Some(nominal)) => {
+                let nowhere = |of: &RolloutResiduals| vec![f64::INFINITY; of.1.len()];
+                let all = nominal.iter();
+                all.map(|of| (of.0.clone(), nowhere(of))).collect()
+            }
+            (found, _) => found?,
+        });
     }
     let mut sums: Sums = vec![vec![[0.0; 5]; width]; options.verify.horizons.len()];
     let mut regimes = [vec![[0.0; 5]; width], vec![[0.0; 5]; width]];
@@ -239,6 +273,9 @@ fn roll(
         let b = &residuals[1][number].1;
         let alone = residuals.get(2).map(|of| &of[number].1);
         let start = trial.times[rows.start];
+        if start < from {
+            continue;
+        }
         for (at, row) in rows.clone().enumerate() {
             let since = trial.times[row] - start;
             for channel in 0..width {

@@ -112,6 +112,22 @@ impl RigidBody {
         }
     }
 
+    /// One whose nominal does not know the gains of its actuators exactly.
+    pub(crate) fn with_gains() -> Self {
+        let mut body = Self::new();
+        let actuators = body.description.actuators.iter();
+        let gains: Vec<Nuisance> = actuators
+            .map(|of| Nuisance {
+                name: format!("{}.gain", of.name),
+                element: of.name.clone(),
+                class: NuisanceClass::Gain,
+                quantity: Quantity::Gain,
+            })
+            .collect();
+        body.description.nuisances.extend(gains);
+        body
+    }
+
     /// One whose drag pushes.
     pub(crate) fn unstable() -> Self {
         Self {
@@ -152,6 +168,9 @@ impl Plant for RigidBody {
         Ok(Box::new(Swim {
             mass: MASS * factor(nuisances[0]),
             drag: self.drag.map(|d| d * factor(nuisances[1])),
+            gain: std::array::from_fn(|at| {
+                GAIN[at] * factor(nuisances.get(2 + at).copied().unwrap_or(0.0))
+            }),
             effects: effects.to_vec(),
             memory,
             time: 0.0,
@@ -168,6 +187,7 @@ impl Plant for RigidBody {
 struct Swim {
     mass: f64,
     drag: [f64; 6],
+    gain: [f64; 4],
     effects: Vec<Entry>,
     memory: Vec<Vec<f64>>,
     time: f64,
@@ -351,7 +371,7 @@ impl Simulation for Swim {
                 _ => {}
             }
         }
-        for (axis, (gain, command)) in GAIN.iter().zip(&command).enumerate() {
+        for (axis, (gain, command)) in self.gain.iter().zip(&command).enumerate() {
             force[if axis == 3 { 5 } else { axis }] += gain * command;
         }
         let Some(inverse) = inertia.try_inverse() else {

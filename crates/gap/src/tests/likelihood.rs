@@ -35,6 +35,7 @@ fn columns_are_the_changes_of_rollouts() {
             values[0] = surge;
             values[1] = 4.0;
             Point {
+                by_trial: vec![Default::default()],
                 candidates: vec![drag],
                 values: vec![values],
                 forms: vec![[1.0; 2]],

@@ -1,10 +1,12 @@
 //! A simulated rigid body, its trials, and the workflow on them.
 #![allow(clippy::unwrap_used)]
 
+mod by_trial;
 pub(crate) mod fake;
 mod likelihood;
 mod own_effect;
 mod refusals;
+mod timing;
 mod workflow;
 
 use std::{f64::consts::TAU, sync::atomic::AtomicBool};
@@ -45,9 +47,19 @@ pub(crate) fn on_prepared(
     trials: Vec<Trial>,
     test: impl FnOnce(&Problem<'_>, &Watch<'_>),
 ) {
+    under(settings(), plant, trials, test);
+}
+
+/// The same under other settings.
+pub(crate) fn under(
+    settings: Settings,
+    plant: &dyn Plant,
+    trials: Vec<Trial>,
+    test: impl FnOnce(&Problem<'_>, &Watch<'_>),
+) {
     let stop = AtomicBool::new(false);
     let watch = Watch::silent(&stop);
-    let problem = Problem::prepare(plant, trials, settings(), &watch).unwrap();
+    let problem = Problem::prepare(plant, trials, settings, &watch).unwrap();
     test(&problem, &watch);
 }
 
@@ -82,7 +94,7 @@ pub(crate) fn pushed(
     noise: f64,
     push: &Push,
 ) -> Trial {
-    let plant = RigidBody::new();
+    let plant = RigidBody::with_gains();
     let mut simulation = plant.simulation(nuisances, effects).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let phases: Vec<f64> = (0..8).map(|_| 3.0 * standard_normal(&mut rng)).collect();

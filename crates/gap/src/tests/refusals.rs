@@ -127,6 +127,14 @@ fn an_uncertainty_file_that_does_not_fit_is_refused_by_key() {
             vec!["`keel`", "hull, hull.drag, hull.mass"],
         ),
         ("mass = ", vec!["mass"]),
+        (
+            "gain_by_trial = -0.02",
+            vec!["`gain_by_trial` is -0.02", "zero or more"],
+        ),
+        (
+            "gain = 0\ngain_by_trial = 0.05",
+            vec!["`gain_by_trial`", "`gain = 0`", "0.001"],
+        ),
     ] {
         let said = Uncertainty::parse(text, nuisances).unwrap_err().to_string();
         for part in expected {

@@ -80,6 +80,7 @@ fn run(effects: &[Entry]) -> crate::output::records::Named {
         sensors: &none,
         cross_fit: &[],
         recalibrated: &[],
+        own: None,
     };
     // Nothing was patched: the same plant twice is no better, so nothing is claimed.
     let channels = &found.channels;
@@ -122,6 +123,34 @@ fn quadratic_drag_is_named() {
     let named = run(&[entry]);
     assert_eq!(named.outcome, Outcome::Named);
     assert_eq!(named.chosen[0].effect, Id::QuadraticDrag);
+}
+
+/// The run does not end with it.
+#[test]
+fn an_addition_that_blows_up_is_refused() {
+    let (plant, after) = (RigidBody::new(), RigidBody::unstable());
+    let none = BTreeMap::new();
+    let input = VerifyInput {
+        before: &plant,
+        after: &after,
+        sensors: &none,
+        cross_fit: &[],
+        recalibrated: &[],
+        own: None,
+    };
+    let stop = AtomicBool::new(false);
+    let watch = Watch::silent(&stop);
+    let unseen = (0..2).map(|at| trial(&at.to_string(), &[], &[0.0, 0.0], at, 1.0));
+    let verified = verify(
+        &input,
+        unseen.collect(),
+        Vec::new(),
+        &[],
+        &settings(),
+        &watch,
+    )
+    .unwrap();
+    assert!(!verified.accepted && verified.gap.reduction < Some(0.0));
 }
 
 /// The velocities of a trial as they were so long before, linear between its rows.

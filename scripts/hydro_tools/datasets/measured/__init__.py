@@ -1,6 +1,6 @@
 """Real measurements as trials of `hydro gap`, and an independent fit of them.
 
-roll_decay.py, ball_drops.py  the csv files: rows, first state
+roll_decay.py, ball_drops.py, crazyflie.py  the csv files: rows, first state or hops
 captive.py, glider.py  likewise: a table of steady states, logs with a prescribed joint
 trial.py       a trial file
 case.py        a case folder: nominal.xml and trials

@@ -12,6 +12,7 @@ def run_gap(program: Path, case: Path, extra: list[str]) -> dict:
     if not program.is_file():
         raise MeasuredError(f"{program} is not there: build it with `cargo build --release`, or give --hydro")
     out = case / "gap"
+    uncertainty = case / "nominal.toml"
     command = [
         str(program),
         "gap",
@@ -22,6 +23,7 @@ def run_gap(program: Path, case: Path, extra: list[str]) -> dict:
         str(case / "trials"),
         "--out",
         str(out),
+        *(["--uncertainty", str(uncertainty)] if uncertainty.is_file() else []),
         *extra,
     ]
     done = subprocess.run(command, capture_output=True, text=True)

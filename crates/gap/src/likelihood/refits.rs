@@ -1,0 +1,118 @@
+//! A point refitted: how likely it is once it has settled, values of a trial's own, and what is left of the readings.
+
+use nalgebra::DVector;
+
+use crate::{
+    error::GapError,
+    likelihood::{
+        by_trial::Deviation,
+        form_error,
+        found::{Found, likeliest},
+        innovations::{self, Innovation},
+        level::Level,
+        working_point::{Keep, Swept, WorkingPoint},
+    },
+};
+
+impl WorkingPoint<'_, '_> {
+    /// Log marginal likelihood of the point's set beside the least unmodelled forces, once it has settled. `None` where a trial
+    /// blows up.
+    pub(crate) fn settled_evidence(&mut self) -> Result<Option<f64>, GapError> {
+        self.look_at_least();
+        if !(self.follow()? && self.settle()?) {
+            return Ok(None);
+        }
+        let swept = self.sweep(Some(&[]), Keep::Likelihood)?;
+        let least = swept.as_ref().and_then(|swept| self.least_forces(swept));
+        Ok(least.map(|(_, found)| found.log_likelihood))
+    }
+
+    /// The same beside the likeliest unmodelled forces.
+    pub(crate) fn settled_likelihood(&mut self) -> Result<Option<f64>, GapError> {
+        if !(self.follow()? && self.settle()?) {
+            return Ok(None);
+        }
+        let Some(swept) = self.sweep(Some(&[]), Keep::Likelihood)? else {
+            return Ok(None);
+        };
+        let found = swept.levels.iter().filter_map(|level| self.own_set(level));
+        let logs = found.map(|found| found.log_likelihood);
+        Ok(logs.max_by(f64::total_cmp))
+    }
+
+    /// Leaves the rows of every trial out from one on.
+    pub(crate) fn keep_rows(&mut self, rows: usize) {
+        for track in &mut self.tracks {
+            track.links.retain(|link| link.segment.rows.end <= rows);
+        }
+    }
+
+    /// Uncertain numbers and the point's own parameters of the only trial, the point's values known but for deviations along
+    /// some directions of these. `None` where the trial blows up.
+    pub(crate) fn own_values(
+        &mut self,
+        directions: &[Deviation],
+    ) -> Result<Option<DVector<f64>>, GapError> {
+        if !self.follow()? {
+            return Ok(None);
+        }
+        let Some(swept) = self.sweep(Some(&[]), Keep::Likelihood)? else {
+            return Ok(None);
+        };
+        let found = swept.levels.iter().filter_map(|level| self.own_set(level));
+        let found: Vec<Found> = found.collect();
+        let level = likeliest(&found).map(|found| &swept.levels[found.level]);
+        let forms = form_error::beside(self.problem, &self.point);
+        let numbers = forms.numbers;
+        // Errors of form are none, here as where the fit was made.
+        let kept: Vec<usize> = (0..numbers)
+            .chain(forms.len()..forms.len() + self.point.values.iter().map(Vec::len).sum::<usize>())
+            .collect();
+        let known = self.problem.normalised(&self.point);
+        Ok(level.and_then(|level| level.deviating(&kept, directions, &known)))
+    }
+
+    /// The point's set beside the least unmodelled forces, where the drifts make it likeliest.
+    fn least_forces<'s>(&self, swept: &'s Swept) -> Option<(&'s Level, Found)> {
+        let least = swept.levels.first()?.sizes.force;
+        let levels = swept.levels.iter().filter(|of| of.sizes.force == least);
+        let found: Vec<Found> = levels.filter_map(|level| self.own_set(level)).collect();
+        let best = likeliest(&found)?.clone();
+        Some((&swept.levels[best.level], best))
+    }
+
+    /// Innovations of every track: the difference of each segment from what those before predict without unmodelled forces, the
+    /// uncertain numbers where all readings have them. `None` where a track blows up.
+    pub(crate) fn innovations(&mut self) -> Result<Option<Vec<Vec<Innovation>>>, GapError> {
+        if !self.follow()? {
+            return Ok(None);
+        }
+        self.look_at_least();
+        let Some(swept) = self.sweep(Some(&[]), Keep::Readings)? else {
+            return Ok(None);
+        };
+        let Some((level, found)) = self.least_forces(&swept) else {
+            return Ok(None);
+        };
+        let (_, z) = level.moved(self.problem, &self.point, &[], &found);
+        let seconds = self.problem.settings.options.segments.length;
+        let by_track = (self
+            .tracks
+            .iter()
+            .zip(&swept.links)
+            .zip(&self.arrival)
+            .zip(&z))
+        .map(|(((track, links), arrival), z)| {
+            innovations::innovations(
+                self.problem,
+                track,
+                links,
+                swept.noise(level.sizes),
+                z,
+                (arrival, self.forces(track, level.sizes.force)),
+                seconds,
+            )
+        });
+        Ok(by_track.collect())
+    }
+}
