@@ -70,6 +70,7 @@ impl Options {
             &mut options.likelihood.segment_length,
             &mut options.likelihood.look,
             &mut options.likelihood.force_time,
+            &mut options.likelihood.slow_drift_time,
         ] {
             *time *= longer;
         }
@@ -295,6 +296,8 @@ options! {
         look: f64 = 0.05,
         /// Standard deviations of the unmodelled forces that are tried, in what moves a degree of freedom.
         forces: [f64; 11] = [1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0],
+        /// Factor between the sizes of disturbances that are tried about the likeliest.
+        level_ratio: f64 = 1.5,
         /// Unmodelled forces up to which simulation and measurement agree, in what moves a degree of freedom: an integrator
         /// errs by as much.
         negligible_force: f64 = 1e-3,
@@ -304,9 +307,13 @@ options! {
         /// larger errors of sensors.
         outside: f64 = 0.1,
         /// Standard deviations of the slow error of a sensor that declares no noise that are tried, in what its readings move.
-        drifts: [f64; 8] = [0.0, 1e-3, 3e-3, 7e-3, 1.5e-2, 3e-2, 0.1, 0.3],
+        drifts: [f64; 6] = [0.0, 1e-3, 4e-3, 1.6e-2, 6e-2, 0.25],
         /// Time constant of such errors [rows].
         drift_rows: f64 = 2.5,
+        /// Standard deviations of an error of such a sensor that drifts slowly that are tried, likewise.
+        slow_drifts: [f64; 4] = [0.0, 3e-3, 1e-2, 3e-2],
+        /// Time constant of slow drifts [s].
+        slow_drift_time: f64 = 1.0,
         /// Least acceleration that scales an unmodelled force [m/s^2, rad/s^2].
         least_acceleration: f64 = 1e-3,
         /// Time constant of unmodelled forces [s].

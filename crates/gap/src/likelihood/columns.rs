@@ -15,6 +15,7 @@ use crate::{
         coloured_noise,
         directions::Direction,
         form_error::{self, Base, Beside},
+        slow_drift,
         step_changes::{Inputs, StateChanges, inputs, references, state_changes},
         track::{self, Grid, Rolled, Track},
     },
@@ -39,6 +40,8 @@ pub(crate) struct Layout {
     pub(crate) parameters: usize,
     /// Pieces of a segment over which unmodelled forces are constant.
     pub(crate) pieces: usize,
+    /// Channels that drift.
+    pub(crate) drifting: usize,
 }
 
 impl Layout {
@@ -52,9 +55,14 @@ impl Layout {
         self.start() + 2 * self.nv
     }
 
-    /// Columns: residual, parameters, start, forces.
-    pub(crate) fn columns(&self) -> usize {
+    /// First column of the drifts: at the segment's start, then at the next one's.
+    pub(crate) fn drifts(&self) -> usize {
         self.forces() + self.pieces * self.nv
+    }
+
+    /// Columns: residual, parameters, start, forces, drifts.
+    pub(crate) fn columns(&self) -> usize {
+        self.drifts() + 2 * self.drifting
     }
 }
 
@@ -65,6 +73,8 @@ pub(crate) struct LinkColumns {
     pub(crate) noise: Vec<Whitened>,
     /// Tangent at the segment's end from the next one's start [2 nv, columns].
     pub(crate) end: DMatrix<f64>,
+    /// True where the prediction starts anew, from the readings alone.
+    pub(crate) anew: bool,
 }
 
 impl LinkColumns {
@@ -74,6 +84,7 @@ impl LinkColumns {
         Self {
             noise: vec![self.noise[noise].select(&kept)],
             end: self.end.select_columns(&kept),
+            anew: self.anew,
         }
     }
 
@@ -83,6 +94,7 @@ impl LinkColumns {
         Self {
             noise: self.noise.iter().map(|of| of.select(&kept)).collect(),
             end: self.end.select_columns(&kept),
+            anew: self.anew,
         }
     }
 
@@ -139,6 +151,8 @@ pub(crate) struct Sweep<'s> {
     pub(crate) keep_readings: bool,
     /// Sources of channels whose latents' columns are wanted by themselves.
     pub(crate) scaled: &'s [usize],
+    /// Length of predictions, which then start anew [s]; none: a trial is one.
+    pub(crate) horizon: Option<f64>,
 }
 
 /// Sweeps a track about a point. `None` where the system blows up on it or the plant refuses it.
@@ -233,6 +247,7 @@ pub(crate) fn sweep(
         channels: problem.channels.len(),
         parameters: inputs.len(),
         pieces,
+        drifting: problem.drifting.len(),
     };
     let corrections = corrections(problem, &nuisances_at, &entries);
     let links = (0..rolled.len())
@@ -255,7 +270,25 @@ pub(crate) fn sweep(
             )
         })
         .collect();
-    Ok(Some(links))
+    Ok(Some(starting_anew(links, track, trial.steady, how.horizon)))
+}
+
+/// Links whose predictions start anew where they are as long as a horizon.
+fn starting_anew(
+    mut links: Vec<LinkColumns>,
+    track: &Track,
+    steady: bool,
+    horizon: Option<f64>,
+) -> Vec<LinkColumns> {
+    let mut since = f64::NEG_INFINITY;
+    for (link, of) in links.iter_mut().zip(&track.links) {
+        let start = of.segment.start;
+        if horizon.is_some_and(|horizon| steady || start - since > horizon - 1e-9) {
+            link.anew = true;
+            since = start;
+        }
+    }
+    links
 }
 
 /// The point's parameters as they are carried back to zero.
@@ -376,7 +409,7 @@ fn assemble(
             };
             for channel in source.channel..source.channel + source.channels {
                 let out = number * channels + channel;
-                for column in 1..width {
+                for column in 1..layout.drifts() {
                     let (a, b) = (
                         readings[before].1[(channel, column)],
                         readings[after].1[(channel, column)],
@@ -428,6 +461,7 @@ fn assemble(
             outputs[(row, 1 + column)] = if slope.is_finite() { slope } else { 0.0 };
         }
     }
+    slow_drift::put(problem, track, at, layout.drifts(), &mut outputs);
     // Whitened, and nothing where there is no reading.
     let present: Vec<bool> = residual.iter().map(|value| value.is_finite()).collect();
     whitening::whiten(&problem.channels, &mut residual);
@@ -498,6 +532,7 @@ fn assemble(
     LinkColumns {
         noise: noise.collect(),
         end: state,
+        anew: false,
     }
 }
 

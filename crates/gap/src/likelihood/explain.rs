@@ -1,4 +1,7 @@
 //! Which sets of effects explain the trials: sweep, search, and again about the best set until it stays.
+//!
+//! Far from the point of a sweep first order misleads. So a set counts as it is about itself, once the point has been there;
+//! and the point only goes where the set is likelier there than the best so far.
 
 use crate::{
     error::GapError,
@@ -6,17 +9,17 @@ use crate::{
         directions::Direction,
         explanation::Explanation,
         found::{Found, likeliest},
-        level::Level,
+        level::{Level, Sizes},
         search::{Choices, Search},
         working_point::{Keep, WorkingPoint},
     },
     options::LikelihoodOptions,
-    problem::problem::Problem,
+    problem::{point::Point, problem::Problem},
     progress::Watch,
 };
 
-/// Rounds of sweep and search at most.
-const ROUNDS: usize = 6;
+/// Points that are looked from at most.
+const ROUNDS: usize = 8;
 /// Halvings of the values on which a trial blows up, at most.
 const HALVINGS: usize = 5;
 
@@ -29,69 +32,227 @@ pub fn explain<'p>(
     watch: &Watch<'_>,
 ) -> Result<Explanation<'p>, GapError> {
     let mut working = WorkingPoint::new(problem, watch)?;
-    let mut explanation = None;
+    // Without a set only starts and forces may explain the gap, or the numbers would run to their bounds for it.
+    let Some(mut best) = look(problem, &mut working, None, false)? else {
+        return Err(diverges(problem));
+    };
+    let none = best.without_effects();
+    let mut known = vec![(best.point.set(), best.own())];
     for round in 0..ROUNDS {
         (watch.tell)("weighing sets of effects", round, ROUNDS);
-        let directions: Vec<Direction> = (0..problem.candidates.len())
-            .filter(|candidate| !working.point.candidates.contains(candidate))
-            .flat_map(|candidate| problem.directions(candidate))
-            .collect();
-        // Without a set only starts and forces may explain the gap, or the numbers would run to their bounds for it.
-        let mut swept = None;
-        for _ in 0..HALVINGS {
-            if working.follow()? && (round == 0 || working.settle()?) {
-                swept = working.sweep(Some(&directions), Keep::Likelihood)?;
-            }
-            if swept.is_some() || round == 0 {
-                break;
-            }
-            working.halve();
-        }
-        let Some(swept) = swept.filter(|swept| !swept.levels.is_empty()) else {
+        let Some(next) = best.promising(problem) else {
             break;
         };
-        let choices =
-            Choices::new(problem, &working.point, &directions).against_none(&swept.levels);
-        let mut found = search(
-            &swept.levels,
-            &choices,
-            &problem.settings.options.likelihood,
-        );
-        if let Some(best) = likeliest(&found) {
-            let subsets = subsets(&swept.levels[best.level], &choices, best);
-            found.retain(|of| !subsets.iter().any(|other| other.is(of)));
-            found.extend(subsets);
+        let before = working.clone();
+        best.go(&mut working, &next);
+        let there = look(problem, &mut working, Some(none), true)?;
+        let set = next.set;
+        let own = (there.as_ref()).map_or(f64::NEG_INFINITY, Look::own);
+        let was_there = known.iter_mut().find(|of| of.0 == set);
+        let is_better = own > best.own() || set == best.point.set();
+        match was_there {
+            Some(of) => of.1 = of.1.max(own),
+            None => known.push((set.clone(), own)),
         }
-        found.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
-        // The sweep was made about the best set, settled.
-        let set = working.point.set();
-        let stays = round > 0 && found.first().is_some_and(|best| best.set == set);
-        // A few effects at a time: the errors of form of more would be taken for others.
+        match there.filter(|_| is_better) {
+            Some(there) => best = there,
+            None => {
+                working = before;
+                best.search_without(&set, &problem.settings.options.likelihood);
+                best.settled |= set == best.point.set();
+            }
+        }
+        best.correct(&known);
+    }
+    let predictions = match best.found.first() {
+        Some(found) => {
+            let sizes = best.levels[found.level].sizes;
+            working.predictions(&best.directions, sizes)?
+        }
+        None => Vec::new(),
+    };
+    Ok(best.explanation(problem, predictions))
+}
+
+/// One sweep about a point, and what was found from there.
+struct Look<'p> {
+    point: Point,
+    /// True where the point's values have settled.
+    settled: bool,
+    directions: Vec<Direction>,
+    choices: Choices<'p>,
+    levels: Vec<Level>,
+    /// As first order has it from here, but for sets about which there was a sweep; the likeliest first.
+    found: Vec<Found>,
+}
+
+/// Looks from a point, its values settled before; `none`: log likelihood without effects, where it is known. `None` where a
+/// trial blows up.
+fn look<'p>(
+    problem: &'p Problem<'p>,
+    working: &mut WorkingPoint<'_, '_>,
+    none: Option<f64>,
+    settles: bool,
+) -> Result<Option<Look<'p>>, GapError> {
+    let directions: Vec<Direction> = (0..problem.candidates.len())
+        .filter(|candidate| !working.point.candidates.contains(candidate))
+        .flat_map(|candidate| problem.directions(candidate))
+        .collect();
+    let mut swept = None;
+    for _ in 0..HALVINGS {
+        if working.follow()? && (!settles || working.settle()?) {
+            swept = working.sweep(Some(&directions), Keep::Likelihood, None)?;
+        }
+        if swept.is_some() || !settles {
+            break;
+        }
+        working.halve();
+    }
+    let Some(swept) = swept.filter(|swept| !swept.levels.is_empty()) else {
+        return Ok(None);
+    };
+    let levels = swept.levels;
+    let choices = Choices::new(problem, &working.point, &directions);
+    let choices = choices.against_none(none.unwrap_or_else(|| without_effects(&levels)));
+    let mut look = Look {
+        point: working.point.clone(),
+        settled: settles,
+        directions,
+        choices,
+        levels,
+        found: Vec::new(),
+    };
+    look.search(&problem.settings.options.likelihood);
+    Ok(Some(look))
+}
+
+/// Log likelihood without effects beside the disturbances that make it likeliest.
+fn without_effects(levels: &[Level]) -> f64 {
+    let none = levels
+        .iter()
+        .filter_map(|level| Some(level.given(&[])?.empty));
+    none.fold(f64::NEG_INFINITY, f64::max)
+}
+
+impl<'p> Look<'p> {
+    fn without_effects(&self) -> f64 {
+        without_effects(&self.levels)
+    }
+
+    /// Log posterior of the point's own set.
+    fn own(&self) -> f64 {
+        let set = self.point.set();
+        let own = self.found.iter().filter(|of| of.set == set);
+        own.map(|of| of.log_posterior)
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    fn search(&mut self, options: &LikelihoodOptions) {
+        self.found = search(&self.levels, &self.choices, options);
+        if let Some(best) = likeliest(&self.found) {
+            let subsets = subsets(&self.levels[best.level], &self.choices, best);
+            self.found
+                .retain(|of| !subsets.iter().any(|other| other.is(of)));
+            self.found.extend(subsets);
+        }
+        // The point's own set, wherever the search went.
+        let own = self.point.set();
+        for level in self.levels.iter().filter(|of| of.is_searched) {
+            let is_it = |of: &Found| of.level == level.number && of.set == own;
+            if !self.found.iter().any(is_it) {
+                let choices = &self.choices;
+                (self.found).extend(Search { level, choices }.whole(&self.point.candidates));
+            }
+        }
+        self.sort();
+    }
+
+    fn sort(&mut self) {
+        (self.found).sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
+    }
+
+    /// Searches again without the effect by which a set that did not survive its own sweep differs from the point's, where it is
+    /// one.
+    fn search_without(&mut self, set: &[usize], options: &LikelihoodOptions) {
+        let own = self.point.set();
+        let added: Vec<usize> = set.iter().copied().filter(|of| !own.contains(of)).collect();
+        if let [one] = added[..] {
+            let had = std::mem::take(&mut self.found);
+            self.choices.leave_out(one);
+            self.search(options);
+            let lost = had.into_iter().filter(|of| of.set.contains(&one));
+            self.found.extend(lost);
+            self.sort();
+        }
+    }
+
+    /// Gives sets about which there was a sweep the log posterior that they had there. Those that hold what such a set added to
+    /// the point's are taken to have lost as much.
+    fn correct(&mut self, known: &[(Vec<usize>, f64)]) {
+        let own = self.point.set();
+        let here = |set: &[usize]| {
+            let of_set = self.found.iter().filter(|of| of.set == *set);
+            of_set
+                .map(|of| of.log_posterior)
+                .fold(f64::NEG_INFINITY, f64::max)
+        };
+        let losses: Vec<(&Vec<usize>, f64)> = known
+            .iter()
+            .filter(|(set, _)| *set != own)
+            .map(|(set, there)| (set, here(set) - there))
+            .filter(|(_, loss)| loss.is_finite() || *loss > 0.0)
+            .collect();
+        for of in &mut self.found {
+            let exact = losses.iter().find(|(set, _)| **set == of.set);
+            let adds = |set: &[usize]| set.iter().any(|member| !own.contains(member));
+            let holds = |set: &[usize]| set.iter().all(|member| of.set.contains(member));
+            let within = losses.iter().filter(|(set, _)| adds(set) && holds(set));
+            let loss = match exact {
+                Some((_, loss)) => *loss,
+                None => within.map(|of| of.1).fold(0.0, f64::max),
+            };
+            of.log_likelihood -= loss;
+            of.log_posterior -= loss;
+        }
+        self.sort();
+    }
+
+    /// The set to go to: the best, a few effects more at a time, for the errors of form of more would be taken for others. `None`
+    /// where it is the point's own and settled.
+    fn promising(&self, problem: &Problem<'_>) -> Option<Found> {
         let unexpected = |set: &[usize]| {
             let all = set.iter().filter(|of| !problem.priors[**of].is_expected);
             all.count()
         };
+        let set = self.point.set();
         let most = unexpected(&set) + problem.settings.options.likelihood.added;
-        let Some(best) = found.iter().find(|of| unexpected(&of.set) <= most) else {
-            break;
-        };
-        let (next, _) = swept.levels[best.level].moved(problem, &working.point, &directions, best);
+        let best = (self.found.iter()).find(|of| unexpected(&of.set) <= most)?;
+        (best.set != set || !self.settled).then(|| best.clone())
+    }
+
+    /// Moves the working point to a set, and its levels to where sets are likely.
+    fn go(&self, working: &mut WorkingPoint<'_, '_>, next: &Found) {
+        let level = &self.levels[next.level];
+        let problem = working.problem;
+        working.point = level.moved(problem, &self.point, &self.directions, next).0;
         // Where nothing is likeliest so far, effects may be likelier at any level.
-        if !best.set.is_empty() {
-            working.look_about(swept.levels[best.level].sizes);
-        }
-        let about = std::mem::replace(&mut working.point, next);
-        explanation = Some((about, directions, choices, swept.levels, found));
-        if stays {
-            break;
+        if !next.set.is_empty() {
+            let logs =
+                (self.found.iter()).map(|of| (self.levels[of.level].sizes, of.log_posterior));
+            working.search_about(level.sizes, &logs.collect::<Vec<(Sizes, f64)>>());
         }
     }
-    let Some((about, directions, choices, levels, found)) = explanation else {
-        return Err(diverges(problem));
-    };
-    Ok(Explanation::new(
-        problem, about, directions, choices, levels, found,
-    ))
+
+    fn explanation(self, problem: &'p Problem<'p>, predictions: Vec<Level>) -> Explanation<'p> {
+        Explanation::new(
+            problem,
+            self.point,
+            self.directions,
+            self.choices,
+            (self.levels, predictions),
+            self.found,
+        )
+    }
 }
 
 /// Sets at all levels; of levels whose likelihood no set can raise near the best, the empty one alone.

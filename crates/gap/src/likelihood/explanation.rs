@@ -26,6 +26,8 @@ pub struct Explanation<'a> {
     directions: Vec<Direction>,
     choices: Choices<'a>,
     pub(crate) levels: Vec<Level>,
+    /// Likelihoods of predictions over a segment's length: beside the least unmodelled forces, and beside likely ones.
+    predictions: Vec<Level>,
     /// Every set at every level that was tried, and the sum of their posteriors.
     found: Vec<Found>,
     log_total: f64,
@@ -59,7 +61,7 @@ impl<'a> Explanation<'a> {
         about: Point,
         directions: Vec<Direction>,
         choices: Choices<'a>,
-        levels: Vec<Level>,
+        (levels, predictions): (Vec<Level>, Vec<Level>),
         found: Vec<Found>,
     ) -> Self {
         let log_total = log_sum(found.iter().map(|of| of.log_posterior));
@@ -70,6 +72,7 @@ impl<'a> Explanation<'a> {
             directions,
             choices,
             levels,
+            predictions,
             found,
             log_total,
             sets,
@@ -272,27 +275,26 @@ impl<'a> Explanation<'a> {
             .collect()
     }
 
-    /// Explained deviance of a set without some of its candidates: the part of the log likelihood lost without effects, against
-    /// the best beside unmodelled forces of any size, that the set regains beside the least of them.
+    /// Explained deviance of a set without some of its candidates: the part of the log likelihood of predictions over a segment's
+    /// length that is lost without effects, against the best beside likely unmodelled forces, and that the set regains beside the
+    /// least. The uncertain numbers of the nominal are fitted in each, within bounds.
     pub(crate) fn explained(&self, set: usize, without: &[usize]) -> f64 {
-        let search = self.search(self.least_forces(self.level(set).sizes.drift));
-        let log = |found: Option<Found>| found.map(|found| found.log_likelihood);
-        let some = log(search.without(self.found(set), without));
-        let nothing = log(search.again(self.found(self.nothing())));
-        let best = self.found.iter().map(|of| of.log_likelihood);
-        let best = best.fold(f64::NEG_INFINITY, f64::max);
+        let whole = self.found(set);
+        let log = |level: &Level, out: &[usize]| {
+            let found = self.search(level).without(whole, out)?;
+            level.at_best(self.problem, &found, self.choices.bounds(&found.columns))
+        };
+        let Some(least) = self.predictions.first() else {
+            return 0.0;
+        };
+        let levels = self.predictions.iter();
+        let best = levels.flat_map(|level| [log(level, &[]), log(level, &whole.set)]);
+        let best = best.flatten().fold(f64::NEG_INFINITY, f64::max);
+        let (some, nothing) = (log(least, without), log(least, &whole.set));
         some.zip(nothing).map_or(0.0, |(some, nothing)| {
-            let whole = (best - nothing).max(f64::MIN_POSITIVE);
-            ((some - nothing) / whole).clamp(0.0, 1.0)
+            let lost = (best - nothing).max(f64::MIN_POSITIVE);
+            ((some - nothing) / lost).clamp(0.0, 1.0)
         })
-    }
-
-    /// Level of the least unmodelled forces beside drifts of a size.
-    fn least_forces(&self, drift: f64) -> &Level {
-        let alike = self.levels.iter().filter(|of| of.sizes.drift == drift);
-        alike
-            .min_by(|a, b| a.sizes.force.total_cmp(&b.sizes.force))
-            .unwrap_or(&self.levels[0])
     }
 
     /// Probabilities of no effect: that simulation and measurement agree, and that something is missing that no effect models:

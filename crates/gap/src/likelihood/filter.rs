@@ -15,13 +15,20 @@ use crate::likelihood::{
 /// integrator [m, rad, m/s, rad/s].
 const SEAM: f64 = 1e-7;
 
-/// Prior of the unmodelled forces.
+/// Prior of the disturbances of a track: unmodelled forces, piece by piece, and slow drifts of sensors, linear between the
+/// starts of the segments.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Forces {
-    /// Standard deviation, in their scales.
-    pub(crate) sd: f64,
-    /// Correlation from piece to piece.
-    pub(crate) correlation: f64,
+pub(crate) struct Disturbances {
+    /// Standard deviation of the forces, in their scales.
+    pub(crate) force: f64,
+    /// Correlation of the forces from piece to piece.
+    pub(crate) force_correlation: f64,
+    /// Number of channels that drift.
+    pub(crate) drifting: usize,
+    /// Standard deviation of the drifts, in their scales.
+    pub(crate) drift: f64,
+    /// Correlation of the drifts from segment to segment.
+    pub(crate) drift_correlation: f64,
 }
 
 /// The likelihood of a track, quadratic in the parameters.
@@ -80,47 +87,58 @@ pub(super) struct Update {
     mean: DMatrix<f64>,
     /// Square root of the prior covariance [latents, sources of randomness].
     root: DMatrix<f64>,
-    /// Posterior mean of the start and the force before it, all parameters at zero [3 nv].
+    /// Posterior mean of the state before the segment, all parameters at zero.
     before: DVector<f64>,
     factor: Cholesky<f64, Dyn>,
 }
 
-/// State of the filter before a segment: its start and the force of the piece before, affine in the parameters [3 nv,
-/// 1 + parameters], and the square root of their covariance.
+/// State of the filter before a segment: its start, the force of the piece before and the drifts, affine in the parameters
+/// [3 nv + drifting, 1 + parameters], and the square root of their covariance.
 pub(super) struct Start {
     mean: DMatrix<f64>,
     root: DMatrix<f64>,
 }
 
 impl Start {
-    pub(super) fn first(arrival: &DVector<f64>, parameters: usize, force: Forces) -> Self {
+    pub(super) fn first(arrival: &DVector<f64>, parameters: usize, prior: Disturbances) -> Self {
         let (tangents, nv) = (arrival.len(), arrival.len() / 2);
-        let sd = DVector::from_fn(tangents + nv, |axis, _| {
+        let size = tangents + nv + prior.drifting;
+        let sd = DVector::from_fn(size, |axis, _| {
             if axis < tangents {
                 arrival[axis]
+            } else if axis < tangents + nv {
+                prior.force
             } else {
-                force.sd
+                prior.drift
             }
         });
         Self {
-            mean: DMatrix::zeros(tangents + nv, 1 + parameters),
+            mean: DMatrix::zeros(size, 1 + parameters),
             root: DMatrix::from_diagonal(&sd),
         }
     }
 
-    /// Mean and square root of the covariance of a segment's latents: its start, and the forces of its pieces, an
-    /// autoregression from the piece before.
-    pub(super) fn latents(&self, latents: usize, force: Forces) -> (DMatrix<f64>, DMatrix<f64>) {
-        let nv = self.mean.nrows() / 3;
+    /// Mean and square root of the covariance of a segment's latents: its start, the forces of its pieces, an autoregression
+    /// from the piece before, and the drifts at its start and at the next one's.
+    pub(super) fn latents(
+        &self,
+        latents: usize,
+        prior: Disturbances,
+    ) -> (DMatrix<f64>, DMatrix<f64>) {
+        let state = self.mean.nrows();
+        let drifting = prior.drifting;
+        let nv = (state - drifting) / 3;
         let tangents = 2 * nv;
-        let pieces = (latents - tangents) / nv.max(1);
-        let mut carry = DMatrix::zeros(latents, tangents + nv);
-        let mut fresh = DMatrix::zeros(latents, pieces * nv);
+        let pieces = (latents - tangents - 2 * drifting) / nv.max(1);
+        let moves = prior.drift > 0.0;
+        let mut carry = DMatrix::zeros(latents, state);
+        let mut fresh = DMatrix::zeros(latents, pieces * nv + if moves { drifting } else { 0 });
         for axis in 0..tangents {
             carry[(axis, axis)] = 1.0;
         }
-        let correlation = force.correlation;
-        let size = force.sd * (1.0 - correlation * correlation).sqrt();
+        let innovation = |sd: f64, correlation: f64| sd * (1.0 - correlation * correlation).sqrt();
+        let correlation = prior.force_correlation;
+        let size = innovation(prior.force, correlation);
         for piece in 0..pieces {
             for axis in 0..nv {
                 let row = tangents + piece * nv + axis;
@@ -129,6 +147,16 @@ impl Start {
                     fresh[(row, before * nv + axis)] =
                         size * correlation.powi((piece - before) as i32);
                 }
+            }
+        }
+        if moves {
+            let size = innovation(prior.drift, prior.drift_correlation);
+            let first = tangents + pieces * nv;
+            for channel in 0..drifting {
+                let state = tangents + nv + channel;
+                carry[(first + channel, state)] = 1.0;
+                carry[(first + drifting + channel, state)] = prior.drift_correlation;
+                fresh[(first + drifting + channel, pieces * nv + channel)] = size;
             }
         }
         let carried = &carry * &self.root;
@@ -141,14 +169,14 @@ impl Start {
 }
 
 /// Filters the track of a trial with one of the sizes of correlated noise that it was swept for. `arrival`: standard deviation
-/// of the first start by axis [2 nv]; `force`: the prior of the unmodelled forces.
+/// of the first start by axis [2 nv]; `prior`: of the disturbances.
 pub(crate) fn filter(
     trial: usize,
     links: &[LinkColumns],
     noise: usize,
     parameters: usize,
     arrival: &DVector<f64>,
-    force: Forces,
+    prior: Disturbances,
 ) -> Option<Filtered> {
     let mut filtered = Filtered {
         trial,
@@ -156,12 +184,15 @@ pub(crate) fn filter(
         half_log_determinant: 0.0,
         deviations: Deviations::default(),
     };
-    let mut start = Start::first(arrival, parameters, force);
+    let mut start = Start::first(arrival, parameters, prior);
     for link in links {
         let of = &link.noise[noise];
-        let update = update(&of.gram, parameters, &start, force, Some(&mut filtered))?;
+        if link.anew {
+            start = Start::first(arrival, parameters, prior);
+        }
+        let update = update(&of.gram, parameters, &start, prior, Some(&mut filtered))?;
         filtered.half_log_determinant += of.half_log_determinant;
-        start = predict(link, parameters, &update)?.0;
+        start = predict(link, parameters, &update, prior)?.0;
     }
     Some(filtered)
 }
@@ -172,15 +203,15 @@ pub(crate) fn smooth(
     noise: usize,
     z: &DVector<f64>,
     arrival: &DVector<f64>,
-    force: Forces,
+    prior: Disturbances,
 ) -> Option<Smoothed> {
     let tangents = arrival.len();
     let known: Vec<LinkColumns> = links.iter().map(|link| at(link, noise, z)).collect();
-    let mut start = Start::first(arrival, 0, force);
+    let mut start = Start::first(arrival, 0, prior);
     let mut passed = Vec::with_capacity(links.len());
     for link in &known {
-        let update = update(&link.noise[0].gram, 0, &start, force, None)?;
-        let (next, solved) = predict(link, 0, &update)?;
+        let update = update(&link.noise[0].gram, 0, &start, prior, None)?;
+        let (next, solved) = predict(link, 0, &update, prior)?;
         let sources = start.root.ncols();
         passed.push(Passed {
             latents: update.mean.column(0).into_owned(),
@@ -210,7 +241,7 @@ pub(crate) fn smooth(
         }
         smoothed.starts[at] = latents.rows(0, tangents).into_owned();
         smoothed.forces[at] = latents
-            .rows(tangents, latents.len() - tangents)
+            .rows(tangents, latents.len() - tangents - 2 * prior.drifting)
             .into_owned();
         later = Some(before);
     }
@@ -260,6 +291,7 @@ pub(super) fn at(link: &LinkColumns, noise: usize, z: &DVector<f64>) -> LinkColu
     LinkColumns {
         noise: vec![known],
         end: ends,
+        anew: link.anew,
     }
 }
 
@@ -267,13 +299,13 @@ pub(super) fn update(
     gram: &DMatrix<f64>,
     parameters: usize,
     start: &Start,
-    force: Forces,
+    prior: Disturbances,
     filtered: Option<&mut Filtered>,
 ) -> Option<Update> {
     let all = gram.nrows();
     let head = 1 + parameters;
     let latents = all - head;
-    let (mean, root) = start.latents(latents, force);
+    let (mean, root) = start.latents(latents, prior);
     // Innovations: the columns less what the latents' mean explains; G T, T = [I; +- mean].
     let mut signed = mean.clone();
     signed.column_mut(0).neg_mut();
@@ -319,16 +351,23 @@ pub(super) fn predict(
     link: &LinkColumns,
     parameters: usize,
     update: &Update,
+    prior: Disturbances,
 ) -> Option<(Start, DMatrix<f64>)> {
     let head = 1 + parameters;
     let latents = link.end.ncols() - head;
     let tangents = link.end.nrows();
     let nv = tangents / 2;
-    let mut to = DMatrix::zeros(tangents + nv, latents);
+    let drifting = prior.drifting;
+    let state = tangents + nv + drifting;
+    let mut to = DMatrix::zeros(state, latents);
     to.view_mut((0, 0), (tangents, latents))
         .copy_from(&link.end.columns(head, latents));
+    let last_force = latents - 2 * drifting - nv;
     for axis in 0..nv {
-        to[(tangents + axis, latents - nv + axis)] = 1.0;
+        to[(tangents + axis, last_force + axis)] = 1.0;
+    }
+    for channel in 0..drifting {
+        to[(tangents + nv + channel, latents - drifting + channel)] = 1.0;
     }
     let mut mean = &to * &update.mean;
     let mut of_parameters = mean.rows_mut(0, tangents);
@@ -336,7 +375,7 @@ pub(super) fn predict(
     let spread = (&to * &update.root).transpose();
     let solved = update.factor.solve(&spread);
     let mut covariance = spread.tr_mul(&solved);
-    for axis in 0..tangents + nv {
+    for axis in 0..state {
         covariance[(axis, axis)] += SEAM * SEAM + 1e-12 * covariance[(axis, axis)];
     }
     let covariance = 0.5 * (&covariance + covariance.transpose());
@@ -353,18 +392,22 @@ mod tests {
 
     use crate::statistics::standard_normal;
 
-    /// Three segments of a system with one degree of freedom, one parameter, and two pieces of force each: the filter gives
+    /// Three segments of a system with one degree of freedom, one parameter, a drift and two pieces of force each: the filter gives
     /// the marginal likelihood of all readings at once, and the smoother their joint mean.
     #[test]
     fn it_agrees_with_all_readings_at_once() {
         let mut rng = ChaCha8Rng::seed_from_u64(2);
         let (rows, tangents, pieces) = (4, 2, 2);
-        let width = 2 + tangents + pieces;
+        let width = 2 + tangents + pieces + 2;
         let mut random = |rows: usize, columns: usize, size: f64| {
             DMatrix::from_fn(rows, columns, |_, _| size * standard_normal(&mut rng))
         };
         let outputs: Vec<DMatrix<f64>> = (0..3).map(|_| random(rows, width, 1.0)).collect();
-        let ends: Vec<DMatrix<f64>> = (0..3).map(|_| random(tangents, width, 0.7)).collect();
+        let mut ends: Vec<DMatrix<f64>> = (0..3).map(|_| random(tangents, width, 0.7)).collect();
+        for end in &mut ends {
+            // Drifts move nothing.
+            end.columns_mut(width - 2, 2).fill(0.0);
+        }
         let links: Vec<LinkColumns> = (outputs.iter().zip(&ends))
             .map(|(outputs, end)| LinkColumns {
                 noise: vec![Whitened {
@@ -374,40 +417,57 @@ mod tests {
                     scaled: Vec::new(),
                 }],
                 end: end.clone(),
+                anew: false,
             })
             .collect();
         let arrival = DVector::from_vec(vec![0.4, 0.9]);
-        let force = Forces {
-            sd: 0.6,
-            correlation: 0.8,
+        let prior = Disturbances {
+            force: 0.6,
+            force_correlation: 0.8,
+            drifting: 1,
+            drift: 0.7,
+            drift_correlation: 0.6,
         };
         let z = DVector::from_vec(vec![0.3]);
-        // Sources: first start, the force before it, fresh forces. Rows of every latent in them, and their means.
-        let sources = tangents + 1 + 3 * pieces;
+        // Sources: first start, the force before it, fresh forces, first drift, fresh drifts. Rows of every latent in them, and
+        // their means.
+        let first_drift = tangents + 1 + 3 * pieces;
+        let sources = first_drift + 4;
         let mut start = DMatrix::<f64>::zeros(tangents, sources);
         start[(0, 0)] = arrival[0];
         start[(1, 1)] = arrival[1];
         let mut mean = DVector::<f64>::zeros(tangents);
         let mut last = DMatrix::<f64>::zeros(1, sources);
-        last[(0, tangents)] = force.sd;
+        last[(0, tangents)] = prior.force;
+        let mut drift = DMatrix::<f64>::zeros(1, sources);
+        drift[(0, first_drift)] = prior.drift;
         let mut design = DMatrix::<f64>::zeros(3 * rows, sources);
         let mut residual = DVector::<f64>::zeros(3 * rows);
         let mut starts = Vec::new();
         for at in 0..3 {
             starts.push((start.clone(), mean.clone()));
-            let mut latents = DMatrix::<f64>::zeros(tangents + pieces, sources);
+            let mut latents = DMatrix::<f64>::zeros(tangents + pieces + 2, sources);
             latents
                 .view_mut((0, 0), (tangents, sources))
                 .copy_from(&start);
             for piece in 0..pieces {
-                last *= force.correlation;
-                last[(0, tangents + 1 + at * pieces + piece)] = force.sd * 0.6;
+                last *= prior.force_correlation;
+                last[(0, tangents + 1 + at * pieces + piece)] = prior.force * 0.6;
                 latents
                     .view_mut((tangents + piece, 0), (1, sources))
                     .copy_from(&last);
             }
+            let mut put = |row: usize, drift: &DMatrix<f64>| {
+                latents
+                    .view_mut((tangents + pieces + row, 0), (1, sources))
+                    .copy_from(drift);
+            };
+            put(0, &drift);
+            drift *= prior.drift_correlation;
+            drift[(0, first_drift + 1 + at)] = prior.drift * 0.8;
+            put(1, &drift);
             let of = &outputs[at];
-            let of_latents = of.columns(2, tangents + pieces);
+            let of_latents = of.columns(2, tangents + pieces + 2);
             design
                 .view_mut((at * rows, 0), (rows, sources))
                 .copy_from(&(of_latents * &latents));
@@ -415,19 +475,19 @@ mod tests {
             residual.rows_mut(at * rows, rows).copy_from(&left);
             let end = &ends[at];
             mean = end.column(0) + end.column(1) * z[0] + end.columns(2, tangents) * &mean;
-            start = end.columns(2, tangents + pieces) * &latents;
+            start = end.columns(2, tangents + pieces + 2) * &latents;
         }
         let covariance = DMatrix::identity(3 * rows, 3 * rows) + &design * design.transpose();
         let factor = covariance.cholesky().unwrap();
         let misfit = residual.dot(&factor.solve(&residual));
         let logs: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
-        let filtered = filter(0, &links, 0, 1, &arrival, force).unwrap();
+        let filtered = filter(0, &links, 0, 1, &arrival, prior).unwrap();
         let along = DVector::from_vec(vec![1.0, -z[0]]);
         let found = (&filtered.gram * &along).dot(&along);
         assert!((found / misfit - 1.0).abs() < 1e-6, "{found} {misfit}");
         assert!((filtered.half_log_determinant - logs).abs() < 1e-6);
         let drawn = design.tr_mul(&factor.solve(&residual));
-        let smoothed = smooth(&links, 0, &z, &arrival, force).unwrap();
+        let smoothed = smooth(&links, 0, &z, &arrival, prior).unwrap();
         for ((rows_of, mean), found) in starts.iter().zip(&smoothed.starts) {
             assert!((rows_of * &drawn + mean - found).norm() < 1e-5, "{found}");
         }

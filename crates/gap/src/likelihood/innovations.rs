@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::{
     likelihood::{
         columns::LinkColumns,
-        filter::{self, Forces, Start},
+        filter::{self, Disturbances, Start},
         track::Track,
     },
     problem::problem::Problem,
@@ -28,30 +28,25 @@ pub(crate) struct Innovation {
     pub(crate) sources: Vec<(f64, usize)>,
 }
 
-/// Innovations of a track at known parameters `z`, for one of the sizes of correlated noise that it was swept for. Every `seconds` the prediction starts anew, from the readings alone.
+/// Innovations of a track at known parameters `z`, for one of the sizes of correlated noise that it was swept for.
 pub(crate) fn innovations(
     problem: &Problem<'_>,
     track: &Track,
     links: &[LinkColumns],
     noise: usize,
     z: &DVector<f64>,
-    (arrival, force): (&DVector<f64>, Forces),
-    seconds: f64,
+    (arrival, prior): (&DVector<f64>, Disturbances),
 ) -> Option<Vec<Innovation>> {
     let width = problem.channels.len();
-    let mut start = Start::first(arrival, 0, force);
-    let mut since = None;
+    let mut start = Start::first(arrival, 0, prior);
     let mut all = Vec::with_capacity(links.len());
     for (link, of) in links.iter().zip(&track.links) {
         let link = filter::at(link, noise, z);
-        let begun = since.filter(|begun| of.segment.start - begun < seconds - 1e-9);
-        let first = begun.is_none() || problem.trials[track.trial].steady;
-        if first {
-            since = Some(of.segment.start);
-            start = Start::first(arrival, 0, force);
+        if link.anew {
+            start = Start::first(arrival, 0, prior);
         }
         let latents = link.end.ncols() - 1;
-        let (mean, root) = start.latents(latents, force);
+        let (mean, root) = start.latents(latents, prior);
         let readings = &link.noise[0].readings;
         let columns = readings.columns(1, latents);
         let left = readings.column(0) - columns * mean.column(0);
@@ -71,11 +66,11 @@ pub(crate) fn innovations(
             .collect();
         all.push(Innovation {
             rows: of.segment.rows.clone(),
-            first,
+            first: link.anew,
             sources,
         });
-        let update = filter::update(&link.noise[0].gram, 0, &start, force, None)?;
-        start = filter::predict(&link, 0, &update)?.0;
+        let update = filter::update(&link.noise[0].gram, 0, &start, prior, None)?;
+        start = filter::predict(&link, 0, &update, prior)?.0;
     }
     Some(all)
 }

@@ -28,8 +28,10 @@ use crate::{
 pub(crate) struct Sizes {
     /// Of the unmodelled forces.
     pub(crate) force: f64,
-    /// Of the drifts of sensors that declare no noise.
+    /// Of the drifts of sensors that declare no noise, over a few rows.
     pub(crate) drift: f64,
+    /// Of their slow drifts.
+    pub(crate) slow_drift: f64,
 }
 
 /// Number and disturbances of a level, and whether it holds the directions.
@@ -216,11 +218,17 @@ impl Level {
         };
         log(&options.forces, self.sizes.force, options.negligible_force)
             + log(&options.drifts, self.sizes.drift, options.sensors_own)
+            + log(
+                &options.slow_drifts,
+                self.sizes.slow_drift,
+                options.sensors_own,
+            )
     }
 
     /// True where its disturbances are more than what an integrator and sensors may be off by.
     pub(crate) fn is_gap(&self, options: &LikelihoodOptions) -> bool {
-        self.sizes.force > options.negligible_force || self.sizes.drift > options.sensors_own
+        let drift = self.sizes.drift.max(self.sizes.slow_drift);
+        self.sizes.force > options.negligible_force || drift > options.sensors_own
     }
 
     /// Log likelihood that no set exceeds: that of the best values of all parameters.
@@ -351,15 +359,23 @@ impl Level {
         let places: Vec<usize> = (0..count).collect();
         let mut numbers = joint.select(&places);
         numbers.b -= across * &found.posterior.mean;
-        let most = problem.settings.options.likelihood.largest_shift;
-        let bounds = vec![
-            Bounds {
-                lower: -most,
-                upper: most,
-            };
-            count
-        ];
+        let bounds: Vec<Bounds> = number_bounds(problem, count).collect();
         numbers.best(&bounds)
+    }
+
+    /// Log likelihood of a found set at its best values within `bounds` and the best uncertain numbers and errors of form beside
+    /// it, within theirs.
+    pub(crate) fn at_best(
+        &self,
+        problem: &Problem<'_>,
+        found: &Found,
+        bounds: impl Iterator<Item = Bounds>,
+    ) -> Option<f64> {
+        let beside = self.columns.columns(&self.columns.present(&found.set));
+        let (joint, half) = self.joint(&beside, &found.own, &found.columns)?;
+        let all: Vec<Bounds> = number_bounds(problem, beside.len()).chain(bounds).collect();
+        let z = joint.best(&all)?;
+        Some(-0.5 * (joint.q - 2.0 * joint.b.dot(&z) + (&joint.a * &z).dot(&z)) - half)
     }
 
     /// Some parameters of the only trial, known but for deviations along some directions of these.
@@ -393,6 +409,16 @@ impl Level {
         };
         self.trials.iter().map(of_trial).collect()
     }
+}
+
+/// Bounds of so many uncertain numbers and errors of form.
+fn number_bounds(problem: &Problem<'_>, count: usize) -> impl Iterator<Item = Bounds> {
+    let most = problem.settings.options.likelihood.largest_shift;
+    let bounds = Bounds {
+        lower: -most,
+        upper: most,
+    };
+    std::iter::repeat_n(bounds, count)
 }
 
 /// A trial with all parameters held.

@@ -6,10 +6,11 @@ use crate::{
     error::GapError,
     likelihood::{
         by_trial::Deviation,
+        directions::Direction,
         form_error,
         found::{Found, likeliest},
         innovations::{self, Innovation},
-        level::Level,
+        level::{Level, Sizes},
         working_point::{Keep, Swept, WorkingPoint},
     },
 };
@@ -18,11 +19,11 @@ impl WorkingPoint<'_, '_> {
     /// Log marginal likelihood of the point's set beside the least unmodelled forces, once it has settled. `None` where a trial
     /// blows up.
     pub(crate) fn settled_evidence(&mut self) -> Result<Option<f64>, GapError> {
-        self.look_at_least();
+        self.keep_least();
         if !(self.follow()? && self.settle()?) {
             return Ok(None);
         }
-        let swept = self.sweep(Some(&[]), Keep::Likelihood)?;
+        let swept = self.sweep(Some(&[]), Keep::Likelihood, None)?;
         let least = swept.as_ref().and_then(|swept| self.least_forces(swept));
         Ok(least.map(|(_, found)| found.log_likelihood))
     }
@@ -32,12 +33,25 @@ impl WorkingPoint<'_, '_> {
         if !(self.follow()? && self.settle()?) {
             return Ok(None);
         }
-        let Some(swept) = self.sweep(Some(&[]), Keep::Likelihood)? else {
+        let Some(swept) = self.sweep(Some(&[]), Keep::Likelihood, None)? else {
             return Ok(None);
         };
         let found = swept.levels.iter().filter_map(|level| self.own_set(level));
         let logs = found.map(|found| found.log_likelihood);
         Ok(logs.max_by(f64::total_cmp))
+    }
+
+    /// Likelihoods of predictions over a segment's length, from the readings alone, along some directions: beside the least
+    /// unmodelled forces, and beside those of some sizes. None where a track blows up.
+    pub(crate) fn predictions(
+        &mut self,
+        directions: &[Direction],
+        sizes: Sizes,
+    ) -> Result<Vec<Level>, GapError> {
+        self.levels.only(self.problem, sizes);
+        let seconds = self.problem.settings.options.segments.length;
+        let swept = self.sweep(Some(directions), Keep::Likelihood, Some(seconds))?;
+        Ok(swept.map_or_else(Vec::new, |of| of.levels))
     }
 
     /// Leaves the rows of every trial out from one on.
@@ -56,7 +70,7 @@ impl WorkingPoint<'_, '_> {
         if !self.follow()? {
             return Ok(None);
         }
-        let Some(swept) = self.sweep(Some(&[]), Keep::Likelihood)? else {
+        let Some(swept) = self.sweep(Some(&[]), Keep::Likelihood, None)? else {
             return Ok(None);
         };
         let found = swept.levels.iter().filter_map(|level| self.own_set(level));
@@ -87,15 +101,15 @@ impl WorkingPoint<'_, '_> {
         if !self.follow()? {
             return Ok(None);
         }
-        self.look_at_least();
-        let Some(swept) = self.sweep(Some(&[]), Keep::Readings)? else {
+        self.keep_least();
+        let seconds = self.problem.settings.options.segments.length;
+        let Some(swept) = self.sweep(Some(&[]), Keep::Readings, Some(seconds))? else {
             return Ok(None);
         };
         let Some((level, found)) = self.least_forces(&swept) else {
             return Ok(None);
         };
         let (_, z) = level.moved(self.problem, &self.point, &[], &found);
-        let seconds = self.problem.settings.options.segments.length;
         let by_track = (self
             .tracks
             .iter()
@@ -109,8 +123,7 @@ impl WorkingPoint<'_, '_> {
                 links,
                 swept.noise(level.sizes),
                 z,
-                (arrival, self.forces(track, level.sizes.force)),
-                seconds,
+                (arrival, self.disturbances(track, level.sizes)),
             )
         });
         Ok(by_track.collect())

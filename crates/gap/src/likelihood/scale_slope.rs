@@ -11,7 +11,7 @@ use crate::{
     likelihood::{
         columns::{LinkColumns, Whitened},
         directions::Direction,
-        filter::{self, Filtered, Forces},
+        filter::{self, Disturbances, Filtered},
     },
     problem::{point::Point, problem::Problem},
 };
@@ -75,14 +75,16 @@ pub(crate) fn add_slopes(
     columns: &[ScaleColumn],
     bare: &[LinkColumns],
     arrival: &DVector<f64>,
-    force: Forces,
+    prior: Disturbances,
 ) -> Option<()> {
     for (number, of) in columns.iter().enumerate() {
         if 1 + of.column >= filtered.gram.nrows() {
             continue;
         }
-        let scaled: Vec<LinkColumns> = bare.iter().map(|link| enlarged(link, number)).collect();
-        let larger = filter::filter(filtered.trial, &scaled, 0, 0, arrival, force)?;
+        let scaled: Vec<LinkColumns> = (bare.iter())
+            .map(|link| enlarged(link, number, 2 * prior.drifting))
+            .collect();
+        let larger = filter::filter(filtered.trial, &scaled, 0, 0, arrival, prior)?;
         let slope = (larger.half_log_determinant - filtered.half_log_determinant) / STEP;
         let place = 1 + of.column;
         filtered.gram[(0, place)] -= of.relative * slope;
@@ -91,15 +93,21 @@ pub(crate) fn add_slopes(
     Some(())
 }
 
-/// A link in which what starts and forces bring to one sensor is a little larger.
-fn enlarged(link: &LinkColumns, number: usize) -> LinkColumns {
+/// A link in which what starts and forces bring to one sensor is a little larger; what its drifts, the last `drifts` columns,
+/// bring is no part of what it scales.
+fn enlarged(link: &LinkColumns, number: usize, drifts: usize) -> LinkColumns {
     let noise = link.noise.iter().map(|of| {
         let mut gram = of.gram.clone();
         if let Some(own) = of.scaled.get(number) {
             let latents = own.nrows();
             let first = gram.nrows() - latents;
             let mut block = gram.view_mut((first, first), (latents, latents));
-            block += own * ((1.0 + STEP).powi(2) - 1.0);
+            let factor = |axis: usize| match axis + drifts < latents {
+                true => 1.0 + STEP,
+                false => 1.0,
+            };
+            block +=
+                own.map_with_location(|row, column, of| of * (factor(row) * factor(column) - 1.0));
         }
         Whitened {
             gram,
@@ -111,6 +119,7 @@ fn enlarged(link: &LinkColumns, number: usize) -> LinkColumns {
     LinkColumns {
         noise: noise.collect(),
         end: link.end.clone(),
+        anew: link.anew,
     }
 }
 
@@ -140,14 +149,18 @@ mod tests {
                 scaled: vec![latents.tr_mul(&latents)],
             }],
             end: DMatrix::from_element(2, 5, 0.1),
+            anew: false,
         };
         let arrival = DVector::from_vec(vec![0.7, 1.5]);
-        let force = Forces {
-            sd: 2.0,
-            correlation: 0.6,
+        let prior = Disturbances {
+            force: 2.0,
+            force_correlation: 0.6,
+            drifting: 0,
+            drift: 0.0,
+            drift_correlation: 0.0,
         };
         let mut filtered =
-            filter::filter(0, std::slice::from_ref(&link), 0, 1, &arrival, force).unwrap();
+            filter::filter(0, std::slice::from_ref(&link), 0, 1, &arrival, prior).unwrap();
         let before = filtered.gram[(0, 1)];
         let column = ScaleColumn {
             column: 0,
@@ -159,7 +172,7 @@ mod tests {
             &[column],
             &[link.bare(1, 0)],
             &arrival,
-            force,
+            prior,
         )
         .unwrap();
         let sd = DVector::from_vec(vec![0.7, 1.5, 2.0]);

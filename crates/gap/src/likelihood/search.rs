@@ -37,11 +37,13 @@ pub(crate) struct Choices<'p> {
     pub(super) problem: &'p Problem<'p>,
     columns: Vec<Column>,
     pub(super) of: BTreeMap<usize, Vec<Vec<usize>>>,
+    /// Candidates that are added to no set.
+    left_out: BTreeSet<usize>,
     /// Effects of a set at most.
     largest: usize,
     /// Log likelihood without effects beside the unmodelled forces that make it likeliest, where the sets of several levels are
     /// compared.
-    without_effects: Option<f64>,
+    pub(super) without_effects: Option<f64>,
 }
 
 impl<'p> Choices<'p> {
@@ -92,43 +94,38 @@ impl<'p> Choices<'p> {
             problem,
             columns,
             of,
+            left_out: BTreeSet::new(),
             largest: problem.settings.options.likelihood.largest,
             without_effects: None,
         }
     }
 
-    /// The same for sets that are compared with none at the likeliest of these levels.
-    pub(crate) fn against_none(mut self, levels: &[Level]) -> Self {
-        let none = levels
-            .iter()
-            .filter_map(|level| Some(level.given(&[])?.empty));
-        self.without_effects = none.max_by(f64::total_cmp);
+    /// The same for sets that are compared with none, whose log likelihood is this.
+    pub(crate) fn against_none(mut self, log_likelihood: f64) -> Self {
+        self.without_effects = Some(log_likelihood);
         self
     }
 
-    /// Log of the odds that no error of form of the others gives what the members of a set beyond the first explain, together:
-    /// a part of what the whole explains each. Expected ones are there by themselves. Values of each trial's own beside others are
-    /// one thing more.
-    fn log_form_odds(&self, members: &[Member], log_likelihood: f64) -> f64 {
-        let is_unexpected = |of: &&Member| !self.problem.priors[of.0].is_expected;
-        let unexpected = members.iter().filter(is_unexpected).count();
-        let mut beside = unexpected - usize::from(unexpected == members.len() && unexpected > 0);
-        if members.len() > 1 {
-            beside += members.iter().filter(|of| of.3.is_some()).count();
-        }
-        let none = self.without_effects.unwrap_or(f64::INFINITY);
-        let gain = (log_likelihood - none).max(0.0);
-        -(beside as f64) * self.options().form_error.powi(2) * gain
+    /// Adds a candidate to no set from now on.
+    pub(crate) fn leave_out(&mut self, candidate: usize) {
+        self.left_out.insert(candidate);
     }
 
     pub(super) fn options(&self) -> &LikelihoodOptions {
         &self.problem.settings.options.likelihood
     }
 
+    /// Bounds of some columns.
+    pub(super) fn bounds(&self, columns: &[usize]) -> impl Iterator<Item = Bounds> {
+        columns.iter().map(|column| self.columns[*column].bounds)
+    }
+
     /// Candidates that may stand in one set with others.
     pub(super) fn beside(&self, set: &[usize]) -> impl Iterator<Item = usize> {
         let all = &self.problem.candidates;
-        self.of.keys().copied().filter(move |candidate| {
+        let all_of = self.of.keys().copied();
+        let all_of = all_of.filter(|candidate| !self.left_out.contains(candidate));
+        all_of.filter(move |candidate| {
             (set.iter()).all(|of| {
                 of != candidate
                     && !all[*of].clashes(&all[*candidate])
@@ -168,15 +165,6 @@ impl<'p> Choices<'p> {
         of.largest = largest;
         of.without_effects = None;
         of
-    }
-
-    fn log_prior(&self, set: &[usize]) -> f64 {
-        let another = self.options().another_effect;
-        let priors = || set.iter().map(|candidate| self.problem.priors[*candidate]);
-        let unexpected = priors().filter(|of| !of.is_expected).count();
-        let mut log = (1.0 - another).ln() + unexpected as f64 * another.ln();
-        log += priors().map(|of| of.log_share).sum::<f64>();
-        log + (1..=unexpected).map(|at| (at as f64).ln()).sum::<f64>()
     }
 }
 

@@ -9,11 +9,12 @@ use crate::{
         by_trial::Deviation,
         columns::{self, LinkColumns, Sweep},
         directions::Direction,
-        filter::{self, Filtered, Forces},
+        filter::{self, Disturbances, Filtered},
         force_scale::force_scale,
         form_error::{self, Beside},
         found::{Found, likeliest},
         level::{Level, Sizes},
+        levels::{self, Levels},
         scale_slope::{self, ScaleColumn},
         search::{Choices, Search},
         track::Track,
@@ -31,15 +32,14 @@ const SETTLED: f64 = 0.5;
 const FOLLOWING: usize = 10;
 
 /// Values of a set, and the starts and unmodelled forces of all segments.
+#[derive(Clone)]
 pub(crate) struct WorkingPoint<'p, 'a> {
     pub(crate) problem: &'p Problem<'a>,
     watch: &'p Watch<'p>,
     pub(super) tracks: Vec<Track>,
     pub(super) arrival: Vec<DVector<f64>>,
     scale: DVector<f64>,
-    /// Levels of disturbances to look at, and those of them at which sets are searched.
-    sizes: Vec<Sizes>,
-    near: Vec<Sizes>,
+    pub(super) levels: Levels,
     pub(crate) point: Point,
 }
 
@@ -105,18 +105,19 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             arrival: arrival(problem),
             scale: force_scale(problem, &tracks)?,
             tracks,
-            sizes: sizes(problem),
-            near: sizes(problem),
+            levels: Levels::coarse(problem),
             point: problem.origin(),
         })
     }
 
-    /// Sweeps all tracks; without `directions`, for starts and unmodelled forces alone. Directions are looked along at the levels
+    /// Sweeps all tracks, each as one prediction or as predictions of a `horizon` [s]; without `directions`, for starts and
+    /// unmodelled forces alone. Directions are looked along at the levels
     /// at which sets are searched. `None` where a track blows up.
     pub(crate) fn sweep(
         &self,
         directions: Option<&[Direction]>,
         keep: Keep,
+        horizon: Option<f64>,
     ) -> Result<Option<Swept>, GapError> {
         let problem = self.problem;
         let beside = directions.map_or_else(Beside::default, |_| {
@@ -134,12 +135,13 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             .zip(&self.arrival)
             .map(|(track, arrival)| {
                 self.watch.check()?;
-                self.sweep_track(track, arrival, directions, (parameters, &scales), keep)
+                let how = (keep, horizon);
+                self.sweep_track(track, arrival, directions, (parameters, &scales), how)
             })
             .collect::<Result<_, GapError>>()?;
         let Some(swept) = swept else { return Ok(None) };
         let mut links = Vec::new();
-        let mut by_level: Vec<Vec<Filtered>> = vec![Vec::new(); self.sizes.len()];
+        let mut by_level: Vec<Vec<Filtered>> = vec![Vec::new(); self.levels.all.len()];
         let tracks = swept.len();
         for track in swept {
             links.push(track.links);
@@ -147,10 +149,10 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 level.extend(filtered);
             }
         }
-        let whole = (self.sizes.iter().zip(by_level)).filter(|(_, of)| of.len() == tracks);
+        let whole = (self.levels.all.iter().zip(by_level)).filter(|(_, of)| of.len() == tracks);
         let mut levels = Vec::new();
         for (sizes, trials) in whole {
-            let is_searched = self.near.contains(sizes);
+            let is_searched = self.levels.near.contains(sizes);
             let number = levels.len();
             levels.extend(Level::new(number, *sizes, is_searched, trials, &beside));
         }
@@ -167,7 +169,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         arrival: &DVector<f64>,
         directions: Option<&[Direction]>,
         ([settled, parameters], scales): ([usize; 2], &[ScaleColumn]),
-        keep: Keep,
+        (keep, horizon): (Keep, Option<f64>),
     ) -> Result<Option<TrackSwept>, GapError> {
         let problem = self.problem;
         let options = &problem.settings.options.likelihood;
@@ -190,6 +192,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 drifts: &drifts,
                 keep_readings: keep == Keep::Readings,
                 scaled: &sources,
+                horizon,
             },
         )?;
         let Some(links) = links else { return Ok(None) };
@@ -197,8 +200,8 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             Some(_) => uncertain_by_trial(problem),
             None => Vec::new(),
         };
-        let is_searched = |of: &Sizes| settled == parameters || self.near.contains(of);
-        let few: Vec<LinkColumns> = match self.sizes.iter().all(is_searched) {
+        let is_searched = |of: &Sizes| settled == parameters || self.levels.near.contains(of);
+        let few: Vec<LinkColumns> = match self.levels.all.iter().all(is_searched) {
             true => Vec::new(),
             false => {
                 let without = links.par_iter().map(|of| of.without(settled, parameters));
@@ -206,21 +209,22 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             }
         };
         let filtered = self
-            .sizes
+            .levels
+            .all
             .par_iter()
             .map(|sizes| {
                 let noise = drifts.iter().position(|drift| *drift == sizes.drift)?;
-                let force = self.forces(track, sizes.force);
+                let prior = self.disturbances(track, *sizes);
                 let trial = track.trial;
                 let mut filtered = match is_searched(sizes) {
-                    true => filter::filter(trial, &links, noise, parameters, arrival, force),
-                    false => filter::filter(trial, &few, noise, settled, arrival, force),
+                    true => filter::filter(trial, &links, noise, parameters, arrival, prior),
+                    false => filter::filter(trial, &few, noise, settled, arrival, prior),
                 }?;
                 if !scales.is_empty() {
                     let bare: Vec<LinkColumns> = (links.iter())
                         .map(|of| of.bare(parameters, noise))
                         .collect();
-                    scale_slope::add_slopes(&mut filtered, scales, &bare, arrival, force)?;
+                    scale_slope::add_slopes(&mut filtered, scales, &bare, arrival, prior)?;
                 }
                 filtered.with_own(&own)
             })
@@ -237,30 +241,35 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
 
     /// Sizes of correlated noise among the levels.
     fn drifts(&self) -> Vec<f64> {
-        let mut drifts: Vec<f64> = self.sizes.iter().map(|of| of.drift).collect();
+        let mut drifts: Vec<f64> = self.levels.all.iter().map(|of| of.drift).collect();
         drifts.sort_by(f64::total_cmp);
         drifts.dedup();
         drifts
     }
 
-    /// Prior of the unmodelled forces of a track.
-    pub(super) fn forces(&self, track: &Track, sd: f64) -> Forces {
+    /// Prior of the disturbances of a track.
+    pub(super) fn disturbances(&self, track: &Track, sizes: Sizes) -> Disturbances {
         let options = &self.problem.settings.options.likelihood;
-        let piece = segment_length(self.problem, track.trial) / options.pieces as f64;
-        Forces {
-            sd,
-            correlation: match self.problem.trials[track.trial].steady {
-                true => 0.0,
-                false => (-piece / options.force_time).exp(),
-            },
+        let segment = segment_length(self.problem, track.trial);
+        let piece = segment / options.pieces as f64;
+        // One steady state has nothing to do with another.
+        let steady = self.problem.trials[track.trial].steady;
+        let correlation =
+            |seconds: f64, time: f64| if steady { 0.0 } else { (-seconds / time).exp() };
+        Disturbances {
+            force: sizes.force,
+            force_correlation: correlation(piece, options.force_time),
+            drifting: self.problem.drifting.len(),
+            drift: if steady { 0.0 } else { sizes.slow_drift },
+            drift_correlation: correlation(segment, options.slow_drift_time),
         }
     }
 
     /// Moves starts and unmodelled forces to where all readings have them, the parameters of every trial known.
     fn smooth(&mut self, swept: &Swept, z: &[DVector<f64>], sizes: Sizes) -> Result<(), GapError> {
         let noise = swept.noise(sizes);
-        let priors: Vec<Forces> = (self.tracks.iter())
-            .map(|track| self.forces(track, sizes.force))
+        let priors: Vec<Disturbances> = (self.tracks.iter())
+            .map(|track| self.disturbances(track, sizes))
             .collect();
         let links = swept.links.iter().zip(&self.arrival).zip(priors).zip(z);
         for (track, (((links, arrival), prior), z)) in self.tracks.iter_mut().zip(links) {
@@ -282,86 +291,84 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         Ok(())
     }
 
-    /// Lets starts and unmodelled forces follow the readings, all parameters as they are. False where a track blows up.
+    /// Lets starts and unmodelled forces follow the readings, all parameters as they are. Without effects this tells which
+    /// levels are worth a look. False where a track blows up.
     pub(crate) fn follow(&mut self) -> Result<bool, GapError> {
+        let chooses = self.point.candidates.is_empty() && self.levels.all.len() > 1;
+        let all = self.levels.all.clone();
+        if !chooses {
+            self.levels.all.clone_from(&self.levels.near);
+        }
+        let followed = self.follow_there(chooses);
+        if !chooses {
+            self.levels.all = all;
+        }
+        followed
+    }
+
+    fn follow_there(&mut self, chooses: bool) -> Result<bool, GapError> {
         let mut last: Option<f64> = None;
         for _ in 0..FOLLOWING {
-            let Some(swept) = self.sweep(None, Keep::Columns)? else {
+            let Some(swept) = self.sweep(None, Keep::Columns, None)? else {
                 return Ok(false);
             };
-            let best = (swept.levels.iter())
+            let logs: Vec<(Sizes, f64)> = (swept.levels.iter())
                 .filter_map(|level| Some((level.sizes, level.given(&[])?.empty)))
-                .max_by(|a, b| a.1.total_cmp(&b.1));
-            let Some((sizes, log)) = best else {
+                .collect();
+            let Some(best) = logs.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
                 return Ok(false);
             };
             let none = vec![DVector::zeros(0); self.tracks.len()];
-            self.smooth(&swept, &none, sizes)?;
-            if self.point.candidates.is_empty() && self.sizes.len() > 1 {
-                self.look_up_to(sizes.force);
+            self.smooth(&swept, &none, best.0)?;
+            if chooses && let Some(levels) = Levels::up_to(self.problem, &logs) {
+                self.levels = levels;
             }
-            if last.is_some_and(|last| (log - last).abs() < SETTLED) {
+            if last.is_some_and(|last| (best.1 - last).abs() < SETTLED) {
                 break;
             }
-            last = Some(log);
+            last = Some(best.1);
         }
         Ok(true)
     }
 
-    /// Levels worth a look where without effects some unmodelled forces are the likeliest: effects leave less to them.
-    fn look_up_to(&mut self, likeliest: f64) {
-        let forces = &self.problem.settings.options.likelihood.forces;
-        let next = forces.iter().find(|force| **force > likeliest);
-        let largest = next.copied().unwrap_or(likeliest);
-        self.sizes = sizes(self.problem);
-        self.sizes.retain(|of| of.force <= largest);
-        self.near.clone_from(&self.sizes);
-    }
-
-    /// Searches sets from now on at the levels beside one, and at the least unmodelled forces.
-    pub(crate) fn look_about(&mut self, sizes: Sizes) {
-        let options = &self.problem.settings.options.likelihood;
-        let beside = |all: &[f64], size: f64, other: f64| {
-            let place = |of: f64| all.iter().position(|one| *one == of).unwrap_or(0);
-            place(size).abs_diff(place(other)) <= 1
-        };
-        let least = options.forces[0];
-        self.near = self::sizes(self.problem);
-        self.near.retain(|of| {
-            beside(&options.drifts, of.drift, sizes.drift)
-                && (of.force == least || beside(&options.forces, of.force, sizes.force))
-        });
-        let near = &self.near;
-        let all = self::sizes(self.problem).into_iter();
-        let seen = all.filter(|of| self.sizes.contains(of) || near.contains(of));
-        self.sizes = seen.collect();
+    /// Searches sets from now on where these are likely.
+    pub(crate) fn search_about(&mut self, best: Sizes, logs: &[(Sizes, f64)]) {
+        self.levels.search_about(self.problem, best, logs);
     }
 
     /// Looks at the least unmodelled forces alone.
-    pub(crate) fn look_at_least(&mut self) {
-        let least = self.problem.settings.options.likelihood.forces[0];
-        self.sizes.retain(|of| of.force == least);
-        self.near.clone_from(&self.sizes);
+    pub(crate) fn keep_least(&mut self) {
+        self.levels.keep_least(self.problem);
     }
 
-    /// Lets starts, numbers and the set's values settle, no other effect in sight. False where a track blows up.
+    /// Lets starts, numbers, the set's values and the sizes of the disturbances settle, no other effect in sight. False where a
+    /// track blows up.
     pub(crate) fn settle(&mut self) -> Result<bool, GapError> {
-        let all = std::mem::replace(&mut self.sizes, self.near.clone());
-        let settled = self.settle_there();
-        self.sizes = all;
-        settled
+        let levels = self.levels.clone();
+        let least = self.problem.settings.options.likelihood.forces[0];
+        let chooses = levels.near.iter().any(|of| of.force > least);
+        self.levels.all.clone_from(&levels.near);
+        let settled = self.settle_there(chooses);
+        let mut found = std::mem::replace(&mut self.levels, levels);
+        if chooses && settled.as_ref().is_ok_and(Option::is_some) {
+            self.levels.near.append(&mut found.near);
+            self.levels.join();
+        }
+        Ok(settled?.is_some())
     }
 
-    fn settle_there(&mut self) -> Result<bool, GapError> {
-        let mut last: Option<(Sizes, f64)> = None;
+    /// The sizes at which it has settled.
+    fn settle_there(&mut self, chooses: bool) -> Result<Option<Sizes>, GapError> {
+        let mut last: Option<f64> = None;
+        let mut sizes = None;
         for _ in 0..SETTLING {
-            let Some(swept) = self.sweep(Some(&[]), Keep::Columns)? else {
-                return Ok(false);
+            let Some(swept) = self.sweep(Some(&[]), Keep::Columns, None)? else {
+                return Ok(None);
             };
             let levels = swept.levels.iter();
             let found: Vec<Found> = levels.filter_map(|level| self.own_set(level)).collect();
             let Some(best) = likeliest(&found) else {
-                return Ok(false);
+                return Ok(None);
             };
             let level = &swept.levels[best.level];
             let forms = self.likeliest_forms(level);
@@ -374,13 +381,21 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                     self.point.forms[row] = form;
                 }
             }
-            let now = (level.sizes, best.log_posterior);
-            if last.is_some_and(|last| last.0 == now.0 && (last.1 - now.1).abs() < SETTLED) {
+            let logs = found
+                .iter()
+                .map(|of| (swept.levels[of.level].sizes, of.log_likelihood));
+            let logs: Vec<(Sizes, f64)> = logs.collect();
+            sizes = levels::likeliest(self.problem, &logs);
+            if let Some(sizes) = sizes.filter(|_| chooses) {
+                self.levels.settle_about(self.problem, sizes);
+                self.levels.all.clone_from(&self.levels.near);
+            }
+            if last.is_some_and(|last| (last - best.log_posterior).abs() < SETTLED) {
                 break;
             }
-            last = Some(now);
+            last = Some(best.log_posterior);
         }
-        Ok(true)
+        Ok(sizes)
     }
 
     /// Sizes of the errors of form, by candidate, with which the point's set is likeliest, one candidate after the other.
@@ -430,23 +445,6 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             }
         }
     }
-}
-
-/// All levels of disturbances, those of the least forces first.
-fn sizes(problem: &Problem<'_>) -> Vec<Sizes> {
-    let options = &problem.settings.options.likelihood;
-    let drifts = match problem.drifting.is_empty() {
-        true => &options.drifts[..1],
-        false => &options.drifts[..],
-    };
-    let all = options.forces.iter().flat_map(|force| {
-        let of = |drift: &f64| Sizes {
-            force: *force,
-            drift: *drift,
-        };
-        drifts.iter().map(of)
-    });
-    all.collect()
 }
 
 /// Directions in which the uncertain numbers of the nominal deviate from trial to trial: the gain of all actuators together.

@@ -53,6 +53,7 @@ fn columns_are_the_changes_of_rollouts() {
                 drifts: &[0.0],
                 keep_readings: false,
                 scaled: &[],
+                horizon: None,
             };
             let links = columns::sweep(problem, &track, point, how);
             links.unwrap().unwrap().remove(0)

@@ -29,6 +29,7 @@ fn an_error_of_form_of_another_size_reaches_every_trial() {
     let sizes = Sizes {
         force: 0.1,
         drift: 0.0,
+        slow_drift: 0.0,
     };
     let level = Level::new(0, sizes, true, trials, &columns).unwrap();
     let before = level.given(&[0]).unwrap().empty;
@@ -56,6 +57,7 @@ fn simulated_likelihoods_have_the_moments_of_their_set() {
     let sizes = Sizes {
         force: 0.1,
         drift: 0.0,
+        slow_drift: 0.0,
     };
     let level = Level::of((0, sizes, true), &gram, 0.0, Beside::default());
     let found = Found {

@@ -1,0 +1,39 @@
+//! Prior of a set of effects, and the odds that errors of form stand for some of it.
+
+use hydro_effects::effect;
+
+use crate::likelihood::{found::Member, search::Choices};
+
+impl Choices<'_> {
+    /// Log of the odds that no error of form of the others gives what the members of a set beyond the first explain, together:
+    /// a part of what the whole explains each. Expected ones are there by themselves. Values of each trial's own beside others are
+    /// one thing more. Effects that idealise nothing have no error of form.
+    pub(super) fn log_form_odds(&self, members: &[Member], log_likelihood: f64) -> f64 {
+        let idealised = |of: &Member| {
+            let of = &self.problem.candidates[of.0];
+            effect(of.effect).card().idealised
+        };
+        if !members.iter().any(idealised) {
+            return 0.0;
+        }
+        let is_unexpected = |of: &&Member| !self.problem.priors[of.0].is_expected;
+        let unexpected = members.iter().filter(is_unexpected).count();
+        let mut beside = unexpected - usize::from(unexpected == members.len() && unexpected > 0);
+        if members.len() > 1 {
+            beside += members.iter().filter(|of| of.3.is_some()).count();
+        }
+        let none = self.without_effects.unwrap_or(f64::INFINITY);
+        let gain = (log_likelihood - none).max(0.0);
+        -(beside as f64) * self.options().form_error.powi(2) * gain
+    }
+
+    /// Log prior of a set: so many effects, and these.
+    pub(super) fn log_prior(&self, set: &[usize]) -> f64 {
+        let another = self.options().another_effect;
+        let priors = || set.iter().map(|candidate| self.problem.priors[*candidate]);
+        let unexpected = priors().filter(|of| !of.is_expected).count();
+        let mut log = (1.0 - another).ln() + unexpected as f64 * another.ln();
+        log += priors().map(|of| of.log_share).sum::<f64>();
+        log + (1..=unexpected).map(|at| (at as f64).ln()).sum::<f64>()
+    }
+}
