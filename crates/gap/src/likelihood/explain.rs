@@ -37,33 +37,36 @@ pub fn explain<'p>(
         return Err(diverges(problem));
     };
     let none = best.without_effects();
-    let mut known = vec![(best.point.set(), best.own())];
+    let mut known = Known::default();
+    known.learn(&best.point.set(), best.own());
+    // The numbers refitted alone: what no effect has to be better than.
+    let mut alone = working.clone();
+    if let Some(log) = alone.settled_posterior()? {
+        known.learn(&[], log);
+    }
+    let mut expected = best.expected();
     for round in 0..ROUNDS {
         (watch.tell)("weighing sets of effects", round, ROUNDS);
-        let Some(next) = best.promising(problem) else {
-            break;
-        };
+        best.correct(&known);
+        let next = expected.take().or_else(|| best.promising(problem));
+        let Some(next) = next else { break };
         let before = working.clone();
         best.go(&mut working, &next);
         let there = look(problem, &mut working, Some(none), true)?;
-        let set = next.set;
         let own = (there.as_ref()).map_or(f64::NEG_INFINITY, Look::own);
-        let was_there = known.iter_mut().find(|of| of.0 == set);
-        let is_better = own > best.own() || set == best.point.set();
-        match was_there {
-            Some(of) => of.1 = of.1.max(own),
-            None => known.push((set.clone(), own)),
-        }
+        known.learn(&next.set, own);
+        let is_same = next.set == best.point.set();
+        let is_better = is_same || own > known.log(&best.point.set());
         match there.filter(|_| is_better) {
             Some(there) => best = there,
             None => {
                 working = before;
-                best.search_without(&set, &problem.settings.options.likelihood);
-                best.settled |= set == best.point.set();
+                best.search_without(&next.set, &problem.settings.options.likelihood);
+                best.settled |= is_same;
             }
         }
-        best.correct(&known);
     }
+    best.correct(&known);
     let predictions = match best.found.first() {
         Some(found) => {
             let sizes = best.levels[found.level].sizes;
@@ -72,6 +75,25 @@ pub fn explain<'p>(
         None => Vec::new(),
     };
     Ok(best.explanation(problem, predictions))
+}
+
+/// Log posteriors of sets about which there was a sweep.
+#[derive(Debug, Default)]
+struct Known(Vec<(Vec<usize>, f64)>);
+
+impl Known {
+    /// The best of what was seen of a set counts.
+    fn learn(&mut self, set: &[usize], log: f64) {
+        match self.0.iter_mut().find(|of| of.0 == set) {
+            Some(of) => of.1 = of.1.max(log),
+            None => self.0.push((set.to_vec(), log)),
+        }
+    }
+
+    fn log(&self, set: &[usize]) -> f64 {
+        let of = self.0.iter().find(|of| of.0 == set);
+        of.map_or(f64::NEG_INFINITY, |of| of.1)
+    }
 }
 
 /// One sweep about a point, and what was found from there.
@@ -188,7 +210,7 @@ impl<'p> Look<'p> {
 
     /// Gives sets about which there was a sweep the log posterior that they had there. Those that hold what such a set added to
     /// the point's are taken to have lost as much.
-    fn correct(&mut self, known: &[(Vec<usize>, f64)]) {
+    fn correct(&mut self, known: &Known) {
         let own = self.point.set();
         let here = |set: &[usize]| {
             let of_set = self.found.iter().filter(|of| of.set == *set);
@@ -196,9 +218,9 @@ impl<'p> Look<'p> {
                 .map(|of| of.log_posterior)
                 .fold(f64::NEG_INFINITY, f64::max)
         };
-        let losses: Vec<(&Vec<usize>, f64)> = known
+        let losses: Vec<(&Vec<usize>, f64)> = (known.0)
             .iter()
-            .filter(|(set, _)| *set != own)
+            .filter(|(set, _)| *set != own || set.is_empty())
             .map(|(set, there)| (set, here(set) - there))
             .filter(|(_, loss)| loss.is_finite() || *loss > 0.0)
             .collect();
@@ -215,6 +237,13 @@ impl<'p> Look<'p> {
             of.log_posterior -= loss;
         }
         self.sort();
+    }
+
+    /// The set of all expected effects, where there are any.
+    fn expected(&self) -> Option<Found> {
+        let expected = self.choices.expected();
+        let of_set = self.found.iter().filter(|of| of.set == expected);
+        likeliest(of_set).filter(|_| !expected.is_empty()).cloned()
     }
 
     /// The set to go to: the best, a few effects more at a time, for the errors of form of more would be taken for others. `None`

@@ -28,8 +28,17 @@ impl WorkingPoint<'_, '_> {
         Ok(least.map(|(_, found)| found.log_likelihood))
     }
 
-    /// The same beside the likeliest unmodelled forces.
+    /// The same beside the likeliest disturbances.
     pub(crate) fn settled_likelihood(&mut self) -> Result<Option<f64>, GapError> {
+        Ok(self.settled_set()?.map(|of| of.log_likelihood))
+    }
+
+    /// Log posterior of the point's set beside the likeliest disturbances, once it has settled.
+    pub(crate) fn settled_posterior(&mut self) -> Result<Option<f64>, GapError> {
+        Ok(self.settled_set()?.map(|of| of.log_posterior))
+    }
+
+    fn settled_set(&mut self) -> Result<Option<Found>, GapError> {
         if !(self.follow()? && self.settle()?) {
             return Ok(None);
         }
@@ -37,8 +46,8 @@ impl WorkingPoint<'_, '_> {
             return Ok(None);
         };
         let found = swept.levels.iter().filter_map(|level| self.own_set(level));
-        let logs = found.map(|found| found.log_likelihood);
-        Ok(logs.max_by(f64::total_cmp))
+        let found: Vec<Found> = found.collect();
+        Ok(likeliest(&found).cloned())
     }
 
     /// Likelihoods of predictions over a segment's length, from the readings alone, along some directions: beside the least

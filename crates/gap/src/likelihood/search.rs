@@ -135,7 +135,7 @@ impl<'p> Choices<'p> {
     }
 
     /// Expected candidates, each in its plain form.
-    fn expected(&self) -> Vec<usize> {
+    pub(super) fn expected(&self) -> Vec<usize> {
         let mut plain: BTreeMap<(Id, &[String]), usize> = BTreeMap::new();
         for candidate in self.of.keys().copied() {
             if self.problem.priors[candidate].is_expected {
