@@ -208,12 +208,10 @@ options! {
         leaders: usize = 3,
         /// Simulated sets of trials in which one of them is true.
         leader_draws: usize = 20,
-        /// Probability, given that there is a gap, from which an effect is named.
+        /// Probability, given that there is a gap, from which an effect is named, or unmodelled forces alone are the answer.
         named: f64 = 0.9,
         /// Part of the excess that a set explains at least, or the gap is unknown.
         explained: f64 = 0.5,
-        /// Part of the probability of a gap from which unmodelled forces alone are the answer.
-        unmodelled: f64 = 0.5,
         /// Probability above which an effect that is not named is one of those that it could be.
         error: f64 = 0.05,
         /// Probability up to which an effect is not listed.
