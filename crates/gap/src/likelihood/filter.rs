@@ -492,4 +492,43 @@ mod tests {
             assert!((rows_of * &drawn + mean - found).norm() < 1e-5, "{found}");
         }
     }
+
+    /// A prediction that starts anew knows nothing of the segments before.
+    #[test]
+    fn predictions_that_start_anew_are_trials_of_their_own() {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let (tangents, width) = (2, 6);
+        let mut links: Vec<LinkColumns> = (0..4)
+            .map(|_| {
+                let outputs = DMatrix::from_fn(5, width, |_, _| standard_normal(&mut rng));
+                LinkColumns {
+                    noise: vec![Whitened {
+                        gram: outputs.tr_mul(&outputs),
+                        half_log_determinant: 0.0,
+                        readings: DMatrix::zeros(0, 0),
+                        scaled: Vec::new(),
+                    }],
+                    end: DMatrix::from_fn(tangents, width, |_, _| standard_normal(&mut rng)),
+                    anew: false,
+                }
+            })
+            .collect();
+        let arrival = DVector::from_vec(vec![0.4, 0.9]);
+        let prior = Disturbances {
+            force: 0.6,
+            force_correlation: 0.8,
+            drifting: 0,
+            drift: 0.0,
+            drift_correlation: 0.0,
+        };
+        let filtered = |links: &[LinkColumns]| filter(0, links, 0, 1, &arrival, prior).unwrap();
+        let (one, other) = (filtered(&links[..2]), filtered(&links[2..]));
+        let whole = filtered(&links);
+        links[2].anew = true;
+        let apart = filtered(&links);
+        assert!((&apart.gram - &one.gram - &other.gram).norm() < 1e-10);
+        assert!((&whole.gram - &one.gram - &other.gram).norm() > 1e-3);
+        let logs = one.half_log_determinant + other.half_log_determinant;
+        assert!((apart.half_log_determinant - logs).abs() < 1e-10);
+    }
 }

@@ -11,6 +11,7 @@ use crate::{
         found::{Found, likeliest},
         innovations::{self, Innovation},
         level::{Level, Sizes},
+        levels::Grid,
         working_point::{Keep, Swept, WorkingPoint},
     },
 };
@@ -57,7 +58,7 @@ impl WorkingPoint<'_, '_> {
         directions: &[Direction],
         sizes: Sizes,
     ) -> Result<Vec<Level>, GapError> {
-        self.levels.only(self.problem, sizes);
+        self.levels.only(Grid::of(self.problem), sizes);
         let seconds = self.problem.settings.options.segments.length;
         let swept = self.sweep(Some(directions), Keep::Likelihood, Some(seconds))?;
         Ok(swept.map_or_else(Vec::new, |of| of.levels))

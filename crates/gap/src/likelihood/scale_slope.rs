@@ -128,19 +128,19 @@ fn enlarged(link: &LinkColumns, number: usize, drifts: usize) -> LinkColumns {
 mod tests {
     use super::*;
 
-    /// One segment of one degree of freedom and one piece of force, read by one sensor: the slope is the trace of C^-1 K, for
-    /// the covariance C = s^2 K + 1 of its readings.
+    /// One segment of one degree of freedom and one piece of force, read by one sensor that drifts: the slope is the trace of
+    /// C^-1 K, for the covariance C = s^2 K + D + 1 of its readings, D that of its drift.
     #[test]
     fn it_is_the_slope_of_the_covariance() {
         let outputs = DMatrix::from_row_slice(
             4,
-            5,
+            7,
             &[
-                0.3, 1.0, 0.8, 0.1, 0.4, -0.2, 0.9, 0.7, 1.3, 0.2, 0.5, 0.4, -0.6, 0.3, 1.1, 0.1,
-                0.2, 1.4, 0.5, 0.9,
+                0.3, 1.0, 0.8, 0.1, 0.4, 1.0, 0.0, -0.2, 0.9, 0.7, 1.3, 0.2, 0.7, 0.3, 0.5, 0.4,
+                -0.6, 0.3, 1.1, 0.3, 0.7, 0.1, 0.2, 1.4, 0.5, 0.9, 0.0, 1.0,
             ],
         );
-        let latents = outputs.columns(2, 3).into_owned();
+        let latents = outputs.columns(2, 5).into_owned();
         let link = LinkColumns {
             noise: vec![Whitened {
                 gram: outputs.tr_mul(&outputs),
@@ -148,16 +148,16 @@ mod tests {
                 readings: DMatrix::zeros(0, 0),
                 scaled: vec![latents.tr_mul(&latents)],
             }],
-            end: DMatrix::from_element(2, 5, 0.1),
+            end: DMatrix::from_fn(2, 7, |_, column| if column < 5 { 0.1 } else { 0.0 }),
             anew: false,
         };
         let arrival = DVector::from_vec(vec![0.7, 1.5]);
         let prior = Disturbances {
             force: 2.0,
             force_correlation: 0.6,
-            drifting: 0,
-            drift: 0.0,
-            drift_correlation: 0.0,
+            drifting: 1,
+            drift: 0.9,
+            drift_correlation: 0.8,
         };
         let mut filtered =
             filter::filter(0, std::slice::from_ref(&link), 0, 1, &arrival, prior).unwrap();
@@ -176,9 +176,12 @@ mod tests {
         )
         .unwrap();
         let sd = DVector::from_vec(vec![0.7, 1.5, 2.0]);
-        let root = &latents * DMatrix::from_diagonal(&sd);
+        let root = latents.columns(0, 3) * DMatrix::from_diagonal(&sd);
         let covariance = &root * root.transpose();
-        let inverse = (&covariance + DMatrix::identity(4, 4))
+        let drifts = latents.columns(3, 2);
+        let of_drifts = 0.81 * DMatrix::from_row_slice(2, 2, &[1.0, 0.8, 0.8, 1.0]);
+        let drift: DMatrix<f64> = drifts * of_drifts * drifts.transpose();
+        let inverse = (&covariance + drift + DMatrix::identity(4, 4))
             .try_inverse()
             .unwrap();
         let expected = 0.1 * (inverse * covariance).trace();

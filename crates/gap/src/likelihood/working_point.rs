@@ -14,7 +14,7 @@ use crate::{
         form_error::{self, Beside},
         found::{Found, likeliest},
         level::{Level, Sizes},
-        levels::{self, Levels},
+        levels::{self, Grid, Levels},
         scale_slope::{self, ScaleColumn},
         search::{Choices, Search},
         track::Track,
@@ -105,7 +105,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             arrival: arrival(problem),
             scale: force_scale(problem, &tracks)?,
             tracks,
-            levels: Levels::coarse(problem),
+            levels: Levels::coarse(Grid::of(problem)),
             point: problem.origin(),
         })
     }
@@ -320,7 +320,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             };
             let none = vec![DVector::zeros(0); self.tracks.len()];
             self.smooth(&swept, &none, best.0)?;
-            if chooses && let Some(levels) = Levels::up_to(self.problem, &logs) {
+            if chooses && let Some(levels) = Levels::up_to(Grid::of(self.problem), &logs) {
                 self.levels = levels;
             }
             if last.is_some_and(|last| (best.1 - last).abs() < SETTLED) {
@@ -333,12 +333,12 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
 
     /// Searches sets from now on where these are likely.
     pub(crate) fn search_about(&mut self, best: Sizes, logs: &[(Sizes, f64)]) {
-        self.levels.search_about(self.problem, best, logs);
+        self.levels.search_about(Grid::of(self.problem), best, logs);
     }
 
     /// Looks at the least unmodelled forces alone.
     pub(crate) fn keep_least(&mut self) {
-        self.levels.keep_least(self.problem);
+        self.levels.keep_least(Grid::of(self.problem));
     }
 
     /// Lets starts, numbers, the set's values and the sizes of the disturbances settle, no other effect in sight. False where a
@@ -385,9 +385,9 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 .iter()
                 .map(|of| (swept.levels[of.level].sizes, of.log_likelihood));
             let logs: Vec<(Sizes, f64)> = logs.collect();
-            sizes = levels::likeliest(self.problem, &logs);
+            sizes = levels::likeliest(Grid::of(self.problem), &logs);
             if let Some(sizes) = sizes.filter(|_| chooses) {
-                self.levels.settle_about(self.problem, sizes);
+                self.levels.settle_about(Grid::of(self.problem), sizes);
                 self.levels.all.clone_from(&self.levels.near);
             }
             if last.is_some_and(|last| (last - best.log_posterior).abs() < SETTLED) {
