@@ -7,8 +7,8 @@ use hydro_gap::{
     verdict::Verdict,
 };
 use hydro_plugin::report::gap::{
-    VerdictKind, by_trial, effect_on, headline, interval, number, percent, place, probability,
-    regime, with_unit,
+    VerdictKind, by_trial, effect_on, headline, interval, number, part_of_excess, percent, place,
+    probability, regime, with_unit,
 };
 
 use super::results_folder::{PATCHED, REPORT};
@@ -84,7 +84,7 @@ fn explained(verdict: &Verdict) -> String {
         return String::new();
     };
     let each = verdict.effects.iter().filter_map(|effect| {
-        let share = percent(effect.explained?);
+        let share = part_of_excess(effect.explained?);
         Some(format!(
             "{share} alone by {}",
             effect_on(effect.effect, &effect.target)
@@ -98,8 +98,8 @@ fn explained(verdict: &Verdict) -> String {
     };
     format!(
         "{} of the excess over noise{each}, {} left",
-        percent(whole),
-        percent(left)
+        part_of_excess(whole),
+        part_of_excess(left)
     )
 }
 

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use hydro_gap::{Options, records::Record};
 
 use super::{
-    numbers::{bare_percent, number, p_value, percent},
+    numbers::{bare_percent, number, p_value, part_of_excess, percent},
     sentence,
 };
 use crate::report::html::escape;
@@ -171,8 +171,8 @@ pub(super) fn undecided(html: &mut String, record: &Record) {
         let _ = write!(
             html,
             "<p>Explained: {} of the excess over noise; left: {}.</p>",
-            percent(explained),
-            percent(unexplained)
+            part_of_excess(explained),
+            part_of_excess(unexplained)
         );
     }
     if html.len() == before {

@@ -15,6 +15,6 @@ mod svg;
 #[cfg(test)]
 mod tests;
 
-pub use numbers::{by_trial, interval, number, percent, probability, with_unit};
+pub use numbers::{by_trial, interval, number, part_of_excess, percent, probability, with_unit};
 pub use page::page;
 pub use sentence::{VerdictKind, effect_name, effect_on, headline, place, regime};

@@ -73,6 +73,15 @@ pub fn percent(share: f64) -> String {
     format!("{} %", bare_percent(share))
 }
 
+/// A share that is explained or left, as a percentage; never rounded to all or nothing.
+pub fn part_of_excess(share: f64) -> String {
+    match share {
+        share if share > 0.99 => "more than 99 %".to_owned(),
+        share if share < 0.01 => "less than 1 %".to_owned(),
+        share => percent(share),
+    }
+}
+
 /// A probability; never rounded to certainty.
 pub fn probability(p: f64) -> String {
     match p {
@@ -130,6 +139,10 @@ mod tests {
         assert_eq!(
             [0.9999, 0.42, 0.0].map(probability),
             ["above 0.99", "0.42", "below 0.01"]
+        );
+        assert_eq!(
+            [1.0, 0.97, 0.021, 0.0].map(part_of_excess),
+            ["more than 99 %", "97 %", "2.1 %", "less than 1 %"]
         );
         assert_eq!(
             [0.823, 0.0123, -0.0001, -0.2].map(percent),

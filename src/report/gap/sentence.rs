@@ -6,7 +6,7 @@ use hydro_gap::{
     verdict::{FittedEffect, Gap, Outcome, Place, Regime, Verdict},
 };
 
-use super::numbers::{bare_percent, number, percent, probability};
+use super::numbers::{bare_percent, number, part_of_excess, percent, probability};
 
 /// Kind of a verdict, told apart also by what the held-out trials said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -201,8 +201,8 @@ fn left(verdict: &Verdict, it: &str) -> String {
     };
     format!(
         " {subject} {} of the excess over noise; {} is left.",
-        percent(explained),
-        percent(left)
+        part_of_excess(explained),
+        part_of_excess(left)
     )
 }
 
