@@ -101,6 +101,11 @@ impl<'a> Explanation<'a> {
         &self.found[self.sets[set].best]
     }
 
+    /// Log posterior of a set in its likeliest form, at its likeliest level.
+    pub(crate) fn log_posterior(&self, set: usize) -> f64 {
+        self.found(set).log_posterior
+    }
+
     /// True for the set about which the readings were linearised last.
     pub(crate) fn is_linearised_about(&self, set: usize) -> bool {
         self.sets[set].set == self.about.set()

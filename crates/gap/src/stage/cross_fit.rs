@@ -25,7 +25,9 @@ pub(crate) fn cross_fit(explanation: &Explanation<'_>, naming: &Naming) -> Vec<W
         let others = level.without(out)?;
         let all = explanation.refitted(set, level)?.log_posterior;
         let found = explanation.refitted(set, &others)?;
-        let density = all - found.log_posterior;
+        // What first order about another set makes of this one is shared out over the trials.
+        let overstated = (all - explanation.log_posterior(set)) / trials as f64;
+        let density = all - found.log_posterior - overstated;
         Some((explanation.point_of(&others, &found), density))
     };
     let nothing = explanation.nothing();
