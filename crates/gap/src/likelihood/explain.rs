@@ -45,56 +45,25 @@ pub fn explain<'p>(
         known.learn(&[], log);
     }
     let mut expected = best.expected();
-    // Looks that were left for better ones, with the working point of each.
-    let mut left: Vec<(Look<'p>, WorkingPoint<'_, '_>)> = Vec::new();
     for round in 0..ROUNDS {
         (watch.tell)("weighing sets of effects", round, ROUNDS);
         best.correct(&known);
         let next = expected.take().or_else(|| best.promising(problem));
-        // A set that looked likelier from an earlier point than the best is about itself.
-        let passed_over = || {
-            let least = known.log(&best.point.set());
-            let earlier = left.iter().enumerate().rev();
-            let mut sets = earlier.filter_map(|(at, (look, _))| {
-                let next = look.promising(problem)?;
-                let is_new = !known.has(&next.set);
-                (is_new && next.log_posterior > least).then_some((Some(at), next))
-            });
-            sets.next()
-        };
-        let Some((from, next)) = next.map(|next| (None, next)).or_else(passed_over) else {
-            break;
-        };
+        let Some(next) = next else { break };
         let before = working.clone();
-        match from {
-            Some(at) => {
-                working = left[at].1.clone();
-                left[at].0.go(&mut working, &next);
-            }
-            None => best.go(&mut working, &next),
-        }
+        best.go(&mut working, &next);
         let there = look(problem, &mut working, Some(none), true)?;
         let own = (there.as_ref()).map_or(f64::NEG_INFINITY, Look::own);
         known.learn(&next.set, own);
         let is_same = next.set == best.point.set();
         let is_better = is_same || own > known.log(&best.point.set());
         match there.filter(|_| is_better) {
-            Some(there) => {
-                let was = std::mem::replace(&mut best, there);
-                if !is_same {
-                    left.push((was, before));
-                }
-            }
+            Some(there) => best = there,
             None => {
                 working = before;
-                if from.is_none() {
-                    best.search_without(&next.set, &problem.settings.options.likelihood);
-                    best.settled |= is_same;
-                }
+                best.search_without(&next.set, &problem.settings.options.likelihood);
+                best.settled |= is_same;
             }
-        }
-        for (look, _) in &mut left {
-            look.correct(&known);
         }
     }
     best.correct(&known);
@@ -119,10 +88,6 @@ impl Known {
             Some(of) => of.1 = of.1.max(log),
             None => self.0.push((set.to_vec(), log)),
         }
-    }
-
-    fn has(&self, set: &[usize]) -> bool {
-        self.0.iter().any(|of| of.0 == set)
     }
 
     fn log(&self, set: &[usize]) -> f64 {
