@@ -38,12 +38,9 @@ pub fn explain<'p>(
     };
     let none = best.without_effects();
     let mut known = Known::default();
-    known.learn(&best.point.set(), best.own());
-    // The numbers refitted alone: what no effect has to be better than.
-    let mut alone = working.clone();
-    if let Some(log) = alone.settled_posterior()? {
-        known.learn(&[], log);
-    }
+    // No effect with the numbers refitted: what effects, refitted too, have to be likelier than.
+    let alone = working.clone().settled_posterior()?;
+    known.learn(&[], alone.unwrap_or(best.own()));
     let mut expected = best.expected();
     for round in 0..ROUNDS {
         (watch.tell)("weighing sets of effects", round, ROUNDS);
@@ -61,8 +58,18 @@ pub fn explain<'p>(
             Some(there) => best = there,
             None => {
                 working = before;
-                best.search_without(&next.set, &problem.settings.options.likelihood);
-                best.settled |= is_same;
+                let settled = match best.settled {
+                    true => None,
+                    // Numbers that are not refitted favour whatever stands for them.
+                    false => look(problem, &mut working, Some(none), true)?,
+                };
+                match settled {
+                    Some(settled) => best = settled,
+                    None => {
+                        best.search_without(&next.set, &problem.settings.options.likelihood);
+                        best.settled |= is_same;
+                    }
+                }
             }
         }
     }
