@@ -26,11 +26,11 @@ use crate::{
 /// Standard deviations of the disturbances, in their scales.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sizes {
-    /// Of the unmodelled forces.
+    /// Unmodelled forces.
     pub(crate) force: f64,
-    /// Of the drifts of sensors that declare no noise, over a few rows.
+    /// Drifts of sensors that declare no noise, over a few rows.
     pub(crate) drift: f64,
-    /// Of their slow drifts.
+    /// Slow drifts of the same sensors.
     pub(crate) slow_drift: f64,
 }
 

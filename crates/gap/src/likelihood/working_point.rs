@@ -111,8 +111,8 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
     }
 
     /// Sweeps all tracks, each as one prediction or as predictions of a `horizon` [s]; without `directions`, for starts and
-    /// unmodelled forces alone. Directions are looked along at the levels
-    /// at which sets are searched. `None` where a track blows up.
+    /// unmodelled forces alone. Directions are looked along at the levels at which sets are searched. `None` where a track blows
+    /// up.
     pub(crate) fn sweep(
         &self,
         directions: Option<&[Direction]>,
