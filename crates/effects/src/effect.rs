@@ -33,6 +33,11 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         false
     }
 
+    /// Effects of which a body that shows this one shows at least one too: a fluid that remembers its drag has a drag.
+    fn presupposes(&self) -> &'static [Id] {
+        &[]
+    }
+
     /// Terms that its law neglects for a body in the fluid, each the wrench [N, N m, body frame] of a term as large as values `p`
     /// allow, at velocity `nu` and its change `nu_dot` [m/s, rad/s and 1/s of them, body frame]. Their number depends on nothing.
     fn neglected_terms(&self, _p: &[f64], _nu: &[f64; 6], _nu_dot: &[f64; 6]) -> Vec<[f64; 6]> {

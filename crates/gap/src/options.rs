@@ -342,6 +342,8 @@ options! {
         own_sizes: [f64; 2] = [1.0, 0.1],
         /// Prior probability of one missing effect more.
         another_effect: f64 = 0.5,
+        /// Prior odds of an effect without those that it presupposes, in a model without fluid.
+        unaccompanied: f64 = 0.01,
         /// Effects that are added before the readings are linearised again, at most.
         added: usize = 2,
         /// Log likelihood that the best values of all parameters may lack at a level of unmodelled forces for sets to be

@@ -78,6 +78,10 @@ impl Effect for BassetHistory {
         })
     }
 
+    fn presupposes(&self) -> &'static [Id] {
+        &[Id::LinearDrag, Id::QuadraticDrag, Id::CrossFlowDrag]
+    }
+
     fn medium(&self) -> Medium {
         Medium::Water
     }

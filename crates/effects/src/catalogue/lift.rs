@@ -47,6 +47,10 @@ impl Effect for Lift {
         true
     }
 
+    fn presupposes(&self) -> &'static [Id] {
+        &[Id::LinearDrag, Id::QuadraticDrag, Id::CrossFlowDrag]
+    }
+
     fn medium(&self) -> Medium {
         Medium::Air
     }

@@ -54,6 +54,10 @@ impl Effect for WakeMemory {
         })
     }
 
+    fn presupposes(&self) -> &'static [Id] {
+        &[Id::LinearDrag, Id::QuadraticDrag, Id::CrossFlowDrag]
+    }
+
     fn medium(&self) -> Medium {
         Medium::Water
     }

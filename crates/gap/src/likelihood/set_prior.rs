@@ -34,6 +34,8 @@ impl Choices<'_> {
         let unexpected = priors().filter(|of| !of.is_expected).count();
         let mut log = (1.0 - another).ln() + unexpected as f64 * another.ln();
         log += priors().map(|of| of.log_share).sum::<f64>();
+        let unaccompanied = (set.iter()).filter(|of| self.problem.is_unaccompanied(**of, set));
+        log += unaccompanied.count() as f64 * self.options().unaccompanied.ln();
         log + (1..=unexpected).map(|at| (at as f64).ln()).sum::<f64>()
     }
 }

@@ -1,6 +1,6 @@
 //! The identification problem that every stage starts from: fit trials, their motions, channels, candidate effects.
 
-use hydro_effects::{Id, Medium};
+use hydro_effects::{Id, Medium, effect};
 
 use crate::{
     options::Options,
@@ -60,6 +60,18 @@ impl Problem<'_> {
         let is_added =
             |at: usize| self.candidates[at].effect == Id::AddedMass && self.priors[at].is_expected;
         (is_gain(one) && is_added(other)) || (is_gain(other) && is_added(one))
+    }
+
+    /// True for a candidate of a set without the effects that it presupposes, in a model without fluid.
+    pub(crate) fn is_unaccompanied(&self, candidate: usize, set: &[usize]) -> bool {
+        let of = &self.candidates[candidate];
+        let presupposed = effect(of.effect).presupposes();
+        let accompanies = |other: &usize| {
+            let other = &self.candidates[*other];
+            presupposed.contains(&other.effect)
+                && of.targets.iter().any(|target| other.targets.contains(target))
+        };
+        !presupposed.is_empty() && !self.model.has_fluid && !set.iter().any(accompanies)
     }
 
     /// Time constant of the slow error of a sensor that declares no noise, in a trial with rows of a period [s].
