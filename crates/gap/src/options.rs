@@ -127,6 +127,8 @@ options! {
         elaborate_form: f64 = 0.2,
         /// Factor on the prior probability of an effect of a medium that the model tells nothing of.
         untold_medium: f64 = 0.1,
+        /// Prior odds of an effect that refines others, a memory or a lift, against any other.
+        refinement: f64 = 0.1,
         /// Least speed [m/s] and rate [rad/s] that scale a prior.
         least_speed: f64 = 0.05,
         /// Least speed of a joint that scales a prior [rad/s or m/s].
@@ -345,7 +347,10 @@ options! {
         /// Prior odds of an effect without those that it presupposes, in a model without fluid.
         unaccompanied: f64 = 0.01,
         /// Effects that are added before the readings are linearised again, at most.
-        added: usize = 2,
+        added: usize = 1,
+        /// Log posterior that a set may lack against the best, as far as first order from elsewhere tells, and still be looked
+        /// from [nat].
+        rival_within: f64 = 3.0,
         /// Log likelihood that the best values of all parameters may lack at a level of unmodelled forces for sets to be
         /// searched there [nat].
         level_within: f64 = 15.0,

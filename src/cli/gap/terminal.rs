@@ -42,8 +42,9 @@ pub(super) fn ten_lines(record: &Record, out: &Path) -> String {
     });
     line("likeliest", joined(effects));
     line("explained", explained(verdict));
-    let chosen = record.named.chosen.iter();
-    let parameters = chosen
+    let added = record.named.added();
+    let parameters = added
+        .iter()
         .flat_map(|effect| &effect.parameters)
         .map(|parameter| {
             let own = match parameter.by_trial.is_empty() {

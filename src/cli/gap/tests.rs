@@ -30,6 +30,7 @@ fn found() -> Found {
         schema: "hydro-gap-find/1".into(),
         fit_trials: vec!["a".into()],
         held_out_trials: vec!["b".into()],
+        medium: Default::default(),
         channels: vec![],
         segment: 2.0,
         // Not exact in decimal: it must survive the file to the last bit.
@@ -64,6 +65,7 @@ fn named() -> Named {
     Named {
         schema: "hydro-gap-name/1".into(),
         outcome: Outcome::Named,
+        stand_ins: vec![],
         chosen: vec![added_mass()],
         effects: vec![added_mass()],
         confusion_set: vec![],

@@ -27,9 +27,10 @@ pub(super) fn section(html: &mut String, record: &Record) {
         .as_ref()
         .map(|added| added.effects.as_slice())
         .filter(|effects| !effects.is_empty());
+    let added = record.named.added();
     let (chosen, others) = match written {
         Some(effects) => (effects, Vec::new()),
-        None if !record.named.chosen.is_empty() => (record.named.chosen.as_slice(), Vec::new()),
+        None if !added.is_empty() => (added.as_slice(), Vec::new()),
         None => (
             &[][..],
             record

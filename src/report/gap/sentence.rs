@@ -212,9 +212,19 @@ fn beside(verdict: &Verdict) -> String {
         return String::new();
     }
     format!(
-        " A further part is {}: the data cannot tell.",
-        set(&verdict.confusion_set, "or")
+        " A further part is {}: the data cannot tell{}.",
+        set(&verdict.confusion_set, "or"),
+        match stand_ins(verdict).as_str() {
+            "" => String::new(),
+            of => format!("; the patched model holds {of}, the likeliest"),
+        }
     )
+}
+
+/// What the patched model holds of an undecided part, in words; empty where it holds nothing of it.
+fn stand_ins(verdict: &Verdict) -> String {
+    let patch = verdict.patch.as_ref();
+    patch.map_or(String::new(), |patch| set(&patch.stand_ins, "and"))
 }
 
 fn set(ids: &[Id], last: &str) -> String {
@@ -241,12 +251,12 @@ fn change(gap: &Gap) -> String {
     )
 }
 
-/// Result as a clause: the change of the error, or that nothing was added.
-fn outcome(verdict: &Verdict, what: &str) -> String {
-    if verdict.patch.is_some() && verdict.verified {
-        format!("{what} {}", change(&verdict.gap))
-    } else {
-        "nothing was added".to_owned()
+/// What became of the likeliest of an undecided part, as a clause.
+fn stood_in(verdict: &Verdict) -> String {
+    match (stand_ins(verdict).as_str(), &verdict.refused_because) {
+        ("", Some(why)) => format!("nothing was added: {}", clause(why)),
+        ("", None) => "nothing was added".to_owned(),
+        (of, _) => format!("adding {of}, the likeliest, {}", change(&verdict.gap)),
     }
 }
 
@@ -304,7 +314,7 @@ fn confusable(verdict: &Verdict) -> String {
     } else {
         String::new()
     };
-    let end = outcome(verdict, "adding one of them");
+    let end = stood_in(verdict);
     match verdict.confusion_set.as_slice() {
         [] => format!("Something is missing, and the data cannot tell what; {end}."),
         // One name on several targets.

@@ -217,6 +217,7 @@ pub(super) fn record(sensors: usize, trials: usize) -> Record {
             schema: "hydro-gap-find/1".into(),
             fit_trials: (4..trials.max(5)).map(trial).collect(),
             held_out_trials: (0..trials.min(4)).map(trial).collect(),
+            medium: Default::default(),
             channels: (0..sensors)
                 .map(|s| Channel {
                     sensor: name(s),
@@ -238,6 +239,7 @@ pub(super) fn record(sensors: usize, trials: usize) -> Record {
         named: Named {
             schema: "hydro-gap-name/1".into(),
             outcome: Outcome::Named,
+            stand_ins: vec![],
             chosen: chosen.clone(),
             effects: effects.clone(),
             confusion_set: vec![],
@@ -317,7 +319,7 @@ pub(super) fn record(sensors: usize, trials: usize) -> Record {
             gap,
             verified: true,
             refused_because: None,
-            patch: Some(Patch { model: "patched.xml".into(), sensors: sensor_patch }),
+            patch: Some(Patch { model: "patched.xml".into(), sensors: sensor_patch, stand_ins: vec![] }),
         },
         seconds: [("find", 11.2), ("name", 21.0), ("add", 8.0), ("verify", 3.4)]
             .map(|(name, value)| (name.to_owned(), value))

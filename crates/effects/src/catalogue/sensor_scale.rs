@@ -27,7 +27,7 @@ impl Effect for SensorScaling {
         let Target::Sensor(_) = target else {
             return Vec::new();
         };
-        vec![Parameter::about("scale", "1", 1.0, 0.1).within(0.5, 2.0)]
+        vec![Parameter::about("scale", "1", 1.0, 0.1).within(0.5, 1.5)]
     }
 
     /// A rotation has no scale.

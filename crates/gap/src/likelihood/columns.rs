@@ -22,7 +22,6 @@ use crate::{
     plant::{Quantity, SensorKind, Simulation},
     problem::{point::Point, problem::Problem},
     rollout::{
-        resolution,
         sensor_correction::{self, Correction},
         shooting::{Trace, WarmUp},
         whitening,
@@ -419,14 +418,6 @@ fn assemble(
             }
         }
     }
-    let weights = resolution::weights(
-        &of.trace,
-        trial,
-        &link.segment,
-        &problem.channels,
-        step,
-        problem.settings.options.rollout.unresolved,
-    );
     let mut residual = Vec::new();
     let residual_of = |trace: &Trace, corrections: &[Correction], residual: &mut Vec<f64>| {
         sensor_correction::residuals(
@@ -467,9 +458,9 @@ fn assemble(
     whitening::whiten(&problem.channels, &mut residual);
     let mut factors = vec![0.0; residual.len()];
     for (row, value) in residual.iter().enumerate() {
-        outputs[(row, 0)] = weights[row] * value;
+        outputs[(row, 0)] = link.weights[row] * value;
         if present[row] {
-            factors[row] = weights[row] / problem.channels.list[row % channels].noise;
+            factors[row] = link.weights[row] / problem.channels.list[row % channels].noise;
         }
         for column in 1..width {
             outputs[(row, column)] *= factors[row];

@@ -11,6 +11,7 @@ use crate::{
         found::{Found, likeliest},
         level::{Level, Sizes},
         search::{Choices, Search},
+        seen::Seen,
         working_point::{Keep, WorkingPoint},
     },
     options::LikelihoodOptions,
@@ -37,27 +38,37 @@ pub fn explain<'p>(
         return Err(diverges(problem));
     };
     let none = best.without_effects();
-    let mut known = Known::default();
+    let mut seen = Seen::default();
     // No effect with the numbers refitted: what effects, refitted too, have to be likelier than.
     let alone = working.clone().settled_posterior()?;
-    known.learn(&[], alone.unwrap_or(best.own()));
+    seen.learn(&[], alone.unwrap_or(best.own()));
+    seen.keep(&best.found);
     let mut expected = best.expected();
     for round in 0..ROUNDS {
         (watch.tell)("weighing sets of effects", round, ROUNDS);
-        best.correct(&known);
-        let next = expected.take().or_else(|| best.promising(problem));
-        let Some(next) = next else { break };
+        best.correct(&seen);
+        let step = expected.take().or_else(|| best.promising(problem));
+        let is_rival = step.is_none();
+        let Some(next) = step.or_else(|| best.rival(&seen)) else {
+            break;
+        };
         let before = working.clone();
         best.go(&mut working, &next);
         let there = look(problem, &mut working, Some(none), true)?;
         let own = (there.as_ref()).map_or(f64::NEG_INFINITY, Look::own);
-        known.learn(&next.set, own);
+        seen.learn(&next.set, own);
+        if let Some(there) = &there {
+            seen.keep(&there.found);
+        }
         let is_same = next.set == best.point.set();
-        let is_better = is_same || own > known.log(&best.point.set());
+        let is_better = is_same || own > seen.log(&best.point.set());
         match there.filter(|_| is_better) {
             Some(there) => best = there,
             None => {
                 working = before;
+                if is_rival {
+                    continue;
+                }
                 let settled = match best.settled {
                     true => None,
                     // Numbers that are not refitted favour whatever stands for them.
@@ -73,7 +84,7 @@ pub fn explain<'p>(
             }
         }
     }
-    best.correct(&known);
+    best.correct(&seen);
     let predictions = match best.found.first() {
         Some(found) => {
             let sizes = best.levels[found.level].sizes;
@@ -82,25 +93,6 @@ pub fn explain<'p>(
         None => Vec::new(),
     };
     Ok(best.explanation(problem, predictions))
-}
-
-/// Log posteriors of sets about which there was a sweep.
-#[derive(Debug, Default)]
-struct Known(Vec<(Vec<usize>, f64)>);
-
-impl Known {
-    /// The best of what was seen of a set counts.
-    fn learn(&mut self, set: &[usize], log: f64) {
-        match self.0.iter_mut().find(|of| of.0 == set) {
-            Some(of) => of.1 = of.1.max(log),
-            None => self.0.push((set.to_vec(), log)),
-        }
-    }
-
-    fn log(&self, set: &[usize]) -> f64 {
-        let of = self.0.iter().find(|of| of.0 == set);
-        of.map_or(f64::NEG_INFINITY, |of| of.1)
-    }
 }
 
 /// One sweep about a point, and what was found from there.
@@ -217,7 +209,7 @@ impl<'p> Look<'p> {
 
     /// Gives sets about which there was a sweep the log posterior that they had there. Those that hold what such a set added to
     /// the point's are taken to have lost as much.
-    fn correct(&mut self, known: &Known) {
+    fn correct(&mut self, seen: &Seen) {
         let own = self.point.set();
         let here = |set: &[usize]| {
             let of_set = self.found.iter().filter(|of| of.set == *set);
@@ -225,14 +217,13 @@ impl<'p> Look<'p> {
                 .map(|of| of.log_posterior)
                 .fold(f64::NEG_INFINITY, f64::max)
         };
-        let losses: Vec<(&Vec<usize>, f64)> = (known.0)
-            .iter()
+        let losses: Vec<(&[usize], f64)> = (seen.about())
             .filter(|(set, _)| *set != own || set.is_empty())
             .map(|(set, there)| (set, here(set) - there))
             .filter(|(_, loss)| loss.is_finite() || *loss > 0.0)
             .collect();
         for of in &mut self.found {
-            let exact = losses.iter().find(|(set, _)| **set == of.set);
+            let exact = losses.iter().find(|(set, _)| *set == of.set);
             let adds = |set: &[usize]| set.iter().any(|member| !own.contains(member));
             let holds = |set: &[usize]| set.iter().all(|member| of.set.contains(member));
             let within = losses.iter().filter(|(set, _)| adds(set) && holds(set));
@@ -264,6 +255,20 @@ impl<'p> Look<'p> {
         let most = unexpected(&set) + problem.settings.options.likelihood.added;
         let best = (self.found.iter()).find(|of| unexpected(&of.set) <= most)?;
         (best.set != set || !self.settled).then(|| best.clone())
+    }
+
+    /// The set about which there was no sweep and which may be as likely as the best, as it is from here.
+    fn rival(&self, seen: &Seen) -> Option<Found> {
+        let set = seen.rival(self.choices.options().rival_within)?;
+        let found = self.found.iter().filter(|of| of.set == set);
+        let whole = |level| {
+            let choices = &self.choices;
+            Search { level, choices }.whole(set)
+        };
+        let levels = || self.levels.iter().filter(|of| of.is_searched);
+        likeliest(found)
+            .cloned()
+            .or_else(|| likeliest(&levels().filter_map(whole).collect::<Vec<Found>>()).cloned())
     }
 
     /// Moves the working point to a set, and its levels to where sets are likely.

@@ -29,6 +29,7 @@ pub(crate) mod quadratic;
 pub(crate) mod refits;
 pub(crate) mod scale_slope;
 pub(crate) mod search;
+pub(crate) mod seen;
 pub(crate) mod set_prior;
 pub(crate) mod slow_drift;
 pub(crate) mod step_changes;

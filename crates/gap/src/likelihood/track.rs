@@ -3,12 +3,17 @@
 use nalgebra::DVector;
 
 use crate::{
+    error::GapError,
     plant::Simulation,
     problem::{
         channels::MeasuredTrial,
+        problem::Problem,
         segments::{self, EstimatedMotion, Segment},
     },
-    rollout::shooting::{self, Trace, WarmUp},
+    rollout::{
+        resolution,
+        shooting::{self, Trace, WarmUp},
+    },
 };
 
 /// A segment of a trial.
@@ -20,6 +25,8 @@ pub(crate) struct Link {
     pub(crate) steps: usize,
     /// Unmodelled forces, piece by piece, one a degree of freedom [pieces * nv]; none before they were smoothed.
     pub(crate) forces: Vec<f64>,
+    /// Factor on each whitened residual, row by row, channel by channel, for what rows cannot resolve.
+    pub(crate) weights: Vec<f64>,
 }
 
 /// Blocks of steps between boundaries, and pieces of unmodelled forces made of them.
@@ -93,6 +100,7 @@ impl Track {
                 steps: if trial.steady { 1 } else { steps.max(1) },
                 segment,
                 forces: Vec::new(),
+                weights: Vec::new(),
             }
         });
         Self {
@@ -100,6 +108,44 @@ impl Track {
             links: links.collect(),
         }
     }
+}
+
+/// Weighs the readings of a track by what its rows resolve, as the nominal alone moves: alike for all that is compared. All
+/// alike where it blows up.
+pub(crate) fn weigh(problem: &Problem<'_>, track: &mut Track) -> Result<(), GapError> {
+    let (trial, motion) = (&problem.trials[track.trial], &problem.motions[track.trial]);
+    let (nv, step) = (problem.model.nv, problem.model.timestep);
+    let nominal = vec![0.0; problem.model.nuisances.len()];
+    let options = &problem.settings.options.rollout;
+    let warm_up = WarmUp::required(problem.model, &[], options);
+    let grid = Grid {
+        block: 1,
+        stride: 1,
+        pieces: 1,
+    };
+    let mut simulation = problem.plant.simulation(&nominal, &[])?;
+    let rolled = roll(
+        simulation.as_mut(),
+        trial,
+        motion,
+        track,
+        warm_up,
+        step,
+        grid,
+        &DVector::zeros(nv),
+        false,
+    );
+    let channels = &problem.channels;
+    for (at, link) in track.links.iter_mut().enumerate() {
+        link.weights = match &rolled {
+            Some(rolled) => {
+                let (trace, segment) = (&rolled[at].trace, &link.segment);
+                resolution::weights(trace, trial, segment, channels, step, options.unresolved)
+            }
+            None => vec![1.0; link.segment.rows.len() * channels.len()],
+        };
+    }
+    Ok(())
 }
 
 /// The simulation at a boundary between blocks of steps.

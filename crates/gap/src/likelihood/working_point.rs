@@ -17,7 +17,7 @@ use crate::{
         levels::{self, Grid, Levels},
         scale_slope::{self, ScaleColumn},
         search::{Choices, Search},
-        track::Track,
+        track::{self, Track},
     },
     plant::Quantity,
     problem::{point::Point, problem::Problem},
@@ -82,7 +82,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let most =
             problem.settings.options.segments.most_freedom_seconds / problem.model.nv.max(1) as f64;
         let each = most / problem.trials.len().max(1) as f64;
-        let tracks: Vec<Track> = problem
+        let mut tracks: Vec<Track> = problem
             .trials
             .iter()
             .zip(&problem.motions)
@@ -99,6 +99,9 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 )
             })
             .collect();
+        tracks
+            .par_iter_mut()
+            .try_for_each(|track| track::weigh(problem, track))?;
         Ok(Self {
             problem,
             watch,

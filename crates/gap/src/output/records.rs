@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use hydro_effects::Id;
+use hydro_effects::{Id, Medium};
 use serde::{Deserialize, Serialize};
 
 use crate::output::verdict::{
@@ -47,6 +47,9 @@ pub struct Found {
     pub held_out_trials: Vec<String>,
     /// Channels compared.
     pub channels: Vec<Channel>,
+    /// The medium that is taken to be about the robot.
+    #[serde(default)]
+    pub medium: Medium,
     /// Length of a segment [s].
     pub segment: f64,
     /// Mean squared whitened residual after the nominal's uncertainties are fitted; 1 is noise alone.
@@ -87,8 +90,11 @@ pub struct Named {
     pub schema: String,
     /// Kind of answer before verification.
     pub outcome: Outcome,
-    /// The effects to add.
+    /// The effects that are named, to be added.
     pub chosen: Vec<FittedEffect>,
+    /// The likeliest of what is undecided, added beside them: something is missing, whichever it is.
+    #[serde(default)]
+    pub stand_ins: Vec<FittedEffect>,
     /// All effects with a non-negligible posterior, the likeliest first.
     pub effects: Vec<FittedEffect>,
     /// Effects that the data cannot tell apart.
@@ -154,6 +160,13 @@ pub struct Added {
     pub diff: String,
     /// Remarks for the reader.
     pub remarks: Vec<String>,
+}
+
+impl Named {
+    /// All effects that are added.
+    pub fn added(&self) -> Vec<FittedEffect> {
+        self.chosen.iter().chain(&self.stand_ins).cloned().collect()
+    }
 }
 
 impl Added {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use hydro_effects::Id;
+use hydro_effects::{Id, Medium};
 
 /// Schema of [`Verdict`].
 pub const SCHEMA: &str = "hydro-gap-verdict/1";
@@ -196,6 +196,9 @@ pub struct Patch {
     pub model: String,
     /// Corrections of sensors by name.
     pub sensors: BTreeMap<String, SensorPatch>,
+    /// Effects in it that are not named: of each undecided part the likeliest.
+    #[serde(default)]
+    pub stand_ins: Vec<Id>,
 }
 
 /// The answer.
@@ -209,6 +212,9 @@ pub struct Verdict {
     pub named: Vec<Id>,
     /// All with a non-negligible posterior, the likeliest first.
     pub effects: Vec<FittedEffect>,
+    /// The medium that was taken to be about the robot: as `--medium` says, or as the model tells.
+    #[serde(default)]
+    pub medium: Medium,
     /// Part of the excess over noise that the named effects take away together, 0 to 1; null where none is named.
     #[serde(default)]
     pub explained: Option<f64>,

@@ -154,13 +154,17 @@ pub(crate) fn priors(
             true => options.untold_medium,
             false => 1.0,
         };
+        let usual = match effect.presupposes().is_empty() {
+            true => 1.0,
+            false => options.refinement,
+        };
         let is_there = medium > Medium::None && effect.medium() <= medium;
         let on_body = lacks_fluid.is_some_and(|body| of.targets == [body]);
         let is_expected = on_body && is_there && effect.is_of_every_fluid();
         Prior {
             log_share: match is_expected {
                 true => form.ln(),
-                false => form.ln() + reason.ln() - (effects * targets.len() as f64).ln(),
+                false => (form * reason * usual / (effects * targets.len() as f64)).ln(),
             },
             is_expected,
         }

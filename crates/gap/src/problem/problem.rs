@@ -62,6 +62,11 @@ impl Problem<'_> {
         (is_gain(one) && is_added(other)) || (is_gain(other) && is_added(one))
     }
 
+    /// The medium that is taken to be about the robot.
+    pub(crate) fn medium(&self) -> Medium {
+        self.settings.medium.unwrap_or(self.model.medium)
+    }
+
     /// True for a candidate of a set without the effects that it presupposes, in a model without fluid.
     pub(crate) fn is_unaccompanied(&self, candidate: usize, set: &[usize]) -> bool {
         let of = &self.candidates[candidate];

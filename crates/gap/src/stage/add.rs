@@ -35,7 +35,8 @@ pub struct Addition {
 
 /// The chosen effects. None where nothing was chosen.
 pub fn add(explanation: &Explanation<'_>, naming: &Naming) -> Option<Addition> {
-    if naming.named.chosen.is_empty() {
+    let effects = naming.named.added();
+    if effects.is_empty() {
         return None;
     }
     let problem = explanation.problem;
@@ -63,7 +64,6 @@ pub fn add(explanation: &Explanation<'_>, naming: &Naming) -> Option<Addition> {
     Some(Addition {
         added: Added {
             schema: SCHEMA.to_owned(),
-            effects: naming.named.chosen.clone(),
             sensors,
             bootstrap: draws,
             numbers: Vec::new(),
@@ -72,7 +72,8 @@ pub fn add(explanation: &Explanation<'_>, naming: &Naming) -> Option<Addition> {
             recalibrated: explanation.recalibrated(None),
             model: None,
             diff: String::new(),
-            remarks: at_their_mean(&naming.named.chosen),
+            remarks: at_their_mean(&effects),
+            effects,
         },
         entries,
         numbers,

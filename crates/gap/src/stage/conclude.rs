@@ -1,8 +1,10 @@
 //! The verdict from what the stages found.
 
+use hydro_effects::Id;
+
 use crate::output::{
     records::{Added, Found, Named, Verified},
-    verdict::{self, Gap, Outcome, Patch, Verdict},
+    verdict::{self, FittedEffect, Gap, Outcome, Patch, Verdict},
 };
 
 /// Puts the answer together. Nothing is added that held-out trials do not confirm.
@@ -37,14 +39,10 @@ pub fn conclude(
         ),
         _ => None,
     };
-    let mut ids = Vec::new();
-    if named.outcome == Outcome::Named && accepted {
-        for effect in &named.chosen {
-            if !ids.contains(&effect.effect) {
-                ids.push(effect.effect);
-            }
-        }
-    }
+    let ids = match named.outcome == Outcome::Named && accepted {
+        true => ids_of(&named.chosen),
+        false => Vec::new(),
+    };
     let nothing = Gap {
         metric: "nrmse".to_owned(),
         before: None,
@@ -59,6 +57,7 @@ pub fn conclude(
         verdict: named.outcome,
         named: ids,
         effects: named.effects.clone(),
+        medium: found.medium,
         explained: named.explained,
         unexplained: match named.outcome {
             Outcome::NoGap => None,
@@ -76,7 +75,19 @@ pub fn conclude(
             Some(Patch {
                 model: added.model.clone()?,
                 sensors: added.sensors.clone(),
+                stand_ins: ids_of(&named.stand_ins),
             })
         }),
     }
+}
+
+/// Effects, each once.
+fn ids_of(effects: &[FittedEffect]) -> Vec<Id> {
+    let mut ids = Vec::new();
+    for effect in effects {
+        if !ids.contains(&effect.effect) {
+            ids.push(effect.effect);
+        }
+    }
+    ids
 }

@@ -6,7 +6,7 @@ use hydro_effects::Id;
 
 use crate::{
     error::GapError,
-    likelihood::explanation::Explanation,
+    likelihood::explanation::{Explanation, SetPosterior},
     output::verdict::{Calibration, Outcome},
     problem::point::Point,
     progress::Watch,
@@ -22,6 +22,8 @@ pub(crate) struct Decision {
     /// Part of the excess that the chosen set explains.
     pub(crate) explained: Option<f64>,
     pub(crate) confusion: Vec<Id>,
+    /// Members of the chosen set that stand for what is undecided: something beyond the named is missing, whichever it is.
+    pub(crate) stand_ins: Vec<usize>,
     /// Two explanations that an experiment should tell apart.
     pub(crate) apart: Option<(Point, Point)>,
 }
@@ -44,6 +46,7 @@ pub(crate) fn decide(
         named: BTreeMap::new(),
         explained: None,
         confusion: Vec::new(),
+        stand_ins: Vec::new(),
         apart: None,
     };
     if agreement > options.agreement || calibration.alarm > calibration.alarm_level {
@@ -93,6 +96,15 @@ pub(crate) fn decide(
         if let Some(timing) = timing.filter(|of| !of.is_told) {
             open_members(explanation, timing, &mut decision);
         }
+        let beyond = |of: &&SetPosterior| {
+            let effects = explanation.effects(&of.set);
+            effects.iter().any(|of| !decided.contains(of))
+        };
+        let beyond = explanation.sets.iter().filter(beyond);
+        if beyond.map(|of| of.probability).sum::<f64>() >= options.named * gap {
+            let open = set.iter().filter(|of| !sure.contains(of));
+            decision.stand_ins = open.copied().collect();
+        }
     }
     decision.named = sure
         .iter()
@@ -103,12 +115,17 @@ pub(crate) fn decide(
             0 | 1 => Outcome::Unknown,
             _ => Outcome::Confusable,
         };
+        if decision.outcome == Outcome::Unknown {
+            decision.stand_ins.clear();
+        }
         return Ok(decision);
     }
     decision.outcome = Outcome::Named;
     let kept: Vec<usize> = decision.named.keys().copied().collect();
-    let exact = explanation.sets.iter().position(|of| of.set == kept);
-    decision.chosen = exact.unwrap_or(best);
+    if decision.stand_ins.is_empty() {
+        let exact = explanation.sets.iter().position(|of| of.set == kept);
+        decision.chosen = exact.unwrap_or(best);
+    }
     let others: Vec<usize> = set
         .iter()
         .copied()

@@ -100,6 +100,7 @@ pub fn locate(
             .collect(),
         held_out_trials: held_out.to_vec(),
         channels: problem.channels.list.clone(),
+        medium: problem.medium(),
         segment: problem.settings.options.segments.length,
         excess: sum / count.max(1) as f64,
         p_value: overall,

@@ -40,11 +40,9 @@ pub fn name(explanation: &Explanation<'_>, watch: &Watch<'_>) -> Result<Naming, 
     let calibration = calibrate(explanation);
     let decision = decide(explanation, &calibration, watch)?;
     let effects = listed(explanation, &decision);
-    let chosen = effects
-        .iter()
-        .filter(|effect| effect.explained.is_some())
-        .cloned()
-        .collect();
+    let is_named = |effect: &&FittedEffect| effect.explained.is_some();
+    let chosen = effects.iter().filter(is_named).cloned().collect();
+    let stand_ins = stand_ins(explanation, &decision, &effects);
     let apart = decision
         .apart
         .map(|(one, other)| experiment_design::next(explanation.problem, &one, &other, watch));
@@ -52,6 +50,7 @@ pub fn name(explanation: &Explanation<'_>, watch: &Watch<'_>) -> Result<Naming, 
         schema: SCHEMA.to_owned(),
         outcome: decision.outcome,
         chosen,
+        stand_ins,
         effects,
         confusion_set: decision.confusion,
         next_experiment: apart.transpose()?,
@@ -121,6 +120,21 @@ fn listed(explanation: &Explanation<'_>, decision: &Decision) -> Vec<FittedEffec
         .collect();
     effects.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     effects
+}
+
+/// The effects that stand for what is undecided, as they are listed.
+fn stand_ins(
+    explanation: &Explanation<'_>,
+    decision: &Decision,
+    effects: &[FittedEffect],
+) -> Vec<FittedEffect> {
+    let candidates = decision.stand_ins.iter();
+    let candidates = candidates.map(|of| &explanation.problem.candidates[*of]);
+    let listed = |of: &&FittedEffect| {
+        let mut candidates = candidates.clone();
+        candidates.any(|one| one.effect == of.effect && one.targets.contains(&of.target))
+    };
+    effects.iter().filter(listed).cloned().collect()
 }
 
 /// Sets, the likeliest first.

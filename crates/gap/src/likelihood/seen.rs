@@ -1,0 +1,148 @@
+//! What sweeps have told of sets so far: their log posterior about themselves, and to first order from elsewhere.
+
+use std::collections::BTreeMap;
+
+use crate::likelihood::found::Found;
+
+/// Log posteriors of sets, by where the readings were linearised.
+#[derive(Debug, Default)]
+pub(super) struct Seen {
+    /// About the set itself: the best of what was seen counts.
+    about: Logs,
+    /// To first order from other points, point by point.
+    elsewhere: Vec<Logs>,
+}
+
+/// Log posterior by set.
+type Logs = BTreeMap<Vec<usize>, f64>;
+
+impl Seen {
+    /// Log posterior of a set about itself.
+    pub(super) fn learn(&mut self, set: &[usize], log: f64) {
+        keep_best(&mut self.about, set, log);
+    }
+
+    /// Sets about which there was a sweep, and their log posteriors there.
+    pub(super) fn about(&self) -> impl Iterator<Item = (&[usize], f64)> {
+        self.about.iter().map(|(set, log)| (&set[..], *log))
+    }
+
+    /// Log posterior of a set about itself; minus infinity where there was no sweep about it.
+    pub(super) fn log(&self, set: &[usize]) -> f64 {
+        self.about.get(set).copied().unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// Keeps what is found from one point.
+    pub(super) fn keep(&mut self, found: &[Found]) {
+        let mut logs = Logs::new();
+        for of in found {
+            keep_best(&mut logs, &of.set, of.log_posterior);
+        }
+        self.elsewhere.push(logs);
+    }
+
+    /// The likeliest set about which there was no sweep, if it may be `within` so much of the best. From each point it is as likely as first
+    /// order has it; less what a part of it lost about itself, or else more by what the likeliest set gained.
+    pub(super) fn rival(&self, within: f64) -> Option<&[usize]> {
+        let best = self.about.values().copied();
+        let best = best.fold(f64::NEG_INFINITY, f64::max);
+        let mut rival: Option<(&[usize], f64)> = None;
+        for logs in &self.elsewhere {
+            let Some(likeliest) = logs.iter().max_by(|a, b| a.1.total_cmp(b.1)) else {
+                continue;
+            };
+            let gained = (self.log(likeliest.0) - likeliest.1).max(0.0);
+            for (set, log) in logs.iter().filter(|of| !self.about.contains_key(of.0)) {
+                let parts = self.about().filter(|of| is_part(of.0, set));
+                let lost = parts.filter_map(|(part, there)| Some(logs.get(part)? - there));
+                let lost = lost.fold(0.0, f64::max);
+                let hoped = log - if lost > 0.0 { lost } else { -gained };
+                if hoped > best - within && rival.is_none_or(|of| hoped > of.1) {
+                    rival = Some((set, hoped));
+                }
+            }
+        }
+        rival.map(|of| of.0)
+    }
+}
+
+fn keep_best(logs: &mut Logs, set: &[usize], log: f64) {
+    let of = logs.entry(set.to_vec()).or_insert(log);
+    *of = of.max(log);
+}
+
+/// True for some effects, all of which are in a set.
+fn is_part(part: &[usize], set: &[usize]) -> bool {
+    !part.is_empty() && part.iter().all(|of| set.contains(of))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+    use crate::likelihood::truncated_evidence::Truncated;
+
+    fn found(set: &[usize], log_posterior: f64) -> Found {
+        Found {
+            set: set.to_vec(),
+            level: 0,
+            members: Vec::new(),
+            columns: Vec::new(),
+            own: Default::default(),
+            mixtures: Vec::new(),
+            posterior: Truncated {
+                log_evidence: 0.0,
+                mean: DVector::zeros(0),
+                covariance: DMatrix::zeros(0, 0),
+            },
+            log_likelihood: log_posterior,
+            log_posterior,
+        }
+    }
+
+    /// From nothing two sets are alike; about itself one gains, and the other might have too.
+    #[test]
+    fn what_the_best_gained_about_itself_is_given_to_a_rival() {
+        let mut seen = Seen::default();
+        seen.learn(&[], -900.0);
+        seen.keep(&[
+            found(&[], -880.0),
+            found(&[1], -588.0),
+            found(&[2], -590.0),
+            found(&[3], -620.0),
+        ]);
+        seen.learn(&[1], -579.0);
+        seen.keep(&[found(&[1], -579.0), found(&[2], -600.0)]);
+        assert_eq!(seen.rival(3.0), Some(&[2][..]));
+        seen.learn(&[2], -570.0);
+        assert_eq!(seen.rival(3.0), None);
+        assert_eq!(seen.log(&[2]), -570.0);
+    }
+
+    /// What first order had likelier than the best turned out is looked at.
+    #[test]
+    fn a_set_that_was_passed_over_is_a_rival() {
+        let mut seen = Seen::default();
+        seen.keep(&[found(&[1], -612.0), found(&[2], -615.0)]);
+        seen.learn(&[1], -621.0);
+        assert_eq!(seen.rival(3.0), Some(&[2][..]));
+        // A trial blew up about it: nor are sets that hold it.
+        seen.learn(&[2], f64::NEG_INFINITY);
+        assert_eq!(seen.rival(3.0), None);
+    }
+    /// A set that holds what was worse about itself than from there is as much worse.
+    #[test]
+    fn what_a_part_lost_the_whole_loses() {
+        let mut seen = Seen::default();
+        seen.keep(&[
+            found(&[1], -569.0),
+            found(&[1, 2], -566.0),
+            found(&[3], -708.0),
+        ]);
+        seen.learn(&[], -840.0);
+        assert_eq!(seen.rival(3.0), Some(&[1, 2][..]));
+        seen.learn(&[1], -1242.0);
+        assert_eq!(seen.rival(3.0), Some(&[3][..]));
+    }
+}
