@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use hydro_frames::Wrench;
 use hydro_gap::plant::{Simulation, prescribed::PrescribedMotion};
+use nalgebra::DMatrix;
 
 use super::{backlash::Backlash, simulation::MujocoSimulation};
 use crate::mujoco::ffi::{ModelView, bindings::mjOBJ_JOINT};
@@ -196,6 +197,11 @@ impl Simulation for BacklashSimulation {
 
     fn set_control(&mut self, control: &[f64]) {
         self.inner.set_control(control);
+    }
+
+    fn body_jacobian(&mut self, body: &str) -> DMatrix<f64> {
+        let all = self.inner.body_jacobian(body);
+        all.select_columns(&self.layout.qvel)
     }
 
     fn set_base_wrench(&mut self, wrench: Wrench) {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use hydro_frames as frames;
 use hydro_frames::Wrench;
 use hydro_gap::plant::{Simulation, prescribed::PrescribedMotion};
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
 
 use super::prescribed::Imposed;
 use crate::mujoco::{
@@ -17,7 +17,7 @@ use crate::mujoco::{
     ffi::{
         ModelView,
         bindings::{
-            mjOBJ_SITE, mjSENS_FORCE, mjSENS_TORQUE, mjSTATE_FULLPHYSICS, mjSTATE_WARMSTART,
+            mjOBJ_BODY, mjOBJ_SITE, mjSENS_FORCE, mjSENS_TORQUE, mjSTATE_FULLPHYSICS, mjSTATE_WARMSTART,
             mjWARN_BADQACC, mjWARN_BADQPOS, mjWARN_BADQVEL,
         },
     },
@@ -363,6 +363,23 @@ impl Simulation for MujocoSimulation {
 
     fn set_control(&mut self, control: &[f64]) {
         self.control.copy_from_slice(control);
+    }
+
+    fn body_jacobian(&mut self, body: &str) -> DMatrix<f64> {
+        let nv = self.data.model().nv();
+        let mut jacobian = DMatrix::zeros(6, nv);
+        let id = self.data.model().view().id(mjOBJ_BODY as i32, body);
+        if let Some(id) = id {
+            let rows = self.data.body_jacobian(id);
+            let q = ModelView::quadruple(self.data.xquat(), id);
+            let attitude = frames::world_from_base(q).to_rotation_matrix();
+            for (first, rows) in [0, 3].into_iter().zip(rows) {
+                let in_world = DMatrix::from_row_slice(3, nv, &rows);
+                let own = attitude.matrix().transpose() * in_world;
+                jacobian.rows_mut(first, 3).copy_from(&own);
+            }
+        }
+        jacobian
     }
 
     fn set_base_wrench(&mut self, wrench: Wrench) {

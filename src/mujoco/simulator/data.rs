@@ -266,6 +266,26 @@ impl Data {
         }
     }
 
+    /// Velocity of a body's origin and its rate, in the world, by degree of freedom, each [3 nv] by rows: at the present
+    /// positions, which all that follows from is brought up to date.
+    #[cfg(mujoco_plugins)]
+    pub(in crate::mujoco) fn body_jacobian(&mut self, body: usize) -> [Vec<f64>; 2] {
+        let (count, nv) = (self.model.view().raw().nbody as usize, self.model.nv());
+        assert!(body < count, "a body of another model");
+        let mut jacobians = [vec![0.0; 3 * nv], vec![0.0; 3 * nv]];
+        let [linear, angular] = &mut jacobians;
+        let functions = &self.model.api.functions;
+        let (model, data) = (self.model.model.as_ptr(), self.data.as_ptr());
+        // SAFETY: a live model and a data of it, held alone; a body of the model, and room for three rows of its freedom each.
+        unsafe {
+            (functions.mj_kinematics)(model, data);
+            (functions.mj_comPos)(model, data);
+            let (linear, angular) = (linear.as_mut_ptr(), angular.as_mut_ptr());
+            (functions.mj_jacBody)(model, data, linear, angular, body as i32);
+        }
+        jacobians
+    }
+
     /// Number of MuJoCo's warnings of this kind since the last reset.
     #[cfg(mujoco_plugins)]
     pub(in crate::mujoco) fn warnings(&self, kind: u32) -> i32 {

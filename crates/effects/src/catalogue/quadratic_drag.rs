@@ -50,7 +50,8 @@ impl Effect for QuadraticDrag {
         true
     }
 
-    /// Off-diagonal elements of D_Q, and drag by the speed of the whole in place of the axis's.
+    /// Off-diagonal elements of D_Q, drag by the speed of the whole in place of the axis's, and forces along one axis with the
+    /// square of the speed along another (X_vv of a ship in drift), as large as that one's drag.
     fn neglected_terms(&self, p: &[f64], nu: &[f64; 6], _nu_dot: &[f64; 6]) -> Vec<[f64; 6]> {
         let squares = nu.map(|value| value * value.abs());
         let products = coupling::symmetric(p, &squares).into_iter();
@@ -62,7 +63,13 @@ impl Effect for QuadraticDrag {
             wrench[axis] = -p[axis] * nu[axis] * (speed.sqrt() - nu[axis].abs());
             wrench
         });
-        coupled.chain(of_whole).collect()
+        let others = (0..3).flat_map(|axis| (1..3).map(move |by| (axis, (axis + by) % 3)));
+        let across = others.map(|(axis, other)| {
+            let mut wrench = [0.0; 6];
+            wrench[axis] = p[other] * nu[other] * nu[other];
+            wrench
+        });
+        coupled.chain(of_whole).chain(across).collect()
     }
 
     fn medium(&self) -> Medium {

@@ -231,7 +231,6 @@ pub(crate) fn sweep(
     let inputs = match directions {
         Some(_) => {
             let base = Base {
-                track,
                 rolled: &rolled,
                 references: &references,
                 states: &states,

@@ -9,7 +9,7 @@ use crate::{
     likelihood::{
         neglected_terms,
         step_changes::{Inputs, References, StateChanges},
-        track::{Rolled, Track},
+        track::Rolled,
     },
     options::LikelihoodOptions,
     plant::Quantity,
@@ -94,7 +94,6 @@ fn springs(problem: &Problem<'_>) -> impl Iterator<Item = usize> {
 /// of a size on every degree of freedom.
 #[derive(Clone, Copy)]
 pub(crate) struct Base<'s> {
-    pub(crate) track: &'s Track,
     pub(crate) rolled: &'s [Rolled],
     pub(crate) references: &'s References,
     pub(crate) states: &'s [StateChanges],
@@ -129,7 +128,7 @@ pub(crate) fn with_forms(
         }
         made.extend(neglected_terms::inputs(
             problem,
-            (base.track, base.rolled, base.references),
+            (base.rolled, base.references),
             (base.states, base.force_scale),
             (of, values, neglected),
         ));

@@ -29,6 +29,8 @@ pub(crate) struct StateChanges {
     pub(crate) reading: Vec<DMatrix<f64>>,
     /// ... with the forces [channels, nv].
     pub(crate) direct: Vec<DMatrix<f64>>,
+    /// Jacobians of the hulls, hull by hull [6, nv], in their own frames.
+    pub(crate) hulls: Vec<Vec<DMatrix<f64>>>,
 }
 
 /// What a step from a boundary gives: state and readings.
@@ -101,10 +103,15 @@ pub(crate) fn state_changes(
                 force: unknown(),
                 reading: unknown(),
                 direct: unknown(),
+                hulls: problem.hulls.iter().map(|_| unknown()).collect(),
             };
             for (at, boundary) in of.boundaries.iter().enumerate() {
                 if !link.is_looked_at(grid, at) {
                     continue;
+                }
+                simulation.load(&boundary.saved);
+                for (jacobians, hull) in found.hulls.iter_mut().zip(&problem.hulls) {
+                    jacobians[at] = simulation.body_jacobian(hull);
                 }
                 simulation.load(&boundary.saved);
                 let from = stepped(simulation, boundary);
@@ -154,12 +161,13 @@ pub(crate) fn state_changes(
                 found.direct[at] = direct;
             }
             between(link, grid, boundaries, |at, [from, to], part| {
-                for all in [
+                let changes = [
                     &mut found.transition,
                     &mut found.force,
                     &mut found.reading,
                     &mut found.direct,
-                ] {
+                ];
+                for all in changes.into_iter().chain(&mut found.hulls) {
                     all[at] = all[from].zip_map(&all[to], |a, b| a + part * (b - a));
                 }
             });

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use hydro_effects::{Entry, Medium, card};
 use hydro_frames::Wrench;
+use nalgebra::DMatrix;
 use thiserror::Error;
 
 use prescribed::PrescribedMotion;
@@ -361,6 +362,9 @@ pub trait Simulation: Send {
     fn save(&self) -> Vec<f64>;
     /// Goes back to what [`Simulation::save`] of a simulation of the same effects gave.
     fn load(&mut self, saved: &[f64]);
+    /// Velocity of a body's origin and its rate, in the body's own frame, by degree of freedom [6, nv] [m/s, rad/s]; zero of what
+    /// is no body.
+    fn body_jacobian(&mut self, body: &str) -> DMatrix<f64>;
     /// The command as logged, for the next step.
     fn set_control(&mut self, control: &[f64]);
     /// A wrench on [`PlantDescription::base`] beyond the model's own, held until it is set again, whatever

@@ -346,7 +346,7 @@ impl Pace {
 }
 
 /// The base of every tree.
-fn bases(model: &PlantDescription, volume_ratio: f64) -> Vec<&str> {
+pub(crate) fn bases(model: &PlantDescription, volume_ratio: f64) -> Vec<&str> {
     let mut bases: Vec<(&PlantBody, f64)> = Vec::new();
     for body in model.bodies.iter().filter(|body| body.moves) {
         // Of its own: a root's sizes are those of all that hangs on it. A body without weight or size is no hull,

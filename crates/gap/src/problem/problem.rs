@@ -41,6 +41,8 @@ pub struct Problem<'a> {
     pub(crate) candidates: Vec<Candidate>,
     /// Prior of each candidate.
     pub(crate) priors: Vec<Prior>,
+    /// The body of every tree that the water holds most of: off-diagonal terms of an effect on it are uncertain.
+    pub(crate) hulls: Vec<String>,
     /// Nuisance parameters in use: row of `PlantDescription::nuisances`, and standard deviation of the prior.
     pub(crate) nuisances: Vec<(usize, f64)>,
     pub(crate) settings: Settings,

@@ -121,7 +121,9 @@ impl<'a> Problem<'a> {
             (medium, lacks_fluid),
             &settings.options.candidates,
         );
+        let hulls = candidates::bases(model, settings.options.candidates.base_volume_ratio);
         Ok(Self {
+            hulls: hulls.into_iter().map(str::to_owned).collect(),
             plant,
             model,
             priors,

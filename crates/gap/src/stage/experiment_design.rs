@@ -178,6 +178,7 @@ fn distance(
         drifting: Vec::new(),
         candidates: problem.candidates.clone(),
         priors: problem.priors.clone(),
+        hulls: problem.hulls.clone(),
         nuisances: problem.nuisances.clone(),
         settings: problem.settings.clone(),
         commands: problem.commands.clone(),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use hydro_effects as effects;
 use hydro_effects::{Entry, Motion, Part, card::BodyScale};
 use hydro_frames::Wrench;
-use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{DMatrix, Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 
 use crate::problem::channels::rotation_between;
 
@@ -290,6 +290,13 @@ impl Simulation for Swim {
         for (value, saved) in self.memory.iter_mut().flatten().zip(&mut rest) {
             *value = *saved;
         }
+    }
+
+    fn body_jacobian(&mut self, _body: &str) -> DMatrix<f64> {
+        let mut jacobian = DMatrix::identity(6, 6);
+        let inverse = self.attitude().inverse().to_rotation_matrix();
+        jacobian.view_mut((0, 0), (3, 3)).copy_from(inverse.matrix());
+        jacobian
     }
 
     fn set_control(&mut self, control: &[f64]) {
