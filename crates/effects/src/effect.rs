@@ -38,6 +38,11 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         &[]
     }
 
+    /// True where it refines another effect, which is as good a name where the data cannot tell them apart.
+    fn is_refinement(&self) -> bool {
+        !self.presupposes().is_empty()
+    }
+
     /// Terms that its law neglects for a body in the fluid, each the wrench [N, N m, body frame] of a term as large as values `p`
     /// allow, at velocity `nu` and its change `nu_dot` [m/s, rad/s and 1/s of them, body frame]. Their number depends on nothing.
     fn neglected_terms(&self, _p: &[f64], _nu: &[f64; 6], _nu_dot: &[f64; 6]) -> Vec<[f64; 6]> {
@@ -59,6 +64,11 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
     /// moments, mass times place.
     fn is_point_mass(&self) -> bool {
         false
+    }
+
+    /// True where its shapes are places: it is looked at with each of them to either side of the usual, where its sign may differ.
+    fn has_places(&self) -> bool {
+        self.is_point_mass()
     }
 
     /// True where the first parameter is a delay or lag [s], which a simulation cannot tell from its steps where it is shorter.

@@ -127,7 +127,7 @@ options! {
         elaborate_form: f64 = 0.2,
         /// Factor on the prior probability of an effect of a medium that the model tells nothing of.
         untold_medium: f64 = 0.1,
-        /// Prior odds of an effect that refines others, a memory or a lift, against any other.
+        /// Prior odds of an effect that refines another, a memory of drag say, against that one.
         refinement: f64 = 0.1,
         /// Least speed [m/s] and rate [rad/s] that scale a prior.
         least_speed: f64 = 0.05,
@@ -333,8 +333,9 @@ options! {
         shape_factors: [f64; 3] = [1.0 / 3.0, 1.0, 3.0],
         /// Factors on the usual value of a frequency that are tried.
         frequency_factors: [f64; 4] = [0.4, 0.8, 1.6, 3.0],
-        /// Places of a payload that are tried along each axis [prior standard deviations].
-        payload_places: [f64; 2] = [-1.5, 1.5],
+        /// Places of a payload along each axis, and of the rest of a spring, that are tried beside the usual [prior standard
+        /// deviations].
+        places: [f64; 2] = [-1.5, 1.5],
         /// Factors on the standard deviations of an effect's priors that are tried; alike likely.
         prior_scales: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01],
         /// Prior probability that an effect which may differ from trial to trial does.
@@ -350,7 +351,7 @@ options! {
         added: usize = 1,
         /// Log posterior that a set may lack against the best, as far as first order from elsewhere tells, and still be looked
         /// from [nat].
-        rival_within: f64 = 3.0,
+        rival_within: f64 = 5.0,
         /// Log likelihood that the best values of all parameters may lack at a level of unmodelled forces for sets to be
         /// searched there [nat].
         level_within: f64 = 15.0,

@@ -17,8 +17,8 @@ use crate::mujoco::{
     ffi::{
         ModelView,
         bindings::{
-            mjOBJ_BODY, mjOBJ_SITE, mjSENS_FORCE, mjSENS_TORQUE, mjSTATE_FULLPHYSICS, mjSTATE_WARMSTART,
-            mjWARN_BADQACC, mjWARN_BADQPOS, mjWARN_BADQVEL,
+            mjOBJ_BODY, mjOBJ_SITE, mjSENS_FORCE, mjSENS_TORQUE, mjSTATE_FULLPHYSICS,
+            mjSTATE_WARMSTART, mjWARN_BADQACC, mjWARN_BADQPOS, mjWARN_BADQVEL,
         },
     },
     simulator::Data,

@@ -64,6 +64,11 @@ impl Effect for CrossFlowDrag {
         true
     }
 
+    /// Of quadratic drag.
+    fn is_refinement(&self) -> bool {
+        true
+    }
+
     fn medium(&self) -> Medium {
         Medium::Air
     }

@@ -44,6 +44,11 @@ impl Effect for JointStiffness {
         ]
     }
 
+    /// About which position the spring is at rest decides which way it pushes.
+    fn has_places(&self) -> bool {
+        true
+    }
+
     fn part(&self) -> Part<'_> {
         Part::Joint(self)
     }

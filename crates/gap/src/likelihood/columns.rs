@@ -457,9 +457,9 @@ fn assemble(
     whitening::whiten(&problem.channels, &mut residual);
     let mut factors = vec![0.0; residual.len()];
     for (row, value) in residual.iter().enumerate() {
-        outputs[(row, 0)] = link.weights[row] * value;
+        outputs[(row, 0)] = link.weight(row) * value;
         if present[row] {
-            factors[row] = link.weights[row] / problem.channels.list[row % channels].noise;
+            factors[row] = link.weight(row) / problem.channels.list[row % channels].noise;
         }
         for column in 1..width {
             outputs[(row, column)] *= factors[row];

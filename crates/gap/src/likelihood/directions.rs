@@ -46,11 +46,11 @@ impl Problem<'_> {
                 })
                 .collect();
         }
-        let is_point_mass = effects::effect(of.effect).is_point_mass();
+        let has_places = effects::effect(of.effect).has_places();
         let shapes = |(_, p): &(usize, &Parameter)| p.shapes;
         let all = || of.parameters.iter().enumerate();
-        for (at, p) in all().filter(|of| is_point_mass && shapes(of)) {
-            for place in options.payload_places {
+        for (at, p) in all().filter(|of| has_places && shapes(of)) {
+            for place in options.places {
                 let mut base = of.null();
                 base[at] += place * p.prior_sd;
                 bases.push(base);

@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// Points that are looked from at most.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 12;
 /// Halvings of the values on which a trial blows up, at most.
 const HALVINGS: usize = 5;
 
@@ -49,7 +49,8 @@ pub fn explain<'p>(
         best.correct(&seen);
         let step = expected.take().or_else(|| best.promising(problem));
         let is_rival = step.is_none();
-        let Some(next) = step.or_else(|| best.rival(&seen)) else {
+        let rival = || best.rival(&seen).or_else(|| best.part(&seen));
+        let Some(next) = step.or_else(rival) else {
             break;
         };
         let before = working.clone();
@@ -260,6 +261,25 @@ impl<'p> Look<'p> {
     /// The set about which there was no sweep and which may be as likely as the best, as it is from here.
     fn rival(&self, seen: &Seen) -> Option<Found> {
         let set = seen.rival(self.choices.options().rival_within)?;
+        self.whole(set)
+    }
+
+    /// The point's set without one of its members, about which there was no sweep: first order misleads where the other members
+    /// have taken its part.
+    fn part(&self, seen: &Seen) -> Option<Found> {
+        let set = self.point.set();
+        let is_expected = |of: &usize| self.choices.problem.priors[*of].is_expected;
+        let unexpected = set.iter().filter(|of| !is_expected(of));
+        let mut parts = unexpected.map(|out| -> Vec<usize> {
+            let kept = set.iter().copied().filter(|of| of != out);
+            kept.collect()
+        });
+        let part = parts.find(|part| !seen.is_known(part))?;
+        self.whole(&part)
+    }
+
+    /// A set as it is from here.
+    fn whole(&self, set: &[usize]) -> Option<Found> {
         let found = self.found.iter().filter(|of| of.set == set);
         let whole = |level| {
             let choices = &self.choices;

@@ -32,6 +32,11 @@ impl Seen {
         self.about.get(set).copied().unwrap_or(f64::NEG_INFINITY)
     }
 
+    /// True where a sweep about a set was tried.
+    pub(super) fn is_known(&self, set: &[usize]) -> bool {
+        self.about.contains_key(set)
+    }
+
     /// Keeps what is found from one point.
     pub(super) fn keep(&mut self, found: &[Found]) {
         let mut logs = Logs::new();
@@ -41,23 +46,24 @@ impl Seen {
         self.elsewhere.push(logs);
     }
 
-    /// The likeliest set about which there was no sweep, if it may be `within` so much of the best. From each point it is as likely as first
+    /// The likeliest set about which there was no sweep, if it may be `within` so much of the best, of which it does not hold all: from
+    /// there first order would tell. From each point it is as likely as first
     /// order has it; less what a part of it lost about itself, or else more by what the likeliest set gained.
     pub(super) fn rival(&self, within: f64) -> Option<&[usize]> {
-        let best = self.about.values().copied();
-        let best = best.fold(f64::NEG_INFINITY, f64::max);
+        let best = self.about().max_by(|a, b| a.1.total_cmp(&b.1))?;
         let mut rival: Option<(&[usize], f64)> = None;
         for logs in &self.elsewhere {
             let Some(likeliest) = logs.iter().max_by(|a, b| a.1.total_cmp(b.1)) else {
                 continue;
             };
             let gained = (self.log(likeliest.0) - likeliest.1).max(0.0);
-            for (set, log) in logs.iter().filter(|of| !self.about.contains_key(of.0)) {
+            let is_open = |set: &[usize]| !self.is_known(set) && !is_part(best.0, set);
+            for (set, log) in logs.iter().filter(|of| is_open(of.0)) {
                 let parts = self.about().filter(|of| is_part(of.0, set));
                 let lost = parts.filter_map(|(part, there)| Some(logs.get(part)? - there));
                 let lost = lost.fold(0.0, f64::max);
                 let hoped = log - if lost > 0.0 { lost } else { -gained };
-                if hoped > best - within && rival.is_none_or(|of| hoped > of.1) {
+                if hoped > best.1 - within && rival.is_none_or(|of| hoped > of.1) {
                     rival = Some((set, hoped));
                 }
             }
@@ -113,7 +119,11 @@ mod tests {
             found(&[3], -620.0),
         ]);
         seen.learn(&[1], -579.0);
-        seen.keep(&[found(&[1], -579.0), found(&[2], -600.0)]);
+        seen.keep(&[
+            found(&[1], -579.0),
+            found(&[1, 3], -580.0),
+            found(&[2], -600.0),
+        ]);
         assert_eq!(seen.rival(3.0), Some(&[2][..]));
         seen.learn(&[2], -570.0);
         assert_eq!(seen.rival(3.0), None);

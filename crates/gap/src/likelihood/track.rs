@@ -25,7 +25,8 @@ pub(crate) struct Link {
     pub(crate) steps: usize,
     /// Unmodelled forces, piece by piece, one a degree of freedom [pieces * nv]; none before they were smoothed.
     pub(crate) forces: Vec<f64>,
-    /// Factor on each whitened residual, row by row, channel by channel, for what rows cannot resolve.
+    /// Factor on each whitened residual, row by row, channel by channel, for what rows cannot resolve; none
+    /// before that is known.
     pub(crate) weights: Vec<f64>,
 }
 
@@ -41,6 +42,11 @@ pub(crate) struct Grid {
 }
 
 impl Link {
+    /// Factor on a whitened residual.
+    pub(crate) fn weight(&self, residual: usize) -> f64 {
+        self.weights.get(residual).copied().unwrap_or(1.0)
+    }
+
     /// Number of blocks.
     pub(crate) fn blocks(&self, grid: Grid) -> usize {
         self.steps.div_ceil(grid.block)
@@ -110,18 +116,21 @@ impl Track {
     }
 }
 
-/// Weighs the readings of a track by what its rows resolve, as the nominal alone moves: alike for all that is compared. All
-/// alike where it blows up.
-pub(crate) fn weigh(problem: &Problem<'_>, track: &mut Track) -> Result<(), GapError> {
+/// Weighs the readings of a track by what its rows resolve of the motion that its starts and unmodelled forces give the nominal.
+pub(crate) fn weigh(
+    problem: &Problem<'_>,
+    track: &mut Track,
+    scale: &DVector<f64>,
+) -> Result<(), GapError> {
     let (trial, motion) = (&problem.trials[track.trial], &problem.motions[track.trial]);
-    let (nv, step) = (problem.model.nv, problem.model.timestep);
+    let step = problem.model.timestep;
     let nominal = vec![0.0; problem.model.nuisances.len()];
     let options = &problem.settings.options.rollout;
     let warm_up = WarmUp::required(problem.model, &[], options);
     let grid = Grid {
         block: 1,
         stride: 1,
-        pieces: 1,
+        pieces: problem.settings.options.likelihood.pieces,
     };
     let mut simulation = problem.plant.simulation(&nominal, &[])?;
     let rolled = roll(
@@ -132,18 +141,13 @@ pub(crate) fn weigh(problem: &Problem<'_>, track: &mut Track) -> Result<(), GapE
         warm_up,
         step,
         grid,
-        &DVector::zeros(nv),
+        scale,
         false,
     );
-    let channels = &problem.channels;
-    for (at, link) in track.links.iter_mut().enumerate() {
-        link.weights = match &rolled {
-            Some(rolled) => {
-                let (trace, segment) = (&rolled[at].trace, &link.segment);
-                resolution::weights(trace, trial, segment, channels, step, options.unresolved)
-            }
-            None => vec![1.0; link.segment.rows.len() * channels.len()],
-        };
+    let (channels, unresolved) = (&problem.channels, options.unresolved);
+    for (link, rolled) in track.links.iter_mut().zip(rolled.iter().flatten()) {
+        let (trace, segment) = (&rolled.trace, &link.segment);
+        link.weights = resolution::weights(trace, trial, segment, channels, step, unresolved);
     }
     Ok(())
 }

@@ -41,6 +41,8 @@ pub(crate) struct WorkingPoint<'p, 'a> {
     scale: DVector<f64>,
     pub(super) levels: Levels,
     pub(crate) point: Point,
+    /// True where it is known which readings rows resolve.
+    is_weighed: bool,
 }
 
 /// Part of a sweep that is kept beside the likelihood.
@@ -82,7 +84,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let most =
             problem.settings.options.segments.most_freedom_seconds / problem.model.nv.max(1) as f64;
         let each = most / problem.trials.len().max(1) as f64;
-        let mut tracks: Vec<Track> = problem
+        let tracks: Vec<Track> = problem
             .trials
             .iter()
             .zip(&problem.motions)
@@ -99,9 +101,6 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 )
             })
             .collect();
-        tracks
-            .par_iter_mut()
-            .try_for_each(|track| track::weigh(problem, track))?;
         Ok(Self {
             problem,
             watch,
@@ -110,7 +109,15 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             tracks,
             levels: Levels::coarse(Grid::of(problem)),
             point: problem.origin(),
+            is_weighed: false,
         })
+    }
+
+    /// Weighs the readings by what rows resolve of the motion that starts and unmodelled forces follow.
+    fn weigh(&mut self) -> Result<(), GapError> {
+        let (problem, scale) = (self.problem, &self.scale);
+        let mut tracks = self.tracks.par_iter_mut();
+        tracks.try_for_each(|track| track::weigh(problem, track, scale))
     }
 
     /// Sweeps all tracks, each as one prediction or as predictions of a `horizon` [s]; without `directions`, for starts and
@@ -303,6 +310,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             self.levels.all.clone_from(&self.levels.near);
         }
         let followed = self.follow_there(chooses);
+        self.is_weighed = true;
         if !chooses {
             self.levels.all = all;
         }
@@ -312,6 +320,10 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
     fn follow_there(&mut self, chooses: bool) -> Result<bool, GapError> {
         let mut last: Option<f64> = None;
         for _ in 0..FOLLOWING {
+            // Once, and then alike for all that is compared.
+            if !self.is_weighed {
+                self.weigh()?;
+            }
             let Some(swept) = self.sweep(None, Keep::Columns, None)? else {
                 return Ok(false);
             };

@@ -154,9 +154,9 @@ pub(crate) fn priors(
             true => options.untold_medium,
             false => 1.0,
         };
-        let usual = match effect.presupposes().is_empty() {
-            true => 1.0,
-            false => options.refinement,
+        let usual = match effect.is_refinement() {
+            true => options.refinement,
+            false => 1.0,
         };
         let is_there = medium > Medium::None && effect.medium() <= medium;
         let on_body = lacks_fluid.is_some_and(|body| of.targets == [body]);

@@ -76,7 +76,10 @@ impl Problem<'_> {
         let accompanies = |other: &usize| {
             let other = &self.candidates[*other];
             presupposed.contains(&other.effect)
-                && of.targets.iter().any(|target| other.targets.contains(target))
+                && of
+                    .targets
+                    .iter()
+                    .any(|target| other.targets.contains(target))
         };
         !presupposed.is_empty() && !self.model.has_fluid && !set.iter().any(accompanies)
     }

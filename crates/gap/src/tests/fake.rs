@@ -295,7 +295,9 @@ impl Simulation for Swim {
     fn body_jacobian(&mut self, _body: &str) -> DMatrix<f64> {
         let mut jacobian = DMatrix::identity(6, 6);
         let inverse = self.attitude().inverse().to_rotation_matrix();
-        jacobian.view_mut((0, 0), (3, 3)).copy_from(inverse.matrix());
+        jacobian
+            .view_mut((0, 0), (3, 3))
+            .copy_from(inverse.matrix());
         jacobian
     }
 

@@ -8,7 +8,7 @@ use crate::{
     likelihood::{
         columns::{self, LinkColumns, Sweep},
         explain::explain,
-        track::{self, Track},
+        track::Track,
     },
     problem::point::Point,
 };
@@ -21,14 +21,13 @@ fn columns_are_the_changes_of_rollouts() {
         let drag = (0..problem.candidates.len())
             .find(|at| problem.candidates[*at].effect == Id::QuadraticDrag)
             .unwrap();
-        let mut track = Track::new(
+        let track = Track::new(
             0,
             &problem.trials[0],
             &problem.motions[0],
             [1.0, 0.5, 1.0],
             problem.model.timestep,
         );
-        track::weigh(problem, &mut track).unwrap();
         let point = |surge: f64, mass: f64| {
             let mut nuisances = DVector::zeros(problem.nuisances.len());
             nuisances[0] = mass;
