@@ -95,6 +95,8 @@ def groups(
 def _mass(body):
     def turn(model, z):
         model.body_mass[body] *= 1 + RELATIVE * z
+        # Its buoyancy stays as it is.
+        model.body_gravcomp[body] /= 1 + RELATIVE * z
 
     return turn
 

@@ -55,11 +55,24 @@ mod tests {
     #[test]
     fn drag_by_the_whole_speed_takes_energy() {
         let terms = effect(Id::QuadraticDrag).neglected_terms(&VALUES, &NU, &[0.0; 6]);
-        assert_eq!(terms.len(), 21);
-        for wrench in &terms[15..] {
+        assert_eq!(terms.len(), 27);
+        for wrench in &terms[15..21] {
             assert!(power(wrench) < 0.0, "{wrench:?}");
         }
         let linear = effect(Id::LinearDrag).neglected_terms(&VALUES, &NU, &[0.0; 6]);
         assert!((linear[0][0] + (VALUES[0] * VALUES[1]).sqrt() * NU[1]).abs() < 1e-12);
+    }
+
+    /// A ship in drift: the force ahead grows with the square of the drift, to port as to starboard.
+    #[test]
+    fn the_square_of_one_speed_pushes_along_another_axis() {
+        let drift = |sway: f64| {
+            let nu = [1.0, sway, 0.0, 0.0, 0.0, 0.0];
+            effect(Id::QuadraticDrag).neglected_terms(&VALUES, &nu, &[0.0; 6])
+        };
+        let (to_port, to_starboard) = (drift(0.2), drift(-0.2));
+        let ahead = |of: &[[f64; 6]]| of[21][0];
+        assert!((ahead(&to_port) - VALUES[1] * 0.04).abs() < 1e-12);
+        assert_eq!(ahead(&to_port), ahead(&to_starboard));
     }
 }

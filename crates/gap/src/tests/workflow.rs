@@ -238,9 +238,11 @@ fn forms_share_the_prior_of_their_effect() {
                 .map(|at| problem.priors[at].log_share.exp())
                 .collect()
         };
-        let (lift, weight) = (of(Id::Lift), of(Id::NetBuoyancy));
-        assert_eq!((lift.len(), weight.len()), (1, 2));
-        assert!((weight[0] + weight[1] - lift[0]).abs() < 1e-12);
+        let (munk, weight) = (of(Id::MunkMoment), of(Id::NetBuoyancy));
+        assert_eq!((munk.len(), weight.len()), (1, 2));
+        assert!((weight[0] + weight[1] - munk[0]).abs() < 1e-12);
+        // A lift refines a drag.
+        assert!(of(Id::Lift)[0] < 0.5 * munk[0]);
         assert!(weight[1] < 0.5 * weight[0], "{weight:?}");
     });
 }
