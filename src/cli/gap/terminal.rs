@@ -7,7 +7,7 @@ use hydro_gap::{
     verdict::Verdict,
 };
 use hydro_plugin::report::gap::{
-    VerdictKind, by_trial, effect_on, headline, interval, number, part_of_excess, percent, place,
+    VerdictKind, by_trial, effect_name, effect_on, headline, interval, number, part_of_excess, percent, place,
     probability, regime, with_unit,
 };
 
@@ -43,21 +43,26 @@ pub(super) fn ten_lines(record: &Record, out: &Path) -> String {
     line("likeliest", joined(effects));
     line("explained", explained(verdict));
     let added = record.named.added();
-    let parameters = added
-        .iter()
-        .flat_map(|effect| &effect.parameters)
-        .map(|parameter| {
+    let several = added.len() > 1;
+    let parameters = added.iter().flat_map(|effect| {
+        let of = effect.parameters.iter().enumerate();
+        of.map(move |(at, parameter)| {
             let own = match parameter.by_trial.is_empty() {
                 true => String::new(),
                 false => format!("; {}", by_trial(parameter)),
             };
+            let whose = match several && at == 0 {
+                true => format!("{}: ", effect_name(effect.effect)),
+                false => String::new(),
+            };
             format!(
-                "{} {} ({}{own})",
+                "{whose}{} {} ({}{own})",
                 parameter.name,
                 with_unit(parameter.value, &parameter.unit),
                 interval(parameter.ci95)
             )
-        });
+        })
+    });
     let count = parameters.clone().count();
     let more = if count > PARAMETERS {
         format!(", and {} more", count - PARAMETERS)

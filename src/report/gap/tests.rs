@@ -308,6 +308,7 @@ pub(super) fn record(sensors: usize, trials: usize) -> Record {
             schema: SCHEMA.into(),
             verdict: Outcome::Named,
             named: vec![Id::AddedMass],
+            medium: Default::default(),
             effects,
             explained: Some(0.979),
             unexplained: Some(0.021),
@@ -479,6 +480,35 @@ fn every_outcome_has_its_own_honest_sentence() {
     assert_eq!(said, expected);
 }
 
+/// Of an undecided part the patched model holds the likeliest, alone or beside what is named.
+#[test]
+fn what_stands_for_an_undecided_part_is_said() {
+    let patch = |record: &Record| {
+        let mut patch = record.verdict.patch.clone().unwrap();
+        patch.stand_ins = vec![Id::Current];
+        Some(patch)
+    };
+    let mut all = outcomes();
+    let (_, mut pair) = all.swap_remove(1);
+    let (_, named) = &all[0];
+    pair.verdict.patch = patch(named);
+    let said = headline(&pair.verdict, &pair.named.chosen);
+    assert!(
+        said.ends_with("the data cannot tell; the patched model holds a water current, the likeliest."),
+        "{said}"
+    );
+    let (_, mut open) = outcomes().swap_remove(4);
+    (open.verdict.patch, open.verdict.gap) = (patch(named), named.verdict.gap.clone());
+    let said = headline(&open.verdict, &[]);
+    assert!(
+        said.ends_with("adding a water current, the likeliest, cuts the error on 4 held-out trials by 82 % (95 %: 74 to 88 %)."),
+        "{said}"
+    );
+    (open.verdict.patch, open.verdict.refused_because) = (None, Some("it got worse".into()));
+    let said = headline(&open.verdict, &[]);
+    assert!(said.ends_with("nothing was added: it got worse."), "{said}");
+}
+
 #[test]
 fn a_target_is_said_once_only_where_it_is_that_of_all() {
     let (_, mut record) = outcomes().swap_remove(4);
@@ -607,7 +637,7 @@ fn names_of_people_are_text_and_never_tags() {
         match value {
             serde_json::Value::String(text) => {
                 let id = Id::ALL.iter().any(|id| id.as_str() == text);
-                if !id && key != "verdict" && key != "outcome" {
+                if !id && !["verdict", "outcome", "medium"].contains(&key) {
                     *text = format!("{evil}{text}");
                 }
             }

@@ -116,7 +116,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
     /// Weighs the readings by what rows resolve of the motion that starts and unmodelled forces follow.
     fn weigh(&mut self) -> Result<(), GapError> {
         let (problem, scale) = (self.problem, &self.scale);
-        let mut tracks = self.tracks.par_iter_mut();
+        let tracks = self.tracks.par_iter_mut();
         tracks.try_for_each(|track| track::weigh(problem, track, scale))
     }
 

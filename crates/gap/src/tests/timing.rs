@@ -47,4 +47,12 @@ fn slow_commands_leave_both_members_and_name_the_experiment() {
     set.sort_unstable();
     assert_eq!(set, [Id::ActuatorLag, Id::ActuatorDelay]);
     assert!(named.next_experiment.is_some() && named.chosen.is_empty());
+    // Something is missing, whichever it is: the likeliest is added for it.
+    let added = named.added();
+    assert_eq!(added.len(), 4, "of every actuator");
+    assert!(
+        added
+            .iter()
+            .all(|of| of.effect == added[0].effect && set.contains(&of.effect))
+    );
 }
