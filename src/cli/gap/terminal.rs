@@ -7,8 +7,8 @@ use hydro_gap::{
     verdict::Verdict,
 };
 use hydro_plugin::report::gap::{
-    VerdictKind, by_trial, effect_name, effect_on, headline, interval, number, part_of_excess, percent, place,
-    probability, regime, with_unit,
+    VerdictKind, by_trial, effect_name, effect_on, headline, interval, number, part_of_excess,
+    percent, place, probability, regime, with_unit,
 };
 
 use super::results_folder::{PATCHED, REPORT};
