@@ -11,6 +11,7 @@ use hydro_plugin::mujoco::{
     plant::MujocoPlant,
     simulator::{Data, Model},
 };
+use nalgebra::DVector;
 use rayon::prelude::*;
 
 /// A scene in a folder of its own.
@@ -63,6 +64,50 @@ fn hull(option: &str, inside: &str) -> String {
           <gyro name="gyro" site="imu"/>
         </sensor></mujoco>"#
     )
+}
+
+/// A body's Jacobian times the velocities is what a velocimeter and a gyro at its origin read; of no body it is zero.
+#[test]
+fn a_jacobian_gives_the_velocities_that_sensors_read() {
+    let plant = plant(
+        r#"<mujoco><option gravity="0 0 0" timestep="1e-6"/>
+        <worldbody>
+          <body name="carriage"><joint name="along" type="slide" axis="1 0.2 0"/><joint name="yaw" axis="0 0 1"/>
+            <geom type="box" size="0.3 0.2 0.1" mass="2"/>
+            <body name="arm" pos="0.3 0.1 -0.2" euler="20 40 10"><joint name="shoulder" axis="0 1 0.3"/>
+              <geom type="box" size="0.2 0.05 0.05" pos="0.2 0 0" mass="1"/><site name="origin"/>
+              <body name="ball" pos="0.4 0 0"><joint name="wrist" type="ball"/>
+                <geom type="sphere" size="0.05" mass="0.3"/><site name="tip"/>
+              </body>
+            </body>
+          </body>
+        </worldbody>
+        <sensor>
+          <velocimeter name="v" site="origin"/><gyro name="w" site="origin"/>
+          <velocimeter name="vt" site="tip"/><gyro name="wt" site="tip"/>
+        </sensor></mujoco>"#,
+    );
+    let mut simulation = simulation(&plant, &[]);
+    let half = 0.5_f64.sqrt();
+    let qpos = [0.3, 0.7, -0.4, half, 0.0, half, 0.0];
+    let qvel = [0.5, -1.1, 0.8, 0.3, -0.6, 0.9];
+    simulation.set_motion(0.0, &qpos, &qvel);
+    simulation.step();
+    let read = simulation.sensors().to_vec();
+    simulation.set_motion(0.0, &qpos, &qvel);
+    for (body, read) in [("arm", &read[..6]), ("ball", &read[6..12])] {
+        let found = simulation.body_jacobian(body) * DVector::from_column_slice(&qvel);
+        for (found, read) in found.iter().zip(read) {
+            assert!((found - read).abs() < 1e-9, "{body}: {found} for {read}");
+        }
+    }
+    let none = simulation.body_jacobian("nobody");
+    assert_eq!((none.shape(), none.norm()), ((6, 6), 0.0));
+    // What was looked at is as it was.
+    assert_eq!(
+        (simulation.qpos(), simulation.qvel()),
+        (&qpos[..], &qvel[..])
+    );
 }
 
 const INTEGRATORS: [&str; 4] = ["Euler", "implicit", "implicitfast", "RK4"];
