@@ -72,6 +72,15 @@ impl Effect for AddedMass {
             .collect()
     }
 
+    /// A fluid dense enough to be carried along drags too.
+    fn presupposes(&self) -> &'static [Id] {
+        &[Id::LinearDrag, Id::QuadraticDrag, Id::CrossFlowDrag]
+    }
+
+    fn is_refinement(&self) -> bool {
+        false
+    }
+
     fn medium(&self) -> Medium {
         Medium::Water
     }

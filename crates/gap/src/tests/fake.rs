@@ -128,6 +128,13 @@ impl RigidBody {
         body
     }
 
+    /// One in no fluid that its nominal knows of.
+    pub(crate) fn without_fluid() -> Self {
+        let mut body = Self::new();
+        body.description.has_fluid = false;
+        body
+    }
+
     /// One whose drag pushes.
     pub(crate) fn unstable() -> Self {
         Self {

@@ -247,6 +247,35 @@ fn forms_share_the_prior_of_their_effect() {
     });
 }
 
+/// A memory, a lift, an added mass without a drag: unlikely where the model has no fluid, else as any.
+#[test]
+fn what_presupposes_a_drag_is_unaccompanied_without_one() {
+    for (body, dry) in [
+        (RigidBody::without_fluid(), true),
+        (RigidBody::new(), false),
+    ] {
+        let trials = vec![trial("one", &[], &[0.0, 0.0], 1, 1.0)];
+        on_prepared(&body, trials, |problem, _| {
+            let of = |id: Id| {
+                let mut all = 0..problem.candidates.len();
+                all.find(|at| problem.candidates[*at].effect == id).unwrap()
+            };
+            let drag = of(Id::LinearDrag);
+            for id in [Id::WakeMemory, Id::BassetHistory, Id::Lift, Id::AddedMass] {
+                let at = of(id);
+                assert_eq!(problem.is_unaccompanied(at, &[at]), dry, "{id}");
+                assert_eq!(
+                    problem.is_unaccompanied(at, &[of(Id::Payload), at]),
+                    dry,
+                    "{id}"
+                );
+                assert!(!problem.is_unaccompanied(at, &[drag, at]), "{id}");
+            }
+            assert!(!problem.is_unaccompanied(drag, &[drag]));
+        });
+    }
+}
+
 /// A hypothesis, or an effect, stands once, whatever its forms.
 fn assert_forms_are_one(named: &crate::output::records::Named) {
     for (at, of) in named.ranking.iter().enumerate() {
