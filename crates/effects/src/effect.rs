@@ -66,7 +66,7 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         false
     }
 
-    /// True where its shapes are places: it is looked at with each of them to either side of the usual, where its sign may differ.
+    /// True where its shapes are places. Places to either side of the usual are tried too, for there it may act the other way.
     fn has_places(&self) -> bool {
         self.is_point_mass()
     }

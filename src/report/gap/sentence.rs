@@ -208,17 +208,16 @@ fn left(verdict: &Verdict, it: &str) -> String {
 
 /// Sentence on a further, undecided part.
 fn beside(verdict: &Verdict) -> String {
-    if verdict.confusion_set.is_empty() {
-        return String::new();
+    let held = match stand_ins(verdict).as_str() {
+        "" => String::new(),
+        of => format!("the patched model holds {of} for it"),
+    };
+    match (set(&verdict.confusion_set, "or").as_str(), held.as_str()) {
+        ("", "") => String::new(),
+        ("", held) => format!(" A further part is undecided; {held}."),
+        (of, "") => format!(" A further part is {of}: the data cannot tell."),
+        (of, held) => format!(" A further part is {of}: the data cannot tell; {held}."),
     }
-    format!(
-        " A further part is {}: the data cannot tell{}.",
-        set(&verdict.confusion_set, "or"),
-        match stand_ins(verdict).as_str() {
-            "" => String::new(),
-            of => format!("; the patched model holds {of}, the likeliest"),
-        }
-    )
 }
 
 /// What the patched model holds of an undecided part, in words; empty where it holds nothing of it.

@@ -494,9 +494,7 @@ fn what_stands_for_an_undecided_part_is_said() {
     pair.verdict.patch = patch(named);
     let said = headline(&pair.verdict, &pair.named.chosen);
     assert!(
-        said.ends_with(
-            "the data cannot tell; the patched model holds a water current, the likeliest."
-        ),
+        said.ends_with("the data cannot tell; the patched model holds a water current for it."),
         "{said}"
     );
     let (_, mut open) = outcomes().swap_remove(4);

@@ -169,12 +169,7 @@ pub(crate) fn sweep(
     } = how;
     let model = problem.model;
     let step = model.timestep;
-    let steps = |seconds: f64| ((seconds / step).round() as usize).max(1);
-    let grid = Grid {
-        block: steps(how.block),
-        stride: ((how.look / how.block).round() as usize).max(1),
-        pieces,
-    };
+    let grid = Grid::new([how.block, how.look], pieces, step);
     let trial = &problem.trials[track.trial];
     let motion = &problem.motions[track.trial];
     let entries = problem.entries(point);

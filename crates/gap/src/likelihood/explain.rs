@@ -245,7 +245,7 @@ impl<'p> Look<'p> {
         likeliest(of_set).filter(|_| !expected.is_empty()).cloned()
     }
 
-    /// The set to go to: the best, a few effects more at a time, for the errors of form of more would be taken for others. `None`
+    /// The set to go to: the best, few effects more at a time, for the errors of form of more would be taken for others. `None`
     /// where it is the point's own and settled.
     fn promising(&self, problem: &Problem<'_>) -> Option<Found> {
         let unexpected = |set: &[usize]| {

@@ -46,9 +46,9 @@ impl Seen {
         self.elsewhere.push(logs);
     }
 
-    /// The likeliest set about which there was no sweep, if it may be `within` so much of the best, of which it does not hold all: from
-    /// there first order would tell. From each point it is as likely as first
-    /// order has it; less what a part of it lost about itself, or else more by what the likeliest set gained.
+    /// The likeliest set about which there was no sweep, if it may come `within` so much of the best. What holds all of the best is
+    /// left out: the sweep about the best tells of it. From each point a set is as likely as first order has it, less what a part
+    /// of it lost about itself; where none lost, more by what the point's likeliest set gained about itself.
     pub(super) fn rival(&self, within: f64) -> Option<&[usize]> {
         let best = self.about().max_by(|a, b| a.1.total_cmp(&b.1))?;
         let mut rival: Option<(&[usize], f64)> = None;

@@ -41,6 +41,17 @@ pub(crate) struct Grid {
     pub(crate) pieces: usize,
 }
 
+impl Grid {
+    /// Blocks and looks of some seconds each, at a step of the model [s].
+    pub(crate) fn new([block, look]: [f64; 2], pieces: usize, step: f64) -> Self {
+        Self {
+            block: ((block / step).round() as usize).max(1),
+            stride: ((look / block).round() as usize).max(1),
+            pieces,
+        }
+    }
+}
+
 impl Link {
     /// Factor on a whitened residual.
     pub(crate) fn weight(&self, residual: usize) -> f64 {
@@ -116,22 +127,18 @@ impl Track {
     }
 }
 
-/// Weighs the readings of a track by what its rows resolve of the motion that its starts and unmodelled forces give the nominal.
+/// Weighs the readings of a track by what its rows resolve of the motion that its starts and unmodelled forces give the
+/// nominal. Where that blows up they stay as they are.
 pub(crate) fn weigh(
     problem: &Problem<'_>,
     track: &mut Track,
-    scale: &DVector<f64>,
+    (grid, scale): (Grid, &DVector<f64>),
 ) -> Result<(), GapError> {
     let (trial, motion) = (&problem.trials[track.trial], &problem.motions[track.trial]);
     let step = problem.model.timestep;
     let nominal = vec![0.0; problem.model.nuisances.len()];
     let options = &problem.settings.options.rollout;
     let warm_up = WarmUp::required(problem.model, &[], options);
-    let grid = Grid {
-        block: 1,
-        stride: 1,
-        pieces: problem.settings.options.likelihood.pieces,
-    };
     let mut simulation = problem.plant.simulation(&nominal, &[])?;
     let rolled = roll(
         simulation.as_mut(),

@@ -116,8 +116,13 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
     /// Weighs the readings by what rows resolve of the motion that starts and unmodelled forces follow.
     fn weigh(&mut self) -> Result<(), GapError> {
         let (problem, scale) = (self.problem, &self.scale);
+        let pieces = problem.settings.options.likelihood.pieces;
         let tracks = self.tracks.par_iter_mut();
-        tracks.try_for_each(|track| track::weigh(problem, track, scale))
+        tracks.try_for_each(|track| {
+            let grid =
+                track::Grid::new(looks(problem, track.trial), pieces, problem.model.timestep);
+            track::weigh(problem, track, (grid, scale))
+        })
     }
 
     /// Sweeps all tracks, each as one prediction or as predictions of a `horizon` [s]; without `directions`, for starts and
@@ -183,10 +188,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
     ) -> Result<Option<TrackSwept>, GapError> {
         let problem = self.problem;
         let options = &problem.settings.options.likelihood;
-        let period = problem.trials[track.trial].period();
-        let block = period
-            .clamp(options.block[0], options.block[1])
-            .max(problem.model.timestep);
+        let [block, look] = looks(problem, track.trial);
         let drifts = self.drifts();
         let sources: Vec<usize> = scales.iter().map(|of| of.source).collect();
         let links = columns::sweep(
@@ -197,7 +199,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 directions,
                 pieces: options.pieces,
                 block,
-                look: options.look.max(block),
+                look,
                 force_scale: &self.scale,
                 drifts: &drifts,
                 keep_readings: keep == Keep::Readings,
@@ -320,7 +322,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
     fn follow_there(&mut self, chooses: bool) -> Result<bool, GapError> {
         let mut last: Option<f64> = None;
         for _ in 0..FOLLOWING {
-            // Once, and then alike for all that is compared.
+            // As long as they first follow, and then alike for all that is compared from here.
             if !self.is_weighed {
                 self.weigh()?;
             }
@@ -474,6 +476,15 @@ fn uncertain_by_trial(problem: &Problem<'_>) -> Vec<Deviation> {
         true => vec![gains],
         false => Vec::new(),
     }
+}
+
+/// Lengths of a block of a trial, and between states at which changes are taken [s].
+fn looks(problem: &Problem<'_>, trial: usize) -> [f64; 2] {
+    let options = &problem.settings.options.likelihood;
+    let period = problem.trials[trial].period();
+    let block = period.clamp(options.block[0], options.block[1]);
+    let block = block.max(problem.model.timestep);
+    [block, options.look.max(block)]
 }
 
 /// Length of a trial's segments [s].

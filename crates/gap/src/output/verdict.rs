@@ -196,7 +196,7 @@ pub struct Patch {
     pub model: String,
     /// Corrections of sensors by name.
     pub sensors: BTreeMap<String, SensorPatch>,
-    /// Effects in it that are not named: of each undecided part the likeliest.
+    /// Effects in it that are not named: the undecided members of the likeliest set.
     #[serde(default)]
     pub stand_ins: Vec<Id>,
 }
@@ -208,7 +208,7 @@ pub struct Verdict {
     pub schema: String,
     /// Kind of answer.
     pub verdict: Outcome,
-    /// Effects that were added.
+    /// Effects that are named and were added; what else was added stands in `patch.stand_ins`.
     pub named: Vec<Id>,
     /// All with a non-negligible posterior, the likeliest first.
     pub effects: Vec<FittedEffect>,

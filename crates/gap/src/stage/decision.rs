@@ -102,8 +102,7 @@ pub(crate) fn decide(
         };
         let beyond = explanation.sets.iter().filter(beyond);
         if beyond.map(|of| of.probability).sum::<f64>() >= options.named * gap {
-            let open = set.iter().filter(|of| !sure.contains(of));
-            decision.stand_ins = open.copied().collect();
+            decision.stand_ins = others(set, &sure);
         }
     }
     decision.named = sure
@@ -123,16 +122,20 @@ pub(crate) fn decide(
     decision.outcome = Outcome::Named;
     let kept: Vec<usize> = decision.named.keys().copied().collect();
     if decision.stand_ins.is_empty() {
-        let exact = explanation.sets.iter().position(|of| of.set == kept);
-        decision.chosen = exact.unwrap_or(best);
+        match explanation.sets.iter().position(|of| of.set == kept) {
+            Some(exact) => decision.chosen = exact,
+            // What was not looked at without the others is added with them.
+            None => decision.stand_ins = others(set, &kept),
+        }
     }
-    let others: Vec<usize> = set
-        .iter()
-        .copied()
-        .filter(|of| !kept.contains(of))
-        .collect();
-    decision.explained = Some(explained(&others));
+    decision.explained = Some(explained(&others(set, &kept)));
     Ok(decision)
+}
+
+/// Members of a set that are not among some.
+fn others(set: &[usize], some: &[usize]) -> Vec<usize> {
+    let others = set.iter().copied();
+    others.filter(|of| !some.contains(of)).collect()
 }
 
 /// Both members of a mechanism stand as what it could be, with the experiment that tells them apart.
