@@ -349,6 +349,8 @@ options! {
         unaccompanied: f64 = 0.01,
         /// Effects that are added before the readings are linearised again, at most.
         added: usize = 1,
+        /// Points that are looked from after the first, at most.
+        rounds: usize = 12,
         /// Log posterior that a set may lack against the best, as far as first order from elsewhere tells, and still be looked
         /// from [nat].
         rival_within: f64 = 5.0,

@@ -220,7 +220,7 @@ fn beside(verdict: &Verdict) -> String {
     }
 }
 
-/// What the patched model holds of an undecided part, in words; empty where it holds nothing of it.
+/// Effects that the patched model holds for an undecided part, in words; empty where it holds none.
 fn stand_ins(verdict: &Verdict) -> String {
     let patch = verdict.patch.as_ref();
     patch.map_or(String::new(), |patch| set(&patch.stand_ins, "and"))
@@ -250,7 +250,7 @@ fn change(gap: &Gap) -> String {
     )
 }
 
-/// What became of the likeliest of an undecided part, as a clause.
+/// Result of adding the likeliest of an undecided part, as a clause.
 fn stood_in(verdict: &Verdict) -> String {
     match (stand_ins(verdict).as_str(), &verdict.refused_because) {
         ("", Some(why)) => format!("nothing was added: {}", clause(why)),

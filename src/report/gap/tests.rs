@@ -480,7 +480,7 @@ fn every_outcome_has_its_own_honest_sentence() {
     assert_eq!(said, expected);
 }
 
-/// Of an undecided part the patched model holds the likeliest, alone or beside what is named.
+/// The patched model holds the likeliest of an undecided part, alone or beside what is named.
 #[test]
 fn what_stands_for_an_undecided_part_is_said() {
     let patch = |record: &Record| {

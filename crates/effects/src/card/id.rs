@@ -113,3 +113,9 @@ impl<'de> Deserialize<'de> for Id {
             .ok_or_else(|| de::Error::custom(format!("there is no effect `{name}`")))
     }
 }
+
+impl Id {
+    /// Drags of a body, one of which goes with an added mass, a memory or a lift.
+    pub(crate) const DRAGS: &'static [Self] =
+        &[Self::LinearDrag, Self::QuadraticDrag, Self::CrossFlowDrag];
+}

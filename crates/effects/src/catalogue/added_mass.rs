@@ -74,7 +74,7 @@ impl Effect for AddedMass {
 
     /// A fluid dense enough to be carried along drags too.
     fn presupposes(&self) -> &'static [Id] {
-        &[Id::LinearDrag, Id::QuadraticDrag, Id::CrossFlowDrag]
+        Id::DRAGS
     }
 
     fn is_refinement(&self) -> bool {

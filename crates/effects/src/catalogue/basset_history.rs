@@ -79,7 +79,7 @@ impl Effect for BassetHistory {
     }
 
     fn presupposes(&self) -> &'static [Id] {
-        &[Id::LinearDrag, Id::QuadraticDrag, Id::CrossFlowDrag]
+        Id::DRAGS
     }
 
     fn medium(&self) -> Medium {

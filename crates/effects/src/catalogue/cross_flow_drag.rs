@@ -64,7 +64,7 @@ impl Effect for CrossFlowDrag {
         true
     }
 
-    /// Of quadratic drag.
+    /// Refines quadratic drag.
     fn is_refinement(&self) -> bool {
         true
     }

@@ -48,7 +48,7 @@ impl Effect for Lift {
     }
 
     fn presupposes(&self) -> &'static [Id] {
-        &[Id::LinearDrag, Id::QuadraticDrag, Id::CrossFlowDrag]
+        Id::DRAGS
     }
 
     fn medium(&self) -> Medium {

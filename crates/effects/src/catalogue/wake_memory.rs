@@ -55,7 +55,7 @@ impl Effect for WakeMemory {
     }
 
     fn presupposes(&self) -> &'static [Id] {
-        &[Id::LinearDrag, Id::QuadraticDrag, Id::CrossFlowDrag]
+        Id::DRAGS
     }
 
     fn medium(&self) -> Medium {

@@ -19,8 +19,6 @@ use crate::{
     progress::Watch,
 };
 
-/// Points that are looked from at most.
-const ROUNDS: usize = 12;
 /// Halvings of the values on which a trial blows up, at most.
 const HALVINGS: usize = 5;
 
@@ -44,8 +42,9 @@ pub fn explain<'p>(
     seen.learn(&[], alone.unwrap_or(best.own()));
     seen.keep(&best.found);
     let mut expected = best.expected();
-    for round in 0..ROUNDS {
-        (watch.tell)("weighing sets of effects", round, ROUNDS);
+    let rounds = problem.settings.options.likelihood.rounds;
+    for round in 0..rounds {
+        (watch.tell)("weighing sets of effects", round, rounds);
         best.correct(&seen);
         let step = expected.take().or_else(|| best.promising(problem));
         let is_rival = step.is_none();

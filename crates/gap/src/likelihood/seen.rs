@@ -1,4 +1,4 @@
-//! What sweeps have told of sets so far: their log posterior about themselves, and to first order from elsewhere.
+//! Log posteriors of sets as sweeps have told them so far: about the sets themselves, and to first order from elsewhere.
 
 use std::collections::BTreeMap;
 
@@ -130,7 +130,7 @@ mod tests {
         assert_eq!(seen.log(&[2]), -570.0);
     }
 
-    /// What first order had likelier than the best turned out is looked at.
+    /// A set that first order had likelier than the best turned out is looked at.
     #[test]
     fn a_set_that_was_passed_over_is_a_rival() {
         let mut seen = Seen::default();
