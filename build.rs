@@ -75,6 +75,7 @@ mod mujoco {
         "mj_differentiatePos",
         "mj_kinematics",
         "mj_comPos",
+        "mj_comVel",
         "mj_jacBody",
         "mj_integratePos",
         "mj_parseXML",

@@ -1,7 +1,7 @@
 //! Finds where simulation and measurement disagree, and which effect is missing.
 //!
-//! The workflow has four stages and a verdict: [`locate`] (find), [`name`] of what trials [`explain`], [`add`], [`verify`],
-//! [`conclude`]. Each returns a serde type of [`records`], so that it can be stopped, shown and resumed. "Cannot tell" is a
+//! The workflow has four stages and a verdict: [`locate`] (find) where the nominal fails that [`Followed`] the trials, [`name`]
+//! what [`explain`]s them, [`add`], [`verify`], [`conclude`]. Each returns a serde type of [`records`], so that it can be stopped, shown and resumed. "Cannot tell" is a
 //! value, not an error.
 //!
 //! Trials are cut into short segments, each shot from a start that follows the readings. Outputs are compared, never forces:
@@ -44,7 +44,7 @@ mod tests;
 pub mod trial;
 
 pub use error::GapError;
-pub use likelihood::{explain::explain, explanation::Explanation};
+pub use likelihood::{explain::explain, explanation::Explanation, followed::Followed};
 pub use options::Options;
 pub use output::{records, verdict};
 pub use problem::{

@@ -13,7 +13,7 @@ use anyhow::{Context as _, bail};
 use hydro_effects::Medium;
 use hydro_gap as gap;
 use hydro_gap::{
-    Explanation, Naming, Problem, Settings, Uncertainty, Watch, patch,
+    Explanation, Followed, Naming, Problem, Settings, Uncertainty, Watch, patch,
     plant::{Plant, PlantDescription, SensorKind},
     records::Verified,
     trial::{self, Listed, SensorQuantity, SensorSignature, Signature, Trial},
@@ -70,11 +70,16 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
         remarks: RefCell::default(),
     };
     // In this order, because each borrows from the one before.
-    let (problem, explanation, naming) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+    let (problem, followed) = (OnceCell::new(), OnceCell::new());
+    let (explanation, naming) = (OnceCell::new(), OnceCell::new());
     let prepared = |watch: &Watch<'_>| filled(&problem, || session.problem(watch));
-    let explained = |watch: &Watch<'_>| -> anyhow::Result<&Explanation<'_>> {
+    let follow = |watch: &Watch<'_>| -> anyhow::Result<&Followed<'_>> {
         let problem = prepared(watch)?;
-        filled(&explanation, || Ok(gap::explain(problem, watch)?))
+        filled(&followed, || Ok(Followed::new(problem, watch)?))
+    };
+    let explained = |watch: &Watch<'_>| -> anyhow::Result<&Explanation<'_>> {
+        let followed = follow(watch)?;
+        filled(&explanation, || Ok(gap::explain(followed, watch)?))
     };
     let named = |watch: &Watch<'_>| -> anyhow::Result<&Naming> {
         let explanation = explained(watch)?;
@@ -83,7 +88,7 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
     let stages = Stages {
         find: Box::new(|watch| {
             let held_out = session.inputs.held_out_trials();
-            let mut found = gap::locate(prepared(watch)?, &held_out, watch)?;
+            let mut found = gap::locate(follow(watch)?, &held_out, watch)?;
             let noticed = session.remarks.take();
             found.remarks.splice(0..0, noticed);
             Ok(found)

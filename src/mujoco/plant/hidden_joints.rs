@@ -235,8 +235,10 @@ impl Simulation for BacklashSimulation {
         self.fold();
     }
 
-    fn advance_commands(&mut self) {
-        self.inner.advance_commands();
+    fn remember(&mut self, next: &[f64]) {
+        let all = self.whole(next);
+        self.inner.remember(&all);
+        self.fold();
     }
 
     fn look(&mut self) {

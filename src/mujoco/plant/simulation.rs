@@ -8,21 +8,24 @@ use hydro_gap::plant::{Simulation, prescribed::PrescribedMotion};
 use nalgebra::{DMatrix, Vector3};
 
 use super::prescribed::Imposed;
-use crate::mujoco::{
-    bodies::joint_space::{rotation, vector},
-    effects::{
-        active_effects::{self, ActiveEffects},
-        actuation, forces,
-    },
-    ffi::{
-        ModelView,
-        bindings::{
-            mjOBJ_BODY, mjOBJ_SITE, mjSENS_FORCE, mjSENS_TORQUE, mjSTATE_FULLPHYSICS,
-            mjSTATE_WARMSTART, mjWARN_BADQACC, mjWARN_BADQPOS, mjWARN_BADQVEL,
+use crate::{
+    mujoco::{
+        bodies::joint_space::{rotation, vector},
+        effects::{
+            active_effects::{self, ActiveEffects},
+            actuation, forces,
         },
+        ffi::{
+            ModelView,
+            bindings::{
+                mjOBJ_BODY, mjOBJ_SITE, mjSENS_FORCE, mjSENS_TORQUE, mjSTATE_FULLPHYSICS,
+                mjSTATE_WARMSTART, mjWARN_BADQACC, mjWARN_BADQPOS, mjWARN_BADQVEL,
+            },
+        },
+        simulator::Data,
+        wrench::instance_effects,
     },
-    simulator::Data,
-    wrench::instance_effects,
+    plugin::bound::Acting,
 };
 
 /// Speeds [m/s, rad/s] and accelerations beyond which a simulation has blown up; it is not stepped any
@@ -431,8 +434,18 @@ impl Simulation for MujocoSimulation {
         self.diverged = self.has_blown_up();
     }
 
-    fn advance_commands(&mut self) {
+    fn remember(&mut self, next: &[f64]) {
         self.command();
+        let bound = &self.active.bound;
+        let remembers = |acting: &Acting| !acting.memory.is_empty();
+        let of_bodies = bound.bodies.iter().flat_map(|of| &of.acting).any(remembers);
+        if !of_bodies && !bound.joints.iter().any(|of| remembers(&of.acting)) {
+            return;
+        }
+        self.data.derive_motion();
+        let set = self.data.set_part(mjSTATE_FULLPHYSICS as i32, next);
+        self.diverged |= set.is_err();
+        self.advance_memory();
     }
 
     fn look(&mut self) {

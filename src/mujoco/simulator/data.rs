@@ -286,6 +286,19 @@ impl Data {
         jacobians
     }
 
+    /// Brings the positions and velocities of all bodies up to date, and nothing else.
+    #[cfg(mujoco_plugins)]
+    pub(in crate::mujoco) fn derive_motion(&mut self) {
+        let functions = &self.model.api.functions;
+        let (model, data) = (self.model.model.as_ptr(), self.data.as_ptr());
+        // SAFETY: a live model and a data of it, held alone.
+        unsafe {
+            (functions.mj_kinematics)(model, data);
+            (functions.mj_comPos)(model, data);
+            (functions.mj_comVel)(model, data);
+        }
+    }
+
     /// Number of MuJoCo's warnings of this kind since the last reset.
     #[cfg(mujoco_plugins)]
     pub(in crate::mujoco) fn warnings(&self, kind: u32) -> i32 {

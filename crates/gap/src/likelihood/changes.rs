@@ -1,6 +1,6 @@
 //! The changes whose effect on the readings a sweep finds: of every uncertain number of the nominal and of every parameter.
 
-use hydro_effects::{Entry, Id, Part, effect};
+use hydro_effects::{Entry, Part, effect};
 
 use crate::{
     likelihood::directions::{Direction, STEP, inward},
@@ -16,12 +16,10 @@ pub(crate) enum Kind {
     Measurement,
     /// The same state as the base's, memories too.
     Loaded,
-    /// The base's physics; no memory.
+    /// The base's physics and memory.
     Joined,
-    /// Like `Joined`, but actuators remember their commands.
-    Commanded,
-    /// Stepped along, because it remembers.
-    Stepped,
+    /// The base's physics, with a memory of its own of the motion so far.
+    Remembering,
 }
 
 /// A parameter's change: the system with a small step of it.
@@ -50,19 +48,6 @@ pub(crate) fn changes(
     let follows = |candidate: usize| {
         let reads = effect(problem.candidates[candidate].effect).commands();
         commands(candidate) || !reads.is_empty()
-    };
-    let is_backlash = |entry: &Entry| entry.effect == Id::JointBacklash;
-    // Only actuators' memories can be brought on without a step.
-    let remembering = |entries: &[Entry]| {
-        let needs_steps = |entry: &Entry| {
-            let is_actuator = matches!(effect(entry.effect).part(), Part::Actuator(_));
-            is_backlash(entry)
-                || (!is_actuator && remembers(std::slice::from_ref(entry), model.timestep))
-        };
-        match entries.iter().any(needs_steps) {
-            true => Kind::Stepped,
-            false => Kind::Commanded,
-        }
     };
     let mut changes = Vec::new();
     for (at, (nuisance, sd)) in problem.nuisances.iter().enumerate() {
@@ -114,13 +99,11 @@ pub(crate) fn changes(
             // A delay's memory grows with it; other memories are as long as before.
             let own = of.entries(&moved.values[row]);
             let grows = commands(*candidate) && remembers(&own, model.timestep);
-            push(*candidate, &moved, step / p.prior_sd, &|entries| {
-                if grows {
-                    remembering(entries)
-                } else {
-                    Kind::Loaded
-                }
-            });
+            let kind = match grows {
+                true => Kind::Remembering,
+                false => Kind::Loaded,
+            };
+            push(*candidate, &moved, step / p.prior_sd, &|_| kind);
         }
     }
     for direction in directions {
@@ -134,10 +117,9 @@ pub(crate) fn changes(
         let step = direction.step / p.prior_sd;
         push(direction.candidate, &moved, step, &|entries| {
             let added = entries.get(base.len()..).unwrap_or_default();
-            if added.iter().any(is_backlash) || remembers(added, model.timestep) {
-                remembering(entries)
-            } else {
-                Kind::Joined
+            match remembers(added, model.timestep) {
+                true => Kind::Remembering,
+                false => Kind::Joined,
             }
         });
     }

@@ -185,7 +185,9 @@ pub(crate) fn sweep(
         }
         None => (Vec::new(), Beside::default(), DVector::zeros(0)),
     };
-    let keep = changes.iter().any(|change| change.kind == Kind::Stepped);
+    let keep = changes
+        .iter()
+        .any(|change| change.kind == Kind::Remembering);
     let rolled = track::roll(
         base.as_mut(),
         trial,
@@ -217,7 +219,7 @@ pub(crate) fn sweep(
                 track,
                 &rolled,
                 &references,
-                (grid, force_scale),
+                grid,
                 change,
                 (&nuisances_at, &entries),
             )

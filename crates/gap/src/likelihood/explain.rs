@@ -8,6 +8,7 @@ use crate::{
     likelihood::{
         directions::Direction,
         explanation::Explanation,
+        followed::{Followed, diverges},
         found::{Found, likeliest},
         level::{Level, Sizes},
         search::{Choices, Search},
@@ -27,10 +28,11 @@ const HALVINGS: usize = 5;
 /// # Errors
 /// The nominal diverges on some trial, or a stop was asked for.
 pub fn explain<'p>(
-    problem: &'p Problem<'p>,
+    followed: &'p Followed<'p>,
     watch: &Watch<'_>,
 ) -> Result<Explanation<'p>, GapError> {
-    let mut working = WorkingPoint::new(problem, watch)?;
+    let problem = followed.problem;
+    let mut working = WorkingPoint::following(followed, watch);
     // Without a set only starts and forces may explain the gap, or the numbers would run to their bounds for it.
     let Some(mut best) = look(problem, &mut working, None, false)? else {
         return Err(diverges(problem));
@@ -38,7 +40,11 @@ pub fn explain<'p>(
     let none = best.without_effects();
     let mut seen = Seen::default();
     // No effect with the numbers refitted: what effects, refitted too, have to be likelier than.
-    let alone = working.clone().settled_posterior()?;
+    let mut alone = working.clone();
+    let alone = match alone.settle()? {
+        true => alone.posterior()?,
+        false => None,
+    };
     seen.learn(&[], alone.unwrap_or(best.own()));
     seen.keep(&best.found);
     let mut expected = best.expected();
@@ -92,7 +98,7 @@ pub fn explain<'p>(
         }
         None => Vec::new(),
     };
-    Ok(best.explanation(problem, predictions))
+    Ok(best.explanation(followed, predictions))
 }
 
 /// One sweep about a point, and what was found from there.
@@ -121,7 +127,7 @@ fn look<'p>(
         .collect();
     let mut swept = None;
     for _ in 0..HALVINGS {
-        if working.follow()? && (!settles || working.settle()?) {
+        if !settles || (working.follow()? && working.settle()?) {
             swept = working.sweep(Some(&directions), Keep::Likelihood, None)?;
         }
         if swept.is_some() || !settles {
@@ -303,9 +309,9 @@ impl<'p> Look<'p> {
         }
     }
 
-    fn explanation(self, problem: &'p Problem<'p>, predictions: Vec<Level>) -> Explanation<'p> {
+    fn explanation(self, followed: &'p Followed<'p>, predictions: Vec<Level>) -> Explanation<'p> {
         Explanation::new(
-            problem,
+            followed,
             self.point,
             self.directions,
             self.choices,
@@ -347,16 +353,4 @@ fn subsets(level: &Level, choices: &Choices<'_>, best: &Found) -> Vec<Found> {
             search.without(best, &out)
         })
         .collect()
-}
-
-pub(crate) fn diverges(problem: &Problem<'_>) -> GapError {
-    let trial = &problem.trials[0];
-    let from = trial.times[0];
-    GapError::NominalDiverges {
-        trial: trial.name.clone(),
-        start: from,
-        after: 0.0,
-        expected: trial.times[trial.times.len() - 1] - from,
-        timestep: problem.model.timestep,
-    }
 }

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::{
     likelihood::{
         directions::Direction,
+        followed::Followed,
         found::{Found, likeliest},
         level::Level,
         search::{Choices, Search, log_sum},
@@ -21,6 +22,7 @@ use crate::{
 /// Posterior of sets of effects, linear about the best.
 pub struct Explanation<'a> {
     pub(crate) problem: &'a Problem<'a>,
+    pub(crate) followed: &'a Followed<'a>,
     /// The point of the last sweep, and the directions that it looked along.
     about: Point,
     directions: Vec<Direction>,
@@ -57,17 +59,19 @@ impl std::fmt::Debug for Explanation<'_> {
 
 impl<'a> Explanation<'a> {
     pub(crate) fn new(
-        problem: &'a Problem<'a>,
+        followed: &'a Followed<'a>,
         about: Point,
         directions: Vec<Direction>,
         choices: Choices<'a>,
         (levels, predictions): (Vec<Level>, Vec<Level>),
         found: Vec<Found>,
     ) -> Self {
+        let problem = followed.problem;
         let log_total = log_sum(found.iter().map(|of| of.log_posterior));
         let sets = posterior(problem, &found, log_total);
         Self {
             problem,
+            followed,
             about,
             directions,
             choices,

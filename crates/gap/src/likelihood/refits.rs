@@ -31,18 +31,18 @@ impl WorkingPoint<'_, '_> {
 
     /// The same beside the likeliest disturbances.
     pub(crate) fn settled_likelihood(&mut self) -> Result<Option<f64>, GapError> {
-        Ok(self.settled_set()?.map(|of| of.log_likelihood))
-    }
-
-    /// Log posterior of the point's set beside the likeliest disturbances, once it has settled.
-    pub(crate) fn settled_posterior(&mut self) -> Result<Option<f64>, GapError> {
-        Ok(self.settled_set()?.map(|of| of.log_posterior))
-    }
-
-    fn settled_set(&mut self) -> Result<Option<Found>, GapError> {
         if !(self.follow()? && self.settle()?) {
             return Ok(None);
         }
+        Ok(self.likeliest()?.map(|of| of.log_likelihood))
+    }
+
+    /// Log posterior of the point's set beside the likeliest disturbances.
+    pub(crate) fn posterior(&self) -> Result<Option<f64>, GapError> {
+        Ok(self.likeliest()?.map(|of| of.log_posterior))
+    }
+
+    fn likeliest(&self) -> Result<Option<Found>, GapError> {
         let Some(swept) = self.sweep(Some(&[]), Keep::Likelihood, None)? else {
             return Ok(None);
         };
@@ -105,12 +105,9 @@ impl WorkingPoint<'_, '_> {
         Some((&swept.levels[best.level], best))
     }
 
-    /// Innovations of every track: the difference of each segment from what those before predict without unmodelled forces, the
-    /// uncertain numbers where all readings have them. `None` where a track blows up.
+    /// Innovations of every track, once it follows the readings: the difference of each segment from what those before predict
+    /// without unmodelled forces, the uncertain numbers where all readings have them. `None` where a track blows up.
     pub(crate) fn innovations(&mut self) -> Result<Option<Vec<Vec<Innovation>>>, GapError> {
-        if !self.follow()? {
-            return Ok(None);
-        }
         self.keep_least();
         let seconds = self.problem.settings.options.segments.length;
         let Some(swept) = self.sweep(Some(&[]), Keep::Readings, Some(seconds))? else {

@@ -7,11 +7,11 @@ use crate::{
     error::GapError,
     likelihood::{
         changes::{Change, Kind},
+        memories,
         track::{Boundary, Grid, Link, Rolled, Track},
     },
     plant::Simulation,
     problem::problem::Problem,
-    rollout::shooting::{self, WarmUp},
 };
 
 /// Steps of the difference quotients of states: positions [m or rad], velocities.
@@ -31,6 +31,18 @@ pub(crate) struct StateChanges {
     pub(crate) direct: Vec<DMatrix<f64>>,
     /// Jacobians of the hulls, hull by hull [6, nv], in their own frames.
     pub(crate) hulls: Vec<Vec<DMatrix<f64>>>,
+}
+
+impl StateChanges {
+    fn all(&mut self) -> impl Iterator<Item = &mut Vec<DMatrix<f64>>> {
+        let changes = [
+            &mut self.transition,
+            &mut self.force,
+            &mut self.reading,
+            &mut self.direct,
+        ];
+        changes.into_iter().chain(&mut self.hulls)
+    }
 }
 
 /// What a step from a boundary gives: state and readings.
@@ -92,10 +104,12 @@ pub(crate) fn state_changes(
 ) -> Vec<StateChanges> {
     let (nv, channels) = (problem.model.nv, problem.channels.len());
     let (mut tangent, mut reading) = (vec![0.0; 2 * nv], vec![0.0; channels]);
-    rolled
+    let steady = problem.trials[track.trial].steady;
+    let mut all: Vec<StateChanges> = rolled
         .iter()
         .zip(&track.links)
-        .map(|(of, link)| {
+        .enumerate()
+        .map(|(number, (of, link))| {
             let boundaries = of.boundaries.len();
             let unknown = || vec![DMatrix::zeros(0, 0); boundaries];
             let mut found = StateChanges {
@@ -106,7 +120,8 @@ pub(crate) fn state_changes(
                 hulls: problem.hulls.iter().map(|_| unknown()).collect(),
             };
             for (at, boundary) in of.boundaries.iter().enumerate() {
-                if !link.is_looked_at(grid, at) {
+                let is_next_start = track.end_is_next_start(number, at, boundaries, steady);
+                if !link.is_looked_at(grid, at) || is_next_start {
                     continue;
                 }
                 simulation.load(&boundary.saved);
@@ -160,20 +175,31 @@ pub(crate) fn state_changes(
                 found.reading[at] = outputs;
                 found.direct[at] = direct;
             }
-            between(link, grid, boundaries, |at, [from, to], part| {
-                let changes = [
-                    &mut found.transition,
-                    &mut found.force,
-                    &mut found.reading,
-                    &mut found.direct,
-                ];
-                for all in changes.into_iter().chain(&mut found.hulls) {
-                    all[at] = all[from].zip_map(&all[to], |a, b| a + part * (b - a));
-                }
-            });
             found
         })
-        .collect()
+        .collect();
+    for number in 0..all.len() {
+        let (these, nexts) = all.split_at_mut(number + 1);
+        let of = &mut these[number];
+        let last = of.transition.len() - 1;
+        let next = nexts.first_mut().filter(|_| !steady);
+        if let Some(next) = next {
+            for (own, next) in of.all().zip(next.all()) {
+                own[last].clone_from(&next[0]);
+            }
+        }
+        between(
+            &track.links[number],
+            grid,
+            last + 1,
+            |at, [from, to], part| {
+                for all in of.all() {
+                    all[at] = all[from].zip_map(&all[to], |a, b| a + part * (b - a));
+                }
+            },
+        );
+    }
+    all
 }
 
 /// Goes through the boundaries at which most changes are not taken, with the two about each at which they are, and its part of
@@ -221,7 +247,7 @@ pub(crate) fn inputs(
     track: &Track,
     rolled: &[Rolled],
     references: &References,
-    (grid, force_scale): (Grid, &DVector<f64>),
+    grid: Grid,
     change: &Change,
     base: (&[f64], &[Entry]),
 ) -> Result<Option<Inputs>, GapError> {
@@ -229,7 +255,6 @@ pub(crate) fn inputs(
         return Ok(None);
     }
     let (nv, channels) = (problem.model.nv, problem.channels.len());
-    let step = problem.model.timestep;
     let plant = problem.plant.cheaper().unwrap_or(problem.plant);
     // Values that the plant refuses change nothing.
     let mut simulation = match plant.simulation(&change.nuisances, &change.entries) {
@@ -238,31 +263,39 @@ pub(crate) fn inputs(
     };
     let trial = &problem.trials[track.trial];
     simulation.prescribe(trial.prescribed.clone());
-    let steps = matches!(change.kind, Kind::Stepped | Kind::Commanded);
-    let options = &problem.settings.options.rollout;
-    let warm_up = WarmUp::required(problem.model, &change.entries, options);
-    let motion = &problem.motions[track.trial];
+    let memories = (change.kind == Kind::Remembering)
+        .then(|| memories::along(problem, track, rolled, (simulation.as_mut(), change), grid));
     let (mut tangent, mut reading) = (vec![0.0; 2 * nv], vec![0.0; channels]);
-    let mut control = vec![0.0; trial.control.width()];
-    let mut earlier = control.clone();
-    let found = rolled
+    let mut found: Vec<(DMatrix<f32>, DMatrix<f32>)> = rolled
         .iter()
         .zip(&track.links)
         .zip(references)
         .enumerate()
         .map(|(number, ((of, link), references))| {
-            if steps && (number == 0 || trial.steady) {
-                let segment = &link.segment;
-                shooting::lead_in(simulation.as_mut(), trial, segment, motion, warm_up, step);
-            }
+            let boundaries = of.boundaries.len();
             let mut states = DMatrix::zeros(2 * nv, of.boundaries.len());
             let mut direct = DMatrix::zeros(channels, of.boundaries.len());
-            let mut put = |at: usize, simulation: &dyn Simulation, from: &Stepped, to: &Stepped| {
+            for (at, boundary) in of.boundaries.iter().enumerate() {
+                let is_next_start = track.end_is_next_start(number, at, boundaries, trial.steady);
+                if is_next_start || !(change.fine || link.is_looked_at(grid, at)) {
+                    continue;
+                }
+                let [loaded, joined] = &references[at];
+                let from = if change.kind == Kind::Loaded {
+                    simulation.load(&boundary.saved);
+                    loaded
+                } else {
+                    simulation.rejoin(&boundary.full);
+                    let own = memories.as_ref().map(|of| &of[number][at]);
+                    simulation.set_memory(own.unwrap_or(&boundary.memory));
+                    joined
+                };
+                let to = stepped(simulation.as_mut(), boundary);
                 difference(
                     problem,
-                    simulation,
+                    simulation.as_ref(),
                     from,
-                    to,
+                    &to,
                     change.step,
                     &mut tangent,
                     &mut reading,
@@ -273,71 +306,33 @@ pub(crate) fn inputs(
                 for (row, value) in reading.iter().enumerate() {
                     direct[(row, at)] = *value as f32;
                 }
-            };
-            if steps {
-                let mut next = 0;
-                for at in 0..=link.steps {
-                    let is_boundary = next < of.boundaries.len() && of.boundaries[next].step == at;
-                    let time = link.segment.start + at as f64 * step;
-                    trial.control.interpolate(time, &mut control);
-                    trial.control.interpolate(time - step, &mut earlier);
-                    let boundary = Boundary {
-                        step: at,
-                        saved: Vec::new(),
-                        full: Vec::new(),
-                        memory: Vec::new(),
-                        control: control.clone(),
-                        earlier: earlier.clone(),
-                        force: link.force(grid, at, force_scale),
-                    };
-                    // The end's step belongs to the next segment.
-                    let kept = (at == link.steps).then(|| simulation.save());
-                    if is_boundary {
-                        simulation.rejoin(&of.boundaries[next].full);
-                        let to = stepped(simulation.as_mut(), &boundary);
-                        put(next, simulation.as_ref(), &references[next][1], &to);
-                        next += 1;
-                    } else if change.kind == Kind::Commanded {
-                        simulation.set_earlier_control(&boundary.earlier);
-                        simulation.set_control(&boundary.control);
-                        simulation.advance_commands();
-                    } else {
-                        simulation.rejoin(&of.every[at]);
-                        stepped(simulation.as_mut(), &boundary);
-                    }
-                    if let Some(kept) = kept {
-                        simulation.load(&kept);
-                    }
-                }
-            } else {
-                for (at, boundary) in of.boundaries.iter().enumerate() {
-                    if !(change.fine || link.is_looked_at(grid, at)) {
-                        continue;
-                    }
-                    let [loaded, joined] = &references[at];
-                    let from = if change.kind == Kind::Loaded {
-                        simulation.load(&boundary.saved);
-                        loaded
-                    } else {
-                        simulation.rejoin(&boundary.full);
-                        simulation.set_memory(&boundary.memory);
-                        joined
-                    };
-                    let to = stepped(simulation.as_mut(), boundary);
-                    put(at, simulation.as_ref(), from, &to);
-                }
-                if !change.fine {
-                    between(link, grid, of.boundaries.len(), |at, [from, to], part| {
-                        let part = part as f32;
-                        for all in [&mut states, &mut direct] {
-                            let column = all.column(from) * (1.0 - part) + all.column(to) * part;
-                            all.set_column(at, &column);
-                        }
-                    });
-                }
             }
             (states, direct)
         })
         .collect();
+    for number in 0..found.len() {
+        let (these, nexts) = found.split_at_mut(number + 1);
+        let (states, direct) = &mut these[number];
+        let last = states.ncols() - 1;
+        if let Some((of_states, of_direct)) = nexts.first().filter(|_| !trial.steady) {
+            states.set_column(last, &of_states.column(0));
+            direct.set_column(last, &of_direct.column(0));
+        }
+        if change.fine {
+            continue;
+        }
+        between(
+            &track.links[number],
+            grid,
+            last + 1,
+            |at, [from, to], part| {
+                let part = part as f32;
+                for all in [&mut *states, &mut *direct] {
+                    let column = all.column(from) * (1.0 - part) + all.column(to) * part;
+                    all.set_column(at, &column);
+                }
+            },
+        );
+    }
     Ok(Some(Inputs(found)))
 }

@@ -63,6 +63,11 @@ impl Link {
         self.steps.div_ceil(grid.block)
     }
 
+    /// True for a step at which a block begins, or the segment ends.
+    pub(crate) fn is_boundary(&self, grid: Grid, step: usize) -> bool {
+        step.is_multiple_of(grid.block) || step == self.steps
+    }
+
     /// True for a boundary at which most changes are taken.
     pub(crate) fn is_looked_at(&self, grid: Grid, boundary: usize) -> bool {
         boundary.is_multiple_of(grid.stride) || boundary == self.blocks(grid)
@@ -96,6 +101,18 @@ pub(crate) struct Track {
 }
 
 impl Track {
+    /// True for the last boundary of a segment whose changes are those at the next one's start: the same time, and almost the
+    /// same state. Steady states have nothing to do with each other.
+    pub(crate) fn end_is_next_start(
+        &self,
+        number: usize,
+        boundary: usize,
+        boundaries: usize,
+        steady: bool,
+    ) -> bool {
+        boundary + 1 == boundaries && number + 1 < self.links.len() && !steady
+    }
+
     /// Cuts a trial into segments of about `length` seconds along its estimated motion, up to `most` seconds. A rest shorter
     /// than a part `rest` of a segment joins the last one.
     pub(crate) fn new(
@@ -229,7 +246,7 @@ pub(crate) fn roll(
                 let time = link.segment.start + at as f64 * step;
                 let force = link.force(grid, at, scale);
                 simulation.set_force(&force);
-                if at % grid.block == 0 || at == link.steps {
+                if link.is_boundary(grid, at) {
                     trial.control.interpolate(time, &mut control);
                     trial.control.interpolate(time - step, &mut earlier);
                     boundaries.push(Boundary {

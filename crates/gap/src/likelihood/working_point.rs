@@ -10,6 +10,7 @@ use crate::{
         columns::{self, LinkColumns, Sweep},
         directions::Direction,
         filter::{self, Disturbances, Filtered},
+        followed::Followed,
         force_scale::force_scale,
         form_error::{self, Beside},
         found::{Found, likeliest},
@@ -38,7 +39,7 @@ pub(crate) struct WorkingPoint<'p, 'a> {
     watch: &'p Watch<'p>,
     pub(super) tracks: Vec<Track>,
     pub(super) arrival: Vec<DVector<f64>>,
-    scale: DVector<f64>,
+    pub(super) scale: DVector<f64>,
     pub(super) levels: Levels,
     pub(crate) point: Point,
     /// True where it is known which readings rows resolve.
@@ -111,6 +112,24 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             point: problem.origin(),
             is_weighed: false,
         })
+    }
+
+    /// The empty set at the nominal, starts and forces as the nominal follows the trials with them.
+    pub(crate) fn following(followed: &Followed<'p>, watch: &'p Watch<'p>) -> Self
+    where
+        'p: 'a,
+    {
+        let problem = followed.problem;
+        Self {
+            problem,
+            watch,
+            arrival: arrival(problem),
+            scale: followed.scale.clone(),
+            tracks: followed.tracks.clone(),
+            levels: followed.levels.clone(),
+            point: problem.origin(),
+            is_weighed: true,
+        }
     }
 
     /// Weighs the readings by what rows resolve of the motion that starts and unmodelled forces follow.

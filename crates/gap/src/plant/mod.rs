@@ -347,9 +347,10 @@ pub trait Simulation: Send {
     fn retract(&mut self, tangent: &[f64]);
     /// The tangent [nv] that leads from a position to another.
     fn differentiate(&self, from: &[f64], to: &[f64], tangent: &mut [f64]);
-    /// Brings the memory of actuators on by a step, at the control that is set. The state may move on or stay.
-    fn advance_commands(&mut self) {
+    /// Brings all memory over the step from the present state, at the control that is set, to a full-physics state after it.
+    fn remember(&mut self, next: &[f64]) {
         self.step();
+        self.rejoin(next);
     }
 
     /// Full-physics state of the nominal, as [`Simulation::rejoin`] takes it.

@@ -10,7 +10,11 @@ use std::collections::BTreeMap;
 use crate::{
     error::GapError,
     likelihood::truncated_normal::cdf,
-    likelihood::{explain::diverges, innovations::Innovation, working_point::WorkingPoint},
+    likelihood::{
+        followed::{Followed, diverges},
+        innovations::Innovation,
+        working_point::WorkingPoint,
+    },
     output::{
         records::{Found, HeatMap},
         verdict::Place,
@@ -49,12 +53,13 @@ fn above(sum: f64, count: usize) -> f64 {
 /// # Errors
 /// The nominal diverges, or a stop was asked for.
 pub fn locate(
-    problem: &Problem<'_>,
+    followed: &Followed<'_>,
     held_out: &[String],
     watch: &Watch<'_>,
 ) -> Result<Found, GapError> {
+    let problem = followed.problem;
     let options = &problem.settings.options.locate;
-    let innovations = WorkingPoint::new(problem, watch)?
+    let innovations = WorkingPoint::following(followed, watch)
         .innovations()?
         .ok_or_else(|| diverges(problem))?;
     let cells = cells(problem, &innovations);

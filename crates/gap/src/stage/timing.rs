@@ -53,7 +53,7 @@ pub(crate) fn resolve(
         return Ok(None);
     };
     let refit = |point: &Point| -> Result<(f64, Point), GapError> {
-        let mut working = WorkingPoint::new(explanation.problem, watch)?;
+        let mut working = WorkingPoint::following(explanation.followed, watch);
         working.point = point.clone();
         let log = working.settled_likelihood()?;
         Ok((log.unwrap_or(f64::NEG_INFINITY), working.point))

@@ -6,7 +6,7 @@ use hydro_effects::Id;
 
 use super::{fake::RigidBody, on_hull, on_prepared, settings, trial, under};
 use crate::{
-    likelihood::{explain::explain, explanation::Explanation},
+    likelihood::{explain::explain, explanation::Explanation, followed::Followed},
     output::verdict::Outcome,
     progress::Watch,
     stage::{
@@ -20,7 +20,8 @@ use crate::{
 /// Hands over the answer on trials of a body with uncertain gains.
 fn answered(trials: Vec<Trial>, test: impl Fn(&Explanation<'_>, &Naming, &Watch<'_>)) {
     on_prepared(&RigidBody::with_gains(), trials, |problem, watch| {
-        let explanation = explain(problem, watch).unwrap();
+        let followed = Followed::new(problem, watch).unwrap();
+        let explanation = explain(&followed, watch).unwrap();
         let naming = name(&explanation, watch).unwrap();
         test(&explanation, &naming, watch);
     });
@@ -121,7 +122,8 @@ fn gains_that_differ_from_trial_to_trial_are_no_gap() {
             &RigidBody::with_gains(),
             trials,
             |problem, watch| {
-                let explanation = explain(problem, watch).unwrap();
+                let followed = Followed::new(problem, watch).unwrap();
+                let explanation = explain(&followed, watch).unwrap();
                 outcome = Some(name(&explanation, watch).unwrap().named.outcome);
             },
         );

@@ -8,6 +8,7 @@ use crate::{
     likelihood::{
         columns::{self, LinkColumns, Sweep},
         explain::explain,
+        followed::Followed,
         track::Track,
     },
     problem::point::Point,
@@ -102,7 +103,8 @@ fn explained(effects: &[hydro_effects::Entry]) -> Explained {
         .map(|seed| trial(&format!("{seed}"), effects, &[0.02, -0.03], seed, 1.0))
         .collect();
     on_prepared(&RigidBody::new(), trials, |problem, watch| {
-        let explanation = explain(problem, watch).unwrap();
+        let followed = Followed::new(problem, watch).unwrap();
+        let explanation = explain(&followed, watch).unwrap();
         let sets = explanation.sets.iter();
         let sets = sets.map(|of| (explanation.effects(&of.set), of.probability));
         found = Some((sets.collect(), explanation.point(0).values));

@@ -7,7 +7,10 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::{fake::RigidBody, pushed, settings};
 use crate::{
-    likelihood::explain::explain, problem::problem::Problem, progress::Watch, stage::name::name,
+    likelihood::{explain::explain, followed::Followed},
+    problem::problem::Problem,
+    progress::Watch,
+    stage::name::name,
 };
 
 /// A winch that follows the hull late.
@@ -65,7 +68,8 @@ fn it_is_named_with_its_values() {
         ..settings()
     };
     let problem = Problem::prepare(&plant, trials.collect(), settings, &watch).unwrap();
-    let explanation = explain(&problem, &watch).unwrap();
+    let followed = Followed::new(&problem, &watch).unwrap();
+    let explanation = explain(&followed, &watch).unwrap();
     let naming = name(&explanation, &watch).unwrap();
     let chosen: Vec<_> = naming.named.chosen.iter().map(|of| of.effect).collect();
     assert_eq!(chosen, [winch], "{:#?}", naming.named.effects);

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::{
     error::GapError,
-    likelihood::explain::explain,
+    likelihood::{explain::explain, followed::Followed},
     options::Options,
     output::verdict::Outcome,
     plant::Plant,
@@ -27,7 +27,8 @@ fn remarks(plant: &RigidBody, trials: Vec<Trial>) -> Result<Vec<String>, GapErro
     let stop = AtomicBool::new(false);
     let watch = Watch::silent(&stop);
     let problem = Problem::prepare(plant, trials, settings(), &watch)?;
-    Ok(locate(&problem, &[], &watch)?.remarks)
+    let followed = Followed::new(&problem, &watch)?;
+    Ok(locate(&followed, &[], &watch)?.remarks)
 }
 
 fn fault(plant: &RigidBody, trials: Vec<Trial>) -> String {
@@ -96,7 +97,8 @@ fn noise_that_nobody_declared_is_estimated_and_it_is_said() {
         // The truth is 0.01 m/s.
         assert!((0.006..0.015).contains(&channel.noise), "{channel:?}");
     }
-    let explanation = explain(&problem, &watch).unwrap();
+    let followed = Followed::new(&problem, &watch).unwrap();
+    let explanation = explain(&followed, &watch).unwrap();
     let naming = name(&explanation, &watch).unwrap();
     assert_eq!(naming.named.outcome, Outcome::NoGap);
 }
@@ -110,7 +112,7 @@ fn a_stop_is_heeded() {
     };
     let plant = RigidBody::new();
     let stopped = Problem::prepare(&plant, trials(4, 1.0), settings(), &watch)
-        .and_then(|problem| explain(&problem, &watch).map(|_| ()));
+        .and_then(|problem| Followed::new(&problem, &watch).map(|_| ()));
     assert!(matches!(stopped, Err(GapError::Stopped)), "{stopped:?}");
 }
 

@@ -4,7 +4,7 @@ use hydro_effects::{Entry, Id};
 
 use super::{fake::RigidBody, on_prepared, trial};
 use crate::{
-    likelihood::explain::explain,
+    likelihood::{explain::explain, followed::Followed},
     output::{records::Named, verdict::Outcome},
     stage::name::name,
 };
@@ -24,7 +24,8 @@ fn answered(lag: f64, noise: f64) -> Named {
         &RigidBody::with_gains(),
         trials.collect(),
         |problem, watch| {
-            let explanation = explain(problem, watch).unwrap();
+            let followed = Followed::new(problem, watch).unwrap();
+            let explanation = explain(&followed, watch).unwrap();
             answer = Some(name(&explanation, watch).unwrap().named);
         },
     );

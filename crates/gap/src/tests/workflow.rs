@@ -6,7 +6,7 @@ use hydro_effects::{Entry, Id};
 
 use super::{fake::RigidBody, on_hull, on_prepared, settings, trial};
 use crate::{
-    likelihood::explain::explain,
+    likelihood::{explain::explain, followed::Followed},
     output::verdict::{Outcome, SensorPatch},
     problem::problem::Problem,
     progress::Watch,
@@ -31,8 +31,9 @@ fn run(effects: &[Entry]) -> crate::output::records::Named {
     };
     let settings = settings();
     let problem = Problem::prepare(&plant, trials(), settings.clone(), &watch).unwrap();
-    let found = locate(&problem, &[], &watch).unwrap();
-    let explanation = explain(&problem, &watch).unwrap();
+    let followed = Followed::new(&problem, &watch).unwrap();
+    let found = locate(&followed, &[], &watch).unwrap();
+    let explanation = explain(&followed, &watch).unwrap();
     let naming = name(&explanation, &watch).unwrap();
     assert_eq!(
         found.p_value < 0.05,
@@ -173,7 +174,8 @@ fn a_delay_of_less_than_a_step_is_none() {
         let trials = (0..2).map(|seed| late(trial("late", &[], &[0.0, 0.0], seed, 0.1), delay));
         let mut found = Vec::new();
         on_prepared(&RigidBody::new(), trials.collect(), |problem, watch| {
-            let explanation = explain(problem, watch).unwrap();
+            let followed = Followed::new(problem, watch).unwrap();
+            let explanation = explain(&followed, watch).unwrap();
             let named = name(&explanation, watch).unwrap().named;
             let delays = named.chosen.into_iter();
             let delays = delays.filter(|of| of.effect == Id::SensorDelay && of.target == "dvl");
@@ -303,8 +305,9 @@ fn of_one_trial_no_reduction_is_claimed_and_the_verdict_says_why() {
     for (effects, outcome) in [(vec![], Outcome::NoGap), (vec![drag], Outcome::Named)] {
         let one = vec![trial("alone", &effects, &[0.02, -0.02], 0, 1.0)];
         let problem = Problem::prepare(&plant, one, settings(), &watch).unwrap();
-        let found = locate(&problem, &[], &watch).unwrap();
-        let explanation = explain(&problem, &watch).unwrap();
+        let followed = Followed::new(&problem, &watch).unwrap();
+        let found = locate(&followed, &[], &watch).unwrap();
+        let explanation = explain(&followed, &watch).unwrap();
         let naming = name(&explanation, &watch).unwrap();
         let added = add(&explanation, &naming).map(|addition| addition.added);
         let verdict = conclude(&found, &naming.named, added.as_ref(), None);
