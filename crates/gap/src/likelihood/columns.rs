@@ -77,16 +77,6 @@ pub(crate) struct LinkColumns {
 }
 
 impl LinkColumns {
-    /// Without its `parameters`, for one size of correlated noise.
-    pub(crate) fn bare(&self, parameters: usize, noise: usize) -> Self {
-        let kept = self.but(0, parameters);
-        Self {
-            noise: vec![self.noise[noise].select(&kept)],
-            end: self.end.select_columns(&kept),
-            anew: self.anew,
-        }
-    }
-
     /// Without the parameters `from..to`, and without readings.
     pub(crate) fn without(&self, from: usize, to: usize) -> Self {
         let kept = self.but(from, to);

@@ -4,7 +4,7 @@
 //! of every parameter's column, whitened, goes into one Gram matrix (de Jong 1991, section 3), with which any set of
 //! parameters is judged without filtering again.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
 use crate::likelihood::{
     by_trial::{self, Deviation, Deviations},
@@ -89,7 +89,21 @@ pub(super) struct Update {
     root: DMatrix<f64>,
     /// Posterior mean of the state before the segment, all parameters at zero.
     before: DVector<f64>,
-    factor: Cholesky<f64, Dyn>,
+    /// Inverse of the lower triangular factor of the sources' posterior precision.
+    inverse: DMatrix<f64>,
+}
+
+/// What the filter passed at a segment, for what all readings tell of its latents' covariance.
+pub(crate) struct Passed {
+    /// Square root of the latents' prior covariance, given the segments before [latents, sources of randomness].
+    pub(super) root: DMatrix<f64>,
+    /// Posterior covariance of the sources, those of the state before the segment first.
+    pub(super) sources: DMatrix<f64>,
+    /// Covariance of the sources with the next segment's state, over the square root of that state's covariance
+    /// [sources, state].
+    pub(super) onward: DMatrix<f64>,
+    /// True where the segment's prediction starts anew.
+    pub(super) anew: bool,
 }
 
 /// State of the filter before a segment: its start, the force of the piece before and the drifts, affine in the parameters
@@ -169,7 +183,7 @@ impl Start {
 }
 
 /// Filters the track of a trial with one of the sizes of correlated noise that it was swept for. `arrival`: standard deviation
-/// of the first start by axis [2 nv]; `prior`: of the disturbances.
+/// of the first start by axis [2 nv]; `prior`: of the disturbances; `passed`: what is wanted of every segment beside.
 pub(crate) fn filter(
     trial: usize,
     links: &[LinkColumns],
@@ -177,6 +191,7 @@ pub(crate) fn filter(
     parameters: usize,
     arrival: &DVector<f64>,
     prior: Disturbances,
+    mut passed: Option<&mut Vec<Passed>>,
 ) -> Option<Filtered> {
     let mut filtered = Filtered {
         trial,
@@ -192,7 +207,17 @@ pub(crate) fn filter(
         }
         let update = update(&of.gram, parameters, &start, prior, Some(&mut filtered))?;
         filtered.half_log_determinant += of.half_log_determinant;
-        start = predict(link, parameters, &update, prior)?.0;
+        let (next, solved) = predict(link, parameters, &update, prior)?;
+        if let Some(passed) = &mut passed {
+            let onward = next.root.solve_lower_triangular(&solved.transpose())?;
+            passed.push(Passed {
+                root: update.root,
+                sources: update.inverse.transpose() * &update.inverse,
+                onward: onward.transpose(),
+                anew: link.anew,
+            });
+        }
+        start = next;
     }
     Some(filtered)
 }
@@ -213,7 +238,7 @@ pub(crate) fn smooth(
         let update = update(&link.noise[0].gram, 0, &start, prior, None)?;
         let (next, solved) = predict(link, 0, &update, prior)?;
         let sources = start.root.ncols();
-        passed.push(Passed {
+        passed.push(Moments {
             latents: update.mean.column(0).into_owned(),
             latents_across: &update.root * &solved,
             before_across: &start.root * solved.rows(0, sources),
@@ -249,7 +274,7 @@ pub(crate) fn smooth(
 }
 
 /// Moments of a segment for the backward pass.
-struct Passed {
+struct Moments {
     /// Start and forces given the readings so far, and their covariance with the next start.
     latents: DVector<f64>,
     latents_across: DMatrix<f64>,
@@ -342,7 +367,7 @@ pub(super) fn update(
         mean: posterior,
         before,
         root,
-        factor,
+        inverse,
     })
 }
 
@@ -372,9 +397,9 @@ pub(super) fn predict(
     let mut mean = &to * &update.mean;
     let mut of_parameters = mean.rows_mut(0, tangents);
     of_parameters += link.end.columns(0, head);
-    let spread = (&to * &update.root).transpose();
-    let solved = update.factor.solve(&spread);
-    let mut covariance = spread.tr_mul(&solved);
+    let half = &update.inverse * (&to * &update.root).transpose();
+    let solved = update.inverse.transpose() * &half;
+    let mut covariance = half.transpose() * &half;
     for axis in 0..state {
         covariance[(axis, axis)] += SEAM * SEAM + 1e-12 * covariance[(axis, axis)];
     }
@@ -481,7 +506,7 @@ mod tests {
         let factor = covariance.cholesky().unwrap();
         let misfit = residual.dot(&factor.solve(&residual));
         let logs: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
-        let filtered = filter(0, &links, 0, 1, &arrival, prior).unwrap();
+        let filtered = filter(0, &links, 0, 1, &arrival, prior, None).unwrap();
         let along = DVector::from_vec(vec![1.0, -z[0]]);
         let found = (&filtered.gram * &along).dot(&along);
         assert!((found / misfit - 1.0).abs() < 1e-6, "{found} {misfit}");
@@ -521,7 +546,8 @@ mod tests {
             drift: 0.0,
             drift_correlation: 0.0,
         };
-        let filtered = |links: &[LinkColumns]| filter(0, links, 0, 1, &arrival, prior).unwrap();
+        let filtered =
+            |links: &[LinkColumns]| filter(0, links, 0, 1, &arrival, prior, None).unwrap();
         let (one, other) = (filtered(&links[..2]), filtered(&links[2..]));
         let whole = filtered(&links);
         links[2].anew = true;

@@ -3,21 +3,21 @@
 //! A scale multiplies what starts and unmodelled forces bring to the readings too. The readings' mean alone, to first order,
 //! is a gain in likelihood for every larger scale: with half of the forces it explains as much. The determinant of the
 //! covariance, which grows with the scale, takes it away again; its slope belongs to the likelihood's.
+//!
+//! For readings of covariance C = H P H' + 1, latents of prior covariance P and of V given all readings, the slope of half the
+//! logarithm of its determinant with a scale of some of the rows is the trace of H' H V over them: P H' C^-1 = V H'.
 
 use hydro_effects::Id;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use crate::{
     likelihood::{
-        columns::{LinkColumns, Whitened},
+        columns::LinkColumns,
         directions::Direction,
-        filter::{self, Disturbances, Filtered},
+        filter::{Filtered, Passed},
     },
     problem::{point::Point, problem::Problem},
 };
-
-/// Relative step of the difference quotient.
-const STEP: f64 = 1e-3;
 
 /// A parameter that is a sensor's scale.
 #[derive(Clone, Copy, Debug)]
@@ -68,65 +68,58 @@ pub(crate) fn scale_columns(
     found
 }
 
-/// Adds the slope of the covariance's determinant to a track's likelihood. `bare`: its links without parameters, for one size
-/// of correlated noise; none where the filter fails.
+/// Adds the slope of the covariance's determinant to a track's likelihood, from what the filter passed at its links, for one
+/// size of correlated noise. The last `drifts` latents are no part of what a sensor scales.
 pub(crate) fn add_slopes(
     filtered: &mut Filtered,
     columns: &[ScaleColumn],
-    bare: &[LinkColumns],
-    arrival: &DVector<f64>,
-    prior: Disturbances,
+    (links, noise): (&[LinkColumns], usize),
+    (passed, drifts): (&[Passed], usize),
 ) -> Option<()> {
-    for (number, of) in columns.iter().enumerate() {
-        if 1 + of.column >= filtered.gram.nrows() {
-            continue;
+    let mut slopes = vec![0.0; columns.len()];
+    // Covariance that the readings from a segment's start on leave of the state before it, less what those before do, in square
+    // roots of that; none after the last, and where the next prediction starts anew.
+    let mut later: Option<DMatrix<f64>> = None;
+    for (link, passed) in links.iter().zip(passed).rev() {
+        let mut sources = passed.sources.clone();
+        if let Some(later) = &later {
+            sources += &passed.onward * later * passed.onward.transpose();
         }
-        let scaled: Vec<LinkColumns> = (bare.iter())
-            .map(|link| enlarged(link, number, 2 * prior.drifting))
-            .collect();
-        let larger = filter::filter(filtered.trial, &scaled, 0, 0, arrival, prior)?;
-        let slope = (larger.half_log_determinant - filtered.half_log_determinant) / STEP;
+        let latents = &passed.root * &sources * passed.root.transpose();
+        let scaled = latents.nrows().checked_sub(drifts)?;
+        for (slope, own) in slopes.iter_mut().zip(&link.noise[noise].scaled) {
+            let both = own.columns(0, scaled).dot(&latents.columns(0, scaled));
+            *slope += both;
+        }
+        let state = passed.onward.ncols();
+        later = (!passed.anew).then(|| {
+            let before = sources.view((0, 0), (state, state));
+            before - DMatrix::<f64>::identity(state, state)
+        });
+    }
+    for (of, slope) in columns.iter().zip(slopes) {
         let place = 1 + of.column;
-        filtered.gram[(0, place)] -= of.relative * slope;
-        filtered.gram[(place, 0)] -= of.relative * slope;
+        if place < filtered.gram.nrows() {
+            filtered.gram[(0, place)] -= of.relative * slope;
+            filtered.gram[(place, 0)] -= of.relative * slope;
+        }
     }
     Some(())
-}
-
-/// A link in which what starts and forces bring to one sensor is a little larger; what its drifts, the last `drifts` columns,
-/// bring is no part of what it scales.
-fn enlarged(link: &LinkColumns, number: usize, drifts: usize) -> LinkColumns {
-    let noise = link.noise.iter().map(|of| {
-        let mut gram = of.gram.clone();
-        if let Some(own) = of.scaled.get(number) {
-            let latents = own.nrows();
-            let first = gram.nrows() - latents;
-            let mut block = gram.view_mut((first, first), (latents, latents));
-            let factor = |axis: usize| match axis + drifts < latents {
-                true => 1.0 + STEP,
-                false => 1.0,
-            };
-            block +=
-                own.map_with_location(|row, column, of| of * (factor(row) * factor(column) - 1.0));
-        }
-        Whitened {
-            gram,
-            half_log_determinant: of.half_log_determinant,
-            readings: DMatrix::zeros(0, 0),
-            scaled: Vec::new(),
-        }
-    });
-    LinkColumns {
-        noise: noise.collect(),
-        end: link.end.clone(),
-        anew: link.anew,
-    }
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
+    use nalgebra::DVector;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
     use super::*;
+    use crate::likelihood::{
+        columns::Whitened,
+        filter::{self, Disturbances},
+    };
+    use crate::statistics::standard_normal;
 
     /// One segment of one degree of freedom and one piece of force, read by one sensor that drifts: the slope is the trace of
     /// C^-1 K, for the covariance C = s^2 K + D + 1 of its readings, D that of its drift.
@@ -159,22 +152,17 @@ mod tests {
             drift: 0.9,
             drift_correlation: 0.8,
         };
+        let links = [link];
+        let mut passed = Vec::new();
         let mut filtered =
-            filter::filter(0, std::slice::from_ref(&link), 0, 1, &arrival, prior).unwrap();
+            filter::filter(0, &links, 0, 1, &arrival, prior, Some(&mut passed)).unwrap();
         let before = filtered.gram[(0, 1)];
         let column = ScaleColumn {
             column: 0,
             source: 0,
             relative: 0.1,
         };
-        add_slopes(
-            &mut filtered,
-            &[column],
-            &[link.bare(1, 0)],
-            &arrival,
-            prior,
-        )
-        .unwrap();
+        add_slopes(&mut filtered, &[column], (&links, 0), (&passed, 2)).unwrap();
         let sd = DVector::from_vec(vec![0.7, 1.5, 2.0]);
         let root = latents.columns(0, 3) * DMatrix::from_diagonal(&sd);
         let covariance = &root * root.transpose();
@@ -191,5 +179,72 @@ mod tests {
             "{found} {expected}"
         );
         assert_eq!(filtered.gram[(0, 1)], filtered.gram[(1, 0)]);
+    }
+
+    /// Four segments, the third predicted anew: the slope is the difference quotient of the filter's own determinant.
+    #[test]
+    fn it_is_the_difference_of_the_filters_determinants() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let mut random =
+            |rows, columns| DMatrix::from_fn(rows, columns, |_, _| standard_normal(&mut rng));
+        // Residual, start, two pieces of force, drift at the start and at the next.
+        let (rows, tangents, width) = (6, 2, 7);
+        let outputs: Vec<DMatrix<f64>> = (0..4).map(|_| random(rows, width)).collect();
+        let ends: Vec<DMatrix<f64>> = (0..4).map(|_| 0.5 * random(tangents, width)).collect();
+        let prior = Disturbances {
+            force: 0.8,
+            force_correlation: 0.6,
+            drifting: 1,
+            drift: 0.9,
+            drift_correlation: 0.7,
+        };
+        let arrival = DVector::from_vec(vec![0.4, 0.9]);
+        // The first two rows are the sensor's.
+        let links = |scale: f64| -> Vec<LinkColumns> {
+            let all = outputs.iter().zip(&ends).enumerate();
+            all.map(|(at, (outputs, end))| {
+                let own = outputs.view((0, 1), (2, width - 1)).into_owned();
+                let mut outputs = outputs.clone();
+                let mut scaled = outputs.view_mut((0, 1), (2, width - 3));
+                scaled *= scale;
+                let mut end = end.clone();
+                end.columns_mut(width - 2, 2).fill(0.0);
+                LinkColumns {
+                    noise: vec![Whitened {
+                        gram: outputs.tr_mul(&outputs),
+                        half_log_determinant: 0.0,
+                        readings: DMatrix::zeros(0, 0),
+                        scaled: vec![own.tr_mul(&own)],
+                    }],
+                    end,
+                    anew: at == 2,
+                }
+            })
+            .collect()
+        };
+        let filtered = |scale: f64| {
+            let links = links(scale);
+            let mut passed = Vec::new();
+            let filtered =
+                filter::filter(0, &links, 0, 0, &arrival, prior, Some(&mut passed)).unwrap();
+            (links, passed, filtered.half_log_determinant)
+        };
+        let step = 1e-5;
+        let expected = (filtered(1.0 + step).2 - filtered(1.0 - step).2) / (2.0 * step);
+        let (links, passed, _) = filtered(1.0);
+        let mut found = Filtered {
+            trial: 0,
+            gram: DMatrix::zeros(2, 2),
+            half_log_determinant: 0.0,
+            deviations: Default::default(),
+        };
+        let column = ScaleColumn {
+            column: 0,
+            source: 0,
+            relative: 1.0,
+        };
+        add_slopes(&mut found, &[column], (&links, 0), (&passed, 2)).unwrap();
+        let found = -found.gram[(0, 1)];
+        assert!((found / expected - 1.0).abs() < 1e-5, "{found} {expected}");
     }
 }

@@ -247,15 +247,17 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 let noise = drifts.iter().position(|drift| *drift == sizes.drift)?;
                 let prior = self.disturbances(track, *sizes);
                 let trial = track.trial;
-                let mut filtered = match is_searched(sizes) {
-                    true => filter::filter(trial, &links, noise, parameters, arrival, prior),
-                    false => filter::filter(trial, &few, noise, settled, arrival, prior),
-                }?;
+                let mut passed = Vec::new();
+                let (links, parameters) = match is_searched(sizes) {
+                    true => (&links, parameters),
+                    false => (&few, settled),
+                };
+                let wanted = (!scales.is_empty()).then_some(&mut passed);
+                let mut filtered =
+                    filter::filter(trial, links, noise, parameters, arrival, prior, wanted)?;
                 if !scales.is_empty() {
-                    let bare: Vec<LinkColumns> = (links.iter())
-                        .map(|of| of.bare(parameters, noise))
-                        .collect();
-                    scale_slope::add_slopes(&mut filtered, scales, &bare, arrival, prior)?;
+                    let passed = (&passed[..], 2 * prior.drifting);
+                    scale_slope::add_slopes(&mut filtered, scales, (links, noise), passed)?;
                 }
                 filtered.with_own(&own)
             })
