@@ -376,6 +376,7 @@ fn assemble(
     // Rows between boundaries are linear.
     let rows = link.segment.rows.clone();
     let mut outputs = DMatrix::<f64>::zeros(rows.len() * channels, width);
+    let mut reads = Vec::with_capacity(rows.len() * channels);
     for (number, row) in rows.clone().enumerate() {
         for source in &problem.channels.sources {
             let correction = &corrections[source.sensor];
@@ -393,15 +394,21 @@ fn assemble(
                 correction.scale
             };
             for channel in source.channel..source.channel + source.channels {
-                let out = number * channels + channel;
-                for column in 1..layout.drifts() {
-                    let (a, b) = (
-                        readings[before].1[(channel, column)],
-                        readings[after].1[(channel, column)],
-                    );
-                    outputs[(out, column)] = scale * (a + part * (b - a));
-                }
+                let shares = [scale * (1.0 - part), scale * part];
+                reads.push((
+                    number * channels + channel,
+                    channel,
+                    [before, after],
+                    shares,
+                ));
             }
+        }
+    }
+    for column in 1..layout.drifts() {
+        let mut into = outputs.column_mut(column);
+        for (out, channel, [before, after], shares) in &reads {
+            let (a, b) = (&readings[*before].1, &readings[*after].1);
+            into[*out] = shares[0] * a[(*channel, column)] + shares[1] * b[(*channel, column)];
         }
     }
     let mut residual = Vec::new();
@@ -448,8 +455,10 @@ fn assemble(
         if present[row] {
             factors[row] = link.weight(row) / problem.channels.list[row % channels].noise;
         }
-        for column in 1..width {
-            outputs[(row, column)] *= factors[row];
+    }
+    for mut column in outputs.column_iter_mut().skip(1) {
+        for (value, factor) in column.iter_mut().zip(&factors) {
+            *value *= factor;
         }
     }
     if let Some(defect) = defect.filter(|_| !trial.steady) {

@@ -182,20 +182,32 @@ impl Start {
     }
 }
 
-/// Filters the track of a trial with one of the sizes of correlated noise that it was swept for. `arrival`: standard deviation
-/// of the first start by axis [2 nv]; `prior`: of the disturbances; `passed`: what is wanted of every segment beside.
+/// Gram matrix of residual and parameters over all links [1 + parameters], for one of the sizes of correlated noise: what the
+/// readings would say with every latent at zero.
+pub(crate) fn head(links: &[LinkColumns], noise: usize, parameters: usize) -> DMatrix<f64> {
+    let size = 1 + parameters;
+    let mut sum = DMatrix::zeros(size, size);
+    for link in links {
+        sum += link.noise[noise].gram.view((0, 0), (size, size));
+    }
+    sum
+}
+
+/// Filters the track of a trial with one of the sizes of correlated noise that it was swept for. `head`: see [`head`];
+/// `arrival`: standard deviation of the first start by axis [2 nv]; `prior`: of the disturbances; `passed`: what is wanted of
+/// every segment beside.
 pub(crate) fn filter(
     trial: usize,
-    links: &[LinkColumns],
-    noise: usize,
-    parameters: usize,
+    (links, noise): (&[LinkColumns], usize),
+    head: &DMatrix<f64>,
     arrival: &DVector<f64>,
     prior: Disturbances,
     mut passed: Option<&mut Vec<Passed>>,
 ) -> Option<Filtered> {
+    let parameters = head.nrows() - 1;
     let mut filtered = Filtered {
         trial,
-        gram: DMatrix::zeros(1 + parameters, 1 + parameters),
+        gram: head.clone(),
         half_log_determinant: 0.0,
         deviations: Deviations::default(),
     };
@@ -219,6 +231,7 @@ pub(crate) fn filter(
         }
         start = next;
     }
+    filtered.gram.fill_lower_triangle_with_upper_triangle();
     Some(filtered)
 }
 
@@ -331,16 +344,15 @@ pub(super) fn update(
     let head = 1 + parameters;
     let latents = all - head;
     let (mean, root) = start.latents(latents, prior);
-    // Innovations: the columns less what the latents' mean explains; G T, T = [I; +- mean].
+    // Innovations: the columns less what the latents' mean explains; G T, T = [1; +- mean].
     let mut signed = mean.clone();
     signed.column_mut(0).neg_mut();
-    let across = gram.view((0, head), (all, latents));
-    let turned = gram.columns(0, head) + across * &signed;
-    let latent_rows = turned.rows(head, latents).into_owned();
+    let across = gram.view((head, 0), (latents, head));
+    let own = gram.view((head, head), (latents, latents));
+    let latent_rows = across + own * &signed;
     let back = root.transpose();
     let u = &back * &latent_rows;
-    let curvature = gram.view((head, head), (latents, latents)) * &root;
-    let mut w = &back * &curvature;
+    let mut w = &back * (own * &root);
     for axis in 0..w.nrows() {
         w[(axis, axis)] += 1.0;
     }
@@ -352,8 +364,11 @@ pub(super) fn update(
     let half = &inverse * &u;
     let solved = inverse.transpose() * &half;
     if let Some(filtered) = filtered {
-        let own = turned.rows(0, head) + signed.transpose() * &latent_rows;
-        filtered.gram += own - half.transpose() * &half;
+        // T' G T beside the head is A' m + m' A + m' B m, and is symmetric in m and A + B m / 2.
+        let middle = 0.5 * (across + latent_rows);
+        let left = stacked([&middle, &signed, &half]);
+        let right = stacked([&signed, &middle, &(-&half)]);
+        add_symmetric(&mut filtered.gram, &left.transpose(), &right);
         let logs = factor.l_dirty().diagonal().map(f64::ln).sum();
         filtered.half_log_determinant += logs;
     }
@@ -369,6 +384,36 @@ pub(super) fn update(
         root,
         inverse,
     })
+}
+
+/// Rows of matrices, one below the other.
+fn stacked(parts: [&DMatrix<f64>; 3]) -> DMatrix<f64> {
+    let rows = parts.iter().map(|of| of.nrows()).sum();
+    let mut all = DMatrix::zeros(rows, parts[0].ncols());
+    let mut first = 0;
+    for part in parts {
+        all.rows_mut(first, part.nrows()).copy_from(part);
+        first += part.nrows();
+    }
+    all
+}
+
+/// Columns of a product that are computed at once.
+const BLOCK: usize = 64;
+
+/// Adds a product that is symmetric; of what lies below the diagonal nothing is promised.
+fn add_symmetric(into: &mut DMatrix<f64>, left: &DMatrix<f64>, right: &DMatrix<f64>) {
+    let all = into.ncols();
+    for first in (0..all).step_by(BLOCK) {
+        let count = BLOCK.min(all - first);
+        let rows = first + count;
+        into.view_mut((0, first), (rows, count)).gemm(
+            1.0,
+            &left.rows(0, rows),
+            &right.columns(first, count),
+            1.0,
+        );
+    }
 }
 
 /// The next segment's start with this one's last force, and the covariance of this segment's sources with them.
@@ -506,7 +551,7 @@ mod tests {
         let factor = covariance.cholesky().unwrap();
         let misfit = residual.dot(&factor.solve(&residual));
         let logs: f64 = factor.l_dirty().diagonal().map(f64::ln).sum();
-        let filtered = filter(0, &links, 0, 1, &arrival, prior, None).unwrap();
+        let filtered = filter(0, (&links, 0), &head(&links, 0, 1), &arrival, prior, None).unwrap();
         let along = DVector::from_vec(vec![1.0, -z[0]]);
         let found = (&filtered.gram * &along).dot(&along);
         assert!((found / misfit - 1.0).abs() < 1e-6, "{found} {misfit}");

@@ -154,8 +154,15 @@ mod tests {
         };
         let links = [link];
         let mut passed = Vec::new();
-        let mut filtered =
-            filter::filter(0, &links, 0, 1, &arrival, prior, Some(&mut passed)).unwrap();
+        let mut filtered = filter::filter(
+            0,
+            (&links, 0),
+            &filter::head(&links, 0, 1),
+            &arrival,
+            prior,
+            Some(&mut passed),
+        )
+        .unwrap();
         let before = filtered.gram[(0, 1)];
         let column = ScaleColumn {
             column: 0,
@@ -225,8 +232,15 @@ mod tests {
         let filtered = |scale: f64| {
             let links = links(scale);
             let mut passed = Vec::new();
-            let filtered =
-                filter::filter(0, &links, 0, 0, &arrival, prior, Some(&mut passed)).unwrap();
+            let filtered = filter::filter(
+                0,
+                (&links, 0),
+                &filter::head(&links, 0, 0),
+                &arrival,
+                prior,
+                Some(&mut passed),
+            )
+            .unwrap();
             (links, passed, filtered.half_log_determinant)
         };
         let step = 1e-5;

@@ -1,6 +1,6 @@
 //! The working point of the linearisation, and the sweeps about it.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::{
@@ -239,6 +239,14 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 without.collect()
             }
         };
+        let heads = |links: &[LinkColumns], parameters| -> Vec<DMatrix<f64>> {
+            let noises = 0..links.first().map_or(0, |of| of.noise.len());
+            let heads = noises.into_par_iter();
+            heads
+                .map(|noise| filter::head(links, noise, parameters))
+                .collect()
+        };
+        let (head, head_of_few) = (heads(&links, parameters), heads(&few, settled));
         let filtered = self
             .levels
             .all
@@ -248,13 +256,19 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 let prior = self.disturbances(track, *sizes);
                 let trial = track.trial;
                 let mut passed = Vec::new();
-                let (links, parameters) = match is_searched(sizes) {
-                    true => (&links, parameters),
-                    false => (&few, settled),
+                let (links, head) = match is_searched(sizes) {
+                    true => (&links, &head),
+                    false => (&few, &head_of_few),
                 };
                 let wanted = (!scales.is_empty()).then_some(&mut passed);
-                let mut filtered =
-                    filter::filter(trial, links, noise, parameters, arrival, prior, wanted)?;
+                let mut filtered = filter::filter(
+                    trial,
+                    (links, noise),
+                    head.get(noise)?,
+                    arrival,
+                    prior,
+                    wanted,
+                )?;
                 if !scales.is_empty() {
                     let passed = (&passed[..], 2 * prior.drifting);
                     scale_slope::add_slopes(&mut filtered, scales, (links, noise), passed)?;
