@@ -591,8 +591,9 @@ mod tests {
             drift: 0.0,
             drift_correlation: 0.0,
         };
-        let filtered =
-            |links: &[LinkColumns]| filter(0, links, 0, 1, &arrival, prior, None).unwrap();
+        let filtered = |links: &[LinkColumns]| {
+            filter(0, (links, 0), &head(links, 0, 1), &arrival, prior, None).unwrap()
+        };
         let (one, other) = (filtered(&links[..2]), filtered(&links[2..]));
         let whole = filtered(&links);
         links[2].anew = true;
