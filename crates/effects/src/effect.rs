@@ -190,6 +190,11 @@ pub trait BodyPart {
 
     /// Advances the memory over a step [s] that starts at `motion`.
     fn advance(&self, _p: &[f64], _motion: &Motion, _step: f64, _memory: &mut [f64]) {}
+
+    /// True where its memory depends on the motion and on the parameters that shape its amplitudes, not on these.
+    fn remembers_motion_alone(&self) -> bool {
+        false
+    }
 }
 
 /// Motion of the water.

@@ -128,6 +128,10 @@ impl<L: WrenchLaw> BodyPart for L {
             WrenchLaw::advance_memory(self, &padded(p), &Flow::bounded(motion), step, memory);
         }
     }
+
+    fn remembers_motion_alone(&self) -> bool {
+        true
+    }
 }
 
 /// A force and a torque as six numbers.

@@ -97,6 +97,38 @@ fn bounds_do_not_depend_on_the_motion() {
     }
 }
 
+/// What says that its memory does not depend on its amplitudes has the same with others.
+#[test]
+fn memory_of_the_motion_alone_is_the_same_for_all_amplitudes() {
+    let mut remembering = 0;
+    for effect in all() {
+        let Part::Body(part) = effect.part() else {
+            continue;
+        };
+        if part.memory_len() == 0 || !part.remembers_motion_alone() {
+            continue;
+        }
+        remembering += 1;
+        let parameters = effect.parameters(&target(effect.card().target));
+        let values = |amplitude: f64| -> Vec<f64> {
+            let of = parameters.iter();
+            of.map(|p| {
+                if p.shapes {
+                    p.start
+                } else {
+                    p.start + amplitude * p.prior_sd
+                }
+            })
+            .collect()
+        };
+        let draws = [0.3, -0.2, 0.5, 0.1];
+        let memory = |amplitude| warmed(part, &values(amplitude), &fixture::still(), &draws);
+        assert_eq!(memory(0.0), memory(0.7), "{}", effect.card().id);
+        assert!(memory(0.0).iter().any(|value| *value != 0.0));
+    }
+    assert_eq!(remembering, 2);
+}
+
 #[test]
 fn every_card_and_parameter_is_filled_in() {
     for effect in all() {

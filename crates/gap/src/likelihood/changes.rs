@@ -3,8 +3,9 @@
 use hydro_effects::{Entry, Part, effect};
 
 use crate::{
+    error::GapError,
     likelihood::directions::{Direction, STEP, inward},
-    plant::Quantity,
+    plant::{Quantity, Simulation},
     problem::{point::Point, problem::Problem},
     rollout::shooting::remembers,
 };
@@ -31,6 +32,27 @@ pub(crate) struct Change {
     pub(crate) kind: Kind,
     /// True where it follows the commands, which may turn at every row: taken at every boundary.
     pub(crate) fine: bool,
+    /// What it remembers is that of this change, an earlier one; its own where there is none.
+    pub(crate) remembers_as: Option<usize>,
+}
+
+impl Change {
+    /// Its simulation in a trial. Values that the plant refuses change nothing against the `base`: numbers of the nominal and
+    /// effects.
+    pub(super) fn simulation<'p>(
+        &self,
+        problem: &'p Problem<'_>,
+        trial: usize,
+        base: (&[f64], &[Entry]),
+    ) -> Result<Box<dyn Simulation + 'p>, GapError> {
+        let plant = problem.plant.cheaper().unwrap_or(problem.plant);
+        let mut simulation = match plant.simulation(&self.nuisances, &self.entries) {
+            Ok(simulation) => simulation,
+            Err(_) => plant.simulation(base.0, base.1)?,
+        };
+        simulation.prescribe(problem.trials[trial].prescribed.clone());
+        Ok(simulation)
+    }
 }
 
 /// All changes about a point: nuisance parameters, its own parameters, directions.
@@ -73,6 +95,7 @@ pub(crate) fn changes(
                 Kind::Loaded
             },
             fine: matches!(quantity, Quantity::CommandLead | Quantity::Gain),
+            remembers_as: None,
         });
     }
     let mut push = |candidate: usize, moved: &Point, step: f64, kind: &dyn Fn(&[Entry]) -> Kind| {
@@ -88,6 +111,7 @@ pub(crate) fn changes(
             },
             fine: follows(candidate),
             entries,
+            remembers_as: None,
         });
     };
     for (row, candidate) in point.candidates.iter().enumerate() {
@@ -106,6 +130,7 @@ pub(crate) fn changes(
             push(*candidate, &moved, step / p.prior_sd, &|_| kind);
         }
     }
+    let first = problem.nuisances.len() + point.values.iter().map(Vec::len).sum::<usize>();
     for direction in directions {
         let p = &problem.candidates[direction.candidate].parameters[direction.parameter];
         let mut moved = point.clone();
@@ -122,6 +147,17 @@ pub(crate) fn changes(
                 false => Kind::Joined,
             }
         });
+    }
+    // Amplitudes of one shape remember the same motion.
+    for (at, direction) in directions.iter().enumerate() {
+        let part = part(direction.candidate);
+        let alike = |other: &Direction| {
+            other.candidate == direction.candidate && other.base == direction.base
+        };
+        let earlier = directions[..at].iter().position(alike);
+        if matches!(part, Part::Body(part) if part.remembers_motion_alone()) {
+            changes[first + at].remembers_as = earlier.map(|earlier| first + earlier);
+        }
     }
     changes
 }

@@ -15,8 +15,9 @@ use crate::{
         coloured_noise,
         directions::Direction,
         form_error::{self, Base, Beside},
-        slow_drift,
+        memories, slow_drift,
         step_changes::{Inputs, StateChanges, inputs, references, state_changes},
+        symmetric,
         track::{self, Grid, Rolled, Track},
     },
     plant::{Quantity, SensorKind, Simulation},
@@ -201,17 +202,21 @@ pub(crate) fn sweep(
     let states = state_changes(problem, base.as_mut(), &rolled, (track, grid), force_scale);
     let references = references(base.as_mut(), &rolled);
     let defects = defects(base.as_ref(), track, &rolled);
+    let about = (&nuisances_at[..], &entries[..]);
+    let memories = memories::of_changes(problem, (track, &rolled), grid, &changes, about)?;
     let inputs: Vec<Option<Inputs>> = changes
         .par_iter()
-        .map(|change| {
+        .enumerate()
+        .map(|(at, change)| {
+            let memories = memories.get(&change.remembers_as.unwrap_or(at));
             inputs(
                 problem,
                 track,
                 &rolled,
                 &references,
                 grid,
-                change,
-                (&nuisances_at, &entries),
+                (change, memories),
+                about,
             )
         })
         .collect::<Result<_, GapError>>()?;
@@ -506,8 +511,7 @@ fn assemble(
         });
         Whitened {
             scaled: scaled.collect(),
-            // A product of matrices, several times as fast as `tr_mul`.
-            gram: readings.transpose() * &readings,
+            gram: symmetric::gram(&readings),
             half_log_determinant,
             readings: match keep_readings {
                 true => readings,

@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::likelihood::{
     by_trial::{self, Deviation, Deviations},
     columns::{LinkColumns, Whitened},
+    symmetric::add_symmetric,
 };
 
 /// Standard deviation of a start where the last segment ends, beside the unmodelled forces: rounding, steps of the
@@ -396,24 +397,6 @@ fn stacked(parts: [&DMatrix<f64>; 3]) -> DMatrix<f64> {
         first += part.nrows();
     }
     all
-}
-
-/// Columns of a product that are computed at once.
-const BLOCK: usize = 64;
-
-/// Adds a product that is symmetric; of what lies below the diagonal nothing is promised.
-fn add_symmetric(into: &mut DMatrix<f64>, left: &DMatrix<f64>, right: &DMatrix<f64>) {
-    let all = into.ncols();
-    for first in (0..all).step_by(BLOCK) {
-        let count = BLOCK.min(all - first);
-        let rows = first + count;
-        into.view_mut((0, first), (rows, count)).gemm(
-            1.0,
-            &left.rows(0, rows),
-            &right.columns(first, count),
-            1.0,
-        );
-    }
 }
 
 /// The next segment's start with this one's last force, and the covariance of this segment's sources with them.

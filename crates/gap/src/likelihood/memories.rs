@@ -1,8 +1,14 @@
 //! What effects remember along a track, where it is not what the base remembers.
 
+use std::collections::BTreeMap;
+
+use hydro_effects::Entry;
+use rayon::prelude::*;
+
 use crate::{
+    error::GapError,
     likelihood::{
-        changes::Change,
+        changes::{Change, Kind},
         track::{Grid, Rolled, Track},
     },
     plant::Simulation,
@@ -10,14 +16,43 @@ use crate::{
     rollout::shooting::{self, WarmUp},
 };
 
-/// Memory of a change's simulation at every boundary, segment by segment, along the base's motion.
-pub(super) fn along(
+/// Memory at every boundary, segment by segment.
+pub(super) type Memories = Vec<Vec<Vec<f64>>>;
+
+/// Memories of the changes that have one of their own, by their number. `base`: numbers of the nominal and entries of the base.
+pub(super) fn of_changes(
     problem: &Problem<'_>,
-    track: &Track,
-    rolled: &[Rolled],
-    (simulation, change): (&mut dyn Simulation, &Change),
+    (track, rolled): (&Track, &[Rolled]),
     grid: Grid,
-) -> Vec<Vec<Vec<f64>>> {
+    changes: &[Change],
+    base: (&[f64], &[Entry]),
+) -> Result<BTreeMap<usize, Memories>, GapError> {
+    let has_own = |of: &Change| of.kind == Kind::Remembering && of.remembers_as.is_none();
+    let own: Vec<usize> = (0..changes.len())
+        .filter(|at| has_own(&changes[*at]))
+        .collect();
+    let memories = own.into_par_iter().map(|at| {
+        let mut simulation = changes[at].simulation(problem, track.trial, base)?;
+        let memories = along(
+            problem,
+            (track, rolled),
+            simulation.as_mut(),
+            &changes[at],
+            grid,
+        );
+        Ok((at, memories))
+    });
+    memories.collect()
+}
+
+/// Memory of a change's simulation along the base's motion.
+fn along(
+    problem: &Problem<'_>,
+    (track, rolled): (&Track, &[Rolled]),
+    simulation: &mut dyn Simulation,
+    change: &Change,
+    grid: Grid,
+) -> Memories {
     let trial = &problem.trials[track.trial];
     let motion = &problem.motions[track.trial];
     let step = problem.model.timestep;

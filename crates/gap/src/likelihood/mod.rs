@@ -35,6 +35,7 @@ pub(crate) mod seen;
 pub(crate) mod set_prior;
 pub(crate) mod slow_drift;
 pub(crate) mod step_changes;
+mod symmetric;
 pub(crate) mod track;
 pub(crate) mod truncated_evidence;
 pub(crate) mod truncated_normal;

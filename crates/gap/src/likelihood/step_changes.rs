@@ -7,7 +7,7 @@ use crate::{
     error::GapError,
     likelihood::{
         changes::{Change, Kind},
-        memories,
+        memories::Memories,
         track::{Boundary, Grid, Link, Rolled, Track},
     },
     plant::Simulation,
@@ -248,23 +248,15 @@ pub(crate) fn inputs(
     rolled: &[Rolled],
     references: &References,
     grid: Grid,
-    change: &Change,
+    (change, memories): (&Change, Option<&Memories>),
     base: (&[f64], &[Entry]),
 ) -> Result<Option<Inputs>, GapError> {
     if change.kind == Kind::Measurement {
         return Ok(None);
     }
     let (nv, channels) = (problem.model.nv, problem.channels.len());
-    let plant = problem.plant.cheaper().unwrap_or(problem.plant);
-    // Values that the plant refuses change nothing.
-    let mut simulation = match plant.simulation(&change.nuisances, &change.entries) {
-        Ok(simulation) => simulation,
-        Err(_) => plant.simulation(base.0, base.1)?,
-    };
+    let mut simulation = change.simulation(problem, track.trial, base)?;
     let trial = &problem.trials[track.trial];
-    simulation.prescribe(trial.prescribed.clone());
-    let memories = (change.kind == Kind::Remembering)
-        .then(|| memories::along(problem, track, rolled, (simulation.as_mut(), change), grid));
     let (mut tangent, mut reading) = (vec![0.0; 2 * nv], vec![0.0; channels]);
     let mut found: Vec<(DMatrix<f32>, DMatrix<f32>)> = rolled
         .iter()
@@ -286,7 +278,7 @@ pub(crate) fn inputs(
                     loaded
                 } else {
                     simulation.rejoin(&boundary.full);
-                    let own = memories.as_ref().map(|of| &of[number][at]);
+                    let own = memories.map(|of| &of[number][at]);
                     simulation.set_memory(own.unwrap_or(&boundary.memory));
                     joined
                 };

@@ -29,8 +29,9 @@ use crate::{
 /// Sweeps that let a working point settle, at most, and the change of the log likelihood that ends them [nat].
 const SETTLING: usize = 5;
 const SETTLED: f64 = 0.5;
-/// Sweeps that let starts and forces follow the readings, at most.
+/// Sweeps that let starts and forces follow the readings, at most: from the estimated motion, and again at other values.
 const FOLLOWING: usize = 10;
+const FOLLOWING_AGAIN: usize = 2;
 
 /// Values of a set, and the starts and unmodelled forces of all segments.
 #[derive(Clone)]
@@ -356,7 +357,11 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
 
     fn follow_there(&mut self, chooses: bool) -> Result<bool, GapError> {
         let mut last: Option<f64> = None;
-        for _ in 0..FOLLOWING {
+        let most = match self.is_weighed {
+            true => FOLLOWING_AGAIN,
+            false => FOLLOWING,
+        };
+        for _ in 0..most {
             // As long as they first follow, and then alike for all that is compared from here.
             if !self.is_weighed {
                 self.weigh()?;
