@@ -364,17 +364,9 @@ fn starts(
     } = options.segments;
     let rows = trial.times.len();
     let mut segments = segments::cut(trial, &motion, rows, [longest, joined_rest], least_rows);
-    if near.is_some() {
-        let along = (trial, &motion);
-        state_estimation::refine_starts(
-            system,
-            along,
-            &mut segments,
-            channels,
-            corrections,
-            options,
-        )?;
-    }
+    // Every side by the same rule, so that a model is no better than itself.
+    let along = (trial, &motion);
+    state_estimation::refine_starts(system, along, &mut segments, channels, corrections, options)?;
     Ok((motion, segments))
 }
 
