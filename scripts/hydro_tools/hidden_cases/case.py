@@ -224,7 +224,7 @@ class Case:
         # Sensitivities need no finer step than the nominal's own.
         coarse = copy.copy(self.truth)
         coarse.opt.timestep, coarse.opt.integrator = self.nominal.opt.timestep, self.nominal.opt.integrator
-        most = self.system.most_nuisances or (40 if self.truth.nv <= 6 else 24)
+        most = self.system.most_nuisances or (40 if self.truth.nv <= 6 else 64)
         nuisances = Nuisances(
             windows, self.layout, coarse, water_of=water, most=most, com=self.system.com, tie=self.system.tie
         )

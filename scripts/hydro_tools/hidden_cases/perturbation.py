@@ -85,9 +85,17 @@ def settle(model: mujoco.MjModel) -> None:
 def groups(
     model: mujoco.MjModel, com: float = COM, tie: Callable[[str], str] | None = None
 ) -> dict[str, list[Nuisance]]:
-    """Knobs tied by group."""
+    """Nuisances tied by group: those of a fluid, of actuators and of joints first, then of the bodies that move."""
+    fixed = {model.body(body).name for body in range(1, model.nbody) if model.body_weldid[body] == 0}
+    of_bodies = ("mass", "com", "inertia")
+    all_of = [of for of in nuisances(model, com, tie) if of.name.split()[0] not in of_bodies]
+    all_of += [
+        of
+        for of in nuisances(model, com, tie)
+        if of.name.split()[0] in of_bodies and of.name.split()[1] not in fixed
+    ]
     out: dict[str, list[Nuisance]] = {}
-    for nuisance in nuisances(model, com, tie):
+    for nuisance in all_of:
         out.setdefault(nuisance.group, []).append(nuisance)
     return out
 

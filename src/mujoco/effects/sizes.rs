@@ -16,7 +16,7 @@ use crate::{
                 mjBIAS_AFFINE, mjGAIN_FIXED, mjJNT_HINGE, mjJNT_SLIDE, mjTRN_JOINT,
                 mjTRN_JOINTINPARENT, mjTRN_SITE,
             },
-            views::NGAIN,
+            views::{NBIAS, NGAIN},
         },
     },
     plugin::{attributes::FRESH_WATER, native_fluid::EllipsoidCoefficients, waterline},
@@ -209,6 +209,11 @@ pub(crate) fn joint(model: ModelView<'_>, joint: usize) -> JointScale {
     JointScale {
         inertia: model.dof_M0()[dof],
         torque: if largest > 0.0 { largest } else { weight },
+        damping: model.dof_damping()[dof]
+            + drives
+                .iter()
+                .map(|id| servo_damping(model, *id))
+                .sum::<f64>(),
         speed: 0.0,
         travel: 0.0,
         slides,
@@ -239,6 +244,16 @@ impl Found {
 pub(crate) fn is_scalar(model: ModelView<'_>, joint: usize) -> bool {
     let kind = model.jnt_type()[joint] as u32;
     kind == mjJNT_SLIDE || kind == mjJNT_HINGE
+}
+
+/// Viscous damping that an actuator puts on its joint, as a servo does.
+fn servo_damping(model: ModelView<'_>, id: usize) -> f64 {
+    let is_affine = model.actuator_biastype()[id] as u32 == mjBIAS_AFFINE;
+    let gear = model.actuator_gear()[6 * id];
+    match is_affine {
+        true => (-model.actuator_biasprm()[NBIAS * id + 2]).max(0.0) * gear * gear,
+        false => 0.0,
+    }
 }
 
 /// The largest force on a joint that an actuator's limits allow.

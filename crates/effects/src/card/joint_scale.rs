@@ -19,6 +19,8 @@ pub struct JointScale {
     pub inertia: f64,
     /// Largest torque that gravity or the actuator puts on it [N m or N].
     pub torque: f64,
+    /// Viscous damping that it has, its servo's with it [N m s/rad or N s/m].
+    pub damping: f64,
     /// Typical speed in the trials [rad/s or m/s].
     pub speed: f64,
     /// Typical excursion in the trials [rad or m].
@@ -40,10 +42,12 @@ impl JointScale {
         positive(self.travel, SMALL)
     }
 
-    /// Typical force [N m or N]: gravity's, the actuator's, or the one that swings the inertia through its travel.
+    /// Typical force [N m or N]: gravity's, the actuator's, the damping's, or the one that swings the inertia through its
+    /// travel.
     pub(crate) fn typical_force(&self) -> f64 {
         let swing = self.inertia * self.typical_speed().powi(2) / self.typical_travel();
-        positive(self.torque.max(swing), 1.0)
+        let damped = self.damping * self.typical_speed();
+        positive(self.torque.max(swing).max(damped), 1.0)
     }
 
     /// Upper bound of a force [N m or N]: a hundred times that of gravity or the actuator plus that of a sudden stop.

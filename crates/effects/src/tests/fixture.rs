@@ -109,6 +109,7 @@ pub(crate) fn target(kind: TargetKind) -> Target {
         TargetKind::Body => Target::Body(body_scale(&still())),
         TargetKind::Joint => Target::Joint(JointScale {
             inertia: 0.1,
+            damping: 0.0,
             torque: 2.0,
             speed: 1.0,
             travel: 0.5,

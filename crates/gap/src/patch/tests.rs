@@ -71,6 +71,7 @@ fn description() -> PlantDescription {
             start: 0.0,
             scale: JointScale {
                 inertia: 0.02,
+                damping: 0.0,
                 torque: 1.0,
                 speed: 0.0,
                 travel: 0.0,

@@ -18,6 +18,7 @@ NEGLIGIBLE = 0.05
 #: What the table needs of an answer and of a verdict.
 ANSWER = ("kind", "system", "effects", "identifiable", "lookalikes", "twin", "strength")
 VERDICT = ("verdict", "named", "confusion_set", "names")
+CALIBRATION = ("alarm", "alarm_level")
 
 
 def save(path: Path, methods: dict[str, list[Scored]]) -> None:
@@ -110,7 +111,9 @@ def _figures(verdict: dict | None) -> dict | None:
         regime: {side: gap[side] for side in ("before", "after")}
         for regime, gap in (verdict.get("elsewhere") or {}).items()
     }
+    alarm = {key: value for key, value in (verdict.get("calibration") or {}).items() if key in CALIBRATION}
     return {key: verdict[key] for key in VERDICT if key in verdict} | {
+        **({"calibration": alarm} if alarm else {}),
         "effects": effects,
         "gap": gap,
         **({"elsewhere": elsewhere} if elsewhere else {}),

@@ -2,7 +2,7 @@
 
 import math
 
-from . import figures, intervals
+from . import figures, intervals, reliability
 from .read import Scored
 
 
@@ -41,6 +41,8 @@ def score(cases: list[Scored]) -> dict:
             for system in systems
         },
         "confusion": figures.confusion(cases),
+        "reliability": reliability.reliability(cases),
+        "alarm": reliability.alarm(cases),
     }
 
 
@@ -74,6 +76,20 @@ def show(results: dict[str, dict]) -> None:
         print(f"{'figure':<{width}}" + "".join(f"  {system:<24}" for system in systems))
         for i, line in enumerate(result["table"]):
             print(f"{line['name']:<{width}}" + "".join(f"  {cell(result['by_system'][s][i]):<24}" for s in systems))
+        print(f"\n{name}, probability that was stated -> share that is true")
+        for band in result["reliability"]:
+            if band["n"]:
+                low, high = (100 * edge for edge in band["interval"])
+                print(
+                    f"  {band['from']:.2f} to {band['to']:.2f}  mean {band['stated']:.2f} -> "
+                    f"{100 * band['true']:.0f} % [{low:.0f}, {high:.0f}] n={band['n']}"
+                )
+        alarm = result["alarm"]
+        if alarm["n"]:
+            print(
+                f"  nothing missing: alarm at level {alarm['asked']:.2f} in {alarm['hits']} of {alarm['n']} "
+                f"[{100 * alarm['low']:.0f}, {100 * alarm['high']:.0f}] %"
+            )
         print(f"\n{name}, hidden -> said")
         for hidden, row in sorted(result["confusion"].items()):
             said = ", ".join(f"{what} {count}" for what, count in sorted(row.items(), key=lambda pair: -pair[1]))

@@ -64,7 +64,7 @@ class Generic(System):
     def __init__(self, robot: Robot):
         self.robot, self.name, self.base, self.com = robot, robot.name, robot.base, robot.com
         self.model = self.plain_model(robot.xml)
-        self.most_nuisances = 90 if self.model.nbody <= 14 else 48
+        self.most_nuisances = 90
         self.bodies = {self.model.body(b).name: b for b in range(1, self.model.nbody)}
         self.layout = Layout.from_model(self.model)
         self._sizes: dict | None = None
