@@ -181,10 +181,20 @@ pub(crate) fn joint(model: ModelView<'_>, joint: usize) -> JointScale {
     let dof = model.jnt_dofadr()[joint] as usize;
     let body = model.jnt_bodyid()[joint] as usize;
     let slides = model.jnt_type()[joint] as u32 == mjJNT_SLIDE;
-    // Weight at the lever of everything below.
-    let gravity = Vector3::from(model.raw().opt.gravity).norm();
+    // Weight at the lever of everything below, along an axis that stands still in the world or may point anywhere.
     let anchor = Vector3::from(ModelView::triple(model.jnt_pos(), joint));
     let axis = Vector3::from(ModelView::triple(model.jnt_axis(), joint));
+    let gravity = Vector3::from(model.raw().opt.gravity);
+    let gravity = match has_fixed_axis(model, joint) {
+        true => {
+            let along = relative(model, body, 0).rotation * axis;
+            match slides {
+                true => gravity.dot(&along).abs(),
+                false => gravity.cross(&along).norm(),
+            }
+        }
+        false => gravity.norm(),
+    };
     let mut moment = Vector3::zeros();
     for link in (body..model.bodies()).filter(|link| model.hangs_below(*link, body)) {
         let centre = relative(model, link, body)
@@ -244,6 +254,15 @@ impl Found {
 pub(crate) fn is_scalar(model: ModelView<'_>, joint: usize) -> bool {
     let kind = model.jnt_type()[joint] as u32;
     kind == mjJNT_SLIDE || kind == mjJNT_HINGE
+}
+
+/// True for a joint whose axis keeps its direction in the world: between it and the world there are slides alone.
+fn has_fixed_axis(model: ModelView<'_>, joint: usize) -> bool {
+    let body = model.jnt_bodyid()[joint] as usize;
+    let parent = model.body_parentid()[body] as usize;
+    let before = (0..joint).filter(|other| model.jnt_bodyid()[*other] as usize == body);
+    let slides = |other: usize| model.jnt_type()[other] as u32 == mjJNT_SLIDE;
+    model.body_weldid()[parent] == 0 && before.into_iter().all(slides)
 }
 
 /// Viscous damping that an actuator puts on its joint, as a servo does.
