@@ -71,7 +71,7 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         self.is_point_mass()
     }
 
-    /// True where the first parameter is a delay or lag [s], which a simulation cannot tell from its steps where it is shorter.
+    /// True where the first parameter is a delay or lag of an actuator [s].
     fn is_timing(&self) -> bool {
         false
     }

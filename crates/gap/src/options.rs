@@ -114,7 +114,8 @@ options! {
 options! {
     /// Candidate effects, their priors, and the priors that `nominal.toml` does not name.
     CandidateOptions {
-        /// Moving bodies up to which effects are tried on every body; of larger models on their bases alone.
+        /// Moving bodies up to which effects are tried on every body; of larger models on their bases alone, and a payload on
+        /// the ends of up to as many chains too.
         all_bodies: usize = 6,
         /// A body is the base of its tree instead of the first one where its volume is this many times as large.
         base_volume_ratio: f64 = 2.0,

@@ -90,9 +90,7 @@ def groups(
     of_bodies = ("mass", "com", "inertia")
     all_of = [of for of in nuisances(model, com, tie) if of.name.split()[0] not in of_bodies]
     all_of += [
-        of
-        for of in nuisances(model, com, tie)
-        if of.name.split()[0] in of_bodies and of.name.split()[1] not in fixed
+        of for of in nuisances(model, com, tie) if of.name.split()[0] in of_bodies and of.name.split()[1] not in fixed
     ]
     out: dict[str, list[Nuisance]] = {}
     for nuisance in all_of:

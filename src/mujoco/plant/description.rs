@@ -61,6 +61,7 @@ pub(crate) fn bodies(data: &DataView<'_>, density: f64, waterline: Option<f64>) 
                 name: model.label(mjOBJ_BODY as i32, "body", body),
                 root: sizes::is_root(model, body),
                 moves: last_dof(model, body) >= 0,
+                end: is_end(model, body),
                 wet: weighs_in(model, body) && size && under,
                 bulk,
                 scale,
@@ -74,6 +75,13 @@ pub(crate) fn bodies(data: &DataView<'_>, density: f64, waterline: Option<f64>) 
             }
         })
         .collect()
+}
+
+/// True where a body has a degree of freedom of its own and none hangs below it.
+fn is_end(model: ModelView<'_>, body: usize) -> bool {
+    let has_own = |of: usize| model.body_dofnum()[of] > 0;
+    let mut below = (body + 1..model.bodies()).filter(|of| model.hangs_below(*of, body));
+    has_own(body) && !below.any(has_own)
 }
 
 /// Density from which a fluid is no gas [kg/m^3].

@@ -40,10 +40,6 @@ impl Effect for SensorDelay {
         ]
     }
 
-    fn is_timing(&self) -> bool {
-        true
-    }
-
     fn part(&self) -> Part<'_> {
         Part::Sensor(self)
     }

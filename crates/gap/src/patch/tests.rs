@@ -43,6 +43,7 @@ fn description() -> PlantDescription {
             name: "fin".to_owned(),
             root: false,
             moves: true,
+            end: true,
             wet: true,
             bulk: 0.01,
             scale: BodyScale {

@@ -131,6 +131,8 @@ pub struct PlantBody {
     pub root: bool,
     /// True where at least one degree of freedom moves it.
     pub moves: bool,
+    /// True for the last body of a chain: it has a degree of freedom of its own, and no body below it has.
+    pub end: bool,
     /// True where it has size and weight of its own and stands in the water.
     pub wet: bool,
     /// Volume of its own hull, without what hangs on it; where no body has one, that of its mass in water [m^3].

@@ -183,6 +183,7 @@ pub(crate) fn enumerate(
 ) -> Vec<Candidate> {
     let mut candidates = Vec::new();
     let moving = model.bodies.iter().filter(|body| body.moves).count();
+    let ends = model.bodies.iter().filter(|body| body.end).count();
     let bases = bases(model, options.base_volume_ratio);
     let pace = Pace::typical(model, typical);
     for id in Id::ALL.iter().chain(own) {
@@ -224,7 +225,10 @@ pub(crate) fn enumerate(
                     }
                     let is_base = bases.contains(&body.name.as_str());
                     let is_asked = !only.is_empty();
-                    if !(is_base || is_asked || (moving <= options.all_bodies && body.wet)) {
+                    // What a robot carries hangs at the end of a chain.
+                    let carries = effect.is_point_mass() && body.end && ends <= options.all_bodies;
+                    let is_small = moving <= options.all_bodies;
+                    if !(is_base || is_asked || carries || (is_small && body.wet)) {
                         continue;
                     }
                     let mut scale = body.scale.clone();

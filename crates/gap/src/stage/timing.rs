@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use hydro_effects::{Id, Part, effect};
+use hydro_effects::{Id, effect};
 
 use crate::{
     error::GapError,
@@ -30,8 +30,7 @@ pub(crate) struct Timing {
 
 /// True for an effect that is a member of the mechanism.
 pub(crate) fn is_member(id: Id) -> bool {
-    let of = effect(id);
-    of.is_timing() && matches!(of.part(), Part::Actuator(_))
+    effect(id).is_timing()
 }
 
 /// Refits the best set with the other member of the mechanism in the place of the one that it holds. `None` where it holds

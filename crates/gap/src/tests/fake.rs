@@ -68,6 +68,7 @@ impl RigidBody {
                     name: "hull".to_owned(),
                     root: true,
                     moves: true,
+                    end: true,
                     wet: true,
                     bulk: 0.01,
                     scale,

@@ -14,16 +14,19 @@ class _Joint(Effect):
 
 
 class JointFriction(_Joint):
-    """Coulomb friction smoothed over 0.02 rad/s, 15 % more (Stribeck) below 0.1 rad/s."""
+    """Coulomb friction smoothed over `smooth` [rad/s or m/s], 15 % more (Stribeck) below five times that speed."""
 
     kind = "joint_friction"
 
-    def __init__(self, target, dof, at, coulomb: float):
+    def __init__(self, target, dof, at, coulomb: float, smooth: float = 0.02):
         super().__init__(target, dof, at, {"coulomb": (coulomb, "N m")})
+        self.smooth = smooth
 
     def force(self, plant):
         v = plant.qvel[:, self.dof]
-        friction = self.value("coulomb") * np.tanh(v / 0.02) * (1 + 0.15 * np.exp(-((v / 0.1) ** 2)))
+        friction = (
+            self.value("coulomb") * np.tanh(v / self.smooth) * (1 + 0.15 * np.exp(-((v / (5 * self.smooth)) ** 2)))
+        )
         torque = self.scale[:, 0] * friction
         self.note(("coulomb",), np.sign(v)[:, None], torque[:, None])
         plant.qfrc[:, self.dof] -= torque

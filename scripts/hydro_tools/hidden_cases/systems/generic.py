@@ -232,7 +232,9 @@ class Generic(System):
 
         def friction(rng):
             name, dof, at, slide = one(rng)
-            return renamed(joint.JointFriction(name, dof, at, 0.1 * size["force"][dof]), slide, line)
+            # Where a joint creeps, a sign that is as smooth as elsewhere would be a damping.
+            smooth = min(0.02, 0.1 * float(size["speed"][dof]))
+            return renamed(joint.JointFriction(name, dof, at, 0.1 * size["force"][dof], smooth), slide, line)
 
         def damping(rng):
             name, dof, at, slide = one(rng)

@@ -164,6 +164,45 @@ fn the_users_own_stand_beside_the_built_in_ones() {
     assert!((share(&without, 0) - share(&all, 0) - (30.0_f64 / 28.0).ln()).abs() < 1e-12);
 }
 
+/// Of a model with many bodies the base counts, and what a chain's end may carry.
+#[test]
+fn a_payload_may_hang_at_the_end_of_a_chain() {
+    let mut model = RigidBody::new().description().clone();
+    model.bodies[0].end = false;
+    for at in 0..4 {
+        model.bodies.push(PlantBody {
+            name: format!("link_{at}"),
+            root: false,
+            end: at == 3,
+            bulk: 0.0,
+            ..model.bodies[0].clone()
+        });
+    }
+    let bodies = |all_bodies: usize, id: Id| -> Vec<String> {
+        let options = CandidateOptions {
+            all_bodies,
+            ..CandidateOptions::default()
+        };
+        let all = enumerate(
+            &model,
+            &NO_CHANNELS,
+            &[],
+            &usual(&model),
+            (&[], None),
+            &options,
+        );
+        let of = all.iter().filter(|of| of.effect == id);
+        let mut targets: Vec<String> = of.map(|of| of.targets.join(" ")).collect();
+        targets.dedup();
+        targets
+    };
+    assert_eq!(bodies(4, Id::Payload), ["hull", "link_3"]);
+    assert_eq!(bodies(4, Id::LinearDrag), ["hull"]);
+    assert_eq!(bodies(5, Id::LinearDrag).len(), 5);
+    // A hand of more fingers than that carries on its base alone.
+    assert_eq!(bodies(0, Id::Payload), ["hull"]);
+}
+
 #[test]
 fn hinges_and_slides_share_nothing() {
     let mut model = RigidBody::new().description().clone();
