@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from hydro_tools.datasets.replay import built_library
-from hydro_tools.hidden_cases import plan
+from hydro_tools.hidden_cases import perturbation, plan
 from hydro_tools.hidden_cases.case import Case, Spec, is_complete
 from hydro_tools.hidden_cases.effects import IDS
 from hydro_tools.hidden_cases.effects.drag import LinearDrag
@@ -27,6 +27,7 @@ from hydro_tools.hidden_cases.plant import Plant
 from hydro_tools.hidden_cases.score import intervals
 from hydro_tools.hidden_cases.score.figures import coefficients
 from hydro_tools.hidden_cases.score.read import Scored
+from hydro_tools.hidden_cases.score.reliability import alarm, reliability
 from hydro_tools.hidden_cases.strength import remainder
 from hydro_tools.hidden_cases.systems import SYSTEMS, Schedule
 from hydro_tools.repository import SCRIPTS
@@ -49,6 +50,57 @@ def truth_of(name: str, trials: int = 2, rows: int = 20):
     period = system.schedule(np.random.default_rng(0), small=True).period
     schedule = Schedule(trials, rows, period)
     return system, model, schedule, system.drive(np.random.default_rng(1), model, schedule, "normal")
+
+
+class Reliability(unittest.TestCase):
+    @staticmethod
+    def case(kind: str, truth: list[str], stated: dict[str, float], **more) -> Scored:
+        effects = [{"effect": effect, "target": "a", "probability": p} for effect, p in stated.items()]
+        answer = {"kind": kind, "effects": [{"effect": effect} for effect in truth]}
+        verdict = {"verdict": "named", "named": [], "confusion_set": [], "effects": effects} | more
+        return Scored("id", answer, verdict, None)
+
+    def test_a_probability_is_compared_with_how_often_it_is_true(self):
+        cases = [
+            self.case("single", ["lift"], {"lift": 0.9, "waves": 0.1}),
+            self.case("single", ["lift"], {"waves": 0.86}),
+            # What is outside the catalogue cannot be named.
+            self.case("outside", ["tether"], {"waves": 1.0}),
+        ]
+        bands = {(band["from"], band["to"]): band for band in reliability(cases)}
+        likely = bands[0.8, 0.95]
+        self.assertEqual((likely["n"], likely["true"]), (2, 0.5))
+        self.assertAlmostEqual(likely["stated"], 0.88)
+        self.assertEqual((bands[0.05, 0.2]["n"], bands[0.05, 0.2]["true"]), (1, 0.0))
+        self.assertEqual(bands[0.95, 1.0]["n"], 0)
+
+    def test_targets_of_one_effect_and_undecided_timing_are_one_statement(self):
+        both = {"actuator_lag": 0.97, "actuator_delay": 0.99}
+        undecided = self.case("pair", ["actuator_lag"], both, confusion_set=list(both))
+        undecided.verdict["effects"] *= 2
+        top = reliability([undecided])[-1]
+        self.assertEqual((top["n"], top["true"], top["stated"]), (1, 1.0, 0.99))
+        apart = self.case("pair", ["actuator_lag"], both)
+        self.assertEqual((reliability([apart])[-1]["n"], reliability([apart])[-1]["true"]), (2, 0.5))
+
+    def test_the_alarm_is_counted_where_nothing_is_missing(self):
+        level = {"alarm_level": 0.03}
+        cases = [self.case("null", [], {}, calibration=level | {"alarm": p}) for p in (0.01, 0.5)]
+        cases.append(self.case("single", ["lift"], {}, calibration=level | {"alarm": 0.001}))
+        found = alarm(cases)
+        self.assertEqual((found["hits"], found["n"], found["asked"]), (1, 2, 0.03))
+
+
+class Uncertainties(unittest.TestCase):
+    def test_those_of_joints_and_actuators_come_before_those_of_bodies_that_move(self):
+        model = mujoco.MjModel.from_xml_string(
+            """<mujoco><worldbody><body name="stand"><geom size="0.1"/><body name="arm"><joint name="j" damping="1"/>
+            <geom size="0.1"/></body></body></worldbody><actuator><motor name="m" joint="j"/></actuator></mujoco>"""
+        )
+        names = [of.name for group in perturbation.groups(model).values() for of in group]
+        self.assertEqual(names[:2], ["gain m", "damping 0"])
+        self.assertIn("mass arm", names)
+        self.assertNotIn("mass stand", names)
 
 
 class Truth(unittest.TestCase):

@@ -1,8 +1,8 @@
-"""Are stated probabilities frequencies? The reliability of the effects that a verdict lists, and the level of its alarm.
+"""Are stated probabilities frequencies? Reliability of the effects that a verdict lists, and the level of its alarm.
 
-A pair (probability, true) for every effect in a verdict's `effects`, whatever its target, of cases whose truth is in the
-catalogue; those of one band of probability together. A delay and a lag of the actuators that a verdict leaves undecided
-are one mechanism. Reliability diagrams: A. H. Murphy and R. L. Winkler, Applied Statistics 26, 1977.
+A pair (probability, true) for every effect in a verdict's `effects`, whatever its target, of cases whose truth is in
+the catalogue; those of one band of probability together. A delay and a lag of the actuators that a verdict leaves
+undecided are one mechanism. Reliability diagrams: A. H. Murphy and R. L. Winkler, Applied Statistics 26, 1977.
 """
 
 import math
