@@ -241,6 +241,52 @@ def driven(xml: str, rows: int) -> Motion:
     return Motion("driven", time, 0.02, qpos, qvel, 0 * qvel, control, readings)
 
 
+@needs_library
+class Structures(unittest.TestCase):
+    """The sled on rails that resist: MuJoCo's own joint damping, so that one structure is exactly right."""
+
+    def chosen(self, damping: float) -> list[str]:
+        from hydro_tools.baselines import structures
+
+        with tempfile.TemporaryDirectory() as folder:
+            xml = Path(folder) / "nominal.xml"
+            xml.write_text(NOMINAL)
+            truth = mujoco.MjModel.from_xml_string(NOMINAL)
+            truth.dof_damping[0] = damping
+            motions = [self.motion(truth, seed) for seed in range(2)]
+            spec = mujoco.MjSpec.from_string(NOMINAL)
+            for body in spec.bodies:
+                body.simple = False
+            model = spec.compile()
+            spread = {"mass": 0.03, "gain": 0.03}
+            found = structures.choose(str(xml), model, motions, spread, segments=4, iterations=4, most=1)
+        return [of.effect for of in found.structures]
+
+    @staticmethod
+    def motion(truth: mujoco.MjModel, seed: int) -> Motion:
+        rng, data, rows = np.random.default_rng(seed), mujoco.MjData(truth), 300
+        state, readings, pushes = [], [], []
+        for row in range(rows):
+            data.ctrl[0] = 0.8 * np.sin(0.03 * row + seed) + 0.4 * np.sin(0.09 * row)
+            state.append([data.qpos[0], data.qvel[0]])
+            pushes.append([data.ctrl[0]])
+            for _ in range(4):
+                mujoco.mj_step(truth, data)
+            readings.append(state[-1] + rng.normal(size=2) * [0.001, 0.002])
+        state = np.array(state)
+        time = 0.02 * np.arange(rows)
+        acceleration = np.gradient(state[:, 1:], 0.02, axis=0)
+        return Motion(
+            f"trial {seed}", time, 0.02, state[:, :1], state[:, 1:], acceleration, np.array(pushes), np.array(readings)
+        )
+
+    def test_the_true_structure_has_the_least_criterion(self):
+        self.assertEqual(self.chosen(3.0), ["joint_damping"])
+
+    def test_nothing_is_chosen_where_nothing_is_missing(self):
+        self.assertEqual(self.chosen(0.0), [])
+
+
 class Patched(unittest.TestCase):
     nominal = mujoco.MjModel.from_xml_string(NOMINAL)
 

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from . import BaselineError, motion, rollout, sparse, weak
-from .settings import SPARSE, Settings
+from .settings import NAMING, SPARSE, Settings
 
 SCHEMA = "hydro-gap-verdict/1"
 BOOTSTRAPS = 1000
@@ -86,7 +86,7 @@ def select(problem: weak.Problem, method: str, options: dict) -> tuple[sparse.Sp
 
 
 def fitted(prepared: PreparedCase, method: str, settings: Settings, train: list[int]):
-    """(model, forcing, effects named, sparse fit and problem or None) from the training trials."""
+    """(model, forcing, effects named, what tells of their parameters or None) from the training trials."""
     if method in SPARSE:
         problem = prepared.problem(settings.test_s).with_trials(set(train))
         _, effects = select(problem, method, settings.options)
@@ -101,6 +101,11 @@ def fitted(prepared: PreparedCase, method: str, settings: Settings, train: list[
         net = Network(prepared.equations, options["hidden"], options["alpha"], options["smooth_s"])
         residuals = prepared.residuals()
         return prepared.model, net.fit(motions, [residuals[i] for i in train]), [], None
+    if method == "sysid_bic":
+        from . import structures
+
+        chosen = structures.choose(str(prepared.xml), prepared.model, motions, prepared.spread, **settings.options)
+        return chosen.model, None, sorted({of.effect for of in chosen.structures}), chosen.structures
     from . import identification
 
     return identification.fit(str(prepared.xml), prepared.model, motions, **settings.options), None, [], None
@@ -130,12 +135,16 @@ def run(prepared: PreparedCase, method: str, settings: Settings, elsewhere: dict
     verified = bool(gap["ci95"] and gap["ci95"][0] > 0)
     verdict = _verdict(
         method,
-        ("named" if effects else "no_gap") if method in SPARSE else "unknown",
+        ("named" if effects else "no_gap") if method in NAMING else "unknown",
         gap,
         verified,
         None if verified else "the held-out error does not fall with 95 % confidence",
     )
-    verdict["named"], verdict["effects"] = effects, _effects(effects, *extra) if extra else []
+    verdict["named"] = effects
+    if method in SPARSE:
+        verdict["effects"] = _effects(effects, *extra)
+    elif extra:
+        verdict["effects"] = [_effect(of.effect, of.target, []) for of in extra]
     verdict["elsewhere"] = {}
     for regime, paths in elsewhere.items():
         logs = [motion.load(path, prepared.model, settings.smooth_s) for path in paths]
@@ -165,7 +174,7 @@ def _verdict(method: str, outcome: str, gap: dict, verified: bool, refused: str 
         "refused_because": refused,
         "patch": None,
         "method": method,
-        "names": method in SPARSE,
+        "names": method in NAMING,
     }
 
 
@@ -229,11 +238,12 @@ def _effects(named: list[str], problem: weak.Problem, refit: sparse.Sparse) -> l
                         "ci95": [float(low), float(high)],
                     }
                 )
-        for target, parameters in by_target.items():
-            out.append(
-                {"effect": effect, "target": target, "probability": 1.0, "surrogate": False, "parameters": parameters}
-            )
+        out += [_effect(effect, target, parameters) for target, parameters in by_target.items()]
     return out
+
+
+def _effect(effect: str, target: str, parameters: list[dict]) -> dict:
+    return {"effect": effect, "target": target, "probability": 1.0, "surrogate": False, "parameters": parameters}
 
 
 def write(found: dict, folder: Path, name: str = "verdict.json") -> None:

@@ -95,8 +95,8 @@ def _inertia(add, model: mujoco.MjModel, body: int, name: str) -> None:
     add(f"inertia {name}", theta, theta - room, theta + room, modify)
 
 
-def fit(xml: str, model: mujoco.MjModel, motions: list[Motion], segments: int, iterations: int) -> mujoco.MjModel:
-    """The identified model. `segments` of the motions' seconds are used, spread evenly."""
+def measured(xml: str, model: mujoco.MjModel, motions: list[Motion], segments: int):
+    """(sequences of the toolbox, what weighs their residuals). `segments` of the motions' seconds, spread evenly."""
     logging.getLogger("absl").setLevel(logging.ERROR)
     spec = mujoco.MjSpec.from_file(xml)
     rows = round(SEGMENT_S / motions[0].period)
@@ -143,8 +143,19 @@ def fit(xml: str, model: mujoco.MjModel, motions: list[Motion], segments: int, i
         truth = sysid.TimeSeries(truth.times, truth.data, predicted.signal_mapping)
         return np.clip(np.nan_to_num(gap, nan=1e3), -1e3, 1e3), predicted, truth
 
-    free = parameters(model)
+    return sequences, divided
+
+
+def fit(xml: str, model: mujoco.MjModel, motions: list[Motion], segments: int, iterations: int) -> mujoco.MjModel:
+    """The identified model. `segments` of the motions' seconds are used, spread evenly."""
+    sequences, divided = measured(xml, model, motions, segments)
     residual = sysid.build_residual_fn(models_sequences=sequences, modify_residual=divided)
+    best = optimum(parameters(model), residual, iterations)
+    return sysid.apply_param_modifiers(best, mujoco.MjSpec.from_file(xml))
+
+
+def optimum(free: sysid.parameter.ParameterDict, residual, iterations: int) -> sysid.parameter.ParameterDict:
+    """The parameters at which the residual is least, by the toolbox's own optimiser."""
     try:
         # The toolbox prints its progress whatever `verbose` says; a verdict goes to the same place.
         with contextlib.redirect_stdout(io.StringIO()):
@@ -152,4 +163,4 @@ def fit(xml: str, model: mujoco.MjModel, motions: list[Motion], segments: int, i
     except ValueError as error:
         # "times must be strictly increasing": a rollout that diverged was reset by the engine, and time with it.
         raise BaselineError(f"mujoco.sysid gave up: {error}") from error
-    return sysid.apply_param_modifiers(best, mujoco.MjSpec.from_file(xml))
+    return best
