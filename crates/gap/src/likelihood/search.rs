@@ -146,6 +146,14 @@ impl<'p> Choices<'p> {
         plain.into_values().collect()
     }
 
+    /// A step in standard deviations of the prior, for a delay of a sensor: below it, it is only when within a step the sensor
+    /// reads.
+    fn least(&self, candidate: usize) -> Option<f64> {
+        let of = &self.problem.candidates[candidate];
+        let p = of.parameters.first()?;
+        (of.effect == Id::SensorDelay).then(|| self.problem.model.timestep / p.prior_sd)
+    }
+
     /// True for an effect that may have a value of each trial's own.
     pub(super) fn may_differ(&self, candidate: usize) -> bool {
         effect(self.problem.candidates[candidate].effect).differs_by_trial()
@@ -365,12 +373,25 @@ impl Search<'_> {
         self.ascend(members, |candidate| {
             out.is_some() || Some(candidate) == added
         })
+        .filter(|found| self.is_resolved(found))
     }
 
     /// A found set, over all scales and choices of each member in turn.
     fn polished(&self, found: &Found) -> Option<Found> {
         let members = found.members.iter().map(|of| (*of, 0.0)).collect();
         self.ascend(members, |_| true)
+            .filter(|found| self.is_resolved(found))
+    }
+
+    /// False where a sensor's delay is shorter than a step: when within a step it reads explains as much.
+    fn is_resolved(&self, found: &Found) -> bool {
+        let mut first = 0;
+        found.members.iter().all(|(candidate, choice, ..)| {
+            let least = self.choices.least(*candidate);
+            let is_short = least.is_some_and(|least| found.posterior.mean[first].abs() < least);
+            first += self.choices.of[candidate][*choice].len();
+            !is_short
+        })
     }
 
     /// A member before its choices and scales are tried: the first choice, the middle scale.
