@@ -116,7 +116,9 @@ def _inertia(body, axis):
 
 def _com(body, axis, com):
     def turn(model, z):
-        model.body_ipos[body, axis] += com * z
+        # Gravity compensation acts at the centre of mass and would move with it, but a hull's buoyancy does not.
+        if model.body_gravcomp[body] == 0:
+            model.body_ipos[body, axis] += com * z
 
     return turn
 
