@@ -157,49 +157,6 @@ pub(crate) fn estimate_motion(
     Ok(motion)
 }
 
-/// Moves the starts of segments that were cut along another model's motion to where a model has them, each from a window of
-/// rows at its start.
-///
-/// # Errors
-/// The model diverges within a window.
-pub(crate) fn refine_starts(
-    system: &System<'_>,
-    (trial, motion): (&MeasuredTrial, &EstimatedMotion),
-    segments: &mut [Segment],
-    channels: &Channels,
-    corrections: &[Correction],
-    options: &Options,
-) -> Result<(), GapError> {
-    if trial.steady {
-        return Ok(());
-    }
-    let (states, warm_up) = (&options.states, system.warm_up(&options.rollout));
-    let (mut simulation, mut cheaper) = (system.simulation()?, system.cheaper()?);
-    for segment in segments {
-        let first = segment.rows.start;
-        let end = segments::window_end(trial, first, states.window, states.least_rows);
-        let mut guess = Segment {
-            rows: first..end,
-            ..segment.clone()
-        };
-        settle(
-            simulation.as_mut(),
-            cheaper.as_mut(),
-            trial,
-            &mut guess,
-            motion,
-            warm_up,
-            channels,
-            corrections,
-            system.model(),
-            states.arrival_sd,
-            states.window,
-        )?;
-        (segment.qpos, segment.qvel) = (guess.qpos, guess.qvel);
-    }
-    Ok(())
-}
-
 /// Steady states are known: prescribed, and otherwise as the model starts. `None` for a log in time.
 fn steady_motion(
     system: &System<'_>,

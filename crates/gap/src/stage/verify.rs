@@ -3,8 +3,8 @@
 //!
 //! With few trials those that were fitted count too, each under a fit that left it out (a cross-fit).
 //!
-//! Each model starts from its own estimate of the state over a short window at the start of a rollout, near the motion that
-//! the nominal estimates, and is led through that motion before it, so that neither pays for the other's memory.
+//! Each model starts from its own estimate of the state over a short window at the start of a rollout, and
+//! is led through the motion before it, so that neither pays for the other's memory.
 
 use std::{
     collections::BTreeMap,
@@ -26,8 +26,7 @@ use crate::{
     problem::{
         channels::{Channels, MeasuredTrial, all_means, deviation},
         problem::Settings,
-        segments::{self, EstimatedMotion, Segment},
-        sensor_noise,
+        segments, sensor_noise,
     },
     progress::Watch,
     rollout::{
@@ -245,19 +244,10 @@ fn roll(
 ) -> Result<TrialErrors, GapError> {
     let width = channels.len();
     let mut residuals: Vec<Vec<RolloutResiduals>> = Vec::new();
-    let mut of_nominal: Option<EstimatedMotion> = None;
     for side in sides {
         let mapped = adapted(trial, sides[0].system.plant, side.system.plant);
-        let near = of_nominal.as_ref().filter(|_| mapped.is_none());
         let trial = mapped.as_ref().unwrap_or(trial);
-        let found = match starts(side, (trial, near), channels, options) {
-            Ok((motion, segments)) => {
-                let found = rollouts(side, (trial, &motion), segments, channels, options);
-                of_nominal.get_or_insert(motion);
-                found
-            }
-            Err(fault) => Err(fault),
-        };
+        let found = rollouts(side, trial, channels, options);
         residuals.push(match (found, residuals.first()) {
             // Not the nominal: what blows up predicts nothing, and is refused.
             (Err(GapError::NominalDiverges { .. }), Some(nominal)) => {
@@ -343,42 +333,29 @@ fn adapted(trial: &MeasuredTrial, before: &dyn Plant, plant: &dyn Plant) -> Opti
     })
 }
 
-/// Where the longest rollouts start, and the motion along which they were cut: one `near` by, that of another model, or the
-/// side's own.
-fn starts(
+/// Residuals of the longest rollouts, one after the other.
+fn rollouts(
     side: &CorrectedSystem<'_>,
-    (trial, near): (&MeasuredTrial, Option<&EstimatedMotion>),
+    trial: &MeasuredTrial,
     channels: &Channels,
     options: &Options,
-) -> Result<(EstimatedMotion, Vec<Segment>), GapError> {
-    let (system, corrections) = (&side.system, &side.corrections);
-    let motion = match near {
-        Some(near) => near.clone(),
-        None => state_estimation::estimate_motion(system, trial, channels, corrections, options)?,
-    };
+) -> Result<Vec<RolloutResiduals>, GapError> {
+    let (model, corrections) = (side.system.model(), &side.corrections);
+    let motion =
+        state_estimation::estimate_motion(&side.system, trial, channels, corrections, options)?;
     let [.., longest] = options.verify.horizons;
     let SegmentOptions {
         joined_rest,
         least_rows,
         ..
     } = options.segments;
-    let rows = trial.times.len();
-    let mut segments = segments::cut(trial, &motion, rows, [longest, joined_rest], least_rows);
-    // Every side by the same rule, so that a model is no better than itself.
-    let along = (trial, &motion);
-    state_estimation::refine_starts(system, along, &mut segments, channels, corrections, options)?;
-    Ok((motion, segments))
-}
-
-/// Residuals of the longest rollouts, one after the other.
-fn rollouts(
-    side: &CorrectedSystem<'_>,
-    (trial, motion): (&MeasuredTrial, &EstimatedMotion),
-    segments: Vec<Segment>,
-    channels: &Channels,
-    options: &Options,
-) -> Result<Vec<RolloutResiduals>, GapError> {
-    let (model, corrections) = (side.system.model(), &side.corrections);
+    let segments = segments::cut(
+        trial,
+        &motion,
+        trial.times.len(),
+        [longest, joined_rest],
+        least_rows,
+    );
     let mut simulation = side.system.simulation()?;
     let mut trace = Trace::default();
     let found = segments.into_iter().map(|segment| {
@@ -387,7 +364,7 @@ fn rollouts(
             simulation.as_mut(),
             trial,
             &segment,
-            motion,
+            &motion,
             side.system.warm_up(&options.rollout),
             model.timestep,
             None,
