@@ -75,6 +75,7 @@ fn description() -> PlantDescription {
         dof: qpos - 1,
         start: 0.0,
         scale: JointScale {
+            damping: 0.0,
             inertia,
             torque: 1.0,
             speed: 0.0,
@@ -94,6 +95,7 @@ fn description() -> PlantDescription {
             name: "fin".to_owned(),
             root: false,
             moves: true,
+            end: true,
             wet: true,
             bulk: 0.01,
             scale: BodyScale {

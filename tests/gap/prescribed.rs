@@ -270,9 +270,10 @@ fn a_table_of_steady_states_is_named_and_verified() {
         assert_eq!(all.len(), 10);
         let held_out = all.split_off(7);
         let problem = Problem::prepare(&plant, all.clone(), settings(), &watch).unwrap();
-        let found = hydro_gap::locate(&problem, &[], &watch).unwrap();
+        let followed = hydro_gap::Followed::new(&problem, &watch).unwrap();
+        let found = hydro_gap::locate(&followed, &[], &watch).unwrap();
         assert!(found.p_value < 0.01);
-        let explanation = hydro_gap::explain(&problem, &watch).unwrap();
+        let explanation = hydro_gap::explain(&followed, &watch).unwrap();
         let naming = hydro_gap::name(&explanation, &watch).unwrap();
         let chosen: Vec<Id> = naming.named.chosen.iter().map(|of| of.effect).collect();
         assert_eq!(
@@ -317,7 +318,8 @@ fn a_table_without_a_gap_has_none() {
     let watch = Watch::silent(&stop);
     let all = trials(&plant, &tows(0.0, true));
     let problem = Problem::prepare(&plant, all, settings(), &watch).unwrap();
-    let explanation = hydro_gap::explain(&problem, &watch).unwrap();
+    let followed = hydro_gap::Followed::new(&problem, &watch).unwrap();
+    let explanation = hydro_gap::explain(&followed, &watch).unwrap();
     let naming = hydro_gap::name(&explanation, &watch).unwrap();
     assert_eq!(
         naming.named.outcome,

@@ -32,7 +32,7 @@ pub fn explain<'p>(
     watch: &Watch<'_>,
 ) -> Result<Explanation<'p>, GapError> {
     let problem = followed.problem;
-    let mut working = WorkingPoint::following(followed, watch);
+    let mut working = followed.working_point(watch);
     // Without a set only starts and forces may explain the gap, or the numbers would run to their bounds for it.
     let Some(mut best) = look(problem, &mut working, None, false)? else {
         return Err(diverges(problem));

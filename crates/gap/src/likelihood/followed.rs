@@ -13,9 +13,9 @@ use crate::{
 /// nominal follows them.
 pub struct Followed<'p> {
     pub(crate) problem: &'p Problem<'p>,
-    pub(super) tracks: Vec<Track>,
-    pub(super) scale: DVector<f64>,
-    pub(super) levels: Levels,
+    tracks: Vec<Track>,
+    scale: DVector<f64>,
+    levels: Levels,
 }
 
 impl<'p> Followed<'p> {
@@ -34,6 +34,12 @@ impl<'p> Followed<'p> {
             scale: working.scale,
             levels: working.levels,
         })
+    }
+
+    /// The empty set at the nominal, starts and forces as the nominal follows the trials with them.
+    pub(crate) fn working_point<'w>(&'w self, watch: &'w Watch<'w>) -> WorkingPoint<'w, 'w> {
+        let sizes = (self.scale.clone(), self.levels.clone());
+        WorkingPoint::along(self.problem, watch, self.tracks.clone(), sizes)
     }
 }
 

@@ -10,7 +10,6 @@ use crate::{
         columns::{self, LinkColumns, Sweep},
         directions::Direction,
         filter::{self, Disturbances, Filtered},
-        followed::Followed,
         force_scale::force_scale,
         form_error::{self, Beside},
         found::{Found, likeliest},
@@ -115,19 +114,20 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         })
     }
 
-    /// The empty set at the nominal, starts and forces as the nominal follows the trials with them.
-    pub(crate) fn following(followed: &Followed<'p>, watch: &'p Watch<'p>) -> Self
-    where
-        'p: 'a,
-    {
-        let problem = followed.problem;
+    /// The empty set at the nominal, along tracks whose readings are weighed.
+    pub(super) fn along(
+        problem: &'p Problem<'a>,
+        watch: &'p Watch<'p>,
+        tracks: Vec<Track>,
+        (scale, levels): (DVector<f64>, Levels),
+    ) -> Self {
         Self {
             problem,
             watch,
             arrival: arrival(problem),
-            scale: followed.scale.clone(),
-            tracks: followed.tracks.clone(),
-            levels: followed.levels.clone(),
+            scale,
+            tracks,
+            levels,
             point: problem.origin(),
             is_weighed: true,
         }

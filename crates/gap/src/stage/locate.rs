@@ -13,7 +13,6 @@ use crate::{
     likelihood::{
         followed::{Followed, diverges},
         innovations::Innovation,
-        working_point::WorkingPoint,
     },
     output::{
         records::{Found, HeatMap},
@@ -59,7 +58,8 @@ pub fn locate(
 ) -> Result<Found, GapError> {
     let problem = followed.problem;
     let options = &problem.settings.options.locate;
-    let innovations = WorkingPoint::following(followed, watch)
+    let innovations = followed
+        .working_point(watch)
         .innovations()?
         .ok_or_else(|| diverges(problem))?;
     let cells = cells(problem, &innovations);

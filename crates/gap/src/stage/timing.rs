@@ -9,7 +9,7 @@ use hydro_effects::{Id, effect};
 
 use crate::{
     error::GapError,
-    likelihood::{explanation::Explanation, working_point::WorkingPoint},
+    likelihood::explanation::Explanation,
     problem::{point::Point, problem::Problem},
     progress::Watch,
 };
@@ -52,7 +52,7 @@ pub(crate) fn resolve(
         return Ok(None);
     };
     let refit = |point: &Point| -> Result<(f64, Point), GapError> {
-        let mut working = WorkingPoint::following(explanation.followed, watch);
+        let mut working = explanation.followed.working_point(watch);
         working.point = point.clone();
         let log = working.settled_likelihood()?;
         Ok((log.unwrap_or(f64::NEG_INFINITY), working.point))
