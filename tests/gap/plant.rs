@@ -66,6 +66,64 @@ fn hull(option: &str, inside: &str) -> String {
     )
 }
 
+/// Memories that are brought along a motion without its steps are those that the steps leave: of the water about a body, and of
+/// an actuator.
+#[test]
+fn memories_along_a_motion_are_those_of_its_steps() {
+    let plant = plant(&hull(r#"timestep="0.004" gravity="0 0 0""#, ""));
+    let effects = [
+        entry(Id::WakeMemory, "hull", &[4.0, 5.0, 6.0, 0.1, 0.2, 0.3, 2.5]),
+        entry(Id::BassetHistory, "hull", &[1.0, 2.0, 3.0]),
+        entry(Id::ActuatorLag, "thruster", &[0.1]),
+    ];
+    let (mut stepped, mut along) = (simulation(&plant, &effects), simulation(&plant, &effects));
+    let start = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
+    stepped.set_motion(0.0, &start, &[0.4, -0.2, 0.1, 0.5, -0.7, 0.3]);
+    along.rejoin(&stepped.full_state());
+    for step in 0..50 {
+        let command = [(0.2 * f64::from(step)).sin()];
+        stepped.set_control(&command);
+        stepped.step();
+        along.set_control(&command);
+        along.remember(&stepped.full_state());
+    }
+    let (expected, found) = (stepped.memory(), along.memory());
+    assert!(expected.iter().filter(|value| **value != 0.0).count() > 10);
+    for (expected, found) in expected.iter().zip(&found) {
+        assert!((expected - found).abs() < 1e-9, "{expected} {found}");
+    }
+}
+
+/// Gravity counts along an axis that stands still in the world; where the axis may turn it counts in full. A servo's damping
+/// is the joint's.
+#[test]
+fn a_joints_sizes_know_its_axis_and_its_servo() {
+    let plant = plant(
+        r#"<mujoco>
+        <worldbody>
+          <body name="cart"><joint name="level" type="slide" axis="1 0 0"/><joint name="lift" type="slide" axis="0 0 1"/>
+            <joint name="turn" axis="0 0 1" damping="0.5"/><geom type="box" size="0.1 0.1 0.1" mass="2"/>
+            <body name="arm"><joint name="shoulder" axis="0 1 0"/>
+              <geom type="box" size="0.2 0.05 0.05" pos="0.2 0 0" mass="1"/>
+            </body>
+          </body>
+        </worldbody>
+        <actuator><position name="servo" joint="turn" kp="50" kv="3"/></actuator>
+        <sensor><jointpos name="q" joint="turn"/></sensor></mujoco>"#,
+    );
+    let scale = |name: &str| {
+        let mut joints = plant.description().joints.iter();
+        joints.find(|of| of.name == name).unwrap().scale.clone()
+    };
+    assert_eq!(scale("level").torque, 0.0);
+    assert!((scale("lift").torque - 3.0 * 9.81).abs() < 1e-9);
+    assert_eq!(scale("turn").torque, 0.0);
+    assert!((scale("shoulder").torque - 0.2 * 9.81).abs() < 1e-9);
+    assert!((scale("turn").damping - 3.5).abs() < 1e-12);
+    let mut ends = plant.description().bodies.iter();
+    assert!(ends.all(|of| of.end == (of.name == "arm")));
+}
+
 /// A body's Jacobian times the velocities is what a velocimeter and a gyro at its origin read; of no body it is zero.
 #[test]
 fn a_jacobian_gives_the_velocities_that_sensors_read() {
