@@ -1,8 +1,8 @@
 //! Finds where simulation and measurement disagree, and which effect is missing.
 //!
 //! The workflow has four stages and a verdict: [`locate`] (find) where the nominal fails that [`Followed`] the trials, [`name`]
-//! what [`explain`]s them, [`add`], [`verify`], [`conclude`]. Each returns a serde type of [`records`], so that it can be stopped, shown and resumed. "Cannot tell" is a
-//! value, not an error.
+//! what [`explain`]s them, [`add`], [`verify`], [`conclude`]. Each returns a serde type of [`records`], so that it can be
+//! stopped, shown and resumed. "Cannot tell" is a value, not an error.
 //!
 //! Trials are cut into short segments, each shot from a start that follows the readings. Outputs are compared, never forces:
 //! one marginal likelihood judges every set of effects, starts and unmodelled forces integrated out.

@@ -87,13 +87,16 @@ def groups(
 ) -> dict[str, list[Nuisance]]:
     """Nuisances tied by group: those of a fluid, of actuators and of joints first, then of the bodies that move."""
     fixed = {model.body(body).name for body in range(1, model.nbody) if model.body_weldid[body] == 0}
-    of_bodies = ("mass", "com", "inertia")
-    all_of = [of for of in nuisances(model, com, tie) if of.name.split()[0] not in of_bodies]
-    all_of += [
-        of for of in nuisances(model, com, tie) if of.name.split()[0] in of_bodies and of.name.split()[1] not in fixed
-    ]
+    of_bodies: list[Nuisance] = []
+    others: list[Nuisance] = []
+    for nuisance in nuisances(model, com, tie):
+        quantity, name = nuisance.name.split()[:2]
+        if quantity not in ("mass", "com", "inertia"):
+            others.append(nuisance)
+        elif name not in fixed:
+            of_bodies.append(nuisance)
     out: dict[str, list[Nuisance]] = {}
-    for nuisance in all_of:
+    for nuisance in others + of_bodies:
         out.setdefault(nuisance.group, []).append(nuisance)
     return out
 

@@ -97,7 +97,7 @@ fn bounds_do_not_depend_on_the_motion() {
     }
 }
 
-/// What says that its memory does not depend on its amplitudes has the same with others.
+/// The memory of an effect that remembers motion alone is the same whatever its amplitudes.
 #[test]
 fn memory_of_the_motion_alone_is_the_same_for_all_amplitudes() {
     let mut remembering = 0;

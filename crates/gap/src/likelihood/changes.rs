@@ -32,7 +32,7 @@ pub(crate) struct Change {
     pub(crate) kind: Kind,
     /// True where it follows the commands, which may turn at every row: taken at every boundary.
     pub(crate) fine: bool,
-    /// What it remembers is that of this change, an earlier one; its own where there is none.
+    /// Number of the earlier change whose memory it shares; none where it has its own.
     pub(crate) remembers_as: Option<usize>,
 }
 

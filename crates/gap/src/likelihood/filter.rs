@@ -94,7 +94,7 @@ pub(super) struct Update {
     inverse: DMatrix<f64>,
 }
 
-/// What the filter passed at a segment, for what all readings tell of its latents' covariance.
+/// Covariances at a segment that the filter passed; a backward pass makes of them that of its latents given all readings.
 pub(crate) struct Passed {
     /// Square root of the latents' prior covariance, given the segments before [latents, sources of randomness].
     pub(super) root: DMatrix<f64>,

@@ -1,4 +1,4 @@
-//! What effects remember along a track, where it is not what the base remembers.
+//! Memories of effects along a track, where they are not the base's.
 
 use std::collections::BTreeMap;
 

@@ -102,15 +102,13 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 )
             })
             .collect();
+        let sizes = (
+            force_scale(problem, &tracks)?,
+            Levels::coarse(Grid::of(problem)),
+        );
         Ok(Self {
-            problem,
-            watch,
-            arrival: arrival(problem),
-            scale: force_scale(problem, &tracks)?,
-            tracks,
-            levels: Levels::coarse(Grid::of(problem)),
-            point: problem.origin(),
             is_weighed: false,
+            ..Self::along(problem, watch, tracks, sizes)
         })
     }
 

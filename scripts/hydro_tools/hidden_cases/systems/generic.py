@@ -232,7 +232,7 @@ class Generic(System):
 
         def friction(rng):
             name, dof, at, slide = one(rng)
-            # Where a joint creeps, a sign that is as smooth as elsewhere would be a damping.
+            # A sign as smooth as elsewhere is a damping for a joint that creeps.
             smooth = min(0.02, 0.1 * float(size["speed"][dof]))
             return renamed(joint.JointFriction(name, dof, at, 0.1 * size["force"][dof], smooth), slide, line)
 

@@ -24,6 +24,16 @@ fn usual(model: &PlantDescription) -> Typical {
     }
 }
 
+/// Candidates of a model whose trials are not known.
+fn without_trials(
+    model: &PlantDescription,
+    own: &[Id],
+    options: &CandidateOptions,
+) -> Vec<Candidate> {
+    let medium = (own, None);
+    enumerate(model, &NO_CHANNELS, &[], &usual(model), medium, options)
+}
+
 fn joint(dof: usize, slides: bool) -> PlantJoint {
     PlantJoint {
         name: format!("joint_{dof}"),
@@ -135,14 +145,7 @@ fn the_users_own_stand_beside_the_built_in_ones() {
             all_bodies: 0,
             ..CandidateOptions::default()
         };
-        enumerate(
-            &model,
-            &NO_CHANNELS,
-            &[],
-            &usual(&model),
-            (own, None),
-            &options,
-        )
+        without_trials(&model, own, &options)
     };
     let all = found(&[hinge, body]);
     let targets = |id: Id| -> Vec<_> {
@@ -164,7 +167,7 @@ fn the_users_own_stand_beside_the_built_in_ones() {
     assert!((share(&without, 0) - share(&all, 0) - (30.0_f64 / 28.0).ln()).abs() < 1e-12);
 }
 
-/// Of a model with many bodies the base counts, and what a chain's end may carry.
+/// A payload of a model with many bodies is tried on its base and at the ends of its chains.
 #[test]
 fn a_payload_may_hang_at_the_end_of_a_chain() {
     let mut model = RigidBody::new().description().clone();
@@ -183,14 +186,7 @@ fn a_payload_may_hang_at_the_end_of_a_chain() {
             all_bodies,
             ..CandidateOptions::default()
         };
-        let all = enumerate(
-            &model,
-            &NO_CHANNELS,
-            &[],
-            &usual(&model),
-            (&[], None),
-            &options,
-        );
+        let all = without_trials(&model, &[], &options);
         let of = all.iter().filter(|of| of.effect == id);
         let mut targets: Vec<String> = of.map(|of| of.targets.join(" ")).collect();
         targets.dedup();
@@ -208,14 +204,7 @@ fn hinges_and_slides_share_nothing() {
     let mut model = RigidBody::new().description().clone();
     let mut targets = |slides: [bool; 3]| {
         model.joints = (0..3).map(|dof| joint(dof, slides[dof])).collect();
-        let all = enumerate(
-            &model,
-            &NO_CHANNELS,
-            &[],
-            &usual(&model),
-            (&[], None),
-            &CandidateOptions::default(),
-        );
+        let all = without_trials(&model, &[], &CandidateOptions::default());
         let dampings = all.into_iter().filter(|of| of.effect == Id::JointDamping);
         let mut targets: Vec<_> = dampings.map(|of| of.targets.join(" ")).collect();
         targets.sort();
