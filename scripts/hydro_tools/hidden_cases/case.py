@@ -273,7 +273,7 @@ class Case:
             scale = np.exp(logs[0] + wanted - curve[0])
         else:
             scale = np.exp(np.interp(wanted, curve, logs))
-        return float(min(scale, effect.most))
+        return float(np.clip(scale, effect.least, effect.most))
 
     def make(self, out: Path) -> dict:
         """Write the case; returns its line of the manifest."""
@@ -283,7 +283,7 @@ class Case:
         if len(scales) == 1 and not self.twin:
             # The pilot saw a few trials only; one correction where it was far off.
             off = spec.target[0] / max(whole.projected, 1e-9)
-            if not 0.5 < off < 2.0 and scales[0] * off < self.effects[0].most:
+            if not 0.5 < off < 2.0 and self.effects[0].least < scales[0] * off < self.effects[0].most:
                 scales = [scales[0] * float(np.clip(off, 0.1, 10.0))]
                 whole = self._whole(scales)
         if spec.kind in ("single", "inseparable"):

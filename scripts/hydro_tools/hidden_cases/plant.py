@@ -215,6 +215,8 @@ class Plant:
                     commands[:, row + 1] = policy(row + 1, self)
             if k in slot:
                 sensors[:, slot[k]] = self.sensordata
+                for effect in self.effects:
+                    effect.read(self, sensors[:, slot[k]])
             fraction = (part - part % hold) / per_row
             last = min(row + 1, rows)
             asked = commands[:, row] * (1 - fraction) + commands[:, last] * fraction

@@ -10,7 +10,10 @@ use nalgebra::DMatrix;
 use super::{backlash::Backlash, simulation::MujocoSimulation};
 use crate::mujoco::ffi::{ModelView, bindings::mjOBJ_JOINT};
 
-/// Indices of the nominal's coordinates among those of the model with backlash.
+/// Places of the nominal's coordinates among those of the model with backlash.
+///
+/// The nominal's coordinate of a joint with backlash is that of the body, `q_joint + s`: what moves beyond the joint then
+/// moves as in the nominal, and `s` is a memory. The joint's own sensors and its servo have `q_joint`.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     qpos: Vec<usize>,
@@ -18,6 +21,16 @@ pub(crate) struct Layout {
     /// Lengths with the extra ones.
     nq: usize,
     nv: usize,
+    played: Vec<Played>,
+}
+
+/// Coordinates of a joint, in the nominal's order, and of the extra joint behind it, in the other model's.
+#[derive(Clone, Copy, Debug)]
+struct Played {
+    qpos: usize,
+    qvel: usize,
+    extra_qpos: usize,
+    extra_qvel: usize,
 }
 
 impl Layout {
@@ -27,26 +40,54 @@ impl Layout {
         extended: ModelView<'_>,
         backlashes: &[Backlash],
     ) -> (Self, Vec<usize>) {
-        let joint = mjOBJ_JOINT as i32;
-        let extra: Vec<usize> = backlashes
+        let id = mjOBJ_JOINT as i32;
+        let pairs: Vec<(usize, usize)> = backlashes
             .iter()
-            .filter_map(|backlash| extended.id(joint, &backlash.name()))
+            .filter_map(|of| Some((nominal.id(id, &of.joint)?, extended.id(id, &of.name())?)))
             .collect();
         let numbers = |model: ModelView<'_>| (model.raw().nq as usize, model.raw().nv as usize);
         let ((nq, nv), (all_q, all_v)) = (numbers(nominal), numbers(extended));
+        let played: Vec<Played> = (pairs.iter())
+            .map(|(joint, extra)| Played {
+                qpos: nominal.jnt_qposadr()[*joint] as usize,
+                qvel: nominal.jnt_dofadr()[*joint] as usize,
+                extra_qpos: extended.jnt_qposadr()[*extra] as usize,
+                extra_qvel: extended.jnt_dofadr()[*extra] as usize,
+            })
+            .collect();
         // An extra joint is a hinge or a slide: one coordinate each.
-        let without = |all: usize, address: &[i32]| -> Vec<usize> {
-            let hidden: Vec<usize> = extra.iter().map(|id| address[*id] as usize).collect();
+        let without = |all: usize, hidden: Vec<usize>| -> Vec<usize> {
             (0..all).filter(|at| !hidden.contains(at)).collect()
         };
         let layout = Self {
-            qpos: without(all_q, extended.jnt_qposadr()),
-            qvel: without(all_v, extended.jnt_dofadr()),
+            qpos: without(all_q, played.iter().map(|of| of.extra_qpos).collect()),
+            qvel: without(all_v, played.iter().map(|of| of.extra_qvel).collect()),
             nq: all_q,
             nv: all_v,
+            played,
         };
         debug_assert_eq!((layout.qpos.len(), layout.qvel.len()), (nq, nv));
-        (layout, extra)
+        (layout, pairs.into_iter().map(|(_, extra)| extra).collect())
+    }
+
+    /// Where the bodies behind backlash are, relative to their joints, and how fast they move there.
+    fn play(&self, qpos: &[f64], qvel: &[f64]) -> Vec<f64> {
+        let ways = self.played.iter().map(|of| qpos[of.extra_qpos]);
+        let speeds = self.played.iter().map(|of| qvel[of.extra_qvel]);
+        ways.chain(speeds).collect()
+    }
+
+    /// Puts a nominal's coordinates into the other model's, the bodies behind backlash at `play`.
+    fn unfold(&self, [qpos, qvel]: [&[f64]; 2], play: &[f64], [q, v]: [&mut [f64]; 2]) {
+        Self::spread(&self.qpos, qpos, q);
+        Self::spread(&self.qvel, qvel, v);
+        let (ways, speeds) = play.split_at(self.played.len());
+        for ((of, way), speed) in self.played.iter().zip(ways).zip(speeds) {
+            q[self.qpos[of.qpos]] -= way;
+            q[of.extra_qpos] = *way;
+            v[self.qvel[of.qvel]] -= speed;
+            v[of.extra_qvel] = *speed;
+        }
     }
 
     /// Spreads a nominal's coordinates; extra ones keep what `into` has.
@@ -80,31 +121,33 @@ impl BacklashSimulation {
 
     /// Copies the nominal's coordinates out.
     fn fold(&mut self) {
+        let (qpos, qvel) = (self.inner.qpos(), self.inner.qvel());
         for (value, at) in self.qpos.iter_mut().zip(&self.layout.qpos) {
-            *value = self.inner.qpos()[*at];
+            *value = qpos[*at];
         }
         for (value, at) in self.qvel.iter_mut().zip(&self.layout.qvel) {
-            *value = self.inner.qvel()[*at];
+            *value = qvel[*at];
+        }
+        for of in &self.layout.played {
+            self.qpos[of.qpos] += qpos[of.extra_qpos];
+            self.qvel[of.qvel] += qvel[of.extra_qvel];
         }
     }
-}
 
-impl BacklashSimulation {
-    /// A full-physics state of the nominal as one of the model with backlash, every joint in the middle of its own.
-    fn whole(&self, state: &[f64]) -> Vec<f64> {
+    fn play(&self) -> Vec<f64> {
+        self.layout.play(self.inner.qpos(), self.inner.qvel())
+    }
+
+    /// A full-physics state of the nominal as one of the model with backlash; none for one of another length.
+    fn whole(&self, state: &[f64], play: &[f64]) -> Vec<f64> {
         let (nq, nv) = (self.layout.qpos.len(), self.layout.qvel.len());
-        let mut all = Vec::with_capacity(state.len() + self.layout.nq + self.layout.nv);
-        if state.len() > nq + nv {
-            let mut qpos = vec![0.0; self.layout.nq];
-            let mut qvel = vec![0.0; self.layout.nv];
-            Layout::spread(&self.layout.qpos, &state[1..=nq], &mut qpos);
-            Layout::spread(&self.layout.qvel, &state[1 + nq..1 + nq + nv], &mut qvel);
-            all.push(state[0]);
-            all.extend(qpos);
-            all.extend(qvel);
-            all.extend(&state[1 + nq + nv..]);
+        if state.len() <= nq + nv {
+            return Vec::new();
         }
-        all
+        let (mut qpos, mut qvel) = (vec![0.0; self.layout.nq], vec![0.0; self.layout.nv]);
+        let nominal = [&state[1..=nq], &state[1 + nq..1 + nq + nv]];
+        self.layout.unfold(nominal, play, [&mut qpos, &mut qvel]);
+        [&state[..1], &qpos, &qvel, &state[1 + nq + nv..]].concat()
     }
 }
 
@@ -120,21 +163,23 @@ impl Simulation for BacklashSimulation {
 
     /// Every joint starts in the middle of its backlash.
     fn restart(&mut self, state: &[f64]) {
-        let all = self.whole(state);
+        let middle = vec![0.0; 2 * self.layout.played.len()];
+        let all = self.whole(state, &middle);
         self.inner.restart(&all);
         self.fold();
     }
 
     fn rejoin(&mut self, state: &[f64]) {
-        let all = self.whole(state);
+        let all = self.whole(state, &self.play());
         self.inner.rejoin(&all);
         self.fold();
     }
 
     fn set_motion(&mut self, time: f64, qpos: &[f64], qvel: &[f64]) {
         let (mut all_q, mut all_v) = (self.inner.qpos().to_vec(), self.inner.qvel().to_vec());
-        Layout::spread(&self.layout.qpos, qpos, &mut all_q);
-        Layout::spread(&self.layout.qvel, qvel, &mut all_v);
+        let play = self.play();
+        let all = [&mut all_q[..], &mut all_v[..]];
+        self.layout.unfold([qpos, qvel], &play, all);
         self.inner.set_motion(time, &all_q, &all_v);
         self.fold();
     }
@@ -178,12 +223,24 @@ impl Simulation for BacklashSimulation {
         state
     }
 
+    /// That of the effects, and where the bodies are in their backlash.
     fn memory(&self) -> Vec<f64> {
-        self.inner.memory()
+        [self.inner.memory(), self.play()].concat()
     }
 
     fn set_memory(&mut self, memory: &[f64]) {
-        self.inner.set_memory(memory);
+        let played = 2 * self.layout.played.len();
+        let Some((of_effects, play)) =
+            (memory.len().checked_sub(played)).map(|at| memory.split_at(at))
+        else {
+            return;
+        };
+        self.inner.set_memory(of_effects);
+        let (mut qpos, mut qvel) = (self.inner.qpos().to_vec(), self.inner.qvel().to_vec());
+        let all = [&mut qpos[..], &mut qvel[..]];
+        self.layout.unfold([&self.qpos, &self.qvel], play, all);
+        self.inner.set_motion(self.inner.time(), &qpos, &qvel);
+        self.fold();
     }
 
     fn save(&self) -> Vec<f64> {
@@ -215,6 +272,9 @@ impl Simulation for BacklashSimulation {
     fn set_force(&mut self, force: &[f64]) {
         let mut all = vec![0.0; self.layout.nv];
         Layout::spread(&self.layout.qvel, force, &mut all);
+        for of in &self.layout.played {
+            all[of.extra_qvel] = force[of.qvel];
+        }
         self.inner.set_force(&all);
     }
 
@@ -232,12 +292,6 @@ impl Simulation for BacklashSimulation {
 
     fn step(&mut self) {
         self.inner.step();
-        self.fold();
-    }
-
-    fn remember(&mut self, next: &[f64]) {
-        let all = self.whole(next);
-        self.inner.remember(&all);
         self.fold();
     }
 

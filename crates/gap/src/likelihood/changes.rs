@@ -1,6 +1,6 @@
 //! The changes whose effect on the readings a sweep finds: of every uncertain number of the nominal and of every parameter.
 
-use hydro_effects::{Entry, Part, effect};
+use hydro_effects::{Entry, Id, Part, effect};
 
 use crate::{
     error::GapError,
@@ -32,6 +32,8 @@ pub(crate) struct Change {
     pub(crate) kind: Kind,
     /// True where it follows the commands, which may turn at every row: taken at every boundary.
     pub(crate) fine: bool,
+    /// True where one step does not stand for those that follow it: every step is taken.
+    pub(crate) every_step: bool,
     /// Number of the earlier change whose memory it shares; none where it has its own.
     pub(crate) remembers_as: Option<usize>,
 }
@@ -66,10 +68,11 @@ pub(crate) fn changes(
     let part = |candidate: usize| effect(problem.candidates[candidate].effect).part();
     let measures = |candidate: usize| matches!(part(candidate), Part::Sensor(_));
     let commands = |candidate: usize| matches!(part(candidate), Part::Actuator(_));
-    // Also an effect of the user's own that reads commands.
+    let plays = |candidate: usize| problem.candidates[candidate].effect == Id::JointBacklash;
+    // Also an effect of the user's own that reads commands, and backlash, which is passed within a few steps.
     let follows = |candidate: usize| {
         let reads = effect(problem.candidates[candidate].effect).commands();
-        commands(candidate) || !reads.is_empty()
+        commands(candidate) || plays(candidate) || !reads.is_empty()
     };
     let mut changes = Vec::new();
     for (at, (nuisance, sd)) in problem.nuisances.iter().enumerate() {
@@ -95,6 +98,7 @@ pub(crate) fn changes(
                 Kind::Loaded
             },
             fine: matches!(quantity, Quantity::CommandLead | Quantity::Gain),
+            every_step: false,
             remembers_as: None,
         });
     }
@@ -110,6 +114,7 @@ pub(crate) fn changes(
                 kind(&entries)
             },
             fine: follows(candidate),
+            every_step: plays(candidate),
             entries,
             remembers_as: None,
         });
@@ -120,9 +125,10 @@ pub(crate) fn changes(
             let step = inward(point.values[row][parameter], STEP * p.prior_sd, p.upper);
             let mut moved = point.clone();
             moved.values[row][parameter] += step;
-            // A delay's memory grows with it; other memories are as long as before.
+            // A delay's memory grows with it, and the way through backlash; other memories are as before.
             let own = of.entries(&moved.values[row]);
-            let grows = commands(*candidate) && remembers(&own, model.timestep);
+            let grows =
+                (commands(*candidate) || plays(*candidate)) && remembers(&own, model.timestep);
             let kind = match grows {
                 true => Kind::Remembering,
                 false => Kind::Loaded,

@@ -203,7 +203,13 @@ pub(crate) fn sweep(
     let references = references(base.as_mut(), &rolled);
     let defects = defects(base.as_ref(), track, &rolled);
     let about = (&nuisances_at[..], &entries[..]);
-    let memories = memories::of_changes(problem, (track, &rolled), grid, &changes, about)?;
+    let memories = memories::of_changes(
+        problem,
+        (track, &rolled),
+        (grid, force_scale),
+        &changes,
+        about,
+    )?;
     let inputs: Vec<Option<Inputs>> = changes
         .par_iter()
         .enumerate()

@@ -60,12 +60,17 @@ pub(super) fn caller<'d, 'a>(model: &'d Mjcf<'a>, body: Node<'d, 'a>) -> Option<
     callers(model).find(|node| Mjcf::body_around(*node) == Some(body))
 }
 
-/// The `<plugin>` elements of all bodies.
+/// The `<plugin>` elements of all bodies. An element may name its instance alone.
 pub(super) fn callers<'d, 'a>(model: &'d Mjcf<'a>) -> impl Iterator<Item = Node<'d, 'a>> {
-    model.bodies().flat_map(|body| {
-        body.children()
-            .filter(|node| node.has_tag_name("plugin") && node.attribute("plugin") == Some(PLUGIN))
-    })
+    let ours: Vec<&str> = (instances(model))
+        .filter_map(|of| of.attribute("name"))
+        .collect();
+    let is_ours = move |node: &Node<'_, '_>| match node.attribute("plugin") {
+        Some(plugin) => plugin == PLUGIN,
+        None => (node.attribute("instance")).is_some_and(|name| ours.contains(&name)),
+    };
+    let children = model.bodies().flat_map(|body| body.children());
+    children.filter(move |node| node.has_tag_name("plugin") && is_ours(node))
 }
 
 /// The element with the attributes of a caller: its instance, or the caller itself.
@@ -418,6 +423,15 @@ mod tests {
                  <geom/>\n    </body>\n  </worldbody>\n</mujoco>"
             )
         );
+    }
+
+    #[test]
+    fn a_body_may_name_its_instance_alone() {
+        let text = "<mujoco><extension><plugin plugin=\"hydro.wrench\"><instance name=\"w\"/></plugin>\
+                    </extension><worldbody><body name=\"hull\"><plugin instance=\"w\"/></body></worldbody></mujoco>";
+        let added = added(text, None).unwrap();
+        assert_eq!(added.matches("<instance").count(), 1, "{added}");
+        assert_eq!(added.matches("key=\"effects\"").count(), 1, "{added}");
     }
 
     #[test]

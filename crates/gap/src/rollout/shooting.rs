@@ -124,7 +124,9 @@ pub(crate) fn remembers(entries: &[Entry], step: f64) -> bool {
         .iter()
         .any(|entry| match effects::effect(entry.effect).part() {
             Part::Body(part) => part.memory_len() > 0,
-            Part::Joint(part) => part.memory_len() > 0,
+            Part::Joint(part) => {
+                part.memory_len() > 0 || part.backlash(&entry.parameters).is_some()
+            }
             Part::Actuator(part) => part.memory_len(&entry.parameters, step) > 0,
             Part::Water(_) | Part::Sensor(_) => false,
         })

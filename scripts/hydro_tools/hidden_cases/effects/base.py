@@ -18,8 +18,8 @@ class Effect:
     kind = "?"
     moves_water = False
     implicit = False
-    #: Largest factor on the base parameters that is still physical.
-    most = 30.0
+    #: Smallest and largest factor on the base parameters that are still physical.
+    least, most = 0.0, 30.0
 
     def __init__(self, target: str, parameters: dict[str, tuple[float, str]], *, comparable: bool = True):
         self.target, self.parameters, self.comparable = target, parameters, comparable
@@ -82,6 +82,9 @@ class Effect:
     def water_velocity(self, plant: "Plant") -> np.ndarray:
         """Velocity of the water in the world [M, 3] m/s."""
         return np.zeros((plant.members, 3))
+
+    def read(self, plant: "Plant", sensors: np.ndarray) -> None:
+        """Change readings [M, ns] of the present state that are of something the engine does not have."""
 
     def sense(self, readings: "Readings") -> None:
         """Change what is reported."""

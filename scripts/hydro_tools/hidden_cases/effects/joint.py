@@ -8,8 +8,8 @@ from .base import Effect
 class _Joint(Effect):
     """On the joint at `dof` (velocity index) and `at` (position index)."""
 
-    def __init__(self, target: str, dof: int, at: int, parameters, *, comparable: bool = True):
-        super().__init__(target, parameters, comparable=comparable)
+    def __init__(self, target: str, dof: int, at: int, parameters):
+        super().__init__(target, parameters)
         self.dof, self.at = dof, at
 
 
@@ -64,30 +64,3 @@ class JointStiffness(_Joint):
         torque = self.scale[:, 0] * self.value("stiffness") * d * (1 + 0.15 * d * d)
         self.note(("stiffness",), d[:, None], torque[:, None])
         plant.qfrc[:, self.dof] -= torque
-
-
-class JointBacklash(_Joint):
-    """Play between servo and link: the servo's command arrives through a hysteresis of that width.
-
-    The link lags behind half the play on either side, with the corner rounded by the servo's compliance.
-    """
-
-    kind = "joint_backlash"
-
-    def __init__(self, target, dof, at, play: float, actuator: int):
-        super().__init__(target, dof, at, {"play": (play, "rad")}, comparable=False)
-        self.actuator, self.play = actuator, play
-        self.most = 0.15 / play
-
-    def begin(self, plant):
-        self.held = None
-
-    def command(self, plant, asked):
-        u = asked[:, self.actuator]
-        if self.held is None:
-            self.held = u.copy()
-        half = 0.5 * self.scale[:, 0] * self.play
-        self.held = np.clip(self.held, u - half, u + half)
-        out = asked.copy()
-        out[:, self.actuator] = self.held
-        return out

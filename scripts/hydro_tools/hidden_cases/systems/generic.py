@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import HiddenCaseError, excitation
 from ..effects import actuator, drag, inertial, joint, lift, memory, sensor, water, weight
+from ..effects.backlash import JointBacklash
 from ..frames import exponential, product, rotation
 from ..plant import Plant
 from ..scenes import with_noise, without_noise
@@ -261,8 +262,7 @@ class Generic(System):
             def backlash(rng):
                 i, j = servos[int(rng.integers(len(servos)))]
                 play = 0.1 * float(self.robot.reach[i])
-                dof, at = int(model.jnt_dofadr[j]), int(model.jnt_qposadr[j])
-                effect = joint.JointBacklash(model.joint(j).name, dof, at, play, i)
+                effect = JointBacklash(model.joint(j).name, j, play, i)
                 effect.most = 5.0
                 return renamed(effect, model.jnt_type[j] == SLIDE, line)
 

@@ -5,6 +5,7 @@ import numpy as np
 
 from .. import excitation
 from ..effects import actuator, drag, inertial, joint, memory, outside, sensor, water, weight
+from ..effects.backlash import JointBacklash
 from ..scenes import GAP, with_noise
 from .base import Drive, Schedule, System
 
@@ -88,8 +89,8 @@ class Leg(System):
             return sensor.SensorBias(name, sign(rng) * size * rng.uniform(0.5, 1.5, width), unit)
 
         def backlash(rng):
-            name, dof, at = one_joint(rng)
-            return joint.JointBacklash(name, dof, at, 0.02, dof)
+            name, dof, _ = one_joint(rng)
+            return JointBacklash(name, model.joint(name).id, 0.02, dof)
 
         return {
             "added_mass": lambda rng: inertial.AddedMass("calf", calf, vary(rng, [1.0, 0.6, 0.05, 0.08, 0.12, 0.001])),
