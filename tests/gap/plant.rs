@@ -916,7 +916,7 @@ fn what_it_costs() {
 
 /// Play is a joint in series: the body lags behind the motor by half of it on either side.
 #[test]
-fn play_is_a_joint_that_nobody_sees() {
+fn play_is_a_memory_of_the_bodys_motion() {
     let text = r#"<mujoco><option gravity="0 0 -9.81" timestep="0.001"/><worldbody>
         <body name="arm"><joint name="elbow" axis="0 1 0" damping="0.2" armature="0.05"/>
           <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.02" mass="1"/></body></worldbody>
@@ -944,16 +944,37 @@ fn play_is_a_joint_that_nobody_sees() {
     }
     assert_eq!(one.qpos().len(), 1);
     assert_close(one.sensors(), other.sensors(), 1e-10, "readings");
-    assert!((one.qpos()[0] - other.qpos()[0]).abs() < 1e-10);
+    // The nominal's coordinate is that of the body.
+    let body = other.qpos()[0] + other.qpos()[1];
+    assert!((one.qpos()[0] - body).abs() < 1e-10);
     assert!(
         other.qpos()[1].abs() > 0.03,
         "it hangs in a stop: {:?}",
         other.qpos()
     );
+    // Where the body is within the gap is memory: another state of the nominal leaves it, and it can be set.
+    let (hung, full) = (one.memory(), one.full_state());
+    assert_eq!((one.hidden(), hung.len()), (2, 2));
+    assert!((hung[0] - other.qpos()[1]).abs() < 1e-10);
+    let moved = [full[0], 0.4, -0.2];
+    one.rejoin(&moved);
+    assert_eq!((one.qpos()[0], one.memory()), (0.4, hung.clone()));
+    one.set_memory(&[0.02, 0.0]);
+    assert!((one.qpos()[0] - 0.4).abs() < 1e-12 && one.memory() == [0.02, 0.0]);
+    // A force on the nominal's coordinate pushes the body, not its motor.
+    one.rejoin(&full);
+    one.set_memory(&[0.0, 0.0]);
+    let (before, motor) = (one.qvel()[0], one.qvel()[0]);
+    one.set_force(&[5.0]);
+    one.step();
+    let within = one.memory()[1];
+    assert!(one.qvel()[0] > before && (one.qvel()[0] - within - motor).abs() < within);
+    one.set_force(&[0.0]);
     // Starting again from a nominal state.
     let state = [0.0, 0.2, 0.0];
     one.restart(&state);
     assert_eq!((one.qpos(), one.diverged()), (&[0.2][..], false));
+    assert_eq!(one.memory(), [0.0, 0.0]);
     one.retract(&[0.1, 0.5]);
     assert!((one.qpos()[0] - 0.3).abs() < 1e-12 && (one.qvel()[0] - 0.5).abs() < 1e-12);
 }

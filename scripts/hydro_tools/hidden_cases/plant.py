@@ -220,15 +220,15 @@ class Plant:
             fraction = (part - part % hold) / per_row
             last = min(row + 1, rows)
             asked = commands[:, row] * (1 - fraction) + commands[:, last] * fraction
-            self._one_step(asked)
-            if k in slot and late.size:
-                # Readings that feel acceleration are those of the step that began here.
-                sensors[:, slot[k]][:, late] = self.sensordata[:, late]
+            felt = self._one_step(asked, late if k in slot else late[:0])
+            if k in slot:
+                sensors[:, slot[k]][:, late] = felt
         if not np.isfinite(sensors).all() or np.abs(qvel).max() > 1e3:
             raise HiddenCaseError("the truth diverged")
         return Recording(sensors, kept * self.step_length, commands, qpos, qvel, waters, act)
 
-    def _one_step(self, asked: np.ndarray) -> None:
+    def _one_step(self, asked: np.ndarray, late: np.ndarray) -> np.ndarray:
+        """Step; returns readings that feel acceleration, the columns `late`, as the step began."""
         self._cache.clear()
         if self.wind is not None:
             self.current[:] = 0.0
@@ -250,8 +250,19 @@ class Plant:
                 effect.force(self)
         if self.implicit:
             self._solve_inertia()
+        felt = None
+        varying = [effect for effect in self.effects if effect.varies is not None]
+        if late.size and varying:
+            # A force that changes within the step is felt as it was at its start.
+            mean = self.qfrc.copy()
+            for effect in varying:
+                self.qfrc[:, effect.dof] += effect.varies
+            self.batch.forward()
+            felt = self.sensordata[:, late].copy()
+            self.qfrc[:] = mean
         self.batch.step(stage=VEL)
         self.elapsed += self.step_length
+        return self.sensordata[:, late] if felt is None else felt
 
     def _solve_inertia(self) -> None:
         """The wrench of unknown inertia, from accelerations that already include it.

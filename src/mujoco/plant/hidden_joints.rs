@@ -228,10 +228,13 @@ impl Simulation for BacklashSimulation {
         [self.inner.memory(), self.play()].concat()
     }
 
+    fn hidden(&self) -> usize {
+        2 * self.layout.played.len()
+    }
+
     fn set_memory(&mut self, memory: &[f64]) {
-        let played = 2 * self.layout.played.len();
         let Some((of_effects, play)) =
-            (memory.len().checked_sub(played)).map(|at| memory.split_at(at))
+            (memory.len().checked_sub(self.hidden())).map(|at| memory.split_at(at))
         else {
             return;
         };

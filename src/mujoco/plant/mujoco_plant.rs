@@ -10,7 +10,9 @@ use std::{
 };
 
 use hydro_effects::{Entry, Id, Part, TargetKind, effect};
-use hydro_gap::plant::{FreeBase, Plant, PlantDescription, PlantError, Simulation};
+use hydro_gap::plant::{
+    FreeBase, Plant, PlantDescription, PlantError, Simulation, backlash::armature,
+};
 
 use super::{
     backlash::Backlash,
@@ -39,11 +41,6 @@ use crate::{
     },
     plugin::{JointKind, bound::Acting},
 };
-
-/// Inertia of the extra joint of a backlash relative to what the joint before it moves: where that joint has a rotor
-/// inertia, and where it has none. Patched files use the same two.
-const TINY: f64 = 1e-4;
-const ROTOR: f64 = 0.05;
 
 /// A nominal model.
 #[derive(Debug)]
@@ -242,12 +239,12 @@ impl MujocoPlant {
                 let amount = part.backlash(&entry.parameters)?;
                 let joints = &self.description.joints;
                 let joint = joints.iter().find(|joint| joint.name == entry.target)?;
-                let rotor = model.dof_armature()[joint.dof] > 0.0;
-                let part_of_inertia = if rotor { TINY } else { ROTOR };
+                let (scale, step) = (&joint.scale, self.description.timestep);
+                let rotor = model.dof_armature()[joint.dof];
                 let backlash = Backlash {
                     joint: entry.target.clone(),
-                    armature: part_of_inertia * joint.scale.inertia,
-                    stop: 2.0 * self.description.timestep,
+                    armature: armature(scale.inertia, rotor, scale.damping, step),
+                    stop: 2.0 * step,
                 };
                 Some((backlash, amount))
             })

@@ -41,7 +41,7 @@ impl Effect for JointBacklash {
             Parameter::about("play", joint.position_unit(), 0.0, 0.1 * travel)
                 .within(0.0, WIDEST)
                 // At zero the limits of the extra joint meet: no derivative.
-                .starting(0.05 * travel),
+                .starting(0.005 * travel),
         ]
     }
 

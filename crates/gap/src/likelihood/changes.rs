@@ -32,7 +32,7 @@ pub(crate) struct Change {
     pub(crate) kind: Kind,
     /// True where it follows the commands, which may turn at every row: taken at every boundary.
     pub(crate) fine: bool,
-    /// True where one step does not stand for those that follow it: every step is taken.
+    /// True where one step of a block does not stand for the others: every step is taken.
     pub(crate) every_step: bool,
     /// Number of the earlier change whose memory it shares; none where it has its own.
     pub(crate) remembers_as: Option<usize>,

@@ -14,6 +14,7 @@ use crate::{
         changes::{Change, Kind, changes},
         coloured_noise,
         directions::Direction,
+        every_step,
         form_error::{self, Base, Beside},
         memories, slow_drift,
         step_changes::{Inputs, StateChanges, inputs, references, state_changes},
@@ -203,17 +204,16 @@ pub(crate) fn sweep(
     let references = references(base.as_mut(), &rolled);
     let defects = defects(base.as_ref(), track, &rolled);
     let about = (&nuisances_at[..], &entries[..]);
-    let memories = memories::of_changes(
-        problem,
-        (track, &rolled),
-        (grid, force_scale),
-        &changes,
-        about,
-    )?;
+    let memories = memories::of_changes(problem, (track, &rolled), grid, &changes, about)?;
     let inputs: Vec<Option<Inputs>> = changes
         .par_iter()
         .enumerate()
         .map(|(at, change)| {
+            if change.every_step {
+                let along = (track, &rolled[..]);
+                let of_steps = (grid, force_scale);
+                return every_step::inputs(problem, along, of_steps, change, about).map(Some);
+            }
             let memories = memories.get(&change.remembers_as.unwrap_or(at));
             inputs(
                 problem,

@@ -14,6 +14,7 @@ pub(crate) mod coloured_noise;
 pub(crate) mod columns;
 pub(crate) mod differing;
 pub(crate) mod directions;
+mod every_step;
 pub(crate) mod explain;
 pub(crate) mod explanation;
 pub(crate) mod felt_forces;

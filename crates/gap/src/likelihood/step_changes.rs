@@ -278,7 +278,7 @@ pub(crate) fn inputs(
                     loaded
                 } else {
                     simulation.rejoin(&boundary.full);
-                    let own = memories.map(|of| &of[number].memory[at]);
+                    let own = memories.map(|of| &of[number][at]);
                     simulation.set_memory(own.unwrap_or(&boundary.memory));
                     joined
                 };
@@ -292,13 +292,8 @@ pub(crate) fn inputs(
                     &mut tangent,
                     &mut reading,
                 );
-                let over_steps = memories.and_then(|of| of[number].states.as_ref());
-                match over_steps {
-                    Some(mean) => states.set_column(at, &mean.column(at)),
-                    None => {
-                        let one = tangent.iter().map(|value| *value as f32);
-                        states.set_column(at, &DVector::from_iterator(2 * nv, one));
-                    }
+                for (row, value) in tangent.iter().enumerate() {
+                    states[(row, at)] = *value as f32;
                 }
                 for (row, value) in reading.iter().enumerate() {
                     direct[(row, at)] = *value as f32;

@@ -6,17 +6,10 @@ use super::{
     mjcf::Mjcf,
     xml_edit::{Edits, attribute, number, numbers},
 };
+use crate::plant::backlash::armature;
 
 /// Largest Stribeck excess, in parts of Coulomb's friction, that is written as MuJoCo's dry friction.
 const LITTLE_EXCESS: f64 = 0.1;
-
-/// Inertia of the extra joint of a backlash, in parts of what the joint moves, where the rotor before it has an inertia
-/// of its own.
-const TINY: f64 = 1e-4;
-
-/// The same where the rotor has none: a lighter one crosses the gap within a step or two and is thrown far into its
-/// stops.
-const ROTOR: f64 = 0.05;
 
 /// True where the compiler sets spring and damping of a joint by itself.
 fn tuned<'d>(model: &'d Mjcf<'d>, joint: Node<'d, 'd>) -> bool {
@@ -167,6 +160,8 @@ pub(super) struct JointPlace {
     pub(super) dof: usize,
     /// Inertia [kg m^2 or kg].
     pub(super) inertia: f64,
+    /// Damping, its own and its servo's [N m s/rad or N s/m].
+    pub(super) damping: f64,
     /// Step of the model [s].
     pub(super) step: f64,
 }
@@ -185,7 +180,7 @@ pub(super) fn backlash<'d>(
     }
     let name = joint.attribute("name")?;
     let half = 0.5 * width * if turns { angle_unit(model) } else { 1.0 };
-    let rotor = model.attribute_number(joint, "armature") > 0.0;
+    let rotor = model.attribute_number(joint, "armature");
     let inertia = if place.inertia > 0.0 {
         place.inertia
     } else {
@@ -208,7 +203,7 @@ pub(super) fn backlash<'d>(
     say("range", &numbers(&[-half, half]));
     say(
         "armature",
-        &number(inertia * if rotor { TINY } else { ROTOR }),
+        &number(armature(inertia, rotor, place.damping, place.step)),
     );
     // As stiff as the step allows: MuJoCo's usual stop gives way for 20 ms.
     say("solreflimit", &numbers(&[2.0 * place.step, 1.0]));
@@ -363,6 +358,7 @@ mod tests {
             qpos: 0,
             dof: 0,
             inertia: 0.5,
+            damping: 0.0,
             step: 0.002,
         };
         let slack = changed(

@@ -242,6 +242,7 @@ impl<'a> Writer<'a> {
                     qpos: joint.qpos,
                     dof: joint.dof,
                     inertia: joint.scale.inertia,
+                    damping: joint.scale.damping,
                     step: description.timestep,
                 };
                 (

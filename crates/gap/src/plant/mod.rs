@@ -1,6 +1,7 @@
 //! The simulator as `hydro gap` needs it: a system that can be built with other parameters and with
 //! effects added, started from any state, and stepped.
 
+pub mod backlash;
 pub mod prescribed;
 pub mod wall;
 
@@ -359,6 +360,10 @@ pub trait Simulation: Send {
     fn full_state(&self) -> Vec<f64>;
     /// Memory of the effects.
     fn memory(&self) -> Vec<f64>;
+    /// Numbers at the end of [`Simulation::memory`] that are states of joints which the nominal does not have.
+    fn hidden(&self) -> usize {
+        0
+    }
     /// Sets it; that of a simulation of the same effects, but for ones without memory.
     fn set_memory(&mut self, memory: &[f64]);
     /// Everything, memories too.

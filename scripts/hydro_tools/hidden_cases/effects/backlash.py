@@ -11,8 +11,8 @@ ROTOR = 0.01
 TEETH, RATIO = 2 * np.pi * 60, 0.5
 #: Longest substep, in parts of the inverse natural frequency of the motor on the teeth.
 SUBSTEP = 0.2
-#: Smallest play [rad or m]: below it the teeth give way as far.
-LEAST = 1e-3
+#: Smallest play [rad or m]: the teeth alone give way by a part of it.
+LEAST = 2e-3
 
 
 class JointBacklash(Effect):
@@ -88,6 +88,7 @@ class JointBacklash(Effect):
         start = rate.copy()
         command, total = plant.ctrl[:, self.actuator], np.zeros(plant.members)
         step = plant.step_length / self.substeps
+        at_start = None
         for _ in range(self.substeps):
             lead = self.angle - link
             depth = lead - np.clip(lead, -self.half, self.half)
@@ -95,6 +96,8 @@ class JointBacklash(Effect):
             pushed = self.stiffness * depth + self.damping * (self.speed - rate)
             carried = np.where(depth > 0, np.maximum(pushed, 0), np.where(depth < 0, np.minimum(pushed, 0), 0.0))
             own = self._torque(plant.model, command, self.angle, self.speed)
+            if at_start is None:
+                at_start = depth != 0, own - self.friction * self.speed
             # The servo's own damping is implicit: a motor alone is light.
             drag = self.friction - self.servo[1][:, 2] * plant.model.actuator_gear[self.actuator, 0] ** 2
             self.speed += step * (own - carried - self.friction * self.speed) / (self.rotor + step * drag)
@@ -103,6 +106,10 @@ class JointBacklash(Effect):
             link += step * rate
             total += carried / self.substeps
         self.before = start, total
+        # Teeth in contact pass a new command on within a millisecond; the engine's own servos do at once.
+        touching, given = at_start
+        given = given - self.rotor * (rest + total / self.inertia)
+        self.varies = np.where(touching, given, total) - total
         plant.qfrc[:, self.dof] += total
 
     def read(self, plant, sensors):

@@ -18,6 +18,8 @@ class Effect:
     kind = "?"
     moves_water = False
     implicit = False
+    #: Force [M] N m at the start of a step less its mean over it, on the velocity `dof`; none where it is the same.
+    varies = None
     #: Smallest and largest factor on the base parameters that are still physical.
     least, most = 0.0, 30.0
 
