@@ -60,14 +60,20 @@ pub fn explain<'p>(
         };
         let before = working.clone();
         best.go(&mut working, &next);
-        let there = look(problem, &mut working, Some(none), true)?;
-        let own = (there.as_ref()).map_or(f64::NEG_INFINITY, Look::own);
-        seen.learn(&next.set, own);
-        if let Some(there) = &there {
-            seen.keep(&there.found);
-        }
         let is_same = next.set == best.point.set();
-        let is_better = is_same || own > seen.log(&best.point.set());
+        let leader = seen.log(&best.point.set());
+        let behind = problem.settings.options.likelihood.far_behind;
+        let least = (!is_same).then_some(leader - behind);
+        let (there, own) = match look_if(problem, &mut working, none, least)? {
+            Looked::There(there) => {
+                seen.keep(&there.found);
+                let own = there.own();
+                (Some(there), own)
+            }
+            Looked::Behind(own) => (None, own),
+        };
+        seen.learn(&next.set, own);
+        let is_better = is_same || own > leader;
         match there.filter(|_| is_better) {
             Some(there) => best = there,
             None => {
@@ -78,7 +84,10 @@ pub fn explain<'p>(
                 let settled = match best.settled {
                     true => None,
                     // Numbers that are not refitted favour whatever stands for them.
-                    false => look(problem, &mut working, Some(none), true)?,
+                    false => match look_if(problem, &mut working, none, None)? {
+                        Looked::There(there) => Some(there),
+                        Looked::Behind(_) => None,
+                    },
                 };
                 match settled {
                     Some(settled) => best = settled,
@@ -113,28 +122,49 @@ struct Look<'p> {
     found: Vec<Found>,
 }
 
-/// Looks from a point, its values settled before; `none`: log likelihood without effects, where it is known. `None` where a
-/// trial blows up.
+/// What became of a look.
+enum Looked<'p> {
+    There(Look<'p>),
+    /// Log posterior of the set, far behind what was asked for; none has a set with which a trial blows up.
+    Behind(f64),
+}
+
+/// Lets a point settle and looks from there, unless its set is less likely than `least`; `none`: log likelihood without effects.
+fn look_if<'p>(
+    problem: &'p Problem<'p>,
+    working: &mut WorkingPoint<'_, '_>,
+    none: f64,
+    least: Option<f64>,
+) -> Result<Looked<'p>, GapError> {
+    for _ in 0..HALVINGS {
+        if working.follow()? && working.settle()? {
+            if let Some(least) = least
+                && let Some(own) = working.posterior()?
+                && own < least
+            {
+                return Ok(Looked::Behind(own));
+            }
+            if let Some(there) = look(problem, working, Some(none), true)? {
+                return Ok(Looked::There(there));
+            }
+        }
+        working.halve();
+    }
+    Ok(Looked::Behind(f64::NEG_INFINITY))
+}
+
+/// Looks from a point; `none`: log likelihood without effects, where it is known. `None` where a trial blows up.
 fn look<'p>(
     problem: &'p Problem<'p>,
     working: &mut WorkingPoint<'_, '_>,
     none: Option<f64>,
-    settles: bool,
+    settled: bool,
 ) -> Result<Option<Look<'p>>, GapError> {
     let directions: Vec<Direction> = (0..problem.candidates.len())
         .filter(|candidate| !working.point.candidates.contains(candidate))
         .flat_map(|candidate| problem.directions(candidate))
         .collect();
-    let mut swept = None;
-    for _ in 0..HALVINGS {
-        if !settles || (working.follow()? && working.settle()?) {
-            swept = working.sweep(Some(&directions), Keep::Likelihood, None)?;
-        }
-        if swept.is_some() || !settles {
-            break;
-        }
-        working.halve();
-    }
+    let swept = working.sweep(Some(&directions), Keep::Likelihood, None)?;
     let Some(swept) = swept.filter(|swept| !swept.levels.is_empty()) else {
         return Ok(None);
     };
@@ -143,7 +173,7 @@ fn look<'p>(
     let choices = choices.against_none(none.unwrap_or_else(|| without_effects(&levels)));
     let mut look = Look {
         point: working.point.clone(),
-        settled: settles,
+        settled,
         directions,
         choices,
         levels,

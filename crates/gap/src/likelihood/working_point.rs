@@ -30,6 +30,8 @@ const SETTLING: usize = 5;
 const SETTLED: f64 = 0.5;
 /// Sweeps that let starts and forces follow the readings, at most: from the estimated motion, and again at other values.
 const FOLLOWING: usize = 10;
+/// Part of a step that is gone where the whole makes the trials less likely.
+const SHORTER: f64 = 0.25;
 const FOLLOWING_AGAIN: usize = 2;
 
 /// Values of a set, and the starts and unmodelled forces of all segments.
@@ -355,6 +357,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
 
     fn follow_there(&mut self, chooses: bool) -> Result<bool, GapError> {
         let mut last: Option<f64> = None;
+        let mut likeliest: Option<(f64, Vec<Track>)> = None;
         let most = match self.is_weighed {
             true => FOLLOWING_AGAIN,
             false => FOLLOWING,
@@ -373,6 +376,16 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             let Some(best) = logs.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
                 return Ok(false);
             };
+            if let Some((log, tracks)) = &likeliest
+                && best.1 < log - SETTLED
+            {
+                self.tracks.clone_from(tracks);
+                break;
+            }
+            // Weights change as long as they are not settled: only then is another one's likelihood of another quantity.
+            if self.is_weighed {
+                likeliest = Some((best.1, self.tracks.clone()));
+            }
             let none = vec![DVector::zeros(0); self.tracks.len()];
             self.smooth(&swept, &none, best.0)?;
             if chooses && let Some(levels) = Levels::up_to(Grid::of(self.problem), &logs) {
@@ -416,6 +429,8 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
     fn settle_there(&mut self, chooses: bool) -> Result<Option<Sizes>, GapError> {
         let mut last: Option<f64> = None;
         let mut sizes = None;
+        let mut before: Option<(Vec<Track>, Point)> = None;
+        let mut part = 1.0;
         for _ in 0..SETTLING {
             let Some(swept) = self.sweep(Some(&[]), Keep::Columns, None)? else {
                 return Ok(None);
@@ -425,6 +440,17 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             let Some(best) = likeliest(&found) else {
                 return Ok(None);
             };
+            // Where first order goes too far, a part of the way, and no more from here on.
+            if let Some(last) = last
+                && best.log_posterior < last - SETTLED
+                && let Some((tracks, point)) = &before
+            {
+                part *= SHORTER;
+                self.tracks = on_the_way(self.problem, tracks, &self.tracks, SHORTER)?;
+                self.point = point.on_the_way(&self.point, SHORTER);
+                continue;
+            }
+            let from = (self.tracks.clone(), self.point.clone());
             let level = &swept.levels[best.level];
             let forms = self.likeliest_forms(level);
             let (point, z) = level.moved(self.problem, &self.point, &[], best);
@@ -445,10 +471,20 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 self.levels.settle_about(Grid::of(self.problem), sizes);
                 self.levels.all.clone_from(&self.levels.near);
             }
-            if last.is_some_and(|last| (last - best.log_posterior).abs() < SETTLED) {
+            let is_settled = last.is_some_and(|last| (last - best.log_posterior).abs() < SETTLED);
+            last = Some(best.log_posterior);
+            if part < 1.0 {
+                self.tracks = on_the_way(self.problem, &from.0, &self.tracks, part)?;
+                self.point = from.1.on_the_way(&self.point, part);
+            }
+            before = Some(from);
+            if is_settled {
                 break;
             }
-            last = Some(best.log_posterior);
+        }
+        // A step that was not looked at may have been too far again.
+        if let Some((tracks, point)) = before.filter(|_| part < 1.0) {
+            (self.tracks, self.point) = (tracks, point);
         }
         Ok(sizes)
     }
@@ -553,6 +589,42 @@ fn arrival(problem: &Problem<'_>) -> Vec<DVector<f64>> {
             })
         })
         .collect()
+}
+
+/// Tracks a part of the way from some to others: starts and unmodelled forces.
+fn on_the_way(
+    problem: &Problem<'_>,
+    from: &[Track],
+    to: &[Track],
+    part: f64,
+) -> Result<Vec<Track>, GapError> {
+    let nominal = vec![0.0; problem.model.nuisances.len()];
+    let mut simulation = problem.plant.simulation(&nominal, &[])?;
+    let nv = problem.model.nv;
+    let mut tracks = from.to_vec();
+    for (track, to) in tracks.iter_mut().zip(to) {
+        for (link, to) in track.links.iter_mut().zip(&to.links) {
+            let (start, end) = (&mut link.segment, &to.segment);
+            simulation.set_motion(start.start, &start.qpos, &start.qvel);
+            let mut tangent = vec![0.0; 2 * nv];
+            simulation.differentiate(&start.qpos, &end.qpos, &mut tangent[..nv]);
+            for ((way, from), to) in tangent[nv..].iter_mut().zip(&start.qvel).zip(&end.qvel) {
+                *way = to - from;
+            }
+            for way in &mut tangent {
+                *way *= part;
+            }
+            simulation.retract(&tangent);
+            start.qpos = simulation.qpos().to_vec();
+            start.qvel = simulation.qvel().to_vec();
+            let forces = to.forces.iter().enumerate().map(|(at, to)| {
+                let from = link.forces.get(at).copied().unwrap_or_default();
+                from + part * (to - from)
+            });
+            link.forces = forces.collect();
+        }
+    }
+    Ok(tracks)
 }
 
 fn move_starts(

@@ -38,6 +38,29 @@ impl Point {
         }
     }
 
+    /// A part of the way from the point to another one of the same set.
+    pub(crate) fn on_the_way(&self, other: &Self, part: f64) -> Self {
+        let between = |from: &[f64], to: &[f64]| -> Vec<f64> {
+            let both = from.iter().zip(to);
+            both.map(|(a, b)| a + part * (b - a)).collect()
+        };
+        let values = self.values.iter().zip(&other.values);
+        let by_trial = (self.by_trial.iter().zip(&self.values)).zip(&other.by_trial);
+        Self {
+            values: values.map(|(from, to)| between(from, to)).collect(),
+            by_trial: by_trial
+                .map(|((from, common), to)| {
+                    let of_trial = to.iter().map(|(trial, to)| {
+                        (*trial, between(from.get(trial).unwrap_or(common), to))
+                    });
+                    of_trial.collect()
+                })
+                .collect(),
+            nuisances: &self.nuisances + part * (&other.nuisances - &self.nuisances),
+            ..other.clone()
+        }
+    }
+
     /// The point as it is in a trial.
     pub(crate) fn in_trial(&self, trial: usize) -> Self {
         let mut own = self.clone();
