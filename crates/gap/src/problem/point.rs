@@ -121,3 +121,36 @@ impl Problem<'_> {
         DVector::from_vec(all)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_of_the_way_counts_values_of_trials_too() {
+        let from = Point {
+            candidates: vec![3],
+            values: vec![vec![1.0, 2.0]],
+            forms: vec![[1.0; 2]],
+            by_trial: vec![BTreeMap::from([(0, vec![1.5, 2.0])])],
+            nuisances: DVector::from_vec(vec![0.0, 4.0]),
+        };
+        let to = Point {
+            values: vec![vec![3.0, 2.0]],
+            forms: vec![[2.0; 2]],
+            by_trial: vec![BTreeMap::from([(0, vec![3.5, 2.0]), (1, vec![5.0, 6.0])])],
+            nuisances: DVector::from_vec(vec![1.0, 0.0]),
+            ..from.clone()
+        };
+        let quarter = from.on_the_way(&to, 0.25);
+        assert_eq!(quarter.values, [[1.5, 2.0]]);
+        // A trial without a value of its own starts from the common one.
+        let by_trial = BTreeMap::from([(0, vec![2.0, 2.0]), (1, vec![2.0, 3.0])]);
+        assert_eq!(quarter.by_trial, [by_trial]);
+        assert_eq!(quarter.nuisances.as_slice(), [0.25, 3.0]);
+        assert_eq!(
+            (quarter.forms, quarter.candidates),
+            (to.forms, to.candidates)
+        );
+    }
+}
