@@ -68,7 +68,7 @@ pub fn explain<'p>(
             Looked::There(there) => {
                 seen.keep(&there.found);
                 let own = there.own();
-                (Some(there), own)
+                (Some(*there), own)
             }
             Looked::Behind(own) => (None, own),
         };
@@ -85,7 +85,7 @@ pub fn explain<'p>(
                     true => None,
                     // Numbers that are not refitted favour whatever stands for them.
                     false => match look_if(problem, &mut working, none, None)? {
-                        Looked::There(there) => Some(there),
+                        Looked::There(there) => Some(*there),
                         Looked::Behind(_) => None,
                     },
                 };
@@ -124,7 +124,7 @@ struct Look<'p> {
 
 /// What became of a look.
 enum Looked<'p> {
-    There(Look<'p>),
+    There(Box<Look<'p>>),
     /// Log posterior of the set, far behind what was asked for; none has a set with which a trial blows up.
     Behind(f64),
 }
@@ -145,7 +145,7 @@ fn look_if<'p>(
                 return Ok(Looked::Behind(own));
             }
             if let Some(there) = look(problem, working, Some(none), true)? {
-                return Ok(Looked::There(there));
+                return Ok(Looked::There(Box::new(there)));
             }
         }
         working.halve();

@@ -35,6 +35,7 @@ pub(crate) mod search;
 pub(crate) mod seen;
 pub(crate) mod set_prior;
 pub(crate) mod slow_drift;
+mod starts;
 pub(crate) mod step_changes;
 mod symmetric;
 pub(crate) mod track;
