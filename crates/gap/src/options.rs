@@ -249,6 +249,8 @@ options! {
         /// [nat]: odds of one to twenty. Where both predict about alike, the posterior has decided, which knows the priors
         /// of these numbers.
         least_gain: f64 = -3.0,
+        /// Error of rollouts with the effects over that with the numbers refitted alone, at which these decide, or its inverse.
+        clear_error: f64 = 0.5,
         /// Trials up to which every trial is judged by a fit that left it out (cross-fit).
         cross_fit_trials: usize = 10,
     }

@@ -31,7 +31,9 @@ const SETTLING: usize = 5;
 const SETTLED: f64 = 0.5;
 /// Sweeps that let starts and forces follow the readings, at most: from the estimated motion, and again at other values.
 const FOLLOWING: usize = 10;
-/// Part of a step that is gone where the whole makes the trials less likely.
+/// Loss of log likelihood with which a step has gone too far [nat], and the part of it that is gone instead. From one
+/// linearisation to the next the likelihood of a good step may fall by some ten.
+const TOO_FAR: f64 = 30.0;
 const SHORTER: f64 = 0.25;
 const FOLLOWING_AGAIN: usize = 2;
 
@@ -378,7 +380,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 return Ok(false);
             };
             if let Some((log, tracks)) = &likeliest
-                && best.1 < log - SETTLED
+                && best.1 < log - TOO_FAR
             {
                 self.tracks.clone_from(tracks);
                 break;
@@ -443,7 +445,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             };
             // Where first order goes too far, a part of the way, and no more from here on.
             if let Some(last) = last
-                && best.log_posterior < last - SETTLED
+                && best.log_posterior < last - TOO_FAR
                 && let Some((tracks, point)) = &before
             {
                 part *= SHORTER;

@@ -7,6 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::{
+    options::VerifyOptions,
     output::{
         records::{Horizon, Overlay, Verified},
         verdict::{Gap, SensorGap},
@@ -177,6 +178,12 @@ pub(crate) fn summary(
     let (before, after) = (pooled(&everyone, 0, &all), pooled(&everyone, 1, &all));
     let recalibrated = has_alone.then(|| pooled(&everyone, 4, &all));
     let ci95 = interval(&draws, &|draw| change(draw, &all));
+    let beside_alone = |draw: &[usize]| pooled(draw, 1, &all) / pooled(draw, 4, &all);
+    let ratio = match has_alone {
+        true => interval(&draws, &beside_alone),
+        false => [1.0; 2],
+    };
+    let numbers_suffice = suffice(ratio, beyond, options);
     let of_file: Vec<usize> = (0..files.min(outcomes.len())).collect();
     let by_file = change(&of_file, &all);
     let refused_because = if outcomes.len() < 2 {
@@ -192,7 +199,7 @@ pub(crate) fn summary(
             100.0 * ci95[0],
             100.0 * ci95[1]
         ))
-    } else if beyond.is_some_and(|gain| gain.is_nan() || gain < options.least_gain) {
+    } else if numbers_suffice {
         Some(
             "trials left out are predicted clearly better by the nominal with its numbers refitted alone, so the addition \
              itself is not confirmed"
@@ -233,6 +240,18 @@ pub(crate) fn summary(
     }
 }
 
+/// True where the nominal's refitted numbers predict held-out trials clearly better than the effects do; `ratio`: 95 % interval
+/// of the rollouts' error with the effects over that with the numbers alone. Where one is clearly the smaller that decides;
+/// else the predictive density, which sees weaker effects.
+fn suffice(ratio: [f64; 2], beyond: Option<f64>, options: &VerifyOptions) -> bool {
+    let [low, high] = ratio;
+    if high < options.clear_error {
+        return false;
+    }
+    let by_density = beyond.is_some_and(|gain| gain.is_nan() || gain < options.least_gain);
+    low > options.clear_error.recip() || by_density
+}
+
 /// Remark on the cross-fit, where there is one.
 fn cross_fit_remark(trials: usize, files: usize) -> Vec<String> {
     if trials <= files {
@@ -265,10 +284,10 @@ fn growth(sums: &[Terms], of: &dyn Fn(usize) -> bool) -> f64 {
 mod tests {
     use super::*;
 
-    /// Two files and two trials that were left out, error halved on all; numbers alone do as well.
-    fn judged(beyond: Option<f64>) -> Verified {
+    /// Two files and two trials that were left out, error halved on all; numbers alone leave an error that many times as large.
+    fn judged(beyond: Option<f64>, alone: f64) -> Verified {
         let channels = Channels::single(0.01);
-        let terms: Terms = [40.0, 10.0, 100.0, 100.0, 10.0];
+        let terms: Terms = [40.0, 10.0, 100.0, 100.0, 10.0 * alone * alone];
         let outcome = || TrialErrors {
             sums: vec![vec![terms]; 3],
             regimes: [vec![terms], vec![terms]],
@@ -286,15 +305,20 @@ mod tests {
 
     #[test]
     fn an_addition_falls_where_numbers_alone_predict_clearly_better() {
-        for (beyond, accepted) in [
-            (None, true),
-            (Some(4.0), true),
-            (Some(-1.0), true),
-            (Some(-4.0), false),
-            (Some(f64::NAN), false),
+        for (beyond, alone, accepted) in [
+            (None, 1.0, true),
+            (Some(4.0), 1.0, true),
+            (Some(-1.0), 1.0, true),
+            (Some(-4.0), 1.0, false),
+            (Some(f64::NAN), 1.0, false),
+            // The rollouts themselves leave no doubt.
+            (Some(-4.0), 3.0, true),
+            (Some(4.0), 0.3, false),
+            (Some(-4.0), 1.5, false),
+            (Some(4.0), 0.7, true),
         ] {
-            let found = judged(beyond);
-            assert_eq!(found.accepted, accepted, "{beyond:?}");
+            let found = judged(beyond, alone);
+            assert_eq!(found.accepted, accepted, "{beyond:?} {alone}");
             let why = found.refused_because.unwrap_or_default();
             assert_eq!(why.contains("numbers refitted alone"), !accepted, "{why}");
         }
