@@ -357,6 +357,11 @@ options! {
         /// Log posterior that a set may lack against the best, as far as first order from elsewhere tells, and still be looked
         /// from [nat].
         rival_within: f64 = 5.0,
+        /// Loss of log likelihood with which a step of the fit has gone too far [nat]: from one linearisation to the next that of a
+        /// good step may fall by some ten.
+        too_far: f64 = 30.0,
+        /// Part of such a step that is gone instead.
+        shorter: f64 = 0.25,
         /// Log posterior that a set may lack against the best, once its values have settled, and sets are still searched from
         /// there [nat].
         far_behind: f64 = 20.0,

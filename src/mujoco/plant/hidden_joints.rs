@@ -70,7 +70,7 @@ impl Layout {
         (layout, pairs.into_iter().map(|(_, extra)| extra).collect())
     }
 
-    /// Where the bodies behind backlash are, relative to their joints, and how fast they move there.
+    /// Positions, then velocities, of the bodies behind backlash relative to their joints.
     fn play(&self, qpos: &[f64], qvel: &[f64]) -> Vec<f64> {
         let ways = self.played.iter().map(|of| qpos[of.extra_qpos]);
         let speeds = self.played.iter().map(|of| qvel[of.extra_qvel]);

@@ -122,7 +122,7 @@ struct Look<'p> {
     found: Vec<Found>,
 }
 
-/// What became of a look.
+/// A look, or where its set is far behind.
 enum Looked<'p> {
     There(Box<Look<'p>>),
     /// Log posterior of the set, far behind what was asked for; none has a set with which a trial blows up.

@@ -31,10 +31,6 @@ const SETTLING: usize = 5;
 const SETTLED: f64 = 0.5;
 /// Sweeps that let starts and forces follow the readings, at most: from the estimated motion, and again at other values.
 const FOLLOWING: usize = 10;
-/// Loss of log likelihood with which a step has gone too far [nat], and the part of it that is gone instead. From one
-/// linearisation to the next the likelihood of a good step may fall by some ten.
-const TOO_FAR: f64 = 30.0;
-const SHORTER: f64 = 0.25;
 const FOLLOWING_AGAIN: usize = 2;
 
 /// Values of a set, and the starts and unmodelled forces of all segments.
@@ -360,6 +356,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
 
     fn follow_there(&mut self, chooses: bool) -> Result<bool, GapError> {
         let mut last: Option<f64> = None;
+        let options = &self.problem.settings.options.likelihood;
         let mut likeliest: Option<(f64, Vec<Track>)> = None;
         let most = match self.is_weighed {
             true => FOLLOWING_AGAIN,
@@ -380,7 +377,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 return Ok(false);
             };
             if let Some((log, tracks)) = &likeliest
-                && best.1 < log - TOO_FAR
+                && best.1 < log - options.too_far
             {
                 self.tracks.clone_from(tracks);
                 break;
@@ -432,6 +429,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
     fn settle_there(&mut self, chooses: bool) -> Result<Option<Sizes>, GapError> {
         let mut last: Option<f64> = None;
         let mut sizes = None;
+        let options = &self.problem.settings.options.likelihood;
         let mut before: Option<(Vec<Track>, Point)> = None;
         let mut part = 1.0;
         for _ in 0..SETTLING {
@@ -445,12 +443,12 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             };
             // Where first order goes too far, a part of the way, and no more from here on.
             if let Some(last) = last
-                && best.log_posterior < last - TOO_FAR
+                && best.log_posterior < last - options.too_far
                 && let Some((tracks, point)) = &before
             {
-                part *= SHORTER;
-                self.tracks = on_the_way(self.problem, tracks, &self.tracks, SHORTER)?;
-                self.point = point.on_the_way(&self.point, SHORTER);
+                part *= options.shorter;
+                self.tracks = on_the_way(self.problem, tracks, &self.tracks, options.shorter)?;
+                self.point = point.on_the_way(&self.point, options.shorter);
                 continue;
             }
             let from = (self.tracks.clone(), self.point.clone());

@@ -1,4 +1,4 @@
-//! What the simulator and a patched model have in common of backlash in a joint.
+//! Backlash in a joint, as the simulator and a patched model both have it.
 
 /// Inertia of the extra joint, in parts of what the joint moves, where the rotor before it has an inertia of its own.
 const TINY: f64 = 1e-4;
