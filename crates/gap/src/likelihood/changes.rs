@@ -69,10 +69,10 @@ pub(crate) fn changes(
     let measures = |candidate: usize| matches!(part(candidate), Part::Sensor(_));
     let commands = |candidate: usize| matches!(part(candidate), Part::Actuator(_));
     let plays = |candidate: usize| problem.candidates[candidate].effect == Id::JointBacklash;
-    // Also an effect of the user's own that reads commands, and backlash, which is passed within a few steps.
+    // Also an effect of the user's own that reads commands.
     let follows = |candidate: usize| {
         let reads = effect(problem.candidates[candidate].effect).commands();
-        commands(candidate) || plays(candidate) || !reads.is_empty()
+        commands(candidate) || !reads.is_empty()
     };
     let mut changes = Vec::new();
     for (at, (nuisance, sd)) in problem.nuisances.iter().enumerate() {

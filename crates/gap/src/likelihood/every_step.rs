@@ -7,7 +7,7 @@ use crate::{
     error::GapError,
     likelihood::{
         changes::Change,
-        step_changes::{Inputs, difference, stepped},
+        step_changes::{Inputs, difference, end_at_next_starts, stepped},
         track::{Boundary, Grid, Link, Rolled, Track},
     },
     plant::Simulation,
@@ -49,14 +49,8 @@ pub(super) fn inputs(
             &mut sides,
         ));
     }
-    // A segment ends where the next one starts.
-    let followed = if trial.steady { 0 } else { found.len() };
-    for number in 1..followed {
-        let (before, after) = found.split_at_mut(number);
-        let (last, next) = (&mut before[number - 1], &after[0]);
-        let at = last.0.ncols() - 1;
-        last.0.set_column(at, &next.0.column(0));
-        last.1.set_column(at, &next.1.column(0));
+    if !trial.steady {
+        end_at_next_starts(&mut found);
     }
     Ok(Inputs(found))
 }

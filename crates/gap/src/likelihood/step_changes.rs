@@ -242,6 +242,17 @@ pub(crate) fn references(simulation: &mut dyn Simulation, rolled: &[Rolled]) -> 
         .collect()
 }
 
+/// Gives the last boundary of every segment the changes of the next one's first: the same time, and almost the same state.
+pub(crate) fn end_at_next_starts(segments: &mut [(DMatrix<f32>, DMatrix<f32>)]) {
+    for number in 1..segments.len() {
+        let (before, after) = segments.split_at_mut(number);
+        let ((states, direct), next) = (&mut before[number - 1], &after[0]);
+        let last = states.ncols() - 1;
+        states.set_column(last, &next.0.column(0));
+        direct.set_column(last, &next.1.column(0));
+    }
+}
+
 pub(crate) fn inputs(
     problem: &Problem<'_>,
     track: &Track,
@@ -302,29 +313,20 @@ pub(crate) fn inputs(
             (states, direct)
         })
         .collect();
-    for number in 0..found.len() {
-        let (these, nexts) = found.split_at_mut(number + 1);
-        let (states, direct) = &mut these[number];
-        let last = states.ncols() - 1;
-        if let Some((of_states, of_direct)) = nexts.first().filter(|_| !trial.steady) {
-            states.set_column(last, &of_states.column(0));
-            direct.set_column(last, &of_direct.column(0));
-        }
+    if !trial.steady {
+        end_at_next_starts(&mut found);
+    }
+    for ((states, direct), link) in found.iter_mut().zip(&track.links) {
         if change.fine {
             continue;
         }
-        between(
-            &track.links[number],
-            grid,
-            last + 1,
-            |at, [from, to], part| {
-                let part = part as f32;
-                for all in [&mut *states, &mut *direct] {
-                    let column = all.column(from) * (1.0 - part) + all.column(to) * part;
-                    all.set_column(at, &column);
-                }
-            },
-        );
+        between(link, grid, states.ncols(), |at, [from, to], part| {
+            let part = part as f32;
+            for all in [&mut *states, &mut *direct] {
+                let column = all.column(from) * (1.0 - part) + all.column(to) * part;
+                all.set_column(at, &column);
+            }
+        });
     }
     Ok(Some(Inputs(found)))
 }
