@@ -6,7 +6,11 @@
 //! | `effects` | | named effects: JSON where it starts with `{`, else a file's path | none |
 //! | `density` | kg/m^3 | density of the water, a feature of the model | 1000 |
 //! | `waterline` | m | height of the free surface, world z | fully submerged |
-//! | `current` | m/s | velocity of the water, world x y z | 0 0 0 |
+//! | `current` | m/s | velocity of the water, world x y z; or a profile in depth and a random part: JSON where it starts with `{`, else a file's path | 0 0 0 |
+//! | `waves` | | linear waves about `waterline`: JSON where it starts with `{`, else a file's path | none |
+//! | `hull` | | names of the geoms that displace water | those of MuJoCo's ellipsoid fluid, else group 3, else all |
+//! | `volume` | m^3 | displaced volume of the body that carries the instance | the hull's |
+//! | `centre_of_buoyancy` | m | where its buoyancy acts, body frame x y z | the centre of the submerged part |
 //! | `joints` | | names of the card's joints in this model, in the card's order | the card's |
 //! | `solver` | | `euler`, `rk4` or `dopri5` | the card's |
 //! | `engine` | | `fused`, `fused-f16` or `candle` | `fused` |
@@ -16,20 +20,26 @@
 use std::{
     fs,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
+use hydro_effects::sea::{CurrentField, SeaError, SeaNote, WaveField};
 use hydro_model::{EngineKind, Solver};
 use thiserror::Error;
 
-use super::search_path::SearchPath;
+use super::{sea::Sea, search_path::SearchPath};
 
 /// Every attribute, in the order of the table above.
-pub const NAMES: [&str; 10] = [
+pub const NAMES: [&str; 14] = [
     "checkpoint",
     "effects",
     "density",
     "waterline",
     "current",
+    "waves",
+    "hull",
+    "volume",
+    "centre_of_buoyancy",
     "joints",
     "solver",
     "engine",
@@ -62,6 +72,16 @@ pub struct Settings {
     pub waterline: Option<f64>,
     /// Velocity of the water in the world [m/s].
     pub current: [f64; 3],
+    /// A current that is more than three numbers: the text of a `hydro-current/1`.
+    pub current_field: Option<String>,
+    /// Waves: the text of a `hydro-waves/1`.
+    pub waves: Option<String>,
+    /// Names of the geoms that displace water.
+    pub hull: Option<Vec<String>>,
+    /// Displaced volume of the body [m^3], where it is not the hull's.
+    pub volume: Option<f64>,
+    /// Centre of buoyancy of the body, body frame [m], where it is not that of the submerged part.
+    pub centre_of_buoyancy: Option<[f64; 3]>,
     /// Names of the card's joints in this model, in the card's order; `None`: the card's.
     pub joints: Option<Vec<String>>,
     /// `None`: the card's.
@@ -102,27 +122,47 @@ pub enum AttributeError {
         /// The places tried, in order.
         tried: Vec<PathBuf>,
     },
-    /// The file of effects does not exist.
+    /// The file of an attribute does not exist.
     #[error(
-        "attribute `effects` is `{found}`; no such file, and no JSON, which starts with {{. Looked in: {}. A \
+        "attribute `{attribute}` is `{found}`; no such file, and {otherwise}. Looked in: {}. A \
          relative path is looked for in HYDRO_PATH, the working directory, the folders of the library and the MJCF, and \
          the project above them, which holds `models`",
         list(.tried)
     )]
-    NoEffects {
+    NoFile {
+        /// Its name.
+        attribute: &'static str,
+        /// What the value could be but a path, and is not.
+        otherwise: &'static str,
         /// The value found.
         found: String,
         /// The places tried, in order.
         tried: Vec<PathBuf>,
     },
-    /// The file of effects cannot be read.
-    #[error("attribute `effects`: {} cannot be read: {reason}", .path.display())]
-    UnreadableEffects {
+    /// The file of an attribute cannot be read.
+    #[error("attribute `{attribute}`: {} cannot be read: {reason}", .path.display())]
+    UnreadableFile {
+        /// Its name.
+        attribute: &'static str,
         /// Which file.
         path: PathBuf,
         /// Message of the system.
         reason: String,
     },
+    /// Waves or a current that are none.
+    #[error("attribute `{attribute}`: {source}")]
+    Sea {
+        /// Its name.
+        attribute: &'static str,
+        /// What is wrong with the text.
+        #[source]
+        source: Box<SeaError>,
+    },
+    /// Waves without a surface.
+    #[error(
+        "attribute `waves` needs `waterline`, the height of the still surface; add <config key=\"waterline\" value=\"0\"/>"
+    )]
+    NoSurface,
     /// An attribute of the checkpoint where there is none.
     #[error(
         "attribute `{attribute}` is `{found}`, but there is no `checkpoint` that it could act on; take it \
@@ -172,7 +212,7 @@ impl Settings {
         };
         let effects = match value("effects") {
             None => None,
-            Some(found) => Some(effects(found, search)?),
+            Some(found) => Some(document("effects", NO_JSON, found, search)?),
         };
         if checkpoint.is_none() && effects.is_none() {
             return Err(AttributeError::Neither);
@@ -187,6 +227,27 @@ impl Settings {
             }
             Some(found) => factors("wrench_scale", found)?,
         };
+        let waterline = match value("waterline") {
+            None => None,
+            Some(found) => Some(one_number(
+                "waterline",
+                &found,
+                "one number, world z in m",
+                |_| true,
+            )?),
+        };
+        let (current, current_field) = match value("current") {
+            None => ([0.0; 3], None),
+            Some(found) if found.split_whitespace().all(is_number) => {
+                let expected = "three numbers, world x y z in m/s";
+                (three_numbers("current", found, expected)?, None)
+            }
+            Some(found) => {
+                let otherwise = "neither three numbers, world x y z in m/s, nor JSON, which starts with {";
+                let field = document("current", otherwise, found, search)?;
+                ([0.0; 3], Some(field))
+            }
+        };
         Ok(Self {
             checkpoint,
             effects,
@@ -196,29 +257,33 @@ impl Settings {
                     x >= 0.0
                 })?,
             },
-            waterline: match value("waterline") {
+            waterline,
+            current,
+            current_field,
+            waves: match value("waves") {
+                None => None,
+                Some(_) if waterline.is_none() => return Err(AttributeError::NoSurface),
+                Some(found) => Some(document("waves", NO_JSON, found, search)?),
+            },
+            hull: value("hull").map(|found| words(&found)),
+            volume: match value("volume") {
                 None => None,
                 Some(found) => Some(one_number(
-                    "waterline",
+                    "volume",
                     &found,
-                    "one number, world z in m",
-                    |_| true,
+                    "one number > 0, in m^3",
+                    |volume| volume > 0.0,
                 )?),
             },
-            current: match value("current") {
-                None => [0.0; 3],
-                Some(found) => {
-                    let expected = "three numbers, world x y z in m/s";
-                    let numbers = numbers("current", &found, expected)?;
-                    numbers.try_into().map_err(|_| AttributeError::Value {
-                        attribute: "current",
-                        found,
-                        expected,
-                    })?
-                }
+            centre_of_buoyancy: match value("centre_of_buoyancy") {
+                None => None,
+                Some(found) => Some(three_numbers(
+                    "centre_of_buoyancy",
+                    found,
+                    "three numbers, body frame x y z in m",
+                )?),
             },
-            joints: value("joints")
-                .map(|found| found.split_whitespace().map(str::to_owned).collect()),
+            joints: value("joints").map(|found| words(&found)),
             solver: match value("solver") {
                 None => None,
                 Some(found) => Some(choice("solver", found, "`euler`, `rk4` or `dopri5`")?),
@@ -240,19 +305,101 @@ impl Settings {
     }
 }
 
-/// Effects that stand in the attribute, or in the file that it names.
-fn effects(found: String, search: &SearchPath) -> Result<String, AttributeError> {
+impl Settings {
+    /// Surface, waves and current of these attributes, where gravity is this strong [m/s^2], and what a user should know
+    /// of them.
+    ///
+    /// # Errors
+    /// A fault of the text of waves or current.
+    pub fn sea(&self, gravity: f64) -> Result<(Sea, Vec<String>), AttributeError> {
+        let waves = match &self.waves {
+            Some(text) => Some(WaveField::parse(text, gravity).map_err(|source| {
+                AttributeError::Sea {
+                    attribute: "waves",
+                    source: Box::new(source),
+                }
+            })?),
+            None => None,
+        };
+        let (waves, notes) = waves.unzip();
+        let notes = notes.into_iter().flatten();
+        let notes = notes.map(|note: SeaNote| format!("attribute `waves`: {note}"));
+        let sea = Sea {
+            waterline: self.waterline,
+            waves: waves.map(Arc::new),
+            current: self.current_field()?.map(Arc::new),
+        };
+        Ok((sea, notes.collect()))
+    }
+
+    /// A current that is more than three numbers.
+    ///
+    /// # Errors
+    /// A fault of its text.
+    pub fn current_field(&self) -> Result<Option<CurrentField>, AttributeError> {
+        let Some(text) = &self.current_field else {
+            return Ok(None);
+        };
+        CurrentField::parse(text)
+            .map(Some)
+            .map_err(|source| AttributeError::Sea {
+                attribute: "current",
+                source: Box::new(source),
+            })
+    }
+}
+
+/// What a value that is a document could be and is not, where it names no file.
+const NO_JSON: &str = "no JSON, which starts with {";
+
+/// JSON that stands in an attribute, or in the file that it names.
+fn document(
+    attribute: &'static str,
+    otherwise: &'static str,
+    found: String,
+    search: &SearchPath,
+) -> Result<String, AttributeError> {
     if found.starts_with('{') {
         return Ok(found);
     }
     let path = match search.find(Path::new(&found)) {
         Ok(path) => path,
-        Err(tried) => return Err(AttributeError::NoEffects { found, tried }),
+        Err(tried) => {
+            return Err(AttributeError::NoFile {
+                attribute,
+                otherwise,
+                found,
+                tried,
+            });
+        }
     };
-    fs::read_to_string(&path).map_err(|fault| AttributeError::UnreadableEffects {
+    fs::read_to_string(&path).map_err(|fault| AttributeError::UnreadableFile {
+        attribute,
         path,
         reason: fault.to_string(),
     })
+}
+
+fn is_number(word: &str) -> bool {
+    word.parse::<f64>().is_ok()
+}
+
+fn words(found: &str) -> Vec<String> {
+    found.split_whitespace().map(str::to_owned).collect()
+}
+
+fn three_numbers(
+    attribute: &'static str,
+    found: String,
+    expected: &'static str,
+) -> Result<[f64; 3], AttributeError> {
+    numbers(attribute, &found, expected)?
+        .try_into()
+        .map_err(|_| AttributeError::Value {
+            attribute,
+            found,
+            expected,
+        })
 }
 
 fn numbers(

@@ -2,7 +2,12 @@
 
 use std::ops::Range;
 
-use hydro_effects::{ActuatorPart, BodyPart, Effect, JointPart, Part, WaterPart};
+use hydro_effects::{
+    ActuatorPart, BodyPart, Effect, Id, JointPart, Part, WaterPart,
+    hydrostatics::{Hull, Panels},
+};
+
+use super::sea::Sea;
 
 /// One effect with its values.
 #[derive(Clone, Debug)]
@@ -68,8 +73,46 @@ pub struct WetBody {
     pub middle: [f64; 3],
     /// Displaced volume [m^3].
     pub volume: f64,
+    /// What of it can be under water or above.
+    pub hull: Hull,
+    /// Its surface in triangles, where waves are too short to be planes over it.
+    pub panels: Option<Panels>,
+    /// Centre of buoyancy in the body's frame [m], where it is given and not the hull's.
+    pub centre_of_buoyancy: Option<[f64; 3]>,
     /// Effects on it.
     pub acting: Vec<Acting>,
+}
+
+impl WetBody {
+    /// Volume that hydrostatics lifts it by [m^3]; `None` where that effect is not on it.
+    pub fn buoyant_volume(&self) -> Option<f64> {
+        let mut acting = self.acting.iter();
+        let hydrostatics = acting.find(|acting| acting.effect.card().id == Id::Hydrostatics)?;
+        hydrostatics.parameters.first().copied()
+    }
+
+    /// True where hydrostatics acts on it.
+    pub fn floats(&self) -> bool {
+        self.buoyant_volume().is_some()
+    }
+}
+
+/// The hull of a body, in its frame.
+#[derive(Clone, Debug)]
+pub struct BodyHull {
+    /// Its number.
+    pub body: usize,
+    /// Its closed shapes.
+    pub hull: Hull,
+}
+
+/// What fades a checkpoint's wrench at the surface.
+#[derive(Clone, Debug, Default)]
+pub struct Afloat {
+    /// Surface and waves.
+    pub sea: Sea,
+    /// The robot's hulls; none without a surface.
+    pub hulls: Vec<BodyHull>,
 }
 
 /// A hinge or slide with an effect on it.
@@ -99,7 +142,7 @@ pub struct ChangedActuator {
 }
 
 /// A body that displaces water.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Displacing {
     /// Its number.
     pub body: usize,
@@ -107,6 +150,8 @@ pub struct Displacing {
     pub mass: f64,
     /// Middle of its box, in its frame [m].
     pub middle: [f64; 3],
+    /// Its closed shapes, in its frame.
+    pub hull: Hull,
 }
 
 /// Shape of a wall.
@@ -134,20 +179,26 @@ pub struct Bound {
     pub actuators: Vec<ChangedActuator>,
     /// All that displaces water, where [`Bound::water`] moves it.
     pub displacing: Vec<Displacing>,
+    /// What of the carrying robot displaces water, where the waves of [`Bound::sea`] move it.
+    pub in_waves: Vec<Displacing>,
     /// Walls that stand still.
     pub walls: Vec<Wall>,
     /// Density of the water [kg/m^3].
     pub density: f64,
-    /// Height of the surface, world z [m].
-    pub waterline: f64,
+    /// Surface, waves and current.
+    pub sea: Sea,
+    /// Range of the memory of [`Bound::sea`] in that of all.
+    pub sea_memory: Range<usize>,
     /// Velocity of the water in the world beside [`Bound::water`] [m/s].
     pub current: [f64; 3],
+    /// What a user should know: hulls that overlap, waves beyond the theory.
+    pub notes: Vec<String>,
     /// Numbers of memory of all.
     pub memory_len: usize,
 }
 
 impl Bound {
-    /// True where nothing acts.
+    /// True where no effect acts.
     pub fn is_empty(&self) -> bool {
         self.bodies.is_empty()
             && self.water.is_empty()

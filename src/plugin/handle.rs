@@ -68,7 +68,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::plugin::Base;
-    use crate::plugin::{Body, Settings, search_path::SearchPath};
+    use crate::plugin::{Afloat, Body, Settings, search_path::SearchPath};
 
     /// An instance of effects alone, another for every density.
     fn made(density: usize) -> InstanceKey {
@@ -83,7 +83,10 @@ mod tests {
             base: Base::Free { qpos: 0, dof: 0 },
             joints: Vec::new(),
         };
-        Registry::global().acquire(settings, &body, None).unwrap().0
+        {
+            let registry = Registry::global();
+            registry.acquire(settings, &body, None, Afloat::default()).unwrap().0
+        }
     }
 
     #[test]

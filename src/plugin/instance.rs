@@ -2,7 +2,12 @@
 //!
 //! Its state holds the checkpoint's memory first (see [`super::learned_wrench`]), then that of the effects.
 
-use super::{attributes::Settings, bound::Bound, learned_wrench::LearnedWrench};
+use super::{
+    attributes::Settings,
+    bound::{Afloat, BodyHull, Bound},
+    learned_wrench::LearnedWrench,
+    sea::Sea,
+};
 
 /// One instance, with its settings checked and its parts tied to a model.
 #[derive(Debug)]
@@ -10,15 +15,22 @@ pub struct Instance {
     settings: Settings,
     learned: Option<LearnedWrench>,
     effects: Option<Bound>,
+    afloat: Afloat,
 }
 
 impl Instance {
     /// An instance of its parts.
-    pub fn new(settings: Settings, learned: Option<LearnedWrench>, effects: Option<Bound>) -> Self {
+    pub fn new(
+        settings: Settings,
+        learned: Option<LearnedWrench>,
+        effects: Option<Bound>,
+        afloat: Afloat,
+    ) -> Self {
         Self {
             settings,
             learned,
             effects,
+            afloat,
         }
     }
 
@@ -35,6 +47,16 @@ impl Instance {
     /// The effects, tied to the model, where there are any.
     pub fn effects(&self) -> Option<&Bound> {
         self.effects.as_ref()
+    }
+
+    /// Surface and waves.
+    pub fn sea(&self) -> &Sea {
+        &self.afloat.sea
+    }
+
+    /// Hulls whose submerged part fades the checkpoint's wrench.
+    pub fn hulls(&self) -> &[BodyHull] {
+        &self.afloat.hulls
     }
 
     /// Index in the state where the memory of the effects starts.

@@ -7,7 +7,7 @@
 //! bound           named effects, tied to a model
 //! instance        one `hydro.wrench`: a checkpoint and effects together
 //! registry        loaded checkpoints and instances, shared by the process; handle: a thread's own
-//! waterline       how much of the robot is under water
+//! sea             surface, waves and current around an instance
 //! native_fluid    MuJoCo's own fluid, a body at a time (for load cells)
 //! ```
 //!
@@ -22,12 +22,12 @@ pub mod instance;
 pub mod learned_wrench;
 pub mod native_fluid;
 pub mod registry;
+pub mod sea;
 pub mod search_path;
-pub mod waterline;
 
 pub use attributes::{AttributeError, InitialForce, Settings};
 pub use body::{Base, Body, BodyError, Joint, JointKind};
-pub use bound::Bound;
+pub use bound::{Afloat, BodyHull, Bound};
 pub use feature_map::FeatureMap;
 pub use handle::Handle;
 pub use instance::Instance;

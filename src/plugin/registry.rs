@@ -28,7 +28,7 @@ use thiserror::Error;
 use super::{
     attributes::{AttributeError, Settings},
     body::{Body, BodyError},
-    bound::Bound,
+    bound::{Afloat, Bound},
     instance::Instance,
     learned_wrench::LearnedWrench,
 };
@@ -166,6 +166,7 @@ impl Registry {
         settings: Settings,
         body: &Body,
         effects: Option<Bound>,
+        afloat: Afloat,
     ) -> Result<(InstanceKey, Arc<Instance>), SetupError> {
         let loaded = match &settings.checkpoint {
             Some(folder) => Some(self.checkpoint(folder)?),
@@ -176,6 +177,7 @@ impl Registry {
             &format!("{settings:?}"),
             &format!("{body:?}"),
             &format!("{effects:?}"),
+            &format!("{afloat:?}"),
         ]);
         {
             let mut instances = self
@@ -200,7 +202,7 @@ impl Registry {
             }
             None => None,
         };
-        let instance = Arc::new(Instance::new(settings, learned, effects));
+        let instance = Arc::new(Instance::new(settings, learned, effects, afloat));
         let mut instances = self
             .instances
             .write()

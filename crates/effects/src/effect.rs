@@ -54,6 +54,11 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         None
     }
 
+    /// True where it is a constant, and not worth a name of its own, unless the model says how high the water stands.
+    fn needs_waterline(&self) -> bool {
+        false
+    }
+
     /// True where this effect can do all that `other` does on the same body, so that no data tell one of them from both.
     /// `complete`: this effect has its optional parameters.
     fn includes(&self, _other: Id, _complete: bool) -> bool {

@@ -45,6 +45,9 @@ impl<D: Scalar> Flow<D> {
             extent: motion.extent.map(|extent| extent.clamp(0.0, LARGEST)),
             density: motion.density.clamp(0.0, DENSEST),
             volume: motion.volume.clamp(0.0, DENSEST),
+            upthrust: motion
+                .upthrust
+                .map(|part| part.clamp(-LARGEST * LARGEST, LARGEST * LARGEST)),
             ..motion.clone()
         };
         Self {
@@ -82,6 +85,11 @@ impl<D: Scalar> Flow<D> {
     /// Middle of the body, body frame [m].
     pub(crate) fn middle(&self) -> [f64; 3] {
         self.motion.middle
+    }
+
+    /// Pressure of the water per density and volume of the hull, [`Motion::upthrust`].
+    pub(crate) fn upthrust(&self) -> [f64; 6] {
+        self.motion.upthrust
     }
 
     /// Depth of the origin [m].

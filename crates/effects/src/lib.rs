@@ -35,8 +35,10 @@ pub mod did_you_mean;
 mod dual;
 mod effect;
 mod flow;
+pub mod hydrostatics;
 mod motion;
 pub mod own;
+pub mod sea;
 mod set;
 mod set_error;
 #[cfg(test)]

@@ -31,6 +31,10 @@ pub struct Motion {
     pub extent: [f64; 3],
     /// Displaced volume [m^3].
     pub volume: f64,
+    /// Pressure of the water on the hull, per density of the water and per volume of the hull: force [m/s^2] and torque
+    /// [m^2/s^2] about the body's origin, in its frame. Of a hull at rest under water: -gravity, at its centre. Zero above
+    /// the surface.
+    pub upthrust: [f64; 6],
     /// Depth of the origin below the surface [m]; `None` where the surface is far.
     pub depth: Option<f64>,
     /// Distance [m] of the origin to the nearest wall and its unit normal in the world, towards the body.

@@ -332,7 +332,8 @@ fn entry(index: usize, value: &Value, targets: &dyn Targets) -> Result<Entry, Se
     }
     let missing: Vec<String> = parameters
         .iter()
-        .filter(|parameter| !parameter.optional && !values.contains_key(&parameter.name))
+        .filter(|parameter| !parameter.optional && parameter.left_out.is_none())
+        .filter(|parameter| !values.contains_key(&parameter.name))
         .map(|parameter| parameter.name.clone())
         .collect();
     if !missing.is_empty() {
@@ -348,7 +349,7 @@ fn entry(index: usize, value: &Value, targets: &dyn Targets) -> Result<Entry, Se
         .iter()
         .map(|parameter| {
             let Some(value) = values.get(&parameter.name) else {
-                return Ok(parameter.null);
+                return Ok(parameter.left_out.unwrap_or(parameter.null));
             };
             value.as_f64().ok_or_else(|| {
                 shape(

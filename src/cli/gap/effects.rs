@@ -88,6 +88,7 @@ fn example(kind: TargetKind) -> Target {
             inertia: [0.4, 1.2, 1.3],
             extent: [0.8, 0.4, 0.3],
             volume: 0.02,
+            hull_volume: 0.02,
             density: 1000.0,
             gravity: 9.81,
             speed: 0.5,

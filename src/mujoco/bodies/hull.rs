@@ -1,24 +1,211 @@
-//! The robot's hull: which geoms it is made of, and how much of it is under water.
+//! The hull of a body or robot: which geoms it is made of, their closed shapes, and how much of them is under water.
 
+use std::{
+    collections::HashMap,
+    hash::{DefaultHasher, Hasher},
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use hydro_effects::hydrostatics::{Hull, Mesh, MeshError, Shape, Solid};
 use hydro_frames::Wrench;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
+use super::joint_space::{rotation, vector};
 use crate::{
     mujoco::ffi::{
         DataView, ModelView,
-        bindings::{mjGEOM_BOX, mjGEOM_CAPSULE, mjGEOM_CYLINDER, mjGEOM_ELLIPSOID, mjGEOM_SPHERE},
+        bindings::{
+            mjGEOM_BOX, mjGEOM_CAPSULE, mjGEOM_CYLINDER, mjGEOM_ELLIPSOID, mjGEOM_MESH,
+            mjGEOM_SPHERE, mjOBJ_GEOM,
+        },
     },
-    plugin::{native_fluid::EllipsoidCoefficients, waterline},
+    plugin::{BodyHull, native_fluid::EllipsoidCoefficients, sea::Sea},
 };
+
+/// Certainty that a geom is part of the hull, rather than of the looks laid over it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum PartOfHull {
+    /// Nothing says so.
+    Perhaps,
+    /// It is in group 3, where MuJoCo's models keep what is not for the eye.
+    ByGroup,
+    /// MuJoCo's ellipsoid fluid acts on it.
+    ByFluid,
+    /// The attribute `hull` names it.
+    Named,
+}
+
+fn part_of_hull(model: ModelView<'_>, geom: usize, named: Option<&[String]>) -> Option<PartOfHull> {
+    if let Some(named) = named {
+        let name = model.name(mjOBJ_GEOM as i32, geom);
+        return named.contains(&name).then_some(PartOfHull::Named);
+    }
+    Some(match model.geom_group()[geom] {
+        _ if model.geom_fluid()[EllipsoidCoefficients::LEN * geom] > 0.0 => PartOfHull::ByFluid,
+        3 => PartOfHull::ByGroup,
+        _ => PartOfHull::Perhaps,
+    })
+}
+
+/// The geoms of a body.
+fn geoms_of(model: ModelView<'_>, body: usize) -> std::ops::Range<usize> {
+    let first = model.body_geomadr()[body].max(0) as usize;
+    first..first + model.body_geomnum()[body] as usize
+}
+
+/// The geoms that show where the water is, with their bodies: those of these names; else those that MuJoCo's ellipsoid
+/// fluid acts on, else group 3, else all. Only the most certain count: looks lie over the hull, and would be counted twice.
+pub(crate) fn geoms(
+    model: ModelView<'_>,
+    bodies: impl Iterator<Item = usize>,
+    named: Option<&[String]>,
+) -> Vec<(usize, usize)> {
+    let known: Vec<(PartOfHull, usize, usize)> = bodies
+        .flat_map(|body| geoms_of(model, body).map(move |geom| (body, geom)))
+        .filter_map(|(body, geom)| Some((part_of_hull(model, geom, named)?, body, geom)))
+        .collect();
+    let surest = known.iter().map(|(part, ..)| *part).max();
+    known
+        .into_iter()
+        .filter(|(part, ..)| Some(*part) == surest)
+        .map(|(_, body, geom)| (body, geom))
+        .collect()
+}
+
+/// The closed shape of a geom; `None` for one that encloses nothing (a plane, a height field).
+///
+/// # Errors
+/// A mesh that does not enclose a volume.
+pub(crate) fn shape(model: ModelView<'_>, geom: usize) -> Result<Option<Shape>, MeshError> {
+    let [a, b, c] = ModelView::triple(model.geom_size(), geom);
+    let kind = model.geom_type()[geom] as u32;
+    Ok(Some(match kind {
+        _ if kind == mjGEOM_SPHERE => Shape::Sphere { radius: a },
+        _ if kind == mjGEOM_ELLIPSOID => Shape::Ellipsoid {
+            semi_axes: [a, b, c],
+        },
+        _ if kind == mjGEOM_BOX => Shape::Box { half: [a, b, c] },
+        _ if kind == mjGEOM_CYLINDER => Shape::Cylinder {
+            radius: a,
+            half_length: b,
+        },
+        _ if kind == mjGEOM_CAPSULE => Shape::Capsule {
+            radius: a,
+            half_length: b,
+        },
+        _ if kind == mjGEOM_MESH => Shape::Mesh(mesh(model, geom)?),
+        _ => return Ok(None),
+    }))
+}
+
+/// The closed shape of a geom, or the ellipsoid that fits a mesh that encloses no volume.
+pub(crate) fn shape_or_ellipsoid(model: ModelView<'_>, geom: usize) -> Option<Shape> {
+    shape(model, geom).unwrap_or_else(|_| {
+        // A mesh geom's sizes are the half sizes of its box.
+        Some(Shape::Ellipsoid {
+            semi_axes: ModelView::triple(model.geom_size(), geom),
+        })
+    })
+}
+
+/// Meshes kept; more are read anew.
+const MOST_MESHES: usize = 256;
+
+type Checked = Result<Arc<Mesh>, MeshError>;
+
+/// The mesh of a geom. A mesh is checked once in this process, however many models have it.
+fn mesh(model: ModelView<'_>, geom: usize) -> Checked {
+    static KNOWN: Mutex<Option<HashMap<u64, Checked>>> = Mutex::new(None);
+    let (vertices, faces) = model.mesh(model.geom_dataid()[geom]);
+    let mut hasher = DefaultHasher::new();
+    for number in vertices {
+        hasher.write_u32(number.to_bits());
+    }
+    for index in faces {
+        hasher.write_i32(*index);
+    }
+    let key = hasher.finish();
+    if let Some(mesh) = KNOWN
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .as_ref()
+        .and_then(|known| known.get(&key))
+    {
+        return mesh.clone();
+    }
+    let vertices: Vec<[f64; 3]> = vertices
+        .as_chunks::<3>()
+        .0
+        .iter()
+        .map(|vertex| vertex.map(f64::from))
+        .collect();
+    let faces: Vec<[u32; 3]> = faces
+        .as_chunks::<3>()
+        .0
+        .iter()
+        .map(|face| face.map(|corner| corner as u32))
+        .collect();
+    let made = Mesh::new(&vertices, &faces).map(Arc::new);
+    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = known.get_or_insert_default();
+    if known.len() >= MOST_MESHES {
+        known.clear();
+    }
+    known.insert(key, made.clone());
+    made
+}
+
+/// Pose of a geom in its body.
+fn place(model: ModelView<'_>, geom: usize) -> Isometry3<f64> {
+    let attitude: UnitQuaternion<f64> =
+        hydro_frames::world_from_base(ModelView::quadruple(model.geom_quat(), geom));
+    let position = Vector3::from(ModelView::triple(model.geom_pos(), geom));
+    Isometry3::from_parts(Translation3::from(position), attitude)
+}
+
+/// The hull of some geoms in the frame of a body, from the poses of the geoms' bodies in it.
+pub(crate) fn hull(
+    model: ModelView<'_>,
+    geoms: &[(usize, usize)],
+    pose: impl Fn(usize) -> Isometry3<f64>,
+) -> Hull {
+    let solids = geoms.iter().filter_map(|(body, geom)| {
+        Some(Solid {
+            shape: shape_or_ellipsoid(model, *geom)?,
+            place: pose(*body) * place(model, *geom),
+        })
+    });
+    Hull::new(solids.collect())
+}
+
+/// The hulls of a robot's bodies, from `root` on, each in its body's frame.
+pub(crate) fn hulls(
+    model: ModelView<'_>,
+    root: usize,
+    named: Option<&[String]>,
+) -> Vec<BodyHull> {
+    let links = (root..model.bodies()).filter(|link| model.hangs_below(*link, root));
+    let geoms = geoms(model, links, named);
+    let mut hulls: Vec<BodyHull> = Vec::new();
+    for group in geoms.chunk_by(|one, other| one.0 == other.0) {
+        let body = group[0].0;
+        hulls.push(BodyHull {
+            body,
+            hull: hull(model, group, |_| Isometry3::identity()),
+        });
+    }
+    hulls
+}
 
 /// A wrench of a fully submerged robot, less what is lost above the surface.
 pub(crate) fn below_surface(
     data: &DataView<'_>,
-    body: usize,
-    waterline: Option<f64>,
+    hulls: &[BodyHull],
+    sea: &Sea,
     mut wrench: Wrench,
 ) -> Wrench {
-    if let Some(waterline) = waterline {
-        let part = submerged_fraction(data, body, waterline);
+    if sea.waterline.is_some() {
+        let part = submerged_fraction(data, hulls, sea);
         wrench
             .force
             .iter_mut()
@@ -28,52 +215,18 @@ pub(crate) fn below_surface(
     wrench
 }
 
-/// Submerged part (0..=1) of the hull of the bodies below and at `body`.
-fn submerged_fraction(data: &DataView<'_>, body: usize, waterline: f64) -> f64 {
-    let model = data.model();
-    let geoms = || {
-        (body..model.bodies())
-            .filter(|link| model.hangs_below(*link, body))
-            .flat_map(|link| {
-                let first = model.body_geomadr()[link].max(0) as usize;
-                first..first + model.body_geomnum()[link] as usize
-            })
-    };
-    let hull = geoms().map(|geom| part_of_hull(model, geom)).max();
-    let lumps = geoms()
-        .filter(|geom| Some(part_of_hull(model, *geom)) == hull)
-        .map(|geom| {
-            let size = ModelView::triple(model.geom_size(), geom);
-            let radius = model.geom_rbound()[geom];
-            waterline::Lump {
-                height: data.geom_xpos()[3 * geom + 2],
-                radius,
-                volume: waterline::volume(shape(model.geom_type()[geom]), size, radius),
-            }
-        });
-    waterline::submerged_fraction(waterline, lumps)
-}
-
-/// Certainty that a geom is part of the hull. Only the most certain of a robot count: looks lie over the hull, and
-/// would be counted twice.
-pub(crate) fn part_of_hull(model: ModelView<'_>, geom: usize) -> waterline::PartOfHull {
-    waterline::PartOfHull::from_geom(
-        model.geom_fluid()[EllipsoidCoefficients::LEN * geom],
-        model.geom_group()[geom],
-    )
-}
-
-pub(crate) fn shape(code: i32) -> waterline::Shape {
-    use waterline::Shape;
-    const SHAPES: [(u32, Shape); 5] = [
-        (mjGEOM_SPHERE, Shape::Sphere),
-        (mjGEOM_CAPSULE, Shape::Capsule),
-        (mjGEOM_ELLIPSOID, Shape::Ellipsoid),
-        (mjGEOM_CYLINDER, Shape::Cylinder),
-        (mjGEOM_BOX, Shape::Box),
-    ];
-    SHAPES
-        .iter()
-        .find(|(known, _)| *known == code as u32)
-        .map_or(Shape::Other, |(_, shape)| *shape)
+/// Submerged part (0..=1) of hulls; 1 where they have no volume.
+fn submerged_fraction(data: &DataView<'_>, hulls: &[BodyHull], sea: &Sea) -> f64 {
+    let (mut wet, mut all) = (0.0, 0.0);
+    for BodyHull { body, hull } in hulls {
+        let frame = rotation(data.xmat(), *body);
+        let origin = vector(data.xpos(), *body);
+        let Some(surface) = sea.surface(origin + frame * hull.centre(), data.time()) else {
+            return 1.0;
+        };
+        let (up, level) = surface.in_frame(&frame, &origin);
+        wet += hull.below(&up, level).volume;
+        all += hull.volume();
+    }
+    if all > 0.0 { wet / all } else { 1.0 }
 }

@@ -1,7 +1,8 @@
 //! Ties named effects to a model: names become numbers, and what does not fit is refused.
 
 use hydro_effects::{
-    Entry, Id, Motion, Part, Target, TargetKind, Targets, card::ActuatorScale, effect, listed_id,
+    Entry, Id, Motion, Part, Target, TargetKind, Targets, card::ActuatorScale, effect,
+    hydrostatics::Panels, listed_id,
 };
 use serde_json::Value;
 
@@ -11,18 +12,19 @@ use super::{
 };
 use crate::{
     mujoco::{
-        bodies::joint_space::last_dof,
+        bodies::{hull, joint_space::last_dof},
         ffi::{
             ModelView,
             bindings::{
                 mjBIAS_AFFINE, mjBIAS_NONE, mjGAIN_AFFINE, mjGAIN_FIXED, mjOBJ_ACTUATOR,
-                mjOBJ_BODY, mjOBJ_JOINT,
+                mjOBJ_BODY, mjOBJ_GEOM, mjOBJ_JOINT,
             },
         },
     },
     plugin::{
         Bound,
         bound::{Acting, ChangedActuator, Displacing, MovedJoint, WetBody},
+        sea::Sea,
     },
 };
 
@@ -31,28 +33,52 @@ const NO_MOTION: &str =
     "it changes a reading and no motion; it belongs into `sensors` of a verdict's patch";
 
 /// The water around the effects.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Surroundings {
     /// Density of the water [kg/m^3], where the instance says one.
     pub(crate) density: Option<f64>,
-    /// Height of the surface, world z [m].
-    pub(crate) waterline: Option<f64>,
-    /// Velocity of the water [m/s].
+    /// Its surface, waves and current.
+    pub(crate) sea: Sea,
+    /// Velocity of the water beside them [m/s].
     pub(crate) current: [f64; 3],
+    /// Names of the geoms that displace water.
+    pub(crate) hull: Option<Vec<String>>,
+    /// What a user should know of the sea.
+    pub(crate) notes: Vec<String>,
+    /// A body whose displacement is given.
+    pub(crate) displacement: Option<Displacement>,
     /// True where commands are changed before the step, and not by a difference of force.
     pub(crate) commands_before_step: bool,
+}
+
+/// Displacement of a body as the attributes give it, in place of its hull's.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Displacement {
+    pub(crate) body: usize,
+    /// Volume [m^3].
+    pub(crate) volume: Option<f64>,
+    /// Centre of buoyancy, body frame [m].
+    pub(crate) centre: Option<[f64; 3]>,
+}
+
+impl Surroundings {
+    /// Volume of the hull of a body [m^3], where it is given.
+    fn given_volume(&self, body: usize) -> Option<f64> {
+        let given = self.displacement.filter(|given| given.body == body)?;
+        given.volume
+    }
 }
 
 /// Ties effects to a model.
 pub(crate) fn bind(
     model: ModelView<'_>,
     entries: &[Entry],
-    around: Surroundings,
+    around: &Surroundings,
 ) -> Result<Bound, String> {
     let mut bound = Bound {
         walls: walls::find(model),
         density: sizes::density(model, around.density),
-        waterline: around.waterline.unwrap_or(0.0),
+        sea: around.sea.clone(),
         current: around.current,
         ..Bound::default()
     };
@@ -63,6 +89,11 @@ pub(crate) fn bind(
     if !bound.water.is_empty() {
         bound.displacing = displacing(model, bound.density);
     }
+    bound.in_waves = in_waves(model, around, &bound);
+    bound.notes = notes(model, around, &bound);
+    let start = bound.memory_len;
+    bound.memory_len += bound.sea.memory_len();
+    bound.sea_memory = start..bound.memory_len;
     Ok(bound)
 }
 
@@ -74,6 +105,68 @@ fn displacing(model: ModelView<'_>, density: f64) -> Vec<Displacing> {
             body,
             mass: density * sizes::own_volume(model, body, density),
             middle: sizes::bounding_box(model, body).0,
+            hull: sizes::body_hull(model, body, None),
+        })
+        .collect()
+}
+
+/// What a user should know of hulls and waves.
+fn notes(model: ModelView<'_>, around: &Surroundings, bound: &Bound) -> Vec<String> {
+    let mut notes = around.notes.clone();
+    for wet in bound.bodies.iter().filter(|wet| wet.floats()) {
+        let name = model.label(mjOBJ_BODY as i32, "body", wet.body);
+        let named = around.hull.as_deref();
+        if let Some(pair) = wet.hull.overlap() {
+            let geoms = sizes::solid_geoms(model, wet.body, named);
+            let [one, other] = [pair.0, pair.1].map(|at| {
+                let geom = geoms.get(at).copied().unwrap_or_default();
+                model.label(mjOBJ_GEOM as i32, "geom", geom)
+            });
+            notes.push(format!(
+                "geoms `{one}` and `{other}` of body `{name}` overlap, and the water that both displace counts twice; name the \
+                 geoms of the hull in attribute `hull`, or give `volume`"
+            ));
+        }
+        if let Some(centre) = wet.centre_of_buoyancy {
+            let centre = nalgebra::Vector3::from(centre);
+            if !wet.hull.solids().iter().any(|solid| solid.contains(&centre)) {
+                notes.push(format!(
+                    "attribute `centre_of_buoyancy` is {:?}, outside the hull of body `{name}`",
+                    <[f64; 3]>::from(centre)
+                ));
+            }
+        }
+        let length = wet.extent.into_iter().fold(0.0, f64::max);
+        let large = around.sea.waves.as_ref();
+        if let Some(note) = large.and_then(|waves| waves.large_hull(length)) {
+            notes.push(format!("body `{name}`: {note}"));
+        }
+    }
+    notes
+}
+
+/// Bodies of the carrier's tree that displace water, where the instance has waves. Panels have the pressure of the waves with
+/// that of the still water.
+fn in_waves(model: ModelView<'_>, around: &Surroundings, bound: &Bound) -> Vec<Displacing> {
+    let (Some(_), Some(carrier)) = (&around.sea.waves, around.displacement) else {
+        return Vec::new();
+    };
+    let root = model.body_rootid()[carrier.body] as usize;
+    let own = |body: &usize| model.hangs_below(*body, root) && sizes::weighs_in(model, *body);
+    let floating = |body: usize| bound.bodies.iter().find(|wet| wet.body == body && wet.floats());
+    (1..model.bodies())
+        .filter(own)
+        .filter(|body| floating(*body).is_none_or(|wet| wet.panels.is_none()))
+        .map(|body| {
+            let given = around.given_volume(body);
+            let floats = floating(body).and_then(WetBody::buoyant_volume).or(given);
+            let volume = floats.unwrap_or_else(|| sizes::own_volume(model, body, bound.density));
+            Displacing {
+                body,
+                mass: bound.density * volume,
+                middle: sizes::bounding_box(model, body).0,
+                hull: sizes::body_hull(model, body, around.hull.as_deref()),
+            }
         })
         .collect()
 }
@@ -81,7 +174,7 @@ fn displacing(model: ModelView<'_>, density: f64) -> Vec<Displacing> {
 fn add(
     model: ModelView<'_>,
     entry: &Entry,
-    around: Surroundings,
+    around: &Surroundings,
     bound: &mut Bound,
 ) -> Result<(), String> {
     let effect = effect(entry.effect);
@@ -123,7 +216,7 @@ fn add(
             return Err(NO_MOTION.to_owned());
         }
         (Part::Water(_), _) => bound.water.push(acting),
-        (Part::Body(_), Found::Body(body)) => add_to_body(model, body, acting, bound)?,
+        (Part::Body(_), Found::Body(body)) => add_to_body(model, body, acting, around, bound)?,
         (Part::Joint(_), Found::Joint(joint)) => bound.joints.push(MovedJoint {
             qpos: model.jnt_qposadr()[joint] as usize,
             dof: model.jnt_dofadr()[joint] as usize,
@@ -212,12 +305,23 @@ pub(crate) struct ModelTargets<'a> {
     pub(crate) model: ModelView<'a>,
     /// Density of the water [kg/m^3].
     pub(crate) density: f64,
+    /// The water around, where it says more of the hulls than the geoms do.
+    pub(crate) around: Option<&'a Surroundings>,
 }
 
 impl Targets for ModelTargets<'_> {
     fn find(&self, kind: TargetKind, name: &str) -> Option<Target> {
         let found = target(self.model, kind, name).ok()?;
-        Some(found.sizes(self.model, self.density))
+        let mut sizes = found.sizes(self.model, self.density);
+        if let (Target::Body(scale), Found::Body(body), Some(around)) =
+            (&mut sizes, found, self.around)
+        {
+            let named = around.hull.as_deref();
+            scale.hull_volume = around
+                .given_volume(body)
+                .unwrap_or_else(|| sizes::body_hull(self.model, body, named).volume());
+        }
+        Some(sizes)
     }
 
     fn names(&self, kind: TargetKind) -> Vec<String> {
@@ -275,11 +379,15 @@ fn add_to_body(
     model: ModelView<'_>,
     body: usize,
     acting: Acting,
+    around: &Surroundings,
     bound: &mut Bound,
 ) -> Result<(), String> {
+    if acting.effect.card().id == Id::Hydrostatics {
+        check_hull(model, body, around)?;
+    }
     let known = bound.bodies.iter().position(|wet| wet.body == body);
     let at = known.unwrap_or_else(|| {
-        bound.bodies.push(wet_body(model, body, bound.density));
+        bound.bodies.push(wet_body(model, body, around, bound.density));
         bound.bodies.len() - 1
     });
     let wet = &mut bound.bodies[at];
@@ -294,7 +402,44 @@ fn add_to_body(
     Ok(())
 }
 
-fn wet_body(model: ModelView<'_>, body: usize, density: f64) -> WetBody {
+/// Part of a wave's length from which on a hull is too long for the wave to be a plane over it.
+const LONG_WAVE: f64 = 0.2;
+
+/// Sides of a panel: this part of the hull's longest.
+const PANELS: usize = 16;
+
+/// What is wrong with the hull of a body that is to float.
+fn check_hull(model: ModelView<'_>, body: usize, around: &Surroundings) -> Result<(), String> {
+    let name = model.label(mjOBJ_BODY as i32, "body", body);
+    let named = around.hull.as_deref();
+    let geoms = hull::geoms(model, sizes::welded(model, body), named);
+    let label = |geom: usize| model.label(mjOBJ_GEOM as i32, "geom", geom);
+    if around.given_volume(body).is_some() {
+        return Ok(());
+    }
+    let mut closed = 0;
+    for (_, geom) in &geoms {
+        match hull::shape(model, *geom) {
+            Ok(Some(_)) => closed += 1,
+            Ok(None) => {}
+            Err(fault) => {
+                return Err(format!(
+                    "geom `{}` of body `{name}`: {fault}; or give `volume`, and its box stands for it",
+                    label(*geom)
+                ));
+            }
+        }
+    }
+    if closed == 0 {
+        return Err(format!(
+            "body `{name}` has no geom that encloses a volume; add one (it may be invisible and collide with nothing), or give \
+             the attributes `volume` and `centre_of_buoyancy`"
+        ));
+    }
+    Ok(())
+}
+
+fn wet_body(model: ModelView<'_>, body: usize, around: &Surroundings, density: f64) -> WetBody {
     let mut dofs = Vec::new();
     let mut dof = last_dof(model, body);
     while let Ok(at) = usize::try_from(dof) {
@@ -307,6 +452,15 @@ fn wet_body(model: ModelView<'_>, body: usize, density: f64) -> WetBody {
         .enumerate()
         .all(|(above, dof)| model.M_rownnz()[*dof] as usize == above + 1);
     let (middle, extent) = sizes::bounding_box(model, body);
+    let hull = sizes::body_hull(model, body, around.hull.as_deref());
+    let given = around.displacement.filter(|given| given.body == body);
+    let length = extent.into_iter().fold(0.0, f64::max);
+    let panels = around
+        .sea
+        .waves
+        .as_ref()
+        .filter(|waves| length > LONG_WAVE * waves.shortest_length() && !around.commands_before_step)
+        .map(|_| Panels::new(&hull, PANELS));
     WetBody {
         body,
         middle,
@@ -314,7 +468,12 @@ fn wet_body(model: ModelView<'_>, body: usize, density: f64) -> WetBody {
         dofs,
         full_rows,
         extent,
-        volume: sizes::volume(model, body, density),
+        volume: around
+            .given_volume(body)
+            .unwrap_or_else(|| sizes::volume(model, body, density)),
+        hull,
+        panels,
+        centre_of_buoyancy: given.and_then(|given| given.centre),
         acting: Vec::new(),
     }
 }
@@ -334,6 +493,7 @@ fn has_inertia(acting: &Acting) -> bool {
         middle: [0.0; 3],
         extent: [1.0; 3],
         volume: 1.0,
+        upthrust: [0.0; 6],
         depth: Some(1.0),
         wall: Some((1.0, [0.0, 0.0, 1.0])),
         commands: Vec::new(),
@@ -347,7 +507,7 @@ fn add_to_actuator(
     model: ModelView<'_>,
     actuator: usize,
     acting: Acting,
-    around: Surroundings,
+    around: &Surroundings,
     bound: &mut Bound,
 ) -> Result<(), String> {
     let name = model.label(mjOBJ_ACTUATOR as i32, "actuator", actuator);

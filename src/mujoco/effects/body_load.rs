@@ -1,10 +1,15 @@
 //! The effects on one body: a wrench, an inertia, and damping for the implicit step.
 
-use hydro_effects::{Id, Motion};
+use hydro_effects::{Id, Medium, Motion};
 use hydro_frames as frames;
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 
-use super::{source::Source, walls, water::Water};
+use super::{
+    source::Source,
+    submersion::{Submersion, submersion},
+    walls,
+    water::Water,
+};
 use crate::{
     mujoco::{
         bodies::{
@@ -13,10 +18,7 @@ use crate::{
         },
         ffi::{DataView, ModelView, bindings::mjDSBL_GRAVITY},
     },
-    plugin::{
-        Bound,
-        bound::{Acting, WetBody},
-    },
+    plugin::bound::{Acting, WetBody},
 };
 
 /// Effects whose force turns with the body's own motion and resists nothing: the derivative is no drag,
@@ -93,7 +95,7 @@ pub(super) fn body_load<'a>(
     wet: &'a WetBody,
 ) -> BodyLoad<'a> {
     let frame = Frame::new(data, wet);
-    let mut motion = motion(data, source.bound, water, wet, &frame);
+    let (mut motion, submersion) = motion(data, source, water, wet, &frame);
     let mut fault = None;
     let mut wrench = Vector6::zeros();
     let mut inertia: Option<Matrix6<f64>> = None;
@@ -107,15 +109,16 @@ pub(super) fn body_load<'a>(
             fault = fault.or(Some(acting.effect.card().id));
             continue;
         }
-        wrench += own;
+        let share = share(acting, &submersion);
+        wrench += own * share;
         if let Some(more) = part.inertia(&acting.parameters, &motion) {
-            inertia = Some(inertia.unwrap_or_default() + more);
+            inertia = Some(inertia.unwrap_or_default() + more * share);
         }
         if !data.model().runge_kutta()
             && !GYROSCOPIC.contains(&acting.effect.card().id)
             && let Some(more) = part.damping(&acting.parameters, &motion, memory)
         {
-            damping = Some(damping.unwrap_or_default() + more);
+            damping = Some(damping.unwrap_or_default() + more * share);
         }
     }
     if let Some(inertia) = &inertia {
@@ -132,6 +135,16 @@ pub(super) fn body_load<'a>(
         wrench,
         implicit,
         fault,
+    }
+}
+
+/// Part of an effect that is left where a part of the hull is above water: what the fluid does fades with the submerged
+/// volume, what a mass does stays, and hydrostatics counts the volume itself.
+fn share(acting: &Acting, submersion: &Submersion) -> f64 {
+    let effect = acting.effect;
+    match effect.medium() == Medium::None || effect.card().id == Id::Hydrostatics {
+        true => 1.0,
+        false => submersion.fraction,
     }
 }
 
@@ -180,14 +193,14 @@ fn resisting(damping: &Matrix6<f64>) -> Matrix6<f64> {
 
 pub(super) fn motion(
     data: &DataView<'_>,
-    bound: &Bound,
+    source: &Source<'_>,
     water: &Water<'_>,
     wet: &WetBody,
     frame: &Frame,
-) -> Motion {
+) -> (Motion, Submersion) {
     let model = data.model();
+    let bound = source.bound;
     let (linear, angular) = fluid_loads::velocity(data, wet.body, frame.origin);
-    let relative = linear - water.velocity(bound, frame.origin);
     let centre = if wet.root {
         let centre = vector(data.subtree_com(), wet.body) - frame.origin;
         frame.rotation.tr_mul(&centre)
@@ -196,29 +209,47 @@ pub(super) fn motion(
     };
     let option = &model.raw().opt;
     let gravity_is_on = option.disableflags & mjDSBL_GRAVITY as i32 == 0;
+    let gravity = if gravity_is_on {
+        option.gravity
+    } else {
+        [0.0; 3]
+    };
     let attitude: UnitQuaternion<f64> =
         frames::world_from_base(ModelView::quadruple(data.xquat(), wet.body));
-    Motion {
+    let submersion = submersion(
+        source,
+        wet,
+        &frame.rotation,
+        frame.origin,
+        Vector3::from(gravity),
+        water.time,
+    );
+    let flow = water.wind
+        + Vector3::from(bound.current)
+        + water.added(frame.origin)
+        + submersion.water.velocity;
+    let relative = linear - flow;
+    let level = bound.sea.level(frame.origin.x, frame.origin.y, water.time);
+    let motion = Motion {
         time: water.time,
         position: frame.origin.into(),
         world_from_base: attitude,
         linear: frame.rotation.tr_mul(&relative).into(),
         angular: frame.rotation.tr_mul(&angular).into(),
-        water_acceleration: water.acceleration(frame.origin).into(),
-        gravity: if gravity_is_on {
-            option.gravity
-        } else {
-            [0.0; 3]
-        },
+        water_acceleration: (water.acceleration(frame.origin) + submersion.water.acceleration)
+            .into(),
+        gravity,
         density: bound.density,
         centre: centre.into(),
         middle: wet.middle,
         extent: wet.extent,
         volume: wet.volume,
-        depth: Some(bound.waterline - frame.origin.z),
+        upthrust: submersion.upthrust,
+        depth: Some(level.unwrap_or(0.0) - frame.origin.z),
         wall: walls::nearest(data, &bound.walls, frame.origin),
         commands: Vec::new(),
-    }
+    };
+    (motion, submersion)
 }
 
 #[cfg(test)]

@@ -21,6 +21,7 @@ use super::{
     active_effects, actuation,
     body_load::{BodyLoad, Frame, body_load, commands, motion},
     source::Source,
+    submersion::wet_part,
     water::Water,
 };
 use crate::{
@@ -31,7 +32,7 @@ use crate::{
         },
         ffi::{DataView, bindings::mjDSBL_GRAVITY},
     },
-    plugin::bound::{Acting, MovedJoint},
+    plugin::bound::{Acting, Displacing, MovedJoint},
 };
 
 /// Forces and inertias to add to MuJoCo's, collected while the data is read.
@@ -92,7 +93,7 @@ impl Additions {
             }
             for changed in &source.bound.actuators {
                 let more = actuation::correction(data, source, changed, |at| {
-                    water.velocity(source.bound, at)
+                    water.velocity(source, at)
                 });
                 actuation::in_joint_space(data, changed.output, more, &mut sum.forces);
             }
@@ -100,7 +101,7 @@ impl Additions {
         if let Some(active) = active_effects::current() {
             sum.add_buoyancy_torques(data, &active.moved_centres);
         }
-        if water.has_effects() {
+        if water.moves() {
             moving_water(data, &water, |body, at, force, torque| {
                 for_each_dof(data, body, |dof| {
                     let power = generalised_force(data, body, dof, at, force, torque);
@@ -215,7 +216,7 @@ fn generalised_force(
 }
 
 /// Forces of moving water on bodies, beside the relative velocity that other effects see: the pressure
-/// that accelerates the water (Froude-Krylov) on all that displaces it, and the change of MuJoCo's own
+/// that accelerates the water (Froude-Krylov) on all that displaces it, as far as it is submerged, and the change of MuJoCo's own
 /// fluid, which knows a constant wind only. `each` gets body, point, force and torque there, in the world.
 fn moving_water(
     data: &DataView<'_>,
@@ -227,16 +228,19 @@ fn moving_water(
         .sources
         .iter()
         .find(|source| !source.bound.water.is_empty());
-    for displacing in knows.map_or(&[][..], |source| &source.bound.displacing) {
-        let rotation = rotation(data.xmat(), displacing.body);
-        let at = vector(data.xpos(), displacing.body) + rotation * Vector3::from(displacing.middle);
-        let rate = water.acceleration(at);
-        each(
-            displacing.body,
-            at,
-            rate * displacing.mass,
-            Vector3::zeros(),
-        );
+    if let Some(source) = knows {
+        for displacing in &source.bound.displacing {
+            let (at, mass) = displaced(data, source, displacing, water.time);
+            let rate = water.acceleration(at);
+            each(displacing.body, at, rate * mass, Vector3::zeros());
+        }
+    }
+    for source in water.sources {
+        for displacing in &source.bound.in_waves {
+            let (at, mass) = displaced(data, source, displacing, water.time);
+            let rate = water.own(source, at).acceleration;
+            each(displacing.body, at, rate * mass, Vector3::zeros());
+        }
     }
     if !data.model().has_fluid() {
         return;
@@ -256,6 +260,24 @@ fn moving_water(
             |at, force, torque| each(body, at, -force, -torque),
         );
     }
+}
+
+/// Centre in the world [m] and mass [kg] of the water that a body displaces.
+fn displaced(
+    data: &DataView<'_>,
+    source: &Source<'_>,
+    displacing: &Displacing,
+    time: f64,
+) -> (Vector3<f64>, f64) {
+    let rotation = rotation(data.xmat(), displacing.body);
+    let origin = vector(data.xpos(), displacing.body);
+    let sea = &source.bound.sea;
+    if sea.waterline.is_none() {
+        let middle = Vector3::from(displacing.middle);
+        return (origin + rotation * middle, displacing.mass);
+    }
+    let (fraction, centre) = wet_part(&displacing.hull, sea, &rotation, &origin, time);
+    (origin + rotation * centre, displacing.mass * fraction)
 }
 
 /// Forces of effects on the bodies at and below `root`, with the accelerations of `data`:
@@ -285,7 +307,7 @@ pub(crate) fn on_subtree(
             each(load.frame.origin, rotation * force, rotation * torque);
         }
     }
-    if water.has_effects() {
+    if water.moves() {
         moving_water(data, &water, |body, at, force, torque| {
             if model.hangs_below(body, root) {
                 each(at, force, torque);
@@ -313,15 +335,20 @@ fn halves(wrench: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
     )
 }
 
-/// Velocity that effects add to the water at a point and time, world [m/s].
+/// Velocity that effects and the sea of a source add to the water at a point and time, world [m/s].
 pub(crate) fn added_water(
     data: &DataView<'_>,
     sources: &[Source<'_>],
+    which: Option<usize>,
     at: [f64; 3],
     time: f64,
 ) -> [f64; 3] {
     let water = Water::new(data, sources).at_time(time);
-    water.added(Vector3::from(at)).into()
+    let at = Vector3::from(at);
+    let own = which.map_or_else(Vector3::zeros, |which| {
+        water.own(&sources[which], at).velocity
+    });
+    (water.added(at) + own).into()
 }
 
 /// Brings the memory of a source over the step that `data` has just made: bodies from the motion at its
@@ -344,7 +371,7 @@ pub(crate) fn advance_memory(
             continue;
         }
         let frame = Frame::new(data, wet);
-        let mut motion = motion(data, source.bound, &water, wet, &frame);
+        let (mut motion, _) = motion(data, source, &water, wet, &frame);
         for acting in &wet.acting {
             if let Some(part) = acting.body() {
                 let memory = &mut memory[acting.memory.clone()];
@@ -364,6 +391,8 @@ pub(crate) fn advance_memory(
             part.advance(parameters, &motion, step, &mut memory[range.clone()]);
         }
     }
+    let sea = &source.bound.sea;
+    sea.advance(&mut memory[source.bound.sea_memory.clone()], step);
     if !source.commands_arrived {
         for changed in &source.bound.actuators {
             actuation::arriving(changed, data.ctrl()[changed.control], step, memory);

@@ -6,6 +6,7 @@
 //! active_effects  what a simulation of `hydro gap` adds to its model
 //! source          effects with their memory, of one instance or one simulation
 //! water, walls    how the water moves at a point; the nearest wall
+//! submersion      how much of a body is under water, and the pressure on its hull
 //! body_load       wrench, inertia and damping of the effects on one body
 //! actuation       actuators that do not do what they are told
 //! forces          the sum, into MuJoCo's passive forces and inertia matrix
@@ -18,5 +19,6 @@ mod body_load;
 pub(crate) mod forces;
 pub(crate) mod sizes;
 pub(crate) mod source;
+mod submersion;
 pub(crate) mod walls;
 mod water;

@@ -3,6 +3,7 @@
 use hydro_effects::{
     Target,
     card::{ActuatorScale, BodyScale, JointScale},
+    hydrostatics::{Hull, Shape, Solid},
 };
 use hydro_frames as frames;
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
@@ -19,7 +20,7 @@ use crate::{
             views::{NBIAS, NGAIN},
         },
     },
-    plugin::{attributes::FRESH_WATER, native_fluid::EllipsoidCoefficients, waterline},
+    plugin::{attributes::FRESH_WATER, native_fluid::EllipsoidCoefficients},
 };
 
 /// Density of the water that a model speaks of [kg/m^3]; `attribute` is that of `hydro.wrench`.
@@ -61,21 +62,6 @@ fn with_tree(model: ModelView<'_>, body: usize) -> impl Iterator<Item = usize> {
         .filter(move |link| *link == body || (root && model.hangs_below(*link, body)))
 }
 
-/// The geoms that show where the water is: those MuJoCo's ellipsoid fluid acts on, else group 3, else all.
-fn hull_geoms(model: ModelView<'_>, bodies: impl Iterator<Item = usize>) -> Vec<(usize, usize)> {
-    let geoms: Vec<(usize, usize)> = bodies
-        .flat_map(|body| model.geoms(body).map(move |geom| (body, geom)))
-        .collect();
-    let surest = geoms
-        .iter()
-        .map(|(_, geom)| hull::part_of_hull(model, *geom))
-        .max();
-    geoms
-        .into_iter()
-        .filter(|(_, geom)| Some(hull::part_of_hull(model, *geom)) == surest)
-        .collect()
-}
-
 /// Displaced volume [m^3]: what gravity compensation says, else that of the hull's geoms.
 pub(crate) fn volume(model: ModelView<'_>, body: usize, density: f64) -> f64 {
     displaced_volume(model, density, || with_tree(model, body))
@@ -97,29 +83,56 @@ fn displaced_volume<I: Iterator<Item = usize>>(
     if compensated > 0.0 {
         return compensated / density;
     }
-    hull_geoms(model, bodies())
+    hull::geoms(model, bodies(), None)
         .into_iter()
-        .map(|(_, geom)| {
-            waterline::volume(
-                hull::shape(model.geom_type()[geom]),
-                ModelView::triple(model.geom_size(), geom),
-                model.geom_rbound()[geom],
-            )
-        })
+        .filter_map(|(_, geom)| Some(hull::shape_or_ellipsoid(model, geom)?.whole().volume))
         .sum()
+}
+
+/// The bodies that move as one with a body, below it.
+pub(crate) fn welded(model: ModelView<'_>, body: usize) -> impl Iterator<Item = usize> {
+    (body..model.bodies()).filter(move |link| {
+        model.hangs_below(*link, body) && model.body_weldid()[*link] == model.body_weldid()[body]
+    })
+}
+
+/// The geoms of [`body_hull`], in the order of its solids.
+pub(crate) fn solid_geoms(
+    model: ModelView<'_>,
+    body: usize,
+    named: Option<&[String]>,
+) -> Vec<usize> {
+    hull::geoms(model, welded(model, body), named)
+        .into_iter()
+        .map(|(_, geom)| geom)
+        .filter(|geom| hull::shape_or_ellipsoid(model, *geom).is_some())
+        .collect()
+}
+
+/// The hull of a body and what is welded to it, in its frame; `named`: of these geoms alone. The ellipsoid of its extents
+/// where it has no geoms.
+pub(crate) fn body_hull(model: ModelView<'_>, body: usize, named: Option<&[String]>) -> Hull {
+    let geoms = hull::geoms(model, welded(model, body), named);
+    let found = hull::hull(model, &geoms, |link| relative(model, link, body));
+    if found.volume() > 0.0 {
+        return found;
+    }
+    let (middle, extent) = bounding_box(model, body);
+    let shape = Shape::Ellipsoid {
+        semi_axes: extent.map(|extent| 0.5 * extent),
+    };
+    let place = Isometry3::translation(middle[0], middle[1], middle[2]);
+    Hull::new(vec![Solid { shape, place }])
 }
 
 /// Middle [m] and extents [m] of a body and what is welded to it along its axes; of the box of the same
 /// inertia where it has no geoms.
 pub(crate) fn bounding_box(model: ModelView<'_>, body: usize) -> ([f64; 3], [f64; 3]) {
-    let welded = (body..model.bodies()).filter(|link| {
-        model.hangs_below(*link, body) && model.body_weldid()[*link] == model.body_weldid()[body]
-    });
     let (mut low, mut high) = (
         Vector3::repeat(f64::INFINITY),
         Vector3::repeat(f64::NEG_INFINITY),
     );
-    for (link, geom) in hull_geoms(model, welded) {
+    for (link, geom) in hull::geoms(model, welded(model, body), None) {
         let pose = relative(model, link, body)
             * pose(
                 ModelView::triple(model.geom_pos(), geom),
@@ -169,6 +182,7 @@ pub(crate) fn body(model: ModelView<'_>, body: usize, density: f64) -> BodyScale
         inertia,
         extent: bounding_box(model, body).1,
         volume: volume(model, body, density),
+        hull_volume: body_hull(model, body, None).volume(),
         density,
         gravity: Vector3::from(model.raw().opt.gravity).norm(),
         speed: 0.0,

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::source::Source;
-use crate::{mujoco::ffi::DataView, plugin::Bound};
+use crate::{mujoco::ffi::DataView, plugin::sea::WaterMotion};
 
 /// Velocity of the water.
 #[derive(Clone, Copy)]
@@ -33,10 +33,11 @@ impl<'a> Water<'a> {
         Self { time, ..self }
     }
 
-    pub(crate) fn has_effects(&self) -> bool {
+    /// True where an effect moves the water, or the waves of an instance.
+    pub(crate) fn moves(&self) -> bool {
         self.sources
             .iter()
-            .any(|source| !source.bound.water.is_empty())
+            .any(|source| !source.bound.water.is_empty() || !source.bound.in_waves.is_empty())
     }
 
     /// Velocity that effects add at a point [m/s].
@@ -67,8 +68,21 @@ impl<'a> Water<'a> {
         sum
     }
 
-    /// Velocity at a point, as the effects of `bound` see it [m/s].
-    pub(crate) fn velocity(&self, bound: &Bound, at: Vector3<f64>) -> Vector3<f64> {
-        self.wind + Vector3::from(bound.current) + self.added(at)
+    /// Velocity at a point, as the effects of a source see it [m/s].
+    pub(crate) fn velocity(&self, source: &Source<'_>, at: Vector3<f64>) -> Vector3<f64> {
+        self.wind
+            + Vector3::from(source.bound.current)
+            + self.added(at)
+            + self.own(source, at).velocity
+    }
+
+    /// Motion of the sea of a source's own attributes at a point.
+    pub(crate) fn own(&self, source: &Source<'_>, at: Vector3<f64>) -> WaterMotion {
+        let sea = &source.bound.sea;
+        if !sea.moves() {
+            return WaterMotion::default();
+        }
+        let memory = &source.memory[source.bound.sea_memory.clone()];
+        sea.motion(at, self.time, memory)
     }
 }

@@ -162,7 +162,15 @@ impl<'a> ModelView<'a> {
         geom_size: f64 = |m| m.ngeom as i64 * 3;
         geom_group: i32 = |m| m.ngeom as i64;
         geom_fluid: f64 = |m| m.ngeom as i64 * 12;
-        geom_rbound: f64 = |m| m.ngeom as i64;
+        geom_pos: f64 = |m| m.ngeom as i64 * 3;
+        geom_quat: f64 = |m| m.ngeom as i64 * 4;
+        geom_dataid: i32 = |m| m.ngeom as i64;
+        mesh_vertadr: i32 = |m| m.nmesh as i64;
+        mesh_vertnum: i32 = |m| m.nmesh as i64;
+        mesh_faceadr: i32 = |m| m.nmesh as i64;
+        mesh_facenum: i32 = |m| m.nmesh as i64;
+        mesh_vert: f32 = |m| m.nmeshvert as i64 * 3;
+        mesh_face: i32 = |m| m.nmeshface as i64 * 3;
         sensor_adr: i32 = |m| m.nsensor as i64;
         sensor_dim: i32 = |m| m.nsensor as i64;
     }
@@ -189,8 +197,6 @@ impl<'a> ModelView<'a> {
         geom_bodyid: i32 = |m| m.ngeom as i64;
         geom_contype: i32 = |m| m.ngeom as i64;
         geom_conaffinity: i32 = |m| m.ngeom as i64;
-        geom_pos: f64 = |m| m.ngeom as i64 * 3;
-        geom_quat: f64 = |m| m.ngeom as i64 * 4;
         geom_aabb: f64 = |m| m.ngeom as i64 * 6;
         geom_rgba: f32 = |m| m.ngeom as i64 * 4;
         sensor_type: i32 = |m| m.nsensor as i64;
@@ -256,6 +262,20 @@ impl<'a> ModelView<'a> {
             values[4 * row + 2],
             values[4 * row + 3],
         ]
+    }
+
+    /// Vertices [m], three numbers each, and triangles, three vertices each, of a mesh; empty where there is none.
+    pub(crate) fn mesh(&self, mesh: i32) -> (&'a [f32], &'a [i32]) {
+        let Ok(mesh) = usize::try_from(mesh) else {
+            return (&[], &[]);
+        };
+        let part = |start: &[i32], count: &[i32]| {
+            let start = 3 * start[mesh].max(0) as usize;
+            start..start + 3 * count[mesh].max(0) as usize
+        };
+        let vertices = part(self.mesh_vertadr(), self.mesh_vertnum());
+        let faces = part(self.mesh_faceadr(), self.mesh_facenum());
+        (&self.mesh_vert()[vertices], &self.mesh_face()[faces])
     }
 
     pub(crate) fn bodies(&self) -> usize {

@@ -37,7 +37,12 @@ pub(crate) fn is_weighed(model: ModelView<'_>, body: usize) -> bool {
 }
 
 /// Bodies that move and have mass, or degrees of freedom of their own; bodies that a sensor weighs.
-pub(crate) fn bodies(data: &DataView<'_>, density: f64, waterline: Option<f64>) -> Vec<PlantBody> {
+pub(crate) fn bodies(
+    data: &DataView<'_>,
+    density: f64,
+    waterline: Option<f64>,
+    floating: &[String],
+) -> Vec<PlantBody> {
     let model = data.model();
     // Without hulls at all, masses tell which body is the bulky one.
     let has_hulls = (1..model.bodies()).any(|body| sizes::own_volume(model, body, density) > 0.0);
@@ -57,8 +62,10 @@ pub(crate) fn bodies(data: &DataView<'_>, density: f64, waterline: Option<f64>) 
                 _ => model.body_mass()[body] / density,
             };
             let size = scale.extent.iter().any(|extent| *extent > 0.0);
+            let name = model.label(mjOBJ_BODY as i32, "body", body);
             PlantBody {
-                name: model.label(mjOBJ_BODY as i32, "body", body),
+                floats: floating.contains(&name),
+                name,
                 root: sizes::is_root(model, body),
                 moves: last_dof(model, body) >= 0,
                 end: is_end(model, body),

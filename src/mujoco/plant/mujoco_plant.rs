@@ -121,21 +121,28 @@ impl MujocoPlant {
                 let settings =
                     scene_folder::known(folder.as_deref(), || instances::settings(view, id));
                 let settings = settings.map_err(fault)?;
-                let effects = instances::entries(view, &settings).map_err(fault)?;
+                let body = instances::carrying_body(view, id).unwrap_or(0);
+                let around = instances::surroundings(view, &settings, body).map_err(fault)?;
+                let effects = instances::entries(view, &settings, &around).map_err(fault)?;
                 Ok(Nominal {
                     id,
                     settings,
+                    around,
                     effects,
                 })
             })
             .collect::<Result<Vec<_>, PlantError>>()?;
-        let first = nominal.first().map(|of| &of.settings);
+        let first = nominal.first().map(|of| of.around.clone());
         let around = Surroundings {
-            density: first.map(|settings| settings.density),
-            waterline: first.and_then(|settings| settings.waterline),
-            current: first.map_or([0.0; 3], |settings| settings.current),
             commands_before_step: true,
+            ..first.unwrap_or_default()
         };
+        let floating: Vec<String> = nominal
+            .iter()
+            .flat_map(|of| &of.effects)
+            .filter(|entry| entry.effect == Id::Hydrostatics)
+            .map(|entry| entry.target.clone())
+            .collect();
         let (nuisances, ids) = nuisances::find(view, &nominal).into_iter().unzip();
         let loads = LoadSensor::all(view);
         let model = Arc::new(model);
@@ -148,14 +155,15 @@ impl MujocoPlant {
             nq: model.nq(),
             nv: model.nv(),
             state_len: model.state_len(mjSTATE_FULLPHYSICS as i32),
-            bodies: description::bodies(&data.view(), density, around.waterline),
+            bodies: description::bodies(&data.view(), density, around.sea.waterline, &floating),
             base: free_base(view, &nominal, density),
             joints: description::joints(view),
             actuators: description::actuators(view),
             sensors: sensors::sensors(view),
             nuisances,
             wrench_bodies: instances::bodies(view),
-            waterline: around.waterline.unwrap_or(0.0),
+            waterline: around.sea.waterline.unwrap_or(0.0),
+            has_surface: around.sea.waterline.is_some(),
             walls: walls::standing(&data.view()),
             medium: description::medium(view, nominal.iter().any(Nominal::is_wet)),
             has_fluid: view.raw().opt.density > 0.0 || nominal.iter().any(Nominal::is_wet),
@@ -295,7 +303,7 @@ impl MujocoPlant {
             .cloned()
             .collect();
         let view = self.model.view();
-        let mut bound = bind::bind(view, &moving, self.around).map_err(fault)?;
+        let mut bound = bind::bind(view, &moving, &self.around).map_err(fault)?;
         // Backlash is a joint of the model, not a force.
         bound
             .joints
@@ -331,7 +339,7 @@ impl MujocoPlant {
         let mut nominal = Vec::new();
         for (instance, entries) in beside.effects {
             let of = &self.nominal[instance];
-            if let Some(turned) = instances::bound(view, &of.settings, &entries).map_err(fault)? {
+            if let Some(turned) = instances::bound(view, &of.around, &entries).map_err(fault)? {
                 nominal.push((of.id, turned));
             }
         }
@@ -381,10 +389,7 @@ fn free_base(model: ModelView<'_>, nominal: &[Nominal], density: f64) -> Option<
             .collect(),
         density: own.map_or(density, |of| of.settings.density),
         water: known.map_or(wind, |settings| settings.current),
-        water_moves: nominal
-            .iter()
-            .flat_map(|of| &of.effects)
-            .any(|entry| matches!(effect(entry.effect).part(), Part::Water(_))),
+        water_moves: nominal.iter().any(Nominal::moves_water),
         learned: own.is_some_and(|of| of.settings.checkpoint.is_some()),
     })
 }

@@ -12,13 +12,16 @@
 //! | timing | all commands | steps by which they act earlier |
 //! | timing | forces read inside a step | part of the jump at the step's end that they show already |
 
-use hydro_effects::{Entry, Medium, TargetKind, effect};
+use hydro_effects::{Entry, Medium, Part, TargetKind, effect};
 use hydro_gap::plant::{self, Nuisance, NuisanceClass, Quantity};
 
 use super::description::is_weighed;
 use crate::{
     mujoco::{
-        effects::{bind, sizes},
+        effects::{
+            bind::{self, Surroundings},
+            sizes,
+        },
         ffi::{
             ModelView,
             bindings::{
@@ -37,6 +40,8 @@ use crate::{
 pub(crate) struct Nominal {
     pub(crate) id: usize,
     pub(crate) settings: Settings,
+    /// The water around it.
+    pub(crate) around: Surroundings,
     pub(crate) effects: Vec<Entry>,
 }
 
@@ -45,6 +50,12 @@ impl Nominal {
     pub(crate) fn is_wet(&self) -> bool {
         let of_water = |entry: &Entry| effect(entry.effect).medium() == Medium::Water;
         self.settings.checkpoint.is_some() || self.effects.iter().any(of_water)
+    }
+
+    /// True where its water moves in a way that changes.
+    pub(crate) fn moves_water(&self) -> bool {
+        let of_water = |entry: &Entry| matches!(effect(entry.effect).part(), Part::Water(_));
+        self.around.sea.moves() || self.effects.iter().any(of_water)
     }
 }
 

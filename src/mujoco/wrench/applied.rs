@@ -31,13 +31,13 @@ pub(crate) fn applied(data: &mut DataView<'_>, id: usize) -> Option<Applied> {
     if let Some(learned) = instance.learned() {
         let mut moment_water = [0.0; 3];
         if water_moves(data) {
-            moment_water = water_at(data, learned.features().base(), body);
+            moment_water = water_at(data, id, learned.features().base(), body);
         }
         let mut moment = data.moment();
         moment.water = moment_water;
         let state = &data.instance_state(id)[..instance.learned_len()];
         wrench = learned.wrench(state, moment);
-        wrench = hull::below_surface(data, body, instance.settings().waterline, wrench);
+        wrench = hull::below_surface(data, instance.hulls(), instance.sea(), wrench);
         if let Some(scale) = active_effects::current().and_then(|active| active.wrench_scale) {
             let mut scaled = wrench.to_array();
             for (value, factor) in scaled.iter_mut().zip(scale) {
@@ -53,17 +53,17 @@ pub(crate) fn applied(data: &mut DataView<'_>, id: usize) -> Option<Applied> {
     })
 }
 
-/// True where an effect moves the water.
+/// True where an effect or a sea moves the water.
 pub(crate) fn water_moves(data: &mut DataView<'_>) -> bool {
-    let moves = |bound: &Bound| !bound.water.is_empty();
+    let moves = |bound: &Bound| !bound.water.is_empty() || bound.sea.moves();
     active_effects::current().is_some_and(|active| moves(&active.bound))
         || with_effects(data)
             .iter()
             .any(|of| of.instance.effects().is_some_and(moves))
 }
 
-/// Velocity that effects add to the water at the base, at the time of `data`, world [m/s].
-pub(crate) fn water_at(data: &mut DataView<'_>, base: &Base, body: usize) -> [f64; 3] {
+/// Velocity that effects and the instance's own sea add to the water at the base, at the time of `data`, world [m/s].
+pub(crate) fn water_at(data: &mut DataView<'_>, id: usize, base: &Base, body: usize) -> [f64; 3] {
     let instances = with_effects(data);
     // At a step's end `xpos` is still that of its start.
     let at = match base {
@@ -73,8 +73,9 @@ pub(crate) fn water_at(data: &mut DataView<'_>, base: &Base, body: usize) -> [f6
         }
         _ => ModelView::triple(data.xpos(), body),
     };
+    let which = instances.iter().position(|of| of.id == id);
     with_sources(data, &instances, |data, sources| {
-        forces::added_water(data, sources, at, data.time())
+        forces::added_water(data, sources, which, at, data.time())
     })
 }
 

@@ -6,20 +6,24 @@ use std::sync::{
 };
 
 use hydro_effects::{EffectSet, Entry};
+use nalgebra::Vector3;
 
 use crate::{
     mujoco::{
-        bodies::base_body,
-        effects::{bind, sizes},
+        bodies::{base_body, hull},
+        effects::{
+            bind::{self, Displacement, Surroundings},
+            sizes,
+        },
         ffi::{
             DataView, ModelView,
             api::own_folder,
-            bindings::{mjOBJ_BODY, mjOBJ_PLUGIN},
+            bindings::{mjOBJ_BODY, mjOBJ_GEOM, mjOBJ_PLUGIN},
             scene_folder, warn,
         },
     },
     plugin::{
-        Bound, Handle, Instance, InstanceKey, Registry, Settings, SetupError,
+        Afloat, Bound, Handle, Instance, InstanceKey, Registry, Settings, SetupError,
         search_path::SearchPath,
     },
 };
@@ -130,43 +134,88 @@ pub(crate) fn set_up(
         }
     };
     let settings = settings(model, id).map_err(|fault| refused(fault.to_string()))?;
-    let effects = entries(model, &settings)
-        .and_then(|entries| bound(model, &settings, &entries))
+    let around = surroundings(model, &settings, body).map_err(refused)?;
+    let effects = entries(model, &settings, &around)
+        .and_then(|entries| bound(model, &around, &entries))
         .map_err(|fault| refused(format!("attribute `effects`: {fault}")))?;
+    let afloat = Afloat {
+        hulls: match (&settings.checkpoint, around.sea.waterline) {
+            (Some(_), Some(_)) => hull::hulls(model, body, around.hull.as_deref()),
+            _ => Vec::new(),
+        },
+        sea: around.sea,
+    };
     let body = base_body::body(model, body);
     Registry::global()
-        .acquire(settings, &body, effects)
+        .acquire(settings, &body, effects, afloat)
         .map_err(|fault| refused(fault.to_string()))
 }
 
 /// The effects that an instance's attributes name.
-pub(crate) fn entries(model: ModelView<'_>, settings: &Settings) -> Result<Vec<Entry>, String> {
+pub(crate) fn entries(
+    model: ModelView<'_>,
+    settings: &Settings,
+    around: &Surroundings,
+) -> Result<Vec<Entry>, String> {
     let Some(text) = &settings.effects else {
         return Ok(Vec::new());
     };
     let targets = bind::ModelTargets {
         model,
         density: sizes::density(model, Some(settings.density)),
+        around: Some(around),
     };
     let set = EffectSet::parse(text, &targets).map_err(|fault| fault.to_string())?;
     Ok(set.entries)
 }
 
-/// Effects of an instance, tied to its model.
-pub(crate) fn bound(
+/// The water around an instance that a body carries.
+pub(crate) fn surroundings(
     model: ModelView<'_>,
     settings: &Settings,
+    body: usize,
+) -> Result<Surroundings, String> {
+    let unknown = settings.hull.iter().flatten().find(|name| {
+        model
+            .id(mjOBJ_GEOM as i32, name)
+            .is_none()
+    });
+    if let Some(name) = unknown {
+        let known: Vec<String> = (0..model.geom_type().len())
+            .map(|geom| model.name(mjOBJ_GEOM as i32, geom))
+            .filter(|name| !name.is_empty())
+            .collect();
+        return Err(format!(
+            "attribute `hull` names geom `{name}`; the model has: {}",
+            if known.is_empty() { "none with a name".to_owned() } else { known.join(", ") }
+        ));
+    }
+    let gravity = Vector3::from(model.raw().opt.gravity).norm();
+    let (sea, notes) = settings.sea(gravity).map_err(|fault| fault.to_string())?;
+    Ok(Surroundings {
+        density: Some(settings.density),
+        sea,
+        notes,
+        current: settings.current,
+        hull: settings.hull.clone(),
+        displacement: Some(Displacement {
+            body,
+            volume: settings.volume,
+            centre: settings.centre_of_buoyancy,
+        }),
+        commands_before_step: false,
+    })
+}
+
+/// Effects and sea of an instance, tied to its model.
+pub(crate) fn bound(
+    model: ModelView<'_>,
+    around: &Surroundings,
     entries: &[Entry],
 ) -> Result<Option<Bound>, String> {
-    if entries.is_empty() {
+    if entries.is_empty() && !around.sea.moves() {
         return Ok(None);
     }
-    let around = bind::Surroundings {
-        density: Some(settings.density),
-        waterline: settings.waterline,
-        current: settings.current,
-        commands_before_step: false,
-    };
     bind::bind(model, entries, around).map(Some)
 }
 

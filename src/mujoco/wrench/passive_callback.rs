@@ -39,7 +39,9 @@ use crate::{
             warn,
         },
     },
-    plugin::{Instance, LearnedWrench, Registry, Settings, search_path::SearchPath},
+    plugin::{
+        Afloat, Instance, LearnedWrench, Registry, Settings, sea::Sea, search_path::SearchPath,
+    },
 };
 
 /// Type of the callback.
@@ -105,7 +107,7 @@ unsafe extern "C" fn passive(m: *const mjModel, d: *mut mjData) {
         match tied(model) {
             Ok(Some((instance, body))) => {
                 if let Some(learned) = instance.learned() {
-                    act(&mut data, learned, body);
+                    act(&mut data, &instance, learned, body);
                 }
             }
             Ok(None) => {}
@@ -130,12 +132,12 @@ fn tell(model: ModelView<'_>, refusal: String, moving: bool) {
     }
 }
 
-fn act(data: &mut DataView<'_>, learned: &LearnedWrench, body: usize) {
+fn act(data: &mut DataView<'_>, instance: &Instance, learned: &LearnedWrench, body: usize) {
     let (state, moment) = data.userdata_and_moment(learned.state_len());
     let starts = LearnedWrench::is_cold(state);
     let notice = learned.follow_clock(state, moment);
     let wrench = learned.wrench(state, moment);
-    let wrench = hull::below_surface(data, body, learned.settings().waterline, wrench);
+    let wrench = hull::below_surface(data, instance.hulls(), instance.sea(), wrench);
     if wrench != Wrench::default() {
         joint_space::add_to_passive(data, body, learned.features().base(), wrench);
     }
@@ -228,9 +230,26 @@ fn set_up(model: ModelView<'_>) -> Made {
                 .to_owned(),
         );
     }
+    let needs_plugin = [
+        ("waves", settings.waves.is_some()),
+        ("current", settings.current_field.is_some()),
+    ];
+    if let Some((name, _)) = needs_plugin.into_iter().find(|(_, given)| *given) {
+        return Err(format!(
+            "custom text `hydro.{name}`: water that changes needs the engine plugin of a newer MuJoCo; give `current` three numbers"
+        ));
+    }
     let described = base_body::body(model, body);
+    let sea = Sea {
+        waterline: settings.waterline,
+        ..Sea::default()
+    };
+    let hulls = match sea.waterline {
+        Some(_) => hull::hulls(model, body, settings.hull.as_deref()),
+        None => Vec::new(),
+    };
     let (_, instance) = Registry::global()
-        .acquire(settings, &described, None)
+        .acquire(settings, &described, None, Afloat { sea, hulls })
         .map_err(|fault| format!("custom texts `hydro.*`: {fault}"))?;
     let learned = instance
         .learned()

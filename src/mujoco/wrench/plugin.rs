@@ -5,7 +5,11 @@
 //! [`LearnedWrench::wrench`] and the effects from the plugin state. The sensor belongs to the velocity stage,
 //! since it needs positions, velocities and time only.
 
-use std::ffi::{CStr, c_char, c_int, c_void};
+use std::{
+    collections::BTreeSet,
+    ffi::{CStr, c_char, c_int, c_void},
+    sync::{Mutex, PoisonError},
+};
 
 use hydro_frames::Wrench;
 
@@ -77,6 +81,10 @@ const ATTRIBUTES: [&CStr; attributes::NAMES.len()] = [
     c"density",
     c"waterline",
     c"current",
+    c"waves",
+    c"hull",
+    c"volume",
+    c"centre_of_buoyancy",
     c"joints",
     c"solver",
     c"engine",
@@ -96,6 +104,7 @@ unsafe extern "C" fn nstate(m: *const mjModel, id: c_int) -> c_int {
                 Some(text) => bind::memory_len(text, step)?,
                 None => 0,
             };
+            len += settings.current_field().ok()?.map_or(0, |field| field.state_len());
             if let Some(folder) = &settings.checkpoint {
                 let checkpoint = Registry::global().checkpoint(folder).ok()?;
                 let engine = Registry::global().engine(&checkpoint, &settings).ok()?;
@@ -123,6 +132,9 @@ unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int
             Ok((key, instance)) => {
                 data.plugin_data_mut()[id] = key.to_bits() as usize;
                 warned_once::forget(&data.plugin_data_mut()[id]);
+                for note in instance.effects().into_iter().flat_map(|bound| &bound.notes) {
+                    tell_once(model, note);
+                }
                 if let Some(learned) = instance.learned() {
                     for notice in learned.notices_at_load(model.has_fluid()) {
                         tell(model, learned, notice, 0.0);
@@ -137,6 +149,18 @@ unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int
             }
         }
     })
+}
+
+/// Warns of what a load finds, once in this process: every `mjData` of a batch would say it again.
+fn tell_once(model: ModelView<'_>, note: &str) {
+    static TOLD: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    let news = {
+        let mut told = TOLD.lock().unwrap_or_else(PoisonError::into_inner);
+        told.insert(note.to_owned())
+    };
+    if news {
+        warn(model.api(), &format!("plugin hydro.wrench: {note}"));
+    }
 }
 
 /// Warns of a notice.
@@ -238,7 +262,7 @@ unsafe extern "C" fn advance(m: *const mjModel, d: *mut mjData, id: c_int) {
         if water_moves(&mut data)
             && let Some(body) = carrying_body(data.model(), id)
         {
-            water = water_at(&mut data, learned.features().base(), body);
+            water = water_at(&mut data, id, learned.features().base(), body);
         }
         let (state, mut moment) = data.plugin_state_and_moment(id);
         moment.water = water;

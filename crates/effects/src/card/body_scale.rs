@@ -42,6 +42,8 @@ pub struct BodyScale {
     pub extent: [f64; 3],
     /// Displaced volume [m^3].
     pub volume: f64,
+    /// Volume of the hull: of the body's geoms and what is welded to it, or as given [m^3].
+    pub hull_volume: f64,
     /// Density of the water [kg/m^3].
     pub density: f64,
     /// Gravity [m/s^2].
@@ -71,6 +73,11 @@ impl BodyScale {
 
     pub(crate) fn typical_gravity(&self) -> f64 {
         positive(self.gravity, STANDARD_GRAVITY)
+    }
+
+    /// Volume of the hull [m^3]; of water as heavy as the body where there is no hull.
+    pub(crate) fn typical_hull_volume(&self) -> f64 {
+        positive(self.hull_volume, self.typical_mass() / self.typical_density())
     }
 
     /// Weight [N].

@@ -60,6 +60,8 @@ ids! {
     WakeMemory = "wake_memory";
     /// Basset's history force.
     BassetHistory = "basset_history";
+    /// Buoyancy of the submerged part of the hull.
+    Hydrostatics = "hydrostatics";
     /// Drag and added mass near the surface.
     FreeSurface = "free_surface";
     /// Drag and added mass near a wall.

@@ -20,6 +20,8 @@ pub struct Parameter {
     pub start: f64,
     /// True where a file may leave it out; it is then at its null.
     pub optional: bool,
+    /// The value where a file leaves it out; `None`: a file gives it, or it is [`Parameter::optional`].
+    pub left_out: Option<f64>,
     /// True where it shapes the effect's amplitudes (a frequency, a length, a place): it has no influence while they are
     /// zero.
     pub shapes: bool,
@@ -42,6 +44,7 @@ impl Parameter {
             upper: f64::INFINITY,
             start: null,
             optional: false,
+            left_out: None,
             shapes: false,
         }
     }
@@ -51,6 +54,14 @@ impl Parameter {
         Self {
             lower,
             upper,
+            ..self
+        }
+    }
+
+    /// The same, with a value where a file leaves it out.
+    pub(crate) fn left_out_as(self, value: f64) -> Self {
+        Self {
+            left_out: Some(value),
             ..self
         }
     }

@@ -5,6 +5,9 @@ use crate::Parameter;
 /// Along x, y, z, then about them.
 pub(super) const NAMES: [&str; 6] = ["surge", "sway", "heave", "roll", "pitch", "yaw"];
 
+/// Their indices.
+pub(super) const SIX: [usize; 6] = [0, 1, 2, 3, 4, 5];
+
 /// Components of a vector.
 pub(super) const COMPONENTS: [&str; 3] = ["x", "y", "z"];
 

@@ -14,6 +14,7 @@ pub mod cross_flow_drag;
 pub mod current;
 mod ellipsoid;
 pub mod free_surface;
+pub mod hydrostatics;
 pub mod inflow_thrust_loss;
 pub mod joint_backlash;
 pub mod joint_damping;
@@ -50,6 +51,7 @@ pub fn effect(id: Id) -> &'static dyn Effect {
         Id::Payload => &payload::Payload,
         Id::WakeMemory => &wake_memory::WakeMemory,
         Id::BassetHistory => &basset_history::BassetHistory,
+        Id::Hydrostatics => &hydrostatics::Hydrostatics,
         Id::FreeSurface => &free_surface::FreeSurface,
         Id::WallProximity => &wall_proximity::WallProximity,
         Id::Waves => &waves::Waves,
@@ -78,6 +80,7 @@ pub fn is_optional(id: Id, parameter: &str) -> bool {
         inertia: [1.0; 3],
         extent: [1.0; 3],
         volume: 1.0,
+        hull_volume: 1.0,
         density: 1.0,
         gravity: 1.0,
         speed: 1.0,

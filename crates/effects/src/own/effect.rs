@@ -64,6 +64,7 @@ impl OwnEffect {
                 upper: of.range.upper,
                 start: of.null,
                 optional: false,
+                left_out: None,
                 shapes: of.shapes,
             })
             .collect();

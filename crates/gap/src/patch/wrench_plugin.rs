@@ -178,7 +178,7 @@ pub(super) fn add(
     let mut inside = vec![config_text("effects", &merged(None, effects)?)];
     // The water is that of an instance that the model has already.
     let other = callers(model).next().map(|caller| holder(model, caller));
-    for key in ["density", "waterline", "current"] {
+    for key in ["density", "waterline", "current", "waves", "hull"] {
         let value = other
             .and_then(|other| config(other, key))
             .and_then(|node| node.attribute("value"))

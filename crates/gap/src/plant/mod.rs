@@ -136,6 +136,8 @@ pub struct PlantBody {
     pub end: bool,
     /// True where it has size and weight of its own and stands in the water.
     pub wet: bool,
+    /// True where the model has hydrostatics for it.
+    pub floats: bool,
     /// Volume of its own hull, without what hangs on it; where no body has one, that of its mass in water [m^3].
     pub bulk: f64,
     /// Its sizes; speeds are zero until the trials are known.
@@ -297,6 +299,8 @@ pub struct PlantDescription {
     pub wrench_bodies: Vec<String>,
     /// Height of the water's surface [m].
     pub waterline: f64,
+    /// True where the model says how high it is.
+    pub has_surface: bool,
     /// Planes and boxes of the world that stand still.
     pub walls: Vec<Wall>,
     /// The medium that the model tells of: by a fluid, by what floats in it, or none.

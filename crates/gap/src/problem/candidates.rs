@@ -205,13 +205,18 @@ pub(crate) fn enumerate(
         match effect.card().target {
             TargetKind::Body => {
                 let boundary = effect.boundary();
+                let floats = effect.needs_waterline();
+                if floats && !model.has_surface {
+                    continue;
+                }
                 // At one depth, at one distance, these are drag and added mass by another name.
-                if boundary.is_some() && !travels(model, typical, options.least_travel) {
+                if boundary.is_some() && !floats && !travels(model, typical, options.least_travel) {
                     continue;
                 }
                 let mut bodies: Vec<&PlantBody> =
                     model.bodies.iter().filter(|body| body.moves).collect();
                 bodies.retain(|body| is_meant(&body.name));
+                bodies.retain(|body| !(floats && body.floats));
                 // All bodies are in the same water.
                 if matches!(effect.part(), Part::Water(_)) {
                     bodies.retain(|body| bases.contains(&body.name.as_str()));

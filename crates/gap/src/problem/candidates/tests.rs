@@ -137,6 +137,7 @@ fn the_users_own_stand_beside_the_built_in_ones() {
     model.bodies.push(PlantBody {
         name: "tail".to_owned(),
         wet: false,
+        floats: false,
         root: false,
         ..model.bodies[0].clone()
     });

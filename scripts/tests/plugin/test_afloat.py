@@ -1,0 +1,301 @@
+"""Hydrostatics, surface, waves and currents in a plain MJCF, against closed forms, in the MuJoCo wheel."""
+
+import json
+import math
+import unittest
+
+import mujoco
+import mujoco.rollout
+import numpy as np
+from scene import steps
+
+RHO, G = 1000.0, 9.81
+AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+BOX = '<geom name="hull" type="box" size="1 0.5 0.25" mass="{mass}"/>'
+
+
+def effect(name, target="hull", **parameters):
+    """One entry of an effects.json."""
+    return {"effect": name, "target": target, "parameters": parameters}
+
+
+def on_axes(name, values):
+    """An entry with one value an axis."""
+    return effect(name, **dict(zip(AXES, values)))
+
+
+def waves(**component):
+    """The attribute `waves` of one component."""
+    return json.dumps({"schema": "hydro-waves/1", "components": [component]})
+
+
+def scene_xml(effects=(), geoms=BOX.format(mass=400.0), timestep=0.005, integrator="implicitfast", **attributes):
+    """A free body with these geoms and attributes, hydrostatics on it."""
+    listed = [effect("hydrostatics"), *effects] if effects is not None else []
+    given = {"effects": json.dumps({"schema": "hydro-effects/1", "effects": listed}), "waterline": "0", **attributes}
+    quoted = {key: value.replace("&", "&amp;").replace('"', "&quot;") for key, value in given.items() if value}
+    config = "".join(f'<config key="{key}" value="{value}"/>' for key, value in quoted.items())
+    return f"""
+<mujoco>
+  <option timestep="{timestep}" gravity="0 0 {-G}" integrator="{integrator}"/>
+  <extension><plugin plugin="hydro.wrench"><instance name="water">{config}</instance></plugin></extension>
+  <asset>
+    <mesh name="box" vertex="-1 -.5 -.25 1 -.5 -.25 1 .5 -.25 -1 .5 -.25 -1 -.5 .25 1 -.5 .25 1 .5 .25 -1 .5 .25"/>
+  </asset>
+  <worldbody>
+    <body name="hull"><freejoint/><plugin plugin="hydro.wrench" instance="water"/>{geoms}<body name="hull_water"/></body>
+  </worldbody>
+  <sensor><plugin name="water" plugin="hydro.wrench" instance="water"/></sensor>
+</mujoco>"""
+
+
+def load(*args, **kwargs):
+    """The compiled scene and a data of it."""
+    model = mujoco.MjModel.from_xml_string(scene_xml(*args, **kwargs))
+    return model, mujoco.MjData(model)
+
+
+def forces(model, data, height, roll=0.0, pitch=0.0, velocity=(0,) * 6):
+    """The generalised passive forces of the free body at a height and attitude."""
+    mujoco.mj_resetData(model, data)
+    data.qpos[2] = height
+    turn = np.zeros(4)
+    mujoco.mju_euler2Quat(turn, [roll, pitch, 0.0], "XYZ")
+    data.qpos[3:7] = turn
+    data.qvel[:6] = velocity
+    mujoco.mj_forward(model, data)
+    return data.qfrc_passive[:6].copy()
+
+
+def period(times, values):
+    """Mean period between upward crossings of the mean."""
+    values = np.asarray(values) - np.mean(values)
+    up = np.flatnonzero((values[:-1] < 0) & (values[1:] >= 0))
+    part = -values[up] / (values[up + 1] - values[up])
+    crossings = np.asarray(times)[up] + part * (times[1] - times[0])
+    return float(np.diff(crossings).mean())
+
+
+class Hydrostatics(unittest.TestCase):
+    def test_a_box_settles_at_its_draught(self):
+        model, data = load([on_axes("linear_drag", [400.0, 400, 4000, 300, 300, 300])])
+        data.qpos[2] = 0.3
+        steps(model, data, 8000)
+        # 400 kg on 2 m^2: 0.2 m of draught; the centre of the box is 0.05 m above the surface.
+        self.assertAlmostEqual(data.qpos[2], 0.25 - 400 / (RHO * 2.0), places=6)
+
+    def test_a_sphere_through_the_surface_is_its_cap(self):
+        model, data = load(geoms='<geom type="sphere" size="0.3" mass="20"/>')
+        for height in np.linspace(-0.4, 0.4, 33):
+            depth = min(max(0.3 - height, 0.0), 0.6)
+            cap = math.pi * depth**2 * (3 * 0.3 - depth) / 3
+            self.assertAlmostEqual(forces(model, data, height)[2], RHO * G * cap, places=8)
+
+    def test_the_righting_moment_is_that_of_the_metacentre(self):
+        model, data = load()
+        height = 0.05
+        # KB = 0.1 m, BM = I / V = (2 * 1^3 / 12) / 0.4, KG = 0.25 m.
+        metacentre = 0.1 + (2 * 1.0**3 / 12) / 0.4 - 0.25
+        longitudinal = 0.1 + (1 * 2.0**3 / 12) / 0.4 - 0.25
+        angle = 1e-4
+        weight = 400 * G
+        self.assertAlmostEqual(forces(model, data, height, roll=angle)[3], -weight * metacentre * angle, delta=1e-6)
+        self.assertAlmostEqual(forces(model, data, height, pitch=angle)[4], -weight * longitudinal * angle, delta=1e-6)
+
+    def test_a_mesh_is_the_box_that_it_is(self):
+        mesh = '<geom name="hull" type="mesh" mesh="box" mass="400"/>'
+        (one, of_one), (other, of_other) = load(), load(geoms=mesh)
+        random = np.random.default_rng(1)
+        for _ in range(50):
+            pose = random.uniform([-0.5, -1.5, -1.5], [0.5, 1.5, 1.5])
+            np.testing.assert_allclose(forces(one, of_one, *pose), forces(other, of_other, *pose), atol=1e-3)
+
+    def test_what_is_symmetric_is_answered_symmetrically(self):
+        model, data = load()
+        for roll in (0.2, 0.7, 1.4):
+            one, other = (forces(model, data, 0.1, roll=sign * roll) for sign in (1, -1))
+            np.testing.assert_allclose(one * [1, 1, 1, -1, 1, 1], other * [1, -1, 1, 1, 1, 1], atol=1e-8)
+
+    def test_volume_and_centre_override_the_geoms(self):
+        model, data = load(volume="0.35", centre_of_buoyancy="0.1 0 0.2")
+        deep = forces(model, data, -3.0)
+        np.testing.assert_allclose(deep, [0, 0, 0.35 * RHO * G, 0, -0.1 * 0.35 * RHO * G, 0], atol=1e-8)
+        half = forces(model, data, 0.0)
+        np.testing.assert_allclose(half, 0.5 * deep, atol=1e-8)
+
+    def test_without_a_waterline_everything_is_submerged(self):
+        model, data = load(waterline="")
+        self.assertAlmostEqual(forces(model, data, 30.0)[2], RHO * G, places=8)
+
+
+class Motion(unittest.TestCase):
+    def test_periods_of_heave_and_roll(self):
+        # Of the submerged box; at its draught two fifths are under water, and of the added mass as much.
+        added, part = [0, 0, 1500.0, 150.0, 0, 0], 0.4
+        model, data = load([on_axes("added_mass", added)], timestep=0.002, integrator="RK4")
+        data.qpos[2] = 0.05 + 0.005
+        track = steps_of(model, data, 5000, lambda: data.qpos[2])
+        expected = 2 * math.pi * math.sqrt((400 + 1500 * part) / (RHO * G * 2.0))
+        self.assertAlmostEqual(period(*track) / expected, 1.0, delta=2e-3)
+        mujoco.mj_resetData(model, data)
+        data.qpos[2], data.qpos[4] = 0.05, 0.5 * 0.005
+        track = steps_of(model, data, 8000, lambda: 2 * data.qpos[4])
+        inertia = 400 * (1.0**2 + 0.5**2) / 12 + 150.0 * part
+        metacentre = 0.1 + (2 / 12) / 0.4 - 0.25
+        expected = 2 * math.pi * math.sqrt(inertia / (400 * G * metacentre))
+        self.assertAlmostEqual(period(*track) / expected, 1.0, delta=2e-3)
+
+    def test_a_body_afloat_keeps_its_energy(self):
+        model, data = load(timestep=0.002, integrator="RK4")
+        data.qpos[2], data.qpos[4] = 0.10, 0.05
+        heights = np.array(steps_of(model, data, 100_000, lambda: data.qpos[2])[1])
+        early, late = np.ptp(heights[:20_000]), np.ptp(heights[-20_000:])
+        self.assertAlmostEqual(late / early, 1.0, delta=5e-3)
+
+    def test_a_small_body_follows_the_wave(self):
+        sphere = '<geom type="sphere" size="0.05" density="500"/>'
+        sea = waves(height=0.2, period=5.0)
+        model, data = load([on_axes("linear_drag", [2.0, 2, 2, 0.01, 0.01, 0.01])], geoms=sphere, waves=sea)
+        omega = 2 * math.pi / 5.0
+        steps(model, data, 4000)
+        found = np.array(
+            steps_of(model, data, 8000, lambda: (data.qpos[2], wave(0.2, omega, data.qpos[0], data.time)))[1]
+        )
+        heave, surface = found[:, 0] - found[:, 0].mean(), found[:, 1]
+        self.assertAlmostEqual(np.std(heave) / np.std(surface), 1.0, delta=0.02)
+        self.assertGreater(np.corrcoef(heave, surface)[0, 1], 0.999)
+
+    def test_a_body_deep_below_a_wave_is_at_rest(self):
+        sphere = '<geom type="sphere" size="0.1" density="1000"/>'
+        model, data = load(geoms=sphere, waves=waves(height=0.4, period=3.0))
+        deep = forces(model, data, -14.05)  # one wave length
+        weight = 4 / 3 * math.pi * 0.1**3 * RHO
+        swing = weight * 0.2 * (2 * math.pi / 3) ** 2
+        self.assertLess(abs(deep[2] - weight * G), 3e-3 * swing)
+
+    def test_the_mean_force_of_a_wave_is_none(self):
+        sphere = '<geom type="sphere" size="0.1" density="1000"/>'
+        model, data = load(geoms=sphere, waves=waves(height=0.1, period=3.0))
+        found = []
+        for k in range(60):
+            mujoco.mj_resetData(model, data)
+            data.time, data.qpos[2] = 3.0 * k / 60, -0.5
+            mujoco.mj_forward(model, data)
+            found.append(data.qfrc_passive[:3].copy())
+        found = np.array(found) - [0, 0, 4 / 3 * math.pi * 0.1**3 * RHO * G]
+        self.assertGreater(np.abs(found).max(), 0.1)
+        self.assertLess(np.abs(found.mean(0)).max(), 1e-9)
+
+    def test_a_current_takes_what_floats_along(self):
+        drag = on_axes("linear_drag", [100.0, 100, 1000, 100, 100, 100])
+        model, data = load([drag], current="0.3 -0.1 0")
+        data.qpos[2] = 0.05
+        steps(model, data, 20000)
+        # Half a hull above the surface: the drag fades, the drift does not.
+        np.testing.assert_allclose(data.qvel[:2], [0.3, -0.1], atol=1e-4)
+
+    def test_a_profile_slows_with_depth(self):
+        profile = json.dumps(
+            {
+                "schema": "hydro-current/1",
+                "profile": [{"depth": 0, "velocity": [1, 0, 0]}, {"depth": 10, "velocity": [0, 0, 0]}],
+            }
+        )
+        drag = on_axes("linear_drag", [100.0, 100, 100, 1, 1, 1])
+        model, data = load([drag], current=profile)
+        for depth, speed in ((2.5, 0.75), (5.0, 0.5), (20.0, 0.0)):
+            self.assertAlmostEqual(forces(model, data, -depth)[0], 100 * speed, places=9)
+
+
+def wave(height, omega, x, time):
+    """Elevation of a wave in deep water that travels along x [m]."""
+    return 0.5 * height * math.cos(omega**2 / G * x - omega * time)
+
+
+def steps_of(model, data, count, value):
+    """Times, and a value after each of `count` steps."""
+    times, values = [], []
+    for _ in range(count):
+        mujoco.mj_step(model, data)
+        times.append(data.time)
+        values.append(value())
+    return times, values
+
+
+class Fading(unittest.TestCase):
+    def test_drag_and_added_mass_fade_with_the_submerged_part(self):
+        drag, added = on_axes("linear_drag", [100.0] * 6), on_axes("added_mass", [200.0] * 6)
+        model, data = load([drag, added])
+        still = {height: forces(model, data, height) for height in (-1.0, 0.0, 0.125, 47.0)}
+        for height, part in ((-1.0, 1.0), (0.0, 0.5), (0.125, 0.25), (47.0, 0.0)):
+            moved = forces(model, data, height, velocity=(0.5, 0, 0, 0, 0, 0))
+            self.assertAlmostEqual(moved[0] - still[height][0], -50.0 * part, places=9)
+            self.assertAlmostEqual(data.M[model.M_rowadr[0]], 400 + 200 * part + (0.005 * 100 * part), places=6)
+
+    def test_without_a_waterline_nothing_fades(self):
+        model, data = load([on_axes("linear_drag", [100.0] * 6)], waterline="")
+        moved = forces(model, data, 47.0, velocity=(0.5, 0, 0, 0, 0, 0))
+        self.assertAlmostEqual(moved[0], -50.0, places=9)
+
+
+class Repeats(unittest.TestCase):
+    RANDOM = json.dumps(
+        {
+            "schema": "hydro-current/1",
+            "velocity": [0.2, 0, 0],
+            "random": {"deviation": [0.1, 0.1, 0.02], "time_constant": 4, "seed": 3},
+        }
+    )
+    SEA = json.dumps(
+        {
+            "schema": "hydro-waves/1",
+            "spectrum": "jonswap",
+            "significant_height": 0.3,
+            "peak_period": 4,
+            "spreading": 10,
+            "components": 20,
+            "seed": 2,
+        }
+    )
+
+    def scene(self):
+        """A box in a random current and sea."""
+        drag = on_axes("linear_drag", [200.0, 200, 2000, 100, 100, 100])
+        return load([drag, on_axes("added_mass", [50, 100, 300, 20, 40, 40])], waves=self.SEA, current=self.RANDOM)
+
+    def test_a_restored_state_goes_on_with_the_same_bits(self):
+        model, data = self.scene()
+        steps(model, data, 300)
+        size = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_INTEGRATION)
+        state = np.empty(size)
+        mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        steps(model, data, 400)
+        first = data.qpos.copy()
+        other = mujoco.MjData(model)
+        mujoco.mj_setState(model, other, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        steps(model, other, 400)
+        np.testing.assert_array_equal(other.qpos, first)
+
+    def test_any_number_of_threads_gives_the_same_bits(self):
+        model, data = self.scene()
+        size = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+        state = np.empty(size)
+        mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+        states = np.tile(state, (8, 1))
+        states[:, 3] += np.linspace(-0.2, 0.2, 8)
+        runs = []
+        for threads in (1, 2, 4):
+            datas = [mujoco.MjData(model) for _ in range(threads)]
+            found, _ = mujoco.rollout.rollout(model, datas, states, nstep=200)
+            runs.append(found)
+        np.testing.assert_array_equal(runs[0], runs[1])
+        np.testing.assert_array_equal(runs[0], runs[2])
+
+    def test_the_random_current_moves_the_box(self):
+        model, data = self.scene()
+        steps(model, data, 2000)
+        self.assertGreater(data.qpos[0], 0.2)
+
+
+if __name__ == "__main__":
+    unittest.main()

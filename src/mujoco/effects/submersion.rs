@@ -1,0 +1,95 @@
+//! How much of a body is under water, and the pressure of the water on its hull.
+
+use hydro_effects::hydrostatics::Hull;
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
+
+use super::source::Source;
+use crate::plugin::{
+    bound::WetBody,
+    sea::{Sea, WaterMotion},
+};
+
+/// A body's hull against the surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Submersion {
+    /// Part of the hull's volume that is under water, 0 to 1.
+    pub(super) fraction: f64,
+    /// Pressure of the water per density and per volume of the hull: [`hydro_effects::Motion::upthrust`].
+    pub(super) upthrust: [f64; 6],
+    /// Motion of the water of the instance's own sea at the centre of that part.
+    pub(super) water: WaterMotion,
+}
+
+/// The submersion of a body at a pose: `frame` has the body's axes in the world as its columns.
+pub(super) fn submersion(
+    source: &Source<'_>,
+    wet: &WetBody,
+    frame: &Matrix3<f64>,
+    origin: Vector3<f64>,
+    gravity: Vector3<f64>,
+    time: f64,
+) -> Submersion {
+    let sea = &source.bound.sea;
+    let (fraction, middle) = wet_part(&wet.hull, sea, frame, &origin, time);
+    let centre = wet.centre_of_buoyancy.map_or(middle, Vector3::from);
+    let memory = &source.memory[source.bound.sea_memory.clone()];
+    let water = match sea.moves() {
+        true => sea.motion(origin + frame * centre, time, memory),
+        false => WaterMotion::default(),
+    };
+    let upthrust = match &wet.panels {
+        Some(panels) => {
+            let place = Isometry3::from_parts(
+                origin.into(),
+                UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*frame)),
+            );
+            let still = sea.waterline.unwrap_or(0.0);
+            let (push, _) = panels.push(
+                &place,
+                |at| sea.level(at.x, at.y, time).unwrap_or(f64::INFINITY),
+                |at| gravity.norm() * (still - at.z) + sea.wave_pressure(at, time),
+            );
+            push.map(|part| part / wet.hull.volume())
+        }
+        None => {
+            with_torque(frame.tr_mul(&-gravity) * fraction, centre)
+        }
+    };
+    let upthrust = match (&wet.panels, wet.centre_of_buoyancy) {
+        (Some(_), Some(centre)) => with_torque(
+            Vector3::new(upthrust[0], upthrust[1], upthrust[2]),
+            Vector3::from(centre),
+        ),
+        _ => upthrust,
+    };
+    Submersion {
+        fraction,
+        upthrust,
+        water,
+    }
+}
+
+fn with_torque(force: Vector3<f64>, at: Vector3<f64>) -> [f64; 6] {
+    let torque = at.cross(&force);
+    [force.x, force.y, force.z, torque.x, torque.y, torque.z]
+}
+
+/// Submerged part of a hull, and its centre [m, body frame]; the surface is a plane over it.
+pub(super) fn wet_part(
+    hull: &Hull,
+    sea: &Sea,
+    frame: &Matrix3<f64>,
+    origin: &Vector3<f64>,
+    time: f64,
+) -> (f64, Vector3<f64>) {
+    let whole = hull.centre();
+    let Some(surface) = sea.surface(origin + frame * whole, time) else {
+        return (1.0, whole);
+    };
+    let (up, level) = surface.in_frame(frame, origin);
+    let part = hull.below(&up, level);
+    if part.volume <= 0.0 || hull.volume() <= 0.0 {
+        return (0.0, whole);
+    }
+    (part.volume / hull.volume(), part.moment / part.volume)
+}
