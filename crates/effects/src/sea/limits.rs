@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 /// Greatest steepness, height by length, of a wave that does not break, for k d [rad] (infinity: deep): tanh(k d) / 7.
 ///
-/// A. Miche, Annales des Ponts et Chaussees 114, 1944 (0.142 there); in shallow water the height is then 0.9 of the depth.
+/// R. Miche, Annales des Ponts et Chaussees 114, 1944 (0.142 there); in shallow water the height is then 0.9 of the depth.
 pub fn steepest(wavenumber_times_depth: f64) -> f64 {
     libm::tanh(wavenumber_times_depth) / 7.0
 }

@@ -16,7 +16,7 @@ const HEIGHTS: [f64; 2] = [0.0, 100.0];
 pub(crate) const PERIODS: [f64; 2] = [0.01, 10_000.0];
 /// Peak enhancements: none to three times the usual.
 const ENHANCEMENTS: [f64; 2] = [1.0, 10.0];
-/// Exponents of the spreading: all directions alike, to half a right angle in fifty (a standard deviation of 2.6 degrees).
+/// Exponents of the spreading: at 0 all directions are alike, at 1000 their standard deviation is 2.6 degrees.
 const SPREADINGS: [f64; 2] = [0.0, 1000.0];
 /// Lowest and highest frequency in parts of the peak's. Below there is no energy to a double's last bit; above there is
 /// 0.5 % of Pierson's and Moskowitz's, which goes to the rest.
