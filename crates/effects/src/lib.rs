@@ -8,6 +8,7 @@
 //! - [`Effect`]: the trait. Its [`Part`] acts on a body, the water, a joint, an actuator or a sensor.
 //! - [`card`]: name, equation and source of an effect, and its parameters with units, priors and bounds on a [`Target`].
 //! - [`Motion`]: motion of a body through the water, the argument of every wrench.
+//! - [`sea`]: waves and currents as a field in place and time.
 //! - [`own`]: the user's own effects, written as expressions in a file.
 //! - [`EffectSet`]: effects with values on the parts of one model, read from and written to `effects.json`.
 //!

@@ -1,0 +1,188 @@
+//! Currents: constant, by depth, and random in time.
+
+use serde_json::Value;
+
+use super::{
+    error::{CURRENT_SCHEMA, SeaError},
+    json::{Fields, check, document},
+    random::{CURRENT, normal},
+};
+
+/// Components of velocity [m/s] and standard deviations; times [s]; depths [m].
+const VELOCITIES: [f64; 2] = [-100.0, 100.0];
+const DEVIATIONS: [f64; 2] = [0.0, 100.0];
+const TIMES: [f64; 2] = [1e-3, 1e7];
+const DEPTHS: [f64; 2] = [0.0, 20_000.0];
+/// Most points of a profile.
+const MOST_POINTS: usize = 1000;
+/// Numbers of a random current's state.
+const STATE_LEN: usize = 4;
+
+const KEYS: [&str; 4] = ["schema", "velocity", "profile", "random"];
+const POINT_KEYS: [&str; 2] = ["depth", "velocity"];
+const RANDOM_KEYS: [&str; 3] = ["deviation", "time_constant", "seed"];
+
+/// Velocity of the water by depth and time, in the world.
+///
+/// The mean is linear in depth between the points of a profile and constant outside. A random part, the same at every depth,
+/// may be added: on each axis a first-order Gauss-Markov process with the given standard deviation, whose
+/// autocorrelation is exp(-lag / time constant) (G. E. Uhlenbeck and L. S. Ornstein, Physical Review 36, 1930). The
+/// caller keeps its state, four numbers: the velocity [m/s] and how many draws were made. The next state is a pure
+/// function of seed, state and step, so that a copied or restored state goes on with the same bits.
+///
+/// The process has no acceleration that a body could feel as pressure; whoever applies it takes the current as steady.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurrentField {
+    /// Of ascending depth, one at least.
+    profile: Vec<Point>,
+    random: Option<Random>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Point {
+    /// Below the still level [m].
+    depth: f64,
+    /// In the world [m/s].
+    velocity: [f64; 3],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Random {
+    /// Standard deviation on each axis [m/s].
+    deviation: [f64; 3],
+    /// [s]
+    time_constant: f64,
+    seed: u64,
+}
+
+impl Random {
+    /// Numbers with the process's deviations, and the counter after them.
+    fn draw(&self, counter: f64) -> ([f64; 3], f64) {
+        let noise = normal(self.seed, CURRENT, counter as u64);
+        let numbers = [0, 1, 2].map(|axis| self.deviation[axis] * noise[axis]);
+        (numbers, counter + 1.0)
+    }
+}
+
+impl CurrentField {
+    /// A current that is the same everywhere and always [m/s].
+    ///
+    /// # Errors
+    /// A number that is not between -100 and 100.
+    pub fn uniform(velocity: [f64; 3]) -> Result<Self, SeaError> {
+        for (axis, value) in velocity.into_iter().enumerate() {
+            check(&format!("velocity[{axis}]"), value, "m/s", VELOCITIES)?;
+        }
+        Ok(Self {
+            profile: vec![Point {
+                depth: 0.0,
+                velocity,
+            }],
+            random: None,
+        })
+    }
+
+    /// Reads and checks a current, `hydro-current/1` ([`crate::sea`]).
+    ///
+    /// # Errors
+    /// The first fault, with its place, what was found and what was expected.
+    pub fn parse(text: &str) -> Result<Self, SeaError> {
+        let document = document(text, CURRENT_SCHEMA)?;
+        let fields = Fields::new("", &document, &KEYS)?;
+        let profile = match fields.one_of(["velocity", "profile"])? {
+            "velocity" => vec![Point {
+                depth: 0.0,
+                velocity: fields.vector("velocity", "m/s", VELOCITIES)?,
+            }],
+            _ => profile(fields.list("profile", "points", MOST_POINTS)?)?,
+        };
+        let random = fields.get("random").map(random).transpose()?;
+        Ok(Self { profile, random })
+    }
+
+    /// Mean velocity [m/s] at a depth below the still level [m].
+    pub fn mean(&self, depth: f64) -> [f64; 3] {
+        let below = self.profile.partition_point(|point| point.depth <= depth);
+        let upper = &self.profile[below.saturating_sub(1)];
+        let lower = &self.profile[below.min(self.profile.len() - 1)];
+        if below == 0 || upper.depth >= lower.depth {
+            return upper.velocity;
+        }
+        let share = (depth - upper.depth) / (lower.depth - upper.depth);
+        [0, 1, 2].map(|axis| {
+            upper.velocity[axis] + share * (lower.velocity[axis] - upper.velocity[axis])
+        })
+    }
+
+    /// Numbers of state that the caller keeps: four for a random current, none for another.
+    pub fn state_len(&self) -> usize {
+        self.random.map_or(0, |_| STATE_LEN)
+    }
+
+    /// Sets the state to its start, drawn from the stationary distribution. A state of another length is left alone.
+    pub fn reset(&self, state: &mut [f64]) {
+        if let (Some(random), [x, y, z, counter]) = (&self.random, state) {
+            ([*x, *y, *z], *counter) = random.draw(0.0);
+        }
+    }
+
+    /// Advances the state by a step [s], exactly in distribution for any step above zero: v exp(-h/T) + deviation
+    /// sqrt(1 - exp(-2 h/T)) times a normal number (D. T. Gillespie, Physical Review E 54, 1996). Another step, or a state of
+    /// another length, changes nothing.
+    pub fn advance(&self, state: &mut [f64], step: f64) {
+        let (Some(random), [x, y, z, counter]) = (&self.random, state) else {
+            return;
+        };
+        if step.is_nan() || step <= 0.0 {
+            return;
+        }
+        let steps = step / random.time_constant;
+        let (keep, add) = (libm::exp(-steps), (-libm::expm1(-2.0 * steps)).sqrt());
+        let (noise, next) = random.draw(*counter);
+        for (velocity, noise) in [x, y, z].into_iter().zip(noise) {
+            *velocity = keep * *velocity + add * noise;
+        }
+        *counter = next;
+    }
+
+    /// Velocity [m/s] at a depth below the still level [m], with the random part of a state; of a state of another length
+    /// there is none.
+    pub fn velocity(&self, depth: f64, state: &[f64]) -> [f64; 3] {
+        let mean = self.mean(depth);
+        match (&self.random, state) {
+            (Some(_), [x, y, z, _]) => [mean[0] + x, mean[1] + y, mean[2] + z],
+            _ => mean,
+        }
+    }
+}
+
+fn profile(list: &[Value]) -> Result<Vec<Point>, SeaError> {
+    let mut points: Vec<Point> = Vec::with_capacity(list.len());
+    for (index, value) in list.iter().enumerate() {
+        let fields = Fields::new(&format!("profile[{index}]"), value, &POINT_KEYS)?;
+        let field = fields.field("depth");
+        let depth = check(&field, fields.number("depth", "m")?, "m", DEPTHS)?;
+        if let Some(last) = points.last().filter(|last| last.depth >= depth) {
+            return Err(SeaError::Value {
+                field,
+                found: format!("{depth} m after {} m", last.depth),
+                expected: "depths that ascend".to_owned(),
+            });
+        }
+        points.push(Point {
+            depth,
+            velocity: fields.vector("velocity", "m/s", VELOCITIES)?,
+        });
+    }
+    Ok(points)
+}
+
+fn random(value: &Value) -> Result<Random, SeaError> {
+    let fields = Fields::new("random", value, &RANDOM_KEYS)?;
+    let time_constant = fields.number("time_constant", "s")?;
+    Ok(Random {
+        deviation: fields.vector("deviation", "m/s", DEVIATIONS)?,
+        time_constant: check(&fields.field("time_constant"), time_constant, "s", TIMES)?,
+        seed: fields.whole("seed")?.unwrap_or(0),
+    })
+}
