@@ -130,28 +130,42 @@ impl CurrentField {
     /// sqrt(1 - exp(-2 h/T)) times a normal number (D. T. Gillespie, Physical Review E 54, 1996). Another step, or a state of
     /// another length, changes nothing.
     pub fn advance(&self, state: &mut [f64], step: f64) {
-        let (Some(random), [x, y, z, counter]) = (&self.random, state) else {
-            return;
-        };
         if step.is_nan() || step <= 0.0 {
             return;
         }
+        let Some((random, [x, y, z, counter])) = self.started(state) else {
+            return;
+        };
         let steps = step / random.time_constant;
         let (keep, add) = (libm::exp(-steps), (-libm::expm1(-2.0 * steps)).sqrt());
-        let (noise, next) = random.draw(*counter);
-        for (velocity, noise) in [x, y, z].into_iter().zip(noise) {
-            *velocity = keep * *velocity + add * noise;
+        let (noise, next) = random.draw(counter);
+        let moved = |velocity: f64, noise: f64| keep * velocity + add * noise;
+        state.copy_from_slice(&[
+            moved(x, noise[0]),
+            moved(y, noise[1]),
+            moved(z, noise[2]),
+            next,
+        ]);
+    }
+
+    /// The random part and its state, [`CurrentField::reset`] where it is all zero, as a simulation's memory starts; `None`
+    /// where there is no random part, or the state has another length.
+    fn started(&self, state: &[f64]) -> Option<(&Random, [f64; STATE_LEN])> {
+        let random = self.random.as_ref()?;
+        let mut state: [f64; STATE_LEN] = state.try_into().ok()?;
+        if state[STATE_LEN - 1] == 0.0 {
+            self.reset(&mut state);
         }
-        *counter = next;
+        Some((random, state))
     }
 
     /// Velocity [m/s] at a depth below the still level [m], with the random part of a state; of a state of another length
     /// there is none.
     pub fn velocity(&self, depth: f64, state: &[f64]) -> [f64; 3] {
         let mean = self.mean(depth);
-        match (&self.random, state) {
-            (Some(_), [x, y, z, _]) => [mean[0] + x, mean[1] + y, mean[2] + z],
-            _ => mean,
+        match self.started(state) {
+            Some((_, [x, y, z, _])) => [mean[0] + x, mean[1] + y, mean[2] + z],
+            None => mean,
         }
     }
 }
