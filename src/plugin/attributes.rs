@@ -23,11 +23,10 @@ use std::{
     sync::Arc,
 };
 
-use hydro_effects::sea::{CurrentField, SeaError, SeaNote, WaveField};
+use hydro_effects::sea::{CurrentField, SeaNote, WaveField};
 use hydro_model::{EngineKind, Solver};
-use thiserror::Error;
 
-use super::{sea::Sea, search_path::SearchPath};
+use super::{attribute_error::AttributeError, sea::Sea, search_path::SearchPath};
 
 /// Every attribute, in the order of the table above.
 pub const NAMES: [&str; 14] = [
@@ -95,103 +94,6 @@ pub struct Settings {
     pub wrench_scale: [f64; 6],
 }
 
-/// Why an attribute was refused. Every variant names the attribute, what was found and the repair.
-#[derive(Debug, Error, PartialEq)]
-#[non_exhaustive]
-pub enum AttributeError {
-    /// The value does not parse, or lies outside its range.
-    #[error("attribute `{attribute}` is `{found}`; expected {expected}")]
-    Value {
-        /// Its name.
-        attribute: &'static str,
-        /// The value found.
-        found: String,
-        /// Allowed values, with their unit.
-        expected: &'static str,
-    },
-    /// The checkpoint's folder does not exist.
-    #[error(
-        "attribute `checkpoint` is `{found}`; no such folder. Looked in: {}. A relative path is looked \
-         for in HYDRO_PATH, the working directory, the folders of the library and the MJCF, and the project above \
-         them, which holds `models`",
-        list(.tried)
-    )]
-    NoCheckpoint {
-        /// The value found.
-        found: String,
-        /// The places tried, in order.
-        tried: Vec<PathBuf>,
-    },
-    /// The file of an attribute does not exist.
-    #[error(
-        "attribute `{attribute}` is `{found}`; no such file, and {otherwise}. Looked in: {}. A \
-         relative path is looked for in HYDRO_PATH, the working directory, the folders of the library and the MJCF, and \
-         the project above them, which holds `models`",
-        list(.tried)
-    )]
-    NoFile {
-        /// Its name.
-        attribute: &'static str,
-        /// What the value could be but a path, and is not.
-        otherwise: &'static str,
-        /// The value found.
-        found: String,
-        /// The places tried, in order.
-        tried: Vec<PathBuf>,
-    },
-    /// The file of an attribute cannot be read.
-    #[error("attribute `{attribute}`: {} cannot be read: {reason}", .path.display())]
-    UnreadableFile {
-        /// Its name.
-        attribute: &'static str,
-        /// Which file.
-        path: PathBuf,
-        /// Message of the system.
-        reason: String,
-    },
-    /// Waves or a current that are none.
-    #[error("attribute `{attribute}`: {source}")]
-    Sea {
-        /// Its name.
-        attribute: &'static str,
-        /// What is wrong with the text.
-        #[source]
-        source: Box<SeaError>,
-    },
-    /// Waves without a surface.
-    #[error(
-        "attribute `waves` needs `waterline`, the height of the still surface; add <config key=\"waterline\" value=\"0\"/>"
-    )]
-    NoSurface,
-    /// An attribute of the checkpoint where there is none.
-    #[error(
-        "attribute `{attribute}` is `{found}`, but there is no `checkpoint` that it could act on; take it \
-         away, or add <config key=\"checkpoint\" value=\"models/b1-task2\"/>. The values of effects are \
-         changed in attribute `effects`"
-    )]
-    WithoutCheckpoint {
-        /// Its name.
-        attribute: &'static str,
-        /// The value found.
-        found: String,
-    },
-    /// Neither a checkpoint nor effects.
-    #[error(
-        "attributes `checkpoint` and `effects` are missing; add <config key=\"checkpoint\" \
-         value=\"models/b1-task2\"/> (a learned model), <config key=\"effects\" value=\"effects.json\"/> \
-         (named effects), or both"
-    )]
-    Neither,
-}
-
-fn list(places: &[PathBuf]) -> String {
-    let places: Vec<String> = places
-        .iter()
-        .map(|place| place.display().to_string())
-        .collect();
-    places.join(", ")
-}
-
 impl Settings {
     /// Reads every attribute through `text`; an empty value is an absent one, as in MuJoCo.
     pub fn parse(
@@ -243,7 +145,8 @@ impl Settings {
                 (three_numbers("current", found, expected)?, None)
             }
             Some(found) => {
-                let otherwise = "neither three numbers, world x y z in m/s, nor JSON, which starts with {";
+                let otherwise =
+                    "neither three numbers, world x y z in m/s, nor JSON, which starts with {";
                 let field = document("current", otherwise, found, search)?;
                 ([0.0; 3], Some(field))
             }
@@ -313,12 +216,14 @@ impl Settings {
     /// A fault of the text of waves or current.
     pub fn sea(&self, gravity: f64) -> Result<(Sea, Vec<String>), AttributeError> {
         let waves = match &self.waves {
-            Some(text) => Some(WaveField::parse(text, gravity).map_err(|source| {
-                AttributeError::Sea {
-                    attribute: "waves",
-                    source: Box::new(source),
-                }
-            })?),
+            Some(text) => {
+                Some(
+                    WaveField::parse(text, gravity).map_err(|source| AttributeError::Sea {
+                        attribute: "waves",
+                        source: Box::new(source),
+                    })?,
+                )
+            }
             None => None,
         };
         let (waves, notes) = waves.unzip();
@@ -485,6 +390,10 @@ mod tests {
         assert_eq!(settings.density, 1000.0);
         assert_eq!(settings.waterline, None);
         assert_eq!(settings.current, [0.0; 3]);
+        assert_eq!(settings.waves, None);
+        assert_eq!(settings.hull, None);
+        assert_eq!(settings.volume, None);
+        assert_eq!(settings.centre_of_buoyancy, None);
         assert_eq!(settings.joints, None);
         assert_eq!(settings.solver, None);
         assert_eq!(settings.engine, EngineKind::Fused);
@@ -499,6 +408,10 @@ mod tests {
             ("density", " 1025.5 "),
             ("waterline", "-0.2"),
             ("current", "0.1 -0.2 0"),
+            ("waves", r#"{"a": 1}"#),
+            ("hull", " keel  deck"),
+            ("volume", "0.02"),
+            ("centre_of_buoyancy", "0 0.1 -0.2"),
             ("joints", "a b  c"),
             ("solver", "rk4"),
             ("engine", "candle"),
@@ -509,6 +422,10 @@ mod tests {
         assert_eq!(settings.density, 1025.5);
         assert_eq!(settings.waterline, Some(-0.2));
         assert_eq!(settings.current, [0.1, -0.2, 0.0]);
+        assert_eq!(settings.waves.as_deref(), Some(r#"{"a": 1}"#));
+        assert_eq!(settings.hull, Some(vec!["keel".into(), "deck".into()]));
+        assert_eq!(settings.volume, Some(0.02));
+        assert_eq!(settings.centre_of_buoyancy, Some([0.0, 0.1, -0.2]));
         assert_eq!(
             settings.joints,
             Some(vec!["a".into(), "b".into(), "c".into()])
@@ -532,6 +449,10 @@ mod tests {
             ("waterline", "0 0", "world z"),
             ("current", "1 2", "three numbers"),
             ("current", "1 2 inf", "three numbers"),
+            ("current", "1 2 x", "neither three numbers"),
+            ("volume", "0", "> 0"),
+            ("volume", "nan", "m^3"),
+            ("centre_of_buoyancy", "1 2", "body frame"),
             ("solver", "heun", "`rk4`"),
             ("engine", "gpu", "`candle`"),
             ("initial_force", "guess", "`estimate`"),
@@ -571,6 +492,28 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(text.contains("cannot be read"), "{text}");
+    }
+
+    #[test]
+    fn a_current_may_be_a_document_and_waves_need_a_surface() {
+        let field = r#"{"schema": "hydro-current/1", "velocity": [0.1, 0, 0]}"#;
+        let settings = parse(&[("checkpoint", "b1"), ("current", field)]).unwrap();
+        assert_eq!(settings.current, [0.0; 3]);
+        let (sea, notes) = settings.sea(9.81).unwrap();
+        assert_eq!(sea.motion([0.0; 3].into(), 0.0, &[]).velocity.x, 0.1);
+        assert!(notes.is_empty() && sea.waterline.is_none() && sea.moves());
+        let waves = r#"{"schema": "hydro-waves/1", "components": [{"height": 1, "period": 5}]}"#;
+        let text = parse(&[("checkpoint", "b1"), ("waves", waves)]).unwrap_err();
+        assert!(text.to_string().contains("needs `waterline`"), "{text}");
+        let given = [("checkpoint", "b1"), ("waves", waves), ("waterline", "2")];
+        let settings = parse(&given).unwrap();
+        let (sea, _) = settings.sea(9.81).unwrap();
+        assert_eq!(sea.level(0.0, 0.0, 0.0), Some(2.5));
+        let text = settings.sea(0.0).unwrap_err().to_string();
+        assert!(
+            text.contains("attribute `waves`") && text.contains("gravity"),
+            "{text}"
+        );
     }
 
     #[test]

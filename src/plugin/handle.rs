@@ -85,7 +85,10 @@ mod tests {
         };
         {
             let registry = Registry::global();
-            registry.acquire(settings, &body, None, Afloat::default()).unwrap().0
+            registry
+                .acquire(settings, &body, None, Afloat::default())
+                .unwrap()
+                .0
         }
     }
 

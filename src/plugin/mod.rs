@@ -1,7 +1,7 @@
 //! The plugin without MuJoCo: text attributes in, wrench out.
 //!
 //! ```text
-//! attributes      strings -> Settings            search_path  where a relative path is looked for
+//! attributes      strings -> Settings (attribute_error)  search_path  where a relative path is looked for
 //! body            what a model offers a card     feature_map  state of the model -> input of the network
 //! learned_wrench  a checkpoint's wrench on a body, from a slice of state
 //! bound           named effects, tied to a model
@@ -13,6 +13,7 @@
 //!
 //! Nothing here names a type of MuJoCo's; `src/mujoco/` reads its structs and calls in.
 
+pub mod attribute_error;
 pub mod attributes;
 pub mod body;
 pub mod bound;
@@ -25,7 +26,8 @@ pub mod registry;
 pub mod sea;
 pub mod search_path;
 
-pub use attributes::{AttributeError, InitialForce, Settings};
+pub use attribute_error::AttributeError;
+pub use attributes::{InitialForce, Settings};
 pub use body::{Base, Body, BodyError, Joint, JointKind};
 pub use bound::{Afloat, BodyHull, Bound};
 pub use feature_map::FeatureMap;

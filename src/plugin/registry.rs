@@ -26,7 +26,8 @@ use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 use super::{
-    attributes::{AttributeError, Settings},
+    attribute_error::AttributeError,
+    attributes::Settings,
     body::{Body, BodyError},
     bound::{Afloat, Bound},
     instance::Instance,

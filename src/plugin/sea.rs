@@ -99,7 +99,9 @@ impl Sea {
 
     /// Numbers of memory of a random current.
     pub fn memory_len(&self) -> usize {
-        self.current.as_ref().map_or(0, |current| current.state_len())
+        self.current
+            .as_ref()
+            .map_or(0, |current| current.state_len())
     }
 
     /// Advances that memory over a step [s].

@@ -9,7 +9,8 @@ use std::{
 };
 
 /// Each a file of its own, in a process of its own.
-const SUBJECTS: [&str; 8] = [
+const SUBJECTS: [&str; 9] = [
+    "afloat",
     "effects",
     "force",
     "load_cell",

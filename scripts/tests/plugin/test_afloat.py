@@ -29,7 +29,9 @@ def waves(**component):
     return json.dumps({"schema": "hydro-waves/1", "components": [component]})
 
 
-def scene_xml(effects=(), geoms=BOX.format(mass=400.0), timestep=0.005, integrator="implicitfast", **attributes):
+def scene_xml(
+    effects=(), geoms=BOX.format(mass=400.0), asset="", timestep=0.005, integrator="implicitfast", **attributes
+):
     """A free body with these geoms and attributes, hydrostatics on it."""
     listed = [effect("hydrostatics"), *effects] if effects is not None else []
     given = {"effects": json.dumps({"schema": "hydro-effects/1", "effects": listed}), "waterline": "0", **attributes}
@@ -41,6 +43,7 @@ def scene_xml(effects=(), geoms=BOX.format(mass=400.0), timestep=0.005, integrat
   <extension><plugin plugin="hydro.wrench"><instance name="water">{config}</instance></plugin></extension>
   <asset>
     <mesh name="box" vertex="-1 -.5 -.25 1 -.5 -.25 1 .5 -.25 -1 .5 -.25 -1 -.5 .25 1 -.5 .25 1 .5 .25 -1 .5 .25"/>
+    {asset}
   </asset>
   <worldbody>
     <body name="hull"><freejoint/><plugin plugin="hydro.wrench" instance="water"/>{geoms}<body name="hull_water"/></body>
@@ -295,6 +298,55 @@ class Repeats(unittest.TestCase):
         model, data = self.scene()
         steps(model, data, 2000)
         self.assertGreater(data.qpos[0], 0.2)
+
+
+class Refusals(unittest.TestCase):
+    def refused(self, *expected, **kwargs):
+        """The scene does not load, and the message has these words."""
+        with self.assertRaises(ValueError) as caught:
+            load(**kwargs)
+        for words in expected:
+            self.assertIn(words, str(caught.exception))
+
+    def test_hulls_that_enclose_nothing(self):
+        bare = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+        self.refused("body `hull` has no geom that encloses a volume", "`volume`", geoms=bare)
+        self.refused("attribute `hull` names geom `keel`", "the model has: hull", hull="keel")
+        load(geoms=bare, volume="0.01")
+
+    def test_meshes_that_do_not_close(self):
+        open_box = """<geom name="hull" type="mesh" mesh="open" mass="1"/>"""
+        asset = '<mesh name="open" inertia="shell" vertex="0 0 0 1 0 0 0 1 0 0 0 1" face="0 2 1 0 1 3 0 3 2"/>'
+        self.refused("geom `hull` of body `hull`", "3 edges have a face on one side only", geoms=open_box, asset=asset)
+        crossed = asset.replace("0 0 0 1 0 0 0 1 0 0 0 1", CROSSED[0]).replace("0 2 1 0 1 3 0 3 2", CROSSED[1])
+        self.refused("cut each other", geoms=open_box, asset=crossed)
+        load(geoms=open_box, asset=asset, volume="0.1")
+
+    def test_attributes_of_the_wrong_kind(self):
+        for name, value, expected in (
+            ("volume", "0", "one number > 0, in m^3"),
+            ("volume", "-1", "one number > 0, in m^3"),
+            ("centre_of_buoyancy", "0 0", "three numbers, body frame x y z in m"),
+            ("waterline", "nan", "one number, world z in m"),
+            ("current", "0.3 0", "three numbers, world x y z in m/s"),
+            ("current", "fast", "no such file, and neither three numbers"),
+            ("waves", "swell.json", "no such file"),
+            ("waves", "{", "not JSON"),
+            ("waves", '{"schema": "hydro-waves/1", "depth": 0, "components": [{"height": 1, "period": 5}]}', "depth"),
+            ("waves", '{"schema": "hydro-waves/1", "spectrum": "jonswap", "significant_height": 1}', "peak_period"),
+        ):
+            with self.subTest(f"{name}={value}"):
+                self.refused(name, expected, **{name: value})
+
+    def test_waves_need_a_surface(self):
+        self.refused("attribute `waves` needs `waterline`", waterline="", waves=waves(height=0.1, period=3.0))
+
+
+#: A double pyramid whose one point is pushed through the other side.
+CROSSED = (
+    "1 0 0  0 1 0  -1 0 0  0 -1 0  0 0 1  0.4 0.4 1.5",
+    "0 1 4 1 2 4 2 3 4 3 0 4 1 0 5 2 1 5 3 2 5 0 3 5",
+)
 
 
 if __name__ == "__main__":

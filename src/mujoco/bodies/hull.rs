@@ -179,11 +179,7 @@ pub(crate) fn hull(
 }
 
 /// The hulls of a robot's bodies, from `root` on, each in its body's frame.
-pub(crate) fn hulls(
-    model: ModelView<'_>,
-    root: usize,
-    named: Option<&[String]>,
-) -> Vec<BodyHull> {
+pub(crate) fn hulls(model: ModelView<'_>, root: usize, named: Option<&[String]>) -> Vec<BodyHull> {
     let links = (root..model.bodies()).filter(|link| model.hangs_below(*link, root));
     let geoms = geoms(model, links, named);
     let mut hulls: Vec<BodyHull> = Vec::new();

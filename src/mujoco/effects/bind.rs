@@ -1,73 +1,36 @@
 //! Ties named effects to a model: names become numbers, and what does not fit is refused.
 
 use hydro_effects::{
-    Entry, Id, Motion, Part, Target, TargetKind, Targets, card::ActuatorScale, effect,
-    hydrostatics::Panels, listed_id,
+    Entry, Id, Motion, Part, Target, TargetKind, Targets, card::ActuatorScale, effect, listed_id,
 };
 use serde_json::Value;
 
 use super::{
     sizes::{self, Found},
+    surroundings::Surroundings,
     walls,
+    wet_bodies::{check_hull, displacing, in_waves, notes, wet_body},
 };
 use crate::{
     mujoco::{
-        bodies::{hull, joint_space::last_dof},
+        bodies::joint_space::last_dof,
         ffi::{
             ModelView,
             bindings::{
                 mjBIAS_AFFINE, mjBIAS_NONE, mjGAIN_AFFINE, mjGAIN_FIXED, mjOBJ_ACTUATOR,
-                mjOBJ_BODY, mjOBJ_GEOM, mjOBJ_JOINT,
+                mjOBJ_BODY, mjOBJ_JOINT,
             },
         },
     },
     plugin::{
         Bound,
-        bound::{Acting, ChangedActuator, Displacing, MovedJoint, WetBody},
-        sea::Sea,
+        bound::{Acting, ChangedActuator, MovedJoint},
     },
 };
 
 /// Why an effect on a sensor is refused.
 const NO_MOTION: &str =
     "it changes a reading and no motion; it belongs into `sensors` of a verdict's patch";
-
-/// The water around the effects.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Surroundings {
-    /// Density of the water [kg/m^3], where the instance says one.
-    pub(crate) density: Option<f64>,
-    /// Its surface, waves and current.
-    pub(crate) sea: Sea,
-    /// Velocity of the water beside them [m/s].
-    pub(crate) current: [f64; 3],
-    /// Names of the geoms that displace water.
-    pub(crate) hull: Option<Vec<String>>,
-    /// What a user should know of the sea.
-    pub(crate) notes: Vec<String>,
-    /// A body whose displacement is given.
-    pub(crate) displacement: Option<Displacement>,
-    /// True where commands are changed before the step, and not by a difference of force.
-    pub(crate) commands_before_step: bool,
-}
-
-/// Displacement of a body as the attributes give it, in place of its hull's.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Displacement {
-    pub(crate) body: usize,
-    /// Volume [m^3].
-    pub(crate) volume: Option<f64>,
-    /// Centre of buoyancy, body frame [m].
-    pub(crate) centre: Option<[f64; 3]>,
-}
-
-impl Surroundings {
-    /// Volume of the hull of a body [m^3], where it is given.
-    fn given_volume(&self, body: usize) -> Option<f64> {
-        let given = self.displacement.filter(|given| given.body == body)?;
-        given.volume
-    }
-}
 
 /// Ties effects to a model.
 pub(crate) fn bind(
@@ -95,80 +58,6 @@ pub(crate) fn bind(
     bound.memory_len += bound.sea.memory_len();
     bound.sea_memory = start..bound.memory_len;
     Ok(bound)
-}
-
-/// All bodies that displace water.
-fn displacing(model: ModelView<'_>, density: f64) -> Vec<Displacing> {
-    (1..model.bodies())
-        .filter(|body| sizes::weighs_in(model, *body))
-        .map(|body| Displacing {
-            body,
-            mass: density * sizes::own_volume(model, body, density),
-            middle: sizes::bounding_box(model, body).0,
-            hull: sizes::body_hull(model, body, None),
-        })
-        .collect()
-}
-
-/// What a user should know of hulls and waves.
-fn notes(model: ModelView<'_>, around: &Surroundings, bound: &Bound) -> Vec<String> {
-    let mut notes = around.notes.clone();
-    for wet in bound.bodies.iter().filter(|wet| wet.floats()) {
-        let name = model.label(mjOBJ_BODY as i32, "body", wet.body);
-        let named = around.hull.as_deref();
-        if let Some(pair) = wet.hull.overlap() {
-            let geoms = sizes::solid_geoms(model, wet.body, named);
-            let [one, other] = [pair.0, pair.1].map(|at| {
-                let geom = geoms.get(at).copied().unwrap_or_default();
-                model.label(mjOBJ_GEOM as i32, "geom", geom)
-            });
-            notes.push(format!(
-                "geoms `{one}` and `{other}` of body `{name}` overlap, and the water that both displace counts twice; name the \
-                 geoms of the hull in attribute `hull`, or give `volume`"
-            ));
-        }
-        if let Some(centre) = wet.centre_of_buoyancy {
-            let centre = nalgebra::Vector3::from(centre);
-            if !wet.hull.solids().iter().any(|solid| solid.contains(&centre)) {
-                notes.push(format!(
-                    "attribute `centre_of_buoyancy` is {:?}, outside the hull of body `{name}`",
-                    <[f64; 3]>::from(centre)
-                ));
-            }
-        }
-        let length = wet.extent.into_iter().fold(0.0, f64::max);
-        let large = around.sea.waves.as_ref();
-        if let Some(note) = large.and_then(|waves| waves.large_hull(length)) {
-            notes.push(format!("body `{name}`: {note}"));
-        }
-    }
-    notes
-}
-
-/// Bodies of the carrier's tree that displace water, where the instance has waves. Panels have the pressure of the waves with
-/// that of the still water.
-fn in_waves(model: ModelView<'_>, around: &Surroundings, bound: &Bound) -> Vec<Displacing> {
-    let (Some(_), Some(carrier)) = (&around.sea.waves, around.displacement) else {
-        return Vec::new();
-    };
-    let root = model.body_rootid()[carrier.body] as usize;
-    let own = |body: &usize| model.hangs_below(*body, root) && sizes::weighs_in(model, *body);
-    let floating = |body: usize| bound.bodies.iter().find(|wet| wet.body == body && wet.floats());
-    (1..model.bodies())
-        .filter(own)
-        .filter(|body| floating(*body).is_none_or(|wet| wet.panels.is_none()))
-        .map(|body| {
-            let given = around.given_volume(body);
-            let floats = floating(body).and_then(WetBody::buoyant_volume).or(given);
-            let volume = floats.unwrap_or_else(|| sizes::own_volume(model, body, bound.density));
-            Displacing {
-                body,
-                mass: bound.density * volume,
-                middle: sizes::bounding_box(model, body).0,
-                hull: sizes::body_hull(model, body, around.hull.as_deref()),
-            }
-        })
-        .collect()
 }
 
 fn add(
@@ -387,7 +276,9 @@ fn add_to_body(
     }
     let known = bound.bodies.iter().position(|wet| wet.body == body);
     let at = known.unwrap_or_else(|| {
-        bound.bodies.push(wet_body(model, body, around, bound.density));
+        bound
+            .bodies
+            .push(wet_body(model, body, around, bound.density));
         bound.bodies.len() - 1
     });
     let wet = &mut bound.bodies[at];
@@ -400,82 +291,6 @@ fn add_to_body(
     }
     wet.acting.push(acting);
     Ok(())
-}
-
-/// Part of a wave's length from which on a hull is too long for the wave to be a plane over it.
-const LONG_WAVE: f64 = 0.2;
-
-/// Sides of a panel: this part of the hull's longest.
-const PANELS: usize = 16;
-
-/// What is wrong with the hull of a body that is to float.
-fn check_hull(model: ModelView<'_>, body: usize, around: &Surroundings) -> Result<(), String> {
-    let name = model.label(mjOBJ_BODY as i32, "body", body);
-    let named = around.hull.as_deref();
-    let geoms = hull::geoms(model, sizes::welded(model, body), named);
-    let label = |geom: usize| model.label(mjOBJ_GEOM as i32, "geom", geom);
-    if around.given_volume(body).is_some() {
-        return Ok(());
-    }
-    let mut closed = 0;
-    for (_, geom) in &geoms {
-        match hull::shape(model, *geom) {
-            Ok(Some(_)) => closed += 1,
-            Ok(None) => {}
-            Err(fault) => {
-                return Err(format!(
-                    "geom `{}` of body `{name}`: {fault}; or give `volume`, and its box stands for it",
-                    label(*geom)
-                ));
-            }
-        }
-    }
-    if closed == 0 {
-        return Err(format!(
-            "body `{name}` has no geom that encloses a volume; add one (it may be invisible and collide with nothing), or give \
-             the attributes `volume` and `centre_of_buoyancy`"
-        ));
-    }
-    Ok(())
-}
-
-fn wet_body(model: ModelView<'_>, body: usize, around: &Surroundings, density: f64) -> WetBody {
-    let mut dofs = Vec::new();
-    let mut dof = last_dof(model, body);
-    while let Ok(at) = usize::try_from(dof) {
-        dofs.push(at);
-        dof = model.dof_parentid()[at];
-    }
-    dofs.reverse();
-    let full_rows = dofs
-        .iter()
-        .enumerate()
-        .all(|(above, dof)| model.M_rownnz()[*dof] as usize == above + 1);
-    let (middle, extent) = sizes::bounding_box(model, body);
-    let hull = sizes::body_hull(model, body, around.hull.as_deref());
-    let given = around.displacement.filter(|given| given.body == body);
-    let length = extent.into_iter().fold(0.0, f64::max);
-    let panels = around
-        .sea
-        .waves
-        .as_ref()
-        .filter(|waves| length > LONG_WAVE * waves.shortest_length() && !around.commands_before_step)
-        .map(|_| Panels::new(&hull, PANELS));
-    WetBody {
-        body,
-        middle,
-        root: sizes::is_root(model, body),
-        dofs,
-        full_rows,
-        extent,
-        volume: around
-            .given_volume(body)
-            .unwrap_or_else(|| sizes::volume(model, body, density)),
-        hull,
-        panels,
-        centre_of_buoyancy: given.and_then(|given| given.centre),
-        acting: Vec::new(),
-    }
 }
 
 /// True where an effect adds inertia, asked of it in some motion.

@@ -92,9 +92,8 @@ impl Additions {
                 }
             }
             for changed in &source.bound.actuators {
-                let more = actuation::correction(data, source, changed, |at| {
-                    water.velocity(source, at)
-                });
+                let more =
+                    actuation::correction(data, source, changed, |at| water.velocity(source, at));
                 actuation::in_joint_space(data, changed.output, more, &mut sum.forces);
             }
         }

@@ -2,6 +2,8 @@
 //!
 //! ```text
 //! bind            effects of a file, by the names of their targets, tied to a model's numbers
+//! surroundings    the water around them, as the attributes give it
+//! wet_bodies      bodies that effects act on, and their hulls
 //! sizes           sizes of bodies, joints and actuators: the scales of an effect's parameters
 //! active_effects  what a simulation of `hydro gap` adds to its model
 //! source          effects with their memory, of one instance or one simulation
@@ -20,5 +22,7 @@ pub(crate) mod forces;
 pub(crate) mod sizes;
 pub(crate) mod source;
 mod submersion;
+pub(crate) mod surroundings;
 pub(crate) mod walls;
 mod water;
+mod wet_bodies;

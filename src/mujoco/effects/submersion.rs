@@ -51,9 +51,7 @@ pub(super) fn submersion(
             );
             push.map(|part| part / wet.hull.volume())
         }
-        None => {
-            with_torque(frame.tr_mul(&-gravity) * fraction, centre)
-        }
+        None => with_torque(frame.tr_mul(&-gravity) * fraction, centre),
     };
     let upthrust = match (&wet.panels, wet.centre_of_buoyancy) {
         (Some(_), Some(centre)) => with_torque(

@@ -26,11 +26,7 @@ use super::{
 use crate::{
     mujoco::{
         bodies::base_body,
-        effects::{
-            active_effects::ActiveEffects,
-            bind::{self, Surroundings},
-            sizes, walls,
-        },
+        effects::{active_effects::ActiveEffects, bind, sizes, surroundings::Surroundings, walls},
         ffi::{
             ModelView,
             bindings::{mjOBJ_BODY, mjSTATE_FULLPHYSICS},

@@ -18,10 +18,7 @@ use hydro_gap::plant::{self, Nuisance, NuisanceClass, Quantity};
 use super::description::is_weighed;
 use crate::{
     mujoco::{
-        effects::{
-            bind::{self, Surroundings},
-            sizes,
-        },
+        effects::{bind, sizes, surroundings::Surroundings},
         ffi::{
             ModelView,
             bindings::{

@@ -12,8 +12,8 @@ use crate::{
     mujoco::{
         bodies::{base_body, hull},
         effects::{
-            bind::{self, Displacement, Surroundings},
-            sizes,
+            bind, sizes,
+            surroundings::{Displacement, Surroundings},
         },
         ffi::{
             DataView, ModelView,
@@ -175,11 +175,11 @@ pub(crate) fn surroundings(
     settings: &Settings,
     body: usize,
 ) -> Result<Surroundings, String> {
-    let unknown = settings.hull.iter().flatten().find(|name| {
-        model
-            .id(mjOBJ_GEOM as i32, name)
-            .is_none()
-    });
+    let unknown = settings
+        .hull
+        .iter()
+        .flatten()
+        .find(|name| model.id(mjOBJ_GEOM as i32, name).is_none());
     if let Some(name) = unknown {
         let known: Vec<String> = (0..model.geom_type().len())
             .map(|geom| model.name(mjOBJ_GEOM as i32, geom))
@@ -187,7 +187,11 @@ pub(crate) fn surroundings(
             .collect();
         return Err(format!(
             "attribute `hull` names geom `{name}`; the model has: {}",
-            if known.is_empty() { "none with a name".to_owned() } else { known.join(", ") }
+            if known.is_empty() {
+                "none with a name".to_owned()
+            } else {
+                known.join(", ")
+            }
         ));
     }
     let gravity = Vector3::from(model.raw().opt.gravity).norm();

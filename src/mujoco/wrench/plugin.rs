@@ -104,7 +104,10 @@ unsafe extern "C" fn nstate(m: *const mjModel, id: c_int) -> c_int {
                 Some(text) => bind::memory_len(text, step)?,
                 None => 0,
             };
-            len += settings.current_field().ok()?.map_or(0, |field| field.state_len());
+            len += settings
+                .current_field()
+                .ok()?
+                .map_or(0, |field| field.state_len());
             if let Some(folder) = &settings.checkpoint {
                 let checkpoint = Registry::global().checkpoint(folder).ok()?;
                 let engine = Registry::global().engine(&checkpoint, &settings).ok()?;
@@ -132,7 +135,11 @@ unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int
             Ok((key, instance)) => {
                 data.plugin_data_mut()[id] = key.to_bits() as usize;
                 warned_once::forget(&data.plugin_data_mut()[id]);
-                for note in instance.effects().into_iter().flat_map(|bound| &bound.notes) {
+                for note in instance
+                    .effects()
+                    .into_iter()
+                    .flat_map(|bound| &bound.notes)
+                {
                     tell_once(model, note);
                 }
                 if let Some(learned) = instance.learned() {

@@ -77,7 +77,10 @@ impl BodyScale {
 
     /// Volume of the hull [m^3]; of water as heavy as the body where there is no hull.
     pub(crate) fn typical_hull_volume(&self) -> f64 {
-        positive(self.hull_volume, self.typical_mass() / self.typical_density())
+        positive(
+            self.hull_volume,
+            self.typical_mass() / self.typical_density(),
+        )
     }
 
     /// Weight [N].

@@ -1,0 +1,40 @@
+//! The water around effects, as the attributes of their instance give it.
+
+use crate::plugin::sea::Sea;
+
+/// The water around the effects.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Surroundings {
+    /// Density of the water [kg/m^3], where the instance says one.
+    pub(crate) density: Option<f64>,
+    /// Its surface, waves and current.
+    pub(crate) sea: Sea,
+    /// Velocity of the water beside them [m/s].
+    pub(crate) current: [f64; 3],
+    /// Names of the geoms that displace water.
+    pub(crate) hull: Option<Vec<String>>,
+    /// What a user should know of the sea.
+    pub(crate) notes: Vec<String>,
+    /// A body whose displacement is given.
+    pub(crate) displacement: Option<Displacement>,
+    /// True where commands are changed before the step, and not by a difference of force.
+    pub(crate) commands_before_step: bool,
+}
+
+/// Displacement of a body as the attributes give it, in place of its hull's.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Displacement {
+    pub(crate) body: usize,
+    /// Volume [m^3].
+    pub(crate) volume: Option<f64>,
+    /// Centre of buoyancy, body frame [m].
+    pub(crate) centre: Option<[f64; 3]>,
+}
+
+impl Surroundings {
+    /// Volume of the hull of a body [m^3], where it is given.
+    pub(super) fn given_volume(&self, body: usize) -> Option<f64> {
+        let given = self.displacement.filter(|given| given.body == body)?;
+        given.volume
+    }
+}
