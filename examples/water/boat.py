@@ -18,7 +18,10 @@ def swell(x, y):
 
 
 data.qpos[2] = swell(0, 0) + 0.08
-data.qvel[:2] = 0.3 + 0.5 * height * omega * np.cos(heading), 0.5 * height * omega * np.sin(heading)  # with the water
+data.qvel[:2] = (
+    0.3 + 0.5 * height * omega * np.cos(heading),
+    0.5 * height * omega * np.sin(heading),
+)  # with the water
 times, heave, waves, x = [], [], [], []
 grounded = None
 while data.time < 90:
@@ -34,7 +37,9 @@ while data.time < 90:
 times, heave, waves = np.array(times), np.array(heave), np.array(waves)
 afloat = (times > 5) & (times < (grounded or 90))
 follow = np.polyfit(waves[afloat], heave[afloat], 1)[0]
-print(f"follows the swell: heave = {follow:.2f} of the wave's elevation (1 for a small boat)")
+print(
+    f"follows the swell: heave = {follow:.2f} of the wave's elevation (1 for a small boat)"
+)
 drift = np.polyfit(times[afloat], np.array(x)[afloat], 1)[0]
 print(f"drift {drift:.2f} m/s in a current of 0.30 m/s")
 print(f"aground after {grounded:.0f} s" if grounded else "not aground")

@@ -26,9 +26,15 @@ def draw_sea(scene, height, centre, size=24.0, cells=32):
         for j in range(cells):
             if scene.ngeom >= scene.maxgeom:
                 return
-            x, y = centre[0] + (i - cells / 2 + 0.5) * step, centre[1] + (j - cells / 2 + 0.5) * step
+            x, y = (
+                centre[0] + (i - cells / 2 + 0.5) * step,
+                centre[1] + (j - cells / 2 + 0.5) * step,
+            )
             h = 0.5 * step
-            dx, dy = (height(x + h, y) - height(x - h, y)) / step, (height(x, y + h) - height(x, y - h)) / step
+            dx, dy = (
+                (height(x + h, y) - height(x - h, y)) / step,
+                (height(x, y + h) - height(x, y - h)) / step,
+            )
             along = np.array([1.0, 0.0, dx]) / np.hypot(1, dx)
             normal = np.array([-dx, -dy, 1.0]) / np.sqrt(1 + dx * dx + dy * dy)
             frame = np.column_stack([along, np.cross(normal, along), normal])
@@ -43,7 +49,16 @@ def draw_sea(scene, height, centre, size=24.0, cells=32):
             scene.ngeom += 1
 
 
-def picture(model, data, out, height=lambda x, y: 0.0, distance=9.0, azimuth=120.0, elevation=-14.0, size=24.0):
+def picture(
+    model,
+    data,
+    out,
+    height=lambda x, y: 0.0,
+    distance=9.0,
+    azimuth=120.0,
+    elevation=-14.0,
+    size=24.0,
+):
     """Write a frame of the first body and the surface about it to `out`; returns the pixels."""
     camera = mujoco.MjvCamera()
     camera.lookat[:] = data.xpos[1]

@@ -70,7 +70,9 @@ def scene(geoms: str, effects: list | None, **attributes: str) -> mujoco.MjModel
         listed = {"schema": "hydro-effects/1", "effects": effects}
         given = {"effects": json.dumps(listed), **attributes}
         config = "".join(f"<config key=\"{key}\" value='{value}'/>" for key, value in given.items())
-        extension = f'<extension><plugin plugin="hydro.wrench"><instance name="w">{config}</instance></plugin></extension>'
+        extension = (
+            f'<extension><plugin plugin="hydro.wrench"><instance name="w">{config}</instance></plugin></extension>'
+        )
         plugin = '<plugin plugin="hydro.wrench" instance="w"/>'
     return mujoco.MjModel.from_xml_string(f"""
 <mujoco><option timestep="0.005" integrator="implicitfast"/>{extension}
