@@ -44,15 +44,7 @@ def line_force(place: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         area = LINE["diameter"] * distance / pieces
         moved = share * across
         # The hull bears its share of the force on a piece.
-        force -= (
-            share
-            * 0.5
-            * 1000.0
-            * LINE["coefficient"]
-            * area
-            * np.linalg.norm(moved)
-            * moved
-        )
+        force -= share * 0.5 * 1000.0 * LINE["coefficient"] * area * np.linalg.norm(moved) * moved
     return force
 
 
@@ -63,9 +55,7 @@ def true_model(random: np.random.Generator) -> mujoco.MjModel:
     hull = model.body("hull").id
     model.body_mass[hull] *= 1.015
     model.body_inertia[hull] *= 1.0 + 0.02 * random.standard_normal(3)
-    model.geom_fluid[model.geom("hull").id, 1:4] *= 1.0 + 0.02 * random.standard_normal(
-        3
-    )
+    model.geom_fluid[model.geom("hull").id, 1:4] *= 1.0 + 0.02 * random.standard_normal(3)
     gains = 1.0 + 0.02 * random.standard_normal(model.nu)
     model.actuator_gainprm[:, 0] *= gains
     # Ballasted to be neutral all the same.
@@ -98,11 +88,7 @@ def motion(
     """Start (positions, velocities), commands and places of the hull [m], each step; `look` sees every state."""
     data = mujoco.MjData(model)
     heading = random.uniform(0, 2 * np.pi)
-    data.qpos[:3] = (
-        1.5 * np.cos(heading),
-        1.5 * np.sin(heading),
-        random.uniform(-3.0, -1.8),
-    )
+    data.qpos[:3] = (1.5 * np.cos(heading), 1.5 * np.sin(heading), random.uniform(-3.0, -1.8))
     data.qpos[3:7] = (np.cos(heading / 2), 0, 0, np.sin(heading / 2))
     start = data.qpos.copy(), data.qvel.copy()
     fine = np.arange(round(SECONDS / STEP) + 1) * STEP
@@ -116,10 +102,7 @@ def motion(
         look(step, data)
         rotation = data.xmat[hull].reshape(3, 3)
         arm = rotation @ np.array(LINE["at"])
-        place, velocity = (
-            data.xpos[hull] + arm,
-            data.qvel[:3] + np.cross(rotation @ data.qvel[3:6], arm),
-        )
+        place, velocity = data.xpos[hull] + arm, data.qvel[:3] + np.cross(rotation @ data.qvel[3:6], arm)
         force = line_force(place, velocity)
         # MuJoCo takes the force at the centre of mass.
         data.xfrc_applied[hull, :3] = force
@@ -128,9 +111,7 @@ def motion(
     return start, commanded, np.array(places)
 
 
-def trial(
-    model: mujoco.MjModel, random: np.random.Generator
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+def trial(model: mujoco.MjModel, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """Labels [s], commands and readings of one trial, and the greatest distance from the anchor [m]."""
     nominal_step = mujoco.MjModel.from_xml_path(str(HERE / "nominal.xml")).opt.timestep
     shown, readings = [], []
@@ -143,9 +124,7 @@ def trial(
     _, commanded, places = motion(model, random, look)
     # A row shows the state one step of the nominal before its label, as mj_step leaves it.
     labels = np.array(shown) * STEP + nominal_step
-    rows = commanded[
-        np.minimum(np.array(shown) + round(nominal_step / STEP), len(commanded) - 1)
-    ]
+    rows = commanded[np.minimum(np.array(shown) + round(nominal_step / STEP), len(commanded) - 1)]
     readings = np.array(readings)
     for sensor in range(model.nsensor):
         start, size = model.sensor_adr[sensor], model.sensor_dim[sensor]
@@ -153,11 +132,7 @@ def trial(
         if size == 4:
             for row, turn in zip(readings, noise):
                 small = np.array([1.0, *(turn[:3] / 2)])
-                mujoco.mju_mulQuat(
-                    row[start : start + 4],
-                    row[start : start + 4].copy(),
-                    small / np.linalg.norm(small),
-                )
+                mujoco.mju_mulQuat(row[start : start + 4], row[start : start + 4].copy(), small / np.linalg.norm(small))
         else:
             readings[:, start : start + size] += noise[:, :size]
     farthest = np.linalg.norm(places - np.array(LINE["anchor"]), axis=1).max()
@@ -188,11 +163,7 @@ def main() -> None:
         print(f"trial_{number:02}: up to {farthest:.2f} m from the anchor")
     # Force of the whole line on the hull, for one metre of it and one metre a second across.
     drag = 0.25 * 0.5 * 1000.0 * LINE["coefficient"] * LINE["diameter"]
-    truth = {
-        "stiffness": LINE["stiffness"],
-        "length": LINE["length"],
-        "drag_across": drag,
-    }
+    truth = {"stiffness": LINE["stiffness"], "length": LINE["length"], "drag_across": drag}
     (flags.out / "truth.json").write_text(json.dumps(truth, indent=1) + "\n")
 
 

@@ -37,9 +37,7 @@ while data.time < 90:
 times, heave, waves = np.array(times), np.array(heave), np.array(waves)
 afloat = (times > 5) & (times < (grounded or 90))
 follow = np.polyfit(waves[afloat], heave[afloat], 1)[0]
-print(
-    f"follows the swell: heave = {follow:.2f} of the wave's elevation (1 for a small boat)"
-)
+print(f"follows the swell: heave = {follow:.2f} of the wave's elevation (1 for a small boat)")
 drift = np.polyfit(times[afloat], np.array(x)[afloat], 1)[0]
 print(f"drift {drift:.2f} m/s in a current of 0.30 m/s")
 print(f"aground after {grounded:.0f} s" if grounded else "not aground")

@@ -17,9 +17,5 @@ while data.time < 15:
 track = np.array(track)
 second = round(1 / model.opt.timestep)
 speed = np.linalg.norm(track[-1, :2] - track[-5 * second, :2]) / 5
-print(
-    f"speed {speed:.2f} m/s, {speed / 0.5:.1f} body lengths a second; depth changed by {track[-1, 2] + 0.5:+.3f} m"
-)
-scene.picture(
-    model, data, scene.target("fish.png"), distance=1.0, elevation=-18, size=6.0
-)
+print(f"speed {speed:.2f} m/s, {speed / 0.5:.1f} body lengths a second; depth changed by {track[-1, 2] + 0.5:+.3f} m")
+scene.picture(model, data, scene.target("fish.png"), distance=1.0, elevation=-18, size=6.0)

@@ -13,9 +13,7 @@ while data.time < 80:
     if data.time > 25:
         goal[2] = 0.5  # up, and out
     rotation = data.xmat[1].reshape(3, 3)
-    push = rotation.T @ (
-        60 * np.clip(goal - data.qpos[:3], -0.5, 0.5) - 60 * data.qvel[:3]
-    )
+    push = rotation.T @ (60 * np.clip(goal - data.qpos[:3], -0.5, 0.5) - 60 * data.qvel[:3])
     yaw = np.arctan2(rotation[1, 0], rotation[0, 0])
     turn = -2 * yaw - 2 * data.qvel[5]
     flat = [
@@ -24,22 +22,16 @@ while data.time < 80:
         [1, -1, -1],
         [1, 1, 1],
     ]  # surge, sway, yaw of the four in the horizontal
-    data.ctrl[:4] = [
-        (a * push[0] + b * push[1]) / (4 * 28.3) + c * turn / 20 for a, b, c in flat
-    ]
+    data.ctrl[:4] = [(a * push[0] + b * push[1]) / (4 * 28.3) + c * turn / 20 for a, b, c in flat]
     data.ctrl[4:] = push[2] / 160
     if data.time > 34:
         data.ctrl[:] = 0
     mujoco.mj_step(model, data)
     if 10 < data.time < 25:
         error.append(np.linalg.norm(data.qpos[:3] - goal))
-print(
-    f"station kept within {max(error):.3f} m, 15 s in a current of 0.13 m/s and its gusts"
-)
+print(f"station kept within {max(error):.3f} m, 15 s in a current of 0.13 m/s and its gusts")
 afloat = data.qpos[2]
 out = afloat + 0.01 + 0.127
 part = 1 - 13.5 / (1000 * 0.013635)
 print(f"afloat: {out / 0.254:.3f} of its box above water; by Archimedes {part:.3f}")
-scene.picture(
-    model, data, scene.target("rov.png"), distance=2.0, elevation=-14, size=6.0
-)
+scene.picture(model, data, scene.target("rov.png"), distance=2.0, elevation=-14, size=6.0)
