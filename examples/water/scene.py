@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 HERE = pathlib.Path(__file__).resolve().parent
-LIBRARY = HERE.parents[1] / "target" / "release" / "libhydro_plugin.so"
+LIBRARY = os.environ.get("HYDRO_LIBRARY", HERE.parents[1] / "target" / "release" / "libhydro_plugin.so")
 mujoco.mj_loadPluginLibrary(str(LIBRARY))
 
 

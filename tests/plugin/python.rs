@@ -9,9 +9,10 @@ use std::{
 };
 
 /// Each a file of its own, in a process of its own.
-const SUBJECTS: [&str; 9] = [
+const SUBJECTS: [&str; 10] = [
     "afloat",
     "effects",
+    "examples",
     "force",
     "load_cell",
     "loading",

@@ -1,0 +1,49 @@
+"""The examples in examples/water: each runs from another folder, and says what it should."""
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+from scene import LIBRARY
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples" / "water"
+
+
+class Examples(unittest.TestCase):
+    def run_example(self, name, picture):
+        """Numbers that an example prints; it leaves its picture in the folder that it is given."""
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run(
+                [sys.executable, str(EXAMPLES / f"{name}.py"), folder],
+                capture_output=True,
+                text=True,
+                cwd=folder,
+                env={**os.environ, "HYDRO_LIBRARY": LIBRARY},
+            )
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertTrue(Path(folder, picture).stat().st_size > 2000)
+        return [float(number) for number in re.findall(r"[-+]?[0-9]+[.]?[0-9]*", done.stdout)]
+
+    def test_a_boat_follows_the_swell_and_is_driven_ashore(self):
+        follow, _, drift, current, aground = self.run_example("boat", "boat.png")
+        self.assertAlmostEqual(follow, 1.0, delta=0.05)
+        self.assertAlmostEqual(drift, current, delta=0.03)
+        self.assertTrue(40 < aground < 70)
+
+    def test_an_rov_keeps_its_station_and_floats(self):
+        station, *_, above, archimedes = self.run_example("rov", "rov.png")
+        self.assertLess(station, 0.12)
+        self.assertAlmostEqual(above, archimedes, delta=0.002)
+
+    def test_a_fish_swims_and_keeps_its_depth(self):
+        speed, _, depth = self.run_example("fish", "fish.png")
+        self.assertGreater(speed, 0.15)
+        self.assertLess(abs(depth), 0.01)
+
+
+if __name__ == "__main__":
+    unittest.main()
