@@ -11,6 +11,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import barge
+
 from hydro_tools.datasets.trial_replay import compare
 from hydro_tools.repository import ROOT, SCRIPTS
 
@@ -95,6 +97,25 @@ class Fixed(unittest.TestCase):
                 _, verdict = self.verdict(self.one(system, None))
                 self.assertEqual(verdict["verdict"], "no_gap")
                 self.assertIsNone(verdict["patch"])
+
+
+@unittest.skipUnless(program(), "no `hydro` is built: cargo build")
+class Afloat(unittest.TestCase):
+    def test_a_boat_that_lacks_its_hydrostatics(self):
+        with tempfile.TemporaryDirectory() as place:
+            folder = Path(place)
+            barge.make(folder, trials=4, duration=5.0, seed=1)
+            command = [str(program()), "gap", "run", "--model", str(folder / "nominal.xml")]
+            command += ["--trials", str(folder / "trials"), "--out", str(folder / "out")]
+            ran = subprocess.run(command, capture_output=True, text=True)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+            verdict = json.loads((folder / "out/verdict.json").read_text())
+            self.assertEqual((verdict["verdict"], verdict["named"]), ("named", ["hydrostatics"]))
+            self.assertTrue(verdict["verified"])
+            (volume,) = verdict["effects"][0]["parameters"]
+            self.assertTrue(volume["ci95"][0] < 1.0 < volume["ci95"][1], volume)
+            self.assertGreater(verdict["gap"]["reduction"], 0.9)
+            self.assertIn("hydrostatics", (folder / "out/patched.xml").read_text())
 
 
 if __name__ == "__main__":
