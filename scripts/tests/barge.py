@@ -1,4 +1,4 @@
-"""A barge whose nominal model has drag and no hydrostatics; its truth integrates the wet columns of the box in NumPy."""
+"""A barge whose nominal model has drag and no hydrostatics; its truth integrates wet columns of the box in NumPy."""
 
 import json
 from pathlib import Path
