@@ -35,6 +35,9 @@ pub mod did_you_mean;
 mod dual;
 mod effect;
 mod flow;
+mod json_shape;
+mod matrix_fault;
+mod matrix_json;
 mod motion;
 pub mod own;
 mod set;
@@ -43,12 +46,13 @@ mod set_error;
 mod tests;
 mod wrench_law;
 
-pub use card::{Card, Id, Medium, Parameter, Placement, Target, TargetKind};
+pub use card::{Card, Id, Medium, Parameter, Physical, Placement, Target, TargetKind};
 pub use catalogue::{all, effect};
 pub use effect::{
-    ActuatorPart, BodyPart, Effect, Entry, JointMotion, JointPart, NearBoundary, Part, SensorPart,
-    WaterPart,
+    ActuatorPart, BodyPart, Effect, Entry, JointMotion, JointPart, MATRIX_AT_POINT_LEN, MATRIX_LEN,
+    MatrixPart, NearBoundary, Part, SensorPart, WaterPart, is_matrix,
 };
+pub use matrix_fault::MatrixFault;
 pub use motion::Motion;
 pub use own::OwnError;
 pub use set::{EffectSet, Targets, listed_id};
