@@ -5,6 +5,7 @@ use proptest::prelude::*;
 
 mod files;
 pub(crate) mod fixture;
+mod fossen;
 mod free_motion;
 mod whole_matrix;
 
