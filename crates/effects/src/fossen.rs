@@ -1,13 +1,23 @@
 //! Tables of hydrodynamic derivatives, as articles and other simulators have them, as effects with whole matrices.
 //!
-//! ```toml
-//! # REMUS 100, T. Prestero, MIT 2001
-//! convention = "ned"     # x forward, y starboard, z down; or "flu", this library's: forward, left, up
-//! point = [0, 0, 0]      # origin of the table in the body's frame (forward, left, up) [m]
-//! Y_vdot = -35.5         # added mass: the force along y by the acceleration along y [kg]
-//! Y_rdot = 1.93
-//! Y_v = -5.0             # linear damping
-//! "Y_r|r|" = 0.632       # quadratic damping; Y_rabsr too, and where force and motion are of one axis N_rr
+//! A part of the REMUS 100 (T. Prestero, MIT 2001):
+//!
+//! ```
+//! let table = hydro_effects::fossen::VehicleTable::parse(
+//!     r#"
+//!     convention = "ned"  # x forward, y starboard, z down; or "flu", this library's: forward, left, up
+//!     point = [0, 0, 0]   # origin of the table in the body's frame (forward, left, up) [m]
+//!     Y_vdot = -35.5      # added mass: the force along y by the acceleration along y [kg]
+//!     Y_rdot = 1.93       # [kg m]
+//!     N_rdot = -4.88      # [kg m^2]
+//!     N_r = -2.0          # linear damping [N m s/rad]
+//!     N_rr = -94.0        # quadratic damping [N m s^2/rad^2]
+//!     "Y_r|r|" = 0.632    # off the diagonal with its bars [N s^2/rad^2]
+//!     "#,
+//! )?;
+//! let text = table.to_json("hull")?;
+//! assert!(text.contains("added_mass") && text.contains("quadratic_drag"));
+//! # Ok::<(), hydro_effects::fossen::FossenError>(())
 //! ```
 //!
 //! A derivative is what a force is multiplied with: X = X_udot u' + X_u u + X_u|u| |u| u, so that a body that is dragged has
