@@ -14,6 +14,7 @@ mod cancel;
 mod command_line;
 mod compare;
 mod doctor;
+mod effects;
 mod evaluate;
 mod exit;
 mod files;
@@ -58,6 +59,8 @@ enum Command {
     Simulate(simulate::Args),
     /// Find what a simulation lacks, name it, add it, verify.
     Gap(gap::Args),
+    /// Make files of effects for the plugin's attribute `effects`.
+    Effects(effects::Args),
     /// Describe a checkpoint, a data set or a folder of rollouts.
     Inspect(inspect::Args),
     /// Say which MuJoCo was found and whether the plugin works in it.
@@ -100,6 +103,7 @@ fn run_command(command: Command) -> anyhow::Result<()> {
         #[cfg(mujoco_plugins)]
         Command::Simulate(args) => simulate::run(&args),
         Command::Gap(args) => gap::run(&args),
+        Command::Effects(args) => effects::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Doctor(args) => doctor::run(&args),
     }

@@ -14,7 +14,7 @@ use super::sea::Sea;
 pub struct Acting {
     /// The effect.
     pub effect: &'static dyn Effect,
-    /// Values in the order of [`Effect::parameters`].
+    /// Values in the order of [`Effect::parameters`], or a whole matrix.
     pub parameters: Vec<f64>,
     /// Range of its memory in that of all.
     pub memory: Range<usize>,
@@ -25,10 +25,7 @@ pub struct Acting {
 impl Acting {
     /// The effect as a wrench on a body.
     pub fn body(&self) -> Option<&'static dyn BodyPart> {
-        match self.effect.part() {
-            Part::Body(part) => Some(part),
-            _ => None,
-        }
+        self.effect.body_part(&self.parameters)
     }
 
     /// The effect as motion of the water.

@@ -529,6 +529,46 @@ fn the_users_own_effects_are_listed_and_their_faults_named() {
     assert!(refusal(&given).contains("no file NAME.toml"));
 }
 
+/// Derivatives of an article, in and out: the file loads in the plugin (`tests/plugin/whole_matrix.rs`).
+#[test]
+fn effects_come_from_a_table_of_derivatives() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("vehicle.toml");
+    fs::write(
+        &file,
+        "X_udot = -6.36\nY_vdot = -7.12\nN_rdot = -0.222\nY_rdot = 0.3\nX_u = -13.7\n",
+    )
+    .unwrap();
+    let command = ["effects", "from-fossen", text(&file), "--target", "rov"];
+    let output = hydro(&command);
+    assert!(output.status.success());
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let effects = json["effects"].as_array().unwrap();
+    assert_eq!(effects.len(), 2);
+    let added = &effects[0];
+    assert_eq!(
+        (&added["effect"], &added["target"]),
+        (&"added_mass".into(), &"rov".into())
+    );
+    let matrix = &added["parameters"]["matrix"];
+    assert_eq!(
+        (&matrix[0][0], &matrix[1][5]),
+        (&6.36.into(), &(-0.3).into())
+    );
+    assert_eq!(matrix[1][5], matrix[5][1]);
+    assert_eq!(effects[1]["parameters"]["matrix"][0][0], 13.7);
+
+    fs::write(&file, "X_udot = 6.36\n").unwrap();
+    let said = refusal(&command);
+    assert!(
+        said.contains("vehicle.toml") && said.contains("has the eigenvalue -6.36"),
+        "{said}"
+    );
+    assert!(refusal(&command[..3]).contains("--target"));
+    fs::remove_file(&file).unwrap();
+    assert!(refusal(&command).contains("No such file"));
+}
+
 #[cfg(mujoco_plugins)]
 #[test]
 fn gap_refuses_a_medium_that_the_model_contradicts() {

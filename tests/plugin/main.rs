@@ -12,3 +12,4 @@ mod rollouts;
 #[cfg(mujoco_plugins)]
 #[path = "../common/skip_python.rs"]
 mod skip_python;
+mod whole_matrix;

@@ -2,7 +2,12 @@
 
 use nalgebra::Matrix6;
 
-use crate::{Card, Id, Medium, Motion, Parameter, Target};
+use crate::{Card, Id, Medium, Motion, Parameter, Target, matrix_fault::MatrixFault};
+
+/// Elements of a whole matrix.
+pub const MATRIX_LEN: usize = 36;
+/// Elements of a whole matrix and coordinates of the point that it acts at.
+pub const MATRIX_AT_POINT_LEN: usize = MATRIX_LEN + 3;
 
 /// One effect of the catalogue.
 pub trait Effect: Send + Sync + std::fmt::Debug {
@@ -104,6 +109,25 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
 
     /// Its action.
     fn part(&self) -> Part<'_>;
+
+    /// Its action where a whole 6 x 6 matrix stands in place of the six numbers of its diagonal.
+    fn matrix_part(&self) -> Option<&dyn MatrixPart> {
+        None
+    }
+
+    /// Its action on a body with these values, by their number: parameters, or a whole matrix.
+    fn body_part(&self, values: &[f64]) -> Option<&dyn BodyPart> {
+        match (self.matrix_part(), self.part()) {
+            (Some(whole), _) if is_matrix(values) => Some(whole),
+            (_, Part::Body(part)) => Some(part),
+            _ => None,
+        }
+    }
+}
+
+/// True for as many values as a whole matrix has, with or without its point.
+pub fn is_matrix(values: &[f64]) -> bool {
+    [MATRIX_LEN, MATRIX_AT_POINT_LEN].contains(&values.len())
 }
 
 /// Motion of a joint at one instant: all that an effect on it may depend on.
@@ -202,6 +226,22 @@ pub trait BodyPart {
     }
 }
 
+/// A wrench on a body by a whole 6 x 6 matrix.
+///
+/// `p` are its elements row by row, rows and columns in the order surge, sway, heave, roll, pitch, yaw; then, where it is
+/// given, the point that it acts at, in the body's frame [m]. Without one it acts where the diagonal form does, at
+/// [`Motion::middle`]: a diagonal matrix is then the same as six numbers.
+pub trait MatrixPart: BodyPart {
+    /// Unit of the element of a row and a column, each 0 to 5.
+    fn unit(&self, row: usize, column: usize) -> &'static str;
+
+    /// Checks that a body can have the matrix.
+    ///
+    /// # Errors
+    /// What is wrong, with the elements or the eigenvalue.
+    fn check(&self, matrix: &Matrix6<f64>) -> Result<(), MatrixFault>;
+}
+
 /// Motion of the water.
 pub trait WaterPart {
     /// Velocity of the water in the world [m/s] at a point [m] and a time [s].
@@ -285,6 +325,6 @@ pub struct Entry {
     pub effect: Id,
     /// Name of the body, joint, actuator or sensor.
     pub target: String,
-    /// Values in the order of [`Effect::parameters`].
+    /// Values in the order of [`Effect::parameters`]; or those of a whole matrix, as in [`MatrixPart`].
     pub parameters: Vec<f64>,
 }

@@ -4,12 +4,14 @@ use hydro_frames::STANDARD_GRAVITY;
 use nalgebra::Vector3;
 
 use crate::{
-    Motion,
+    Motion, Physical,
     dual::{Scalar, constant, cross, sum},
 };
 
 /// Greatest speed [m/s] and rate [rad/s]: far beyond any vehicle, and small enough that no product overflows.
 const FASTEST: f64 = 1e4;
+/// Velocities of the water that are not held back [m/s].
+pub(crate) const SPEEDS: Physical = Physical::Between(-FASTEST, FASTEST);
 /// Greatest length [m] and acceleration [m/s^2].
 const LARGEST: f64 = 1e4;
 /// Greatest density [kg/m^3] and volume [m^3].
@@ -31,6 +33,14 @@ pub(crate) struct Flow<D> {
 fn within(values: [f64; 3], bound: f64) -> [f64; 3] {
     values.map(|value| value.clamp(-bound, bound))
 }
+
+/// A point of the body [m], held within the greatest length.
+pub(crate) fn within_reach(point: [f64; 3]) -> [f64; 3] {
+    within(point, LARGEST)
+}
+
+/// Coordinates of points [m] that are not held back.
+pub(crate) const REACH: Physical = Physical::Between(-LARGEST, LARGEST);
 
 impl<D: Scalar> Flow<D> {
     /// The motion, every number clamped.

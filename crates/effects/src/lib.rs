@@ -10,6 +10,7 @@
 //! - [`Motion`]: motion of a body through the water, the argument of every wrench.
 //! - [`sea`]: waves and currents as a field in place and time.
 //! - [`own`]: the user's own effects, written as expressions in a file.
+//! - [`fossen`]: tables of hydrodynamic derivatives (X_udot, Y_v, N_r|r|) turned into effects.
 //! - [`EffectSet`]: effects with values on the parts of one model, read from and written to `effects.json`.
 //!
 //! It knows no simulator: who applies the effects fills in [`Motion`] and implements [`Targets`].
@@ -36,7 +37,11 @@ pub mod did_you_mean;
 mod dual;
 mod effect;
 mod flow;
+pub mod fossen;
 pub mod hydrostatics;
+mod json_shape;
+mod matrix_fault;
+mod matrix_json;
 mod motion;
 pub mod own;
 pub mod sea;
@@ -46,12 +51,13 @@ mod set_error;
 mod tests;
 mod wrench_law;
 
-pub use card::{Card, Id, Medium, Parameter, Placement, Target, TargetKind};
+pub use card::{Card, Id, Medium, Parameter, Physical, Placement, Target, TargetKind};
 pub use catalogue::{all, effect};
 pub use effect::{
-    ActuatorPart, BodyPart, Effect, Entry, JointMotion, JointPart, NearBoundary, Part, SensorPart,
-    WaterPart,
+    ActuatorPart, BodyPart, Effect, Entry, JointMotion, JointPart, MATRIX_AT_POINT_LEN, MATRIX_LEN,
+    MatrixPart, NearBoundary, Part, SensorPart, WaterPart, is_matrix,
 };
+pub use matrix_fault::MatrixFault;
 pub use motion::Motion;
 pub use own::OwnError;
 pub use set::{EffectSet, Targets, listed_id};

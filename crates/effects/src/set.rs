@@ -6,18 +6,21 @@
 //! ```
 //!
 //! Names and units of the parameters are those of [`crate::Effect::parameters`]; only those marked optional may be left
-//! out. An effect of the user's own, `user.NAME`, brings its definition along, under the key `definition`: the file needs no
+//! out. Added mass and drags take a whole matrix in place of six names,
+//! `{"matrix": [[6 numbers] x 6], "point": [x, y, z]}` ([`crate::MatrixPart`]). An effect of the user's own, `user.NAME`, brings its definition along, under the key `definition`: the file needs no
 //! other.
 
 use std::collections::BTreeSet;
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use crate::{
-    Entry, Id, OwnError, Parameter, Target, TargetKind,
+    Entry, Id, MatrixPart, OwnError, Parameter, Target, TargetKind,
     card::OWN_PREFIX,
     did_you_mean::hint,
-    effect,
+    effect, is_matrix,
+    json_shape::{in_words, object, shape},
+    matrix_json,
     own::register_json,
     set_error::{SCHEMA, SetError},
 };
@@ -54,60 +57,6 @@ fn with_unit(parameter: &Parameter) -> String {
     format!("{} [{}]", parameter.name, parameter.unit)
 }
 
-/// A JSON value in a few words.
-fn in_words(value: &Value) -> String {
-    match value {
-        Value::Null => "null".to_owned(),
-        Value::Bool(value) => value.to_string(),
-        Value::Number(value) => format!("the number {value}"),
-        Value::String(value) => format!("the string `{value}`"),
-        Value::Array(_) => "a list".to_owned(),
-        Value::Object(_) => "an object".to_owned(),
-    }
-}
-
-fn shape(place: String, found: &Value, expected: &str) -> SetError {
-    SetError::Shape {
-        place,
-        found: in_words(found),
-        expected: expected.to_owned(),
-    }
-}
-
-/// An object with exactly these keys, but for one more that may be there, and their values in this order.
-fn object<'a, const N: usize>(
-    place: &str,
-    value: &'a Value,
-    keys: [&str; N],
-    optional: Option<&str>,
-) -> Result<[&'a Value; N], SetError> {
-    let expected = keys.map(|key| format!("`{key}`")).join(", ");
-    let fields = value.as_object().ok_or_else(|| {
-        shape(
-            place.to_owned(),
-            value,
-            &format!("an object with {expected}"),
-        )
-    })?;
-    let is_known = |key: &str| keys.contains(&key) || optional == Some(key);
-    if let Some(key) = fields.keys().find(|key| !is_known(key)) {
-        return Err(SetError::Shape {
-            place: place.to_owned(),
-            found: format!("the key `{key}`"),
-            expected: format!("only {expected}"),
-        });
-    }
-    let mut values = [const { &Value::Null }; N];
-    for (slot, key) in values.iter_mut().zip(keys) {
-        *slot = fields.get(key).ok_or_else(|| SetError::Shape {
-            place: place.to_owned(),
-            found: format!("no `{key}`"),
-            expected: expected.clone(),
-        })?;
-    }
-    Ok(values)
-}
-
 impl EffectSet {
     /// Reads and checks the text of an `effects.json` for a model.
     ///
@@ -139,7 +88,8 @@ impl EffectSet {
         Ok(set)
     }
 
-    /// Checks that targets exist, and that values are as many as parameters, finite and within bounds.
+    /// Checks that targets exist, and that values are as many as parameters, finite and physically possible
+    /// ([`Parameter::physical`]); bounds of fits are none of a file.
     ///
     /// # Errors
     /// The first fault.
@@ -161,6 +111,10 @@ impl EffectSet {
                     target,
                 });
             }
+            if let Some(part) = matrix_part(entry) {
+                matrix_json::check(index, entry, part)?;
+                continue;
+            }
             if parameters.len() != entry.parameters.len() {
                 return Err(SetError::WrongCount {
                     index,
@@ -180,7 +134,7 @@ impl EffectSet {
                         value,
                     });
                 }
-                if value < parameter.lower || value > parameter.upper {
+                if !parameter.physical.holds(value) {
                     return Err(SetError::OutOfBounds {
                         index,
                         effect,
@@ -188,8 +142,7 @@ impl EffectSet {
                         parameter: parameter.name.clone(),
                         value,
                         unit: parameter.unit,
-                        lower: parameter.lower,
-                        upper: parameter.upper,
+                        expected: parameter.physical,
                     });
                 }
             }
@@ -206,13 +159,16 @@ impl EffectSet {
         self.check(targets)?;
         let mut lines = Vec::with_capacity(self.entries.len());
         for (index, entry) in self.entries.iter().enumerate() {
-            let parameters = find_parameters(index, entry.effect, &entry.target, targets)?;
-            let values: Map<String, Value> = parameters
-                .into_iter()
-                .zip(&entry.parameters)
-                .filter(|(parameter, value)| !parameter.optional || **value != parameter.null)
-                .map(|(parameter, &value)| (parameter.name, json!(value)))
-                .collect();
+            let values = if matrix_part(entry).is_some() {
+                matrix_json::write(&entry.parameters)
+            } else {
+                find_parameters(index, entry.effect, &entry.target, targets)?
+                    .into_iter()
+                    .zip(&entry.parameters)
+                    .filter(|(parameter, value)| !parameter.optional || **value != parameter.null)
+                    .map(|(parameter, &value)| (parameter.name, json!(value)))
+                    .collect()
+            };
             let mut element = json!({
                 "effect": entry.effect.as_str(),
                 "target": entry.target,
@@ -233,6 +189,12 @@ impl EffectSet {
             "{{\"schema\": \"{SCHEMA}\", \"effects\": {list}}}\n"
         ))
     }
+}
+
+/// The part that an entry's values are a whole matrix of, if they are one.
+fn matrix_part(entry: &Entry) -> Option<&'static dyn MatrixPart> {
+    let whole = effect(entry.effect).matrix_part();
+    whole.filter(|_| is_matrix(&entry.parameters))
 }
 
 /// The parameters of an effect on a target of the model.
@@ -318,7 +280,20 @@ fn entry(index: usize, value: &Value, targets: &dyn Targets) -> Result<Entry, Se
         )
     })?;
 
-    let known = || parameters.iter().map(with_unit).collect::<Vec<_>>();
+    let takes_matrix = effect(id).matrix_part().is_some();
+    if takes_matrix && values.contains_key(matrix_json::MATRIX) {
+        return Ok(Entry {
+            effect: id,
+            target: target.to_owned(),
+            parameters: matrix_json::read(&format!("{place}.parameters"), values)?,
+        });
+    }
+
+    let whole = takes_matrix.then(|| matrix_json::IN_WORDS.to_owned());
+    let known = || {
+        let names = parameters.iter().map(with_unit);
+        names.chain(whole.clone()).collect::<Vec<_>>()
+    };
     let names = || parameters.iter().map(|parameter| parameter.name.as_str());
     if let Some(found) = values.keys().find(|&key| !names().any(|name| name == key)) {
         return Err(SetError::UnknownParameter {
@@ -484,7 +459,8 @@ mod tests {
         );
         assert!(buoyancy("{}").contains("missing force; it has: force [N], moment_x [N m]"));
         assert!(buoyancy(r#"{"force": "1"}"#).contains("the string `1`, expected a number [N]"));
-        assert!(buoyancy(r#"{"force": 1e9}"#).contains("force is 1000000000 [N], expected -"));
+        let heavy = buoyancy(r#"{"force": 1e19}"#);
+        assert!(heavy.contains("force is 10000000000000000000 [N], expected -1e18 to 1e18"));
         assert!(buoyancy(r#"{"force": 1e999}"#).contains("not JSON"));
         assert!(buoyancy("3").contains("found the number 3, expected an object of numbers"));
     }

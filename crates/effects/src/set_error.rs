@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::{Id, OwnError};
+use crate::{Id, MatrixFault, OwnError, Physical};
 
 /// Value of the key `schema` of an `effects.json`.
 pub const SCHEMA: &str = "hydro-effects/1";
@@ -110,9 +110,9 @@ pub enum SetError {
         parameter: String,
         value: f64,
     },
-    /// Outside the bounds of the parameter.
+    /// Outside what physics allows.
     #[error(
-        "effects[{index}], {effect} on {target}: {parameter} is {value} [{unit}], expected {lower} to {upper}"
+        "effects[{index}], {effect} on {target}: {parameter} is {value} [{unit}], expected {expected}"
     )]
     OutOfBounds {
         index: usize,
@@ -121,8 +121,15 @@ pub enum SetError {
         parameter: String,
         value: f64,
         unit: &'static str,
-        lower: f64,
-        upper: f64,
+        expected: Physical,
+    },
+    /// A whole matrix that no body can have.
+    #[error("effects[{index}], {effect} on {target}: {fault}")]
+    Matrix {
+        index: usize,
+        effect: Id,
+        target: String,
+        fault: MatrixFault,
     },
     /// The same effect twice on the same target.
     #[error("effects[{index}]: {effect} on {target} stands there twice")]

@@ -6,6 +6,7 @@ use num_dual::DualSVec64;
 
 use crate::{
     BodyPart, Motion,
+    card::LARGEST,
     dual::{Scalar, cross, sum},
     flow::Flow,
 };
@@ -15,9 +16,6 @@ const MOST_PARAMETERS: usize = 8;
 
 /// Parameters, padded with zeros.
 pub(crate) type Parameters<D> = [D; MOST_PARAMETERS];
-
-/// Greatest magnitude of a parameter, so that no product of finite numbers overflows.
-const LARGEST_PARAMETER: f64 = 1e9;
 
 /// A number with six derivatives: by the six velocities, or by six parameters.
 type Dual6 = DualSVec64<6>;
@@ -50,8 +48,9 @@ pub(crate) trait WrenchLaw {
     }
 }
 
-fn bounded(value: f64) -> f64 {
-    value.clamp(-LARGEST_PARAMETER, LARGEST_PARAMETER)
+/// A parameter, held so that no product of finite numbers overflows.
+pub(crate) fn bounded(value: f64) -> f64 {
+    value.clamp(-LARGEST, LARGEST)
 }
 
 fn padded<D: Scalar>(p: &[f64]) -> Parameters<D> {

@@ -1,7 +1,8 @@
 //! Ties named effects to a model: names become numbers, and what does not fit is refused.
 
 use hydro_effects::{
-    Entry, Id, Motion, Part, Target, TargetKind, Targets, card::ActuatorScale, effect, listed_id,
+    Entry, Id, Motion, Part, Target, TargetKind, Targets, card::ActuatorScale, effect, is_matrix,
+    listed_id,
 };
 use serde_json::Value;
 
@@ -70,7 +71,8 @@ fn add(
     let kind = effect.card().target;
     let found = target(model, kind, &entry.target)?;
     let known = effect.parameters(&found.sizes(model, bound.density));
-    if known.len() != entry.parameters.len() {
+    let whole = effect.matrix_part().is_some() && is_matrix(&entry.parameters);
+    if !whole && known.len() != entry.parameters.len() {
         let names: Vec<String> = known
             .iter()
             .map(|parameter| format!("{} [{}]", parameter.name, parameter.unit))
@@ -82,6 +84,9 @@ fn add(
             known.len(),
             names.join(", ")
         ));
+    }
+    if whole && let Some(value) = entry.parameters.iter().find(|value| !value.is_finite()) {
+        return Err(format!("the matrix has {value}; expected finite numbers"));
     }
     if let Some((parameter, value)) = known
         .iter()

@@ -55,6 +55,19 @@ pub struct BodyScale {
 }
 
 impl BodyScale {
+    /// All sizes one, for what does not depend on them.
+    pub(crate) const ONE: Self = Self {
+        mass: 1.0,
+        inertia: [1.0; 3],
+        extent: [1.0; 3],
+        volume: 1.0,
+        hull_volume: 1.0,
+        density: 1.0,
+        gravity: 1.0,
+        speed: 1.0,
+        rate: 1.0,
+    };
+
     pub(crate) fn typical_mass(&self) -> f64 {
         positive(self.mass, LIGHT)
     }

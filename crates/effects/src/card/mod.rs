@@ -6,6 +6,7 @@ mod joint_scale;
 mod medium;
 mod own_id;
 mod parameter;
+mod physical;
 mod target;
 
 use serde::{Deserialize, Serialize};
@@ -17,6 +18,7 @@ pub use medium::Medium;
 pub(crate) use own_id::MOST_OWN;
 pub use own_id::{OWN_PREFIX, OwnId};
 pub use parameter::Parameter;
+pub use physical::{LARGEST, Physical};
 pub use target::{ActuatorScale, SensorScale, Target};
 
 /// Kind of thing that an effect acts on.

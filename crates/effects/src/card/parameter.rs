@@ -1,5 +1,7 @@
 //! A parameter of an effect: name, unit, null, prior and bounds.
 
+use super::physical::Physical;
+
 /// One parameter of an effect on a target.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
@@ -11,10 +13,12 @@ pub struct Parameter {
     pub null: f64,
     /// Standard deviation of the normal prior about [`Parameter::null`], before the bounds.
     pub prior_sd: f64,
-    /// Least value with a meaning.
+    /// Least value that a fit looks at.
     pub lower: f64,
-    /// Greatest value with a meaning.
+    /// Greatest value that a fit looks at.
     pub upper: f64,
+    /// Values that a file may have: what physics allows, whatever the model.
+    pub physical: Physical,
     /// First value of a fit: the null, or a value beside it where the model has no derivative at the null (a delay, a
     /// frequency).
     pub start: f64,
@@ -28,7 +32,7 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    /// A parameter with a normal prior about its null, without bounds.
+    /// A parameter with a normal prior about its null, without bounds; physics allows any value.
     pub(crate) fn about(
         name: impl Into<String>,
         unit: &'static str,
@@ -42,6 +46,7 @@ impl Parameter {
             prior_sd,
             lower: f64::NEG_INFINITY,
             upper: f64::INFINITY,
+            physical: Physical::Any,
             start: null,
             optional: false,
             left_out: None,
@@ -49,7 +54,12 @@ impl Parameter {
         }
     }
 
-    /// The same, between two bounds.
+    /// The same, with other values that physics allows.
+    pub(crate) fn physically(self, physical: Physical) -> Self {
+        Self { physical, ..self }
+    }
+
+    /// The same, fitted between two bounds.
     pub(crate) fn within(self, lower: f64, upper: f64) -> Self {
         Self {
             lower,

@@ -2,7 +2,9 @@
 //!
 //! A thruster's starting friction and a valve's overlap are dead bands.
 
-use crate::{ActuatorPart, Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind};
+use crate::{
+    ActuatorPart, Card, Effect, Id, Parameter, Part, Physical, Placement, Target, TargetKind,
+};
 
 /// Rounding of the corners, in parts of the width. The least command that is felt is therefore not
 /// infinitely sharp, and a fit has derivatives.
@@ -43,6 +45,7 @@ impl Effect for ActuatorDeadband {
         vec![
             Parameter::about("width", "control", 0.0, 0.1 * command)
                 .within(0.0, command)
+                .physically(Physical::NotNegative)
                 .starting(0.02 * command),
         ]
     }

@@ -3,10 +3,14 @@
 //! Past commands are kept in a ring, one a step, and interpolated linearly, so that a simulation is continuous in the
 //! delay and a fit has derivatives.
 
-use crate::{ActuatorPart, Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind};
+use crate::{
+    ActuatorPart, Card, Effect, Id, Parameter, Part, Physical, Placement, Target, TargetKind,
+};
 
 /// Longest delay that is looked for [s].
 const LONGEST: f64 = 0.5;
+/// Longest delay of a file [s]: its commands are kept, one a step.
+const LONGEST_KEPT: f64 = 60.0;
 
 /// Parameter `delay` [s]. Memory: the ring's next place, then the commands.
 #[derive(Debug)]
@@ -36,6 +40,7 @@ impl Effect for ActuatorDelay {
         vec![
             Parameter::about("delay", "s", 0.0, 0.05)
                 .within(0.0, LONGEST)
+                .physically(Physical::Between(0.0, LONGEST_KEPT))
                 .starting(2.5 * actuator.step),
         ]
     }
@@ -52,8 +57,9 @@ impl Effect for ActuatorDelay {
 /// Commands that are kept: enough for the longest delay, whatever the present one, so that a change of
 /// the delay does not change the size of a saved state.
 fn kept(delay: f64, step: f64) -> usize {
-    let longest = LONGEST.max(delay);
-    if step > 0.0 && longest.is_finite() {
+    // A state is sized before its file is checked.
+    let longest = LONGEST.max(delay.min(LONGEST_KEPT));
+    if step > 0.0 {
         (longest / step).ceil() as usize + 2
     } else {
         2

@@ -1,6 +1,8 @@
 //! Gain error of an actuator: its force times `gain`.
 
-use crate::{ActuatorPart, Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind};
+use crate::{
+    ActuatorPart, Card, Effect, Id, Parameter, Part, Physical, Placement, Target, TargetKind,
+};
 
 /// Parameter `gain` [1].
 #[derive(Debug)]
@@ -27,7 +29,11 @@ impl Effect for ActuatorGain {
         let Target::Actuator(_) = target else {
             return Vec::new();
         };
-        vec![Parameter::about("gain", "1", 1.0, 0.3).within(0.0, 5.0)]
+        vec![
+            Parameter::about("gain", "1", 1.0, 0.3)
+                .within(0.0, 5.0)
+                .physically(Physical::NotNegative),
+        ]
     }
 
     fn part(&self) -> Part<'_> {

@@ -1,6 +1,8 @@
 //! First-order lag of an actuator: `time_constant dy/dt = u - y`, exact over a step.
 
-use crate::{ActuatorPart, Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind};
+use crate::{
+    ActuatorPart, Card, Effect, Id, Parameter, Part, Physical, Placement, Target, TargetKind,
+};
 
 /// Parameter `time_constant` [s]. Memory: the filtered command, zero at a cold start.
 #[derive(Debug)]
@@ -31,6 +33,7 @@ impl Effect for ActuatorLag {
         vec![
             Parameter::about("time_constant", "s", 0.0, 0.1)
                 .within(0.0, 10.0)
+                .physically(Physical::NotNegative)
                 // exp(-h/t) is flat at zero.
                 .starting((5.0 * actuator.step).max(0.01)),
         ]

@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use super::{axes, coupling};
+use super::{axes, coupling, whole_matrix};
 use crate::{
-    Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, MatrixPart, Medium, Parameter, Part, Placement, Target, TargetKind,
     dual::{Scalar, constant, cross, scaled, sum, times},
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw, about_origin},
@@ -16,7 +16,7 @@ const TYPICAL: f64 = 1.0;
 const GREATEST: f64 = 100.0;
 
 /// Parameters `surge`, `sway`, `heave` [kg], `roll`, `pitch`, `yaw` [kg m^2]: the diagonal of M_A at the middle of the
-/// body, in its frame.
+/// body, in its frame; or a whole matrix ([`MatrixPart`]).
 #[derive(Debug)]
 pub struct AddedMass;
 
@@ -87,6 +87,10 @@ impl Effect for AddedMass {
 
     fn part(&self) -> Part<'_> {
         Part::Body(self)
+    }
+
+    fn matrix_part(&self) -> Option<&dyn MatrixPart> {
+        Some(&whole_matrix::ADDED_MASS)
     }
 }
 

@@ -1,9 +1,9 @@
 //! Names of a body's six axes, and parameters for each axis.
 
-use crate::Parameter;
+use crate::{Parameter, Physical};
 
 /// Along x, y, z, then about them.
-pub(super) const NAMES: [&str; 6] = ["surge", "sway", "heave", "roll", "pitch", "yaw"];
+pub(crate) const NAMES: [&str; 6] = ["surge", "sway", "heave", "roll", "pitch", "yaw"];
 
 /// Their indices.
 pub(super) const SIX: [usize; 6] = [0, 1, 2, 3, 4, 5];
@@ -22,7 +22,9 @@ pub(super) fn never_negative(
         .enumerate()
         .map(|(axis, name)| {
             let (prior_sd, upper) = scale(axis);
-            Parameter::about(name, units[axis / 3], 0.0, prior_sd).within(0.0, upper)
+            Parameter::about(name, units[axis / 3], 0.0, prior_sd)
+                .within(0.0, upper)
+                .physically(Physical::NotNegative)
         })
         .collect()
 }

@@ -2,7 +2,7 @@
 
 use super::axes;
 use crate::{
-    Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, Medium, Parameter, Part, Physical, Placement, Target, TargetKind,
     dual::{Scalar, constant},
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw, about_origin},
@@ -73,6 +73,7 @@ impl Effect for BassetHistory {
                     let prior_sd = (TYPICAL * scale.linear_drag(axis) * moment).min(0.5 * bound);
                     Parameter::about(axes::NAMES[axis], "kg/s^0.5", 0.0, prior_sd)
                         .within(0.0, bound)
+                        .physically(Physical::NotNegative)
                 })
                 .collect()
         })

@@ -2,7 +2,7 @@
 
 use super::axes;
 use crate::{
-    Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, Medium, Parameter, Part, Physical, Placement, Target, TargetKind,
     dual::{Scalar, constant, cross, real, scaled, signed_square, sum},
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw, about_origin},
@@ -54,7 +54,9 @@ impl Effect for CrossFlowDrag {
             normals
                 .into_iter()
                 .map(|axis| {
-                    Parameter::about(axes::NAMES[axis], "1", 0.0, TYPICAL).within(0.0, GREATEST)
+                    Parameter::about(axes::NAMES[axis], "1", 0.0, TYPICAL)
+                        .within(0.0, GREATEST)
+                        .physically(Physical::NotNegative)
                 })
                 .collect()
         })

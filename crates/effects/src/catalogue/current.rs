@@ -1,7 +1,10 @@
 //! Steady current: constant velocity of the water.
 
 use super::axes;
-use crate::{Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind, WaterPart};
+use crate::{
+    Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind, WaterPart,
+    flow::SPEEDS,
+};
 
 /// No tank and hardly a sea is faster [m/s].
 const FASTEST: f64 = 5.0;
@@ -29,7 +32,9 @@ impl Effect for Current {
 
     fn parameters(&self, target: &Target) -> Vec<Parameter> {
         target.body().map_or_else(Vec::new, |scale| {
-            axes::vector("m/s", [scale.typical_speed(); 3], [FASTEST; 3]).collect()
+            axes::vector("m/s", [scale.typical_speed(); 3], [FASTEST; 3])
+                .map(|component| component.physically(SPEEDS))
+                .collect()
         })
     }
 

@@ -2,7 +2,8 @@
 
 use super::axes;
 use crate::{
-    Card, Effect, Id, Medium, NearBoundary, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, Medium, NearBoundary, Parameter, Part, Physical, Placement, Target,
+    TargetKind,
     dual::Scalar,
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw},
@@ -43,6 +44,7 @@ impl Effect for Hydrostatics {
             vec![
                 Parameter::about("volume", "m^3", 0.0, volume)
                     .within(0.0, GREATEST * volume)
+                    .physically(Physical::NotNegative)
                     .left_out_as(volume),
             ]
         })

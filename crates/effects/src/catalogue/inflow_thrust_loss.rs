@@ -1,7 +1,8 @@
 //! Thrust loss with inflow: `T = T_nominal max(1 - slope u_a, 0)`, u_a the speed of advance [m/s].
 
 use crate::{
-    ActuatorPart, Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
+    ActuatorPart, Card, Effect, Id, Medium, Parameter, Part, Physical, Placement, Target,
+    TargetKind,
 };
 
 /// Steepest loss: a thruster that stops at a tenth of a millimetre a second is off [s/m].
@@ -41,7 +42,11 @@ impl Effect for InflowThrustLoss {
         } else {
             0.5
         };
-        vec![Parameter::about("slope", "s/m", 0.0, 0.3 / inflow).within(0.0, STEEPEST)]
+        vec![
+            Parameter::about("slope", "s/m", 0.0, 0.3 / inflow)
+                .within(0.0, STEEPEST)
+                .physically(Physical::NotNegative),
+        ]
     }
 
     fn applies_to(&self, target: &Target) -> bool {

@@ -5,7 +5,8 @@
 //! its sensor; a patched model gets the same joint. The force of the effect itself is therefore zero.
 
 use crate::{
-    Card, Effect, Id, JointMotion, JointPart, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, JointMotion, JointPart, Parameter, Part, Physical, Placement, Target,
+    TargetKind,
 };
 
 /// Widest gap [rad or m].
@@ -40,6 +41,7 @@ impl Effect for JointBacklash {
         vec![
             Parameter::about("play", joint.position_unit(), 0.0, 0.1 * travel)
                 .within(0.0, WIDEST)
+                .physically(Physical::NotNegative)
                 // At zero the limits of the extra joint meet: no derivative.
                 .starting(0.005 * travel),
         ]

@@ -1,7 +1,8 @@
 //! Viscous damping of a joint: `f = -damping v`.
 
 use crate::{
-    Card, Effect, Id, JointMotion, JointPart, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, JointMotion, JointPart, Parameter, Part, Physical, Placement, Target,
+    TargetKind,
 };
 
 /// Least speed at which the greatest force may act [rad/s or m/s].
@@ -34,7 +35,8 @@ impl Effect for JointDamping {
         let scale = joint.typical_force() / joint.typical_speed();
         vec![
             Parameter::about("damping", joint.damping_unit(), 0.0, 0.2 * scale)
-                .within(0.0, joint.greatest_force() / LEAST_SPEED),
+                .within(0.0, joint.greatest_force() / LEAST_SPEED)
+                .physically(Physical::NotNegative),
         ]
     }
 

@@ -2,7 +2,8 @@
 //! `f = -(coulomb + stribeck exp(-(v / stribeck_speed)^2)) tanh(v / v0)`, `v0 = 0.1 stribeck_speed`.
 
 use crate::{
-    Card, Effect, Id, JointMotion, JointPart, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, JointMotion, JointPart, Parameter, Part, Physical, Placement, Target,
+    TargetKind,
 };
 
 /// Width of the smooth sign, in parts of the Stribeck speed: narrow enough that the excess is reached
@@ -46,9 +47,11 @@ impl Effect for JointFriction {
         let (force, speed) = (joint.typical_force(), joint.typical_speed());
         vec![
             Parameter::about("coulomb", joint.force_unit(), 0.0, 0.2 * force)
-                .within(0.0, joint.greatest_force()),
+                .within(0.0, joint.greatest_force())
+                .physically(Physical::NotNegative),
             Parameter::about("stribeck", joint.force_unit(), 0.0, 0.1 * force)
-                .within(0.0, joint.greatest_force()),
+                .within(0.0, joint.greatest_force())
+                .physically(Physical::NotNegative),
             // Without influence where there is no excess: the null is the centre of the prior.
             Parameter::about(
                 "stribeck_speed",
@@ -57,6 +60,7 @@ impl Effect for JointFriction {
                 0.1 * speed,
             )
             .within(SLOWEST, FASTEST)
+            .physically(Physical::Positive)
             .shaping(),
         ]
     }

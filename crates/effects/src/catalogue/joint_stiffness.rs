@@ -1,7 +1,8 @@
 //! Spring of a joint: `f = -stiffness (q - reference)`.
 
 use crate::{
-    Card, Effect, Id, JointMotion, JointPart, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, JointMotion, JointPart, Parameter, Part, Physical, Placement, Target,
+    TargetKind,
 };
 
 /// Least excursion at which the greatest force may act, and the farthest reference [rad or m].
@@ -36,7 +37,8 @@ impl Effect for JointStiffness {
         let scale = joint.typical_force() / travel;
         vec![
             Parameter::about("stiffness", joint.stiffness_unit(), 0.0, 0.2 * scale)
-                .within(0.0, joint.greatest_force() / LEAST_TRAVEL),
+                .within(0.0, joint.greatest_force() / LEAST_TRAVEL)
+                .physically(Physical::NotNegative),
             // Without influence where there is no spring.
             Parameter::about("reference", joint.position_unit(), 0.0, travel)
                 .within(-FARTHEST, FARTHEST)

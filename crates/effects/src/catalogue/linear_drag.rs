@@ -1,14 +1,14 @@
 //! Linear drag: `F = -D v`, diagonal, at the middle of the body.
 
-use super::{axes, coupling};
+use super::{axes, coupling, whole_matrix};
 use crate::{
-    Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, MatrixPart, Medium, Parameter, Part, Placement, Target, TargetKind,
     dual::{Scalar, constant},
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw, about_origin},
 };
 
-/// Parameters `surge`, `sway`, `heave` [N s/m], `roll`, `pitch`, `yaw` [N m s/rad].
+/// Parameters `surge`, `sway`, `heave` [N s/m], `roll`, `pitch`, `yaw` [N m s/rad]; or a whole matrix ([`MatrixPart`]).
 #[derive(Debug)]
 pub struct LinearDrag;
 
@@ -62,6 +62,10 @@ impl Effect for LinearDrag {
 
     fn part(&self) -> Part<'_> {
         Part::Body(self)
+    }
+
+    fn matrix_part(&self) -> Option<&dyn MatrixPart> {
+        Some(&whole_matrix::LINEAR_DRAG)
     }
 }
 

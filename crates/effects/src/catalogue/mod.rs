@@ -33,6 +33,9 @@ pub mod sensor_scale;
 pub mod wake_memory;
 pub mod wall_proximity;
 pub mod waves;
+mod whole_matrix;
+
+pub(crate) use axes::NAMES as AXES;
 
 use crate::{Effect, Id, Target, card::BodyScale, own::registry};
 
@@ -75,17 +78,7 @@ pub fn effect(id: Id) -> &'static dyn Effect {
 /// True where a file may leave a parameter of an effect out, whatever the target's sizes.
 pub fn is_optional(id: Id, parameter: &str) -> bool {
     // Only effects on bodies have such parameters.
-    let body = Target::Body(BodyScale {
-        mass: 1.0,
-        inertia: [1.0; 3],
-        extent: [1.0; 3],
-        volume: 1.0,
-        hull_volume: 1.0,
-        density: 1.0,
-        gravity: 1.0,
-        speed: 1.0,
-        rate: 1.0,
-    });
+    let body = Target::Body(BodyScale::ONE);
     let parameters = effect(id).parameters(&body);
     parameters
         .iter()

@@ -4,7 +4,7 @@ use nalgebra::Matrix6;
 
 use super::{added_mass::inertia_at, axes};
 use crate::{
-    Card, Effect, Id, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, Parameter, Part, Physical, Placement, Target, TargetKind,
     dual::{Scalar, constant, cross, scaled, sum},
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw, about_origin},
@@ -49,6 +49,7 @@ impl Effect for Payload {
             let mut parameters = vec![
                 Parameter::about("mass", "kg", 0.0, TYPICAL * mass)
                     .within(0.0, GREATEST * mass)
+                    .physically(Physical::NotNegative)
                     .starting(FIRST * mass),
             ];
             let places = axes::vector(

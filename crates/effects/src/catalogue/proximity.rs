@@ -10,7 +10,7 @@ use super::{
     ellipsoid,
 };
 use crate::{
-    Parameter,
+    Parameter, Physical,
     card::BodyScale,
     dual::{Scalar, constant, dot, real, scaled, signed_square, sum, times},
     flow::Flow,
@@ -21,12 +21,19 @@ use crate::{
 pub(super) fn parameters(scale: &BodyScale) -> Vec<Parameter> {
     let (speed, length) = (scale.typical_speed(), scale.length());
     vec![
-        Parameter::about("linear_drag", "m/s", 0.0, speed).within(0.0, 20.0),
-        Parameter::about("quadratic_drag", "1", 0.0, 1.0).within(0.0, 50.0),
-        Parameter::about("added_mass", "1", 0.0, 0.5).within(0.0, 20.0),
+        Parameter::about("linear_drag", "m/s", 0.0, speed)
+            .within(0.0, 20.0)
+            .physically(Physical::NotNegative),
+        Parameter::about("quadratic_drag", "1", 0.0, 1.0)
+            .within(0.0, 50.0)
+            .physically(Physical::NotNegative),
+        Parameter::about("added_mass", "1", 0.0, 0.5)
+            .within(0.0, 20.0)
+            .physically(Physical::NotNegative),
         // Of the order of half the body: an image's flow and a body's waves die away over its own size.
         Parameter::about("length", "m", 0.5 * length, 0.25 * length)
             .within(0.02 * length, 20.0 * length)
+            .physically(Physical::Positive)
             .shaping(),
     ]
 }

@@ -1,14 +1,15 @@
 //! Quadratic drag: `F = -D |v| v` axis by axis, at the middle of the body.
 
-use super::{axes, coupling};
+use super::{axes, coupling, whole_matrix};
 use crate::{
-    Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, MatrixPart, Medium, Parameter, Part, Placement, Target, TargetKind,
     dual::{Scalar, constant, signed_square},
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw, about_origin},
 };
 
-/// Parameters `surge`, `sway`, `heave` [N s^2/m^2], `roll`, `pitch`, `yaw` [N m s^2/rad^2].
+/// Parameters `surge`, `sway`, `heave` [N s^2/m^2], `roll`, `pitch`, `yaw` [N m s^2/rad^2]; or a whole matrix
+/// ([`MatrixPart`]).
 #[derive(Debug)]
 pub struct QuadraticDrag;
 
@@ -78,6 +79,10 @@ impl Effect for QuadraticDrag {
 
     fn part(&self) -> Part<'_> {
         Part::Body(self)
+    }
+
+    fn matrix_part(&self) -> Option<&dyn MatrixPart> {
+        Some(&whole_matrix::QUADRATIC_DRAG)
     }
 }
 

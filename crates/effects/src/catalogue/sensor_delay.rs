@@ -1,6 +1,8 @@
 //! Delay of a sensor: `measured(t) = reading(t - delay)`.
 
-use crate::{Card, Effect, Id, Parameter, Part, Placement, SensorPart, Target, TargetKind};
+use crate::{
+    Card, Effect, Id, Parameter, Part, Physical, Placement, SensorPart, Target, TargetKind,
+};
 
 /// Parameter `delay` [s].
 #[derive(Debug)]
@@ -35,6 +37,7 @@ impl Effect for SensorDelay {
         vec![
             Parameter::about("delay", "s", 0.0, 0.05_f64.max(2.0 * period))
                 .within(0.0, 1.0)
+                .physically(Physical::NotNegative)
                 // Between two readings, where an interpolated signal has a derivative.
                 .starting(0.5 * period),
         ]

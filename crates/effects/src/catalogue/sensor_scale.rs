@@ -1,6 +1,8 @@
 //! Scale error of a sensor: `measured = scale reading`.
 
-use crate::{Card, Effect, Id, Parameter, Part, Placement, SensorPart, Target, TargetKind};
+use crate::{
+    Card, Effect, Id, Parameter, Part, Physical, Placement, SensorPart, Target, TargetKind,
+};
 
 /// Parameter `scale` [1].
 #[derive(Debug)]
@@ -27,7 +29,11 @@ impl Effect for SensorScaling {
         let Target::Sensor(_) = target else {
             return Vec::new();
         };
-        vec![Parameter::about("scale", "1", 1.0, 0.1).within(0.5, 1.5)]
+        vec![
+            Parameter::about("scale", "1", 1.0, 0.1)
+                .within(0.5, 1.5)
+                .physically(Physical::NotNegative),
+        ]
     }
 
     /// A rotation has no scale.

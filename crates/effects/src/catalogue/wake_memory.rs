@@ -2,7 +2,7 @@
 
 use super::axes;
 use crate::{
-    Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind,
+    Card, Effect, Id, Medium, Parameter, Part, Physical, Placement, Target, TargetKind,
     dual::{Scalar, constant},
     flow::Flow,
     wrench_law::{Parameters, WrenchLaw, about_origin},
@@ -48,6 +48,7 @@ impl Effect for WakeMemory {
             parameters.push(
                 Parameter::about("rate", "1/s", rate, 2.0 * rate)
                     .within(slowest, fastest)
+                    .physically(Physical::Positive)
                     .shaping(),
             );
             parameters

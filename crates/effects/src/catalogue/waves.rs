@@ -3,7 +3,10 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::axes;
-use crate::{Card, Effect, Id, Medium, Parameter, Part, Placement, Target, TargetKind, WaterPart};
+use crate::{
+    Card, Effect, Id, Medium, Parameter, Part, Physical, Placement, Target, TargetKind, WaterPart,
+    flow::SPEEDS,
+};
 
 /// Greatest orbital velocity [m/s].
 const FASTEST: f64 = 5.0;
@@ -43,11 +46,13 @@ impl Effect for Waves {
         target.body().map_or_else(Vec::new, |scale| {
             let speed = scale.typical_speed();
             let [slowest, fastest] = FREQUENCIES;
-            let mut parameters: Vec<_> =
-                axes::vector("m/s", [0.5 * speed; 3], [FASTEST; 3]).collect();
+            let mut parameters: Vec<_> = axes::vector("m/s", [0.5 * speed; 3], [FASTEST; 3])
+                .map(|component| component.physically(SPEEDS))
+                .collect();
             parameters.extend([
                 Parameter::about("frequency", "rad/s", FREQUENCY, FREQUENCY)
                     .within(slowest, fastest)
+                    .physically(Physical::Positive)
                     .shaping(),
                 // Wider than a turn, so that no fit gets stuck at a seam.
                 Parameter::about("phase", "rad", 0.0, 0.5 * PI)

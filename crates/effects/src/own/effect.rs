@@ -10,8 +10,8 @@ use super::{
     quantities::{BODY, FAST, JOINT, Kind},
 };
 use crate::{
-    BodyPart, Card, Effect, Id, JointMotion, JointPart, Motion, Parameter, Part, Placement, Target,
-    TargetKind,
+    BodyPart, Card, Effect, Id, JointMotion, JointPart, Motion, Parameter, Part, Physical,
+    Placement, Target, TargetKind,
     card::OwnId,
     catalogue::added_mass::inertia_at,
     dual::{Scalar, constant, cross, sum},
@@ -62,6 +62,8 @@ impl OwnEffect {
                 prior_sd: of.prior_sd,
                 lower: of.range.lower,
                 upper: of.range.upper,
+                // Its expressions are checked within these bounds alone.
+                physical: Physical::Between(of.range.lower, of.range.upper),
                 start: of.null,
                 optional: false,
                 left_out: None,

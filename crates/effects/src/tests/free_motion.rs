@@ -1,13 +1,18 @@
 //! Bodies that move freely under an effect: what theory conserves, and a composite body beside a payload.
 
 use nalgebra::{Matrix3, Matrix6, Quaternion, SVector, UnitQuaternion, Vector3, Vector6};
+use proptest::prelude::*;
 
-use super::fixture::still;
+use super::{
+    fixture::{still, vector},
+    whole_matrix::{any_definite, values},
+};
 use crate::{
-    BodyPart, Motion, WaterPart,
+    BodyPart, Id, Motion, WaterPart,
     catalogue::{
         added_mass::AddedMass, payload::Payload, wall_proximity::WallProximity, waves::Waves,
     },
+    effect,
 };
 
 /// A rigid body in the vacuum, with the effect's inertia and wrench added: what a simulator does.
@@ -125,6 +130,21 @@ impl Body<'_> {
         let impulse = self.mass * at_centre + added.fixed_rows::<3>(0);
         (0.5 * (own + velocity.dot(&added)), state.attitude * impulse)
     }
+
+    /// Angular impulse of body and water about the world's origin [N m s].
+    fn angular_impulse(&self, state: &State) -> Vector3<f64> {
+        let motion = self.motion(state);
+        let velocity = Vector6::from_iterator(motion.linear.into_iter().chain(motion.angular));
+        let added = self
+            .part
+            .inertia(self.p, &motion)
+            .unwrap_or_else(Matrix6::zeros)
+            * velocity;
+        let at_centre = Vector3::from(motion.linear) + state.angular.cross(&self.centre);
+        let own = self.inertia * state.angular + self.mass * self.centre.cross(&at_centre);
+        let about_origin = state.attitude * (own + added.fixed_rows::<3>(3));
+        about_origin + state.position.cross(&self.energy_and_impulse(state).1)
+    }
 }
 
 fn thrown() -> State {
@@ -175,6 +195,45 @@ fn a_body_with_much_added_mass_keeps_energy_and_impulse() {
         (end.velocity - start.velocity).norm() > 0.1,
         "it should tumble"
     );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Kirchhoff with a whole matrix: energy, impulse and angular impulse of body and water are conserved, whatever the
+    /// couplings and wherever the matrix acts.
+    #[test]
+    fn a_body_with_a_whole_added_mass_keeps_energy_and_impulse(
+        matrix in any_definite(),
+        point in vector(0.3),
+        velocity in vector(0.7),
+        angular in vector(1.2),
+        is_at_middle in any::<bool>(),
+    ) {
+        let mut around = weightless();
+        around.middle = point;
+        let p = values(&matrix, (!is_at_middle).then_some(point));
+        let body = Body {
+            mass: 2.0,
+            inertia: Matrix3::from_diagonal(&Vector3::new(0.05, 0.08, 0.09)),
+            centre: Vector3::new(-0.02, 0.01, 0.03),
+            part: effect(Id::AddedMass).matrix_part().expect("it takes a matrix"),
+            p: &p,
+            around,
+            walled: false,
+        };
+        let start = State {
+            velocity: velocity.into(),
+            angular: angular.into(),
+            ..thrown()
+        };
+        let end = body.run(start, 5e-4, 1.0);
+        let (before, after) = (body.energy_and_impulse(&start), body.energy_and_impulse(&end));
+        prop_assert!((after.0 - before.0).abs() < 1e-8 * (before.0 + 1.0), "{before:?} {after:?}");
+        prop_assert!((after.1 - before.1).norm() < 1e-7 * (before.1.norm() + 1.0), "{before:?} {after:?}");
+        let (before, after) = (body.angular_impulse(&start), body.angular_impulse(&end));
+        prop_assert!((after - before).norm() < 1e-7 * (before.norm() + 1.0), "{before:?} {after:?}");
+    }
 }
 
 /// Lagrange: near a wall the added mass changes with distance, and energy is still conserved.

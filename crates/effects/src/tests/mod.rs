@@ -3,10 +3,13 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 use proptest::prelude::*;
 
+mod files;
 pub(crate) mod fixture;
+mod fossen;
 mod free_motion;
+mod whole_matrix;
 
-use crate::{BodyPart, Effect, Id, Motion, Part, Target, TargetKind, all, effect};
+use crate::{BodyPart, Effect, Id, Motion, Part, Physical, Target, TargetKind, all, effect};
 use fixture::{any_motion, body_scale, still, target, vector};
 
 /// Every effect that is a wrench on a body.
@@ -81,12 +84,12 @@ fn bounds_do_not_depend_on_the_motion() {
     };
     for effect in all() {
         let card = effect.card();
-        let bounds = |motion: f64| -> Vec<(String, f64, f64)> {
+        let bounds = |motion: f64| -> Vec<(String, f64, f64, Physical)> {
             let parameters = effect.parameters(&scales(card.target, motion)).into_iter();
             parameters
                 .map(|p| {
                     assert!(p.lower <= p.start && p.start <= p.upper, "{p:?}");
-                    (p.name, p.lower, p.upper)
+                    (p.name, p.lower, p.upper, p.physical)
                 })
                 .collect()
         };
