@@ -9,6 +9,7 @@
 //! - [`card`]: name, equation and source of an effect, and its parameters with units, priors and bounds on a [`Target`].
 //! - [`Motion`]: motion of a body through the water, the argument of every wrench.
 //! - [`sea`]: waves and currents as a field in place and time.
+//! - [`hydrostatics`]: volume and centre of the part of a hull below a surface.
 //! - [`own`]: the user's own effects, written as expressions in a file.
 //! - [`fossen`]: tables of hydrodynamic derivatives (X_udot, Y_v, N_r|r|) turned into effects.
 //! - [`EffectSet`]: effects with values on the parts of one model, read from and written to `effects.json`.
