@@ -234,7 +234,7 @@ impl Surface {
                 let quarter = 4 * k / n;
                 surface.quadrilateral(
                     corners,
-                    (quarter % 2 == 0) == (2 * ring + 2 < rings.len()),
+                    quarter.is_multiple_of(2) == (2 * ring + 2 < rings.len()),
                     true,
                 );
             }
