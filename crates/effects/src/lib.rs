@@ -9,6 +9,7 @@
 //! - [`card`]: name, equation and source of an effect, and its parameters with units, priors and bounds on a [`Target`].
 //! - [`Motion`]: motion of a body through the water, the argument of every wrench.
 //! - [`own`]: the user's own effects, written as expressions in a file.
+//! - [`hydrostatics`]: volume and centre of the part of a hull below a surface.
 //! - [`EffectSet`]: effects with values on the parts of one model, read from and written to `effects.json`.
 //!
 //! It knows no simulator: who applies the effects fills in [`Motion`] and implements [`Targets`].
@@ -35,6 +36,7 @@ pub mod did_you_mean;
 mod dual;
 mod effect;
 mod flow;
+pub mod hydrostatics;
 mod motion;
 pub mod own;
 mod set;

@@ -1,0 +1,182 @@
+//! Closed surfaces of triangles below a plane, and the box.
+//!
+//! The wet parts of the triangles, each joined to one point on the plane, make signed tetrahedra that sum to the wet
+//! volume; the cut face adds nothing, for that point lies in it. Exact for any closed surface, convex or not.
+
+use nalgebra::Vector3;
+
+use super::part::Part;
+
+/// A triangle of a closed surface, its corners counterclockwise from outside.
+#[derive(Clone, Debug)]
+pub(super) struct Facet {
+    /// Indices of the corners.
+    pub(super) corners: [u32; 3],
+    /// Outward normal, as long as twice the area [m^2].
+    pub(super) normal: Vector3<f64>,
+    /// Normal times a corner [m^3].
+    pub(super) offset: f64,
+}
+
+impl Facet {
+    pub(super) fn new(corners: [u32; 3], vertices: &[Vector3<f64>]) -> Self {
+        let [a, b, c] = corners.map(|corner| vertices[corner as usize]);
+        let normal = (b - a).cross(&(c - a));
+        Self {
+            corners,
+            normal,
+            offset: normal.dot(&a),
+        }
+    }
+
+    /// Places of the corners [m].
+    pub(super) fn places(&self, vertices: &[Vector3<f64>]) -> [Vector3<f64>; 3] {
+        self.corners.map(|corner| vertices[corner as usize])
+    }
+}
+
+/// Sum of tetrahedra from an apex.
+struct Tetrahedra {
+    apex: Vector3<f64>,
+    /// Six times the volume [m^3].
+    six_volumes: f64,
+    /// Sum of each one's six volumes times its three outer corners [m^4].
+    weighted: Vector3<f64>,
+}
+
+impl Tetrahedra {
+    fn new(apex: Vector3<f64>) -> Self {
+        Self {
+            apex,
+            six_volumes: 0.0,
+            weighted: Vector3::zeros(),
+        }
+    }
+
+    #[inline]
+    fn add(&mut self, six_volumes: f64, corners: Vector3<f64>) {
+        self.six_volumes += six_volumes;
+        self.weighted += six_volumes * corners;
+    }
+
+    /// The part of a facet at a height of zero or less.
+    #[inline]
+    fn add_wet(
+        &mut self,
+        normal: &Vector3<f64>,
+        offset: f64,
+        corners: [&Vector3<f64>; 3],
+        heights: [f64; 3],
+    ) {
+        let wet = heights.map(|height| height <= 0.0);
+        let count = wet.iter().filter(|wet| **wet).count();
+        if count == 0 {
+            return;
+        }
+        let six_volumes = offset - normal.dot(&self.apex);
+        let sum = || corners[0] + corners[1] + corners[2];
+        if count == 3 {
+            self.add(six_volumes, sum());
+            return;
+        }
+        // The corner that is alone on its side, and the triangle that the plane cuts off at it.
+        let alone =
+            usize::from(wet[0] == wet[1]) * 2 + usize::from(wet[0] != wet[1] && wet[0] == wet[2]);
+        let (b, c) = ((alone + 1) % 3, (alone + 2) % 3);
+        let to_b = heights[alone] / (heights[alone] - heights[b]);
+        let to_c = heights[alone] / (heights[alone] - heights[c]);
+        let share = to_b * to_c;
+        let a = corners[alone];
+        let cut = 3.0 * a + to_b * (corners[b] - a) + to_c * (corners[c] - a);
+        if count == 1 {
+            self.add(share * six_volumes, cut);
+        } else {
+            self.add(six_volumes, sum());
+            self.add(-share * six_volumes, cut);
+        }
+    }
+
+    fn part(self) -> Part {
+        Part {
+            volume: self.six_volumes / 6.0,
+            moment: (self.weighted + self.six_volumes * self.apex) / 24.0,
+        }
+    }
+}
+
+/// The part of a closed surface below a plane. `heights` is a buffer.
+pub(super) fn below(
+    vertices: &[Vector3<f64>],
+    facets: &[Facet],
+    up: &Vector3<f64>,
+    level: f64,
+    heights: &mut Vec<f64>,
+) -> Part {
+    heights.clear();
+    heights.extend(vertices.iter().map(|vertex| up.dot(vertex) - level));
+    let mut sum = Tetrahedra::new(up * level);
+    for facet in facets {
+        let corners = facet.corners.map(|corner| corner as usize);
+        sum.add_wet(
+            &facet.normal,
+            facet.offset,
+            corners.map(|corner| &vertices[corner]),
+            corners.map(|corner| heights[corner]),
+        );
+    }
+    sum.part()
+}
+
+/// The whole of a closed surface.
+pub(super) fn whole(vertices: &[Vector3<f64>], facets: &[Facet]) -> Part {
+    let mut sum = Tetrahedra::new(Vector3::zeros());
+    for facet in facets {
+        let [a, b, c] = facet.places(vertices);
+        sum.add(facet.offset, a + b + c);
+    }
+    sum.part()
+}
+
+/// Volume of a box [m^3].
+pub(super) fn box_volume(half: &Vector3<f64>) -> f64 {
+    8.0 * half.product()
+}
+
+/// Triangles of the box's face towards +axis and -axis; bit `k` of a corner's number is set where its coordinate `k` is
+/// positive.
+const BOX_FACES: [[[[usize; 3]; 2]; 2]; 3] = [
+    [[[1, 3, 7], [1, 7, 5]], [[0, 4, 6], [0, 6, 2]]],
+    [[[2, 6, 7], [2, 7, 3]], [[0, 1, 5], [0, 5, 4]]],
+    [[[4, 5, 7], [4, 7, 6]], [[0, 2, 3], [0, 3, 1]]],
+];
+
+/// The part of a box below a plane.
+pub(super) fn box_below(half: &Vector3<f64>, up: &Vector3<f64>, level: f64) -> Part {
+    let corners: [Vector3<f64>; 8] = std::array::from_fn(|corner| {
+        Vector3::from_fn(|axis, _| {
+            if corner >> axis & 1 == 1 {
+                half[axis]
+            } else {
+                -half[axis]
+            }
+        })
+    });
+    let heights = corners.map(|corner| up.dot(&corner) - level);
+    let offset = 4.0 * half.product();
+    let mut sum = Tetrahedra::new(up * level);
+    for (axis, sides) in BOX_FACES.iter().enumerate() {
+        let mut normal = Vector3::zeros();
+        normal[axis] = 4.0 * half[(axis + 1) % 3] * half[(axis + 2) % 3];
+        for (triangles, normal) in sides.iter().zip([normal, -normal]) {
+            for triangle in triangles {
+                sum.add_wet(
+                    &normal,
+                    offset,
+                    triangle.map(|corner| &corners[corner]),
+                    triangle.map(|corner| heights[corner]),
+                );
+            }
+        }
+    }
+    sum.part()
+}
