@@ -15,7 +15,7 @@ struct Bounds {
 }
 
 impl Bounds {
-    fn of(points: &[Vector3<f64>; 3]) -> Self {
+    fn around(points: &[Vector3<f64>; 3]) -> Self {
         let [a, b, c] = points;
         Self {
             low: a.inf(b).inf(c),
@@ -47,7 +47,7 @@ impl Bounds {
     }
 }
 
-/// A node and, after it, its left subtree.
+/// A node; its left child stands next to it.
 #[derive(Clone, Debug)]
 struct Node {
     bounds: Bounds,
@@ -61,6 +61,15 @@ struct Node {
 impl Node {
     fn places(&self) -> Range<usize> {
         self.start as usize..self.end as usize
+    }
+
+    fn is_leaf(&self) -> bool {
+        self.right == 0
+    }
+
+    /// Left and right child of this node, which is number `at`.
+    fn children(&self, at: usize) -> (usize, usize) {
+        (at + 1, self.right as usize)
     }
 }
 
@@ -77,7 +86,7 @@ impl BoxTree {
     /// A tree over triangles given by their corners.
     pub(super) fn new(triangles: impl Iterator<Item = [Vector3<f64>; 3]>) -> Self {
         let mut items: Vec<(u32, Bounds)> = (0..)
-            .zip(triangles.map(|corners| Bounds::of(&corners)))
+            .zip(triangles.map(|corners| Bounds::around(&corners)))
             .collect();
         let mut nodes = Vec::with_capacity(items.len());
         if !items.is_empty() {
@@ -96,34 +105,38 @@ impl BoxTree {
         &self,
         mut visit: impl FnMut(usize, usize) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
-        let mut stack = vec![(0_usize, 0_usize)];
-        if self.nodes.is_empty() {
-            stack.clear();
+        let mut stack = Vec::new();
+        if !self.nodes.is_empty() {
+            stack.push((0, 0));
         }
         while let Some((a, b)) = stack.pop() {
             let (one, other) = (&self.nodes[a], &self.nodes[b]);
-            if a != b && !one.bounds.meets(&other.bounds) {
+            if a == b && !one.is_leaf() {
+                let (left, right) = one.children(a);
+                stack.extend([(left, left), (right, right), (left, right)]);
+            } else if !one.bounds.meets(&other.bounds) {
                 continue;
-            }
-            match (one.right as usize, other.right as usize) {
-                (0, 0) => {
-                    for i in one.places() {
-                        let from = if a == b { i + 1 } else { other.start as usize };
-                        for j in from..other.end as usize {
-                            if self.bounds[i].meets(&self.bounds[j]) {
-                                visit(self.order[i] as usize, self.order[j] as usize)?;
-                            }
+            } else if one.is_leaf() && other.is_leaf() {
+                for i in one.places() {
+                    let others = if a == b {
+                        i + 1..other.places().end
+                    } else {
+                        other.places()
+                    };
+                    for j in others {
+                        if self.bounds[i].meets(&self.bounds[j]) {
+                            visit(self.order[i] as usize, self.order[j] as usize)?;
                         }
                     }
                 }
-                (right, _) if a == b => {
-                    stack.extend([(a + 1, a + 1), (right, right), (a + 1, right)]);
-                }
-                (0, right) => stack.extend([(a, b + 1), (a, right)]),
-                (right, _) if other.right == 0 || one.places().len() >= other.places().len() => {
-                    stack.extend([(a + 1, b), (right, b)]);
-                }
-                (_, right) => stack.extend([(a, b + 1), (a, right)]),
+            } else if other.is_leaf()
+                || !one.is_leaf() && one.places().len() >= other.places().len()
+            {
+                let (left, right) = one.children(a);
+                stack.extend([(left, b), (right, b)]);
+            } else {
+                let (left, right) = other.children(b);
+                stack.extend([(a, left), (a, right)]);
             }
         }
         ControlFlow::Continue(())
@@ -137,26 +150,24 @@ impl BoxTree {
         mut visit: impl FnMut(usize),
     ) {
         let inverse = direction.map(|d| 1.0 / d);
-        let mut at = 0;
-        // Nodes stand in depth-first order: a subtree is skipped by going to the next node that starts at its end.
         let mut stack = Vec::new();
-        while at < self.nodes.len() {
+        if !self.nodes.is_empty() {
+            stack.push(0);
+        }
+        while let Some(at) = stack.pop() {
             let node = &self.nodes[at];
-            if node.bounds.meets_ray(origin, &inverse) {
-                if node.right != 0 {
-                    stack.push(node.right as usize);
-                    at += 1;
-                    continue;
-                }
+            if !node.bounds.meets_ray(origin, &inverse) {
+                continue;
+            }
+            if node.is_leaf() {
                 for place in node.places() {
                     if self.bounds[place].meets_ray(origin, &inverse) {
                         visit(self.order[place] as usize);
                     }
                 }
-            }
-            match stack.pop() {
-                Some(next) => at = next,
-                None => return,
+            } else {
+                let (left, right) = node.children(at);
+                stack.extend([left, right]);
             }
         }
     }

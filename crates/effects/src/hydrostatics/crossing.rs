@@ -38,9 +38,7 @@ impl FacetGraph<'_> {
     }
 
     fn corners(&self, facet: usize) -> [Vector3<f64>; 3] {
-        self.facets[facet]
-            .corners
-            .map(|corner| self.vertices[corner as usize])
+        self.facets[facet].places(self.vertices)
     }
 
     /// Distances [m] of two points from a facet's plane where they lie on opposite sides of it, neither touching.

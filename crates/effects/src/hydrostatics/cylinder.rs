@@ -30,8 +30,8 @@ pub(super) fn volume(radius: f64, half_length: f64) -> f64 {
 /// The part of a cylinder about z below a plane.
 ///
 /// With `across` and `along` the normal's parts across and along the axis, a slice at `z` is wet where
-/// `x <= chord(z) = (level - along z) / across`, `x` along the normal's part across. Below `bottom` a slice is wet whole,
-/// above `top` dry.
+/// `x <= (level - along z) / across`, `x` along the normal's part across; the chord there counts in radii. Slices below
+/// `bottom` are wet whole, those above `top` dry.
 pub(super) fn below(radius: f64, half_length: f64, up: &Vector3<f64>, level: f64) -> Part {
     let (h, along) = (half_length, up.z.abs());
     let across = (up.x * up.x + up.y * up.y).sqrt();

@@ -13,7 +13,7 @@ pub struct Hull {
 }
 
 impl Hull {
-    /// The union of solids that do not overlap.
+    /// A hull of solids that do not overlap.
     pub fn new(solids: Vec<Solid>) -> Self {
         let whole = solids.iter().map(Solid::whole).sum();
         Self { solids, whole }
@@ -56,8 +56,8 @@ impl Hull {
 
     /// Indices of the first two solids that share more than about a hundredth of the smaller one's volume.
     ///
-    /// It counts 4096 evenly spread points: a share above 0.01 is found, one below 0.005 is let be, so solids that touch
-    /// or dip into each other a little pass.
+    /// It counts 4096 points, spread evenly over the box about the smaller solid: a share above 0.01 is found, one below
+    /// 0.005 is let be. Solids that touch or dip into each other a little pass.
     pub fn overlap(&self) -> Option<(usize, usize)> {
         let pairs =
             (0..self.solids.len()).flat_map(|second| (0..second).map(move |first| (first, second)));

@@ -1,10 +1,6 @@
 //! A closed triangle mesh.
 
-use std::{
-    cell::RefCell,
-    fmt,
-    hash::{DefaultHasher, Hasher},
-};
+use std::cell::Cell;
 
 use nalgebra::Vector3;
 
@@ -25,12 +21,12 @@ const FLAT: f64 = 1e-12;
 
 thread_local! {
     /// Heights of vertices above a plane: a buffer, so that a step allocates nothing.
-    static HEIGHTS: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
+    static HEIGHTS: Cell<Vec<f64>> = const { Cell::new(Vec::new()) };
 }
 
 /// A closed triangle mesh that encloses every point once or not at all: convex or not, in one or several shells, with or
 /// without cavities (which displace nothing). Its own frame [m].
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Mesh {
     /// Middle of the bounding box.
     middle: Vector3<f64>,
@@ -43,24 +39,6 @@ pub struct Mesh {
     /// Radius of a ball about the middle, and of one about the origin.
     ball: f64,
     bounding_radius: f64,
-}
-
-/// Counts and a hash of its numbers, in place of thousands of lines.
-impl fmt::Debug for Mesh {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut hasher = DefaultHasher::new();
-        for number in self.middle.iter().chain(self.vertices.iter().flatten()) {
-            hasher.write_u64(number.to_bits());
-        }
-        for corner in self.faces().flatten() {
-            hasher.write_u32(corner);
-        }
-        f.debug_struct("Mesh")
-            .field("vertices", &self.vertices.len())
-            .field("faces", &self.facets.len())
-            .field("hash", &hasher.finish())
-            .finish_non_exhaustive()
-    }
 }
 
 impl Mesh {
@@ -104,11 +82,7 @@ impl Mesh {
         }
         let mesh = Self {
             middle,
-            tree: BoxTree::new(
-                faces
-                    .iter()
-                    .map(|corners| corners.map(|corner| vertices[corner as usize])),
-            ),
+            tree: BoxTree::new(facets.iter().map(|facet| facet.places(&vertices))),
             whole: whole.shifted(&middle),
             ball: vertices.iter().map(Vector3::norm).fold(0.0, f64::max),
             bounding_radius,
@@ -165,11 +139,10 @@ impl Mesh {
     /// The part below a plane, as [`super::Shape::below`].
     pub(super) fn below(&self, up: &Vector3<f64>, level: f64) -> Part {
         let level = level - up.dot(&self.middle);
-        HEIGHTS
-            .with_borrow_mut(|heights| {
-                polyhedron::below(&self.vertices, &self.facets, up, level, heights)
-            })
-            .shifted(&self.middle)
+        let mut heights = HEIGHTS.take();
+        let part = polyhedron::below(&self.vertices, &self.facets, up, level, &mut heights);
+        HEIGHTS.set(heights);
+        part.shifted(&self.middle)
     }
 
     /// Least and greatest coordinate along a unit vector [m].

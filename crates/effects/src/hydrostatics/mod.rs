@@ -21,17 +21,24 @@
 //!
 //! ```text
 //! part         volume and first moment
-//! ellipsoid, cylinder, capsule    closed forms
+//! ellipsoid    closed form, the ball's too
+//! cylinder     closed form
+//! capsule      closed form
 //! polyhedron   clipped triangles; the box
-//! mesh         a closed triangle mesh, checked by edges, crossing and shells
+//! mesh         a closed triangle mesh, checked by:
+//!   edges        it is closed and wound one way
+//!   crossing     no two faces cut each other
+//!   shells       no shell is inside out or in another
+//!   box_tree     which triangles are near
 //! shape        one of these in its own frame
-//! solid        a shape on a body; overlap of two
+//! solid        a shape on a body
+//! overlap      whether two solids share space
 //! hull         the solids of a body
 //! surface      triangles of a shape's surface
 //! panels       pressure integrated over them
 //! ```
 //!
-//! Not a number in, not a number out; nothing panics.
+//! An argument that is not a number gives numbers that are none. Nothing panics.
 
 mod box_tree;
 mod capsule;

@@ -51,7 +51,7 @@ fn apart(one: &Solid, other: &Solid) -> bool {
 
 /// Points of the unit cube that fill it evenly: the additive recurrence of M. Roberts (2018), on the root of
 /// `x^4 = x + 1`.
-pub(super) fn evenly_spread(count: usize) -> impl Iterator<Item = [f64; 3]> {
+fn evenly_spread(count: usize) -> impl Iterator<Item = [f64; 3]> {
     const ROOT: f64 = 1.220_744_084_605_759_5;
     let steps = [1.0 / ROOT, 1.0 / (ROOT * ROOT), 1.0 / (ROOT * ROOT * ROOT)];
     (1..=count).map(move |n| steps.map(|step| (0.5 + step * n as f64).fract()))

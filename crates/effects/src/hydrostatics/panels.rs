@@ -1,6 +1,6 @@
 //! Pressure on the panels of a hull below a surface that is not a plane over it.
 
-use std::{cell::RefCell, fmt};
+use std::cell::Cell;
 
 use nalgebra::{Isometry3, Vector3};
 
@@ -11,7 +11,7 @@ const FINEST: usize = 256;
 
 thread_local! {
     /// The vertices of a call: a buffer, so that a step allocates nothing.
-    static POINTS: RefCell<Vec<Point>> = const { RefCell::new(Vec::new()) };
+    static POINTS: Cell<Vec<Point>> = const { Cell::new(Vec::new()) };
 }
 
 /// A vertex or a place where the water's surface cuts an edge.
@@ -26,21 +26,12 @@ struct Point {
 }
 
 /// A hull's surface in triangles, body frame.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Panels {
     vertices: Vec<Vector3<f64>>,
     faces: Vec<[u32; 3]>,
     /// Outward normal of each face, as long as its area [m^2].
     areas: Vec<Vector3<f64>>,
-}
-
-/// Their number: they follow from the hull.
-impl fmt::Debug for Panels {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Panels")
-            .field("faces", &self.faces.len())
-            .finish_non_exhaustive()
-    }
 }
 
 /// Integrals over wet panels, from the body's origin in axes of the world.
@@ -125,13 +116,12 @@ impl Panels {
         self.faces.len()
     }
 
-    /// Force and torque of the water's pressure over its density: the integral of `-pressure n` over the wet panels
-    /// [m^4/s^2] and of its moment about the body's origin [m^5/s^2], and the wet part of the hull, all in the body's frame.
-    /// The surface is where z is the elevation; a hull's own cut by it has no pressure.
+    /// Force [m^4/s^2] and torque about the body's origin [m^5/s^2] of the water's pressure, over the water's density, and
+    /// the wet part of the hull; all in the body's frame. The force is the integral of `-pressure n` over the wet surface.
     ///
-    /// `elevation` takes a point of the world to the height z [m] of the water's surface over or under it, and is called
-    /// once a vertex; `pressure` takes a point to pressure over density [m^2/s^2], that of the air being zero, and is called
-    /// at the wet vertices and where the surface cuts an edge. Both are taken to be linear within a panel.
+    /// `elevation` takes a point of the world to the z [m] of the water's surface above or below it, and is called once a
+    /// vertex. `pressure` takes a point of the world to pressure over density [m^2/s^2], zero in air, and is called at wet
+    /// vertices and where the surface cuts an edge. Both are taken to be linear within a panel.
     pub fn push(
         &self,
         world_from_body: &Isometry3<f64>,
@@ -140,34 +130,39 @@ impl Panels {
     ) -> ([f64; 6], Part) {
         let origin = world_from_body.translation.vector;
         let rotation = world_from_body.rotation.to_rotation_matrix();
-        let sum = POINTS.with_borrow_mut(|points| {
-            points.clear();
-            points.extend(self.vertices.iter().map(|vertex| {
-                let at = rotation * vertex;
-                let place = origin + at;
-                let depth = elevation(place) - place.z;
-                let pressure = if depth > 0.0 { pressure(place) } else { 0.0 };
-                Point {
-                    at,
-                    depth,
-                    pressure,
-                }
-            }));
-            let on_edge = |wet: &Point, dry: &Point| {
-                let at = wet.at + (dry.at - wet.at) * (wet.depth / (wet.depth - dry.depth));
-                Point {
-                    at,
-                    depth: 0.0,
-                    pressure: pressure(origin + at),
-                }
+        let mut points = POINTS.take();
+        points.clear();
+        points.extend(self.vertices.iter().map(|vertex| {
+            let at = rotation * vertex;
+            let place = origin + at;
+            let depth = elevation(place) - place.z;
+            let pressure = if depth <= 0.0 {
+                0.0
+            } else if depth.is_nan() {
+                depth
+            } else {
+                pressure(place)
             };
-            let mut sum = Sum::default();
-            for (face, area) in self.faces.iter().zip(&self.areas) {
-                let corners = face.map(|corner| &points[corner as usize]);
-                add_wet(&mut sum, &(rotation * area), corners, on_edge);
+            Point {
+                at,
+                depth,
+                pressure,
             }
-            sum
-        });
+        }));
+        let on_edge = |wet: &Point, dry: &Point| {
+            let at = wet.at + (dry.at - wet.at) * (wet.depth / (wet.depth - dry.depth));
+            Point {
+                at,
+                depth: 0.0,
+                pressure: pressure(origin + at),
+            }
+        };
+        let mut sum = Sum::default();
+        for (face, area) in self.faces.iter().zip(&self.areas) {
+            let corners = face.map(|corner| &points[corner as usize]);
+            add_wet(&mut sum, &(rotation * area), corners, on_edge);
+        }
+        POINTS.set(points);
         let back = |vector: Vector3<f64>| rotation.inverse_transform_vector(&vector);
         let (force, torque) = (back(sum.force), back(sum.torque));
         let wet = Part {

@@ -28,6 +28,11 @@ impl Facet {
             offset: normal.dot(&a),
         }
     }
+
+    /// Places of the corners [m].
+    pub(super) fn places(&self, vertices: &[Vector3<f64>]) -> [Vector3<f64>; 3] {
+        self.corners.map(|corner| vertices[corner as usize])
+    }
 }
 
 /// Sum of tetrahedra from an apex.
@@ -126,7 +131,7 @@ pub(super) fn below(
 pub(super) fn whole(vertices: &[Vector3<f64>], facets: &[Facet]) -> Part {
     let mut sum = Tetrahedra::new(Vector3::zeros());
     for facet in facets {
-        let [a, b, c] = facet.corners.map(|corner| vertices[corner as usize]);
+        let [a, b, c] = facet.places(vertices);
         sum.add(facet.offset, a + b + c);
     }
     sum.part()

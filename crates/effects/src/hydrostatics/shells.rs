@@ -46,17 +46,15 @@ pub(super) fn times_enclosed(
 
 /// Whether a point of a facet's plane is in the facet.
 fn holds(facet: &Facet, point: &Vector3<f64>, vertices: &[Vector3<f64>]) -> bool {
-    let corners = facet
-        .corners
-        .map(|corner| vertices[corner as usize] - point);
+    let corners = facet.places(vertices).map(|corner| corner - point);
     (0..3).all(|side| {
         let area = corners[side].cross(&corners[(side + 1) % 3]);
         area.dot(&facet.normal) >= 0.0
     })
 }
 
-/// Looks under up to [`PROBES`] evenly chosen faces of every shell: the space there must be enclosed once. Faces that
-/// touch within `touch` [m] are none of each other's.
+/// Looks under up to [`PROBES`] evenly chosen faces of every shell: the space there must be enclosed once. Faces within
+/// `touch` [m] of the one that is looked under do not count.
 pub(super) fn check(
     shell_of: &[u32],
     vertices: &[Vector3<f64>],
@@ -72,9 +70,7 @@ pub(super) fn check(
     for faces in faces_of {
         let shell_volume = || -> f64 {
             let cones = faces.iter().map(|face| {
-                let [a, b, c] = facets[*face]
-                    .corners
-                    .map(|corner| vertices[corner as usize]);
+                let [a, b, c] = facets[*face].places(vertices);
                 a.dot(&b.cross(&c)) / 6.0
             });
             cones.sum()
@@ -84,8 +80,8 @@ pub(super) fn check(
             let Some(inwards) = (-facet.normal).try_normalize(0.0) else {
                 continue;
             };
-            let corners = facet.corners.map(|corner| vertices[corner as usize]);
-            let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+            let [a, b, c] = facet.places(vertices);
+            let middle = (a + b + c) / 3.0;
             let times = times_enclosed(&middle, &inwards, touch, vertices, facets, tree);
             if times > 1 {
                 return Err(MeshError::Nested { face, times });

@@ -153,6 +153,56 @@ fn slim_and_flat_cylinders_are_exact() {
     );
 }
 
+/// By `mpmath` with 40 digits, from the areas of slices: parts of `up` along x and z, level; volume, moment along x and z.
+/// Radius 0.25, half length 0.4.
+#[rustfmt::skip]
+const SLICES: [(bool, [f64; 3], [f64; 3]); 12] = [
+    // Cylinders.
+    (false, [0.6, 0.8, 0.17], [0.120_264_093_770_234_28, -0.002_300_971_181_828_461_8, -0.010_411_894_597_773_792]),
+    (false, [0.6, -0.8, -0.41], [0.000_854_955_498_426_165_9, -0.000_177_608_802_247_274_96, 0.000_323_470_145_314_210_06]),
+    (false, [0.001, 0.999_999_499_999_874_9, 0.31], [0.139_408_204_437_248_75, -3.067_963_109_753_221e-6, -0.006_273_356_861_549_924]),
+    (false, [0.9999, 0.014_141_782_065_920_051, 0.1], [0.117_445_902_155_336_33, -0.006_413_656_643_179_578, -0.000_276_507_002_809_786_04]),
+    (false, [0.999_999_995, -9.999_999_957_112_645e-5, -0.2], [0.008_175_055_768_553_133, -0.001_800_000_001_777_785_6, 1.279_999_964_248_687_5e-6]),
+    (false, [0.28, 0.96, 0.43], [0.156_851_949_117_899_6, -4.865_556_765_620_814e-5, -8.943_273_968_259_415e-5]),
+    // Capsules.
+    (true, [0.6, 0.8, 0.17], [0.152_989_017_245_127_95, -0.002_300_971_181_828_461_8, -0.026_569_825_563_502_545]),
+    (true, [0.6, -0.8, -0.41], [0.015_867_945_597_568_184, -0.001_406_625_952_744_950_3, 0.008_204_167_455_297_619]),
+    (true, [0.001, 0.999_999_499_999_874_9, 0.31], [0.172_133_127_912_142_41, -3.067_963_109_753_221e-6, -0.022_431_287_827_278_68]),
+    (true, [0.9999, 0.014_141_782_065_920_051, 0.1], [0.168_741_199_506_036_2, -0.008_576_012_175_376_012, -0.000_861_578_506_946_133_1]),
+    (true, [0.999_999_995, -9.999_999_957_112_645e-5, -0.2], [0.010_007_652_968_456_788, -0.002_197_608_042_522_959_3, 2.810_734_105_152_278e-6]),
+    (true, [0.28, 0.96, 0.43], [0.198_732_750_454_630_9, -0.000_802_316_411_034_462_2, -0.012_267_850_108_451_746]),
+];
+
+#[test]
+fn cylinders_and_capsules_are_exact() {
+    let (radius, half_length) = (0.25, 0.4);
+    for (round, [across, along, level], [volume, x, z]) in SLICES {
+        let shape = if round {
+            Shape::Capsule {
+                radius,
+                half_length,
+            }
+        } else {
+            Shape::Cylinder {
+                radius,
+                half_length,
+            }
+        };
+        let found = shape.below(&Vector3::new(across, 0.0, along), level);
+        let expected = Part {
+            volume,
+            moment: Vector3::new(x, 0.0, z),
+        };
+        assert_close(&found, &expected, shape.whole().volume, 0.5, 1e-14);
+        let found = shape.below(&Vector3::new(0.0, -across, along), level);
+        let expected = Part {
+            volume,
+            moment: Vector3::new(0.0, -x, z),
+        };
+        assert_close(&found, &expected, shape.whole().volume, 0.5, 1e-14);
+    }
+}
+
 #[test]
 fn a_capsule_without_length_is_a_ball() {
     let mut runner = proptest::test_runner::TestRunner::deterministic();
