@@ -11,7 +11,7 @@
 //! - [`sea`]: waves and currents as a field in place and time.
 //! - [`hydrostatics`]: volume and centre of the part of a hull below a surface.
 //! - [`own`]: the user's own effects, written as expressions in a file.
-//! - [`hydrostatics`]: volume and centre of the part of a hull below a surface.
+//! - [`fossen`]: tables of hydrodynamic derivatives (X_udot, Y_v, N_r|r|) turned into effects.
 //! - [`EffectSet`]: effects with values on the parts of one model, read from and written to `effects.json`.
 //!
 //! It knows no simulator: who applies the effects fills in [`Motion`] and implements [`Targets`].
@@ -38,7 +38,11 @@ pub mod did_you_mean;
 mod dual;
 mod effect;
 mod flow;
+pub mod fossen;
 pub mod hydrostatics;
+mod json_shape;
+mod matrix_fault;
+mod matrix_json;
 mod motion;
 pub mod own;
 pub mod sea;

@@ -1,6 +1,10 @@
 //! A closed triangle mesh.
 
-use std::cell::Cell;
+use std::{
+    cell::Cell,
+    fmt,
+    hash::{DefaultHasher, Hasher},
+};
 
 use nalgebra::Vector3;
 
@@ -26,7 +30,7 @@ thread_local! {
 
 /// A closed triangle mesh that encloses every point once or not at all: convex or not, in one or several shells, with or
 /// without cavities (which displace nothing). Its own frame [m].
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Mesh {
     /// Middle of the bounding box.
     middle: Vector3<f64>,
@@ -39,6 +43,24 @@ pub struct Mesh {
     /// Radius of a ball about the middle, and of one about the origin.
     ball: f64,
     bounding_radius: f64,
+}
+
+/// Counts and a hash of its numbers, in place of thousands of lines.
+impl fmt::Debug for Mesh {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut hasher = DefaultHasher::new();
+        for number in self.middle.iter().chain(self.vertices.iter().flatten()) {
+            hasher.write_u64(number.to_bits());
+        }
+        for corner in self.faces().flatten() {
+            hasher.write_u32(corner);
+        }
+        f.debug_struct("Mesh")
+            .field("vertices", &self.vertices.len())
+            .field("faces", &self.facets.len())
+            .field("hash", &hasher.finish())
+            .finish_non_exhaustive()
+    }
 }
 
 impl Mesh {

@@ -1,6 +1,6 @@
 //! Pressure on the panels of a hull below a surface that is not a plane over it.
 
-use std::cell::Cell;
+use std::{cell::Cell, fmt};
 
 use nalgebra::{Isometry3, Vector3};
 
@@ -26,12 +26,21 @@ struct Point {
 }
 
 /// A hull's surface in triangles, body frame.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Panels {
     vertices: Vec<Vector3<f64>>,
     faces: Vec<[u32; 3]>,
     /// Outward normal of each face, as long as its area [m^2].
     areas: Vec<Vector3<f64>>,
+}
+
+/// Their number: they follow from the hull.
+impl fmt::Debug for Panels {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Panels")
+            .field("faces", &self.faces.len())
+            .finish_non_exhaustive()
+    }
 }
 
 /// Integrals over wet panels, from the body's origin in axes of the world.
