@@ -14,10 +14,11 @@ from unittest import mock
 import numpy as np
 from safetensors.numpy import load_file
 
-from hydro_tools.datasets import DataError, dataset, files, gait, plan, scene, simulation, task2
+from hydro_mujoco.jobs.here import Here
+from hydro_mujoco.jobs.processes import Processes
+from hydro_mujoco.recording import files, shards, simulation
+from hydro_tools.datasets import DataError, dataset, gait, plan, scene, task2
 from hydro_tools.datasets.regime import DENSITIES, GAITS, REGIMES, SPEEDS, USUAL
-from hydro_tools.jobs.here import Here
-from hydro_tools.jobs.processes import Processes
 from hydro_tools.repository import ROOT, SCRIPTS
 
 SETTINGS = dataset.Settings(
@@ -55,7 +56,7 @@ class Bytes(unittest.TestCase):
         self.assertEqual(contents(self.other("two")), contents(self.reference))
 
     def test_shard_size_and_block_change_no_trajectory(self):
-        with mock.patch.object(task2, "BLOCK", 3):
+        with mock.patch.object(shards, "BLOCK", 3):
             dataset.generate(
                 dataset.Settings(**{**SETTINGS.__dict__, "shard_size": 4}), self.other("big"), executor=Here()
             )
@@ -76,8 +77,8 @@ class Bytes(unittest.TestCase):
                 raise KeyboardInterrupt
             return original(*arguments)
 
-        original = task2.shard_bytes
-        with mock.patch.object(task2, "shard_bytes", dies), self.assertRaises(KeyboardInterrupt):
+        original = shards.shard_bytes
+        with mock.patch.object(shards, "shard_bytes", dies), self.assertRaises(KeyboardInterrupt):
             dataset.generate(SETTINGS, out, executor=Here())
         self.assertFalse((out / "manifest.json").exists())
         first = out / "train-00000-of-00002.safetensors"
@@ -132,7 +133,7 @@ class Bytes(unittest.TestCase):
             plan.task2(SETTINGS.seed, plan.Stream.PILOT, i, samples=SETTINGS.samples, joint_range=loaded.joint_range)
             for i in range(task2.PILOT)
         ]
-        wanted = 0.1 * simulation.simulate(loaded, pilot).wrench.reshape(-1, 6).std(0)
+        wanted = 0.1 * simulation.simulate(loaded.system, pilot).wrench.reshape(-1, 6).std(0)
         np.testing.assert_allclose(noise.std(0), wanted, rtol=0.2)
         np.testing.assert_allclose(self.manifest["perturbation_std"], wanted, rtol=1e-9)
         self.assertTrue((np.abs(noise.mean(0)) < 0.2 * wanted).all())

@@ -23,7 +23,8 @@ from pathlib import Path
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
-from hydro_tools.datasets import DataError, arguments  # noqa: E402
+from hydro_mujoco.recording import arguments  # noqa: E402
+from hydro_tools.datasets import DataError  # noqa: E402
 from hydro_tools.tank import campaign, dataset, task1  # noqa: E402
 
 

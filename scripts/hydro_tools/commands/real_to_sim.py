@@ -25,8 +25,9 @@ from pathlib import Path
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
-from hydro_tools.datasets import DataError, arguments  # noqa: E402
-from hydro_tools.datasets.files import write_beside, write_json  # noqa: E402
+from hydro_mujoco.recording import arguments  # noqa: E402
+from hydro_mujoco.recording.files import write_beside, write_json  # noqa: E402
+from hydro_tools.datasets import DataError  # noqa: E402
 from hydro_tools.repository import ROOT  # noqa: E402
 from hydro_tools.robot import files, identified  # noqa: E402
 from hydro_tools.robot.hull import DISPLACED_LITRES  # noqa: E402

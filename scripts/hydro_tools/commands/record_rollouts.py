@@ -12,8 +12,8 @@ import shlex
 import sys
 from pathlib import Path
 
+from hydro_mujoco.recording.progress import Progress
 from hydro_tools.datasets import DataError, plan, rollouts, scene
-from hydro_tools.datasets.progress import Progress
 
 
 def _range(text: str) -> tuple[float, float]:
