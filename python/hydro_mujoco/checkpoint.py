@@ -1,5 +1,6 @@
 """A scene with a checkpoint in place of the water that it was recorded in."""
 
+import json
 import os
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from .errors import DataError
 from .plugin import WRENCH, load_plugin
 from .record import scene
 from .record import water as waters
-from .recording.kinematics import below
+from .recording.kinematics import below, name_of
 
 
 def with_checkpoint(
@@ -32,8 +33,10 @@ def with_checkpoint(
 
 
 def _with_checkpoint(model, checkpoint: Path, body, kind, buoyancy: bool, library: Path | None) -> mujoco.MjSpec:
-    if not (checkpoint / "card.json").is_file():
-        raise DataError(f"checkpoint {checkpoint}: no card.json in it; expected a folder that hydro train wrote")
+    try:
+        features = json.loads((checkpoint / "card.json").read_text(encoding="utf-8"))["features"]
+    except (OSError, ValueError, KeyError) as error:
+        raise DataError(f"checkpoint {checkpoint}: {error}; expected a folder that hydro train wrote") from error
     load_plugin(library)
     source = scene.read(model, library)
     given = source.compiled()
@@ -42,7 +45,8 @@ def _with_checkpoint(model, checkpoint: Path, body, kind, buoyancy: bool, librar
     wet = waters.find(source, given, kind, buoyancy)
     spec = source.spec
     config = {"checkpoint": str(checkpoint.resolve())}
-    if given.opt.density > 0:
+    # Effects beside the checkpoint take the density from the attribute once MuJoCo's fluid is off.
+    if given.opt.density > 0 and ("density" in features or wet.effects):
         config["density"] = repr(float(given.opt.density))
     for instance in wet.instances:
         own = dict(instance.config)
@@ -72,7 +76,7 @@ def _with_checkpoint(model, checkpoint: Path, body, kind, buoyancy: bool, librar
     holder = spec.bodies[base].plugin
     if holder.active:
         raise DataError(
-            f"body `{scene.body_name(given, base)}` carries the plugin {holder.plugin_name}; a body holds one, so the "
+            f"body `{name_of(given, base)}` carries the plugin {holder.plugin_name}; a body holds one, so the "
             "checkpoint has no place"
         )
     name = f"{waters.ADDED}_water"

@@ -4,10 +4,10 @@
     hydro train --data data/mine --out out/mine --preset demo
 
 Writes `hydro-dataset/1`: shards `{train,val,test}-*.safetensors` and `manifest.json`. Features: positions and
-velocities of the robot's hinges and slides by name, the base's quaternion, angular and linear velocity, and the water's density
-where --density varies it. Label: the water's wrench on the base at the same state, in the base frame about the base
-origin [N, N m]. The robot is driven by its actuators, pushed, and started anyhow; the same seed gives the same bytes at
-any number of workers. What is recorded of effects, and what is kept beside a checkpoint: docs/any-robot.md.
+velocities of the robot's hinges and slides by name, the base's quaternion, angular and linear velocity, and the water's
+density where --density varies it. Label: the water's wrench on the base at the same state, in the base frame about the
+base origin [N, N m]. The robot is driven by its actuators, pushed, and started anyhow; the same seed gives the same
+bytes at any number of workers. What of effects is recorded, and what stays beside a checkpoint: docs/any-robot.md.
 """
 
 import argparse

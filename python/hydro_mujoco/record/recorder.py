@@ -20,16 +20,18 @@ from .scene import listed
 LENGTHS, PUSH_TIME = 0.6, 0.6
 #: Rate of a robot of 1 m [rad/s]; frequencies of it [Hz]; both fall with the root of its length, between factors.
 RATE, FREQUENCY, FACTORS = 0.8, (0.2, 1.5), (0.4, 3.0)
-#: Initial speed of the joints [rad/s].
-JOINT_SPEED = 1.0
+#: Initial speed of the joints, and of each of more than so many [rad/s].
+JOINT_SPEED, MANY_JOINTS = 1.0, 12
 #: Weight that the water may leave before it is held now and then, as a share of the weight.
 AFLOAT = 0.02
 #: A base that is quicker has exploded: lengths a second, and [m/s]; turns and joints [rad/s].
 TOO_FAST, TOO_FAST_ANYWAY, TOO_MANY_TURNS = 100.0, 10.0, 500.0
 #: Trajectories of the pilot, and the share of them that may be unstable.
 PILOT, UNSTABLE = 16, 0.25
-#: A component of the wrench that varies less, relative to the others, is no output.
-CONSTANT = 1e-6
+#: Sample periods in which drag may stop the robot at the earliest.
+SLOW = 3.0
+#: A component of the wrench that varies less, relative to the others or to the weight, is no output.
+CONSTANT, WEIGHTLESS = 1e-6, 1e-9
 
 
 @dataclass(frozen=True)
@@ -84,8 +86,8 @@ def bounds(size: float) -> Bounds:
 
 def scales(
     system: System, robot: Robot, density: float, *, effort: float, frequency: tuple[float, float] | None
-) -> Scales:
-    """Sizes of what is drawn, from the robot's length, inertia and drag."""
+) -> tuple[Scales, list[str]]:
+    """Sizes of what is drawn, from the robot's length, inertia and drag; and what these say of a checkpoint."""
     model, base = system.model, system.base
     size = length(model, base)
     by_size = float(np.clip(1 / np.sqrt(size), *FACTORS))
@@ -109,16 +111,34 @@ def scales(
         if np.linalg.norm(left) > AFLOAT * mass * max(np.linalg.norm(model.opt.gravity), 1e-9):
             trim = tuple(float(-value) for value in left)
     force, torque = _drag(system, robot, density, speed, rate)
-    return Scales(
+    drawn = Scales(
         speed=speed,
         rate=rate,
-        joint_speed=JOINT_SPEED,
+        joint_speed=JOINT_SPEED * min(1.0, MANY_JOINTS / max(1, len(robot.joints))),
         force=effort * max(mass * speed / PUSH_TIME, force),
         torque=effort * max(turning * rate / PUSH_TIME, torque),
         frequency=band,
         effort=effort,
         trim=trim,
     )
+    return drawn, says(system, drawn, force, mass)
+
+
+def says(system: System, scales: Scales, drag: float, mass: float) -> list[str]:
+    """Notes on what a checkpoint of this robot cannot do where it is loaded."""
+    notes = []
+    if system.layout.joints:
+        notes.append(
+            "the label is the wrench on the base alone: joints that the model's water damps feel none of it where the "
+            "checkpoint is loaded"
+        )
+    stops = mass * scales.speed / drag if drag > 0 else np.inf
+    if stops < SLOW * system.sample_period:
+        notes.append(
+            f"the water stops this robot within {stops:.2g} s, so a force that is held for {system.sample_period:g} s "
+            "may shake it where the checkpoint is loaded: record with a smaller --sample-period"
+        )
+    return notes
 
 
 def _drag(system: System, robot: Robot, density: float, speed: float, rate: float) -> tuple[float, float]:
@@ -161,12 +181,15 @@ def pilot(recorder: AnyRobot) -> Recording:
     return Recording(**parts)
 
 
-def outputs(recording: Recording, felt: tuple[int, ...], size: float) -> tuple[tuple[int, ...], np.ndarray]:
+def outputs(
+    recording: Recording, felt: tuple[int, ...], size: float, weight: float
+) -> tuple[tuple[int, ...], np.ndarray]:
     """Components of the wrench that vary, of those that are felt, and the standard deviation [6] of all."""
     std = recording.wrench.reshape(-1, 6).std(axis=0)
-    force = std[:3].max()
-    torque = max(std[3:].max(), force * size)
-    varies = [i for i in felt if std[i] > CONSTANT * (force if i < 3 else torque)]
+    force = CONSTANT * std[:3].max()
+    torque = max(CONSTANT * std[3:].max(), force * size)
+    least = [max(force, WEIGHTLESS * weight)] * 3 + [max(torque, WEIGHTLESS * weight * size)] * 3
+    varies = [i for i in felt if std[i] > least[i]]
     if not varies:
         raise DataError(
             "the water's wrench on the body is zero or constant in every trial trajectory: no water acts on it"

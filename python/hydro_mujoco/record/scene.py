@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import DataError
 from ..plugin import WRENCH, built_library, load_plugin
 from ..recording.features import Carriage, FreeBase, Joint
-from ..recording.kinematics import below
+from ..recording.kinematics import below, name_of
 
 #: Seconds between samples, where nothing else is asked for.
 SAMPLE_PERIOD = 0.01
@@ -19,6 +19,14 @@ SAMPLE_PERIOD = 0.01
 ABOVE = 3
 #: Names that a message lists at most.
 LISTED = 12
+
+#: Fields in which a NaN of an MJCF may end.
+NUMBERS = (
+    *("qpos0", "body_mass", "body_inertia", "body_pos", "body_quat", "body_ipos", "body_gravcomp"),
+    *("jnt_pos", "jnt_axis", "jnt_stiffness", "jnt_range", "dof_damping", "dof_armature", "dof_frictionloss"),
+    *("geom_pos", "geom_size", "geom_fluid", "site_pos", "actuator_gear", "actuator_gainprm", "actuator_biasprm"),
+    *("actuator_ctrlrange", "actuator_forcerange"),
+)
 
 FREE, BALL, SLIDE, HINGE = (
     int(kind)
@@ -99,9 +107,11 @@ def _parsed(path: Path, library: Path | None) -> mujoco.MjSpec:
     return mujoco.MjSpec.from_file(str(path))
 
 
-def body_name(model: mujoco.MjModel, body: int) -> str:
-    """Name of a body; unnamed ones are `body_N`, as in the lists of effects."""
-    return model.body(body).name or f"body_{body}"
+def refuse_nan(model: mujoco.MjModel) -> None:
+    """Refuse a model with a number that is none, which MuJoCo itself only warns of."""
+    for field in NUMBERS:
+        if np.any(np.isnan(getattr(model, field))):
+            raise DataError(f"the model's {field} holds a number that is not finite (nan)")
 
 
 def sample_period(model: mujoco.MjModel, asked: float | None) -> float:
@@ -128,21 +138,21 @@ def base_body(model: mujoco.MjModel, asked: str | None, preferred: list[int]) ->
     free = [body for body in range(1, model.nbody) if _joints(model, body) and _kind(model, body) == FREE]
     if asked is None:
         if not free:
-            sliding = [body_name(model, b) for b in range(1, model.nbody) if _slides_to_world(model, b)]
+            sliding = [name_of(model, b) for b in range(1, model.nbody) if _slides_to_world(model, b)]
             more = f"; or name a body that slides alone hold: {listed(sliding)}" if sliding else ""
             raise DataError(
                 "no body of the model has a free joint, so none floats: add <freejoint/> to the robot's first body"
                 f"{more}"
             )
         return next((body for body in preferred if body in free), free[0])
-    named = {body_name(model, body): body for body in range(1, model.nbody)}
+    named = {name_of(model, body): body for body in range(1, model.nbody)}
     if asked not in named:
         raise DataError(f"no body is called `{asked}`; there are: {listed(list(named))}")
     body = named[asked]
     if body not in free and not _slides_to_world(model, body):
         raise DataError(
             f"body `{asked}` has no free joint, and not slides alone between it and the world; "
-            f"bodies with a free joint: {listed([body_name(model, b) for b in free])}"
+            f"bodies with a free joint: {listed([name_of(model, b) for b in free])}"
         )
     return body
 
@@ -158,11 +168,11 @@ def base(model: mujoco.MjModel, body: int) -> FreeBase | Carriage:
     joints = _slides_to_world(model, body)
     ways = np.array([turn.T @ data.xaxis[joint] for joint in joints])
     if not np.allclose(ways @ ways.T, np.eye(len(ways)), atol=1e-9):
-        raise DataError(f"the slides of body `{body_name(model, body)}` are not at right angles")
+        raise DataError(f"the slides of body `{name_of(model, body)}` are not at right angles")
     # A component is felt where the slides span its whole axis.
     axes = tuple(axis for axis in range(3) if abs(np.sum(ways[:, axis] ** 2) - 1) < 1e-9)
     if not axes:
-        raise DataError(f"the slides of body `{body_name(model, body)}` lie along none of its axes")
+        raise DataError(f"the slides of body `{name_of(model, body)}` lie along none of its axes")
     directions = tuple(tuple(float(value) for value in way) for way in ways)
     return Carriage(tuple(int(model.jnt_dofadr[joint]) for joint in joints), directions, axes)
 
@@ -175,7 +185,7 @@ def joints_below(model: mujoco.MjModel, body: int) -> tuple[tuple[Joint, ...], l
             name = model.joint(joint).name
             if not name:
                 raise DataError(
-                    f"a joint of body `{body_name(model, link)}` has no name, and hydro.wrench finds joints by name: "
+                    f"a joint of body `{name_of(model, link)}` has no name, and hydro.wrench finds joints by name: "
                     "give it one, <joint name=...>"
                 )
             kind = int(model.jnt_type[joint])

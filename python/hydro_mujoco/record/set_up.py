@@ -14,12 +14,12 @@ from ..errors import DataError
 from ..plugin import built_library
 from ..recording import kinematics
 from ..recording.features import FRAMES, OUTPUT_UNITS, OUTPUTS, FreeBase, Layout
-from ..recording.kinematics import below
+from ..recording.kinematics import below, name_of
 from ..recording.system import Compiled, Lift, System
 from . import drives, recorder, scene, water
 from .excitation import Robot
 from .recorder import AnyRobot
-from .scene import body_name, listed
+from .scene import listed
 from .water import Water
 
 #: Also in `pyproject.toml` and `hydro_mujoco.__version__`; written into manifests.
@@ -79,13 +79,14 @@ def set_up(model: str | os.PathLike | mujoco.MjSpec, options: Options) -> Ready:
     notes: list[str] = []
     source = scene.read(model, options.plugin)
     given = source.compiled()
+    scene.refuse_nan(given)
     period = scene.sample_period(given, options.sample_period)
     found = water.instances(source, given)
     base = scene.base_body(given, options.body, [instance.body for instance in found])
     bases = [b for b in range(given.nbody) if _is_free(given, b)]
     if options.body is None and len(bases) > 1:
-        names = listed([body_name(given, b) for b in bases if b != base])
-        notes.append(f"body `{body_name(given, base)}` is recorded; other bodies with a free joint: {names}")
+        names = listed([name_of(given, b) for b in bases if b != base])
+        notes.append(f"body `{name_of(given, base)}` is recorded; other bodies with a free joint: {names}")
     wet = water.find(source, given, options.water, options.buoyancy)
     density = _density(given, wet, options.density)
     tree = below(given, base)
@@ -133,10 +134,12 @@ def set_up(model: str | os.PathLike | mujoco.MjSpec, options: Options) -> Ready:
         is_closed=_is_closed(compiled),
     )
     middle = float(np.mean(density))
-    sizes = recorder.scales(system, robot, middle, effort=options.effort, frequency=options.frequency)
+    sizes, limits = recorder.scales(system, robot, middle, effort=options.effort, frequency=options.frequency)
+    notes += limits
     maker = AnyRobot(system, robot, sizes, options.seed, options.samples, density)
     tried = recorder.pilot(maker)
-    varying, std = recorder.outputs(tried, layout.base.outputs, recorder.length(given, base))
+    weight = 9.81 * float(given.body_subtreemass[base])
+    varying, std = recorder.outputs(tried, layout.base.outputs, recorder.length(given, base), weight)
     constant = [OUTPUTS[i] for i in layout.base.outputs if i not in varying]
     if constant:
         notes.append(f"these components of the wrench never change and are no outputs: {listed(constant)}")
@@ -163,7 +166,7 @@ def set_up(model: str | os.PathLike | mujoco.MjSpec, options: Options) -> Ready:
         "numpy": np.__version__,
         "model": source.name,
         "model_sha256": _fingerprint(compiled),
-        "body": body_name(given, base),
+        "body": name_of(given, base),
         "water": water.described(wet),
         **({"density": list(density)} if wet.has_fluid else {}),
         "contacts": options.contacts,
@@ -254,7 +257,11 @@ def _links(model: mujoco.MjModel, wet: Water, base: int) -> tuple[dict | None, s
     if wet.has_effects:
         names = {effect.get("target") for effect in wet.effects if wet.learns(effect)}
         carriers = {instance.body for instance in wet.instances if instance.has_checkpoint}
-        places |= {b: box for b, box in boxes.items() if b in carriers or body_name(model, b) in names}
+        places |= {b: box for b, box in boxes.items() if b in carriers or name_of(model, b) in names}
+    # What hangs between wet bodies is a link too.
+    for body in list(places):
+        while (body := int(model.body_parentid[body])) and body != base:
+            places.setdefault(body, ([0.0] * 3, [1.0, 0.0, 0.0]))
     try:
         return kinematics.tree(model, base, places), ""
     except DataError as error:

@@ -20,8 +20,9 @@ from mujoco.batch import Batch
 from ..errors import DataError
 from ..plugin import WRENCH, built_library
 from ..recording.features import base_from_world
+from ..recording.kinematics import name_of
 from ..recording.system import Compiled
-from .scene import Source, body_name
+from .scene import Source
 
 FLUID, EFFECTS, BOTH = "fluid", "effects", "both"
 KINDS = (FLUID, EFFECTS, BOTH)
@@ -244,7 +245,7 @@ def gauge(
 
     spec = source.spec.copy()
     at_rest(spec, water, counts, surface=False)
-    numbers = {body_name(model, body): body for body in range(model.nbody)}
+    numbers = {name_of(model, body): body for body in range(model.nbody)}
     wet = {numbers[effect["target"]] for effect in water.effects if counts(effect)}
     if not still:
         wet |= {instance.body for instance in water.instances if instance.has_checkpoint}

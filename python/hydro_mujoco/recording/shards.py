@@ -69,7 +69,7 @@ def shard_bytes(recorder: Recorder, shard: Shard, noise_std: np.ndarray) -> byte
     """The shard as safetensors: x, wrench, wrench_clean, hydrostatic f32, time f32, condition i32.
 
     noise_std: standard deviation of the noise that is added to each component of the wrench. `hydrostatic` is there
-    where buoyancy is known. The metadata's `drawn_again` is the number of trajectories drawn again, where there are any.
+    where buoyancy is known. The metadata's `drawn_again` counts trajectories drawn again, where there are any.
     """
     stream, system, samples = SPLITS[shard.split], recorder.system, recorder.samples
     outputs = list(system.outputs)
@@ -95,7 +95,8 @@ def shard_bytes(recorder: Recorder, shard: Shard, noise_std: np.ndarray) -> byte
             f"{drawn_again[0]}; give the model a smaller timestep or integrator implicitfast, or drive it less hard "
             "(--effort 0.3)"
         )
-    tensors = {name: np.concatenate(parts) for name, parts in blocks.items()}
+    # `save` takes the memory as it lies, whatever the strides.
+    tensors = {name: np.ascontiguousarray(np.concatenate(parts)) for name, parts in blocks.items()}
     tensors["time"] = (np.arange(samples) * system.sample_period).astype(np.float32)
     return save(tensors, {"drawn_again": str(len(drawn_again))} if drawn_again else None)
 
