@@ -136,7 +136,7 @@ def says(system: System, scales: Scales, drag: float, mass: float) -> list[str]:
     if stops < SLOW * system.sample_period:
         notes.append(
             f"the water stops this robot within {stops:.2g} s, so a force that is held for {system.sample_period:g} s "
-            "may shake it where the checkpoint is loaded: record with a smaller --sample-period"
+            "may shake it where the checkpoint is loaded: record with a smaller --sample-period, and timestep"
         )
     return notes
 

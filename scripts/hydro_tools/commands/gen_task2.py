@@ -8,7 +8,7 @@ water's wrench on the base at the same state as the features, in the base frame 
 origin [N, N m], clean and with 10 % noise. --regime speeds, densities or gaits draws these from
 outside the usual ranges, to test what was trained inside them. The same seed gives the same bytes
 at any number of workers, here or on the nodes of a Ray cluster (--ray). Needs pip install -e
-scripts, and scripts[ray] for --ray.
+python -e scripts, and scripts[ray] for --ray.
 """
 
 import argparse
