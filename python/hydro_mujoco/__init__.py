@@ -7,12 +7,11 @@ jobs/         independent jobs, here or in processes
 plugin.py     the plugin library: where it is, how it is loaded
 """
 
+from .checkpoint import with_checkpoint
 from .errors import DataError, Notice
 
-from .checkpoint import with_checkpoint  # isort: skip
+# The function, over the folder of the same name.
 from .record import record
+from .version import __version__
 
 __all__ = ["DataError", "Notice", "__version__", "record", "with_checkpoint"]
-
-#: Also in `pyproject.toml`.
-__version__ = "0.1.0"

@@ -32,7 +32,14 @@ def with_checkpoint(
     )
 
 
-def _with_checkpoint(model, checkpoint: Path, body, kind, buoyancy: bool, library: Path | None) -> mujoco.MjSpec:
+def _with_checkpoint(
+    model: str | os.PathLike | mujoco.MjSpec,
+    checkpoint: Path,
+    body: str | None,
+    kind: str | None,
+    buoyancy: bool,
+    library: Path | None,
+) -> mujoco.MjSpec:
     try:
         features = json.loads((checkpoint / "card.json").read_text(encoding="utf-8"))["features"]
     except (OSError, ValueError, KeyError) as error:

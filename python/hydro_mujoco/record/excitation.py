@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from ..recording.features import FreeBase, Joint
+from ..recording.features import Carriage, FreeBase, Joint
 from ..recording.plan import BLEND, PUSH_RAMP, Plan, attitude, bounded, crossfade, switching
 from ..recording.randomness import generator
 from .drives import FURTHEST, Drive
@@ -62,7 +62,7 @@ class Robot:
     is_closed: joints are tied to each other, so the posture is not drawn.
     """
 
-    base: object
+    base: FreeBase | Carriage
     joints: tuple[Joint, ...]
     drives: tuple[Drive, ...]
     ranges: np.ndarray

@@ -16,14 +16,12 @@ from ..recording import kinematics
 from ..recording.features import FRAMES, OUTPUT_UNITS, OUTPUTS, FreeBase, Layout
 from ..recording.kinematics import below, name_of
 from ..recording.system import Compiled, Lift, System
+from ..version import __version__
 from . import drives, recorder, scene, water
 from .excitation import Robot
 from .recorder import AnyRobot
 from .scene import listed
 from .water import Water
-
-#: Also in `pyproject.toml` and `hydro_mujoco.__version__`; written into manifests.
-VERSION = "0.1.0"
 
 
 @dataclass(frozen=True)
@@ -161,7 +159,7 @@ def set_up(model: str | os.PathLike | mujoco.MjSpec, options: Options) -> Ready:
         "physics_timestep": compiled.opt.timestep,
         "samples": options.samples,
         "seed": options.seed,
-        "generator": f"hydro_mujoco.record {VERSION}",
+        "generator": f"hydro_mujoco.record {__version__}",
         "mujoco": mujoco.__version__,
         "numpy": np.__version__,
         "model": source.name,
