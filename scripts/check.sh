@@ -35,10 +35,11 @@ if [ "${1:-}" = fast ]; then
     step 'the other crates compile'
     cargo check --workspace --quiet
   fi
-  if grep -q '^scripts/.*\.py' <<<"$changed"; then
+  if grep -qE '^(python|scripts)/.*\.py' <<<"$changed"; then
     step 'Python'
-    "$python" -m ruff check --quiet scripts
-    "$python" -m ruff format --quiet --check scripts
+    "$python" -m ruff check --quiet scripts python
+    "$python" -m ruff format --quiet --check scripts python
+    "$python" -m pytest --quiet --numprocesses auto --dist loadfile python/tests
     "$python" -m pytest --quiet --numprocesses auto --dist loadfile scripts/tests
   fi
   printf '\nDone in %d s. scripts/test.sh checks the rest.\n' $SECONDS
@@ -48,8 +49,8 @@ fi
 step 'format, rules of the house'
 cargo fmt --all --check
 "$python" scripts/check_house.py
-"$python" -m ruff check --quiet scripts
-"$python" -m ruff format --quiet --check scripts
+"$python" -m ruff check --quiet scripts python
+"$python" -m ruff format --quiet --check scripts python
 step 'robot and scenes are what make_b1.py writes'
 "$python" scripts/make_b1.py --check
 "$python" scripts/make_gap_scenes.py --check

@@ -13,9 +13,9 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
 import mujoco
 import numpy as np
 
+from hydro_mujoco.plugin import built_library, load_plugin
 from hydro_tools.bluerov import case, fossen, manoeuvres, nominal, numbers
 from hydro_tools.bluerov.parts import WATER, Part, uncertain, without
-from hydro_tools.datasets.replay import built_library, load_plugin
 from hydro_tools.hidden_cases.frames import rotation
 from hydro_tools.hidden_cases.scenes import without_plugins
 

@@ -16,7 +16,7 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
 import mujoco
 import numpy as np
 
-from hydro_tools.datasets.replay import built_library
+from hydro_mujoco.plugin import built_library
 from hydro_tools.hidden_cases import perturbation, plan
 from hydro_tools.hidden_cases.case import Case, Spec, is_complete
 from hydro_tools.hidden_cases.effects import IDS

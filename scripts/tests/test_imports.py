@@ -1,28 +1,34 @@
-"""Imports among the modules of hydro_tools: no circle, no changes of sys.path, thin scripts."""
+"""Imports among the modules of hydro_tools and hydro_mujoco: no circle, no changes of sys.path, thin scripts."""
 
 import ast
 import graphlib
 import unittest
 
-from hydro_tools.repository import SCRIPTS
+from hydro_tools.repository import ROOT, SCRIPTS
 
 #: Lines of a script in scripts/ at most.
 THIN = 40
 
 
-def modules() -> dict[str, ast.Module]:
-    """Every module of the package by its dotted name, parsed."""
+#: Folders of the packages.
+PACKAGES = {"hydro_tools": SCRIPTS, "hydro_mujoco": ROOT / "python"}
+
+
+def modules(*packages: str) -> dict[str, ast.Module]:
+    """Every module of the packages, of both by default, by its dotted name, parsed."""
     found = {}
-    for path in sorted((SCRIPTS / "hydro_tools").rglob("*.py")):
-        parts = path.relative_to(SCRIPTS).with_suffix("").parts
-        name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
-        found[name] = ast.parse(path.read_text(encoding="utf-8"))
+    for package in packages or PACKAGES:
+        for path in sorted((PACKAGES[package] / package).rglob("*.py")):
+            parts = path.relative_to(PACKAGES[package]).with_suffix("").parts
+            name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+            found[name] = ast.parse(path.read_text(encoding="utf-8"))
     return found
 
 
 def imported(name: str, tree: ast.Module, known: set[str]) -> set[str]:
     """Modules of the package that a module imports, within functions too."""
-    package = name if (SCRIPTS / name.replace(".", "/")).is_dir() else name.rpartition(".")[0]
+    folder = PACKAGES[name.split(".")[0]] / name.replace(".", "/")
+    package = name if folder.is_dir() else name.rpartition(".")[0]
     found = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -50,8 +56,18 @@ class Imports(unittest.TestCase):
         self.assertIn("hydro_tools.datasets.scene", graph["hydro_tools.datasets.replay"])
         list(graphlib.TopologicalSorter(graph).static_order())
 
-    def test_no_circle_among_packages(self):
+    def test_the_package_names_no_script(self):
         parsed = modules()
+        for name, tree in parsed.items():
+            if name.startswith("hydro_mujoco"):
+                self.assertFalse([other for other in imported(name, tree, set(parsed)) if "hydro_tools" in other], name)
+
+    def test_no_circle_among_packages(self):
+        for package in PACKAGES:
+            with self.subTest(package):
+                self.no_circle_among_packages(modules(package))
+
+    def no_circle_among_packages(self, parsed):
         graph = {}
         for name, tree in parsed.items():
             if name.count(".") >= 1:

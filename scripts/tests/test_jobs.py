@@ -9,12 +9,12 @@ from pathlib import Path
 from unittest import mock
 
 import example_jobs as jobs
+from hydro_mujoco.jobs import JobError
+from hydro_mujoco.jobs.here import Here
+from hydro_mujoco.jobs.processes import AHEAD, Processes
+from hydro_mujoco.recording.proof import Proof
 from hydro_tools.datasets import DataError
-from hydro_tools.datasets.proof import Proof
-from hydro_tools.jobs import JobError
 from hydro_tools.jobs.cluster import Cluster
-from hydro_tools.jobs.here import Here
-from hydro_tools.jobs.processes import AHEAD, Processes
 
 
 def begun_by_a_slow_receiver(executor, count, patience):

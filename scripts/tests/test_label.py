@@ -5,7 +5,8 @@ import unittest
 import mujoco
 import numpy as np
 
-from hydro_tools.datasets import features, plan, scene, simulation
+from hydro_mujoco.recording import features, simulation
+from hydro_tools.datasets import plan, scene
 
 
 class TowedBox(unittest.TestCase):
@@ -77,7 +78,7 @@ class Label(unittest.TestCase):
     def setUpClass(cls):
         cls.scene = scene.load()
         plans = [plan.task2(11, plan.Stream.TEST, i, samples=40, joint_range=cls.scene.joint_range) for i in range(4)]
-        cls.plans, cls.record = plans, simulation.simulate(cls.scene, plans)
+        cls.plans, cls.record = plans, simulation.simulate(cls.scene.system, plans)
 
     def dynamics(self, i, k, density):
         """Momentum rates at sample k of run i: M, J_com, H_com, qacc, all world frame; no water if density is 0."""
@@ -137,7 +138,7 @@ class Label(unittest.TestCase):
         np.testing.assert_allclose(data.sensor("imu_gyro").data, x[28:31], atol=1e-12)
         sign = np.sign(x[24:28] @ data.sensor("base_quaternion").data)
         np.testing.assert_allclose(sign * data.sensor("base_quaternion").data, x[24:28], atol=1e-12)
-        self.assertEqual(len(features.names(self.scene.joints)), 35)
+        self.assertEqual(len(self.scene.layout.names()), 35)
         self.assertEqual(x[34], self.plans[1].density[self.plans[1].warm_up + 5])
 
     def test_quaternion_sign_starts_positive_and_does_not_jump(self):
@@ -149,8 +150,8 @@ class Label(unittest.TestCase):
         np.testing.assert_array_equal(features.continuous(-smooth), smooth)
 
     def test_neighbours_and_threads_change_no_bit(self):
-        alone = simulation.simulate(self.scene, self.plans[2:3])
-        threaded = simulation.simulate(self.scene, self.plans, threads=2)
+        alone = simulation.simulate(self.scene.system, self.plans[2:3])
+        threaded = simulation.simulate(self.scene.system, self.plans, threads=2)
         np.testing.assert_array_equal(alone.wrench[0], self.record.wrench[2])
         np.testing.assert_array_equal(threaded.x, self.record.x)
 

@@ -11,9 +11,9 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from hydro_tools.jobs import JobError
-from hydro_tools.jobs.here import Here
-from hydro_tools.jobs.processes import Processes
+from hydro_mujoco.jobs import JobError
+from hydro_mujoco.jobs.here import Here
+from hydro_mujoco.jobs.processes import Processes
 from hydro_tools.jobs.program import HERE, Job, Program, packed, unpack
 from hydro_tools.repository import SCRIPTS
 

@@ -14,9 +14,11 @@ from pathlib import Path
 from unittest import mock
 
 import example_jobs as jobs
-from hydro_tools.datasets import DataError, dataset, proof, task2
-from hydro_tools.jobs import JobError, cluster
-from hydro_tools.jobs.here import Here
+from hydro_mujoco.jobs import JobError
+from hydro_mujoco.jobs.here import Here
+from hydro_mujoco.recording import proof
+from hydro_tools.datasets import DataError, dataset, task2
+from hydro_tools.jobs import cluster
 from hydro_tools.jobs.two_nodes import TwoNodes
 from hydro_tools.repository import SCRIPTS
 from test_jobs import begun_by_a_slow_receiver

@@ -9,7 +9,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from hydro_tools.datasets import DataError, features, rollouts, scene
+from hydro_mujoco.recording import features
+from hydro_tools.datasets import DataError, rollouts, scene
 from hydro_tools.repository import ROOT, SCRIPTS
 
 RECORDED = ROOT / "tests/data/rollouts"
@@ -22,7 +23,7 @@ class Recorded(unittest.TestCase):
 
     def test_belong_to_the_present_scene(self):
         self.assertEqual(self.index["model_sha256"], scene.load().sha256, "record tests/data/rollouts again")
-        self.assertEqual(self.index["features"], features.names(scene.load().joints))
+        self.assertEqual(self.index["features"], scene.load().layout.names())
 
     def test_shapes(self):
         for run in self.runs:
@@ -60,7 +61,7 @@ class Recorded(unittest.TestCase):
     def test_features_are_those_of_the_state(self):
         for run in self.runs:
             density = np.full(len(run["time"]), run["density"])
-            np.testing.assert_array_equal(features.features(run["qpos"], run["qvel"], density), run["x"])
+            np.testing.assert_array_equal(scene.load().layout.features(run["qpos"], run["qvel"], density), run["x"])
 
 
 class Recorder(unittest.TestCase):

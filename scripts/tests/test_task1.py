@@ -11,7 +11,8 @@ from unittest import mock
 import numpy as np
 from safetensors.numpy import load_file
 
-from hydro_tools.datasets import DataError, files, folder
+from hydro_mujoco.recording import files, folder
+from hydro_tools.datasets import DataError
 from hydro_tools.repository import SCRIPTS
 from hydro_tools.tank import campaign, conditions, dataset, force, processing, task1
 from hydro_tools.tank.conditions import Condition

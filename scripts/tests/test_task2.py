@@ -1,5 +1,6 @@
 """The Task 2 generator: its bytes, its resume, its refusals."""
 
+import hashlib
 import json
 import signal
 import subprocess
@@ -14,10 +15,11 @@ from unittest import mock
 import numpy as np
 from safetensors.numpy import load_file
 
-from hydro_tools.datasets import DataError, dataset, files, gait, plan, scene, simulation, task2
+from hydro_mujoco.jobs.here import Here
+from hydro_mujoco.jobs.processes import Processes
+from hydro_mujoco.recording import files, shards, simulation
+from hydro_tools.datasets import DataError, dataset, gait, plan, scene, task2
 from hydro_tools.datasets.regime import DENSITIES, GAITS, REGIMES, SPEEDS, USUAL
-from hydro_tools.jobs.here import Here
-from hydro_tools.jobs.processes import Processes
 from hydro_tools.repository import ROOT, SCRIPTS
 
 SETTINGS = dataset.Settings(
@@ -55,7 +57,7 @@ class Bytes(unittest.TestCase):
         self.assertEqual(contents(self.other("two")), contents(self.reference))
 
     def test_shard_size_and_block_change_no_trajectory(self):
-        with mock.patch.object(task2, "BLOCK", 3):
+        with mock.patch.object(shards, "BLOCK", 3):
             dataset.generate(
                 dataset.Settings(**{**SETTINGS.__dict__, "shard_size": 4}), self.other("big"), executor=Here()
             )
@@ -76,8 +78,8 @@ class Bytes(unittest.TestCase):
                 raise KeyboardInterrupt
             return original(*arguments)
 
-        original = task2.shard_bytes
-        with mock.patch.object(task2, "shard_bytes", dies), self.assertRaises(KeyboardInterrupt):
+        original = shards.shard_bytes
+        with mock.patch.object(shards, "shard_bytes", dies), self.assertRaises(KeyboardInterrupt):
             dataset.generate(SETTINGS, out, executor=Here())
         self.assertFalse((out / "manifest.json").exists())
         first = out / "train-00000-of-00002.safetensors"
@@ -132,7 +134,7 @@ class Bytes(unittest.TestCase):
             plan.task2(SETTINGS.seed, plan.Stream.PILOT, i, samples=SETTINGS.samples, joint_range=loaded.joint_range)
             for i in range(task2.PILOT)
         ]
-        wanted = 0.1 * simulation.simulate(loaded, pilot).wrench.reshape(-1, 6).std(0)
+        wanted = 0.1 * simulation.simulate(loaded.system, pilot).wrench.reshape(-1, 6).std(0)
         np.testing.assert_allclose(noise.std(0), wanted, rtol=0.2)
         np.testing.assert_allclose(self.manifest["perturbation_std"], wanted, rtol=1e-9)
         self.assertTrue((np.abs(noise.mean(0)) < 0.2 * wanted).all())
@@ -145,6 +147,61 @@ class Bytes(unittest.TestCase):
         with mock.patch("os.replace", side_effect=OSError(28, "No space left on device")), self.assertRaises(OSError):
             files.write_beside(self.other("full.json"), b"x")
         self.assertEqual(list(Path(self.temporary.name).glob("full*")), [])
+
+
+class AsBefore(unittest.TestCase):
+    """`--trials 6 --samples 50 --seed 3`, noted down at commit 49ee539, before the generator was built on `hydro_mujoco`.
+
+    Where processor and packages are those of that time the shards have these sha256; elsewhere the sums are close.
+    """
+
+    MANIFEST = "b3b95f27723faa527399adfb7a278eb993085fad94bc4580590ab63ebde4a904"
+    SHARDS = {
+        "train": "858507a057c914d38ca0631b4c20d406902ad1d1b5cfcb29be891e826d42d357",
+        "test": "0f854ae519e21e75bc91aff16541d236dd8cf741418a9bdeb9d9bc62f5a9a0a1",
+    }
+    STD = (
+        15.720620542010574,
+        17.747543939216683,
+        18.359200377288143,
+        0.7741389162449681,
+        1.5708345379532282,
+        0.6033653868646118,
+    )
+    #: Sums of cosine-weighted entries.
+    SUMS = {
+        "train": {
+            "x": -903.2244277043608,
+            "wrench": 1346.9331431505261,
+            "wrench_clean": 1087.9847901064254,
+            "hydrostatic": 130.74855972761043,
+            "condition": -194.482427159278,
+        },
+        "test": {
+            "x": -782.0452182998769,
+            "wrench": 266.146916403834,
+            "wrench_clean": 245.86258488561543,
+            "hydrostatic": 235.0783996131122,
+            "condition": -31.67723509168914,
+        },
+    }
+
+    def test_bytes(self):
+        settings = dataset.Settings("ref", 6, 3, 50, (0.8, 0.1, 0.1), 50, dataset.WATERS["ellipsoid"])
+        with tempfile.TemporaryDirectory() as folder:
+            manifest = dataset.generate(settings, Path(folder, "ref"), executor=Here())
+            for split, sha256 in self.SHARDS.items():
+                (entry,) = manifest["splits"][split]["shards"]
+                if entry["sha256"] != sha256:
+                    shard = load_file(Path(folder, "ref", entry["file"]))
+                    for name, wanted in self.SUMS[split].items():
+                        values = shard[name].astype(float)
+                        found = np.sum(values * np.cos(np.arange(values.size)).reshape(values.shape))
+                        self.assertAlmostEqual(found, wanted, delta=1e-3 * np.abs(values).sum() ** 0.5)
+        np.testing.assert_allclose(manifest.pop("perturbation_std"), self.STD, rtol=1e-9)
+        for key in ("splits", "mujoco", "numpy", "name"):
+            del manifest[key]
+        self.assertEqual(hashlib.sha256(json.dumps(manifest).encode()).hexdigest(), self.MANIFEST)
 
 
 class Regimes(unittest.TestCase):
@@ -317,6 +374,13 @@ class CommandLine(unittest.TestCase):
 
     def test_nothing_to_resume(self):
         self.assertIn("nothing to resume", self.refused("FULL", "--resume", code=1))
+
+    def test_a_split_that_gets_nothing_is_named(self):
+        with tempfile.TemporaryDirectory() as folder:
+            arguments = ("--trials", 6, "--samples", 5, "--workers", 1, "--water", "ellipsoid")
+            run = subprocess.run(command("--out", Path(folder, "out"), *arguments), capture_output=True, text=True)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertIn("split val of 6 trajectories is empty", run.stderr)
 
     def test_bad_splits(self):
         self.assertIn("sum to 1", self.refused("--splits", "0.5,0.1,0.1", code=2))

@@ -11,8 +11,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from hydro_mujoco.plugin import built_library, load_plugin
 from hydro_tools.datasets import trial_replay
-from hydro_tools.datasets.replay import built_library, load_plugin
 
 from . import BaselineError, motion, rollout
 

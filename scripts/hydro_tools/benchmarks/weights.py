@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import save
 
-from hydro_tools.datasets.files import write_beside
+from hydro_mujoco.recording.files import write_beside
 
 from ..repository import ROOT
 

@@ -16,9 +16,9 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
-from hydro_tools.jobs import JobError
+from hydro_mujoco.jobs import JobError
+from hydro_mujoco.jobs.here import Here
 from hydro_tools.jobs.cluster import Cluster
-from hydro_tools.jobs.here import Here
 from hydro_tools.jobs.program import HERE, Job, Program, packed, unpack
 
 #: Flags of `hydro compare` that name files, which nodes must find from wherever they are.

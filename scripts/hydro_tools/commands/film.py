@@ -9,7 +9,7 @@ r"""Film the swimming robot offscreen, with the water's force drawn as arrows.
 Pale arrow: the whole force of the water on the base, 1 m for 1000 N. Orange: the same
 without buoyancy, 1 m for 125 N. Violet: the torque, 1 m for 50 N m. With
 --arrows motion the orange one alone, 1 m for 60 N. Needs EGL (Debian: libegl1) or
-OSMesa (libosmesa6), and imageio with imageio-ffmpeg (pip install -e scripts[film]).
+OSMesa (libosmesa6), and imageio with imageio-ffmpeg (pip install -e python -e scripts[film]).
 """
 
 import argparse
@@ -25,6 +25,7 @@ os.environ.setdefault("MUJOCO_GL", BACKENDS[0])
 try:
     import imageio.v2 as imageio
 
+    from hydro_mujoco import plugin
     from hydro_tools.datasets import DataError, replay, rollouts, scene
     from hydro_tools.film.choreography import choreography
     from hydro_tools.film.frames import frames
@@ -105,8 +106,8 @@ def film(args: argparse.Namespace) -> int:
         run = runs[args.index]
         rows = round(args.seconds / scene.SAMPLE_PERIOD)
         run["ctrl"], run["push"] = run["ctrl"][:rows], run["push"][:rows]
-    if replay.PLUGIN in scene.find(args.scene).read_text(encoding="utf-8"):
-        replay.load_plugin(args.plugin or ROOT / "target/release" / replay.library_name())
+    if plugin.WRENCH in scene.find(args.scene).read_text(encoding="utf-8"):
+        plugin.load_plugin(args.plugin or ROOT / "target/release" / plugin.library_name())
     model = replay.compile_scene(args.scene, density=float(run["density"]), checkpoint=args.checkpoint)
     args.out.parent.mkdir(parents=True, exist_ok=True)
     beside = args.out.with_name(f"tmp-{args.out.name}")

@@ -18,10 +18,10 @@ from pathlib import Path
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
+from hydro_mujoco.recording.files import write_json  # noqa: E402
+from hydro_mujoco.recording.progress import Progress  # noqa: E402
 from hydro_tools.bluerov import nominal, numbers  # noqa: E402
 from hydro_tools.bluerov.case import NAMES, Case, plan  # noqa: E402
-from hydro_tools.datasets.files import write_json  # noqa: E402
-from hydro_tools.datasets.progress import Progress  # noqa: E402
 from hydro_tools.hidden_cases import HiddenCaseError  # noqa: E402
 from hydro_tools.hidden_cases.case import is_complete  # noqa: E402
 

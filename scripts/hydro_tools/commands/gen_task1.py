@@ -10,7 +10,7 @@ what is judgement in it is said in hydro_tools/tank/*.py. No part of it uses MuJ
     OUT/figures/  raw.svg, speeds.svg (with task 1.1)
     OUT/1.1, 1.2, 1.3   `hydro-dataset/1`: 100 samples of one tow; 5 conditions of 10 samples; the same with noise
 
-The same seed gives the same bytes. Needs pip install -e scripts[tank].
+The same seed gives the same bytes. Needs pip install -e python -e scripts[tank].
 """
 
 import argparse
@@ -23,7 +23,8 @@ from pathlib import Path
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
-from hydro_tools.datasets import DataError, arguments  # noqa: E402
+from hydro_mujoco.recording import arguments  # noqa: E402
+from hydro_tools.datasets import DataError  # noqa: E402
 from hydro_tools.tank import campaign, dataset, task1  # noqa: E402
 
 

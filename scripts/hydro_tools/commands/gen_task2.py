@@ -8,7 +8,7 @@ water's wrench on the base at the same state as the features, in the base frame 
 origin [N, N m], clean and with 10 % noise. --regime speeds, densities or gaits draws these from
 outside the usual ranges, to test what was trained inside them. The same seed gives the same bytes
 at any number of workers, here or on the nodes of a Ray cluster (--ray). Needs pip install -e
-scripts, and scripts[ray] for --ray.
+python -e scripts, and scripts[ray] for --ray.
 """
 
 import argparse
@@ -17,12 +17,14 @@ import sys
 import time
 from pathlib import Path
 
-from hydro_tools.datasets import DataError, arguments, dataset, regime, scene
-from hydro_tools.jobs import JobError
+from hydro_mujoco.jobs import JobError
+from hydro_mujoco.jobs.executor import Executor
+from hydro_mujoco.jobs.here import Here
+from hydro_mujoco.jobs.processes import Processes
+from hydro_mujoco.recording import arguments
+from hydro_mujoco.recording.dataset import empty_splits
+from hydro_tools.datasets import DataError, dataset, regime
 from hydro_tools.jobs.cluster import Cluster
-from hydro_tools.jobs.executor import Executor
-from hydro_tools.jobs.here import Here
-from hydro_tools.jobs.processes import Processes
 
 
 def parse() -> argparse.Namespace:
@@ -55,7 +57,13 @@ def parse() -> argparse.Namespace:
     parser.add_argument(
         "--shard-size", type=arguments.count, default=50, help="trajectories a file (default: %(default)s)"
     )
-    parser.add_argument("--model", default=scene.TRUTH, help="truth scene (default: %(default)s)")
+    parser.add_argument(
+        "--water",
+        choices=dataset.WATERS,
+        default="ellipsoid",
+        help="truth: ellipsoid is MuJoCo's own fluid, as identified (default: %(default)s)",
+    )
+    parser.add_argument("--model", help="another scene of that water (default: its own)")
     clash = parser.add_mutually_exclusive_group()
     clash.add_argument("--resume", action="store_true", help="finish what a former run left")
     clash.add_argument("--overwrite", action="store_true", help="replace the data set in --out")
@@ -84,9 +92,11 @@ def main() -> int:
         samples=args.samples,
         splits=args.splits,
         shard_size=args.shard_size,
-        model=args.model,
+        model=args.model or dataset.WATERS[args.water],
         regime=regime.REGIMES[args.regime],
     )
+    if empty := empty_splits(settings.size):
+        print(f"gen_task2.py: {empty}", file=sys.stderr)
     start = time.monotonic()
     try:
         with executor(args) as workers:

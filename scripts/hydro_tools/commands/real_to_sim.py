@@ -10,7 +10,7 @@ Reads raw/conditions.csv: mean force and standard error of every tow. Writes
     OUT/identified.json, b1_truth.xml   the coefficients, and the free-swimming scene with them
 
 --write puts the last two into the repository instead: scripts/hydro_tools/robot/identified.json and mjcf/b1_truth.xml.
-The same seed and data give the same files. Needs pip install -e scripts[sysid].
+The same seed and data give the same files. Needs pip install -e python -e scripts[sysid].
 """
 
 import argparse
@@ -25,8 +25,9 @@ from pathlib import Path
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
-from hydro_tools.datasets import DataError, arguments  # noqa: E402
-from hydro_tools.datasets.files import write_beside, write_json  # noqa: E402
+from hydro_mujoco.recording import arguments  # noqa: E402
+from hydro_mujoco.recording.files import write_beside, write_json  # noqa: E402
+from hydro_tools.datasets import DataError  # noqa: E402
 from hydro_tools.repository import ROOT  # noqa: E402
 from hydro_tools.robot import files, identified  # noqa: E402
 from hydro_tools.robot.hull import DISPLACED_LITRES  # noqa: E402
@@ -72,7 +73,7 @@ def run(args: argparse.Namespace) -> dict:
     try:
         from hydro_tools.identification import figures, measurements, page, result, study
     except ImportError as error:
-        raise DataError(f"{error}: python -m pip install -e scripts[sysid]") from error
+        raise DataError(f"{error}: python -m pip install -e python -e scripts[sysid]") from error
     table = measurements.find(args.towing)
     tows = measurements.read(table)
     if args.out.exists() and not args.out.is_dir():

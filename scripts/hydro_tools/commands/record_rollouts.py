@@ -4,7 +4,7 @@
     python scripts/record_rollouts.py --out out/long --count 1 --minutes 10 --seed 1
 
 The closed loop is compared on them: same start, same controls and pushes, the water exchanged.
-Needs mujoco and numpy (pip install -e scripts).
+Needs mujoco and numpy (pip install -e python -e scripts).
 """
 
 import argparse
@@ -12,8 +12,8 @@ import shlex
 import sys
 from pathlib import Path
 
+from hydro_mujoco.recording.progress import Progress
 from hydro_tools.datasets import DataError, plan, rollouts, scene
-from hydro_tools.datasets.progress import Progress
 
 
 def _range(text: str) -> tuple[float, float]:

@@ -23,9 +23,9 @@ from pathlib import Path
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
+from hydro_mujoco.recording.progress import Progress  # noqa: E402
 from hydro_tools.baselines import BaselineError  # noqa: E402
 from hydro_tools.baselines.settings import METHODS  # noqa: E402
-from hydro_tools.datasets.progress import Progress  # noqa: E402
 
 
 def results(args: argparse.Namespace, cases: list[Path], todo: list[Path], task: Callable, *more) -> Iterator:

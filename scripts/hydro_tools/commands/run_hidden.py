@@ -15,7 +15,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
-from hydro_tools.datasets.progress import Progress
+from hydro_mujoco.recording.progress import Progress
 from hydro_tools.hidden_cases.gap import run
 from hydro_tools.repository import ROOT
 

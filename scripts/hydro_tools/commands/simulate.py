@@ -6,7 +6,7 @@
 
 Start, joint targets and pushes are those of the recording; only the water differs. Position error:
 distance of the base origins [m]. Attitude error: angle of the rotation between the base frames
-[degrees]. Needs mujoco and numpy (pip install -e scripts), and the plugin library for a scene that
+[degrees]. Needs mujoco and numpy (pip install -e python -e scripts), and the plugin library for a scene that
 names it.
 """
 
@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hydro_mujoco import plugin
 from hydro_tools.datasets import DataError, replay, rollouts, scene
 from hydro_tools.datasets.closed_loop import INSTANTS, errors
 from hydro_tools.repository import ROOT
@@ -30,7 +31,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument(
         "--plugin",
         type=Path,
-        default=ROOT / "target/release" / replay.library_name(),
+        default=ROOT / "target/release" / plugin.library_name(),
         help="plugin library (default: target/release/...)",
     )
     parser.add_argument("--checkpoint", type=Path, help="checkpoint folder, instead of the scene's")
@@ -41,8 +42,8 @@ def parse() -> argparse.Namespace:
 def run(args: argparse.Namespace) -> list[dict]:
     """One entry a rollout: file, density, errors by instant."""
     index, runs = rollouts.read(args.rollouts)
-    if replay.PLUGIN in scene.find(args.scene).read_text(encoding="utf-8"):
-        replay.load_plugin(args.plugin)
+    if plugin.WRENCH in scene.find(args.scene).read_text(encoding="utf-8"):
+        plugin.load_plugin(args.plugin)
     results = []
     for entry, recorded in zip(index["rollouts"], runs):
         model = replay.compile_scene(args.scene, density=entry["density"], checkpoint=args.checkpoint)

@@ -1,23 +1,21 @@
-"""The Task 2 data set: shards by any executor, resume after a kill, manifest.
+"""The Task 2 data set: B1's head of the manifest, and its recorder."""
 
-A shard depends on (seed, regime, split, index of its trajectories) alone, so a resumed folder has the bytes
-of an uninterrupted one.
-"""
-
-from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from hydro_tools.jobs import JobError
-from hydro_tools.jobs.executor import Executor
+from hydro_mujoco.jobs.executor import Executor
+from hydro_mujoco.recording import dataset, kinematics
+from hydro_mujoco.recording.features import FRAMES, OUTPUT_UNITS, OUTPUTS
+from hydro_mujoco.recording.folder import SCHEMA
 
-from . import VERSION, DataError, features, kinematics, scene, task2
-from .folder import SCHEMA, Shard, complete, cut, entries, finished, intact, prepare, share
-from .proof import Proof
+from . import VERSION, DataError, scene, task2
 from .regime import USUAL, Regime
+
+#: The truth scene of each water that the data set can be made in.
+WATERS = {"ellipsoid": scene.TRUTH}
 
 
 @dataclass(frozen=True)
@@ -33,13 +31,19 @@ class Settings:
     model: str
     regime: Regime = USUAL
 
-    def counts(self) -> dict[str, int]:
-        """Trajectories by split; they sum to `trials`."""
-        return share(self.trials, self.splits)
+    @property
+    def size(self) -> dataset.Size:
+        """How many trajectories, in which splits and files."""
+        return dataset.Size(self.trials, self.splits, self.shard_size)
 
-    def shards(self) -> list[Shard]:
-        """Every shard, in order."""
-        return cut(self.counts(), self.shard_size)
+
+def _tree(loaded: scene.Scene) -> dict:
+    """The links of the robot: its hulls."""
+    base = loaded.model.body(scene.BASE).id
+    try:
+        return kinematics.tree(loaded.model, base, kinematics.hulls(loaded.model, base))
+    except DataError as error:
+        raise DataError(f"model {loaded.path}: {error}") from error
 
 
 def _head(settings: Settings, loaded: scene.Scene) -> dict:
@@ -47,12 +51,12 @@ def _head(settings: Settings, loaded: scene.Scene) -> dict:
     return {
         "schema": SCHEMA,
         "name": settings.name,
-        "features": features.names(loaded.joints),
-        "feature_units": features.units(loaded.joints),
-        "outputs": list(features.OUTPUTS),
-        "output_units": list(features.OUTPUT_UNITS),
-        "frames": features.FRAMES,
-        "kinematics": kinematics.tree(loaded),
+        "features": loaded.layout.names(),
+        "feature_units": loaded.layout.units(),
+        "outputs": list(OUTPUTS),
+        "output_units": list(OUTPUT_UNITS),
+        "frames": FRAMES,
+        "kinematics": _tree(loaded),
         "sample_period": scene.SAMPLE_PERIOD,
         "physics_timestep": loaded.model.opt.timestep,
         "samples": settings.samples,
@@ -71,34 +75,15 @@ def generate(
 ) -> dict:
     """Make or finish the data set; returns its manifest."""
     loaded = scene.load(settings.model)
-    head = _head(settings, loaded)
-    shards = settings.shards()
-    planned = {shard.file: shard.count for shard in shards}
-    hashes: dict[str, str] = {}
-    std = None
-    if prepare(out, resume=resume, overwrite=overwrite):
-        recorded, std = finished(out, head, planned, unsaid={"regime": USUAL.name})
-        hashes = intact(out, recorded)
-    if std is None:
-        std = [
-            float(s)
-            for s in task2.PERTURBATION * task2.pilot_std(loaded, settings.regime, settings.seed, settings.samples)
-        ]
-
-    maker = task2.Maker(loaded, settings.regime, settings.seed, settings.samples, np.array(std))
-    if executor.other_machines:
-        maker = replace(maker, proof=Proof.from_bytes(maker.sample()))
-    missing = {shard.file: shard for shard in shards if shard.file not in hashes}
-    # Workers may be machines without this folder: only this process writes.
-    try:
-        with closing(executor.run(maker, missing)) as results:
-            return complete(
-                out,
-                head | {"perturbation_std": std},
-                planned,
-                hashes,
-                results,
-                lambda hashes: {"splits": entries(settings.counts(), shards, hashes)},
-            )
-    except JobError as error:
-        raise DataError(f"{error}; finished shards are kept: go on with --resume") from error
+    recorder = task2.Task2(loaded, settings.regime, settings.seed, settings.samples)
+    return dataset.generate(
+        recorder,
+        settings.size,
+        _head(settings, loaded),
+        out,
+        noise_std=lambda: task2.PERTURBATION * recorder.pilot_std(),
+        executor=executor,
+        resume=resume,
+        overwrite=overwrite,
+        unsaid={"regime": USUAL.name},
+    )

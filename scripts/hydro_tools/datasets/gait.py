@@ -1,4 +1,4 @@
-"""Joint targets: sinusoids with the phase pattern of a gait, crossfaded where gaits change."""
+"""Joint targets: sinusoids with the phase pattern of a gait."""
 
 from dataclasses import dataclass
 
@@ -66,13 +66,6 @@ def draw(rng: np.random.Generator, ranges: Ranges) -> Gait:
     mirrored = np.array([[-lean[0], lean[1], lean[2]], [lean[0], lean[1], lean[2]]] * 2).ravel()
     centre = np.tile(CENTRE, 4) + mirrored + np.tile(ranges.scatter, 4) * rng.uniform(-1, 1, 12)
     return Gait(centre, amplitude, rng.uniform(*ranges.frequency), phase, rng.uniform(0.0, 0.3))
-
-
-def crossfade(track: np.ndarray, new: np.ndarray, start: int, length: int) -> None:
-    """Let `track` [N, k] become `new` [N - start, k] from sample `start` on, over `length` samples (smoothstep)."""
-    u = np.clip((np.arange(len(track) - start) + 1) / max(length, 1), 0.0, 1.0)
-    weight = (u * u * (3 - 2 * u))[:, None]
-    track[start:] = (1 - weight) * track[start:] + weight * new
 
 
 def within(targets: np.ndarray, joint_range: np.ndarray) -> np.ndarray:

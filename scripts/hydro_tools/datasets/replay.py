@@ -1,53 +1,18 @@
 """Drive a scene, whatever its water, with the start, controls and pushes of a recorded rollout."""
 
-import ctypes
-import os
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
+from hydro_mujoco.plugin import WRENCH
+
 from ..repository import ROOT
 from . import DataError, scene
 
-#: Name of the force plugin in a scene's <extension>.
-PLUGIN = "hydro.wrench"
 #: Sensor that the plugin fills: force and torque in the base frame.
 WRENCH_SENSOR = "water_wrench"
-
-
-def library_name() -> str:
-    """File name of the plugin library on this system."""
-    return {"darwin": "libhydro_plugin.dylib", "win32": "hydro_plugin.dll"}.get(sys.platform, "libhydro_plugin.so")
-
-
-def built_library(variable: str) -> Path:
-    """The plugin library that an environment variable names, else the newest in target/."""
-    if variable in os.environ:
-        return Path(os.environ[variable])
-    target = ROOT / "target"
-    built = target.glob(f"*/{library_name()}")
-    return max(built, key=lambda path: path.stat().st_mtime, default=target / "release" / library_name())
-
-
-def load_plugin(path: Path) -> None:
-    """Register the library's plugins in this process, unless they are registered already."""
-    library = ctypes.CDLL(str(Path(mujoco.__file__).parent / _mujoco_library()))
-    library.mjp_getPlugin.restype = ctypes.c_void_p
-    if library.mjp_getPlugin(PLUGIN.encode(), None):
-        return
-    if not path.is_file():
-        raise DataError(f"plugin library {path}: no such file; build it with `cargo build --release` or pass --plugin")
-    mujoco.mj_loadPluginLibrary(str(path.resolve()))
-
-
-def _mujoco_library() -> str:
-    found = sorted(path.name for path in Path(mujoco.__file__).parent.glob("libmujoco*"))
-    if not found:
-        raise DataError("the mujoco package has no libmujoco beside it")
-    return found[0]
 
 
 def compile_scene(path: str, *, density: float, checkpoint: Path | None = None) -> mujoco.MjModel:
@@ -55,7 +20,7 @@ def compile_scene(path: str, *, density: float, checkpoint: Path | None = None) 
     file = scene.find(path)
     try:
         spec = mujoco.MjSpec.from_file(str(file))
-        plugins = [plugin for plugin in spec.plugins if plugin.plugin_name == PLUGIN]
+        plugins = [plugin for plugin in spec.plugins if plugin.plugin_name == WRENCH]
         for plugin in plugins:
             config = dict(plugin.config) | {"density": repr(float(density))}
             folder = Path(config.get("checkpoint", "")) if checkpoint is None else checkpoint

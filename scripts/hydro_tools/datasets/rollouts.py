@@ -13,8 +13,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from . import DataError, features, plan, scene, simulation
-from .files import npz_bytes, sha256, write_beside, write_json
+from hydro_mujoco.recording.files import npz_bytes, sha256, write_beside, write_json
+from hydro_mujoco.recording.simulation import simulate
+
+from . import DataError, plan, scene
 
 SCHEMA = "hydro-rollouts/1"
 INDEX = "rollouts.json"
@@ -26,7 +28,9 @@ def record(
     """Run number `index` of `seed`, `duration` seconds long."""
     periods = round(duration / scene.SAMPLE_PERIOD)
     drawn = plan.rollout(seed, index, samples=periods + 1, density_range=density_range, joint_range=loaded.joint_range)
-    run = simulation.simulate(loaded, [drawn])
+    run = simulate(loaded.system, [drawn])
+    if run.fault[0]:
+        raise DataError(f"run {index} diverged ({run.fault[0]})")
     return {
         "time": np.arange(periods + 1) * scene.SAMPLE_PERIOD,
         "qpos": run.qpos[0],
@@ -65,7 +69,7 @@ def write_index(out: Path, loaded: scene.Scene, seed: int, command: str, entries
             "seed": seed,
             "command": command,
             "mujoco": mujoco.__version__,
-            "features": features.names(loaded.joints),
+            "features": loaded.layout.names(),
             "joints": list(loaded.joints),
             "rollouts": entries,
         },

@@ -2,10 +2,14 @@
 
 import hashlib
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import mujoco
 import numpy as np
+
+from hydro_mujoco.recording.features import FreeBase, Joint, Layout
+from hydro_mujoco.recording.system import Compiled, Lift, System
 
 from ..repository import ROOT
 from . import DataError
@@ -29,10 +33,23 @@ class Scene:
     model: mujoco.MjModel
     joints: tuple[str, ...]
 
-    @property
-    def substeps(self) -> int:
-        """Physics steps in a sample."""
-        return round(SAMPLE_PERIOD / self.model.opt.timestep)
+    @cached_property
+    def layout(self) -> Layout:
+        """The 35 features."""
+        joints = tuple(Joint(name, 7 + i, 6 + i) for i, name in enumerate(self.joints))
+        return Layout(joints, FreeBase(0, 0), has_density=True)
+
+    @cached_property
+    def system(self) -> System:
+        """The scene, as it is recorded: its fluid and its buoyancy are the water."""
+        fixed = lift_at(self.model, np.float64(0.0))
+        return System(
+            Compiled(self.model),
+            SAMPLE_PERIOD,
+            self.model.body(BASE).id,
+            self.layout,
+            lift=Lift(fixed, lift_at(self.model, np.float64(1.0)) - fixed),
+        )
 
     @property
     def joint_range(self) -> np.ndarray:

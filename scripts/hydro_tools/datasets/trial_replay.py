@@ -11,7 +11,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from .replay import built_library, load_plugin
+from hydro_mujoco.plugin import built_library, load_plugin
 
 #: Before a log begins nothing is known: memories are led through its first motion and command, held so long [s].
 HELD = 1.0

@@ -3,7 +3,8 @@
 import mujoco
 import numpy as np
 
-from hydro_tools.datasets import features, replay, scene
+from hydro_mujoco.recording.features import base_wrench
+from hydro_tools.datasets import replay, scene
 
 #: Lengths of the arrows: m/N, m/N, m/(N m); their shaft's radius [m].
 WHOLE, DYNAMIC, TORQUE, SHAFT = 1e-3, 8e-3, 2e-2, 0.012
@@ -20,7 +21,7 @@ def water_wrench(model, data, density: float) -> tuple:
     if sensor >= 0:
         wrench = data.sensordata[model.sensor_adr[sensor] :][:6]
     else:
-        wrench = features.base_wrench(data.qpos[3:7], data.qfrc_fluid[:6] + data.qfrc_gravcomp[:6])
+        wrench = base_wrench(data.qpos[3:7], data.qfrc_fluid[:6] + data.qfrc_gravcomp[:6])
     hulls = [i for i in range(model.ngeom) if model.geom(i).name.endswith("_hull")]
     volume = sum(4 / 3 * np.pi * np.prod(model.geom_size[i]) for i in hulls)
     force = turn @ wrench[:3]

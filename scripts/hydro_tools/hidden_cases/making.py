@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 
-from ..datasets.progress import Progress
+from hydro_mujoco.recording.progress import Progress
 
 
 def make_all(make: Callable, todo: Sequence, jobs: int, progress: Progress) -> list[str]:

@@ -8,7 +8,7 @@ so a replicate is a bounded linear least-squares problem with the bounds of the 
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from hydro_tools.datasets.randomness import generator
+from hydro_mujoco.recording.randomness import generator
 
 from .coefficients import DEFAULT, LARGEST, LARGEST_OFFSET
 from .fit import Fit, Prior, Tank, level_factors, whitened

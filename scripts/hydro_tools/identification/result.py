@@ -8,8 +8,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from hydro_mujoco.recording.files import sha256
 from hydro_tools.datasets import VERSION
-from hydro_tools.datasets.files import sha256
 from hydro_tools.robot import identified
 from hydro_tools.tank import conditions
 from hydro_tools.tank.campaign import SCHEMA as TOWING_SCHEMA

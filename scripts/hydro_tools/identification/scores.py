@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hydro_tools.datasets.randomness import generator
+from hydro_mujoco.recording.randomness import generator
 
 from .measurements import Measurements
 

@@ -7,8 +7,8 @@ leaving out whole configurations is the harder question, and asked beside it.
 
 import numpy as np
 
+from hydro_mujoco.recording.randomness import generator
 from hydro_tools.datasets import DataError
-from hydro_tools.datasets.randomness import generator
 
 from .measurements import Measurements
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydro_tools.datasets.progress import Progress
+from hydro_mujoco.recording.progress import Progress
 
 from . import blocks, identifiability
 from .coefficients import DEFAULT

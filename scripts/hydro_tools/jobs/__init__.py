@@ -1,16 +1,6 @@
-"""Independent jobs spread over processes or machines; who asks receives their results one by one.
+"""Jobs (`hydro_mujoco.jobs`) on other machines, and jobs that are programs.
 
-executor.py    what every executor does: a stream of results with a bounded number of jobs under way
-here.py        in this process, one after the other
-processes.py   in worker processes of this machine
 cluster.py     on the nodes of a Ray cluster
 program.py     jobs that are command lines, their files packed
 two_nodes.py   a Ray cluster on this machine, to try it
-
-A job is any value that can be pickled. The work is a callable that can be pickled too: job -> bytes. It is sent
-to each worker once. Nodes need not share a file system: only bytes come back, and who asks writes them.
 """
-
-
-class JobError(Exception):
-    """A job failed, or its workers could not be had; the message says which and why."""

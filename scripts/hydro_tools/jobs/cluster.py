@@ -1,7 +1,7 @@
 """Jobs on the nodes of a Ray cluster (https://docs.ray.io), which need none of our files.
 
-`hydro_tools` travels with the jobs (`py_modules`); Python and what it imports must be there. Results come
-back through Ray's object store. Jobs of a lost node are done again on another one; nodes that join are used.
+`hydro_tools` and `hydro_mujoco` travel with the jobs (`py_modules`); Python and what it imports must be there. Results
+come back through Ray's object store. Jobs of a lost node are done again on another one; nodes that join are used.
 """
 
 import os
@@ -13,10 +13,10 @@ from pathlib import Path
 from types import ModuleType
 from urllib.parse import urlsplit
 
+import hydro_mujoco
 import hydro_tools
-
-from . import JobError
-from .executor import Executor, Work
+from hydro_mujoco.jobs import JobError
+from hydro_mujoco.jobs.executor import Executor, Work
 
 #: Jobs under way for each core: one that it does, one that it finds when it is done.
 AHEAD = 2
@@ -32,7 +32,7 @@ os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
 class Cluster(Executor):
     """The cluster at `address`: `auto`, `host:6379`, `ray://host:10001`, or `local` for one on this machine.
 
-    packages: modules that jobs need on the nodes beside `hydro_tools`.
+    packages: modules that jobs need on the nodes beside these.
     done_by: jobs done so far, by node.
     """
 
@@ -45,7 +45,7 @@ class Cluster(Executor):
             raise JobError("Ray is not installed here: scripts/setup_venv.sh ray") from error
         if ray.is_initialized():
             raise JobError("this process is connected to a Ray cluster already: call ray.shutdown() first")
-        sources = [str(Path(package.__file__).parent) for package in (hydro_tools, *packages)]
+        sources = [str(Path(package.__file__).parent) for package in (hydro_tools, hydro_mujoco, *packages)]
         _refuse_silence(address)
         options = {"include_dashboard": False} if address == "local" else {}
         try:

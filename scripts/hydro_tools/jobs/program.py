@@ -11,7 +11,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import JobError
+from hydro_mujoco.jobs import JobError
 
 #: Stands for the folder in a command line.
 HERE = "{here}"

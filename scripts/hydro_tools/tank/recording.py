@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydro_tools.datasets.randomness import generator
+from hydro_mujoco.recording.randomness import generator
 
 from . import cell, conditions, force, motion
 

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hydro_mujoco.recording.folder import SPLITS, share
+from hydro_mujoco.recording.randomness import generator
 from hydro_tools.datasets import DataError
-from hydro_tools.datasets.folder import SPLITS, share
-from hydro_tools.datasets.randomness import generator
 
 from . import force, motion
 from .conditions import CONFIGURATIONS, COUNT, Condition

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from . import DataError
+from ..errors import DataError
 
 
 def machine() -> str:

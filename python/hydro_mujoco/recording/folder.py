@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from safetensors import safe_open
 
-from . import DataError
+from ..errors import DataError
 from .files import sha256, write_beside, write_json
 from .progress import Progress
 
@@ -144,6 +145,15 @@ def prepare(out: Path, *, resume: bool, overwrite: bool, files: tuple[str, ...] 
 def intact(out: Path, hashes: dict[str, str]) -> dict[str, str]:
     """Those of the recorded files that are there with the recorded bytes."""
     return {file: digest for file, digest in hashes.items() if (out / file).is_file() and sha256(out / file) == digest}
+
+
+def drawn_again(out: Path, files: Iterable[str]) -> int:
+    """Trajectories that shards say were unstable and drawn again."""
+    total = 0
+    for file in files:
+        with safe_open(out / file, "numpy") as shard:
+            total += int((shard.metadata() or {}).get("drawn_again", 0))
+    return total
 
 
 def complete(

@@ -1,0 +1,93 @@
+"""A scene with a checkpoint in place of the water that it was recorded in."""
+
+import json
+import os
+from pathlib import Path
+
+import mujoco
+
+from .errors import DataError
+from .plugin import WRENCH, load_plugin
+from .record import scene
+from .record import water as waters
+from .recording.kinematics import below, name_of
+
+
+def with_checkpoint(
+    model: str | os.PathLike | mujoco.MjSpec,
+    checkpoint: str | os.PathLike,
+    *,
+    body: str | None = None,
+    water: str | None = None,
+    buoyancy: bool = False,
+    plugin: str | os.PathLike | None = None,
+) -> mujoco.MjSpec:
+    """The model's spec with a trained checkpoint instead of the water that `record` learned; compile it and step.
+
+    MuJoCo's fluid is switched off where it was the label, and so are the learned effects; all other effects, a current
+    and a waterline stay beside the checkpoint. The arguments `body`, `water` and `buoyancy` are those of the recording.
+    """
+    return _with_checkpoint(
+        model, Path(checkpoint), body, water, buoyancy, Path(plugin) if plugin is not None else None
+    )
+
+
+def _with_checkpoint(
+    model: str | os.PathLike | mujoco.MjSpec,
+    checkpoint: Path,
+    body: str | None,
+    kind: str | None,
+    buoyancy: bool,
+    library: Path | None,
+) -> mujoco.MjSpec:
+    try:
+        features = json.loads((checkpoint / "card.json").read_text(encoding="utf-8"))["features"]
+    except (OSError, ValueError, KeyError) as error:
+        raise DataError(f"checkpoint {checkpoint}: {error}; expected a folder that hydro train wrote") from error
+    load_plugin(library)
+    source = scene.read(model, library)
+    given = source.compiled()
+    found = waters.instances(source, given)
+    base = scene.base_body(given, body, [instance.body for instance in found])
+    wet = waters.find(source, given, kind, buoyancy)
+    spec = source.spec
+    config = {"checkpoint": str(checkpoint.resolve())}
+    # Effects beside the checkpoint take the density from the attribute once MuJoCo's fluid is off.
+    if given.opt.density > 0 and ("density" in features or wet.effects):
+        config["density"] = repr(float(given.opt.density))
+    for instance in wet.instances:
+        own = dict(instance.config)
+        if wet.has_effects:
+            own.pop("checkpoint", None)
+            beside = [effect for effect in instance.effects if not wet.learns(effect)]
+            own["effects"] = waters.effects_text(beside)
+        elif instance.effects:
+            own["effects"] = waters.effects_text(instance.effects)
+        spec.plugins[instance.index].config = own
+    if wet.has_fluid:
+        spec.option.density = spec.option.viscosity = 0.0
+        if any(spec.option.wind):
+            config["current"] = " ".join(repr(float(speed)) for speed in spec.option.wind)
+            spec.option.wind = [0.0, 0.0, 0.0]
+    if buoyancy:
+        for link in below(given, base):
+            spec.bodies[link].gravcomp = 0.0
+    carrier = next((instance for instance in wet.instances if instance.body == base), None)
+    if carrier is not None:
+        plugin = spec.plugins[carrier.index]
+        own = config | dict(plugin.config) | {"checkpoint": config["checkpoint"]}
+        if own.get("effects") == waters.effects_text([]):
+            del own["effects"]
+        plugin.config = own
+        return spec
+    holder = spec.bodies[base].plugin
+    if holder.active:
+        raise DataError(
+            f"body `{name_of(given, base)}` carries the plugin {holder.plugin_name}; a body holds one, so the "
+            "checkpoint has no place"
+        )
+    name = f"{waters.ADDED}_water"
+    spec.activate_plugin(WRENCH)
+    spec.add_plugin(name=name, plugin_name=WRENCH, active=True).config = config
+    holder.plugin_name, holder.name, holder.active = WRENCH, name, True
+    return spec

@@ -1,0 +1,69 @@
+"""The plugin library: where it is, and loading it into this process."""
+
+import ctypes
+import os
+import sys
+from pathlib import Path
+
+import mujoco
+
+from .errors import DataError
+
+#: Name of the force plugin in an MJCF's <extension>.
+WRENCH = "hydro.wrench"
+#: Environment variables: the library itself, the folder that holds it.
+LIBRARY, FOLDER = "HYDRO_PLUGIN", "HYDRO_PLUGIN_DIR"
+
+
+def library_name() -> str:
+    """File name of the plugin library on this system."""
+    return {"darwin": "libhydro_plugin.dylib", "win32": "hydro_plugin.dll"}.get(sys.platform, "libhydro_plugin.so")
+
+
+def built_library(variable: str = LIBRARY) -> Path:
+    """The plugin library that an environment variable names, else the newest that cargo has built; it may not exist.
+
+    variable: of the library itself; FOLDER counts where it is not set.
+    """
+    if variable in os.environ:
+        return Path(os.environ[variable])
+    if FOLDER in os.environ:
+        return Path(os.environ[FOLDER], library_name())
+    packaged = Path(__file__).with_name(library_name())
+    if packaged.is_file():
+        return packaged
+    target = Path(__file__).resolve().parents[2] / "target"
+    built = target.glob(f"*/{library_name()}")
+    return max(built, key=lambda path: path.stat().st_mtime, default=target / "release" / library_name())
+
+
+def is_loaded() -> bool:
+    """True where this process knows `hydro.wrench`."""
+    library = ctypes.CDLL(str(Path(mujoco.__file__).parent / _mujoco_library()))
+    library.mjp_getPlugin.restype = ctypes.c_void_p
+    return bool(library.mjp_getPlugin(WRENCH.encode(), None))
+
+
+def load_plugin(path: Path | None = None) -> None:
+    """Register the library's plugins in this process, unless they are registered already.
+
+    path: `built_library()` by default.
+    """
+    if is_loaded():
+        return
+    path = path or built_library()
+    if not path.is_file():
+        raise DataError(
+            f"plugin library {path}: no such file; build it with `cargo build --release`, or name it by --plugin or "
+            f"{LIBRARY}"
+        )
+    mujoco.mj_loadPluginLibrary(str(path.resolve()))
+    if not is_loaded():
+        raise DataError(f"plugin library {path}: it did not register {WRENCH}; MuJoCo's warning says why")
+
+
+def _mujoco_library() -> str:
+    found = sorted(path.name for path in Path(mujoco.__file__).parent.glob("libmujoco*"))
+    if not found:
+        raise DataError("the mujoco package has no libmujoco beside it")
+    return found[0]
