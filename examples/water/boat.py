@@ -1,4 +1,4 @@
-"""A boat floats at its draught, rolls, follows a swell and is driven ashore by the current.
+"""A boat floats at its draught, follows a swell and is driven ashore by the current; a buoy stays on its mooring.
 
 python examples/water/boat.py [FOLDER FOR boat.png]
 """
@@ -22,7 +22,7 @@ data.qvel[:2] = (
     0.3 + 0.5 * height * omega * np.cos(heading),
     0.5 * height * omega * np.sin(heading),
 )  # with the water
-times, heave, waves, x = [], [], [], []
+times, heave, waves, x, buoy = [], [], [], [], []
 grounded = None
 while data.time < 90:
     mujoco.mj_step(model, data)
@@ -30,6 +30,7 @@ while data.time < 90:
     heave.append(data.qpos[2])
     waves.append(swell(*data.qpos[:2]))
     x.append(data.qpos[0])
+    buoy.append(data.body("buoy").xpos.copy())
     if grounded is None and data.ncon:
         grounded = data.time
     if abs(data.time - 12) < 0.5 * model.opt.timestep:
@@ -40,5 +41,9 @@ follow = np.polyfit(waves[afloat], heave[afloat], 1)[0]
 print(f"follows the swell: heave = {follow:.2f} of the wave's elevation (1 for a small boat)")
 drift = np.polyfit(times[afloat], np.array(x)[afloat], 1)[0]
 print(f"drift {drift:.2f} m/s in a current of 0.30 m/s")
+buoy = np.array(buoy)[times > 20]
+print(
+    f"the buoy moves by {np.ptp(buoy[:, 2]):.2f} m up and down in waves of {height} m, {np.ptp(buoy[:, 0]):.1f} m along, on its mooring"
+)
 print(f"aground after {grounded:.0f} s" if grounded else "not aground")
 scene.picture(model, data, scene.target("boat_ashore.png"), swell)

@@ -12,7 +12,6 @@ import unittest
 from pathlib import Path
 
 import barge
-
 from hydro_tools.datasets.trial_replay import compare
 from hydro_tools.repository import ROOT, SCRIPTS
 

@@ -2,8 +2,9 @@
 
     python scripts/bench_water.py [--rounds 15]
 
-One free body, implicitfast, 5 ms. Every row is timed in turn with the bare scene, rounds times; printed are medians and what
-the water adds to a step. 64 boats in `mujoco.batch` (or `mujoco.rollout` where there is none), on one thread and on two.
+One free body, implicitfast, 5 ms. Every row is timed in turn with the bare scene, rounds times; printed are
+medians and what the water adds to a step. 64 boats in `mujoco.batch` (or `mujoco.rollout` where there is none), on
+one thread and on two.
 """
 
 import argparse

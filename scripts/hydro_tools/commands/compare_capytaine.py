@@ -2,10 +2,10 @@
 
     pip install capytaine && python scripts/compare_capytaine.py
 
-A box of 2 x 1 x 0.5 m and 400 kg, draught 0.2 m, free to heave alone, beam and head seas in deep water. Added mass and damping of each
-frequency are Capytaine's; the plugin has them as `added_mass` and `linear_drag` (of the submerged hull: divided by the part
-under water, 0.4), the pressure of the undisturbed wave over the hull's panels, and no diffraction but the added mass and drag in the
-moving water. Printed: heave over the wave's amplitude.
+A box of 2 x 1 x 0.5 m and 400 kg, draught 0.2 m, free to heave alone, beam and head seas in deep water. Added mass
+and damping of each frequency are Capytaine's; the plugin has them as `added_mass` and `linear_drag` (of the
+submerged hull: divided by the part under water, 0.4), the pressure of the undisturbed wave over the hull's panels,
+and no diffraction but the added mass and drag in the moving water. Printed: heave over the wave's amplitude.
 """
 
 import json

@@ -11,7 +11,7 @@ from scene import steps
 
 RHO, G = 1000.0, 9.81
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-BOX = '<geom name="hull" type="box" size="1 0.5 0.25" mass="{mass}"/>'
+BOX = '<geom name="hull" type="box" size="1 0.5 0.25" mass="400"/>'
 
 
 def effect(name, target="hull", **parameters):
@@ -29,9 +29,7 @@ def waves(**component):
     return json.dumps({"schema": "hydro-waves/1", "components": [component]})
 
 
-def scene_xml(
-    effects=(), geoms=BOX.format(mass=400.0), asset="", timestep=0.005, integrator="implicitfast", **attributes
-):
+def scene_xml(effects=(), geoms=BOX, asset="", timestep=0.005, integrator="implicitfast", **attributes):
     """A free body with these geoms and attributes, hydrostatics on it."""
     listed = [effect("hydrostatics"), *effects] if effects is not None else []
     given = {"effects": json.dumps({"schema": "hydro-effects/1", "effects": listed}), "waterline": "0", **attributes}

@@ -29,9 +29,11 @@ class Examples(unittest.TestCase):
         return [float(number) for number in re.findall(r"[-+]?[0-9]+[.]?[0-9]*", done.stdout)]
 
     def test_a_boat_follows_the_swell_and_is_driven_ashore(self):
-        follow, _, drift, current, aground = self.run_example("boat", "boat.png")
+        follow, _, drift, current, heave, height, along, aground = self.run_example("boat", "boat.png")
         self.assertAlmostEqual(follow, 1.0, delta=0.05)
         self.assertAlmostEqual(drift, current, delta=0.03)
+        self.assertAlmostEqual(heave, height, delta=0.05)
+        self.assertLess(along, 0.5)
         self.assertTrue(40 < aground < 70)
 
     def test_an_rov_keeps_its_station_and_floats(self):

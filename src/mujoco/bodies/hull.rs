@@ -108,6 +108,20 @@ pub(crate) fn shape_or_ellipsoid(model: ModelView<'_>, geom: usize) -> Option<Sh
     })
 }
 
+/// Vertices [m], three numbers each, and triangles, three vertices each, of a mesh; empty where there is none.
+fn numbers<'a>(model: ModelView<'a>, mesh: i32) -> (&'a [f32], &'a [i32]) {
+    let Ok(mesh) = usize::try_from(mesh) else {
+        return (&[], &[]);
+    };
+    let part = |start: &[i32], count: &[i32]| {
+        let start = 3 * start[mesh].max(0) as usize;
+        start..start + 3 * count[mesh].max(0) as usize
+    };
+    let vertices = part(model.mesh_vertadr(), model.mesh_vertnum());
+    let faces = part(model.mesh_faceadr(), model.mesh_facenum());
+    (&model.mesh_vert()[vertices], &model.mesh_face()[faces])
+}
+
 /// Meshes kept; more are read anew.
 const MOST_MESHES: usize = 256;
 
@@ -116,7 +130,7 @@ type Checked = Result<Arc<Mesh>, MeshError>;
 /// The mesh of a geom. A mesh is checked once in this process, however many models have it.
 fn mesh(model: ModelView<'_>, geom: usize) -> Checked {
     static KNOWN: Mutex<Option<HashMap<u64, Checked>>> = Mutex::new(None);
-    let (vertices, faces) = model.mesh(model.geom_dataid()[geom]);
+    let (vertices, faces) = numbers(model, model.geom_dataid()[geom]);
     let mut hasher = DefaultHasher::new();
     for number in vertices {
         hasher.write_u32(number.to_bits());

@@ -264,20 +264,6 @@ impl<'a> ModelView<'a> {
         ]
     }
 
-    /// Vertices [m], three numbers each, and triangles, three vertices each, of a mesh; empty where there is none.
-    pub(crate) fn mesh(&self, mesh: i32) -> (&'a [f32], &'a [i32]) {
-        let Ok(mesh) = usize::try_from(mesh) else {
-            return (&[], &[]);
-        };
-        let part = |start: &[i32], count: &[i32]| {
-            let start = 3 * start[mesh].max(0) as usize;
-            start..start + 3 * count[mesh].max(0) as usize
-        };
-        let vertices = part(self.mesh_vertadr(), self.mesh_vertnum());
-        let faces = part(self.mesh_faceadr(), self.mesh_facenum());
-        (&self.mesh_vert()[vertices], &self.mesh_face()[faces])
-    }
-
     pub(crate) fn bodies(&self) -> usize {
         self.body_parentid().len()
     }
