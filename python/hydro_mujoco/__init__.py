@@ -7,11 +7,24 @@ jobs/         independent jobs, here or in processes
 plugin.py     the plugin library: where it is, how it is loaded
 """
 
-from .checkpoint import with_checkpoint
-from .errors import DataError, Notice
+from importlib import import_module
+from typing import TYPE_CHECKING
 
-# The function, over the folder of the same name.
-from .record import record
+from .errors import DataError, Notice
 from .version import __version__
 
+if TYPE_CHECKING:
+    from .checkpoint import with_checkpoint
+    from .record import record
+
 __all__ = ["DataError", "Notice", "__version__", "record", "with_checkpoint"]
+
+
+def __getattr__(name: str) -> object:
+    """What needs MuJoCo is imported where it is first asked for."""
+    if name == "record":
+        # The folder `record` can be called like the function in it.
+        return import_module(".record", __name__)
+    if name == "with_checkpoint":
+        return import_module(".checkpoint", __name__).with_checkpoint
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 from safetensors.numpy import load_file
 
+import hydro_mujoco
 import models
 from hydro_mujoco import DataError, Notice
 from hydro_mujoco.record import record, recorder
@@ -382,12 +383,15 @@ class CommandLine(Recorder):
         self.assertEqual(run.returncode, 2)
 
 
-class Package(unittest.TestCase):
-    def test_the_function_stays_where_the_module_is_imported_too(self):
-        import hydro_mujoco.record.water  # noqa: F401
-
-        self.assertTrue(callable(hydro_mujoco.record))
+class Package(Recorder):
+    def test_the_function_has_the_name_of_its_module(self):
+        manifest = hydro_mujoco.record(self.write(models.fish()), self.folder / "data", **SMALL)
+        self.assertEqual(manifest["body"], "hull")
         self.assertEqual(hydro_mujoco.__version__, "0.1.0")
+
+    def test_mujoco_is_imported_where_it_is_needed(self):
+        code = "import sys, hydro_mujoco.recording.folder; sys.exit('mujoco' in sys.modules)"
+        self.assertEqual(subprocess.run([sys.executable, "-c", code], check=False).returncode, 0)
 
 
 if __name__ == "__main__":

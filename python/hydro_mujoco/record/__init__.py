@@ -11,6 +11,8 @@ The command is `python -m hydro_mujoco.record`.
 """
 
 import os
+import sys
+import types
 import warnings
 from pathlib import Path
 
@@ -136,3 +138,13 @@ def _enough(size: Size) -> int:
     while Size(trials, size.splits, size.shard_size).missing():
         trials += 1
     return trials
+
+
+class _Function(types.ModuleType):
+    """This module, called as the function that it is named after: `hydro_mujoco.record(model, out)`."""
+
+    def __call__(self, *arguments, **options) -> dict:
+        return record(*arguments, **options)
+
+
+sys.modules[__name__].__class__ = _Function
