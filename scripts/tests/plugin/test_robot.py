@@ -26,10 +26,12 @@ class Robot(unittest.TestCase):
         return data
 
     def hull(self, model, data):
-        """Bounding radii, heights and volumes of the hull's ellipsoids."""
+        """Half heights as they are turned, heights and volumes of the hull's ellipsoids."""
         hull = [g for g in range(model.ngeom) if model.geom(g).name.endswith("_hull")]
         self.assertEqual(len(hull), 17)
-        return model.geom_rbound[hull], data.geom_xpos[hull, 2], 4 / 3 * np.pi * model.geom_size[hull].prod(axis=1)
+        upright = data.geom_xmat[hull][:, 6:] * model.geom_size[hull]
+        volumes = 4 / 3 * np.pi * model.geom_size[hull].prod(axis=1)
+        return np.linalg.norm(upright, axis=1), data.geom_xpos[hull, 2], volumes
 
     def test_the_swimming_robot_is_driven(self):
         with Warnings() as texts:
