@@ -20,7 +20,8 @@ def program() -> Path | None:
     """HYDRO_TEST_PROGRAM, else the newest `hydro` in target/."""
     if "HYDRO_TEST_PROGRAM" in os.environ:
         return Path(os.environ["HYDRO_TEST_PROGRAM"])
-    return max((ROOT / "target").glob("*/hydro"), key=lambda path: path.stat().st_mtime, default=None)
+    built = [path for path in (ROOT / "target").glob("*/hydro") if path.is_file()]  # target/doc/hydro is a folder
+    return max(built, key=lambda path: path.stat().st_mtime, default=None)
 
 
 SYSTEMS = ("vehicle", "leg") if os.environ.get("HYDRO_TEST_LONG") else ("vehicle",)

@@ -49,6 +49,10 @@ pub const NAMES: [&str; 14] = [
 /// Density of fresh water [kg/m^3].
 pub const FRESH_WATER: f64 = 1000.0;
 
+/// Greatest density [kg/m^3] and displaced volume [m^3]: beyond any fluid and ship.
+const DENSEST: f64 = 1e5;
+const LARGEST_VOLUME: f64 = 1e9;
+
 /// The force at the first sample of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum InitialForce {
@@ -67,6 +71,8 @@ pub struct Settings {
     pub effects: Option<String>,
     /// Density of the water [kg/m^3].
     pub density: f64,
+    /// True where an attribute gives it.
+    pub density_is_given: bool,
     /// Height of the free surface, world z [m]; `None`: fully submerged.
     pub waterline: Option<f64>,
     /// Velocity of the water in the world [m/s].
@@ -156,10 +162,14 @@ impl Settings {
             effects,
             density: match value("density") {
                 None => FRESH_WATER,
-                Some(found) => one_number("density", &found, "one number >= 0, in kg/m^3", |x| {
-                    x >= 0.0
-                })?,
+                Some(found) => one_number(
+                    "density",
+                    &found,
+                    "one number >= 0 and at most 1e5, in kg/m^3",
+                    |density| (0.0..=DENSEST).contains(&density),
+                )?,
             },
+            density_is_given: value("density").is_some(),
             waterline,
             current,
             current_field,
@@ -174,8 +184,8 @@ impl Settings {
                 Some(found) => Some(one_number(
                     "volume",
                     &found,
-                    "one number > 0, in m^3",
-                    |volume| volume > 0.0,
+                    "one number > 0 and at most 1e9, in m^3",
+                    |volume| volume > 0.0 && volume <= LARGEST_VOLUME,
                 )?),
             },
             centre_of_buoyancy: match value("centre_of_buoyancy") {

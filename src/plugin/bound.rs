@@ -147,6 +147,8 @@ pub struct Displacing {
     pub mass: f64,
     /// Middle of its box, in its frame [m].
     pub middle: [f64; 3],
+    /// Centre of buoyancy in its frame [m], where it is given and not the hull's.
+    pub centre: Option<[f64; 3]>,
     /// Its closed shapes, in its frame.
     pub hull: Hull,
 }

@@ -3,8 +3,8 @@
     python scripts/bench_water.py [--rounds 15]
 
 One free body, implicitfast, 5 ms. Every row is timed in turn with the bare scene, rounds times; printed are
-medians and what the water adds to a step. 64 boats in `mujoco.batch` (or `mujoco.rollout` where there is none), on
-one thread and on two.
+medians and what the water adds to a step. 64 boats in `mujoco.batch`, on one thread and on
+two.
 """
 
 import argparse
@@ -12,8 +12,8 @@ import json
 import time
 
 import mujoco
-import mujoco.rollout
 import numpy as np
+from mujoco.batch import Batch
 
 from ..repository import ROOT
 
@@ -122,18 +122,16 @@ def batch(rounds: int) -> str:
     boat = [effect("hydrostatics"), *(effect(name, values) for name, values in EFFECTS.items())]
     wave = json.dumps({"schema": "hydro-waves/1", "components": [{"height": 0.2, "period": 6}]})
     model = scene(GEOMS["box"], boat, waterline="0", waves=wave)
-    data = mujoco.MjData(model)
-    state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
-    mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
-    states = np.tile(state, (64, 1))
-    states[:, 3] += np.linspace(-0.1, 0.1, 64)
     times, found = {1: [], 2: []}, {}
+    batches = {threads: Batch(model, 64, threads) for threads in times}
     for _ in range(rounds):
-        for threads in times:
-            datas = [mujoco.MjData(model) for _ in range(threads)]
+        for threads, boats in batches.items():
+            boats.reset(stage=mujoco.mjtStage.mjSTAGE_NONE.value)
+            boats.bind("qpos")[:, 2] += np.linspace(-0.1, 0.1, 64)
             start = time.perf_counter()
-            found[threads], _ = mujoco.rollout.rollout(model, datas, states, nstep=200)
+            boats.step(nstep=200)
             times[threads].append(time.perf_counter() - start)
+            found[threads] = np.array(boats.bind("qpos"))
     one, two = (np.median(times[threads]) for threads in (1, 2))
     same = "the same bits" if np.array_equal(found[1], found[2]) else "OTHER BITS"
     return f"64 boats, 200 steps: {one:.3f} s on one thread, {two:.3f} s on two ({one / two:.2f} times as fast), {same}"

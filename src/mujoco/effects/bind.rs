@@ -10,7 +10,7 @@ use super::{
     sizes::{self, Found},
     surroundings::Surroundings,
     walls,
-    wet_bodies::{check_hull, displacing, in_waves, notes, wet_body},
+    wet_bodies::{check_hull, displacing, in_waves, notes, panels, wet_body},
 };
 use crate::{
     mujoco::{
@@ -52,6 +52,9 @@ pub(crate) fn bind(
     }
     if !bound.water.is_empty() {
         bound.displacing = displacing(model, bound.density);
+    }
+    for wet in &mut bound.bodies {
+        wet.panels = panels(around, wet);
     }
     bound.in_waves = in_waves(model, around, &bound);
     bound.notes = notes(model, around, &bound);
@@ -347,14 +350,14 @@ fn add_to_actuator(
         Id::ActuatorGain | Id::InflowThrustLoss
     );
     // A command that is changed before the step needs no force to be known.
-    let needs_force = !(changes_command && around.commands_before_step);
+    let needs_force = !(changes_command && around.is_hypothesis);
     if needs_force && !plain {
         return Err(format!(
             "actuator `{name}` is of a type whose force is not known beforehand; expected a gain that is \
              fixed or affine and a bias that is none or affine"
         ));
     }
-    if changes_command && !stateless && !around.commands_before_step {
+    if changes_command && !stateless && !around.is_hypothesis {
         return Err(format!(
             "actuator `{name}` has an activation between command and force; expected one without"
         ));

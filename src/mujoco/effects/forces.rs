@@ -275,7 +275,8 @@ fn displaced(
         let middle = Vector3::from(displacing.middle);
         return (origin + rotation * middle, displacing.mass);
     }
-    let (fraction, centre) = wet_part(&displacing.hull, sea, &rotation, &origin, time);
+    let (fraction, middle) = wet_part(&displacing.hull, sea, &rotation, &origin, time);
+    let centre = displacing.centre.map_or(middle, Vector3::from);
     (origin + rotation * centre, displacing.mass * fraction)
 }
 
@@ -322,6 +323,15 @@ pub(crate) fn on_body(data: &DataView<'_>, sources: &[Source<'_>], body: usize) 
     for source in sources {
         for wet in source.bound.bodies.iter().filter(|wet| wet.body == body) {
             sum += body_load(data, source, &water, wet).wrench;
+        }
+        let of_body = |displacing: &&Displacing| displacing.body == body;
+        for displacing in source.bound.in_waves.iter().filter(of_body) {
+            let (at, mass) = displaced(data, source, displacing, water.time);
+            let force = water.own(source, at).acceleration * mass;
+            let arm = at - vector(data.xpos(), body);
+            let frame = rotation(data.xmat(), body);
+            let (force, torque) = (frame.tr_mul(&force), frame.tr_mul(&arm.cross(&force)));
+            sum += Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
         }
     }
     sum.into()

@@ -23,12 +23,13 @@ use crate::{
     plugin::{attributes::FRESH_WATER, native_fluid::EllipsoidCoefficients},
 };
 
-/// Density of the water that a model speaks of [kg/m^3]; `attribute` is that of `hydro.wrench`.
-pub(crate) fn density(model: ModelView<'_>, attribute: Option<f64>) -> f64 {
-    match model.raw().opt.density {
+/// Density of the water that a model speaks of [kg/m^3]: `given` by the attribute of `hydro.wrench`, else that of MuJoCo's own
+/// fluid, else fresh water's.
+pub(crate) fn density(model: ModelView<'_>, given: Option<f64>) -> f64 {
+    given.unwrap_or_else(|| match model.raw().opt.density {
         density if density > 0.0 => density,
-        _ => attribute.unwrap_or(FRESH_WATER),
-    }
+        _ => FRESH_WATER,
+    })
 }
 
 fn pose(position: [f64; 3], wxyz: [f64; 4]) -> Isometry3<f64> {
@@ -117,7 +118,7 @@ pub(crate) fn body_hull(model: ModelView<'_>, body: usize, named: Option<&[Strin
     if found.volume() > 0.0 {
         return found;
     }
-    let (middle, extent) = bounding_box(model, body);
+    let (middle, extent) = bounding_box(model, body, named);
     let shape = Shape::Ellipsoid {
         semi_axes: extent.map(|extent| 0.5 * extent),
     };
@@ -127,12 +128,16 @@ pub(crate) fn body_hull(model: ModelView<'_>, body: usize, named: Option<&[Strin
 
 /// Middle [m] and extents [m] of a body and what is welded to it along its axes; of the box of the same
 /// inertia where it has no geoms.
-pub(crate) fn bounding_box(model: ModelView<'_>, body: usize) -> ([f64; 3], [f64; 3]) {
+pub(crate) fn bounding_box(
+    model: ModelView<'_>,
+    body: usize,
+    named: Option<&[String]>,
+) -> ([f64; 3], [f64; 3]) {
     let (mut low, mut high) = (
         Vector3::repeat(f64::INFINITY),
         Vector3::repeat(f64::NEG_INFINITY),
     );
-    for (link, geom) in hull::geoms(model, welded(model, body), None) {
+    for (link, geom) in hull::geoms(model, welded(model, body), named) {
         let pose = relative(model, link, body)
             * pose(
                 ModelView::triple(model.geom_pos(), geom),
@@ -180,7 +185,7 @@ pub(crate) fn body(model: ModelView<'_>, body: usize, density: f64) -> BodyScale
     BodyScale {
         mass,
         inertia,
-        extent: bounding_box(model, body).1,
+        extent: bounding_box(model, body, None).1,
         volume: volume(model, body, density),
         hull_volume: body_hull(model, body, None).volume(),
         density,

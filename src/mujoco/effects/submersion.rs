@@ -1,6 +1,6 @@
 //! How much of a body is under water, and the pressure of the water on its hull.
 
-use hydro_effects::hydrostatics::Hull;
+use hydro_effects::hydrostatics::{Hull, Part};
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::source::Source;
@@ -30,35 +30,37 @@ pub(super) fn submersion(
     time: f64,
 ) -> Submersion {
     let sea = &source.bound.sea;
-    let (fraction, middle) = wet_part(&wet.hull, sea, frame, &origin, time);
+    let pushed = wet.panels.as_ref().map(|panels| {
+        let place = Isometry3::from_parts(
+            origin.into(),
+            UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*frame)),
+        );
+        let still = sea.waterline.unwrap_or(0.0);
+        panels.push(
+            &place,
+            |at| sea.level(at.x, at.y, time).unwrap_or(f64::INFINITY),
+            |at| gravity.norm() * (still - at.z) + sea.wave_pressure(at, time),
+        )
+    });
+    let (fraction, middle) = match &pushed {
+        Some((_, part)) => of_whole(&wet.hull, part),
+        None => wet_part(&wet.hull, sea, frame, &origin, time),
+    };
     let centre = wet.centre_of_buoyancy.map_or(middle, Vector3::from);
     let memory = &source.memory[source.bound.sea_memory.clone()];
     let water = match sea.moves() {
         true => sea.motion(origin + frame * centre, time, memory),
         false => WaterMotion::default(),
     };
-    let upthrust = match &wet.panels {
-        Some(panels) => {
-            let place = Isometry3::from_parts(
-                origin.into(),
-                UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*frame)),
-            );
-            let still = sea.waterline.unwrap_or(0.0);
-            let (push, _) = panels.push(
-                &place,
-                |at| sea.level(at.x, at.y, time).unwrap_or(f64::INFINITY),
-                |at| gravity.norm() * (still - at.z) + sea.wave_pressure(at, time),
-            );
-            push.map(|part| part / wet.hull.volume())
+    let upthrust = match pushed {
+        Some((push, _)) => {
+            let push = push.map(|part| part / wet.hull.volume());
+            match wet.centre_of_buoyancy {
+                Some(_) => with_torque(Vector3::new(push[0], push[1], push[2]), centre),
+                None => push,
+            }
         }
         None => with_torque(frame.tr_mul(&-gravity) * fraction, centre),
-    };
-    let upthrust = match (&wet.panels, wet.centre_of_buoyancy) {
-        (Some(_), Some(centre)) => with_torque(
-            Vector3::new(upthrust[0], upthrust[1], upthrust[2]),
-            Vector3::from(centre),
-        ),
-        _ => upthrust,
     };
     Submersion {
         fraction,
@@ -85,9 +87,14 @@ pub(super) fn wet_part(
         return (1.0, whole);
     };
     let (up, level) = surface.in_frame(frame, origin);
-    let part = hull.below(&up, level);
+    of_whole(hull, &hull.below(&up, level))
+}
+
+/// A wet part as a share of its hull, 0 to 1, and its centre.
+fn of_whole(hull: &Hull, part: &Part) -> (f64, Vector3<f64>) {
     if part.volume <= 0.0 || hull.volume() <= 0.0 {
-        return (0.0, whole);
+        return (0.0, hull.centre());
     }
-    (part.volume / hull.volume(), part.moment / part.volume)
+    let fraction = (part.volume / hull.volume()).min(1.0);
+    (fraction, part.moment / part.volume)
 }

@@ -15,13 +15,14 @@ pub(crate) struct Surroundings {
     pub(crate) hull: Option<Vec<String>>,
     /// What a user should know of the sea.
     pub(crate) notes: Vec<String>,
-    /// A body whose displacement is given.
+    /// The carrying body, where there is an instance.
     pub(crate) displacement: Option<Displacement>,
-    /// True where commands are changed before the step, and not by a difference of force.
-    pub(crate) commands_before_step: bool,
+    /// True for a hypothesis of `hydro gap`: commands are changed before the step, and not by a difference of force; the waves are
+    /// the nominal's.
+    pub(crate) is_hypothesis: bool,
 }
 
-/// Displacement of a body as the attributes give it, in place of its hull's.
+/// The body that carries the instance, and its displacement where the attributes give it in place of its hull's.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Displacement {
     pub(crate) body: usize,
@@ -36,5 +37,18 @@ impl Surroundings {
     pub(super) fn given_volume(&self, body: usize) -> Option<f64> {
         let given = self.displacement.filter(|given| given.body == body)?;
         given.volume
+    }
+
+    /// Centre of buoyancy of a body, in its frame [m], where it is given.
+    pub(super) fn given_centre(&self, body: usize) -> Option<[f64; 3]> {
+        let given = self.displacement.filter(|given| given.body == body)?;
+        given.centre
+    }
+}
+
+impl Displacement {
+    /// True where the attributes give some of it.
+    pub(super) fn is_something(&self) -> bool {
+        self.volume.is_some() || self.centre.is_some()
     }
 }

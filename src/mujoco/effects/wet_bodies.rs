@@ -1,6 +1,6 @@
 //! Bodies that effects act on, and their hulls.
 
-use hydro_effects::hydrostatics::Panels;
+use hydro_effects::{Id, hydrostatics::Panels};
 use nalgebra::Vector3;
 
 use super::{sizes, surroundings::Surroundings};
@@ -42,18 +42,9 @@ pub(super) fn wet_body(
         .iter()
         .enumerate()
         .all(|(above, dof)| model.M_rownnz()[*dof] as usize == above + 1);
-    let (middle, extent) = sizes::bounding_box(model, body);
-    let hull = sizes::body_hull(model, body, around.hull.as_deref());
-    let given = around.displacement.filter(|given| given.body == body);
-    let length = extent.into_iter().fold(0.0, f64::max);
-    let panels = around
-        .sea
-        .waves
-        .as_ref()
-        .filter(|waves| {
-            length > LONG_WAVE * waves.shortest_length() && !around.commands_before_step
-        })
-        .map(|_| Panels::new(&hull, PANELS));
+    let named = around.hull.as_deref();
+    let (middle, extent) = sizes::bounding_box(model, body, named);
+    let hull = sizes::body_hull(model, body, named);
     WetBody {
         body,
         middle,
@@ -65,10 +56,19 @@ pub(super) fn wet_body(
             .given_volume(body)
             .unwrap_or_else(|| sizes::volume(model, body, density)),
         hull,
-        panels,
-        centre_of_buoyancy: given.and_then(|given| given.centre),
+        panels: None,
+        centre_of_buoyancy: around.given_centre(body),
         acting: Vec::new(),
     }
+}
+
+/// The surface of a floating hull in triangles, where the instance has waves that are too short to be planes over it.
+pub(super) fn panels(around: &Surroundings, wet: &WetBody) -> Option<Panels> {
+    let waves = around.sea.waves.as_ref()?;
+    let length = wet.extent.into_iter().fold(0.0, f64::max);
+    let is_short = length > LONG_WAVE * waves.shortest_length();
+    let acts = wet.floats() && !around.is_hypothesis;
+    (acts && is_short).then(|| Panels::new(&wet.hull, PANELS))
 }
 
 /// What is wrong with the hull of a body that is to float.
@@ -97,6 +97,12 @@ pub(super) fn check_hull(
             }
         }
     }
+    if closed == 0 && named.is_some() {
+        return Err(format!(
+            "attribute `hull` names no geom of body `{name}` that encloses a volume; add one, or give the body an instance of \
+             its own"
+        ));
+    }
     if closed == 0 {
         return Err(format!(
             "body `{name}` has no geom that encloses a volume; add one (it may be invisible and collide with nothing), or give \
@@ -113,45 +119,73 @@ pub(super) fn displacing(model: ModelView<'_>, density: f64) -> Vec<Displacing> 
         .map(|body| Displacing {
             body,
             mass: density * sizes::own_volume(model, body, density),
-            middle: sizes::bounding_box(model, body).0,
+            middle: sizes::bounding_box(model, body, None).0,
+            centre: None,
             hull: sizes::body_hull(model, body, None),
         })
         .collect()
 }
 
-/// Bodies of the carrier's tree that displace water, where the instance has waves. Panels have the pressure of the waves with
-/// that of the still water.
+/// What displaces water in the waves of an instance: every body that floats by its hydrostatics, and the other bodies that are
+/// its own. Panels have the pressure of the waves with that of the still water; a hypothesis of `hydro gap` moves in the waves
+/// of its nominal.
 pub(super) fn in_waves(
     model: ModelView<'_>,
     around: &Surroundings,
     bound: &Bound,
 ) -> Vec<Displacing> {
-    let (Some(_), Some(carrier)) = (&around.sea.waves, around.displacement) else {
+    if around.sea.waves.is_none() || around.is_hypothesis {
         return Vec::new();
+    }
+    let named = around.hull.as_deref();
+    let displacing = |body: usize, volume: f64| Displacing {
+        body,
+        mass: bound.density * volume,
+        middle: sizes::bounding_box(model, body, named).0,
+        centre: around.given_centre(body),
+        hull: sizes::body_hull(model, body, named),
     };
-    let root = model.body_rootid()[carrier.body] as usize;
-    let own = |body: &usize| model.hangs_below(*body, root) && sizes::weighs_in(model, *body);
-    let floating = |body: usize| {
-        bound
-            .bodies
-            .iter()
-            .find(|wet| wet.body == body && wet.floats())
+    let floating = || bound.bodies.iter().filter(|wet| wet.floats());
+    let floats = |body: usize| {
+        let welded = model.body_weldid()[body];
+        floating().any(|wet| model.body_weldid()[wet.body] == welded)
     };
-    (1..model.bodies())
-        .filter(own)
-        .filter(|body| floating(*body).is_none_or(|wet| wet.panels.is_none()))
+    let afloat = floating()
+        .filter(|wet| wet.panels.is_none())
+        .filter_map(|wet| Some(displacing(wet.body, wet.buoyant_volume()?)));
+    let others = (1..model.bodies())
+        .filter(|body| is_own(model, around, *body) && sizes::weighs_in(model, *body))
+        .filter(|body| !floats(*body))
+        .filter(|body| !hull::geoms(model, std::iter::once(*body), named).is_empty())
         .map(|body| {
             let given = around.given_volume(body);
-            let floats = floating(body).and_then(WetBody::buoyant_volume).or(given);
-            let volume = floats.unwrap_or_else(|| sizes::own_volume(model, body, bound.density));
-            Displacing {
-                body,
-                mass: bound.density * volume,
-                middle: sizes::bounding_box(model, body).0,
-                hull: sizes::body_hull(model, body, around.hull.as_deref()),
-            }
-        })
-        .collect()
+            let volume = given.unwrap_or_else(|| sizes::own_volume(model, body, bound.density));
+            displacing(body, volume)
+        });
+    afloat.chain(others).collect()
+}
+
+/// True where the water of an instance is that of a body: the nearest body at or above it that carries one carries this one;
+/// above all of them it is the first one's of the tree.
+fn is_own(model: ModelView<'_>, around: &Surroundings, body: usize) -> bool {
+    let Some(carrier) = around.displacement.map(|given| given.body) else {
+        return false;
+    };
+    let root = model.body_rootid()[carrier];
+    let slot = |body: usize| {
+        let instance = usize::try_from(model.body_plugin()[body]).ok()?;
+        model.plugin().get(instance).copied()
+    };
+    let carries = |body: usize| slot(body).is_some() && slot(body) == slot(carrier);
+    let mut at = body;
+    while at != 0 {
+        if carries(at) {
+            return at == carrier;
+        }
+        at = model.body_parentid()[at] as usize;
+    }
+    let first = (1..model.bodies()).find(|of| model.body_rootid()[*of] == root && carries(*of));
+    model.body_rootid()[body] == root && first == Some(carrier)
 }
 
 /// What a user should know of hulls and waves.
@@ -185,11 +219,47 @@ pub(super) fn notes(model: ModelView<'_>, around: &Surroundings, bound: &Bound) 
                 ));
             }
         }
+        if model.body_gravcomp()[wet.body] != 0.0 {
+            notes.push(format!(
+                "body `{name}` has `gravcomp` and the effect `hydrostatics`: two buoyancies; take one away"
+            ));
+        }
+        let twice = [Id::NetBuoyancy, Id::Hydrostatics].into_iter().find(|id| {
+            bound.bodies.iter().any(|other| {
+                let welded = model.body_weldid()[other.body] == model.body_weldid()[wet.body];
+                let is_same = other.body == wet.body;
+                welded
+                    && is_same == (*id == Id::NetBuoyancy)
+                    && other
+                        .acting
+                        .iter()
+                        .any(|acting| acting.effect.card().id == *id)
+            })
+        });
+        if let Some(id) = twice {
+            notes.push(format!(
+                "body `{name}` floats by the effect `hydrostatics` and has `{id}` too, on it or on what is welded to it: two \
+                 buoyancies; take one away"
+            ));
+        }
         let length = wet.extent.into_iter().fold(0.0, f64::max);
         let large = around.sea.waves.as_ref();
         if let Some(note) = large.and_then(|waves| waves.large_hull(length)) {
             notes.push(format!("body `{name}`: {note}"));
         }
+    }
+    let carrier = around.displacement.filter(|given| {
+        given.is_something()
+            && !bound
+                .bodies
+                .iter()
+                .any(|wet| wet.body == given.body && wet.floats())
+    });
+    if let Some(given) = carrier {
+        notes.push(format!(
+            "attributes `volume` and `centre_of_buoyancy` act by the effect `hydrostatics`, which body `{}` has not",
+            model.label(mjOBJ_BODY as i32, "body", given.body)
+        ));
     }
     notes
 }

@@ -130,7 +130,7 @@ impl MujocoPlant {
             .collect::<Result<Vec<_>, PlantError>>()?;
         let first = nominal.first().map(|of| of.around.clone());
         let around = Surroundings {
-            commands_before_step: true,
+            is_hypothesis: true,
             ..first.unwrap_or_default()
         };
         let floating: Vec<String> = nominal

@@ -166,7 +166,7 @@ pub(crate) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Nuisance, 
                 TargetKind::Actuator => NuisanceClass::Gain,
                 _ => NuisanceClass::Fluid,
             };
-            let density = sizes::density(model, Some(of.settings.density));
+            let density = sizes::density(model, of.around.density);
             let found = bind::target(model, card.target, &listed.target);
             let names = found.map_or_else(
                 |_| Vec::new(),

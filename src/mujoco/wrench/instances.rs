@@ -145,6 +145,13 @@ pub(crate) fn set_up(
         },
         sea: around.sea,
     };
+    let fades = settings.checkpoint.is_some() && afloat.sea.waterline.is_some();
+    if fades && settings.hull.is_some() && afloat.hulls.is_empty() {
+        return Err(refused(
+            "attribute `hull` names no geom of the carrying body or below it; its wrench fades with their submerged part"
+                .to_owned(),
+        ));
+    }
     let body = base_body::body(model, body);
     Registry::global()
         .acquire(settings, &body, effects, afloat)
@@ -162,7 +169,7 @@ pub(crate) fn entries(
     };
     let targets = bind::ModelTargets {
         model,
-        density: sizes::density(model, Some(settings.density)),
+        density: sizes::density(model, around.density),
         around: Some(around),
     };
     let set = EffectSet::parse(text, &targets).map_err(|fault| fault.to_string())?;
@@ -196,8 +203,14 @@ pub(crate) fn surroundings(
     }
     let gravity = Vector3::from(model.raw().opt.gravity).norm();
     let (sea, notes) = settings.sea(gravity).map_err(|fault| fault.to_string())?;
+    let [x, y, z] = model.raw().opt.gravity;
+    if settings.waves.is_some() && (x != 0.0 || y != 0.0 || z >= 0.0) {
+        return Err(format!(
+            "attribute `waves`: option gravity is {x} {y} {z}; expected 0 0 -g, for waves are about a level surface"
+        ));
+    }
     Ok(Surroundings {
-        density: Some(settings.density),
+        density: settings.density_is_given.then_some(settings.density),
         sea,
         notes,
         current: settings.current,
@@ -207,7 +220,7 @@ pub(crate) fn surroundings(
             volume: settings.volume,
             centre: settings.centre_of_buoyancy,
         }),
-        commands_before_step: false,
+        is_hypothesis: false,
     })
 }
 
