@@ -2,9 +2,7 @@
 
 use hydro_frames as frames;
 use hydro_frames::Wrench;
-#[cfg(mujoco_plugins)]
-use nalgebra::Matrix3;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::{
     mujoco::ffi::{DataView, ModelView},
@@ -12,7 +10,6 @@ use crate::{
 };
 
 /// A rotation of MuJoCo's (nine numbers by rows).
-#[cfg(mujoco_plugins)]
 pub(crate) fn rotation(matrices: &[f64], row: usize) -> Matrix3<f64> {
     Matrix3::from_row_slice(&matrices[9 * row..9 * row + 9])
 }

@@ -445,7 +445,7 @@ impl<'a> DataView<'a> {
         sensordata: f64 = |m| m.nsensordata as i64;
         xpos: f64 = |m| m.nbody as i64 * 3;
         xquat: f64 = |m| m.nbody as i64 * 4;
-        geom_xpos: f64 = |m| m.ngeom as i64 * 3;
+        xmat: f64 = |m| m.nbody as i64 * 9;
         subtree_com: f64 = |m| m.nbody as i64 * 3;
         cdof: f64 = |m| m.nv as i64 * 6;
     }
@@ -462,7 +462,7 @@ impl<'a> DataView<'a> {
     #[cfg(mujoco_plugins)]
     data_slices! {
         qfrc_fluid: f64 = |m| m.nv as i64;
-        xmat: f64 = |m| m.nbody as i64 * 9;
+        geom_xpos: f64 = |m| m.ngeom as i64 * 3;
         cvel: f64 = |m| m.nbody as i64 * 6;
         geom_xmat: f64 = |m| m.ngeom as i64 * 9;
         ximat: f64 = |m| m.nbody as i64 * 9;
