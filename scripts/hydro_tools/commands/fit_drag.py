@@ -1,10 +1,13 @@
 """Linear and quadratic drag fitted to a data set by least squares: the yardstick of a learned model.
 
     python scripts/fit_drag.py --data data/mine
+    python scripts/fit_drag.py --data data/mine --model my.xml --checkpoint out/mine
 
-Every output is a sum of the base's velocities and of their signed squares (whole matrices), fitted to the training
-split and judged on the test split. nRMSE as `hydro evaluate` has it: each output by its own standard deviation on
-the training split.
+Open loop: every output is a sum of the base's velocities and of their signed squares (whole matrices), fitted
+to the training split and judged on the test split. nRMSE as `hydro evaluate` has it: each output by its own
+standard deviation on the training split. Closed loop: the model is stepped in its own water, in the
+checkpoint's and in fitted drag (never negative, an axis by itself), with the same sinusoidal commands from the
+same start; printed is how far the bases are apart.
 """
 
 import argparse
@@ -12,8 +15,15 @@ import json
 import sys
 from pathlib import Path
 
+import mujoco
 import numpy as np
 from safetensors.numpy import load_file
+from scipy.optimize import nnls
+
+import hydro_mujoco
+from hydro_mujoco.plugin import built_library
+
+START, AMPLITUDE, FREQUENCY = (0.5, 0.2, 0.1), 0.3, 0.3
 
 
 def split(folder: Path, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -25,27 +35,100 @@ def split(folder: Path, name: str) -> tuple[np.ndarray, np.ndarray]:
     return tuple(part.reshape(-1, part.shape[-1]).astype(float) for part in rows)
 
 
+def names(items: list) -> list[str]:
+    """Names of features or outputs in a manifest."""
+    return [item["name"] if isinstance(item, dict) else item for item in items]
+
+
+def open_loop(manifest: dict, train: tuple, test: tuple) -> np.ndarray:
+    """nRMSE of each output by whole matrices of drag."""
+    kinds = ("linear_velocity", "angular_velocity")
+    columns = [k for k, name in enumerate(names(manifest["features"])) if name.startswith(kinds)]
+
+    def terms(rows):
+        speed = rows[:, columns]
+        return np.concatenate([speed, np.abs(speed) * speed], 1)
+
+    (x, y), (x_test, y_test) = train, test
+    coefficients, *_ = np.linalg.lstsq(terms(x), y, rcond=None)
+    return np.sqrt(((terms(x_test) @ coefficients - y_test) ** 2).mean(0)) / y.std(0)
+
+
+def by_axis(manifest: dict, train: tuple) -> tuple[np.ndarray, np.ndarray]:
+    """Linear and quadratic drag [6] of each axis, never negative."""
+    features, (x, y) = names(manifest["features"]), train
+    linear, quadratic = np.zeros(6), np.zeros(6)
+    for column, output in enumerate(names(manifest["outputs"])):
+        kind, first = ("linear_velocity", 0) if output.startswith("force") else ("angular_velocity", 3)
+        speed = x[:, features.index(f"{kind}.{output[-1]}")]
+        axis = first + "xyz".index(output[-1])
+        (linear[axis], quadratic[axis]), _ = nnls(-np.stack([speed, np.abs(speed) * speed], 1), y[:, column])
+    return linear, quadratic
+
+
+def in_drag(path: str, linear: np.ndarray, quadratic: np.ndarray) -> mujoco.MjModel:
+    """The model with this drag at the origin of its floating body in place of MuJoCo's fluid."""
+    spec = mujoco.MjSpec.from_file(path)
+    spec.option.density = spec.option.viscosity = 0
+    free = mujoco.mjtJoint.mjJNT_FREE
+    body = next(body for body in spec.bodies if any(joint.type == free for joint in body.joints))
+    effects = [
+        {
+            "effect": name,
+            "target": body.name,
+            "parameters": {"point": [0, 0, 0], "matrix": np.diag(values).tolist()},
+        }
+        for name, values in (("linear_drag", linear), ("quadratic_drag", quadratic))
+    ]
+    spec.activate_plugin("hydro.wrench")
+    plugin = spec.add_plugin(name="fitted_drag", plugin_name="hydro.wrench", active=True)
+    plugin.config = {"effects": json.dumps({"schema": "hydro-effects/1", "effects": effects})}
+    body.plugin.plugin_name, body.plugin.name, body.plugin.active = "hydro.wrench", "fitted_drag", True
+    return spec.compile()
+
+
+def way(model: mujoco.MjModel, steps: int) -> np.ndarray:
+    """Places of the base [steps, 3] under sinusoidal commands."""
+    data = mujoco.MjData(model)
+    data.qvel[:3] = START
+    low, high = model.actuator_ctrlrange.T
+    places = []
+    for step in range(steps):
+        phase = 2 * np.pi * FREQUENCY * step * model.opt.timestep + np.arange(model.nu)
+        data.ctrl[:] = AMPLITUDE * np.sin(phase) * (high - low) / 2
+        mujoco.mj_step(model, data)
+        places.append(data.qpos[:3].copy())
+    return np.array(places)
+
+
 def main() -> int:
     """Run the command line; returns the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True, help="folder of a data set")
+    parser.add_argument("--model", help="MJCF that was recorded, in MuJoCo's own fluid: compares the closed loop")
+    parser.add_argument("--checkpoint", help="checkpoint trained on the data, for the closed loop")
+    parser.add_argument("--steps", type=int, default=1000, help="of the closed loop (default: %(default)s)")
     args = parser.parse_args()
+    if bool(args.model) != bool(args.checkpoint):
+        parser.error("--model and --checkpoint go together")
     try:
         manifest = json.loads((args.data / "manifest.json").read_text())
-        (x, y), (x_test, y_test) = split(args.data, "train"), split(args.data, "test")
-    except (OSError, ValueError) as error:
-        print(f"fit_drag.py: {error}", file=sys.stderr)
+        train, test = split(args.data, "train"), split(args.data, "test")
+        error = open_loop(manifest, train, test)
+        print(f"fitted drag: nRMSE {np.sqrt((error**2).mean()):.3f}; by output {np.round(error, 3).tolist()}")
+        if args.model:
+            mujoco.mj_loadPluginLibrary(str(built_library()))
+            true = way(mujoco.MjModel.from_xml_path(args.model), args.steps)
+            waters = {
+                "checkpoint": hydro_mujoco.with_checkpoint(args.model, args.checkpoint).compile(),
+                "fitted drag": in_drag(args.model, *by_axis(manifest, train)),
+            }
+            for name, model in waters.items():
+                apart = np.linalg.norm(way(model, args.steps)[-1] - true[-1])
+                print(
+                    f"{name}: {apart:.3f} m apart after {args.steps} steps, a way of {np.linalg.norm(true[-1]):.2f} m"
+                )
+    except (OSError, ValueError, hydro_mujoco.DataError) as fault:
+        print(f"fit_drag.py: {fault}", file=sys.stderr)
         return 1
-    names = [item["name"] if isinstance(item, dict) else item for item in manifest["features"]]
-    velocities = [k for k, name in enumerate(names) if name.startswith(("linear_velocity", "angular_velocity"))]
-
-    def terms(rows):
-        speed = rows[:, velocities]
-        return np.concatenate([speed, np.abs(speed) * speed], 1)
-
-    coefficients, *_ = np.linalg.lstsq(terms(x), y, rcond=None)
-    error = np.sqrt(((terms(x_test) @ coefficients - y_test) ** 2).mean(0)) / y.std(0)
-    print(
-        f"{args.data}: nRMSE of fitted drag {np.sqrt((error**2).mean()):.3f}; by output {np.round(error, 3).tolist()}"
-    )
     return 0
