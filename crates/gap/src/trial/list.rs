@@ -45,7 +45,12 @@ pub fn list(folder: &Path) -> Result<Vec<Listed>, TrialError> {
         let path = entry.map_err(io)?.path();
         let file = path.file_name().unwrap_or_default().to_string_lossy();
         let is_trial = matches!(ending(&path).as_deref(), Some("npz" | "csv"));
-        if is_trial && !file.starts_with('.') && path.is_file() {
+        if is_trial && !file.starts_with('.') {
+            // What is called a trial and is none is not left out in silence.
+            hydro_files::open(&path, u64::MAX).map_err(|source| TrialError::Io {
+                path: path.clone(),
+                reason: source.to_string(),
+            })?;
             let name = trial_name(&path);
             let rows = match ending(&path).as_deref() {
                 Some("csv") => table_rows(&path).filter(|rows| *rows > 1),
