@@ -11,6 +11,9 @@ use zip::result::ZipError;
 
 use crate::message::{one_line, short};
 
+/// Characters of a list of names in a message.
+const LONGEST_LIST: usize = 1000;
+
 /// Reason for refusing an archive or one of its arrays.
 #[derive(Debug)]
 #[non_exhaustive]
@@ -108,6 +111,16 @@ impl<R: Read + Seek> Archive<R> {
         names
     }
 
+    /// Names of the arrays for a message.
+    pub fn listed(&self) -> String {
+        let names = self.names();
+        let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+        match quoted.as_slice() {
+            [] => "none".to_owned(),
+            names => one_line(names.join(", "), LONGEST_LIST),
+        }
+    }
+
     /// Numbers of any width and byte order; `None` where there is no such array.
     ///
     /// # Errors
@@ -138,7 +151,7 @@ impl<R: Read + Seek> Archive<R> {
         let found = self.numbers(array)?;
         found.ok_or_else(|| NpzError::Missing {
             array: array.to_owned(),
-            found: one_line(self.names().join(", "), 1000),
+            found: self.listed(),
         })
     }
 

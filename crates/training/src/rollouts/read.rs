@@ -131,7 +131,7 @@ impl ArrayReader<'_> {
         let Array { shape, values } = found.ok_or_else(|| RolloutError::MissingArray {
             path: self.path.to_owned(),
             array: array.to_owned(),
-            known: hydro_files::one_line(self.archive.names().join(", "), 1000),
+            known: self.archive.listed(),
         })?;
         let width = match shape.as_slice() {
             [_] => 1,
