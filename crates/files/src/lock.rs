@@ -12,6 +12,9 @@ use rustix::fs::OFlags;
 
 use crate::message::short;
 
+/// Times that a lock is tried for whose file goes away each time.
+const ATTEMPTS: usize = 100;
+
 /// Another process holds the lock.
 #[derive(Debug)]
 pub struct Busy {
@@ -44,7 +47,7 @@ impl FolderLock {
     /// # Errors
     /// [`Busy`] as the inner error where another process holds it; a file that cannot be made.
     pub fn take(path: &Path, command: &str) -> Result<Self> {
-        loop {
+        for _ in 0..ATTEMPTS {
             // A link that stands there is not followed, nor is a pipe waited for.
             let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK;
             let mut file = OpenOptions::new()
@@ -85,6 +88,8 @@ impl FolderLock {
                 file: Some(file),
             });
         }
+        let holder = String::new();
+        Err(Error::new(ErrorKind::WouldBlock, Busy { holder }))
     }
 }
 
