@@ -6,7 +6,9 @@ pub(super) fn command_line() -> String {
         true => format!("'{word}'"),
         false => word,
     };
-    let words = std::env::args().skip(1).map(quoted);
+    // A name that is no text is shown as well as it can be.
+    let words = std::env::args_os().skip(1);
+    let words = words.map(|word| quoted(word.to_string_lossy().into_owned()));
     std::iter::once("hydro".to_owned())
         .chain(words)
         .collect::<Vec<_>>()

@@ -52,7 +52,22 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             args.checkpoint.display()
         );
     }
+    let (trained, recorded) = (checkpoint.card.sample_period, manifest.sample_period);
+    if (trained - recorded).abs() > 1e-6 * trained {
+        bail!(
+            "{}: sample_period is {recorded} s, but {} was trained at {trained} s; its samples do not stand for each other",
+            args.data.display(),
+            args.checkpoint.display()
+        );
+    }
     let split = data.split(&args.split, None)?;
+    if split.is_empty() {
+        bail!(
+            "{}: the {} split is empty; there is nothing to evaluate",
+            args.data.display(),
+            args.split
+        );
+    }
     let engine = checkpoint.engine(args.engine, args.solver)?;
     let name = checkpoint.card.model.kind().to_owned();
     let forces = predict_by_engine(engine.as_ref(), &split, args.start)?;
@@ -68,9 +83,20 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let rows: Vec<(String, Box<Predict<'_, Infallible>>)> = vec![(name, precomputed(forces))];
     let Ok(result) = open_loop(&rows, &split, &manifest.outputs, 0, &|_| ());
     let row = &result.rows[0];
+    let of_axes = row.errors.mae.iter().chain(&row.errors.rmse);
+    if let Some(error) = of_axes
+        .chain([&row.errors.pooled])
+        .find(|error| error.is_infinite())
+    {
+        bail!(
+            "{}: an error is {error}: the predicted force leaves the range of numbers; the checkpoint is of no use on {}",
+            args.checkpoint.display(),
+            args.data.display()
+        );
+    }
     if args.json {
         return print_json(&serde_json::json!({
-            "checkpoint": args.checkpoint, "data": args.data, "split": args.split, "start": args.start,
+            "checkpoint": args.checkpoint.display().to_string(), "data": args.data.display().to_string(), "split": args.split, "start": args.start,
             "trajectories": result.trajectories, "outputs": result.outputs, "errors": row.errors,
             "halves": rounding.map(|(rms, largest)| serde_json::json!({"rms": rms, "largest": largest})),
         }));

@@ -11,17 +11,8 @@ pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
-    let beside = folder.join(format!(".{}.part", std::process::id()));
-    let write = || -> std::io::Result<()> {
-        std::fs::create_dir_all(folder)?;
-        std::fs::write(&beside, bytes)?;
-        std::fs::rename(&beside, path)
-    };
-    write()
-        .inspect_err(|_| {
-            // The first error is the one to report.
-            let _ = std::fs::remove_file(&beside);
-        })
+    std::fs::create_dir_all(folder)
+        .and_then(|()| hydro_files::write_whole(path, bytes))
         .with_context(|| format!("writing {}", path.display()))
 }
 

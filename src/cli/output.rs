@@ -9,9 +9,26 @@ macro_rules! say {
     };
 }
 
-/// Prints an error and its causes on one line.
+/// Lines of a message at most; one of more is put on one line.
+const LINES: usize = 3;
+/// Characters of a message at most.
+const LONGEST: usize = 2000;
+
+/// Prints an error and its causes.
 pub(crate) fn print_error(error: &anyhow::Error) {
-    eprintln!("hydro: {error:#}");
+    eprintln!("hydro: {}", message(error));
+}
+
+/// An error and its causes: as they are, or on one line and cut where they are long.
+fn message(error: &anyhow::Error) -> String {
+    let text = format!("{error:#}");
+    let text = text.trim();
+    let lines = text.lines().count();
+    let plain = !text.chars().any(|c| c.is_control() && c != '\n');
+    if lines <= LINES && text.len() <= LONGEST && plain {
+        return text.to_owned();
+    }
+    hydro_files::one_line(text, LONGEST)
 }
 
 /// Prints one machine-readable result.
@@ -26,5 +43,19 @@ pub(super) fn write_line(line: &str) -> anyhow::Result<()> {
     match writeln!(out, "{line}").and_then(|()| out.flush()) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
         result => result.context("writing to standard output"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_has_three_lines_at_most() {
+        let text = |text: &str| message(&anyhow::Error::msg(text.to_owned()));
+        assert_eq!(text("a\nb\nc\n"), "a\nb\nc");
+        assert_eq!(text("at\n  |\n1 | x\n  | ^"), "at | 1 | x | ^");
+        assert!(text(&"y".repeat(100_000)).len() < LONGEST + 50);
+        assert_eq!(text("a\u{1b}[2J"), "a\u{fffd}[2J");
     }
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
+use hydro_files::FolderLock;
 use hydro_model::{Adjoint, Solver, checkpoint::Checkpoint, kinematics::Kinematics};
 use hydro_training::{
     Evaluation, InitialForce, LogRecord, Observer, TrainConfig, TrainDevice, TrainOutcome,
@@ -91,6 +92,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         trainer.check_card(&card)?;
         return report(args, "trained already", &card.metrics);
     }
+    let _lock = folder.lock()?;
     folder.prepare(args)?;
     if args.resume && trainer.resume(&folder.run)? {
         let other = trainer.resumed_from().filter(|from| *from != args.device);
@@ -127,10 +129,20 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         None => folder.name(),
     };
     let mut checkpoint = trainer.checkpoint(&name, &command_line())?;
-    let test = data.split("test", None)?;
-    let evaluation = evaluate(&checkpoint, &test, InitialForce::Clean)?;
-    checkpoint.card.metrics = serde_json::to_value(&evaluation)?;
+    // Hours of training are not lost for want of data to test on.
+    let tested = data.split("test", None).map_err(Into::into);
+    let tested = tested.and_then(|test| evaluate(&checkpoint, &test, InitialForce::Clean));
+    if let Ok(evaluation) = &tested {
+        checkpoint.card.metrics = serde_json::to_value(evaluation)?;
+    }
     checkpoint.save(&args.out)?;
+    if let Err(error) = tested {
+        eprintln!(
+            "{}: saved without errors on the test split of {}: {error}",
+            args.out.display(),
+            args.data.display()
+        );
+    }
     let words = format!("trained for {} epochs", trainer.log().len());
     report(args, &words, &checkpoint.card.metrics)
 }
@@ -138,7 +150,13 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
 /// Prints the errors on the test split.
 fn report(args: &Args, words: &str, metrics: &serde_json::Value) -> anyhow::Result<()> {
     if args.json {
-        return print_json(&serde_json::json!({"checkpoint": args.out, "test": metrics}));
+        return print_json(
+            &serde_json::json!({"checkpoint": args.out.display().to_string(), "test": metrics}),
+        );
+    }
+    if metrics.is_null() {
+        say!("{}: {words}; not tested", args.out.display());
+        return Ok(());
     }
     let figure = |name: &str| metrics[name].as_f64().unwrap_or(f64::NAN);
     say!(
@@ -206,6 +224,18 @@ impl RunFolder {
     fn name(&self) -> String {
         let name = self.out.file_name().unwrap_or_default();
         name.to_string_lossy().into_owned()
+    }
+
+    /// Keeps other processes from the two folders; the file of the lock stands beside them.
+    fn lock(&self) -> anyhow::Result<FolderLock> {
+        let name = self.out.file_name().unwrap_or_default().to_string_lossy();
+        let path = self.out.with_file_name(format!(".{name}.lock"));
+        if let Some(parent) = path.parent().filter(|it| !it.as_os_str().is_empty()) {
+            std::fs::create_dir_all(parent)
+                .with_context(|| format!("--out {}", self.out.display()))?;
+        }
+        FolderLock::take(&path, &command_line())
+            .with_context(|| format!("--out {}: wait, or choose another", self.out.display()))
     }
 
     fn finished(&self) -> bool {

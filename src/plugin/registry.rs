@@ -5,7 +5,7 @@
 //! made good from the attributes. Counts only decide what may be forgotten: a wrong one costs a reload.
 
 use std::{
-    collections::HashMap,
+    collections::{HashMap, HashSet},
     fs,
     hash::Hash,
     num::NonZeroU64,
@@ -36,6 +36,9 @@ use super::{
 
 /// Instances without an `mjData` that are kept, so that making one again loads nothing.
 const MOST_IDLE: usize = 8;
+
+/// Checkpoints that no instance uses and that are kept: between the making of a model and of its first data nobody uses one.
+const MOST_UNUSED: usize = 2;
 
 /// Why an instance could not be made.
 #[derive(Debug, Error)]
@@ -99,6 +102,15 @@ pub struct Loaded {
     digest: String,
 }
 
+/// A checkpoint as it was when it was last looked for.
+#[derive(Debug)]
+struct Known {
+    stamp: Stamp,
+    loaded: Arc<Loaded>,
+    /// Number of the last look.
+    looked: u64,
+}
+
 #[derive(Debug)]
 struct Held {
     instance: Arc<Instance>,
@@ -116,7 +128,9 @@ struct Instances {
 /// The cache. One stands in the process: [`Registry::global`].
 #[derive(Debug, Default)]
 pub struct Registry {
-    checkpoints: Mutex<HashMap<PathBuf, (Stamp, Arc<Loaded>)>>,
+    checkpoints: Mutex<HashMap<PathBuf, Known>>,
+    /// Number of looks for a checkpoint so far.
+    looks: AtomicU64,
     engines: Mutex<HashMap<EngineKey, Weak<dyn Engine>>>,
     instances: RwLock<Instances>,
     /// Number of instances forgotten so far.
@@ -136,14 +150,15 @@ impl Registry {
         let key = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
         let stamp = stamp(&key);
         {
-            let known = self
+            let mut known = self
                 .checkpoints
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner);
-            if let Some((of, loaded)) = known.get(&key)
-                && *of == stamp
+            if let Some(known) = known.get_mut(&key)
+                && known.stamp == stamp
             {
-                return Ok(Arc::clone(loaded));
+                known.looked = self.looks.fetch_add(1, Ordering::Relaxed);
+                return Ok(Arc::clone(&known.loaded));
             }
         }
         let checkpoint = Checkpoint::load(&key).map_err(|source| SetupError::Checkpoint {
@@ -152,12 +167,55 @@ impl Registry {
         })?;
         let digest = hexadecimal(&checkpoint.digest());
         let loaded = Arc::new(Loaded { checkpoint, digest });
+        let known = Known {
+            stamp,
+            loaded: Arc::clone(&loaded),
+            looked: self.looks.fetch_add(1, Ordering::Relaxed),
+        };
+        self.checkpoints
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .insert(key, known);
+        self.forget_unused();
+        Ok(loaded)
+    }
+
+    /// Forgets the checkpoints that no instance uses, but for the last few that were looked for.
+    fn forget_unused(&self) {
+        let known = self
+            .checkpoints
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        if known.len() <= MOST_UNUSED {
+            return;
+        }
+        drop(known);
+        let used: HashSet<PathBuf> = {
+            let instances = self
+                .instances
+                .read()
+                .unwrap_or_else(PoisonError::into_inner);
+            let folders = (instances.held.values())
+                .filter(|held| held.users > 0)
+                .filter_map(|held| held.instance.settings().checkpoint.clone());
+            folders
+                .map(|folder| folder.canonicalize().unwrap_or(folder))
+                .collect()
+        };
         let mut known = self
             .checkpoints
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        known.insert(key, (stamp, Arc::clone(&loaded)));
-        Ok(loaded)
+        let mut unused: Vec<(u64, PathBuf)> = known
+            .iter()
+            .filter(|(folder, _)| !used.contains(*folder))
+            .map(|(folder, known)| (known.looked, folder.clone()))
+            .collect();
+        unused.sort_unstable();
+        let surplus = unused.len().saturating_sub(MOST_UNUSED);
+        for (_, folder) in &unused[..surplus] {
+            known.remove(folder);
+        }
     }
 
     /// Makes (or finds) the instance of these settings on this body, with its effects tied to the model,
@@ -259,6 +317,8 @@ impl Registry {
             instances.held.remove(key);
             self.forgotten.fetch_add(1, Ordering::Release);
         }
+        drop(instances);
+        self.forget_unused();
     }
 
     /// The network of a checkpoint as the settings ask for it, shared while anybody uses it.
@@ -297,4 +357,31 @@ fn stamp(folder: &Path) -> Stamp {
             Some((about.modified().ok()?, about.len()))
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_checkpoint_that_nobody_uses_is_forgotten() {
+        let registry = Registry::default();
+        let root = tempfile::tempdir().unwrap();
+        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/b1-task2");
+        let mut seen = Vec::new();
+        for number in 0..5 {
+            let folder = root.path().join(number.to_string());
+            fs::create_dir(&folder).unwrap();
+            for name in ["card.json", "weights.safetensors"] {
+                fs::copy(source.join(name), folder.join(name)).unwrap();
+            }
+            let loaded = registry.checkpoint(&folder).unwrap();
+            assert!(Arc::ptr_eq(&loaded, &registry.checkpoint(&folder).unwrap()));
+            seen.push(Arc::downgrade(&loaded));
+        }
+        let kept = seen.iter().filter(|loaded| loaded.upgrade().is_some());
+        assert_eq!(kept.count(), MOST_UNUSED);
+        assert!(seen[4].upgrade().is_some(), "the last one is kept");
+    }
 }

@@ -4,5 +4,6 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod compare;
+mod hostile;
 mod program;
 mod simulate;

@@ -187,6 +187,7 @@ impl Recipe {
             command: "a test".to_owned(),
             hydro: env!("CARGO_PKG_VERSION").to_owned(),
             weights_sha256: String::new(),
+            card_sha256: String::new(),
             model: self.model.clone(),
         };
         Checkpoint::new(card, weights).unwrap()

@@ -20,7 +20,7 @@ pub fn parse<T: DeserializeOwned>(bytes: &[u8], expected: &str) -> Result<T, Fau
     let schema = value.get("schema");
     if schema.and_then(|schema| schema.as_str()) != Some(expected) {
         return Err(Fault::Schema(
-            schema.map_or_else(|| "missing".to_owned(), ToString::to_string),
+            schema.map_or_else(|| "missing".to_owned(), hydro_files::short),
         ));
     }
     serde_json::from_value(value).map_err(Fault::Malformed)
@@ -41,12 +41,15 @@ pub fn names_in(folder: &Path) -> Vec<String> {
     names
 }
 
+/// Characters of a list of names in a message.
+const LISTED: usize = 1000;
+
 /// `names` separated by commas, or `nothing`, for an error message.
 pub fn listed(names: &[String]) -> String {
     if names.is_empty() {
         "nothing".to_owned()
     } else {
-        names.join(", ")
+        hydro_files::one_line(names.join(", "), LISTED)
     }
 }
 

@@ -3,7 +3,7 @@
 //! Meshes (a mesh displaces no volume here), transmissions, sensors and materials are not read.
 
 use std::{
-    collections::HashMap,
+    collections::{HashMap, HashSet},
     f64::consts::PI,
     path::{Path, PathBuf},
 };
@@ -157,18 +157,33 @@ impl Robot {
     /// Reads a URDF.
     ///
     /// # Errors
-    /// If the file is no URDF, a joint names an unknown link, or a mass or inertia is unphysical.
+    /// If the file is no URDF, its links are no tree, a joint names an unknown link, or a mass or inertia is unphysical.
     pub fn from_urdf(path: &Path) -> Result<Self, RobotError> {
-        let urdf = urdf_rs::read_file(path).map_err(|error| RobotError::Unreadable {
+        let unreadable = |reason: String| RobotError::Unreadable {
             path: path.to_owned(),
-            reason: error.to_string(),
-        })?;
+            reason,
+        };
+        let text = hydro_files::read_text(path, hydro_files::TEXT)
+            .map_err(|error| unreadable(error.to_string()))?;
+        if let Some(line) = too_deep(&text) {
+            return Err(unreadable(format!(
+                "line {line}: more than {DEEPEST} elements inside each other"
+            )));
+        }
+        let urdf = urdf_rs::read_from_string(&text)
+            .map_err(|error| unreadable(hydro_files::short(error)))?;
         let links = urdf
             .links
             .iter()
             .map(|link| read_link(link, path))
             .collect::<Result<Vec<_>, _>>()?;
+        if let Some(reason) = tree_fault(&urdf.joints, &links) {
+            return Err(unreadable(reason));
+        }
         check_links_exist(&urdf.joints, &links, path)?;
+        if let Some(reason) = urdf.joints.iter().find_map(joint_fault) {
+            return Err(unreadable(reason));
+        }
         let joints = urdf.joints.iter().filter_map(read_moving_joint).collect();
         let bodies = fuse_fixed(&urdf.joints, &links);
         Ok(Self {
@@ -225,6 +240,18 @@ fn read_link(link: &urdf_rs::Link, path: &Path) -> Result<Link, RobotError> {
             "inertia with a principal moment of {smallest:.3e} kg m^2; expected zero or more"
         )));
     }
+    let origin = given.origin.xyz.0.iter().chain(&given.origin.rpy.0);
+    if let Some(value) = origin.chain(tensor.iter()).find(|value| !value.is_finite()) {
+        return Err(unphysical(format!(
+            "{value} in its inertial; expected finite numbers"
+        )));
+    }
+    let displaced: f64 = link.collision.iter().map(|c| volume(&c.geometry)).sum();
+    if !(displaced.is_finite() && displaced >= 0.0) {
+        return Err(unphysical(format!(
+            "collision shapes of {displaced} m^3; expected sizes of zero or more"
+        )));
+    }
     let about_centre = Inertia {
         mass,
         centre: Vector3::zeros(),
@@ -233,8 +260,111 @@ fn read_link(link: &urdf_rs::Link, path: &Path) -> Result<Link, RobotError> {
     Ok(Link {
         name: link.name.clone(),
         inertia: about_centre.seen_from(&isometry(&given.origin)),
-        displaced_volume: link.collision.iter().map(|c| volume(&c.geometry)).sum(),
+        displaced_volume: displaced,
     })
+}
+
+/// Elements inside each other at most: a URDF has five. The reader behind this recurses into them.
+const DEEPEST: usize = 64;
+
+/// The line where elements are too deep inside each other. Comments are taken for what they are.
+fn too_deep(text: &str) -> Option<usize> {
+    let mut depth = 0usize;
+    let mut at = 0;
+    while let Some(found) = text[at..].find('<') {
+        let start = at + found;
+        let rest = &text[start..];
+        let (end, step) = match rest {
+            _ if rest.starts_with("<!--") => ("-->", 0),
+            _ if rest.starts_with("<![CDATA[") => ("]]>", 0),
+            _ if rest.starts_with("<!") || rest.starts_with("<?") => (">", 0),
+            _ if rest.starts_with("</") => (">", -1),
+            _ => (">", 1),
+        };
+        let length = rest.find(end).map_or(rest.len(), |place| place + end.len());
+        let closed = rest[..length].ends_with("/>");
+        depth = match step {
+            1 if !closed => depth + 1,
+            -1 => depth.saturating_sub(1),
+            _ => depth,
+        };
+        if depth > DEEPEST {
+            return Some(1 + text[..start].matches('\n').count());
+        }
+        at = start + length;
+    }
+    None
+}
+
+/// Reason why joints and links make no tree: a name twice, a child of two joints, a loop.
+fn tree_fault(joints: &[urdf_rs::Joint], links: &[Link]) -> Option<String> {
+    let mut seen = HashSet::new();
+    if let Some(link) = links.iter().find(|link| !seen.insert(link.name.as_str())) {
+        return Some(format!("two links are called `{}`", link.name));
+    }
+    let mut seen = HashSet::new();
+    if let Some(joint) = joints.iter().find(|joint| !seen.insert(&joint.name)) {
+        return Some(format!("two joints are called `{}`", joint.name));
+    }
+    let mut joint_above = HashMap::new();
+    for joint in joints {
+        let child = joint.child.link.as_str();
+        if joint_above.insert(child, joint).is_some() {
+            return Some(format!(
+                "link `{child}` is the child of two joints; expected a tree"
+            ));
+        }
+    }
+    // Links whose way up is known to end.
+    let mut rooted = HashSet::new();
+    for link in links {
+        let (mut way, mut name) = (Vec::new(), link.name.as_str());
+        while let Some(joint) = joint_above.get(name).filter(|_| !rooted.contains(name)) {
+            if way.len() > links.len() {
+                return Some(format!(
+                    "link `{name}` stands above itself by joint `{}`; expected a tree",
+                    joint.name
+                ));
+            }
+            way.push(name);
+            name = joint.parent.link.as_str();
+        }
+        rooted.extend(way);
+    }
+    None
+}
+
+/// Reason why a joint cannot be used.
+fn joint_fault(joint: &urdf_rs::Joint) -> Option<String> {
+    let name = &joint.name;
+    let pose = joint.origin.xyz.0.iter().chain(&joint.origin.rpy.0);
+    if let Some(value) = pose
+        .chain(&joint.axis.xyz.0)
+        .find(|value| !value.is_finite())
+    {
+        return Some(format!(
+            "joint `{name}`: {value} in its origin or axis; expected finite numbers"
+        ));
+    }
+    let moving = read_moving_joint(joint)?;
+    let axis = joint.axis.xyz.0;
+    if axis.iter().all(|value| *value == 0.0) || !moving.axis.iter().all(|v| v.is_finite()) {
+        return Some(format!(
+            "joint `{name}`: axis {axis:?}; expected a direction"
+        ));
+    }
+    let limits = [
+        joint.limit.lower,
+        joint.limit.upper,
+        joint.limit.effort,
+        joint.limit.velocity,
+    ];
+    if limits.iter().any(|value| value.is_nan()) {
+        return Some(format!(
+            "joint `{name}`: a limit is no number; expected lower, upper, effort and velocity"
+        ));
+    }
+    None
 }
 
 /// Volume of a primitive shape [m^3]; 0 for a mesh, whose file is not read.
@@ -263,7 +393,7 @@ fn check_links_exist(
                     path: path.to_owned(),
                     joint: joint.name.clone(),
                     link: link.clone(),
-                    known: known.join(", "),
+                    known: hydro_files::one_line(known.join(", "), 1000),
                 });
             }
         }
@@ -382,6 +512,62 @@ mod tests {
         );
         let x_of_child = joint.parent_from_child * Vector3::x();
         assert!((x_of_child - Vector3::y()).norm() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_no_tree_of_finite_numbers_is_refused() {
+        let message = |text: &str| read(text).unwrap_err().to_string();
+        let ring = ARM.replace(
+            "</robot>",
+            "<joint name=\"back\" type=\"fixed\"><parent link=\"tip\"/><child link=\"root\"/></joint></robot>",
+        );
+        let text = message(&ring);
+        assert!(text.contains("stands above itself by joint"), "{text}");
+        let twice = message(&ARM.replace("name=\"tip\"", "name=\"base\""));
+        assert!(twice.contains("two links are called `base`"), "{twice}");
+        let two = ARM.replace(
+            "</robot>",
+            "<joint name=\"more\" type=\"fixed\"><parent link=\"base\"/><child link=\"tip\"/></joint></robot>",
+        );
+        assert!(message(&two).contains("`tip` is the child of two joints"));
+        for (sound, odd, expected) in [
+            (
+                "radius=\"0.5\"",
+                "radius=\"nan\"",
+                "collision shapes of NaN m^3",
+            ),
+            ("radius=\"0.5\"", "radius=\"-1\"", "collision shapes of -"),
+            ("xyz=\"0 0 1\"", "xyz=\"0 0 inf\"", "inf in its inertial"),
+            ("xyz=\"1 0 0\"", "xyz=\"nan 0 0\"", "joint `swing`: NaN"),
+            (
+                "<axis xyz=\"0 2 0\"/>",
+                "<axis xyz=\"0 0 0\"/>",
+                "expected a direction",
+            ),
+        ] {
+            let text = message(&ARM.replace(sound, odd));
+            assert!(text.contains(expected), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_deep_file_does_not_reach_the_reader_that_recurses() {
+        let deep = format!("<robot name=\"r\">\n{}", "<link>".repeat(100_000));
+        let text = read(&deep).unwrap_err().to_string();
+        assert!(text.contains("line 2: more than 64 elements"), "{text}");
+        let chain: String = (0..3000)
+            .map(|i| {
+                format!(
+                    "<link name=\"l{i}\"/><joint name=\"j{i}\" type=\"fixed\"><parent link=\"l{i}\"/><child link=\"l{}\"/></joint>",
+                    i + 1
+                )
+            })
+            .collect();
+        read(&format!(
+            "<robot name=\"r\"><!-- {} -->{chain}<link name=\"l3000\"/></robot>",
+            "<a>".repeat(100)
+        ))
+        .unwrap();
     }
 
     #[test]

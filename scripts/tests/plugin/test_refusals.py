@@ -8,7 +8,7 @@ import unittest
 
 import mujoco
 import numpy as np
-from scene import CHECKPOINTS, fish, fish_xml, start, steps
+from scene import CHECKPOINTS, KINDS, Warnings, fish, fish_xml, start, steps
 
 
 class Refusals(unittest.TestCase):
@@ -41,6 +41,8 @@ class Refusals(unittest.TestCase):
         self.refused("has 2 numbers", "has 6 outputs", attributes={"initial_force": "1 2"})
         self.refused("lists 2 names", "fin", attributes={"joints": "fin tail"})
         self.refused("densty", attributes={"densty": "1000"})
+        self.refused("timestep of <option> is 1e-300 s", "expected from 1e-9", timestep="1e-300")
+        self.refused("`effects` is `a b`", attributes={"checkpoint": None, "effects": "a&#10;b"})
 
     def test_joints(self):
         self.refused("card's joint `fin`", "joints are: tail", fin="tail")
@@ -86,6 +88,27 @@ class Refusals(unittest.TestCase):
             "weights.safetensors is missing", attributes=self.damaged(lambda f: (f / "weights.safetensors").unlink())
         )
         self.refused("card.json", attributes=self.damaged(lambda f: (f / "card.json").write_text("{")))
+
+    def test_a_checkpoint_replaced_under_a_living_model(self):
+        def memory(checkpoint):
+            return fish({"checkpoint": str(checkpoint)}).npluginstate
+
+        one, other = KINDS[0], next(kind for kind in KINDS if memory(kind) != memory(KINDS[0]))
+        attributes = self.damaged(lambda folder: (shutil.rmtree(folder), shutil.copytree(one, folder)))
+        folder = pathlib.Path(attributes["checkpoint"])
+        model = fish(attributes)
+        data, twin = start(model), start(fish({"checkpoint": str(one)}))
+        shutil.rmtree(folder)
+        shutil.copytree(other, folder)
+        with Warnings() as texts:
+            # Data made before go on with the old weights.
+            np.testing.assert_array_equal(steps(model, data, 30), steps(fish({"checkpoint": str(one)}), twin, 30))
+            self.assertEqual(texts, [])
+        with self.assertRaises((ValueError, mujoco.FatalError)) as refusal, Warnings() as texts:
+            mujoco.MjData(model)
+        self.assertIn("compile the model again", str(refusal.exception) + " ".join(texts))
+        # Compiled again it is sound.
+        self.assertTrue(np.isfinite(steps(fish(attributes), start(fish(attributes)), 10)).all())
 
     def test_a_robot_of_another_size(self):
         self.refused("card's joint `thigh`", attributes={"checkpoint": str(CHECKPOINTS / "towing")})

@@ -11,11 +11,12 @@ mod scheduler;
 mod swimming;
 mod tables;
 
-use anyhow::bail;
+use anyhow::{Context as _, bail};
+use hydro_files::FolderLock;
 
 pub(super) use self::args::Args;
 use self::{folder::Folder, inputs::Inputs, plan::Plan};
-use super::output::print_json;
+use super::{command_line::command_line, output::print_json};
 
 /// Runs the command.
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
@@ -38,6 +39,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     if args.list {
         return list(args, &inputs, &plan, &folder);
     }
+    std::fs::create_dir_all(&args.out).with_context(|| format!("--out {}", args.out.display()))?;
+    let _lock = FolderLock::take(&args.out.join(".lock"), &command_line())
+        .with_context(|| format!("--out {}: wait, or choose another", args.out.display()))?;
     let failed = if args.tables {
         Vec::new()
     } else {

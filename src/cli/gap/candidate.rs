@@ -1,6 +1,6 @@
 //! The candidate model that `add` writes and `verify` judges.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use anyhow::Context as _;
 use hydro_effects::{
@@ -63,8 +63,8 @@ pub(super) fn patched_candidate(
     mut added: Added,
     patched: patch::Patched,
 ) -> anyhow::Result<Candidate> {
-    let text =
-        fs::read_to_string(nominal).with_context(|| format!("--model {}", nominal.display()))?;
+    let text = hydro_files::read_text(nominal, hydro_files::TEXT)
+        .with_context(|| format!("--model {}", nominal.display()))?;
     let name = nominal.file_name().unwrap_or_default();
     let names = (&*name.to_string_lossy(), PATCHED);
     added.diff = patch::unified(&text, &patched.xml, names);

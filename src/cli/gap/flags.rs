@@ -33,7 +33,7 @@ pub(super) struct Flags {
     #[arg(long, default_value_t = 0)]
     pub(super) seed: u64,
     /// Threads; all cores if left out. Results do not depend on it.
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
     /// Where no effect explains the difference, do not offer a learned residual.
     #[arg(long)]

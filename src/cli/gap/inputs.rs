@@ -5,6 +5,7 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
+    io::ErrorKind,
     path::{Path, PathBuf},
     time::UNIX_EPOCH,
 };
@@ -90,7 +91,7 @@ impl Inputs {
                 .uncertainty
                 .as_deref()
                 .map(|path| {
-                    let text = fs::read(path)
+                    let text = hydro_files::read(path, hydro_files::TEXT)
                         .with_context(|| format!("--uncertainty {}", path.display()))?;
                     Ok::<_, anyhow::Error>(sha256(&text))
                 })
@@ -238,21 +239,33 @@ fn model_sha256(model: &Path) -> anyhow::Result<String> {
         if !seen.insert(path.clone()) {
             continue;
         }
-        let text = match fs::read_to_string(&path) {
+        let place = || match path == model {
+            true => format!("--model {}", model.display()),
+            false => format!("--model {}: includes {}", model.display(), path.display()),
+        };
+        let text = match hydro_files::read_text(&path, hydro_files::TEXT) {
             Ok(text) => text,
-            Err(error) if path == model => {
-                return Err(error).with_context(|| format!("--model {}", model.display()));
-            }
-            Err(_) => continue,
+            Err(error) if error.kind() == ErrorKind::NotFound && path != model => continue,
+            Err(error) => return Err(error).with_context(place),
         };
         all.extend_from_slice(text.as_bytes());
-        if let Ok(tree) = roxmltree::Document::parse(&text) {
-            let includes = tree
-                .descendants()
-                .filter(|node| node.has_tag_name("include"))
-                .filter_map(|node| node.attribute("file"));
-            waiting.extend(includes.map(|file| folder.join(file)));
-        }
+        // The stage `add` edits the text: what cannot be edited is refused before hours of fits.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        let tree = roxmltree::Document::parse(text).map_err(|error| {
+            let hint = match error {
+                roxmltree::Error::DtdDetected => {
+                    "; remove the <!DOCTYPE ...>, MuJoCo does not use it"
+                }
+                _ => "",
+            };
+            anyhow::Error::msg(format!("{}{hint}", hydro_files::short(error)))
+        });
+        let tree = tree.with_context(place)?;
+        let includes = tree
+            .descendants()
+            .filter(|node| node.has_tag_name("include"))
+            .filter_map(|node| node.attribute("file"));
+        waiting.extend(includes.map(|file| folder.join(file)));
     }
     Ok(sha256(&all))
 }

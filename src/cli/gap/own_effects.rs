@@ -52,11 +52,7 @@ pub(super) fn load(folder: &Path) -> anyhow::Result<Vec<Id>> {
 
 fn read(path: &Path) -> anyhow::Result<Id> {
     let place = || path.display().to_string();
-    let size = fs::metadata(path).with_context(place)?.len();
-    if size > own::LARGEST_FILE {
-        bail!("{}: {size} bytes, at most {}", place(), own::LARGEST_FILE);
-    }
-    let text = fs::read_to_string(path).with_context(place)?;
+    let text = hydro_files::read_text(path, own::LARGEST_FILE).with_context(place)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     own::register_toml(&name, &text).with_context(place)
 }
@@ -153,7 +149,7 @@ mod tests {
         // A size is not believed before it is looked at.
         let big = fs::File::create(path.join("c.toml")).unwrap();
         big.set_len(own::LARGEST_FILE + 1).unwrap();
-        assert!(refusal(path).contains("65537 bytes, at most 65536"));
+        assert!(refusal(path).contains("is 65537 bytes; expected 65536 at most"));
         for at in 0..40 {
             fs::write(path.join(format!("n{at}.toml")), SPRING).unwrap();
         }

@@ -6,10 +6,10 @@ use anyhow::{Context as _, bail};
 
 use super::{
     own_effects, pipeline,
-    results_folder::{Folder, provenance},
+    results_folder::{Folder, lock, provenance},
     terminal,
 };
-use crate::cli::print_json;
+use crate::cli::{command_line, print_json};
 
 /// Flags of `hydro gap report`.
 #[derive(Debug, clap::Args)]
@@ -37,6 +37,7 @@ pub(super) fn run(flags: &Flags) -> anyhow::Result<()> {
             .with_context(|| format!("--out {}: own_effects of run.json", flags.out.display()))?;
         own_effects::recall(&own)?;
     }
+    let _lock = lock(&flags.out, &command_line())?;
     let mut folder = Folder::go_on(&flags.out, known)?;
     let record = pipeline::gather(&folder)?;
     pipeline::publish(&mut folder, &record)?;

@@ -4,11 +4,12 @@
 use std::{
     collections::BTreeMap,
     fs,
-    io::{ErrorKind, Write as _},
+    io::ErrorKind,
     path::{Path, PathBuf},
 };
 
 use anyhow::{Context as _, bail};
+use hydro_files::FolderLock;
 use hydro_gap::records::{Added, Found, Named, Verified};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -98,6 +99,18 @@ pub(super) struct Provenance<I> {
     written: BTreeMap<String, Vec<String>>,
 }
 
+/// Largest file that is read from the folder [byte].
+const LARGEST: u64 = 1 << 30;
+/// File of the lock that keeps two processes apart.
+const LOCK: &str = ".lock";
+
+/// Makes the folder where it is missing, and keeps other processes from it.
+pub(super) fn lock(out: &Path, command: &str) -> anyhow::Result<FolderLock> {
+    fs::create_dir_all(out).with_context(|| format!("--out {}", out.display()))?;
+    FolderLock::take(&out.join(LOCK), command)
+        .with_context(|| format!("--out {}: wait, or choose another", out.display()))
+}
+
 /// A folder of results.
 #[derive(Debug)]
 pub(super) struct Folder<I> {
@@ -112,7 +125,8 @@ pub(super) fn provenance<I: DeserializeOwned>(out: &Path) -> anyhow::Result<Opti
     let Some(text) = read(&path)? else {
         return Ok(None);
     };
-    let found: Provenance<I> = serde_json::from_slice(&text).with_context(|| {
+    let found = serde_json::from_slice(&text).map_err(hydro_files::short);
+    let found: Provenance<I> = found.map_err(anyhow::Error::msg).with_context(|| {
         format!(
             "{} is damaged; delete it and the other files of {} and run again",
             path.display(),
@@ -123,7 +137,7 @@ pub(super) fn provenance<I: DeserializeOwned>(out: &Path) -> anyhow::Result<Opti
         bail!(
             "{}: schema `{}`, expected `{SCHEMA}`",
             path.display(),
-            found.schema
+            hydro_files::short(found.schema)
         );
     }
     Ok(Some(found))
@@ -182,6 +196,7 @@ impl<I: Serialize> Folder<I> {
         self.provenance.inputs = inputs;
         for name in STAGES.into_iter().chain([TIMING]) {
             self.delete(name)?;
+            self.provenance.written.remove(name);
         }
         for name in GUARDED {
             self.remove(name)?;
@@ -201,13 +216,17 @@ impl<I: Serialize> Folder<I> {
         let Some(text) = read(&path)? else {
             return Ok(None);
         };
-        let product: P = serde_json::from_slice(&text).with_context(|| {
+        let damaged = || {
             format!(
                 "{} is damaged; delete it and the stage `{}` runs again",
                 path.display(),
                 P::STAGE
             )
-        })?;
+        };
+        let product: P = serde_json::from_slice(&text)
+            .map_err(hydro_files::short)
+            .map_err(anyhow::Error::msg)
+            .with_context(damaged)?;
         if let Some(schema) = product.schema().filter(|schema| *schema != P::SCHEMA) {
             bail!(
                 "{}: schema `{schema}`, expected `{}`; delete it and the stage `{}` runs again",
@@ -216,11 +235,18 @@ impl<I: Serialize> Folder<I> {
                 P::STAGE
             );
         }
+        // Folders of earlier versions say nothing of their stages.
+        let known = self.provenance.written.get(P::FILE);
+        if known.is_some_and(|known| !known.contains(&sha256(&text))) {
+            return Err(
+                anyhow::Error::msg("its content is not what was written").context(damaged())
+            );
+        }
         Ok(Some(product))
     }
 
     /// Saves the result of a stage.
-    pub(super) fn keep<P: Product>(&self, product: &P) -> anyhow::Result<()> {
+    pub(super) fn keep<P: Product>(&mut self, product: &P) -> anyhow::Result<()> {
         let text = serde_json::to_string_pretty(product)?;
         // JSON has no NaN: check now that the file can be read back.
         serde_json::from_str::<P>(&text).with_context(|| {
@@ -229,17 +255,24 @@ impl<I: Serialize> Folder<I> {
                 P::STAGE
             )
         })?;
-        replace(&self.file(P::FILE), text.as_bytes())
+        self.replace(P::FILE, text.as_bytes())
     }
 
     /// Deletes the result of a stage.
-    pub(super) fn forget<P: Product>(&self) -> anyhow::Result<()> {
-        self.delete(P::FILE)
+    pub(super) fn forget<P: Product>(&mut self) -> anyhow::Result<()> {
+        self.delete(P::FILE)?;
+        self.provenance.written.remove(P::FILE);
+        self.save_provenance()
     }
 
     /// Writes a guarded file.
     pub(super) fn write(&mut self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
         self.guard(name)?;
+        self.replace(name, bytes)
+    }
+
+    /// Replaces a file, and records its digest.
+    fn replace(&mut self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
         let sha256 = sha256(bytes);
         let known = self.provenance.written.entry(name.to_owned()).or_default();
         known.push(sha256.clone());
@@ -321,22 +354,14 @@ impl<I: Serialize> Folder<I> {
 
 /// A file's bytes; `None` where there is no file.
 pub(super) fn read(path: &Path) -> anyhow::Result<Option<Vec<u8>>> {
-    match fs::read(path) {
+    match hydro_files::read(path, LARGEST) {
         Ok(bytes) => Ok(Some(bytes)),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
         Err(error) => Err(error).with_context(|| format!("reading {}", path.display())),
     }
 }
 
-/// Writes a file beside the old one and renames it: a reader sees either, never a part.
+/// Replaces a file whole: a reader sees the old one or the new one.
 fn replace(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let beside = path.with_file_name(format!(".{name}.part"));
-    let write = || -> std::io::Result<()> {
-        let mut file = fs::File::create(&beside)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(&beside, path)
-    };
-    write().with_context(|| format!("writing {}", path.display()))
+    hydro_files::write_whole(path, bytes).with_context(|| format!("writing {}", path.display()))
 }

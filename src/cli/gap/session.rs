@@ -6,7 +6,7 @@
 use std::{
     cell::{OnceCell, RefCell},
     collections::BTreeMap,
-    fs,
+    path::Path,
 };
 
 use anyhow::{Context as _, bail};
@@ -29,7 +29,7 @@ use super::{
     own_effects::fit,
     pipeline::{self, HeldOutInput, Reached, Stage, Stages},
     residual_candidate,
-    results_folder::{CANDIDATE, Folder, provenance},
+    results_folder::{CANDIDATE, Folder, lock, provenance},
     terminal,
 };
 use crate::cli::{cancel::cancel_on_signal, command_line, print_json, write_line};
@@ -42,9 +42,12 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
             .build_global()
             .context("--threads")?;
     }
+    names_are_text(flags)?;
+    let _lock = lock(&flags.out, &command_line())?;
     let mut folder = open(flags)?;
     let plant = MujocoPlant::load(&flags.model)
         .with_context(|| format!("--model {}", flags.model.display()))?;
+    check_timestep(&flags.model, plant.description().timestep)?;
     let own_effects = own_effects(flags)?;
     fit(&own_effects, plant.description())?;
     let settings = Settings {
@@ -116,6 +119,40 @@ pub(super) fn run(flags: &Flags, until: Stage) -> anyhow::Result<()> {
     print_result(&reached?, flags)
 }
 
+/// Refuses names that are no text: run.json holds them, and MuJoCo takes no others.
+fn names_are_text(flags: &Flags) -> anyhow::Result<()> {
+    for (flag, path) in [
+        ("--model", &flags.model),
+        ("--trials", &flags.trials),
+        ("--out", &flags.out),
+    ] {
+        if path.to_str().is_none() {
+            bail!(
+                "{flag} {}: the name is no UTF-8 text; rename the folder or file",
+                path.display()
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Steps of a model that can be meant [s].
+const STEPS: std::ops::RangeInclusive<f64> = 1e-6..=10.0;
+
+/// Refuses a model whose step no trial can be followed with.
+fn check_timestep(model: &Path, timestep: f64) -> anyhow::Result<()> {
+    if STEPS.contains(&timestep) {
+        return Ok(());
+    }
+    bail!(
+        "--model {}: the timestep of its <option> is {} s, expected from {:e} to {}; seconds are meant",
+        model.display(),
+        hydro_files::number(timestep),
+        STEPS.start(),
+        STEPS.end()
+    )
+}
+
 /// The folder of results, continued where the inputs are the same.
 pub(super) fn open(flags: &Flags) -> anyhow::Result<Folder<Inputs>> {
     let known = provenance::<Inputs>(&flags.out)?;
@@ -170,7 +207,7 @@ fn uncertainty(flags: &Flags, model: &PlantDescription) -> anyhow::Result<Uncert
         return Ok(Uncertainty::default());
     };
     let place = || format!("--uncertainty {}", path.display());
-    let text = fs::read_to_string(path).with_context(place)?;
+    let text = hydro_files::read_text(path, hydro_files::TEXT).with_context(place)?;
     Uncertainty::parse(&text, &model.nuisances).with_context(place)
 }
 

@@ -524,6 +524,17 @@ fn a_damaged_file_is_named_and_what_to_do() {
     fs::remove_file(fake.out().join("name.json")).unwrap();
     fake.run(Stage::Verify, &[]).unwrap();
     assert_eq!(fake.ran(), ["name", "add", "verify"]);
+    // A flipped bit that leaves good JSON behind.
+    let path = fake.out().join("find.json");
+    let whole = fs::read_to_string(&path).unwrap();
+    let digit = whole.find("\"excess\": ").unwrap() + "\"excess\": ".len();
+    let mut flipped = whole.clone().into_bytes();
+    flipped[digit] ^= 1;
+    fs::write(&path, flipped).unwrap();
+    let text = fake.fault(&[]);
+    assert!(text.contains("find.json is damaged; delete it"), "{text}");
+    assert!(text.contains("not what was written"), "{text}");
+    fs::write(&path, whole).unwrap();
     fs::write(fake.out().join("run.json"), "{").unwrap();
     let text = fake.fault(&[]);
     assert!(text.contains("run.json is damaged; delete it"), "{text}");
@@ -541,7 +552,7 @@ fn an_out_that_cannot_be_a_folder_is_said() {
 fn a_number_that_is_not_finite_is_found_when_it_is_kept() {
     let fake = Fake::new();
     fake.run(Stage::Find, &[]).unwrap();
-    let folder = Folder::go_on(
+    let mut folder = Folder::go_on(
         &fake.out(),
         provenance::<Inputs>(&fake.out()).unwrap().unwrap(),
     )

@@ -4,7 +4,8 @@ use hydro_frames::Wrench;
 
 use super::{
     instance_effects::{with_effects, with_sources},
-    instances::{carrying_body, held},
+    instances::carrying_body,
+    memory_fit::held,
 };
 use crate::{
     mujoco::{

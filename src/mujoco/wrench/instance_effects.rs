@@ -1,7 +1,8 @@
 //! The named effects of all instances of a model, and the one place where they are added to MuJoCo's forces.
 
 use super::{
-    instances::{held, instances},
+    instances::instances,
+    memory_fit::held,
     warned_once::{self, Cause},
 };
 use crate::{

@@ -5,6 +5,7 @@
 //! instances         the plugin's instances in a model: set up, found again, their bodies
 //! instance_effects  the named effects of all instances, added to MuJoCo's forces
 //! applied           the wrench of an instance at a state
+//! memory_fit        an instance's memory held against what its model was compiled for
 //! warned_once       simulations that were warned already
 //! arrows            what a viewer draws
 //! passive_callback  the same force in Debian's MuJoCo 2.2.2, which has no engine plugins
@@ -18,6 +19,8 @@ mod arrows;
 pub(crate) mod instance_effects;
 #[cfg(mujoco_plugins)]
 pub(crate) mod instances;
+#[cfg(mujoco_plugins)]
+mod memory_fit;
 #[cfg(not(mujoco_plugins))]
 pub(crate) mod passive_callback;
 #[cfg(mujoco_plugins)]

@@ -17,7 +17,8 @@ use super::{
     applied::{applied, total_wrench, water_at, water_moves},
     arrows,
     instance_effects::{self, with_effects, with_sources},
-    instances::{self, BROKEN, carrying_body, held, set_up, settings},
+    instances::{self, BROKEN, carrying_body, set_up, settings},
+    memory_fit::{self, held},
     warned_once::{self, Cause},
 };
 use crate::{
@@ -39,6 +40,12 @@ use crate::{
 
 /// Name in the `plugin=` attribute.
 const NAME: &CStr = c"hydro.wrench";
+
+/// Steps of a model that can be meant [s]; a sample stands on a grid of such steps.
+const STEPS: std::ops::RangeInclusive<f64> = 1e-9..=1e3;
+
+/// Characters of a refusal at most.
+const LONGEST: usize = 900;
 
 /// Numbers that the sensor reports: force x y z, torque x y z, base frame.
 const SENSOR_LEN: c_int = 6;
@@ -131,8 +138,24 @@ unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int
         };
         let id = id as usize;
         let model = data.model();
-        match set_up(model, id) {
+        let step = model.raw().opt.timestep;
+        let set_up = match STEPS.contains(&step) {
+            true => set_up(model, id),
+            false => Err(format!(
+                "plugin hydro.wrench: the timestep of <option> is {} s, expected from {:e} to {} s",
+                hydro_files::number(step),
+                STEPS.start(),
+                STEPS.end()
+            )),
+        };
+        match set_up {
             Ok((key, instance)) => {
+                if let Some(fault) = memory_fit::fault(model, id, &instance) {
+                    Registry::global().release(key);
+                    last_refusal::remember(&fault);
+                    warn(model.api(), &fault);
+                    return -1;
+                }
                 data.plugin_data_mut()[id] = key.to_bits() as usize;
                 warned_once::forget(&data.plugin_data_mut()[id]);
                 for note in instance
@@ -150,6 +173,8 @@ unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int
                 0
             }
             Err(refusal) => {
+                // An attribute may be of any length, and MuJoCo's own buffer is of a thousand.
+                let refusal = hydro_files::one_line(refusal, LONGEST);
                 last_refusal::remember(&refusal);
                 warn(model.api(), &refusal);
                 -1

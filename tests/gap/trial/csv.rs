@@ -256,6 +256,25 @@ fn csv_refusals_name_file_row_column_and_what_the_model_has() {
     for part in ["line 40001", "`time`", "20", "milliseconds suspected"] {
         assert!(message.contains(part), "{message}");
     }
+    // Two seconds at 100 Hz, in milliseconds and in hours.
+    for (factor, expected) in [
+        (1e3, "milliseconds suspected"),
+        (1e-7, "another unit suspected"),
+    ] {
+        let rows = (0..200).map(|row| format!("\n{:e},1,2,0.5", 0.01 * factor * f64::from(row)));
+        let text: String = std::iter::once("time,left,right,hip".to_owned())
+            .chain(rows)
+            .collect();
+        let mut quick = signature();
+        quick.timestep = 0.005;
+        let folder = Folder::new();
+        let message = read(&folder.text(&text), &quick).unwrap_err().to_string();
+        assert!(message.contains(expected), "{message}");
+    }
+    refused_csv(
+        "time,left,right,hip\n0,1,2,0\n1e300,1,2,0\n1e300,1,2,0",
+        &["line 4", "stands still from 1e300 s to 1e300 s"],
+    );
     refused_csv(
         "time,left,right,hip\n0,1,2,0\n0.1,1,2,0\n1e300,1,2,0",
         &["line 4", "`time`", "1e300", "expected seconds"],
@@ -273,6 +292,18 @@ fn csv_refusals_name_file_row_column_and_what_the_model_has() {
     refused(&folder.path("run.mat"), &[".npz or a .csv"]);
     refused(&folder.path("gone.csv"), &["No such file"]);
     refused(&folder.path("gone.npz"), &["No such file"]);
+    for name in ["zero.csv", "zero.npz"] {
+        std::os::unix::fs::symlink("/dev/zero", folder.path(name)).unwrap();
+        refused(&folder.path(name), &["is a device; expected a file"]);
+        fs::create_dir(folder.path(&format!("folder-{name}"))).unwrap();
+        refused(&folder.path(&format!("folder-{name}")), &["is a folder"]);
+    }
+    let sparse = fs::File::create(folder.path("sparse.csv")).unwrap();
+    sparse.set_len(1 << 31).unwrap();
+    refused(
+        &folder.path("sparse.csv"),
+        &["its first line has 1048576 bytes"],
+    );
 }
 
 #[test]

@@ -56,11 +56,12 @@ pub(super) fn flatten(model: &Path) -> Result<Flat, PatchError> {
 }
 
 fn read(path: &Path, included_by: Option<&Path>) -> Result<String, PatchError> {
-    let text = fs::read_to_string(path).map_err(|source| PatchError::Read {
-        path: path.to_owned(),
-        included_by: included_by.map(Path::to_owned),
-        source,
-    })?;
+    let text =
+        hydro_files::read_text(path, hydro_files::TEXT).map_err(|source| PatchError::Read {
+            path: path.to_owned(),
+            included_by: included_by.map(Path::to_owned),
+            source,
+        })?;
     // A byte order mark is not part of the text.
     Ok(text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned())
 }

@@ -375,7 +375,8 @@ pub(super) fn read_list(found: &str) -> Result<List, String> {
     let text = if found.starts_with('{') {
         found.to_owned()
     } else {
-        fs::read_to_string(found).map_err(|error| error.to_string())?
+        hydro_files::read_text(Path::new(found), hydro_files::TEXT)
+            .map_err(|error| error.to_string())?
     };
     let list: List = serde_json::from_str(&text).map_err(|error| error.to_string())?;
     if list.schema == SCHEMA {

@@ -73,7 +73,7 @@ impl Uncertainty {
     /// A key that does not exist (with those that do), or a value that is no standard deviation.
     pub fn parse(text: &str, nuisances: &[Nuisance]) -> Result<Self, GapError> {
         let read: Self =
-            toml::from_str(text).map_err(|fault| GapError::Uncertainty(fault.to_string()))?;
+            toml::from_str(text).map_err(|fault| GapError::Uncertainty(place(text, &fault)))?;
         let classes = [
             ("mass", read.mass),
             ("inertia", read.inertia),
@@ -143,4 +143,18 @@ impl Uncertainty {
             NuisanceClass::Timing => options.reading_lead_sd,
         })
     }
+}
+/// Characters of a line of the table in a message.
+const LONGEST_LINE: usize = 80;
+
+/// A fault of a table on one line: where it is, and what.
+fn place(text: &str, fault: &toml::de::Error) -> String {
+    let before = fault.span().and_then(|span| text.get(..span.start));
+    let row = before.map_or(0, |before| before.matches('\n').count());
+    let line = hydro_files::one_line(text.lines().nth(row).unwrap_or(""), LONGEST_LINE);
+    format!(
+        "line {} (`{line}`): {}",
+        row + 1,
+        hydro_files::short(fault.message())
+    )
 }

@@ -2,6 +2,7 @@
 
 use std::{fmt, path::PathBuf};
 
+use hydro_files::number;
 use thiserror::Error;
 
 use super::message::counted;
@@ -161,7 +162,8 @@ pub enum TrialError {
     },
     /// Time that stands still or runs backwards.
     #[error("{path}: {place}, column `{column}`: time {verb} from {before} s to {found} s; expected to increase from row to row",
-        path = path.display(), verb = if found < before { "runs backwards" } else { "stands still" })]
+        path = path.display(), verb = if found < before { "runs backwards" } else { "stands still" },
+        before = number(*before), found = number(*found))]
     TimeOrder {
         path: PathBuf,
         place: RowPlace,
@@ -187,7 +189,7 @@ pub enum TrialError {
     },
     /// A log of more steps of the model than can be meant.
     #[error("{path}: {place}, column `{column}`: the log lasts {seconds:?} s with {period:?} s between rows, {steps:.2e} \
-        steps of the model's {timestep} s; expected seconds, milliseconds suspected", path = path.display())]
+        steps of the model's {} s; expected seconds, milliseconds suspected", number(*timestep), path = path.display())]
     TooLong {
         path: PathBuf,
         place: RowPlace,
@@ -195,6 +197,17 @@ pub enum TrialError {
         seconds: f64,
         period: f64,
         steps: f64,
+        timestep: f64,
+    },
+    /// Rows that no log has so close together.
+    #[error("{path}: {place}, column `{column}`: {} s between rows, {share:.0} rows in each of the model's steps of {} s; \
+        expected seconds, another unit suspected", number(*period), number(*timestep), path = path.display())]
+    TooDense {
+        path: PathBuf,
+        place: RowPlace,
+        column: String,
+        period: f64,
+        share: f64,
         timestep: f64,
     },
     /// An angle too large to be one in radians.

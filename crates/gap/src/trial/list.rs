@@ -45,7 +45,20 @@ pub fn list(folder: &Path) -> Result<Vec<Listed>, TrialError> {
         let path = entry.map_err(io)?.path();
         let file = path.file_name().unwrap_or_default().to_string_lossy();
         let is_trial = matches!(ending(&path).as_deref(), Some("npz" | "csv"));
-        if is_trial && !file.starts_with('.') && path.is_file() {
+        if is_trial && !file.starts_with('.') {
+            let refused = |source: std::io::Error| TrialError::Io {
+                path: path.clone(),
+                reason: source.to_string(),
+            };
+            let about = fs::metadata(&path).map_err(refused)?;
+            if about.is_dir() {
+                others.push(file.into_owned());
+                continue;
+            }
+            // A pipe or a device that is called a trial is not left out in silence.
+            if !about.is_file() {
+                hydro_files::open(&path, u64::MAX).map_err(refused)?;
+            }
             let name = trial_name(&path);
             let rows = match ending(&path).as_deref() {
                 Some("csv") => table_rows(&path).filter(|rows| *rows > 1),

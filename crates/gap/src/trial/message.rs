@@ -3,6 +3,9 @@
 /// Names that a message lists before it counts the rest.
 const LISTED: usize = 40;
 
+/// Characters of a name in a list.
+const LONGEST_NAME: usize = 80;
+
 /// "1 row", "2 rows".
 pub(super) fn counted(count: impl Into<u64>, thing: &str) -> String {
     let count = count.into();
@@ -18,7 +21,7 @@ pub(super) fn listed<S: AsRef<str>>(names: &[S]) -> String {
     let shown: Vec<String> = names
         .iter()
         .take(LISTED)
-        .map(|name| format!("`{}`", name.as_ref()))
+        .map(|name| format!("`{}`", hydro_files::one_line(name.as_ref(), LONGEST_NAME)))
         .collect();
     let rest = names.len() - shown.len();
     let more = if rest > 0 {

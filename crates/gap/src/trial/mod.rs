@@ -23,6 +23,7 @@ mod assemble;
 mod csv;
 mod error;
 mod file_name;
+mod kinds;
 mod list;
 mod message;
 mod npz;

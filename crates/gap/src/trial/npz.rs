@@ -12,6 +12,7 @@ use std::{
     path::Path,
 };
 
+use hydro_files::Array;
 use npyz::{DType, WriterBuilder as _, npz::NpzWriter};
 use serde_json::json;
 use zip::{CompressionMethod, DateTime, write::FileOptions};
@@ -19,7 +20,7 @@ use zip::{CompressionMethod, DateTime, write::FileOptions};
 use super::{
     Part, RemarkKind, Series, Signature, Trial, TrialError,
     message::listed,
-    npz_arrays::{Archive, Array},
+    npz_arrays::Archive,
     series::component_name,
     signature::CONTROL_SUFFIX,
     tables::{Parts, Table},

@@ -1,216 +1,81 @@
-//! Arrays of an untrusted `.npz`: nothing is unpickled, sizes are checked before they are used, and a damaged file is an
-//! error.
+//! Arrays of an untrusted `.npz`, with the errors of a trial.
 
 use std::{
     fs::File,
-    io::{BufReader, Read},
+    io::BufReader,
     path::{Path, PathBuf},
 };
 
-use npyz::{DType, Deserialize, NpyFile, Order, TypeChar, npz::NpzArchive};
-use zip::result::ZipError;
+use hydro_files::{Array, NpzError};
 
-use super::{TrialError, message::listed};
+use super::{TrialError, kinds::open};
 
-/// Largest array that is read [bytes]; that of an hour at 1 kHz of 30 columns is 0.9 GB.
-const LARGEST_ARRAY: u64 = 1 << 30;
-/// Longest header of an array [bytes]. NumPy writes 118 for a plain array.
-const LONGEST_HEADER: usize = 4096;
+/// Largest archive [byte].
+const LARGEST_FILE: u64 = 1 << 33;
 
 /// An opened `.npz`.
 pub(super) struct Archive {
     path: PathBuf,
-    npz: NpzArchive<BufReader<File>>,
-}
-
-/// An array of numbers.
-pub(super) struct Array {
-    /// Its shape.
-    pub(super) shape: Vec<u64>,
-    /// Its elements in C order.
-    pub(super) values: Vec<f64>,
+    npz: hydro_files::Archive<BufReader<File>>,
 }
 
 impl Archive {
     pub(super) fn open(path: &Path) -> Result<Self, TrialError> {
-        let io = |error: std::io::Error| TrialError::Io {
-            path: path.to_owned(),
-            reason: error.to_string(),
-        };
-        let damaged = |reason: String| TrialError::Damaged {
-            path: path.to_owned(),
-            place: None,
-            reason,
-        };
-        let file = File::open(path).map_err(io)?;
-        if file.metadata().map_err(io)?.len() == 0 {
-            return Err(damaged("the file is empty".to_owned()));
-        }
-        let npz = NpzArchive::new(BufReader::new(file))
-            .map_err(|error| damaged(format!("cut short, or no .npz archive at all ({error})")))?;
+        let file = open(path, LARGEST_FILE)?;
+        let npz = hydro_files::Archive::open(BufReader::new(file));
+        let npz = npz.map_err(|error| refusal(path, error))?;
         let path = path.to_owned();
         Ok(Self { path, npz })
     }
 
     /// Names of the arrays, sorted.
     pub(super) fn names(&self) -> Vec<String> {
-        let mut names: Vec<String> = self.npz.array_names().map(str::to_owned).collect();
-        names.sort();
-        names
+        self.npz.names()
     }
 
     /// Numbers of any width and byte order; `None` where there is no such array.
     pub(super) fn numbers(&mut self, array: &str) -> Result<Option<Array>, TrialError> {
-        self.read(array, "f4, f8 or an integer", |npy, element| {
-            Ok(Some(match element {
-                (TypeChar::Float, 8) => numbers::<f64>(npy, |value| value)?,
-                (TypeChar::Float, 4) => numbers::<f32>(npy, f64::from)?,
-                (TypeChar::Int, 1) => numbers::<i8>(npy, f64::from)?,
-                (TypeChar::Int, 2) => numbers::<i16>(npy, f64::from)?,
-                (TypeChar::Int, 4) => numbers::<i32>(npy, f64::from)?,
-                (TypeChar::Int, 8) => numbers::<i64>(npy, |value| value as f64)?,
-                (TypeChar::Uint, 1) => numbers::<u8>(npy, f64::from)?,
-                (TypeChar::Uint, 2) => numbers::<u16>(npy, f64::from)?,
-                (TypeChar::Uint, 4) => numbers::<u32>(npy, f64::from)?,
-                (TypeChar::Uint, 8) => numbers::<u64>(npy, |value| value as f64)?,
-                _ => return Ok(None),
-            }))
-        })
+        let found = self.npz.numbers(array);
+        found.map_err(|error| refusal(&self.path, error))
     }
 
     /// Numbers of a required array.
     pub(super) fn required(&mut self, array: &str) -> Result<Array, TrialError> {
-        let found = self.numbers(array)?;
-        found.ok_or_else(|| TrialError::MissingArray {
-            path: self.path.clone(),
-            array: array.to_owned(),
-            found: listed(&self.names()),
-        })
+        let found = self.npz.required(array);
+        found.map_err(|error| refusal(&self.path, error))
     }
 
     /// A single string; `None` where there is no such array.
     pub(super) fn text(&mut self, array: &str) -> Result<Option<String>, TrialError> {
-        self.read(array, "a string", |npy, (kind, _)| {
-            if kind != TypeChar::UnicodeStr {
-                return Ok(None);
-            }
-            let texts = npy.into_vec::<String>()?;
-            Ok(texts.into_iter().next())
-        })
+        let found = self.npz.text(array);
+        found.map_err(|error| refusal(&self.path, error))
     }
+}
 
-    /// Opens an array, lets `decode` read its elements, and checks that the file ends there. `decode` gives `None` for
-    /// elements of another type.
-    fn read<T>(
-        &mut self,
-        array: &str,
-        expected: &'static str,
-        decode: impl FnOnce(NpyFile<&mut dyn Read>, (TypeChar, u64)) -> std::io::Result<Option<T>>,
-    ) -> Result<Option<T>, TrialError> {
-        let damaged = |reason: String| TrialError::Damaged {
-            path: self.path.clone(),
-            place: Some(format!("array `{array}`")),
-            reason,
-        };
-        let io = |error: std::io::Error| damaged(format!("cut short or damaged ({error})"));
-        let file_name = npyz::npz::file_name_from_array_name(array);
-        let mut member = match self.npz.zip_archive().by_name(&file_name) {
-            Ok(member) => member,
-            Err(ZipError::FileNotFound) => return Ok(None),
-            Err(error) => return Err(damaged(error.to_string())),
-        };
-        let size = member.size();
-        let header = read_header(&mut member).map_err(damaged)?;
-        let header_len = header.len() as u64;
-        let mut reader = BufReader::new(header.as_slice().chain(member));
-        let npy = NpyFile::new(&mut reader as &mut dyn Read).map_err(io)?;
-        if npy.uses_pickled_array() {
-            return Err(TrialError::Pickled {
-                path: self.path.clone(),
-                array: array.to_owned(),
-            });
-        }
-        let dtype = npy.dtype();
-        let wrong_type = || TrialError::ElementType {
-            path: self.path.clone(),
-            array: array.to_owned(),
-            found: dtype.descr(),
+fn refusal(path: &Path, error: NpzError) -> TrialError {
+    let path = path.to_owned();
+    match error {
+        NpzError::Missing { array, found } => TrialError::MissingArray { path, array, found },
+        NpzError::Pickled { array } => TrialError::Pickled { path, array },
+        NpzError::ElementType {
+            array,
+            found,
             expected,
-        };
-        let DType::Plain(element) = &dtype else {
-            return Err(wrong_type());
-        };
-        let bytes = element
-            .num_bytes()
-            .and_then(|bytes| npy.len().checked_mul(bytes as u64))
-            .filter(|bytes| *bytes <= LARGEST_ARRAY);
-        let fits = bytes.is_some_and(|bytes| header_len.checked_add(bytes) == Some(size));
-        if !fits {
-            return Err(damaged(format!(
-                "its header announces shape {:?} of {}, which is not what {size} bytes hold (and no array may \
-                 hold more than {LARGEST_ARRAY})",
-                npy.shape(),
-                dtype.descr()
-            )));
-        }
-        let element = (element.type_char(), element.size_field());
-        let value = decode(npy, element).map_err(io)?.ok_or_else(wrong_type)?;
-        // Reading to the end is what compares the checksum.
-        std::io::copy(&mut reader, &mut std::io::sink()).map_err(io)?;
-        Ok(Some(value))
+        } => TrialError::ElementType {
+            path,
+            array,
+            found,
+            expected,
+        },
+        NpzError::Damaged { array, reason } => TrialError::Damaged {
+            path,
+            place: array.map(|array| format!("array `{array}`")),
+            reason,
+        },
+        error => TrialError::Damaged {
+            path,
+            place: None,
+            reason: error.to_string(),
+        },
     }
-}
-
-/// The bytes of an `.npy` up to its elements, refused unless they are those of a plain array: the parser behind
-/// them recurses into brackets and multiplies sizes without looking.
-fn read_header(member: &mut impl Read) -> Result<Vec<u8>, String> {
-    let cut = |error: std::io::Error| format!("cut short or damaged ({error})");
-    // "\x93NUMPY", two bytes of version, then the length of the text in two bytes, or four from version 2 on.
-    let mut header = vec![0; 10];
-    member.read_exact(&mut header).map_err(cut)?;
-    if !header.starts_with(b"\x93NUMPY") {
-        return Err("not an .npy array".to_owned());
-    }
-    let mut length = usize::from(u16::from_le_bytes([header[8], header[9]]));
-    if header[6] > 1 {
-        header.resize(12, 0);
-        member.read_exact(&mut header[10..]).map_err(cut)?;
-        length = u32::from_le_bytes([header[8], header[9], header[10], header[11]]) as usize;
-    }
-    if length > LONGEST_HEADER {
-        return Err(format!(
-            "a header of {length} bytes; a plain array's has at most {LONGEST_HEADER}"
-        ));
-    }
-    let start = header.len();
-    header.resize(start + length, 0);
-    member.read_exact(&mut header[start..]).map_err(cut)?;
-    let text = &header[start..];
-    let count = |wanted: fn(&u8) -> bool| text.iter().filter(|byte| wanted(byte)).count();
-    // {'descr': '<f8', 'fortran_order': False, 'shape': (1000, 12), }: eighteen digits cannot overflow 64 bits.
-    let is_plain = text.is_ascii()
-        && count(u8::is_ascii_digit) <= 18
-        && count(|byte| matches!(byte, b'(' | b'[' | b'{')) <= 4;
-    if is_plain {
-        Ok(header)
-    } else {
-        Err("its header is not that of a plain array".to_owned())
-    }
-}
-
-/// Elements as f64, in C order.
-fn numbers<T: Deserialize>(
-    npy: NpyFile<&mut dyn Read>,
-    convert: impl Fn(T) -> f64,
-) -> std::io::Result<Array> {
-    let shape = npy.shape().to_vec();
-    let order = npy.order();
-    let mut values: Vec<f64> = npy.into_vec::<T>()?.into_iter().map(convert).collect();
-    if let (Order::Fortran, [rows, columns]) = (order, shape.as_slice()) {
-        let (rows, columns) = (*rows as usize, *columns as usize);
-        values = (0..rows * columns)
-            .map(|place| values[place % columns * rows + place / columns])
-            .collect();
-    }
-    Ok(Array { shape, values })
 }

@@ -15,6 +15,14 @@ const MANY_STEPS: f64 = 1e6;
 /// ... that is nearer than this many steps.
 const FAR_APART: f64 = 200.0;
 
+/// The same of a shorter log ...
+const SOME_STEPS: f64 = 1e5;
+/// ... whose rows are further apart than this many steps: 3 s for a step of 2 ms.
+const VERY_FAR_APART: f64 = 1500.0;
+
+/// Rows within a step of the model that no log has.
+const MOST_ROWS_A_STEP: f64 = 200.0;
+
 /// Refuses times that are not finite or do not increase from row to row.
 pub(super) fn check(
     path: &Path,
@@ -55,7 +63,19 @@ pub(super) fn check_length(path: &Path, table: &Table, timestep: f64) -> Result<
     let period = table.series.period().unwrap_or(0.0);
     let (steps, between) = (seconds / timestep, period / timestep);
     // Comparisons that a NaN or infinity fails.
-    let plausible = steps <= MOST_STEPS && !(steps > MANY_STEPS && between > FAR_APART);
+    if times.len() > 2 && between < 1.0 / MOST_ROWS_A_STEP {
+        return Err(TrialError::TooDense {
+            path: path.to_owned(),
+            place: table.place(1),
+            column: table.time_name.to_owned(),
+            period,
+            share: between.recip(),
+            timestep,
+        });
+    }
+    let plausible = steps <= MOST_STEPS
+        && !(steps > MANY_STEPS && between > FAR_APART)
+        && !(steps > SOME_STEPS && between > VERY_FAR_APART);
     if plausible {
         return Ok(());
     }

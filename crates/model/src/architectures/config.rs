@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     attention_ode::AttentionOdeConfig,
+    bounds,
     cnode::{self, CnodeConfig},
     control_path::Control,
     lstm::LstmConfig,
@@ -94,7 +95,37 @@ impl ModelConfig {
             Self::Lstm(config) => config.fault(),
             Self::Mlp(config) => config.fault(),
         };
+        let fault = fault.or_else(|| self.too_large());
         fault.map_or(Ok(()), |reason| Err(ModelError::Config { reason }))
+    }
+
+    /// The first size beyond its bound.
+    fn too_large(&self) -> Option<String> {
+        let window = self.window();
+        match self {
+            Self::AttentionOde(config) => bounds::fault(
+                window,
+                &[
+                    ("heads", config.heads),
+                    ("embedding", config.embedding),
+                    ("latent", config.latent),
+                ],
+                &[&config.hidden],
+            ),
+            Self::MlpOde(config) => bounds::fault(
+                window,
+                &[("latent", config.latent)],
+                &[&config.latent_hidden, &config.hidden],
+            ),
+            Self::RelaxationOde(RelaxationOdeConfig { hidden, .. })
+            | Self::Lstm(LstmConfig { hidden, .. })
+            | Self::Mlp(MlpConfig { hidden, .. }) => bounds::fault(window, &[], &[hidden]),
+            Self::Cnode(config) => bounds::fault(
+                window,
+                &[("hidden_state", config.hidden_state)],
+                &[&config.hidden],
+            ),
+        }
     }
 
     /// Refuses features that the encoding cannot use.

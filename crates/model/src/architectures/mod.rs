@@ -2,6 +2,7 @@
 
 pub(crate) mod attention;
 pub mod attention_ode;
+pub(crate) mod bounds;
 pub mod cnode;
 mod config;
 pub mod control_path;
@@ -11,6 +12,7 @@ pub mod mlp;
 pub mod mlp_ode;
 mod network;
 pub mod relaxation_ode;
+pub(crate) mod shapes;
 
 pub use self::{
     attention_ode::{AttentionOde, AttentionOdeConfig},
@@ -22,4 +24,5 @@ pub use self::{
     mlp_ode::{MlpOde, MlpOdeConfig},
     network::Network,
     relaxation_ode::{RelaxationOde, RelaxationOdeConfig},
+    shapes::check_count,
 };

@@ -4,11 +4,12 @@ use std::{collections::BTreeMap, path::Path};
 
 use hydro_frames::{frames_fault, output_units_fault};
 use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
 
 use super::{error::CheckpointError, files::SCHEMA};
 use crate::{
     architectures::ModelConfig,
-    document::{self, Fault},
+    document::{self, Fault, hexadecimal},
     encoding::Encoder,
     envelope::Envelope,
     features::FeatureLayout,
@@ -73,6 +74,53 @@ pub struct Card {
     /// SHA-256 of `weights.safetensors`, hexadecimal; filled in on saving.
     #[serde(default)]
     pub weights_sha256: String,
+    /// SHA-256 of all of the card but this field, hexadecimal; filled in on saving. Cards of earlier versions have none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub card_sha256: String,
+}
+
+/// Name of the digest's own field.
+const DIGEST: &str = "card_sha256";
+
+/// The text of a card with its digest.
+pub(super) fn text(card: &Card) -> serde_json::Result<String> {
+    let mut card = card.clone();
+    card.card_sha256.clear();
+    card.card_sha256 = digest(serde_json::from_str(&serde_json::to_string(&card)?)?)?;
+    serde_json::to_string_pretty(&card)
+}
+
+/// Digest of a card's values, whatever their layout on the page.
+fn digest(mut card: serde_json::Value) -> serde_json::Result<String> {
+    if let Some(fields) = card.as_object_mut() {
+        fields.remove(DIGEST);
+    }
+    Ok(hexadecimal(&Sha256::digest(serde_json::to_vec(&card)?)))
+}
+
+/// Refuses a card that was changed since it was saved.
+pub(super) fn check_digest(bytes: &[u8], card: &Card, path: &Path) -> Result<(), CheckpointError> {
+    let malformed = |error: serde_json::Error| CheckpointError::Card {
+        path: path.to_owned(),
+        reason: hydro_files::short(error),
+    };
+    if card.card_sha256.is_empty() {
+        return Ok(());
+    }
+    let found = serde_json::from_slice(bytes)
+        .and_then(digest)
+        .map_err(malformed)?;
+    if found == card.card_sha256 {
+        return Ok(());
+    }
+    Err(CheckpointError::Card {
+        path: path.to_owned(),
+        reason: format!(
+            "damaged, or changed since it was saved: its content has sha256 {found}, it says {}; fetch or train the \
+             checkpoint again, or remove `{DIGEST}` if the change is meant",
+            hydro_files::short(&card.card_sha256)
+        ),
+    })
 }
 
 /// Reads a card; another schema is refused first.
@@ -82,7 +130,7 @@ pub(super) fn parse_card(bytes: &[u8], path: &Path) -> Result<Card, CheckpointEr
         Fault::Schema(found) => CheckpointError::Schema { path, found },
         Fault::Malformed(error) => CheckpointError::Card {
             path,
-            reason: error.to_string(),
+            reason: hydro_files::short(error),
         },
     })
 }
@@ -92,7 +140,7 @@ pub(super) fn check_card(card: &Card, path: &Path) -> Result<(), CheckpointError
     let refuse = |reason: String| {
         Err(CheckpointError::Card {
             path: path.to_owned(),
-            reason,
+            reason: hydro_files::short(reason),
         })
     };
     card.model.check()?;
@@ -105,10 +153,11 @@ pub(super) fn check_card(card: &Card, path: &Path) -> Result<(), CheckpointError
     if let Some(reason) = card.normaliser.fault(inputs, card.outputs.len()) {
         return refuse(reason);
     }
-    if !(card.sample_period.is_finite() && card.sample_period > 0.0) {
+    // From a microsecond to an hour: neither zero nor another unit.
+    if !(1e-6..=3600.0).contains(&card.sample_period) {
         return refuse(format!(
-            "sample_period is {} s, expected a positive time",
-            card.sample_period
+            "sample_period is {} s, expected from 1e-6 to 3600",
+            hydro_files::number(card.sample_period)
         ));
     }
     let envelope = card.envelope.as_ref();

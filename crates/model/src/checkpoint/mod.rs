@@ -12,11 +12,7 @@ mod replacement;
 mod tests;
 mod weights;
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    fs, io,
-    path::Path,
-};
+use std::{collections::BTreeMap, fs, io, path::Path};
 
 use candle_core::{DType, Tensor};
 use sha2::{Digest as _, Sha256};
@@ -32,15 +28,18 @@ use self::{
     weights::numbers,
 };
 use crate::{
-    architectures::Network,
+    architectures::{bounds::MOST_WEIGHTS, shapes},
     document::{hexadecimal, names_in},
     encoding::Encoder,
     engine::{Engine, EngineKind},
     error::ModelError,
     force_model::ForceModel,
-    parameters::{self, Parameters},
+    parameters,
     solver::Solver,
 };
+
+/// Largest file of weights: the most that a model may have, and its header.
+const MOST_BYTES: u64 = 4 * MOST_WEIGHTS as u64 + hydro_files::TEXT;
 
 /// A loaded or trained model.
 ///
@@ -83,24 +82,26 @@ impl Checkpoint {
             ));
         }
         for name in [CARD, WEIGHTS] {
-            if !folder.join(name).is_file() {
+            if !folder.join(name).exists() {
                 return Err(missing(name, names_in(folder)));
             }
         }
-        let read = |name: &str| {
+        let read = |name: &str, most: u64| {
             let path = folder.join(name);
-            fs::read(&path).map_err(|source| CheckpointError::Io { path, source })
+            hydro_files::read(&path, most).map_err(|source| CheckpointError::Io { path, source })
         };
-        let card = card::parse_card(&read(CARD)?, &folder.join(CARD))?;
+        let text = read(CARD, hydro_files::TEXT)?;
+        let card = card::parse_card(&text, &folder.join(CARD))?;
+        card::check_digest(&text, &card, &folder.join(CARD))?;
         let path = folder.join(WEIGHTS);
-        let bytes = read(WEIGHTS)?;
+        let bytes = read(WEIGHTS, MOST_BYTES)?;
         let found = hexadecimal(&Sha256::digest(&bytes));
         if found != card.weights_sha256 {
             return Err(CheckpointError::Damaged {
                 path,
                 bytes: bytes.len(),
                 found,
-                expected: card.weights_sha256,
+                expected: hydro_files::short(card.weights_sha256),
             });
         }
         let weights = weights::parse(&bytes, &path)?;
@@ -120,15 +121,14 @@ impl Checkpoint {
             .unwrap_or(Path::new("."));
         fs::create_dir_all(parent).map_err(io(parent))?;
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
-        let partial = parent.join(format!(".{name}.{}.partial", std::process::id()));
-        let partial = Partial::new(partial.clone()).map_err(io(&partial))?;
+        let partial = Partial::new(parent, &name).map_err(io(parent))?;
         let new = partial.folder.join("new");
-        fs::create_dir_all(&new).map_err(io(&new))?;
+        fs::create_dir(&new).map_err(io(&new))?;
 
         let weights = weights::serialise(&self.weights)?;
         let mut card = self.card.clone();
         card.weights_sha256 = hexadecimal(&Sha256::digest(&weights));
-        let text = serde_json::to_string_pretty(&card).map_err(|error| CheckpointError::Card {
+        let text = card::text(&card).map_err(|error| CheckpointError::Card {
             path: folder.join(CARD),
             reason: error.to_string(),
         })?;
@@ -186,6 +186,7 @@ impl Checkpoint {
         let mut hash = Sha256::new();
         let mut card = self.card.clone();
         card.weights_sha256.clear();
+        card.card_sha256.clear();
         // A card is plain data with text keys; it always serialises.
         hash.update(serde_json::to_vec(&card).unwrap_or_default());
         for (name, tensor) in &self.weights {
@@ -204,45 +205,41 @@ impl Checkpoint {
     ) -> Result<Self, CheckpointError> {
         card::check_card(&card, &folder.join(CARD))?;
         let path = folder.join(WEIGHTS);
-        // Building the model once with drawn weights names every tensor it has, with its shape.
+        // The card's sizes are held against the tensors that are there: nothing of these sizes is made.
         let inputs = Encoder::new(card.model.encoding(), &card.features).len();
-        let (_, expected) = Parameters::draw(0, |vb| {
-            Network::new(&card.model, inputs, card.outputs.len(), vb)
-        })
-        .map_err(ModelError::from)?;
-        let names: BTreeSet<&str> = expected.iter().map(|(name, _)| name).collect();
-        for (name, var) in expected.iter() {
+        let expected = shapes::shapes(&card.model, inputs, card.outputs.len())?;
+        for (name, shape) in &expected {
             let Some(tensor) = weights.get(name) else {
                 return Err(CheckpointError::MissingTensor {
                     path,
                     name: name.to_owned(),
-                    expected: var.dims().to_vec(),
+                    expected: shape.clone(),
                     found: weights.keys().cloned().collect(),
                 });
             };
-            if tensor.dims() != var.dims() || tensor.dtype() != DType::F32 {
+            if tensor.dims() != shape.as_slice() || tensor.dtype() != DType::F32 {
                 return Err(CheckpointError::Shape {
                     path,
                     name: name.to_owned(),
                     found: format!("{:?} {:?}", tensor.dtype(), tensor.dims()),
-                    expected: var.dims().to_vec(),
+                    expected: shape.clone(),
                 });
             }
             let values = numbers(tensor).map_err(ModelError::from)?;
             if let Some(index) = values.iter().position(|value| !value.is_finite()) {
                 return Err(CheckpointError::NonFinite {
                     path,
-                    name: name.to_owned(),
+                    name: name.clone(),
                     index,
                     value: values[index],
                 });
             }
         }
-        if let Some(name) = weights.keys().find(|name| !names.contains(name.as_str())) {
+        if let Some(name) = weights.keys().find(|name| !expected.contains_key(*name)) {
             return Err(CheckpointError::UnknownTensor {
                 path,
                 name: name.clone(),
-                expected: names.into_iter().map(str::to_owned).collect(),
+                expected: expected.into_keys().collect(),
             });
         }
         Ok(Self { card, weights })

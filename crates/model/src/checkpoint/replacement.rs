@@ -41,8 +41,17 @@ pub(super) struct Partial {
 }
 
 impl Partial {
-    pub(super) fn new(folder: PathBuf) -> io::Result<Self> {
-        fs::create_dir_all(&folder)?;
+    /// A new folder in `parent` for a save of `name`. What stands under its name already, a link too, is left alone.
+    pub(super) fn new(parent: &Path, name: &str) -> io::Result<Self> {
+        let mut number = std::process::id();
+        let folder = loop {
+            let folder = parent.join(format!(".{name}.{number}.partial"));
+            match fs::create_dir(&folder) {
+                Ok(()) => break folder,
+                Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(error),
+                Err(_) => number = number.wrapping_add(0x1_0001),
+            }
+        };
         // Where the file system knows no locks the folder passes for abandoned once another save ends.
         let lock = fs::File::open(&folder).ok();
         let lock = lock.filter(|lock| lock.try_lock().is_ok());

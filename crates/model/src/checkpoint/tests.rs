@@ -12,8 +12,8 @@ use super::{
     *,
 };
 use crate::{
-    AttentionOdeConfig, CnodeConfig, LstmConfig, MlpConfig, MlpOdeConfig, ModelConfig, Normaliser,
-    RelaxationOdeConfig, Scratch, features::FeatureLayout,
+    AttentionOdeConfig, CnodeConfig, LstmConfig, MlpConfig, MlpOdeConfig, ModelConfig, Network,
+    Normaliser, Parameters, RelaxationOdeConfig, Scratch, features::FeatureLayout,
 };
 
 fn checkpoint(model: ModelConfig) -> Checkpoint {
@@ -45,6 +45,7 @@ fn checkpoint(model: ModelConfig) -> Checkpoint {
         command: "hydro train".to_owned(),
         hydro: "0.1.0".to_owned(),
         weights_sha256: String::new(),
+        card_sha256: String::new(),
         model,
     };
     Checkpoint::new(card, weights.snapshot().expect("copied")).expect("valid")
@@ -80,6 +81,9 @@ fn edit(folder: &Path, change: impl FnOnce(&mut serde_json::Value)) {
     let path = folder.join(CARD);
     let mut card = serde_json::from_slice(&fs::read(&path).expect("read")).expect("json");
     change(&mut card);
+    card.as_object_mut()
+        .expect("an object")
+        .remove("card_sha256");
     fs::write(&path, card.to_string()).expect("written");
 }
 
@@ -224,7 +228,11 @@ fn what_dead_runs_left_is_removed_and_nothing_else() {
     for name in beside {
         fs::create_dir_all(root.path().join(name).join("new")).expect("made");
     }
-    let running = Partial::new(root.path().join(beside[1])).expect("locked");
+    fs::remove_dir_all(root.path().join(beside[1])).expect("removed");
+    let mut running = Partial::new(root.path(), "model").expect("locked");
+    // Under the number of another process.
+    fs::rename(&running.folder, root.path().join(beside[1])).expect("renamed");
+    running.folder = root.path().join(beside[1]);
     checkpoint(small()).save(&folder).expect("saved");
     assert_eq!(
         names_in(root.path()),
@@ -233,6 +241,73 @@ fn what_dead_runs_left_is_removed_and_nothing_else() {
     );
     drop(running);
     assert_eq!(names_in(root.path()), [beside[2], beside[3], "model"]);
+}
+
+#[test]
+fn a_save_writes_through_no_link() {
+    let (root, folder) = saved();
+    let victim = root.path().join("victim");
+    fs::create_dir(&victim).expect("made");
+    let link = root
+        .path()
+        .join(format!(".model.{}.partial", std::process::id()));
+    std::os::unix::fs::symlink(&victim, &link).expect("linked");
+    checkpoint(small()).save(&folder).expect("saved");
+    Checkpoint::load(&folder).expect("whole");
+    assert!(names_in(&victim).is_empty());
+}
+
+#[test]
+fn sizes_of_a_card_are_held_against_the_tensors_that_are_there() {
+    for (field, value) in [
+        ("latent", 1u64 << 62),
+        ("embedding", 1_000_000_000_000_000_000),
+        ("window", u64::MAX),
+        ("window", 3000),
+        ("heads", 1 << 40),
+        ("latent", 60_000),
+    ] {
+        let (_root, folder) = saved();
+        edit(&folder, |card| card["config"][field] = value.into());
+        let message = refusal(&folder);
+        assert!(message.len() < 500 && !message.contains('\n'), "{message}");
+    }
+    let (_root, folder) = saved();
+    edit(&folder, |card| {
+        card["config"]["hidden"] = serde_json::json!([1_u64 << 63]);
+    });
+    let message = refusal(&folder);
+    assert!(
+        message.contains("hidden is 9223372036854775808, expected 65536 at most"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_flipped_bit_in_a_card_is_found() {
+    let (_root, folder) = saved();
+    let path = folder.join(CARD);
+    let whole = fs::read(&path).expect("read");
+    let text = String::from_utf8(whole.clone()).expect("text");
+    let at = text.find("0.01").expect("the period") + 3;
+    let mut flipped = whole.clone();
+    flipped[at] ^= 2;
+    fs::write(&path, &flipped).expect("written");
+    let message = refusal(&folder);
+    assert!(message.contains("damaged, or changed since"), "{message}");
+    assert!(message.contains("remove `card_sha256`"), "{message}");
+    // Another layout of the same values is the same card.
+    let values: serde_json::Value = serde_json::from_slice(&whole).expect("json");
+    fs::write(&path, values.to_string()).expect("written");
+    Checkpoint::load(&folder).expect("the same");
+}
+
+#[test]
+fn what_is_no_file_is_refused_by_its_kind() {
+    let (_root, folder) = saved();
+    fs::remove_file(folder.join(WEIGHTS)).expect("removed");
+    std::os::unix::fs::symlink("/dev/zero", folder.join(WEIGHTS)).expect("linked");
+    assert!(refusal(&folder).contains("is a device; expected a file"));
 }
 
 #[test]

@@ -45,7 +45,7 @@ pub(super) fn parse(
 ) -> Result<BTreeMap<String, Tensor>, CheckpointError> {
     let tensors = SafeTensors::deserialize(bytes).map_err(|error| CheckpointError::Format {
         path: path.to_owned(),
-        reason: error.to_string(),
+        reason: hydro_files::short(error),
     })?;
     tensors
         .iter()

@@ -64,7 +64,7 @@ pub enum DatasetError {
         expected: usize,
     },
     /// Bytes other than those the manifest vouches for.
-    #[error("{} is damaged: sha256 is {found}, the manifest says {expected}; generate the data set again", path.display())]
+    #[error("{} is damaged: sha256 is {found}, the manifest says {}; generate the data set again", path.display(), hydro_files::short(expected))]
     Damaged {
         /// The shard.
         path: PathBuf,

@@ -71,10 +71,11 @@ impl Manifest {
                 "a data set needs at least one output and two samples a trajectory".to_owned(),
             );
         }
-        if !(self.sample_period.is_finite() && self.sample_period > 0.0) {
+        // From a microsecond to an hour: neither zero nor another unit.
+        if !(1e-6..=3600.0).contains(&self.sample_period) {
             return Some(format!(
-                "sample_period is {} s, expected a positive time",
-                self.sample_period
+                "sample_period is {} s, expected from 1e-6 to 3600",
+                hydro_files::number(self.sample_period)
             ));
         }
         let conventions = self
@@ -87,8 +88,12 @@ impl Manifest {
             return conventions;
         }
         self.splits.iter().find_map(|(name, split)| {
-            let sum: usize = split.shards.iter().map(|shard| shard.trajectories).sum();
-            if sum != split.trajectories {
+            let sum = (split.shards.iter())
+                .try_fold(0usize, |sum, shard| sum.checked_add(shard.trajectories));
+            if sum != Some(split.trajectories) {
+                let sum = sum.map_or("more than any memory does".to_owned(), |sum| {
+                    sum.to_string()
+                });
                 return Some(format!(
                     "split `{name}` says {} trajectories, its shards hold {sum}",
                     split.trajectories
@@ -96,6 +101,12 @@ impl Manifest {
             }
             // A manifest may come from anywhere: its shards lie in its own folder.
             split.shards.iter().find_map(|shard| {
+                if self.bytes(shard).is_none() {
+                    return Some(format!(
+                        "shard `{}` says {} trajectories of {} samples, more than any memory holds",
+                        shard.file, shard.trajectories, self.samples
+                    ));
+                }
                 let mut parts = Path::new(&shard.file).components();
                 let plain = matches!(
                     (parts.next(), parts.next()),
@@ -104,5 +115,14 @@ impl Manifest {
                 (!plain).then(|| format!("shard `{}` is not a plain file name", shard.file))
             })
         })
+    }
+
+    /// Bytes that the numbers of a shard take at least; `None` beyond what can be counted.
+    pub(super) fn bytes(&self, shard: &ShardEntry) -> Option<u64> {
+        // x, two wrenches, the condition; the times are one row for all.
+        let row = (self.features.len() + 2 * self.outputs.len() + 1) as u64;
+        let rows = (shard.trajectories as u64).checked_mul(self.samples as u64)?;
+        let numbers = rows.checked_mul(row)?.checked_add(self.samples as u64)?;
+        numbers.checked_mul(4).filter(|bytes| *bytes < 1 << 60)
     }
 }

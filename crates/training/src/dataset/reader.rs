@@ -1,9 +1,6 @@
 //! Opening a data set and reading its splits.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use hydro_model::document::{self, Fault, hexadecimal, names_in};
 use sha2::{Digest as _, Sha256};
@@ -35,16 +32,17 @@ impl Dataset {
     /// Reads the manifest and looks for every shard that it names; shards are read by [`Dataset::split`].
     pub fn open(folder: &Path) -> Result<Self, DatasetError> {
         let path = folder.join("manifest.json");
-        if !path.is_file() {
+        if !path.exists() {
             return Err(DatasetError::Missing {
                 folder: folder.to_owned(),
                 found: names_in(folder),
             });
         }
-        let bytes = fs::read(&path).map_err(|source| DatasetError::Io {
-            path: path.clone(),
-            source,
-        })?;
+        let io = |path: &Path| {
+            let path = path.to_owned();
+            move |source| DatasetError::Io { path, source }
+        };
+        let bytes = hydro_files::read(&path, hydro_files::TEXT).map_err(io(&path))?;
         let manifest = parse_manifest(&bytes, &path)?;
         let shards: Vec<&ShardEntry> = manifest
             .splits
@@ -53,7 +51,7 @@ impl Dataset {
             .collect();
         let missing: Vec<String> = shards
             .iter()
-            .filter(|shard| !folder.join(&shard.file).is_file())
+            .filter(|shard| !folder.join(&shard.file).exists())
             .map(|s| s.file.clone())
             .collect();
         if !missing.is_empty() {
@@ -62,6 +60,10 @@ impl Dataset {
                 missing,
                 expected: shards.len(),
             });
+        }
+        for shard in shards {
+            let path = folder.join(&shard.file);
+            hydro_files::open(&path, u64::MAX).map_err(io(&path))?;
         }
         Ok(Self {
             folder: folder.to_owned(),
@@ -130,13 +132,13 @@ fn parse_manifest(bytes: &[u8], path: &Path) -> Result<Manifest, DatasetError> {
         },
         Fault::Malformed(error) => DatasetError::Manifest {
             path: path.to_owned(),
-            reason: error.to_string(),
+            reason: hydro_files::short(error),
         },
     })?;
     match manifest.fault() {
         Some(reason) => Err(DatasetError::Manifest {
             path: path.to_owned(),
-            reason,
+            reason: hydro_files::short(reason),
         }),
         None => Ok(manifest),
     }

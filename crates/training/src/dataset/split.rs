@@ -1,6 +1,6 @@
 //! Trajectories in memory.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use hydro_model::document::hexadecimal;
 use safetensors::{Dtype, SafeTensors};
@@ -41,9 +41,7 @@ impl Split {
             wrench: Vec::new(),
             clean: Vec::new(),
             hydrostatic: Vec::new(),
-            time: (0..manifest.samples)
-                .map(|k| (k as f64 * manifest.sample_period) as f32)
-                .collect(),
+            time: Vec::new(),
             condition: Vec::new(),
         }
     }
@@ -94,7 +92,7 @@ impl Split {
         self.rows(&self.hydrostatic, trajectory)
     }
 
-    /// Sample times [s], [T].
+    /// Sample times [s], [T]; none where there is no trajectory.
     pub fn time(&self) -> &[f32] {
         &self.time
     }
@@ -139,7 +137,9 @@ impl Split {
         manifest: &Manifest,
     ) -> Result<Self, DatasetError> {
         let path = folder.join(&entry.file);
-        let bytes = fs::read(&path).map_err(|source| DatasetError::Io {
+        // Twice what its numbers take, and its header: a safetensors file holds nothing else.
+        let most = manifest.bytes(entry).unwrap_or(0).saturating_mul(2) + hydro_files::TEXT;
+        let bytes = hydro_files::read(&path, most).map_err(|source| DatasetError::Io {
             path: path.clone(),
             source,
         })?;
@@ -153,7 +153,7 @@ impl Split {
         }
         let tensors = SafeTensors::deserialize(&bytes).map_err(|error| DatasetError::Format {
             path: path.clone(),
-            reason: error.to_string(),
+            reason: hydro_files::short(error),
         })?;
         let shard = Shard {
             path: &path,
@@ -170,7 +170,8 @@ impl Split {
         let hydrostatic = if shard.tensors.names().contains(&"hydrostatic") {
             shard.rows("hydrostatic", [m, t, f], &manifest.outputs)?
         } else {
-            vec![0.0; m * t * f]
+            // As many as the wrench has: its size is known to be there.
+            vec![0.0; shard.rows("wrench", [m, t, f], &manifest.outputs)?.len()]
         };
         Ok(Self {
             samples: t,

@@ -41,7 +41,7 @@ pub fn write(
         let file = format!("{name}-00000-of-00001.safetensors");
         let path = folder.join(&file);
         let bytes = shard(&path, about, trajectories)?;
-        fs::write(&path, &bytes).map_err(io(&path))?;
+        hydro_files::write_whole(&path, &bytes).map_err(io(&path))?;
         let trajectories = trajectories.len();
         let shard = ShardEntry {
             file,
@@ -59,7 +59,7 @@ pub fn write(
         path: path.clone(),
         reason: error.to_string(),
     })?;
-    fs::write(&path, text).map_err(io(&path))?;
+    hydro_files::write_whole(&path, &text).map_err(io(&path))?;
     Dataset::open(folder)
 }
 

@@ -1,5 +1,7 @@
 //! `rollouts.json`.
 
+use std::path::{Component, Path};
+
 use hydro_model::features::FeatureLayout;
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +33,45 @@ pub struct Index {
     pub joints: Vec<String>,
     /// The runs.
     pub rollouts: Vec<Entry>,
+}
+
+impl Index {
+    /// The first contradiction in the index.
+    pub(super) fn fault(&self) -> Option<String> {
+        let times = [
+            ("timestep", self.timestep),
+            ("sample_period", self.sample_period),
+        ];
+        for (name, seconds) in times {
+            // From a microsecond to an hour: neither zero nor another unit.
+            if !(1e-6..=3600.0).contains(&seconds) {
+                return Some(format!(
+                    "{name} is {} s, expected from 1e-6 to 3600",
+                    hydro_files::number(seconds)
+                ));
+            }
+        }
+        self.rollouts.iter().find_map(|run| {
+            let mut parts = Path::new(&run.file).components();
+            let plain = matches!(
+                (parts.next(), parts.next()),
+                (Some(Component::Normal(_)), None)
+            );
+            if !plain {
+                return Some(format!("`{}` is not a plain file name", run.file));
+            }
+            let numbers = [("density", run.density), ("duration", run.duration)];
+            (numbers.into_iter())
+                .find(|(_, value)| !(value.is_finite() && *value >= 0.0))
+                .map(|(name, value)| {
+                    format!(
+                        "{name} of `{}` is {}, expected zero or more",
+                        run.file,
+                        hydro_files::number(value)
+                    )
+                })
+        })
+    }
 }
 
 /// One run in the index.

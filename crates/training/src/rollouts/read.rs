@@ -1,9 +1,9 @@
 //! Reading a folder of runs, with all checks.
 
-use std::{fs::File, io::BufReader, path::Path};
+use std::{io::Cursor, path::Path};
 
+use hydro_files::{Archive, Array, NpzError};
 use hydro_model::document::hexadecimal;
-use npyz::npz::NpzArchive;
 use sha2::{Digest, Sha256};
 
 use super::{
@@ -12,6 +12,9 @@ use super::{
     rollout::Rollout,
     table::Table,
 };
+
+/// Largest file of a run [byte].
+const LARGEST_FILE: u64 = 1 << 30;
 
 /// A folder of runs.
 #[derive(Clone, Debug)]
@@ -31,9 +34,9 @@ impl Rollouts {
         let path = folder.join("rollouts.json");
         let unreadable = |reason: String| RolloutError::Unreadable {
             path: path.clone(),
-            reason,
+            reason: hydro_files::short(reason),
         };
-        let text = std::fs::read_to_string(&path).map_err(|error| {
+        let text = hydro_files::read_text(&path, hydro_files::TEXT).map_err(|error| {
             unreadable(format!(
                 "{error}; a folder of rollouts is made by scripts/record_rollouts.py"
             ))
@@ -43,12 +46,15 @@ impl Rollouts {
         let schema = head["schema"].as_str().unwrap_or("none");
         if schema != SCHEMA {
             return Err(RolloutError::Schema {
-                found: schema.to_owned(),
+                found: hydro_files::short(schema),
                 path,
             });
         }
         let index: Index =
             serde_json::from_value(head).map_err(|error| unreadable(error.to_string()))?;
+        if let Some(reason) = index.fault() {
+            return Err(unreadable(reason));
+        }
         let runs = index
             .rollouts
             .iter()
@@ -63,20 +69,21 @@ fn read_run(folder: &Path, entry: &Entry, features: usize) -> Result<Rollout, Ro
     let path = folder.join(&entry.file);
     let unreadable = |reason: String| RolloutError::Unreadable {
         path: path.clone(),
-        reason,
+        reason: hydro_files::short(reason),
     };
-    let bytes = std::fs::read(&path).map_err(|error| unreadable(error.to_string()))?;
+    let bytes =
+        hydro_files::read(&path, LARGEST_FILE).map_err(|error| unreadable(error.to_string()))?;
     let found = hexadecimal(&Sha256::digest(&bytes));
     if found != entry.sha256 {
         return Err(RolloutError::Digest {
             path,
             found,
-            expected: entry.sha256.clone(),
+            expected: hydro_files::short(&entry.sha256),
         });
     }
-    let file = File::open(&path).map_err(|error| unreadable(error.to_string()))?;
+    // The bytes whose digest was taken, whatever happens to the file in the meantime.
     let mut archive =
-        NpzArchive::new(BufReader::new(file)).map_err(|error| unreadable(error.to_string()))?;
+        Archive::open(Cursor::new(bytes)).map_err(|error| unreadable(error.to_string()))?;
     let mut reader = ArrayReader {
         path: &path,
         archive: &mut archive,
@@ -105,7 +112,7 @@ fn read_run(folder: &Path, entry: &Entry, features: usize) -> Result<Rollout, Ro
 /// Reads and checks the arrays of one archive.
 struct ArrayReader<'a> {
     path: &'a Path,
-    archive: &'a mut NpzArchive<BufReader<File>>,
+    archive: &'a mut Archive<Cursor<Vec<u8>>>,
 }
 
 impl ArrayReader<'_> {
@@ -116,21 +123,16 @@ impl ArrayReader<'_> {
         rows: Option<usize>,
         columns: usize,
     ) -> Result<Table, RolloutError> {
-        let unreadable = |reason: String| RolloutError::Unreadable {
+        let unreadable = |error: NpzError| RolloutError::Unreadable {
             path: self.path.to_owned(),
-            reason: format!("array `{array}`: {reason}"),
+            reason: error.to_string(),
         };
-        let known: Vec<String> = self.archive.array_names().map(str::to_owned).collect();
-        let found = self
-            .archive
-            .by_name(array)
-            .map_err(|error| unreadable(error.to_string()))?;
-        let npy = found.ok_or_else(|| RolloutError::MissingArray {
+        let found = self.archive.numbers(array).map_err(unreadable)?;
+        let Array { shape, values } = found.ok_or_else(|| RolloutError::MissingArray {
             path: self.path.to_owned(),
             array: array.to_owned(),
-            known: known.join(", "),
+            known: self.archive.listed(),
         })?;
-        let shape = npy.shape().to_vec();
         let width = match shape.as_slice() {
             [_] => 1,
             [_, width] => *width as usize,
@@ -152,9 +154,6 @@ impl ArrayReader<'_> {
                 expected: format!("[{}, {}]", any(rows.unwrap_or(0)), any(columns)),
             });
         }
-        let values: Vec<f64> = npy
-            .into_vec()
-            .map_err(|error| unreadable(error.to_string()))?;
         if let Some(at) = values.iter().position(|value| !value.is_finite()) {
             return Err(RolloutError::NotFinite {
                 path: self.path.to_owned(),

@@ -5,6 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
 
+/// Most passes over the data.
+const MOST_EPOCHS: usize = 1_000_000;
+/// Most windows a step.
+const MOST_BATCH: usize = 65_536;
+
 /// Which wrench the model is fitted to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -98,20 +103,30 @@ impl TrainConfig {
             });
         }
         let counts = [
-            ("epochs", self.epochs, 1),
-            ("batch", self.batch, 1),
-            ("horizon", self.horizon, 2),
-            ("patience", self.patience, 1),
-            ("trajectories", self.trajectories.unwrap_or(1), 1),
+            ("epochs", self.epochs, 1, MOST_EPOCHS),
+            ("batch", self.batch, 1, MOST_BATCH),
+            ("horizon", self.horizon, 2, usize::MAX),
+            ("patience", self.patience, 1, usize::MAX),
+            (
+                "trajectories",
+                self.trajectories.unwrap_or(1),
+                1,
+                usize::MAX,
+            ),
         ];
-        for (field, found, least) in counts {
-            if found < least {
-                return Err(TrainError::Config {
-                    field,
-                    found: found.to_string(),
-                    expected: format!("at least {least}"),
-                });
-            }
+        for (field, found, least, most) in counts {
+            let expected = if found < least {
+                format!("at least {least}")
+            } else if found > most {
+                format!("{most} at most")
+            } else {
+                continue;
+            };
+            return Err(TrainError::Config {
+                field,
+                found: found.to_string(),
+                expected,
+            });
         }
         let open = f64::MIN_POSITIVE;
         let numbers = [

@@ -1,6 +1,6 @@
 //! Log of a run: a JSON object a line, a line an epoch.
 
-use std::{fs, io::Write as _, path::Path};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
@@ -31,20 +31,9 @@ pub struct LogRecord {
 
 /// Writes `bytes` beside `path` and renames: a reader sees the old file or the new one.
 pub(super) fn replace(path: &Path, bytes: &[u8]) -> Result<(), TrainError> {
-    let partial = path.with_extension(format!("{}.partial", std::process::id()));
-    let write = || {
-        let mut file = fs::File::create(&partial)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(&partial, path)
-    };
-    write().map_err(|source| {
-        // The partial file is of no use to anyone; the first error is the one to report.
-        let _ = fs::remove_file(&partial);
-        TrainError::Io {
-            path: path.to_owned(),
-            source,
-        }
+    hydro_files::write_whole(path, bytes).map_err(|source| TrainError::Io {
+        path: path.to_owned(),
+        source,
     })
 }
 

@@ -11,6 +11,7 @@ use std::{
 use candle_core::{Device, Tensor, backprop::GradStore};
 use hydro_model::{
     Adjoint, Encoder, ForceModel, Network, Parameters, Solver,
+    architectures::check_count,
     checkpoint::{Card, Checkpoint, DatasetNote, SCHEMA},
 };
 
@@ -130,13 +131,17 @@ impl Trainer {
             if split.is_empty() {
                 return Err(TrainError::Split {
                     split: name,
-                    reason: "is empty".to_owned(),
+                    reason: format!(
+                        "of {} is empty: it needs a trajectory at least, make a larger data set",
+                        dataset.folder().display()
+                    ),
                 });
             }
         }
         let manifest = dataset.manifest().clone();
         config.model.check_features(&manifest.features)?;
         let encoder = Encoder::new(config.model.encoding(), &manifest.features);
+        check_count(&config.model, encoder.len(), manifest.outputs.len())?;
         let normaliser = training_normaliser(&train, &encoder, config.labels);
         let (inputs, outputs) = (encoder.len(), manifest.outputs.len());
         let (network, parameters) = Parameters::draw_on(&device.1, config.seed, |vb| {
@@ -170,7 +175,8 @@ impl Trainer {
     /// either device alone would have given.
     pub fn resume(&mut self, folder: &Path) -> Result<bool, TrainError> {
         let path = folder.join(STATE);
-        if !path.is_file() {
+        // What stands there and is no file is refused where it is read.
+        if path.symlink_metadata().is_err() {
             return Ok(false);
         }
         let state = state::load(
@@ -430,6 +436,7 @@ impl Trainer {
             command: command.to_owned(),
             hydro: env!("CARGO_PKG_VERSION").to_owned(),
             weights_sha256: String::new(),
+            card_sha256: String::new(),
         };
         let weights = if self.best.is_empty() {
             self.parameters.snapshot()?

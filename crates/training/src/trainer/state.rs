@@ -1,11 +1,12 @@
 //! State of a run in one safetensors file: all that it needs to continue exactly where it stopped.
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{collections::BTreeMap, path::Path};
 
 use candle_core::{Device, Tensor};
-use hydro_model::Parameters;
+use hydro_model::{Parameters, document::hexadecimal};
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
 
 use super::{
     adamw::AdamW,
@@ -60,6 +61,23 @@ struct Header {
     position: Position,
 }
 
+/// Name of the digest in the file.
+const DIGEST: &str = "sha256";
+
+/// SHA-256 of the header and of the tensors in the order of their names, hexadecimal.
+fn digest<'a>(header: &str, tensors: impl Iterator<Item = (&'a str, &'a [u8])>) -> String {
+    let mut hash = Sha256::new();
+    hash.update((header.len() as u64).to_le_bytes());
+    hash.update(header);
+    for (name, bytes) in tensors {
+        for part in [name.as_bytes(), bytes] {
+            hash.update((part.len() as u64).to_le_bytes());
+            hash.update(part);
+        }
+    }
+    hexadecimal(&hash.finalize())
+}
+
 /// Writes the file beside `path` and renames it.
 pub(super) fn save(
     path: &Path,
@@ -94,6 +112,7 @@ pub(super) fn save(
         reason,
     };
     let header = serde_json::to_string(&header).map_err(|error| refuse(error.to_string()))?;
+    parts.sort_unstable_by(|one, other| one.0.cmp(&other.0));
     let bytes: Vec<(String, usize, Vec<u8>)> = parts
         .into_iter()
         .map(|(name, values)| {
@@ -109,7 +128,14 @@ pub(super) fn save(
         .map(|(name, len, values)| Ok((name, TensorView::new(Dtype::F32, vec![*len], values)?)))
         .collect::<Result<Vec<_>, safetensors::SafeTensorError>>()
         .map_err(|error| refuse(error.to_string()))?;
-    let metadata = std::collections::HashMap::from([("state".to_owned(), header)]);
+    let tensors = bytes
+        .iter()
+        .map(|(name, _, values)| (name.as_str(), values.as_slice()));
+    let digest = digest(&header, tensors);
+    let metadata = std::collections::HashMap::from([
+        ("state".to_owned(), header),
+        (DIGEST.to_owned(), digest),
+    ]);
     let file =
         safetensors::serialize(views, Some(metadata)).map_err(|error| refuse(error.to_string()))?;
     log::replace(path, &file)
@@ -125,14 +151,35 @@ pub(super) fn load(
         path: path.to_owned(),
         reason,
     };
-    let bytes = fs::read(path).map_err(|source| TrainError::Io {
+    // Weights, the best ones, two moments; beside them the log of all epochs.
+    let most = 16 * parameters.count() as u64 + 2 * hydro_files::TEXT;
+    let bytes = hydro_files::read(path, most).map_err(|source| TrainError::Io {
         path: path.to_owned(),
         source,
     })?;
-    let damaged = |error: &dyn std::fmt::Display| refuse(format!("not a training state: {error}"));
+    let damaged = |error: &dyn std::fmt::Display| {
+        refuse(format!(
+            "not a training state: {}",
+            hydro_files::short(error)
+        ))
+    };
     let (_, metadata) = SafeTensors::read_metadata(&bytes).map_err(|error| damaged(&error))?;
     let header = metadata.metadata().as_ref().and_then(|m| m.get("state"));
     let header = header.ok_or_else(|| refuse("not a training state".to_owned()))?;
+    let tensors = SafeTensors::deserialize(&bytes).map_err(|error| damaged(&error))?;
+    let expected = (metadata.metadata().as_ref()).and_then(|m| m.get(DIGEST));
+    let mut found: Vec<_> = tensors.iter().collect();
+    found.sort_unstable_by_key(|(name, _)| *name);
+    let found = digest(
+        header,
+        found.iter().map(|(name, view)| (*name, view.data())),
+    );
+    // Versions before this one wrote none.
+    if expected.is_some_and(|expected| *expected != found) {
+        return Err(refuse(
+            "damaged: its content is not what was saved".to_owned(),
+        ));
+    }
     let header: Header = serde_json::from_str(header).map_err(|error| damaged(&error))?;
     if header.schema != SCHEMA {
         return Err(refuse(format!(
@@ -146,7 +193,6 @@ pub(super) fn load(
     if header.dataset != dataset {
         return Err(refuse("it was made with another data set".to_owned()));
     }
-    let tensors = SafeTensors::deserialize(&bytes).map_err(|error| damaged(&error))?;
     let values = |name: String, count: usize| {
         let view = tensors
             .tensor(&name)

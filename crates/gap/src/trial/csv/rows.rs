@@ -7,6 +7,7 @@ use ::csv::{ErrorKind, Position, Reader, ReaderBuilder, StringRecord, Trim};
 use super::{
     super::{
         RemarkKind, RowPlace, Series, Signature, TrialError,
+        kinds::open_table,
         tables::{Parts, Table},
         times,
     },
@@ -15,13 +16,9 @@ use super::{
 };
 
 pub(in super::super) fn read(path: &Path, signature: &Signature) -> Result<Parts, TrialError> {
-    let file = File::open(path).map_err(|error| TrialError::Io {
-        path: path.to_owned(),
-        reason: error.to_string(),
-    })?;
     let mut reader = ReaderBuilder::new()
         .trim(Trim::All)
-        .from_reader(BufReader::new(file));
+        .from_reader(open_table(path)?);
     let headers = reader.headers().map_err(|error| damaged(path, &error))?;
     // Spreadsheets put a byte-order mark in front of the first name.
     let names = headers

@@ -7,7 +7,7 @@ use ::csv::{Position, Reader, ReaderBuilder, StringRecord, Trim};
 use super::{
     super::{
         Part, RemarkKind, RowPlace, Series, Signature, Steady, Trial, TrialError,
-        file_name::trial_name, message::listed,
+        file_name::trial_name, kinds::open_table, message::listed,
     },
     TIME,
     header::missing_actuators,
@@ -76,13 +76,9 @@ pub(in super::super) fn check_name(path: &Path) -> Result<(), TrialError> {
 }
 
 fn reader(path: &Path) -> Result<Reader<BufReader<File>>, TrialError> {
-    let file = File::open(path).map_err(|error| TrialError::Io {
-        path: path.to_owned(),
-        reason: error.to_string(),
-    })?;
     Ok(ReaderBuilder::new()
         .trim(Trim::All)
-        .from_reader(BufReader::new(file)))
+        .from_reader(open_table(path)?))
 }
 
 fn names(reader: &mut Reader<BufReader<File>>) -> Result<Vec<String>, TrialError> {

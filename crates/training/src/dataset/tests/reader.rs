@@ -1,6 +1,6 @@
 //! Tiny data sets in folders of their own.
 
-use std::path::PathBuf;
+use std::{fs, path::PathBuf};
 
 use safetensors::{Dtype, tensor::TensorView};
 use serde_json::{Value, json};
@@ -248,7 +248,28 @@ fn missing_and_misshapen_tensors_are_named_with_both_shapes() {
 #[test]
 fn malformed_manifests_say_what_is_wrong() {
     type Change = fn(&mut Value);
-    let cases: [(Change, &str); 8] = [
+    let cases: [(Change, &str); 12] = [
+        (
+            |m| m["samples"] = 1_000_000_000_000_000_000_u64.into(),
+            "more than any memory holds",
+        ),
+        (
+            |m| m["samples"] = 1_000_000_000.into(),
+            "expected F32 [2, 1000000000, ",
+        ),
+        (
+            |m| {
+                for shard in [0, 1] {
+                    m["splits"]["train"]["shards"][shard]["trajectories"] = (1_u64 << 63).into();
+                }
+                m["splits"]["train"]["trajectories"] = 0.into();
+            },
+            "its shards hold more than any memory does",
+        ),
+        (
+            |m| m["sample_period"] = 1e-300.into(),
+            "sample_period is 1e-300 s",
+        ),
         (
             |m| m["features"][0] = "speed".into(),
             "unknown feature `speed`",

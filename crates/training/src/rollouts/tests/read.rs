@@ -26,6 +26,15 @@ fn refusals_say_what_was_found() {
     let digest = hexadecimal(&Sha256::digest(b"no archive"));
     assert!(load(&index_with(SCHEMA, "run.npz", &digest)).contains("run.npz"));
     assert!(load("{").contains("rollouts.json"));
+    let odd = index_with(SCHEMA, "run.npz", &digest);
+    let zero = load(&odd.replace("0.002", "0"));
+    assert!(
+        zero.contains("timestep is 0 s, expected from 1e-6"),
+        "{zero}"
+    );
+    let huge = load(&odd.replace("\"sample_period\":0.01", "\"sample_period\":1e300"));
+    assert!(huge.contains("sample_period is 1e300 s"), "{huge}");
+    assert!(load(&odd.replace("run.npz", "../run.npz")).contains("not a plain file name"));
     let nowhere = Rollouts::load(Path::new("no/such/folder")).unwrap_err();
     assert!(nowhere.to_string().contains("record_rollouts.py"));
 }

@@ -5,7 +5,15 @@ use super::*;
 #[test]
 fn every_bound_is_named() {
     type Change = fn(&mut TrainConfig);
-    let cases: [(Change, &str); 11] = [
+    let cases: [(Change, &str); 13] = [
+        (
+            |c| c.epochs = 2_000_000,
+            "epochs is 2000000, expected 1000000 at most",
+        ),
+        (
+            |c| c.batch = 1 << 40,
+            "batch is 1099511627776, expected 65536 at most",
+        ),
         (
             |c| {
                 c.adjoint = Adjoint::Continuous;

@@ -489,6 +489,17 @@ fn a_run_goes_on_upon_another_device_and_says_from_which() {
     let at = bytes.windows(field.len()).position(|part| part == field);
     let mut older = bytes.clone();
     older[at.expect("named")..][..field.len()].fill(b' ');
+    fs::write(run.join(STATE), &older).expect("written");
+    let mut trainer = Trainer::new(config(), &dataset).expect("a trainer");
+    let message = trainer.resume(&run).expect_err("changed").to_string();
+    assert!(
+        message.contains("damaged: its content is not what was saved"),
+        "{message}"
+    );
+    // Nor were there digests then.
+    let field = br#""sha256":"#;
+    let at = older.windows(field.len()).position(|part| part == field);
+    older[at.expect("named") + 1] = b'S';
     fs::write(run.join(STATE), older).expect("written");
     assert_eq!(resumed(), Some(TrainDevice::Cpu));
 }
@@ -518,6 +529,14 @@ fn a_state_of_other_settings_or_of_nothing_is_refused() {
         "{message}"
     );
     let bytes = fs::read(run.join(STATE)).expect("read");
+    let mut flipped = bytes.clone();
+    *flipped.last_mut().expect("not empty") ^= 1;
+    fs::write(run.join(STATE), flipped).expect("written");
+    let message = other.resume(&run).expect_err("flipped").to_string();
+    assert!(
+        message.contains("damaged: its content is not what was saved"),
+        "{message}"
+    );
     fs::write(run.join(STATE), &bytes[..bytes.len() / 2]).expect("written");
     assert!(
         other

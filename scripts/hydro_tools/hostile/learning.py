@@ -1,0 +1,197 @@
+"""Hostile inputs of the learning side: cards, weights, manifests, training states, flags of `hydro train`."""
+
+import hashlib
+import json
+import random
+import shutil
+from pathlib import Path
+
+from ..repository import SCRIPTS
+from . import odd
+from .bases import MODELS, SCENE, Bases
+from .running import Case
+
+SIZES = ("config", "sample_period", "normaliser", "envelope", "features", "outputs")
+
+
+def plugin(bases: Bases, folder: Path, xml: str) -> Case:
+    """The scene, compiled and stepped in Python."""
+    scene = folder / "scene.xml"
+    scene.write_text(xml, encoding="utf-8", errors="surrogatepass")
+    command = [bases.python, "-m", "hydro_tools.hostile.plugin_case", bases.library, scene]
+    return Case(command, environment={"PYTHONPATH": str(SCRIPTS), "MUJOCO_LOG": "", "OMP_NUM_THREADS": "1"})
+
+
+def config(**attributes: object) -> str:
+    """Attributes of the plugin as `<config>` elements."""
+    words = {
+        key: str(value).replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
+        for key, value in attributes.items()
+    }
+    return "".join(f'<config key="{key}" value="{value}"/>' for key, value in words.items())
+
+
+def _checkpoint(bases: Bases, folder: Path, rng: random.Random) -> Path:
+    out = folder / "checkpoint"
+    shutil.copytree(bases.checkpoints / rng.choice(MODELS), out)
+    return out
+
+
+def _use(bases: Bases, folder: Path, rng: random.Random, out: Path) -> Case:
+    """A checkpoint in one of its uses."""
+    use = rng.choice(("inspect", "evaluate", "evaluate", "plugin"))
+    if use == "inspect":
+        return Case([bases.program, "inspect", out])
+    if use == "plugin":
+        return plugin(bases, folder, SCENE.format(config=config(checkpoint=out)))
+    flags = rng.choice(
+        ([], ["--engine", "candle"], ["--engine", "fused-f16"], ["--start", "estimate"], ["--solver", "dopri5"])
+    )
+    return Case([bases.program, "evaluate", "--checkpoint", out, "--data", bases.data, *flags])
+
+
+def card(bases: Bases, folder: Path, rng: random.Random) -> Case:
+    """Values of card.json."""
+    out = _checkpoint(bases, folder, rng)
+    whole = json.loads((out / "card.json").read_text())
+    (out / "card.json").write_bytes(odd.json_bytes(rng, whole, SIZES))
+    return _use(bases, folder, rng, out)
+
+
+def weights(bases: Bases, folder: Path, rng: random.Random) -> Case:
+    """weights.safetensors torn, with a card that vouches for it."""
+    out = _checkpoint(bases, folder, rng)
+    path = out / "weights.safetensors"
+    content = _tensors(rng, path.read_bytes())
+    path.write_bytes(content)
+    whole = json.loads((out / "card.json").read_text())
+    whole["weights_sha256"] = hashlib.sha256(content).hexdigest()
+    whole.pop("card_sha256", None)
+    (out / "card.json").write_text(json.dumps(whole))
+    return _use(bases, folder, rng, out)
+
+
+def _tensors(rng: random.Random, content: bytes) -> bytes:
+    """A safetensors file with a wrong header, or torn."""
+    if rng.random() < 0.5:
+        return odd.torn(rng, content)
+    size = int.from_bytes(content[:8], "little")
+    header = odd.json_bytes(rng, json.loads(content[8 : 8 + size]), ("shape", "data_offsets"))
+    return len(header).to_bytes(8, "little") + header + content[8 + size :]
+
+
+def manifest(bases: Bases, folder: Path, rng: random.Random) -> Case:
+    """Values of manifest.json, of a data set that is described, trained on or evaluated."""
+    data = folder / "data"
+    shutil.copytree(bases.data, data)
+    path = data / "manifest.json"
+    path.write_bytes(
+        odd.json_bytes(rng, json.loads(path.read_text()), ("samples", "trajectories", "splits", "sample_period"))
+    )
+    return _data_use(bases, folder, rng, data)
+
+
+def shard(bases: Bases, folder: Path, rng: random.Random) -> Case:
+    """A shard torn, with a manifest that vouches for it."""
+    data = folder / "data"
+    shutil.copytree(bases.data, data)
+    split = rng.choice(("train", "val", "test"))
+    path = data / f"{split}-00000-of-00001.safetensors"
+    content = _tensors(rng, path.read_bytes())
+    path.write_bytes(content)
+    whole = json.loads((data / "manifest.json").read_text())
+    whole["splits"][split]["shards"][0]["sha256"] = hashlib.sha256(content).hexdigest()
+    (data / "manifest.json").write_text(json.dumps(whole))
+    return _data_use(bases, folder, rng, data)
+
+
+def _train(bases: Bases, data: Path, out: Path, *flags: object) -> Case:
+    short = ("--hidden=8", "--epochs=1", "--batch=4", "--horizon=20")
+    return Case([bases.program, "train", "--data", data, "--out", out, *short, *flags], may_run_on=True)
+
+
+def _data_use(bases: Bases, folder: Path, rng: random.Random, data: Path) -> Case:
+    use = rng.choice(("inspect", "evaluate", "train"))
+    if use == "inspect":
+        return Case([bases.program, "inspect", data])
+    if use == "evaluate":
+        return Case([bases.program, "evaluate", "--checkpoint", bases.checkpoints / rng.choice(MODELS), "--data", data])
+    return _train(bases, data, folder / "out", "--model", rng.choice(MODELS))
+
+
+FLAGS = (
+    "hidden", "window", "modes", "heads", "embedding", "latent", "epochs", "batch", "horizon", "learning-rate",
+    "patience", "trajectories", "seed", "solver", "adjoint", "encoding", "control", "device", "name", "preset",
+)  # fmt: skip
+
+NUMBERS = (
+    "hidden",
+    "window",
+    "modes",
+    "heads",
+    "embedding",
+    "latent",
+    "epochs",
+    "batch",
+    "horizon",
+    "patience",
+    "trajectories",
+    "seed",
+)
+
+
+def flags(bases: Bases, folder: Path, rng: random.Random) -> Case:
+    """Values of the flags of `hydro train`."""
+    model = rng.choice(MODELS)
+    given = {name: rng.choice(odd.WORDS) for name in rng.sample(FLAGS, rng.choice((1, 1, 2, 3)))}
+    for name in NUMBERS:
+        if name in given and rng.random() < 0.8:
+            given[name] = str(rng.choice(odd.SIZES))
+    if "hidden" in given and rng.random() < 0.5:
+        given["hidden"] = rng.choice(("8," * 5000 + "8", "4294967296,4294967296", "65536,65536", "1" + ",1" * 100))
+    for name in ("solver", "adjoint", "encoding", "control", "device", "preset"):
+        known = {
+            "solver": ("euler", "rk4", "dopri5"),
+            "adjoint": ("discrete", "continuous"),
+            "encoding": ("up", "raw", "hydrodynamic", "links"),
+        }
+        if name in given and name in known and rng.random() < 0.7:
+            given[name] = rng.choice(known[name])
+    short = {"hidden": "8", "epochs": "1", "batch": "4", "horizon": "20", **given}
+    words = [f"--{name}={value}" for name, value in short.items()]
+    command = [bases.program, "train", "--data", bases.data, "--out", folder / "out", "--model", model, *words]
+    return Case(command, may_run_on=True)
+
+
+def state(bases: Bases, folder: Path, rng: random.Random) -> Case:
+    """The state of a run in progress, damaged, then resumed."""
+    model = rng.choice(MODELS)
+    out = folder / "out"
+    shutil.copytree(bases.checkpoints / f"{model}.run", folder / "out.run")
+    path = folder / "out.run" / "state.safetensors"
+    content = path.read_bytes()
+    size = int.from_bytes(content[:8], "little")
+    if rng.random() < 0.5:
+        header = json.loads(content[8 : 8 + size])
+        inner = json.loads(header["__metadata__"]["state"])
+        header["__metadata__"]["state"] = json.dumps(
+            odd.json_document(rng, inner, ("place", "optimiser_step", "config"))
+        )
+        text = json.dumps(header).encode("utf-8", "surrogatepass")
+        path.write_bytes(len(text).to_bytes(8, "little") + text + content[8 + size :])
+    else:
+        path.write_bytes(_tensors(rng, content))
+    from .bases import SIZES as sizes
+
+    words = [*sizes[model], "--epochs=1", "--batch=4", "--horizon=20", "--resume"]
+    return Case([bases.program, "train", "--data", bases.data, "--out", out, "--model", model, *words], may_run_on=True)
+
+
+KINDS = {
+    "card": card,
+    "weights": weights,
+    "manifest": manifest,
+    "shard": shard,
+    "train flags": flags,
+    "training state": state,
+}

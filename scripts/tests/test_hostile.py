@@ -1,0 +1,62 @@
+"""The campaign of hostile inputs judges what it sees, repeats itself from its seed, and goes on where it was."""
+
+import json
+import random
+import sys
+from pathlib import Path
+
+import pytest
+
+from hydro_tools.hostile import campaign, odd
+from hydro_tools.hostile.running import Case, Limits, judge, run
+
+LIMITS = Limits(1 << 30, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("status", "text", "stopped", "result"),
+    [
+        (0, "", None, "accepted"),
+        (1, "going on\nhydro: x.json: size is -1, expected 1", None, "refused"),
+        (2, "error: invalid value\n\nUsage: a\n\nFor more information", None, "refused"),
+        (1, "", None, "broken"),
+        (1, "hydro: a\nb\nc\nd", None, "broken"),
+        (1, "hydro: " + "y" * 5000, None, "broken"),
+        (101, "thread 'main' panicked at src/x.rs:1:\ncapacity overflow", None, "broken"),
+        (-6, "memory allocation of 8 bytes failed", None, "broken"),
+        (-11, "", None, "broken"),
+        (130, "", 0.2, "accepted"),
+        (130, "", 1.4, "broken"),
+    ],
+)
+def test_the_end_of_a_command_is_judged(status: int, text: str, stopped: float | None, result: str):
+    assert judge(status, text, stopped, may_run_on=True).result == result
+
+
+def test_what_has_no_end_is_stopped(tmp_path: Path):
+    endless = [sys.executable, "-c", "import time\ntry:\n    time.sleep(60)\nexcept KeyboardInterrupt:\n    pass"]
+    assert run(Case(endless, may_run_on=True), LIMITS, tmp_path).result == "accepted"
+    assert run(Case(endless), LIMITS, tmp_path).why.startswith("not at an end in time")
+    deaf = [sys.executable, "-c", "import signal, time\nsignal.signal(2, signal.SIG_IGN)\ntime.sleep(60)"]
+    assert run(Case(deaf, may_run_on=True), LIMITS, tmp_path).why.startswith("SIGINT took")
+
+
+def test_memory_has_a_limit(tmp_path: Path):
+    greedy = [sys.executable, "-c", "bytearray(1 << 31)"]
+    assert "Traceback" in run(Case(greedy), LIMITS, tmp_path).why
+
+
+def test_changes_repeat_from_their_seed():
+    document = {"config": {"latent": 4, "hidden": [8, 8]}, "name": "x", "period": 0.01}
+    made = [[odd.json_bytes(random.Random(seed), document) for seed in range(50)] for _ in range(2)]
+    assert made[0] == made[1]
+    assert len(set(made[0])) > 30
+    assert document["config"]["latent"] == 4
+
+
+def test_outcomes_are_gone_on_with_and_counted(tmp_path: Path):
+    path = tmp_path / "outcomes.jsonl"
+    known = [campaign.Record("card", n, 0, result, "") for n, result in enumerate(("refused", "refused", "broken"))]
+    path.write_text("".join(json.dumps(vars(record)) + "\n" for record in known) + '{"kind": "ca')
+    assert campaign.records(path) == known
+    assert campaign.table(known).splitlines()[-2:] == ["| card | 3 | 2 | 0 | 1 |", "| all | 3 | 2 | 0 | 1 |"]
