@@ -1,6 +1,6 @@
 //! `hydro effects`: files of effects, for the attribute `effects` of `hydro.wrench`.
 
-use std::{fs, path::PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Context as _;
 use clap::Subcommand;
@@ -33,7 +33,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     match &args.command {
         Command::FromFossen { file, target } => {
             let place = || file.display().to_string();
-            let text = fs::read_to_string(file).with_context(place)?;
+            let text = hydro_files::read_text(file, hydro_files::TEXT).with_context(place)?;
             let effects = VehicleTable::parse(&text).and_then(|table| table.to_json(target));
             write_line(effects.with_context(place)?.trim_end())
         }

@@ -18,7 +18,6 @@
 //! | `wrench_scale` | | factors on the checkpoint's wrench, force x y z, torque x y z, body frame | 1 1 1 1 1 1 |
 
 use std::{
-    fs,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -288,10 +287,12 @@ fn document(
             });
         }
     };
-    fs::read_to_string(&path).map_err(|fault| AttributeError::UnreadableFile {
-        attribute,
-        path,
-        reason: fault.to_string(),
+    hydro_files::read_text(&path, hydro_files::TEXT).map_err(|fault| {
+        AttributeError::UnreadableFile {
+            attribute,
+            path,
+            reason: fault.to_string(),
+        }
     })
 }
 
@@ -377,11 +378,13 @@ fn choice<T: std::str::FromStr>(
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use std::fs;
+
     use super::*;
 
     fn parse(given: &[(&str, &str)]) -> Result<Settings, AttributeError> {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::create_dir(folder.path().join("b1")).unwrap();
+        fs::create_dir(folder.path().join("b1")).unwrap();
         let search = SearchPath::new(vec![folder.path().to_owned()]);
         let text = |name: &'static str| {
             given
