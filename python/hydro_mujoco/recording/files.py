@@ -4,6 +4,7 @@ import hashlib
 import io
 import json
 import os
+import secrets
 import zipfile
 from pathlib import Path
 
@@ -11,10 +12,10 @@ import numpy as np
 
 
 def write_beside(path: Path, content: bytes) -> None:
-    """Write `content` to a temporary name, flush it to the disk, and rename: never half a file."""
-    beside = path.with_name(path.name + ".tmp")
+    """Write `content` to a new file of a random name and rename it: never half a file, never through a link."""
+    beside = path.with_name(f"{path.name}.{secrets.token_hex(6)}.tmp")
     try:
-        with open(beside, "wb") as file:
+        with open(beside, "xb") as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
