@@ -9,16 +9,23 @@ use crate::{
         effects::bind,
         ffi::{DataView, ModelView, warn},
     },
-    plugin::{Handle, Instance},
+    plugin::{Handle, Instance, Settings},
 };
+
+/// Numbers of memory of effects and of a random current; `None` where their texts are at fault.
+pub(super) fn effects_len(settings: &Settings, step: f64) -> Option<usize> {
+    let effects = match &settings.effects {
+        Some(text) => bind::memory_len(text, step)?,
+        None => 0,
+    };
+    let current = settings.current_field().ok()?;
+    Some(effects + current.map_or(0, |current| current.state_len()))
+}
 
 /// Reason why an instance does not fit its model's memory.
 pub(super) fn fault(model: ModelView<'_>, id: usize, instance: &Instance) -> Option<String> {
     let step = model.raw().opt.timestep;
-    let effects = match &instance.settings().effects {
-        Some(text) => bind::memory_len(text, step)?,
-        None => 0,
-    };
+    let effects = effects_len(instance.settings(), step)?;
     let needed = instance.learned_len() + effects;
     let compiled = usize::try_from(model.plugin_statenum()[id]).unwrap_or(0);
     // A step that was made longer after compiling leaves an effect's memory too long, which does no harm.

@@ -24,7 +24,7 @@ use super::{
 use crate::{
     mujoco::{
         bodies::joint_space,
-        effects::{bind, forces},
+        effects::forces,
         ffi::{
             Api, DataView, ModelView,
             bindings::{
@@ -107,14 +107,7 @@ unsafe extern "C" fn nstate(m: *const mjModel, id: c_int) -> c_int {
             // A fault is reported by `init`, which MuJoCo calls next.
             let settings = settings(model, id as usize).ok()?;
             let step = model.raw().opt.timestep;
-            let mut len = match &settings.effects {
-                Some(text) => bind::memory_len(text, step)?,
-                None => 0,
-            };
-            len += settings
-                .current_field()
-                .ok()?
-                .map_or(0, |field| field.state_len());
+            let mut len = memory_fit::effects_len(&settings, step)?;
             if let Some(folder) = &settings.checkpoint {
                 let checkpoint = Registry::global().checkpoint(folder).ok()?;
                 let engine = Registry::global().engine(&checkpoint, &settings).ok()?;
