@@ -2,6 +2,7 @@
 
 import json
 import random
+import subprocess
 import sys
 from pathlib import Path
 
@@ -60,3 +61,10 @@ def test_outcomes_are_gone_on_with_and_counted(tmp_path: Path):
     path.write_text("".join(json.dumps(vars(record)) + "\n" for record in known) + '{"kind": "ca')
     assert campaign.records(path) == known
     assert campaign.table(known).splitlines()[-2:] == ["| card | 3 | 2 | 0 | 1 |", "| all | 3 | 2 | 0 | 1 |"]
+
+
+def test_the_command_says_what_it_takes():
+    script = Path(__file__).resolve().parents[1] / "hostile.py"
+    said = subprocess.run([sys.executable, str(script), "--help"], capture_output=True, text=True)
+    assert said.returncode == 0, said.stderr
+    assert "--count" in said.stdout

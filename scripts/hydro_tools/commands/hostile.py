@@ -14,7 +14,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from hydro_tools.datasets.progress import Progress
+from hydro_mujoco.recording.progress import Progress
 from hydro_tools.hostile import HostileError, bases, campaign
 from hydro_tools.hostile.running import Limits
 from hydro_tools.repository import ROOT
