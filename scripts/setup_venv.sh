@@ -4,7 +4,7 @@
 #   bench      .venv-bench    scripts/bench.py: PyTorch, torchdiffeq, ONNX Runtime
 #   baselines  .venv-rivals   scripts/rivals.py: PySINDy, scikit-learn, mujoco.sysid
 #   ray        .venv-ray      scripts with --ray, and all tests
-# Each installs python/ and scripts/ with its extras, editable; nothing happens where their pyproject.toml are as they were.
+# Each installs hydro_mujoco (python/) and scripts/ with its extras, editable; nothing happens where their pyproject.toml are as they were.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 usage='usage: scripts/setup_venv.sh main|bench|baselines|ray [FOLDER]'
@@ -19,11 +19,11 @@ ray) folder=.venv-ray extras=ray,tank,sysid,dev imports='mujoco, ray, safetensor
   ;;
 esac
 folder=${2:-$folder}
-packages=(python/pyproject.toml scripts/pyproject.toml)
+packages=(pyproject.toml scripts/pyproject.toml)
 if ! cat "${packages[@]}" | cmp -s - "$folder/.pyproject.toml"; then
   echo "setup: making $folder"
   [ -x "$folder/bin/python" ] || "${PYTHON:-python3}" -m venv "$folder"
-  "$folder/bin/python" -m pip install --quiet --no-compile --disable-pip-version-check -e python -e "scripts[$extras]"
+  "$folder/bin/python" -m pip install --quiet --no-compile --disable-pip-version-check -e . -e "scripts[$extras]"
   "$folder/bin/python" -c "import hydro_mujoco, hydro_tools, $imports"
   cat "${packages[@]}" >"$folder/.pyproject.toml"
 fi

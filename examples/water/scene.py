@@ -1,4 +1,7 @@
-"""What the examples share: the plugin, and a picture of a run with the water's surface in it."""
+"""What the examples share: the plugin, and a picture of a run with the water's surface in it.
+
+Needs `hydro_mujoco`; pictures need pillow (`pip install hydro-mujoco[examples]`) and EGL.
+"""
 
 import os
 import pathlib
@@ -7,10 +10,11 @@ import sys
 os.environ.setdefault("MUJOCO_GL", "egl")
 import mujoco
 import numpy as np
+from hydro_mujoco import plugin
 
 HERE = pathlib.Path(__file__).resolve().parent
-LIBRARY = os.environ.get("HYDRO_LIBRARY", HERE.parents[1] / "target" / "release" / "libhydro_plugin.so")
-mujoco.mj_loadPluginLibrary(str(LIBRARY))
+# `import mujoco` has loaded an installed wheel's; a checkout's is loaded here.
+plugin.load_plugin(plugin.built_library("HYDRO_LIBRARY"))
 
 
 def load(name: str):
@@ -59,7 +63,12 @@ def picture(
     elevation=-14.0,
     size=24.0,
 ):
-    """Write a frame of the first body and the surface about it to `out`; returns the pixels."""
+    """Write a frame of the first body and the surface about it to `out`; returns the pixels, None without pillow."""
+    try:
+        from PIL import Image
+    except ImportError:
+        print("no picture: pip install hydro-mujoco[examples]", file=sys.stderr)
+        return None
     camera = mujoco.MjvCamera()
     camera.lookat[:] = data.xpos[1]
     camera.distance, camera.azimuth, camera.elevation = distance, azimuth, elevation
@@ -70,8 +79,6 @@ def picture(
         draw_sea(renderer.scene, height, data.xpos[1], size)
         pixels = renderer.render()
     if out:
-        from PIL import Image
-
         Image.fromarray(pixels).save(out)
     return pixels
 

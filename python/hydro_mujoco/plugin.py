@@ -54,10 +54,13 @@ def load_plugin(path: Path | None = None) -> None:
     path = path or built_library()
     if not path.is_file():
         raise DataError(
-            f"plugin library {path}: no such file; build it with `cargo build --release`, or name it by --plugin or "
-            f"{LIBRARY}"
+            f"plugin library {path}: no such file; install the wheel, or build it with `cargo build --release`, or "
+            f"name it by --plugin or {LIBRARY}"
         )
-    mujoco.mj_loadPluginLibrary(str(path.resolve()))
+    try:
+        mujoco.mj_loadPluginLibrary(str(path.resolve()))
+    except mujoco.FatalError as error:
+        raise DataError(f"plugin library {path}: {error}") from error
     if not is_loaded():
         raise DataError(f"plugin library {path}: it did not register {WRENCH}; MuJoCo's warning says why")
 

@@ -1,4 +1,4 @@
 """The version."""
 
-#: Also in `pyproject.toml`; written into manifests.
+#: The wheel's, and Cargo.toml's, which the build compares; written into manifests.
 __version__ = "0.1.0"

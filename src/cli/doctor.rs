@@ -1,4 +1,6 @@
-//! `hydro doctor`: the MuJoCo of this build, and a check that the plugin loads in it.
+//! `hydro doctor`: the MuJoCo of this program, and a check that the plugin acts in it.
+
+use std::path::PathBuf;
 
 use super::output::print_json;
 
@@ -14,11 +16,15 @@ pub(super) struct Args {
 #[derive(Debug, serde::Serialize)]
 struct Findings {
     hydro: &'static str,
+    /// This program.
+    program: Option<PathBuf>,
     /// Version of the headers that the bindings were made from.
     mujoco_headers: Option<&'static str>,
-    /// The library that was found when building.
-    mujoco_library: Option<&'static str>,
-    /// Whether the plugin registers and runs in it.
+    /// Releases that this build runs in.
+    mujoco_accepted: Vec<String>,
+    /// The library that this program opens.
+    mujoco_library: Option<PathBuf>,
+    /// Whether the plugin registers and acts in it.
     plugin: Result<String, String>,
 }
 
@@ -29,9 +35,16 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         return print_json(&findings);
     }
     say!("hydro {}", findings.hydro);
-    match (findings.mujoco_headers, findings.mujoco_library) {
-        (Some(version), Some(library)) => {
-            say!("built for MuJoCo {version}\nlibrary   {library}")
+    if let Some(program) = &findings.program {
+        say!("program   {}", program.display());
+    }
+    match (findings.mujoco_headers, &findings.mujoco_library) {
+        (Some(_), Some(library)) => {
+            say!(
+                "for       MuJoCo {}",
+                findings.mujoco_accepted.join(" and ")
+            );
+            say!("library   {}", library.display());
         }
         _ => say!("built without MuJoCo (feature `mujoco` is off)"),
     }
@@ -44,20 +57,50 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
 
 #[cfg(feature = "mujoco")]
 fn find() -> Findings {
-    use hydro_plugin::mujoco::LIBRARY;
-    use hydro_plugin::mujoco::{VERSION, register, simulator::Model};
+    use std::sync::Arc;
 
+    use hydro_plugin::mujoco::{
+        VERSION, accepted, library, register,
+        simulator::{Data, Model},
+    };
+
+    #[cfg(mujoco_plugins)]
+    const PROBE: &str = r#"<mujoco>
+        <extension><plugin plugin="hydro.wrench"><instance name="water"><config key="effects" value='{"schema":
+        "hydro-effects/1", "effects": [{"effect": "quadratic_drag", "target": "hull", "parameters": {"surge": 10,
+        "sway": 10, "heave": 10, "roll": 1, "pitch": 1, "yaw": 1}}]}'/></instance></plugin></extension>
+        <worldbody><body name="hull"><freejoint/><geom size=".1"/><plugin plugin="hydro.wrench" instance="water"/></body>
+        </worldbody></mujoco>"#;
+    #[cfg(not(mujoco_plugins))]
     const PROBE: &str =
         "<mujoco><worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>";
+    /// Speed [m/s] and the drag at it [N].
+    const SPEED: f64 = 2.0;
+    const DRAG: f64 = -40.0;
+
     let works = || -> anyhow::Result<String> {
         register()?;
-        Model::from_xml(PROBE)?;
-        Ok("hydro.wrench and hydro.load_cell are registered; a model compiles".to_owned())
+        let mut data = Data::new(&Arc::new(Model::from_xml(PROBE)?))?;
+        data.qvel_mut()[0] = SPEED;
+        data.forward();
+        let force = data.qfrc_passive()[0];
+        if cfg!(mujoco_plugins) {
+            anyhow::ensure!(
+                (force - DRAG).abs() < 1e-9,
+                "a drag of {DRAG} N was expected on a test body, {force} N is there"
+            );
+            return Ok(format!(
+                "acts: {force:.1} N of drag on a test body, as expected"
+            ));
+        }
+        Ok("a model compiles".to_owned())
     };
     Findings {
         hydro: env!("CARGO_PKG_VERSION"),
+        program: std::env::current_exe().ok(),
         mujoco_headers: Some(VERSION),
-        mujoco_library: Some(LIBRARY),
+        mujoco_accepted: accepted(),
+        mujoco_library: Some(library()),
         plugin: works().map_err(|error| format!("{error:#}")),
     }
 }
@@ -66,7 +109,9 @@ fn find() -> Findings {
 fn find() -> Findings {
     Findings {
         hydro: env!("CARGO_PKG_VERSION"),
+        program: std::env::current_exe().ok(),
         mujoco_headers: None,
+        mujoco_accepted: Vec::new(),
         mujoco_library: None,
         plugin: Ok("not part of this build".to_owned()),
     }

@@ -30,7 +30,7 @@ pub mod simulator;
 mod wrench;
 
 pub use ffi::{
-    api::{ApiError, INCLUDE, LIBRARY, VERSION},
+    api::{ApiError, INCLUDE, VERSION, accepted, library},
     warnings,
 };
 pub use registration::register;

@@ -2,19 +2,28 @@
 
 use super::ffi::{
     Api,
-    api::{ApiError, warn_whatever_version},
+    api::{ApiError, other_copy, warn_whatever_version},
     guard,
 };
 
 /// Run by the loader when `libhydro_plugin.so` is loaded, and only then (`-init` in `build.rs`).
 ///
-/// Where the running MuJoCo is of another version, one warning names both and nothing is registered;
-/// where there is none, nothing happens.
+/// Where the running MuJoCo is one that this build does not fit, one warning names both and nothing is registered;
+/// where there is none, nothing happens. Where another copy of the library has registered, that one acts, and one warning
+/// names it: MuJoCo ends the process where a second copy registers.
 #[unsafe(no_mangle)]
 #[expect(unreachable_pub, reason = "the loader calls it by name")]
 pub extern "C" fn hydro_plugin_load() {
     guard("load", (), || match Api::running() {
-        Ok(api) => register_in(api),
+        Ok(api) => {
+            if !register_in(api) {
+                let first = other_copy()
+                    .map_or_else(String::new, |path| format!(", from {}", path.display()));
+                warn_whatever_version(&format!(
+                    "hydro: the plugin is loaded already{first}: that copy acts, and this one does not"
+                ));
+            }
+        }
         Err(ApiError::NotLoaded) => {}
         Err(fault) => warn_whatever_version(&format!("hydro: {fault}")),
     });
@@ -27,13 +36,15 @@ pub fn register() -> Result<(), ApiError> {
     Ok(())
 }
 
+/// False where another copy was there first.
 #[cfg(mujoco_plugins)]
-fn register_in(api: &'static Api) {
-    super::wrench::plugin::register(api);
+fn register_in(api: &'static Api) -> bool {
     super::load_cell::plugin::register(api);
+    super::wrench::plugin::register(api)
 }
 
 #[cfg(not(mujoco_plugins))]
-fn register_in(api: &'static Api) {
+fn register_in(api: &'static Api) -> bool {
     super::wrench::passive_callback::install(api);
+    true
 }

@@ -9,7 +9,7 @@ r"""Film the swimming robot offscreen, with the water's force drawn as arrows.
 Pale arrow: the whole force of the water on the base, 1 m for 1000 N. Orange: the same
 without buoyancy, 1 m for 125 N. Violet: the torque, 1 m for 50 N m. With
 --arrows motion the orange one alone, 1 m for 60 N. Needs EGL (Debian: libegl1) or
-OSMesa (libosmesa6), and imageio with imageio-ffmpeg (pip install -e python -e scripts[film]).
+OSMesa (libosmesa6), and imageio with imageio-ffmpeg (pip install -e . -e scripts[film]).
 """
 
 import argparse

@@ -10,7 +10,7 @@ what is judgement in it is said in hydro_tools/tank/*.py. No part of it uses MuJ
     OUT/figures/  raw.svg, speeds.svg (with task 1.1)
     OUT/1.1, 1.2, 1.3   `hydro-dataset/1`: 100 samples of one tow; 5 conditions of 10 samples; the same with noise
 
-The same seed gives the same bytes. Needs pip install -e python -e scripts[tank].
+The same seed gives the same bytes. Needs pip install -e . -e scripts[tank].
 """
 
 import argparse

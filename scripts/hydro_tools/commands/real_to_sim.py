@@ -10,7 +10,7 @@ Reads raw/conditions.csv: mean force and standard error of every tow. Writes
     OUT/identified.json, b1_truth.xml   the coefficients, and the free-swimming scene with them
 
 --write puts the last two into the repository instead: scripts/hydro_tools/robot/identified.json and mjcf/b1_truth.xml.
-The same seed and data give the same files. Needs pip install -e python -e scripts[sysid].
+The same seed and data give the same files. Needs pip install -e . -e scripts[sysid].
 """
 
 import argparse
@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> dict:
     try:
         from hydro_tools.identification import figures, measurements, page, result, study
     except ImportError as error:
-        raise DataError(f"{error}: python -m pip install -e python -e scripts[sysid]") from error
+        raise DataError(f"{error}: python -m pip install -e . -e scripts[sysid]") from error
     table = measurements.find(args.towing)
     tows = measurements.read(table)
     if args.out.exists() and not args.out.is_dir():

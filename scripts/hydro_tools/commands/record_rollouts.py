@@ -4,7 +4,7 @@
     python scripts/record_rollouts.py --out out/long --count 1 --minutes 10 --seed 1
 
 The closed loop is compared on them: same start, same controls and pushes, the water exchanged.
-Needs mujoco and numpy (pip install -e python -e scripts).
+Needs mujoco and numpy (pip install -e . -e scripts).
 """
 
 import argparse

@@ -6,7 +6,7 @@
 
 Start, joint targets and pushes are those of the recording; only the water differs. Position error:
 distance of the base origins [m]. Attitude error: angle of the rotation between the base frames
-[degrees]. Needs mujoco and numpy (pip install -e python -e scripts), and the plugin library for a scene that
+[degrees]. Needs mujoco and numpy (pip install -e . -e scripts), and the plugin library for a scene that
 names it.
 """
 

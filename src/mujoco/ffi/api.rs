@@ -6,12 +6,14 @@
 //!
 //! 1. the global scope (a C program linked to MuJoCo, or `LD_PRELOAD`),
 //! 2. a libmujoco that is mapped into the process,
-//! 3. for `hydro` and the tests, which have none: the library that `build.rs` found.
+//! 3. for `hydro` and the tests, which have none: the library that `HYDRO_MUJOCO_LIBRARY` names, that of the `mujoco`
+//!    package beside the package that holds the program, or the one that `build.rs` found.
 //!
 //! The layout of MuJoCo's structs changes between releases, so a MuJoCo of another version than the
-//! headers is refused.
+//! headers is refused, unless both are in [`EQUAL`].
 
 use std::{
+    env,
     ffi::{c_char, c_int},
     fs,
     path::{Path, PathBuf},
@@ -24,13 +26,20 @@ use thiserror::Error;
 use super::bindings::{self, Functions};
 
 /// The library that `build.rs` found.
-pub const LIBRARY: &str = env!("HYDRO_MUJOCO_LIB");
+const LIBRARY: &str = env!("HYDRO_MUJOCO_LIB");
 
 /// The folder of headers that `build.rs` found.
 pub const INCLUDE: &str = env!("HYDRO_MUJOCO_INCLUDE");
 
 /// The version of these headers, readable.
 pub const VERSION: &str = env!("HYDRO_MUJOCO_VERSION");
+
+/// Environment variable of `hydro`: the libmujoco to open.
+const NAMED_LIBRARY: &str = "HYDRO_MUJOCO_LIBRARY";
+
+/// Releases in which every struct and function of the bindings is the same, by their headers. In 4.0.1 `mujoco.h` has a
+/// longer comment and `mjs_getInStringVec`, and `mjrfilament.h` other settings of a renderer; neither is called here.
+const EQUAL: [&[i64]; 1] = [&[4_000_000, 4_000_001]];
 
 /// `RTLD_NOLOAD` of glibc and musl: a handle to what is loaded, or none.
 const RTLD_NOLOAD: c_int = 4;
@@ -46,8 +55,9 @@ pub enum ApiError {
     NotLoaded,
     /// Not the version of the headers.
     #[error(
-        "this build of hydro is for MuJoCo {VERSION}, and the running MuJoCo is {running}: nothing is \
-         registered. Install mujoco {VERSION}, or build hydro with MUJOCO_DIR naming MuJoCo {running}"
+        "this build of hydro is for MuJoCo {}, and the running MuJoCo is {running}: nothing is registered. \
+         Take the wheel mujoco=={VERSION}, or build hydro with MUJOCO_DIR naming MuJoCo {running}",
+        accepted().join(" and ")
     )]
     Version {
         /// The running one, readable.
@@ -89,7 +99,7 @@ impl Api {
         Self::fill(library, path)
     }
 
-    /// The MuJoCo that is already in this process, else the one that `build.rs` found.
+    /// The MuJoCo that is already in this process, else the one of [`library`].
     pub(crate) fn running_or_opened() -> Result<&'static Self, ApiError> {
         if let Some(api) = API.get() {
             return Ok(api);
@@ -97,7 +107,7 @@ impl Api {
         if let Some((library, path)) = already_loaded() {
             return Self::fill(library, path);
         }
-        let path = PathBuf::from(LIBRARY);
+        let path = library();
         // SAFETY: MuJoCo's initialisers have no preconditions.
         let library = unsafe { Library::open(Some(&path), RTLD_NOW | RTLD_LOCAL) };
         let library = library.map_err(|fault| ApiError::Library {
@@ -118,9 +128,9 @@ impl Api {
                 .get::<unsafe extern "C" fn() -> c_int>(b"mj_version\0")
                 .map_err(&fault)?()
         };
-        if i64::from(version) != i64::from(bindings::mjVERSION_HEADER) {
+        if !fits(version.into(), bindings::mjVERSION_HEADER.into()) {
             return Err(ApiError::Version {
-                running: readable(version),
+                running: readable(version.into()),
             });
         }
         // One handle for the table, one for variables; both keep the library in memory.
@@ -203,17 +213,68 @@ fn mapped_files() -> Vec<(std::ops::Range<usize>, PathBuf)> {
     maps.lines().filter_map(line).collect()
 }
 
-/// The folder of the file that holds this code: that of the shared library, or of the program.
-pub(crate) fn own_folder() -> Option<PathBuf> {
-    let here = own_folder as *const () as usize;
-    let (_, path) = mapped_files()
+/// The libmujoco that is opened where none is in the process.
+pub fn library() -> PathBuf {
+    if let Some(named) = env::var_os(NAMED_LIBRARY).filter(|name| !name.is_empty()) {
+        return PathBuf::from(named);
+    }
+    // site-packages/hydro_mujoco/bin and site-packages/mujoco
+    let beside = own_folder()
+        .and_then(|bin| {
+            bin.parent()?
+                .parent()
+                .map(|packages| packages.join("mujoco"))
+        })
+        .and_then(|package| fs::read_dir(package).ok())
         .into_iter()
-        .find(|(addresses, _)| addresses.contains(&here))?;
-    path.parent().map(Path::to_owned)
+        .flatten()
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| is_mujoco(path))
+        .max();
+    beside.unwrap_or_else(|| PathBuf::from(LIBRARY))
+}
+
+/// The file that holds this code: the shared library, or the program.
+pub(crate) fn own_file() -> Option<PathBuf> {
+    let here = own_file as *const () as usize;
+    mapped_files()
+        .into_iter()
+        .find(|(addresses, _)| addresses.contains(&here))
+        .map(|(_, path)| path)
+}
+
+/// The folder of [`own_file`].
+pub(crate) fn own_folder() -> Option<PathBuf> {
+    own_file()?.parent().map(Path::to_owned)
+}
+
+/// Another copy of the plugin library in this process.
+pub(crate) fn other_copy() -> Option<PathBuf> {
+    let own = own_file()?;
+    let name = own.file_name()?;
+    mapped_files()
+        .into_iter()
+        .map(|(_, path)| path)
+        .find(|path| *path != own && path.file_name() == Some(name))
+}
+
+/// The releases that this build runs in, readable.
+pub fn accepted() -> Vec<String> {
+    let headers = i64::from(bindings::mjVERSION_HEADER);
+    let equal = EQUAL.into_iter().find(|group| group.contains(&headers));
+    let all = equal.map_or_else(|| vec![headers], <[i64]>::to_vec);
+    all.into_iter().map(readable).collect()
+}
+
+/// Whether bindings of the version `headers` may call a MuJoCo of the version `running`.
+fn fits(running: i64, headers: i64) -> bool {
+    let both = |group: &&[i64]| group.contains(&running) && group.contains(&headers);
+    running == headers || EQUAL.iter().any(both)
 }
 
 /// 222 -> 2.2.2; 4000000 -> 4.0.0. The encoding changed when a minor number reached ten.
-fn readable(version: c_int) -> String {
+fn readable(version: i64) -> String {
     if version >= 1_000_000 {
         format!(
             "{}.{}.{}",
@@ -267,6 +328,15 @@ mod tests {
         assert_eq!(readable(316), "3.1.6");
         assert_eq!(readable(3_017_000), "3.17.0");
         assert_eq!(readable(4_000_000), "4.0.0");
+    }
+
+    #[test]
+    fn a_release_fits_its_equals_alone() {
+        assert!(fits(4_000_001, 4_000_000) && fits(4_000_000, 4_000_001));
+        assert!(fits(3_017_000, 3_017_000) && fits(222, 222));
+        assert!(!fits(3_017_000, 4_000_000) && !fits(4_000_002, 4_000_000));
+        assert!(!fits(4_001_000, 4_000_000) && !fits(222, 4_000_000));
+        assert!(accepted().contains(&VERSION.to_owned()));
     }
 
     #[test]

@@ -51,8 +51,8 @@ const LONGEST: usize = 900;
 const SENSOR_LEN: c_int = 6;
 
 /// Registers the plugin, unless one of this name is there already: MuJoCo ends the process where a
-/// second build of the same plugin registers from another path.
-pub(crate) fn register(api: &'static Api) {
+/// second build of the same plugin registers from another path. False where one was there.
+pub(crate) fn register(api: &'static Api) -> bool {
     let mut slot: c_int = -1;
     // SAFETY: a static C string and a place for the slot.
     let known = unsafe { (api.functions.mjp_getPlugin)(NAME.as_ptr(), &mut slot) };
@@ -79,6 +79,7 @@ pub(crate) fn register(api: &'static Api) {
         slot = unsafe { (api.functions.mjp_registerPlugin)(&table) };
     }
     instances::set_slot(slot);
+    known.is_null()
 }
 
 /// [`attributes::NAMES`] as C strings; a test holds the two together.

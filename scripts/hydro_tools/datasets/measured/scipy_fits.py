@@ -12,9 +12,7 @@ def check(cases: dict[str, list[Trial]]) -> dict[str, dict]:
     try:
         from . import reference
     except ImportError as error:
-        raise MeasuredError(
-            f"--check needs scipy ({error}): python -m pip install -e python -e scripts[tank]"
-        ) from error
+        raise MeasuredError(f"--check needs scipy ({error}): python -m pip install -e . -e scripts[tank]") from error
     found: dict[str, dict] = {}
     print("SciPy alone (95 % intervals; RMS of the residual; log evidence against no such effect)")
     for case, trials in cases.items():

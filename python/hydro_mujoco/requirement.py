@@ -1,0 +1,23 @@
+"""The MuJoCo that the package needs, checked when it is imported."""
+
+#: The first release with `mujoco.batch`, and with entry points for plugins.
+OLDEST = (4, 0, 0)
+
+
+def check(version: str) -> None:
+    """Refuse a MuJoCo that is too old."""
+    found = tuple(int(part) for part in version.split(".")[:3] if part.isdigit())
+    if found < OLDEST:
+        raise ImportError(
+            f"hydro_mujoco needs MuJoCo {'.'.join(map(str, OLDEST))}, and mujoco {version} is installed: "
+            "pip install 'mujoco==4.0.0'"
+        )
+
+
+def _version() -> str:
+    import mujoco
+
+    return mujoco.__version__
+
+
+check(_version())
