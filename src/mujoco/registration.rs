@@ -8,7 +8,7 @@ use super::ffi::{
 
 /// Run by the loader when `libhydro_plugin.so` is loaded, and only then (`-init` in `build.rs`).
 ///
-/// Where the running MuJoCo is one that this build does not fit, one warning names both and nothing is registered;
+/// Registers nothing where the running MuJoCo is one that this build does not fit, and warns once with the names of both;
 /// where there is none, nothing happens. Where another copy of the library has registered, that one acts, and one warning
 /// names it: MuJoCo ends the process where a second copy registers.
 #[unsafe(no_mangle)]

@@ -1,4 +1,4 @@
-//! What is wrong with an attribute of `hydro.wrench`.
+//! Errors of the attributes of `hydro.wrench`.
 
 use std::path::PathBuf;
 
@@ -42,7 +42,7 @@ pub enum AttributeError {
     NoFile {
         /// Its name.
         attribute: &'static str,
-        /// What the value could be but a path, and is not.
+        /// Other forms that the value could have, and has not.
         otherwise: &'static str,
         /// The value found.
         found: String,
@@ -64,7 +64,7 @@ pub enum AttributeError {
     Sea {
         /// Its name.
         attribute: &'static str,
-        /// What is wrong with the text.
+        /// Fault of the text.
         #[source]
         source: Box<SeaError>,
     },

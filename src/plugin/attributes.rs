@@ -263,7 +263,7 @@ impl Settings {
     }
 }
 
-/// What a value that is a document could be and is not, where it names no file.
+/// The other form of a value that is a document, for the message where it names no file.
 const NO_JSON: &str = "no JSON, which starts with {";
 
 /// JSON that stands in an attribute, or in the file that it names.

@@ -70,10 +70,12 @@ pub struct WetBody {
     pub middle: [f64; 3],
     /// Displaced volume [m^3].
     pub volume: f64,
-    /// What of it can be under water or above.
+    /// Its closed shapes, in its frame: under water or above.
     pub hull: Hull,
     /// Its surface in triangles, where waves are too short to be planes over it.
     pub panels: Option<Panels>,
+    /// True where it floats in the instance's waves: their pressure acts with that of the still water.
+    pub in_waves: bool,
     /// Centre of buoyancy in the body's frame [m], where it is given and not the hull's.
     pub centre_of_buoyancy: Option<[f64; 3]>,
     /// Effects on it.
@@ -81,16 +83,20 @@ pub struct WetBody {
 }
 
 impl WetBody {
-    /// Volume that hydrostatics lifts it by [m^3]; `None` where that effect is not on it.
-    pub fn buoyant_volume(&self) -> Option<f64> {
+    /// True where an effect acts on it.
+    pub fn has(&self, id: Id) -> bool {
         let mut acting = self.acting.iter();
-        let hydrostatics = acting.find(|acting| acting.effect.card().id == Id::Hydrostatics)?;
-        hydrostatics.parameters.first().copied()
+        acting.any(|acting| acting.effect.card().id == id)
     }
 
     /// True where hydrostatics acts on it.
     pub fn floats(&self) -> bool {
-        self.buoyant_volume().is_some()
+        self.has(Id::Hydrostatics)
+    }
+
+    /// Its longest extent [m].
+    pub fn length(&self) -> f64 {
+        self.extent.into_iter().fold(0.0, f64::max)
     }
 }
 
@@ -103,7 +109,7 @@ pub struct BodyHull {
     pub hull: Hull,
 }
 
-/// What fades a checkpoint's wrench at the surface.
+/// Surface and hulls that fade a checkpoint's wrench.
 #[derive(Clone, Debug, Default)]
 pub struct Afloat {
     /// Surface and waves.
@@ -178,7 +184,7 @@ pub struct Bound {
     pub actuators: Vec<ChangedActuator>,
     /// All that displaces water, where [`Bound::water`] moves it.
     pub displacing: Vec<Displacing>,
-    /// What of the carrying robot displaces water, where the waves of [`Bound::sea`] move it.
+    /// Bodies of the carrying robot that displace water in the waves of [`Bound::sea`] and do not float by hydrostatics.
     pub in_waves: Vec<Displacing>,
     /// Walls that stand still.
     pub walls: Vec<Wall>,
@@ -190,7 +196,7 @@ pub struct Bound {
     pub sea_memory: Range<usize>,
     /// Velocity of the water in the world beside [`Bound::water`] [m/s].
     pub current: [f64; 3],
-    /// What a user should know: hulls that overlap, waves beyond the theory.
+    /// Notes for the user: hulls that overlap, waves beyond the theory.
     pub notes: Vec<String>,
     /// Numbers of memory of all.
     pub memory_len: usize,

@@ -63,14 +63,13 @@ impl Sea {
 
     /// The surface above a point: a plane with the wave's height and slope there.
     pub fn surface(&self, at: Vector3<f64>, time: f64) -> Option<Surface> {
-        let level = self.level(at.x, at.y, time)?;
-        let slope = self
-            .waves
-            .as_ref()
-            .map_or([0.0; 2], |waves| waves.slope(at.x, at.y, time));
+        let still = self.waterline?;
+        let waves = self.waves.as_ref();
+        let (elevation, slope) =
+            waves.map_or((0.0, [0.0; 2]), |waves| waves.surface(at.x, at.y, time));
         Some(Surface {
             up: Vector3::new(-slope[0], -slope[1], 1.0).normalize(),
-            point: Vector3::new(at.x, at.y, level),
+            point: Vector3::new(at.x, at.y, still + elevation),
         })
     }
 
@@ -80,8 +79,9 @@ impl Sea {
         let mut motion = WaterMotion::default();
         if let Some(waves) = &self.waves {
             let point = [at.x, at.y, at.z - still];
-            motion.velocity += Vector3::from(waves.velocity(point, time));
-            motion.acceleration += Vector3::from(waves.acceleration(point, time));
+            let water = waves.kinematics(point, time);
+            motion.velocity += Vector3::from(water.velocity);
+            motion.acceleration += Vector3::from(water.acceleration);
         }
         if let Some(current) = &self.current {
             motion.velocity += Vector3::from(current.velocity(still - at.z, memory));

@@ -238,7 +238,7 @@ pub trait MatrixPart: BodyPart {
     /// Checks that a body can have the matrix.
     ///
     /// # Errors
-    /// What is wrong, with the elements or the eigenvalue.
+    /// Fault of the matrix, with the elements or the eigenvalue.
     fn check(&self, matrix: &Matrix6<f64>) -> Result<(), MatrixFault>;
 }
 

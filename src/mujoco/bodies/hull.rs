@@ -8,9 +8,9 @@ use std::{
 
 use hydro_effects::hydrostatics::{Hull, Mesh, MeshError, Shape, Solid};
 use hydro_frames::Wrench;
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::Isometry3;
 
-use super::joint_space::{rotation, vector};
+use super::joint_space::{pose, rotation, vector};
 use crate::{
     mujoco::ffi::{
         DataView, ModelView,
@@ -47,12 +47,6 @@ fn part_of_hull(model: ModelView<'_>, geom: usize, named: Option<&[String]>) -> 
     })
 }
 
-/// The geoms of a body.
-fn geoms_of(model: ModelView<'_>, body: usize) -> std::ops::Range<usize> {
-    let first = model.body_geomadr()[body].max(0) as usize;
-    first..first + model.body_geomnum()[body] as usize
-}
-
 /// The geoms that show where the water is, with their bodies: those of these names; else those that MuJoCo's ellipsoid
 /// fluid acts on, else group 3, else all. Only the most certain count: looks lie over the hull, and would be counted twice.
 pub(crate) fn geoms(
@@ -61,7 +55,7 @@ pub(crate) fn geoms(
     named: Option<&[String]>,
 ) -> Vec<(usize, usize)> {
     let known: Vec<(PartOfHull, usize, usize)> = bodies
-        .flat_map(|body| geoms_of(model, body).map(move |geom| (body, geom)))
+        .flat_map(|body| model.geoms(body).map(move |geom| (body, geom)))
         .filter_map(|(body, geom)| Some((part_of_hull(model, geom, named)?, body, geom)))
         .collect();
     let surest = known.iter().map(|(part, ..)| *part).max();
@@ -170,11 +164,11 @@ fn mesh(model: ModelView<'_>, geom: usize) -> Checked {
 }
 
 /// Pose of a geom in its body.
-fn place(model: ModelView<'_>, geom: usize) -> Isometry3<f64> {
-    let attitude: UnitQuaternion<f64> =
-        hydro_frames::world_from_base(ModelView::quadruple(model.geom_quat(), geom));
-    let position = Vector3::from(ModelView::triple(model.geom_pos(), geom));
-    Isometry3::from_parts(Translation3::from(position), attitude)
+pub(crate) fn place(model: ModelView<'_>, geom: usize) -> Isometry3<f64> {
+    pose(
+        ModelView::triple(model.geom_pos(), geom),
+        ModelView::quadruple(model.geom_quat(), geom),
+    )
 }
 
 /// The hull of some geoms in the frame of a body, from the poses of the geoms' bodies in it.

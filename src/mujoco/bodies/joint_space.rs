@@ -2,7 +2,7 @@
 
 use hydro_frames as frames;
 use hydro_frames::Wrench;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use crate::{
     mujoco::ffi::{DataView, ModelView},
@@ -17,6 +17,12 @@ pub(crate) fn rotation(matrices: &[f64], row: usize) -> Matrix3<f64> {
 /// A point or vector of MuJoCo's.
 pub(crate) fn vector(values: &[f64], row: usize) -> Vector3<f64> {
     Vector3::from(ModelView::triple(values, row))
+}
+
+/// A pose of MuJoCo's.
+pub(crate) fn pose(position: [f64; 3], wxyz: [f64; 4]) -> Isometry3<f64> {
+    let rotation: UnitQuaternion<f64> = frames::world_from_base(wxyz);
+    Isometry3::from_parts(Translation3::from(Vector3::from(position)), rotation)
 }
 
 /// Adds a base-frame wrench about the body's origin to `qfrc_passive`.

@@ -54,6 +54,7 @@ pub(crate) fn bind(
         bound.displacing = displacing(model, bound.density);
     }
     for wet in &mut bound.bodies {
+        wet.in_waves = around.moves_in_waves() && wet.floats();
         wet.panels = panels(around, wet);
     }
     bound.in_waves = in_waves(model, around, &bound);
@@ -73,7 +74,7 @@ fn add(
     let effect = effect(entry.effect);
     let kind = effect.card().target;
     let found = target(model, kind, &entry.target)?;
-    let known = effect.parameters(&found.sizes(model, bound.density));
+    let known = effect.parameters(&found.sizes(model, bound.density, around.hull.as_deref()));
     let whole = effect.matrix_part().is_some() && is_matrix(&entry.parameters);
     if !whole && known.len() != entry.parameters.len() {
         let names: Vec<String> = known
@@ -200,23 +201,19 @@ pub(crate) fn target(model: ModelView<'_>, kind: TargetKind, name: &str) -> Resu
 #[derive(Debug)]
 pub(crate) struct ModelTargets<'a> {
     pub(crate) model: ModelView<'a>,
-    /// Density of the water [kg/m^3].
-    pub(crate) density: f64,
-    /// The water around, where it says more of the hulls than the geoms do.
-    pub(crate) around: Option<&'a Surroundings>,
+    /// The water around them.
+    pub(crate) around: &'a Surroundings,
 }
 
 impl Targets for ModelTargets<'_> {
     fn find(&self, kind: TargetKind, name: &str) -> Option<Target> {
         let found = target(self.model, kind, name).ok()?;
-        let mut sizes = found.sizes(self.model, self.density);
-        if let (Target::Body(scale), Found::Body(body), Some(around)) =
-            (&mut sizes, found, self.around)
+        let density = sizes::density(self.model, self.around.density);
+        let mut sizes = found.sizes(self.model, density, self.around.hull.as_deref());
+        if let (Target::Body(scale), Found::Body(body)) = (&mut sizes, found)
+            && let Some(given) = self.around.given_volume(body)
         {
-            let named = around.hull.as_deref();
-            scale.hull_volume = around
-                .given_volume(body)
-                .unwrap_or_else(|| sizes::body_hull(self.model, body, named).volume());
+            scale.hull_volume = given;
         }
         Some(sizes)
     }

@@ -222,7 +222,7 @@ pub(super) fn motion(
         &frame.rotation,
         frame.origin,
         Vector3::from(gravity),
-        water.time,
+        water,
     );
     let flow = water.wind
         + Vector3::from(bound.current)

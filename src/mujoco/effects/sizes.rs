@@ -5,12 +5,14 @@ use hydro_effects::{
     card::{ActuatorScale, BodyScale, JointScale},
     hydrostatics::{Hull, Shape, Solid},
 };
-use hydro_frames as frames;
-use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use crate::{
     mujoco::{
-        bodies::{hull, joint_space::last_dof},
+        bodies::{
+            hull,
+            joint_space::{last_dof, pose},
+        },
         ffi::{
             ModelView,
             bindings::{
@@ -30,11 +32,6 @@ pub(crate) fn density(model: ModelView<'_>, given: Option<f64>) -> f64 {
         density if density > 0.0 => density,
         _ => FRESH_WATER,
     })
-}
-
-fn pose(position: [f64; 3], wxyz: [f64; 4]) -> Isometry3<f64> {
-    let rotation: UnitQuaternion<f64> = frames::world_from_base(wxyz);
-    Isometry3::from_parts(Translation3::from(Vector3::from(position)), rotation)
 }
 
 /// Pose of a body in a body above it, in the model's initial position.
@@ -138,11 +135,7 @@ pub(crate) fn bounding_box(
         Vector3::repeat(f64::NEG_INFINITY),
     );
     for (link, geom) in hull::geoms(model, welded(model, body), named) {
-        let pose = relative(model, link, body)
-            * pose(
-                ModelView::triple(model.geom_pos(), geom),
-                ModelView::quadruple(model.geom_quat(), geom),
-            );
+        let pose = relative(model, link, body) * hull::place(model, geom);
         let rotation = pose.rotation.to_rotation_matrix();
         let box_ = &model.geom_aabb()[6 * geom..6 * geom + 6];
         let half = Vector3::new(box_[3], box_[4], box_[5]);
@@ -160,8 +153,13 @@ pub(crate) fn bounding_box(
     (ModelView::triple(model.body_ipos(), body), extent)
 }
 
-/// Sizes of a body; of its whole tree where it is the root.
-pub(crate) fn body(model: ModelView<'_>, body: usize, density: f64) -> BodyScale {
+/// Sizes of a body; of its whole tree where it is the root. `named`: its hull is of these geoms alone.
+pub(crate) fn body(
+    model: ModelView<'_>,
+    body: usize,
+    density: f64,
+    named: Option<&[String]>,
+) -> BodyScale {
     let mut inertia = [0.0; 3];
     let mut mass = 0.0;
     for link in with_tree(model, body) {
@@ -187,7 +185,7 @@ pub(crate) fn body(model: ModelView<'_>, body: usize, density: f64) -> BodyScale
         inertia,
         extent: bounding_box(model, body, None).1,
         volume: volume(model, body, density),
-        hull_volume: body_hull(model, body, None).volume(),
+        hull_volume: body_hull(model, body, named).volume(),
         density,
         gravity: Vector3::from(model.raw().opt.gravity).norm(),
         speed: 0.0,
@@ -259,10 +257,15 @@ pub(crate) enum Found {
 }
 
 impl Found {
-    /// Its sizes.
-    pub(crate) fn sizes(self, model: ModelView<'_>, density: f64) -> Target {
+    /// Its sizes; `named`: a body's hull is of these geoms alone.
+    pub(crate) fn sizes(
+        self,
+        model: ModelView<'_>,
+        density: f64,
+        named: Option<&[String]>,
+    ) -> Target {
         match self {
-            Self::Body(id) => Target::Body(body(model, id, density)),
+            Self::Body(id) => Target::Body(body(model, id, density, named)),
             Self::Joint(id) => Target::Joint(joint(model, id)),
             Self::Actuator(id) => Target::Actuator(actuator(model, id)),
         }

@@ -3,7 +3,7 @@
 use hydro_effects::hydrostatics::{Hull, Part};
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::source::Source;
+use super::{source::Source, water::Water};
 use crate::plugin::{
     bound::WetBody,
     sea::{Sea, WaterMotion},
@@ -27,9 +27,9 @@ pub(super) fn submersion(
     frame: &Matrix3<f64>,
     origin: Vector3<f64>,
     gravity: Vector3<f64>,
-    time: f64,
+    water: &Water<'_>,
 ) -> Submersion {
-    let sea = &source.bound.sea;
+    let (sea, time) = (&source.bound.sea, water.time);
     let pushed = wet.panels.as_ref().map(|panels| {
         let place = Isometry3::from_parts(
             origin.into(),
@@ -47,11 +47,7 @@ pub(super) fn submersion(
         None => wet_part(&wet.hull, sea, frame, &origin, time),
     };
     let centre = wet.centre_of_buoyancy.map_or(middle, Vector3::from);
-    let memory = &source.memory[source.bound.sea_memory.clone()];
-    let water = match sea.moves() {
-        true => sea.motion(origin + frame * centre, time, memory),
-        false => WaterMotion::default(),
-    };
+    let water = water.own(source, origin + frame * centre);
     let upthrust = match pushed {
         Some((push, _)) => {
             let push = push.map(|part| part / wet.hull.volume());
@@ -60,7 +56,14 @@ pub(super) fn submersion(
                 None => push,
             }
         }
-        None => with_torque(frame.tr_mul(&-gravity) * fraction, centre),
+        None => {
+            // The pressure that accelerates the water (Froude-Krylov) has its share in the undisturbed wave.
+            let swell = match wet.in_waves {
+                true => water.acceleration,
+                false => Vector3::zeros(),
+            };
+            with_torque(frame.tr_mul(&(swell - gravity)) * fraction, centre)
+        }
     };
     Submersion {
         fraction,

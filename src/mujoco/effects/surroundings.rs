@@ -13,10 +13,10 @@ pub(crate) struct Surroundings {
     pub(crate) current: [f64; 3],
     /// Names of the geoms that displace water.
     pub(crate) hull: Option<Vec<String>>,
-    /// What a user should know of the sea.
+    /// Notes for the user on the sea.
     pub(crate) notes: Vec<String>,
     /// The carrying body, where there is an instance.
-    pub(crate) displacement: Option<Displacement>,
+    pub(crate) carrier: Option<Carrier>,
     /// True for a hypothesis of `hydro gap`: commands are changed before the step, and not by a difference of force; the waves are
     /// the nominal's.
     pub(crate) is_hypothesis: bool,
@@ -24,7 +24,7 @@ pub(crate) struct Surroundings {
 
 /// The body that carries the instance, and its displacement where the attributes give it in place of its hull's.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Displacement {
+pub(crate) struct Carrier {
     pub(crate) body: usize,
     /// Volume [m^3].
     pub(crate) volume: Option<f64>,
@@ -33,20 +33,25 @@ pub(crate) struct Displacement {
 }
 
 impl Surroundings {
+    /// True where waves of its own push what displaces water; a hypothesis of `hydro gap` moves in its nominal's.
+    pub(super) fn moves_in_waves(&self) -> bool {
+        self.sea.waves.is_some() && !self.is_hypothesis
+    }
+
     /// Volume of the hull of a body [m^3], where it is given.
     pub(super) fn given_volume(&self, body: usize) -> Option<f64> {
-        let given = self.displacement.filter(|given| given.body == body)?;
+        let given = self.carrier.filter(|given| given.body == body)?;
         given.volume
     }
 
     /// Centre of buoyancy of a body, in its frame [m], where it is given.
     pub(super) fn given_centre(&self, body: usize) -> Option<[f64; 3]> {
-        let given = self.displacement.filter(|given| given.body == body)?;
+        let given = self.carrier.filter(|given| given.body == body)?;
         given.centre
     }
 }
 
-impl Displacement {
+impl Carrier {
     /// True where the attributes give some of it.
     pub(super) fn is_something(&self) -> bool {
         self.volume.is_some() || self.centre.is_some()

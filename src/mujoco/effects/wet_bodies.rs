@@ -57,6 +57,7 @@ pub(super) fn wet_body(
             .unwrap_or_else(|| sizes::volume(model, body, density)),
         hull,
         panels: None,
+        in_waves: false,
         centre_of_buoyancy: around.given_centre(body),
         acting: Vec::new(),
     }
@@ -64,14 +65,12 @@ pub(super) fn wet_body(
 
 /// The surface of a floating hull in triangles, where the instance has waves that are too short to be planes over it.
 pub(super) fn panels(around: &Surroundings, wet: &WetBody) -> Option<Panels> {
-    let waves = around.sea.waves.as_ref()?;
-    let length = wet.extent.into_iter().fold(0.0, f64::max);
-    let is_short = length > LONG_WAVE * waves.shortest_length();
-    let acts = wet.floats() && !around.is_hypothesis;
-    (acts && is_short).then(|| Panels::new(&wet.hull, PANELS))
+    let waves = around.sea.waves.as_ref().filter(|_| wet.in_waves)?;
+    let is_short = wet.length() > LONG_WAVE * waves.shortest_length();
+    is_short.then(|| Panels::new(&wet.hull, PANELS))
 }
 
-/// What is wrong with the hull of a body that is to float.
+/// Refusal of a body that is to float and has no hull for it.
 pub(super) fn check_hull(
     model: ModelView<'_>,
     body: usize,
@@ -126,49 +125,44 @@ pub(super) fn displacing(model: ModelView<'_>, density: f64) -> Vec<Displacing> 
         .collect()
 }
 
-/// What displaces water in the waves of an instance: every body that floats by its hydrostatics, and the other bodies that are
-/// its own. Panels have the pressure of the waves with that of the still water; a hypothesis of `hydro gap` moves in the waves
-/// of its nominal.
+/// Bodies that displace water in the waves of an instance, that are its own, and that no hydrostatics floats.
 pub(super) fn in_waves(
     model: ModelView<'_>,
     around: &Surroundings,
     bound: &Bound,
 ) -> Vec<Displacing> {
-    if around.sea.waves.is_none() || around.is_hypothesis {
+    if !around.moves_in_waves() {
         return Vec::new();
     }
     let named = around.hull.as_deref();
-    let displacing = |body: usize, volume: f64| Displacing {
-        body,
-        mass: bound.density * volume,
-        middle: sizes::bounding_box(model, body, named).0,
-        centre: around.given_centre(body),
-        hull: sizes::body_hull(model, body, named),
-    };
-    let floating = || bound.bodies.iter().filter(|wet| wet.floats());
     let floats = |body: usize| {
-        let welded = model.body_weldid()[body];
-        floating().any(|wet| model.body_weldid()[wet.body] == welded)
+        let floating = bound.bodies.iter().filter(|wet| wet.floats());
+        floating
+            .map(|wet| model.body_weldid()[wet.body])
+            .any(|welded| welded == model.body_weldid()[body])
     };
-    let afloat = floating()
-        .filter(|wet| wet.panels.is_none())
-        .filter_map(|wet| Some(displacing(wet.body, wet.buoyant_volume()?)));
-    let others = (1..model.bodies())
+    (1..model.bodies())
         .filter(|body| is_own(model, around, *body) && sizes::weighs_in(model, *body))
         .filter(|body| !floats(*body))
         .filter(|body| !hull::geoms(model, std::iter::once(*body), named).is_empty())
         .map(|body| {
             let given = around.given_volume(body);
             let volume = given.unwrap_or_else(|| sizes::own_volume(model, body, bound.density));
-            displacing(body, volume)
-        });
-    afloat.chain(others).collect()
+            Displacing {
+                body,
+                mass: bound.density * volume,
+                middle: sizes::bounding_box(model, body, named).0,
+                centre: around.given_centre(body),
+                hull: sizes::body_hull(model, body, named),
+            }
+        })
+        .collect()
 }
 
 /// True where the water of an instance is that of a body: the nearest body at or above it that carries one carries this one;
 /// above all of them it is the first one's of the tree.
 fn is_own(model: ModelView<'_>, around: &Surroundings, body: usize) -> bool {
-    let Some(carrier) = around.displacement.map(|given| given.body) else {
+    let Some(carrier) = around.carrier.map(|given| given.body) else {
         return false;
     };
     let root = model.body_rootid()[carrier];
@@ -188,7 +182,7 @@ fn is_own(model: ModelView<'_>, around: &Surroundings, body: usize) -> bool {
     model.body_rootid()[body] == root && first == Some(carrier)
 }
 
-/// What a user should know of hulls and waves.
+/// Notes for the user on hulls and waves.
 pub(super) fn notes(model: ModelView<'_>, around: &Surroundings, bound: &Bound) -> Vec<String> {
     let mut notes = around.notes.clone();
     for wet in bound.bodies.iter().filter(|wet| wet.floats()) {
@@ -224,31 +218,18 @@ pub(super) fn notes(model: ModelView<'_>, around: &Surroundings, bound: &Bound) 
                 "body `{name}` has `gravcomp` and the effect `hydrostatics`: two buoyancies; take one away"
             ));
         }
-        let twice = [Id::NetBuoyancy, Id::Hydrostatics].into_iter().find(|id| {
-            bound.bodies.iter().any(|other| {
-                let welded = model.body_weldid()[other.body] == model.body_weldid()[wet.body];
-                let is_same = other.body == wet.body;
-                welded
-                    && is_same == (*id == Id::NetBuoyancy)
-                    && other
-                        .acting
-                        .iter()
-                        .any(|acting| acting.effect.card().id == *id)
-            })
-        });
-        if let Some(id) = twice {
+        if let Some(other) = second_buoyancy(model, bound, wet) {
             notes.push(format!(
-                "body `{name}` floats by the effect `hydrostatics` and has `{id}` too, on it or on what is welded to it: two \
+                "body `{name}` floats by the effect `hydrostatics` and has `{other}` too, on it or on what is welded to it: two \
                  buoyancies; take one away"
             ));
         }
-        let length = wet.extent.into_iter().fold(0.0, f64::max);
-        let large = around.sea.waves.as_ref();
-        if let Some(note) = large.and_then(|waves| waves.large_hull(length)) {
+        let waves = around.sea.waves.as_ref();
+        if let Some(note) = waves.and_then(|waves| waves.large_hull(wet.length())) {
             notes.push(format!("body `{name}`: {note}"));
         }
     }
-    let carrier = around.displacement.filter(|given| {
+    let carrier = around.carrier.filter(|given| {
         given.is_something()
             && !bound
                 .bodies
@@ -262,4 +243,16 @@ pub(super) fn notes(model: ModelView<'_>, around: &Surroundings, bound: &Bound) 
         ));
     }
     notes
+}
+
+/// Effect that lifts a floating body a second time: a net buoyancy on it, or the hydrostatics of what is welded to it.
+fn second_buoyancy(model: ModelView<'_>, bound: &Bound, wet: &WetBody) -> Option<Id> {
+    if wet.has(Id::NetBuoyancy) {
+        return Some(Id::NetBuoyancy);
+    }
+    let welded = |other: &WetBody| model.body_weldid()[other.body] == model.body_weldid()[wet.body];
+    let mut others = bound.bodies.iter().filter(|other| other.body != wet.body);
+    others
+        .any(|other| welded(other) && other.floats())
+        .then_some(Id::Hydrostatics)
 }

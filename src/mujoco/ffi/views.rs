@@ -322,7 +322,6 @@ impl<'a> ModelView<'a> {
     }
 
     /// The geoms of a body.
-    #[cfg(mujoco_plugins)]
     pub(crate) fn geoms(&self, body: usize) -> std::ops::Range<usize> {
         let first = self.body_geomadr()[body].max(0) as usize;
         first..first + self.body_geomnum()[body] as usize

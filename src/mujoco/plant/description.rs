@@ -53,7 +53,7 @@ pub(crate) fn bodies(
                     && (model.body_mass()[*body] > 0.0 || model.body_dofnum()[*body] > 0)
         })
         .map(|body| {
-            let scale = sizes::body(model, body, density);
+            let scale = sizes::body(model, body, density, None);
             let low = data.xpos()[3 * body + 2] - 0.5 * scale.extent[2];
             let under = waterline.is_none_or(|surface| low < surface);
             let bulk = match sizes::own_volume(model, body, density) {

@@ -170,7 +170,7 @@ pub(crate) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Nuisance, 
             let found = bind::target(model, card.target, &listed.target);
             let names = found.map_or_else(
                 |_| Vec::new(),
-                |found| effect(listed.effect).parameters(&found.sizes(model, density)),
+                |found| effect(listed.effect).parameters(&found.sizes(model, density, None)),
             );
             for (value, parameter) in names.iter().enumerate() {
                 if listed

@@ -12,8 +12,8 @@ use crate::{
     mujoco::{
         bodies::{base_body, hull},
         effects::{
-            bind, sizes,
-            surroundings::{Displacement, Surroundings},
+            bind,
+            surroundings::{Carrier, Surroundings},
         },
         ffi::{
             DataView, ModelView,
@@ -167,11 +167,7 @@ pub(crate) fn entries(
     let Some(text) = &settings.effects else {
         return Ok(Vec::new());
     };
-    let targets = bind::ModelTargets {
-        model,
-        density: sizes::density(model, around.density),
-        around: Some(around),
-    };
+    let targets = bind::ModelTargets { model, around };
     let set = EffectSet::parse(text, &targets).map_err(|fault| fault.to_string())?;
     Ok(set.entries)
 }
@@ -215,7 +211,7 @@ pub(crate) fn surroundings(
         notes,
         current: settings.current,
         hull: settings.hull.clone(),
-        displacement: Some(Displacement {
+        carrier: Some(Carrier {
             body,
             volume: settings.volume,
             centre: settings.centre_of_buoyancy,

@@ -31,14 +31,14 @@ const ROUNDING: f64 = 1e-9;
 
 const ENERGY: &str = "the water would have kinetic energy below zero in some motion";
 const PUSHES: &str = "it would push along some motion, and add energy";
-/// Where a diagonal element is negative.
+/// Index of the negative element of the diagonal.
 const SIGNS: &str = "; the derivatives in vehicles' tables (X_udot, X_u, X_u|u|) are the negatives of the elements, and \
                      `hydro effects from-fossen` converts them";
 
 /// A number with six derivatives.
 type Dual6 = DualSVec64<6>;
 
-/// What the matrix multiplies.
+/// Motion that the matrix multiplies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Law {
     AddedMass,
@@ -50,7 +50,7 @@ enum Law {
 #[derive(Debug)]
 pub(super) struct WholeMatrix {
     law: Law,
-    /// By row and column, translations and rotations.
+    /// Units of the blocks, by row and column: translations, rotations.
     units: [[&'static str; 2]; 2],
 }
 

@@ -116,7 +116,7 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// That no faces cut each other and no space is enclosed but once.
+    /// Check that no faces cut each other and no space is enclosed but once.
     fn check(&self, neighbours: &[[u32; 3]], touch: f64) -> Result<(), MeshError> {
         let graph = FacetGraph {
             vertices: &self.vertices,

@@ -120,7 +120,7 @@ impl Panels {
         }
     }
 
-    /// How many panels there are.
+    /// Number of panels.
     pub fn count(&self) -> usize {
         self.faces.len()
     }

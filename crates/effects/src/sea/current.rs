@@ -33,7 +33,7 @@ const RANDOM_KEYS: [&str; 3] = ["deviation", "time_constant", "seed"];
 /// The process has no acceleration that a body could feel as pressure; whoever applies it takes the current as steady.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurrentField {
-    /// Of ascending depth, one at least.
+    /// Points of ascending depth, one at least.
     profile: Vec<Point>,
     random: Option<Random>,
 }

@@ -1,4 +1,4 @@
-//! Where linear waves and Morison's force end.
+//! Limits of linear waves and of Morison's force.
 
 use std::f64::consts::PI;
 

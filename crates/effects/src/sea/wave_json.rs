@@ -27,7 +27,7 @@ const SPECTRUM_KEYS: [&str; 10] = [
 const WAVE_KEYS: [&str; 5] = ["height", "amplitude", "period", "direction", "phase"];
 const PIERSON_MOSKOWITZ: &str = "pierson_moskowitz";
 const JONSWAP: &str = "jonswap";
-/// Where the file does not say.
+/// Defaults of a file that leaves them out.
 const PEAK_ENHANCEMENT: f64 = 3.3;
 const COMPONENTS: u64 = 60;
 const SEED: u64 = 0;

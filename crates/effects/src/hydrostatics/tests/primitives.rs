@@ -153,7 +153,7 @@ fn slim_and_flat_cylinders_are_exact() {
     );
 }
 
-/// By `mpmath` with 40 digits, from the areas of slices: parts of `up` along x and z, level; volume, moment along x and z.
+/// Values by `mpmath` with 40 digits, from the areas of slices: parts of `up` along x and z, level; volume, moment along x and z.
 /// Radius 0.25, half length 0.4.
 #[rustfmt::skip]
 const SLICES: [(bool, [f64; 3], [f64; 3]); 12] = [

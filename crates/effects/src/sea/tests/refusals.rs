@@ -254,7 +254,7 @@ fn gravity_that_makes_no_waves() {
     }
 }
 
-/// What JSON cannot say, code can.
+/// Values that JSON cannot hold come from code.
 #[test]
 fn numbers_that_are_none() {
     let fair = Wave {
