@@ -15,9 +15,8 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from ..repository import ROOT
+from ..benchmarks import LIBRARY
 
-LIBRARY = ROOT / "target/release/libhydro_plugin.so"
 STEPS = 2000
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 GEOMS = {

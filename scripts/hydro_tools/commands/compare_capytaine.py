@@ -13,9 +13,8 @@ import json
 import mujoco
 import numpy as np
 
-from ..repository import ROOT
+from ..benchmarks import LIBRARY
 
-LIBRARY = ROOT / "target/release/libhydro_plugin.so"
 LENGTH, BREADTH, HEIGHT, DRAUGHT = 2.0, 1.0, 0.5, 0.2
 RHO, G, MASS = 1000.0, 9.81, 400.0
 PERIODS = (1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0)

@@ -21,7 +21,7 @@ from safetensors.numpy import load_file
 from scipy.optimize import nnls
 
 import hydro_mujoco
-from hydro_mujoco.plugin import built_library
+from hydro_mujoco.plugin import load_plugin
 
 START, AMPLITUDE, FREQUENCY = (0.5, 0.2, 0.1), 0.3, 0.3
 
@@ -72,19 +72,9 @@ def in_drag(path: str, linear: np.ndarray, quadratic: np.ndarray) -> mujoco.MjMo
     spec.option.density = spec.option.viscosity = 0
     free = mujoco.mjtJoint.mjJNT_FREE
     body = next(body for body in spec.bodies if any(joint.type == free for joint in body.joints))
-    effects = [
-        {
-            "effect": name,
-            "target": body.name,
-            "parameters": {"point": [0, 0, 0], "matrix": np.diag(values).tolist()},
-        }
-        for name, values in (("linear_drag", linear), ("quadratic_drag", quadratic))
-    ]
-    spec.activate_plugin("hydro.wrench")
-    plugin = spec.add_plugin(name="fitted_drag", plugin_name="hydro.wrench", active=True)
-    plugin.config = {"effects": json.dumps({"schema": "hydro-effects/1", "effects": effects})}
-    body.plugin.plugin_name, body.plugin.name, body.plugin.active = "hydro.wrench", "fitted_drag", True
-    return spec.compile()
+    pairs = (("linear_drag", linear), ("quadratic_drag", quadratic))
+    effects = {name: {"point": [0, 0, 0], "matrix": np.diag(values)} for name, values in pairs}
+    return hydro_mujoco.add_water(spec, body=body.name, effects=effects).compile()
 
 
 def way(model: mujoco.MjModel, steps: int) -> np.ndarray:
@@ -117,7 +107,7 @@ def main() -> int:
         error = open_loop(manifest, train, test)
         print(f"fitted drag: nRMSE {np.sqrt((error**2).mean()):.3f}; by output {np.round(error, 3).tolist()}")
         if args.model:
-            mujoco.mj_loadPluginLibrary(str(built_library()))
+            load_plugin()
             true = way(mujoco.MjModel.from_xml_path(args.model), args.steps)
             waters = {
                 "checkpoint": hydro_mujoco.with_checkpoint(args.model, args.checkpoint).compile(),

@@ -53,9 +53,8 @@ def csv(bases: Bases, folder: Path, rng: random.Random) -> Case:
     elif change < 0.85:
         whole = odd.text(rng, whole)
     else:
-        path.write_bytes(odd.torn(rng, whole.encode()))
-        return _find(bases, case, folder)
-    path.write_text(whole, encoding="utf-8", errors="surrogatepass")
+        whole = odd.torn(rng, whole.encode())
+    odd.put(path, whole)
     return _find(bases, case, folder)
 
 
@@ -125,10 +124,7 @@ def rollouts(bases: Bases, folder: Path, rng: random.Random) -> Case:
     """Values of rollouts.json."""
     out = folder / "rollouts"
     shutil.copytree(bases.rollouts, out)
-    path = out / "rollouts.json"
-    path.write_bytes(
-        odd.json_bytes(rng, json.loads(path.read_text()), ("timestep", "sample_period", "duration", "rollouts"))
-    )
+    odd.in_json(rng, out / "rollouts.json", ("timestep", "sample_period", "duration", "rollouts"))
     if rng.random() < 0.7:
         return Case([bases.program, "inspect", out])
     return Case([bases.program, "simulate", "--rollouts", out, "--checkpoint", bases.checkpoints / "mlp"])
@@ -163,9 +159,8 @@ def nominal(bases: Bases, folder: Path, rng: random.Random) -> Case:
     elif change < 0.9:
         whole = odd.text(rng, whole)
     else:
-        path.write_bytes(odd.torn(rng, whole.encode()))
-        return _find(bases, case, folder)
-    path.write_text(whole, encoding="utf-8", errors="surrogatepass")
+        whole = odd.torn(rng, whole.encode())
+    odd.put(path, whole)
     return _find(bases, case, folder)
 
 
@@ -186,9 +181,8 @@ def own_effect(bases: Bases, folder: Path, rng: random.Random) -> Case:
     elif change < 0.9:
         whole = odd.text(rng, whole)
     else:
-        path.write_bytes(odd.torn(rng, whole.encode()))
-        return Case([bases.program, "gap", "effects", "--effects", effects])
-    path.write_text(whole, encoding="utf-8", errors="surrogatepass")
+        whole = odd.torn(rng, whole.encode())
+    odd.put(path, whole)
     return Case([bases.program, "gap", "effects", "--effects", effects])
 
 
@@ -196,7 +190,7 @@ def uncertainty(bases: Bases, folder: Path, rng: random.Random) -> Case:
     """nominal.toml."""
     case = _case(bases, folder)
     path = case / "uncertainty.toml"
-    path.write_text(odd.text(rng, path.read_text()), encoding="utf-8", errors="surrogatepass")
+    odd.put(path, odd.text(rng, path.read_text()))
     return _find(bases, case, folder, "trials", "--uncertainty", path)
 
 

@@ -17,7 +17,7 @@ SIZES = ("config", "sample_period", "normaliser", "envelope", "features", "outpu
 def plugin(bases: Bases, folder: Path, xml: str) -> Case:
     """The scene, compiled and stepped in Python."""
     scene = folder / "scene.xml"
-    scene.write_text(xml, encoding="utf-8", errors="surrogatepass")
+    odd.put(scene, xml)
     command = [bases.python, "-m", "hydro_tools.hostile.plugin_case", bases.library, scene]
     return Case(command, environment={"PYTHONPATH": str(SCRIPTS), "MUJOCO_LOG": "", "OMP_NUM_THREADS": "1"})
 
@@ -53,8 +53,7 @@ def _use(bases: Bases, folder: Path, rng: random.Random, out: Path) -> Case:
 def card(bases: Bases, folder: Path, rng: random.Random) -> Case:
     """Values of card.json."""
     out = _checkpoint(bases, folder, rng)
-    whole = json.loads((out / "card.json").read_text())
-    (out / "card.json").write_bytes(odd.json_bytes(rng, whole, SIZES))
+    odd.in_json(rng, out / "card.json", SIZES)
     return _use(bases, folder, rng, out)
 
 
@@ -84,10 +83,7 @@ def manifest(bases: Bases, folder: Path, rng: random.Random) -> Case:
     """Values of manifest.json, of a data set that is described, trained on or evaluated."""
     data = folder / "data"
     shutil.copytree(bases.data, data)
-    path = data / "manifest.json"
-    path.write_bytes(
-        odd.json_bytes(rng, json.loads(path.read_text()), ("samples", "trajectories", "splits", "sample_period"))
-    )
+    odd.in_json(rng, data / "manifest.json", ("samples", "trajectories", "splits", "sample_period"))
     return _data_use(bases, folder, rng, data)
 
 

@@ -4,6 +4,7 @@ import copy
 import json
 import random
 import re
+from pathlib import Path
 
 #: Numbers that a size or a time may be replaced by. Python writes NaN and Infinity as such.
 NUMBERS = (
@@ -147,3 +148,13 @@ def text(rng: random.Random, whole: str) -> str:
             lines[at] = lines[at][: rng.randrange(len(lines[at]) + 1)]
         whole = "\n".join(lines)
     return whole
+
+
+def put(path: Path, content: str | bytes) -> None:
+    """Write a file; half a character of a text goes in as it is."""
+    path.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8", "surrogatepass"))
+
+
+def in_json(rng: random.Random, path: Path, often: tuple[str, ...] = ()) -> None:
+    """Change a file of JSON, as `json_bytes` does."""
+    put(path, json_bytes(rng, json.loads(path.read_text()), often))

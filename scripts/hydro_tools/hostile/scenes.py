@@ -79,9 +79,8 @@ def urdf(bases: Bases, folder: Path, rng: random.Random) -> Case:
     elif change < 0.9:
         whole = odd.text(rng, bases.urdf.read_text())
     else:
-        path.write_bytes(odd.torn(rng, bases.urdf.read_bytes()))
-        return Case([bases.program, "inspect", path])
-    path.write_text(whole, encoding="utf-8", errors="surrogatepass")
+        whole = odd.torn(rng, bases.urdf.read_bytes())
+    odd.put(path, whole)
     return Case([bases.program, "inspect", path])
 
 
