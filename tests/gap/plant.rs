@@ -436,6 +436,34 @@ fn current_is_the_wind_of_a_native_fluid_and_relative_velocity_elsewhere() {
     assert_close(&drifting.qvel()[..3], &[0.3, -0.1, 0.2], 1e-6, "drift");
 }
 
+/// The waves of the nominal's instance push its bodies once, as in a simulation of the nominal alone.
+#[test]
+fn a_hypothesis_moves_in_the_waves_of_its_nominal() {
+    for effect in [
+        r#"{"effect": "hydrostatics", "target": "hull", "parameters": {}}"#,
+        r#"{"effect": "net_buoyancy", "target": "hull", "parameters": {"force": 19.62}}"#,
+    ] {
+        let water = format!(
+            r#"<extension><plugin plugin="hydro.wrench"><instance name="water"><config key="waterline" value="1"/>
+            <config key="waves" value='{{"schema": "hydro-waves/1", "components": [{{"height": 0.4, "period": 10}}]}}'/>
+            <config key="effects" value='{{"schema": "hydro-effects/1", "effects": [{effect}]}}'/></instance></plugin>
+            </extension><worldbody>"#
+        );
+        let carried = r#"<plugin plugin="hydro.wrench" instance="water"/>"#;
+        let text = hull("", carried).replace("<worldbody>", &water);
+        let plant = plant(&text);
+        let mut nominal = Data::new(&Arc::new(Model::from_xml(&text).unwrap())).unwrap();
+        let nothing = entry(Id::LinearDrag, "hull", &[0.0; 6]);
+        let mut supposed = simulation(&plant, &[nothing]);
+        for _ in 0..100 {
+            nominal.step();
+            supposed.step();
+        }
+        assert!(nominal.qvel()[0].abs() > 1e-3, "the waves push");
+        assert_close(supposed.qvel(), nominal.qvel(), 1e-12, effect);
+    }
+}
+
 #[test]
 fn nuisances_change_what_they_say() {
     let text = r#"<mujoco><option density="1000" viscosity="0.01"/><worldbody>
