@@ -7,7 +7,7 @@ from pathlib import Path
 import mujoco
 
 from .errors import DataError
-from .plugin import WRENCH, load_plugin
+from .plugin import declare, load_plugin
 from .record import scene
 from .record import water as waters
 from .recording.kinematics import below, name_of
@@ -86,8 +86,5 @@ def _with_checkpoint(
             f"body `{name_of(given, base)}` carries the plugin {holder.plugin_name}; a body holds one, so the "
             "checkpoint has no place"
         )
-    name = f"{waters.ADDED}_water"
-    spec.activate_plugin(WRENCH)
-    spec.add_plugin(name=name, plugin_name=WRENCH, active=True).config = config
-    holder.plugin_name, holder.name, holder.active = WRENCH, name, True
+    declare(spec, f"{waters.ADDED}_water", config, spec.bodies[base])
     return spec

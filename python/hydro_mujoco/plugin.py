@@ -65,6 +65,17 @@ def load_plugin(path: Path | None = None) -> None:
         raise DataError(f"plugin library {path}: it did not register {WRENCH}; MuJoCo's warning says why")
 
 
+def declare(spec: mujoco.MjSpec, name: str, config: dict[str, str], *users: object) -> None:
+    """Declare an instance of `hydro.wrench` in a spec.
+
+    users: what uses it, elements with a `plugin`: the body that carries it, a sensor that reads it.
+    """
+    spec.activate_plugin(WRENCH)
+    spec.add_plugin(name=name, plugin_name=WRENCH, active=True).config = config
+    for user in users:
+        user.plugin.plugin_name, user.plugin.name, user.plugin.active = WRENCH, name, True
+
+
 def _mujoco_library() -> str:
     found = sorted(path.name for path in Path(mujoco.__file__).parent.glob("libmujoco*"))
     if not found:

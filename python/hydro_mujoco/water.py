@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from .errors import DataError
-from .plugin import WRENCH, load_plugin
+from .plugin import declare, load_plugin
 from .recording.kinematics import name_of
 
 #: A value of an attribute: JSON as Python has it, JSON text, or the path of a file that holds it.
@@ -89,16 +89,13 @@ def add_water(
     }
     load_plugin()
     name = _free(f"{body}_water", {plugin.name for plugin in spec.plugins})
-    spec.activate_plugin(WRENCH)
-    instance = spec.add_plugin(name=name, plugin_name=WRENCH, active=True)
-    instance.config = {key: value for key, value in config.items() if value is not None}
-    carrier.plugin.plugin_name, carrier.plugin.name, carrier.plugin.active = WRENCH, name, True
     if listed is not None and "added_mass" in listed and not carrier.bodies:
         carrier.add_body(name=_free(f"{body}_water", set(bodies)))
     sensor = spec.add_sensor(
         name=_free(f"{body}_water", {found.name for found in spec.sensors}), type=mujoco.mjtSensor.mjSENS_PLUGIN
     )
-    sensor.plugin.plugin_name, sensor.plugin.name, sensor.plugin.active = WRENCH, name, True
+    given = {key: value for key, value in config.items() if value is not None}
+    declare(spec, name, given, carrier, sensor)
     return spec
 
 
