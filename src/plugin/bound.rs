@@ -196,7 +196,7 @@ pub struct Bound {
     pub sea_memory: Range<usize>,
     /// Velocity of the water in the world beside [`Bound::water`] [m/s].
     pub current: [f64; 3],
-    /// Notes for the user: hulls that overlap, waves beyond the theory.
+    /// Notes for the user: a centre outside its hull, two buoyancies, waves beyond the theory.
     pub notes: Vec<String>,
     /// Numbers of memory of all.
     pub memory_len: usize,

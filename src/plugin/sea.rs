@@ -1,4 +1,4 @@
-//! The water around an instance: its surface, its waves, and a current that changes with depth and time.
+//! The water around an instance: its surface, its waves, and a current that changes with place, depth and time.
 
 use std::sync::Arc;
 
@@ -84,7 +84,8 @@ impl Sea {
             motion.acceleration += Vector3::from(water.acceleration);
         }
         if let Some(current) = &self.current {
-            motion.velocity += Vector3::from(current.velocity(still - at.z, memory));
+            let velocity = current.velocity([at.x, at.y], still - at.z, time, memory);
+            motion.velocity += Vector3::from(velocity);
         }
         motion
     }

@@ -126,7 +126,10 @@ fn hull(criterion: &mut Criterion) {
             hull.below(black_box(up), *level)
         });
     });
-    criterion.bench_function("overlap of 18", |bench| bench.iter(|| hull.overlap()));
+    let solids = hull.solids();
+    criterion.bench_function("union of 18", |bench| {
+        bench.iter(|| Hull::united(solids.to_vec()));
+    });
 }
 
 fn panels(criterion: &mut Criterion) {

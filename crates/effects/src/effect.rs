@@ -28,6 +28,11 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         true
     }
 
+    /// False where `hydro gap` does not try it: it is part of a design that its user knows, not what a model forgot.
+    fn is_hypothesis(&self) -> bool {
+        true
+    }
+
     /// The thinnest medium in which the effect is felt.
     fn medium(&self) -> Medium {
         Medium::None
@@ -287,6 +292,11 @@ pub trait ActuatorPart {
     /// The command that takes effect, from the logged one. Called once before each step.
     fn command(&self, _p: &[f64], command: f64, _step: f64, _memory: &mut [f64]) -> f64 {
         command
+    }
+
+    /// The force, from the one that the actuator alone would have [N or N m].
+    fn force(&self, _p: &[f64], force: f64) -> f64 {
+        force
     }
 
     /// Factor on the actuator's force at an inflow [m/s]: its speed through the water along its present thrust.

@@ -427,10 +427,12 @@ class Told(unittest.TestCase):
             load(*args, **kwargs)
         return " ".join(texts)
 
-    def test_hulls_that_overlap(self):
+    def test_hulls_that_overlap_in_short_waves(self):
         two = '<geom name="hull" type="sphere" size="0.3"/><geom name="float" type="sphere" size="0.3" pos="0.2 0 0"/>'
-        self.assertIn("geoms `hull` and `float` of body `hull` overlap", self.told(geoms=two))
-        self.assertNotIn("overlap", self.told(geoms=two, hull="float"))
+        short = waves(height=0.05, period=0.8)
+        self.assertIn("geoms of body `hull` overlap", self.told(geoms=two, waves=short))
+        self.assertNotIn("overlap", self.told(geoms=two, waves=short, hull="float"))
+        self.assertNotIn("overlap", self.told(geoms=two))
 
     def test_a_centre_outside_the_hull(self):
         self.assertIn("outside the hull of body `hull`", self.told(centre_of_buoyancy="0 0 3"))

@@ -44,6 +44,8 @@ struct Entry {
     /// True where the true form differs a little from the equation.
     idealised: bool,
     placement: Placement,
+    /// True where `hydro gap` tries it; false for a part of a design, which a file gives.
+    is_hypothesis: bool,
     parameters: Vec<ParameterEntry>,
 }
 
@@ -59,6 +61,8 @@ struct ParameterEntry {
     upper: Option<f64>,
     /// True where it may be left out; it is then at its null.
     optional: bool,
+    /// The value where a file leaves it out; null where a file gives it.
+    left_out: Option<f64>,
 }
 
 impl From<Parameter> for ParameterEntry {
@@ -72,6 +76,7 @@ impl From<Parameter> for ParameterEntry {
             lower: bound(parameter.lower),
             upper: bound(parameter.upper),
             optional: parameter.optional,
+            left_out: parameter.left_out,
         }
     }
 }
@@ -154,6 +159,7 @@ fn entry(id: Id) -> Entry {
         source,
         idealised,
         placement,
+        is_hypothesis: effect.is_hypothesis(),
         parameters: effect
             .parameters(&example_of(effect))
             .into_iter()

@@ -183,7 +183,52 @@ pub(crate) fn hull(
             place: pose(*body) * place(model, *geom),
         })
     });
-    Hull::new(solids.collect())
+    united(solids.collect())
+}
+
+/// Hulls kept; more are united anew.
+const MOST_HULLS: usize = 256;
+
+/// The union of solids. It is made once in this process, however many bodies have it: points are counted for it.
+fn united(solids: Vec<Solid>) -> Hull {
+    static KNOWN: Mutex<Option<HashMap<Vec<u64>, Hull>>> = Mutex::new(None);
+    if solids.len() < 2 {
+        return Hull::new(solids);
+    }
+    let key: Vec<u64> = solids.iter().flat_map(numbers_of).collect();
+    let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(hull) = known().as_ref().and_then(|known| known.get(&key)) {
+        return hull.clone();
+    }
+    let made = Hull::united(solids);
+    let mut known = known();
+    let known = known.get_or_insert_default();
+    if known.len() >= MOST_HULLS {
+        known.clear();
+    }
+    known.insert(key, made.clone());
+    made
+}
+
+/// Numbers that tell a solid from others. A mesh is told by its address: whoever keeps the numbers keeps the solid.
+fn numbers_of(solid: &Solid) -> impl Iterator<Item = u64> + use<> {
+    let (kind, sizes) = match &solid.shape {
+        Shape::Sphere { radius } => (0, [*radius, 0.0, 0.0]),
+        Shape::Ellipsoid { semi_axes } => (1, *semi_axes),
+        Shape::Box { half } => (2, *half),
+        Shape::Cylinder {
+            radius,
+            half_length,
+        } => (3, [*radius, *half_length, 0.0]),
+        Shape::Capsule {
+            radius,
+            half_length,
+        } => (4, [*radius, *half_length, 0.0]),
+        Shape::Mesh(mesh) => (Arc::as_ptr(mesh) as u64, [0.0; 3]),
+    };
+    let place = solid.place.to_matrix();
+    let numbers: Vec<f64> = sizes.into_iter().chain(place.iter().copied()).collect();
+    std::iter::once(kind).chain(numbers.into_iter().map(f64::to_bits))
 }
 
 /// The hulls of a robot's bodies, from `root` on, each in its body's frame.

@@ -60,7 +60,13 @@ pub(crate) fn correction(
         arriving(changed, given, option.timestep, &mut memory)
     };
     let nominal = force(data, changed, given);
-    let real = force(data, changed, arrived);
+    let parts = || {
+        let acting = changed.acting.iter();
+        acting.filter_map(|acting| Some((acting.actuator()?, &acting.parameters)))
+    };
+    let real = parts().fold(force(data, changed, arrived), |real, (part, parameters)| {
+        part.force(parameters, real)
+    });
     // Speed of advance along the thrust that is given.
     let inflow = changed.thrust.map_or(0.0, |(site, direction)| {
         let at = vector(data.site_xpos(), site);
@@ -70,10 +76,7 @@ pub(crate) fn correction(
         let advance = along.dot(&(linear - water(at)));
         if real < 0.0 { -advance } else { advance }
     });
-    let factor: f64 = changed
-        .acting
-        .iter()
-        .filter_map(|acting| Some((acting.actuator()?, &acting.parameters)))
+    let factor: f64 = parts()
         .map(|(part, parameters)| part.force_factor(parameters, inflow))
         .product();
     factor * real - nominal

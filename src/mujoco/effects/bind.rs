@@ -246,7 +246,10 @@ pub(crate) fn memory_len(text: &str, step: f64) -> Option<usize> {
         let parameters = effect(id)
             .parameters(&sizes)
             .iter()
-            .map(|parameter| values.get(&parameter.name)?.as_f64())
+            .map(|parameter| match values.get(&parameter.name) {
+                Some(value) => value.as_f64(),
+                None => Some(parameter.left_out.unwrap_or(parameter.null)),
+            })
             .collect::<Option<Vec<f64>>>()?;
         sum += entry_memory_len(
             &Entry {
@@ -344,7 +347,7 @@ fn add_to_actuator(
     let stateless = model.actuator_actadr()[actuator] < 0;
     let changes_command = !matches!(
         acting.effect.card().id,
-        Id::ActuatorGain | Id::InflowThrustLoss
+        Id::ActuatorGain | Id::InflowThrustLoss | Id::ThrustCurve
     );
     // A command that is changed before the step needs no force to be known.
     let needs_force = !(changes_command && around.is_hypothesis);

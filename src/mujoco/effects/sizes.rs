@@ -94,19 +94,6 @@ pub(crate) fn welded(model: ModelView<'_>, body: usize) -> impl Iterator<Item = 
     })
 }
 
-/// The geoms of [`body_hull`], in the order of its solids.
-pub(crate) fn solid_geoms(
-    model: ModelView<'_>,
-    body: usize,
-    named: Option<&[String]>,
-) -> Vec<usize> {
-    hull::geoms(model, welded(model, body), named)
-        .into_iter()
-        .map(|(_, geom)| geom)
-        .filter(|geom| hull::shape_or_ellipsoid(model, *geom).is_some())
-        .collect()
-}
-
 /// The hull of a body and what is welded to it, in its frame; `named`: of these geoms alone. The ellipsoid of its extents
 /// where it has no geoms.
 pub(crate) fn body_hull(model: ModelView<'_>, body: usize, named: Option<&[String]>) -> Hull {

@@ -187,16 +187,10 @@ pub(super) fn notes(model: ModelView<'_>, around: &Surroundings, bound: &Bound) 
     let mut notes = around.notes.clone();
     for wet in bound.bodies.iter().filter(|wet| wet.floats()) {
         let name = model.label(mjOBJ_BODY as i32, "body", wet.body);
-        let named = around.hull.as_deref();
-        if let Some(pair) = wet.hull.overlap() {
-            let geoms = sizes::solid_geoms(model, wet.body, named);
-            let [one, other] = [pair.0, pair.1].map(|at| {
-                let geom = geoms.get(at).copied().unwrap_or_default();
-                model.label(mjOBJ_GEOM as i32, "geom", geom)
-            });
+        if wet.panels.is_some() && wet.hull.overlaps() {
             notes.push(format!(
-                "geoms `{one}` and `{other}` of body `{name}` overlap, and the water that both displace counts twice; name the \
-                 geoms of the hull in attribute `hull`, or give `volume`"
+                "geoms of body `{name}` overlap, and in waves as short as these the pressure on what they share counts twice; \
+                 name geoms that do not in attribute `hull`"
             ));
         }
         if let Some(centre) = wet.centre_of_buoyancy {

@@ -50,6 +50,10 @@ ids! {
     MunkMoment = "munk_moment";
     /// Force across the flow.
     Lift = "lift";
+    /// Foil with stall.
+    Fin = "fin";
+    /// Propeller on its shaft.
+    Propeller = "propeller";
     /// Buoyancy less weight.
     NetBuoyancy = "net_buoyancy";
     /// Centre of buoyancy away from the model's.
@@ -76,6 +80,8 @@ ids! {
     ActuatorLag = "actuator_lag";
     /// Pure delay of an actuator.
     ActuatorDelay = "actuator_delay";
+    /// Thrust by command.
+    ThrustCurve = "thrust_curve";
     /// Thrust loss with inflow.
     InflowThrustLoss = "inflow_thrust_loss";
     /// Coulomb and Stribeck friction of a joint.

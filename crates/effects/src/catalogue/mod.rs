@@ -13,6 +13,7 @@ mod coupling;
 pub mod cross_flow_drag;
 pub mod current;
 mod ellipsoid;
+pub mod fin;
 pub mod free_surface;
 pub mod hydrostatics;
 pub mod inflow_thrust_loss;
@@ -25,11 +26,13 @@ pub mod linear_drag;
 pub mod munk_moment;
 pub mod net_buoyancy;
 pub mod payload;
+pub mod propeller;
 mod proximity;
 pub mod quadratic_drag;
 pub mod sensor_bias;
 pub mod sensor_delay;
 pub mod sensor_scale;
+pub mod thrust_curve;
 pub mod wake_memory;
 pub mod wall_proximity;
 pub mod waves;
@@ -49,6 +52,8 @@ pub fn effect(id: Id) -> &'static dyn Effect {
         Id::Current => &current::Current,
         Id::MunkMoment => &munk_moment::MunkMoment,
         Id::Lift => &lift::Lift,
+        Id::Fin => &fin::Fin,
+        Id::Propeller => &propeller::Propeller,
         Id::NetBuoyancy => &net_buoyancy::NetBuoyancy,
         Id::BuoyancyOffset => &buoyancy_offset::BuoyancyOffset,
         Id::Payload => &payload::Payload,
@@ -62,6 +67,7 @@ pub fn effect(id: Id) -> &'static dyn Effect {
         Id::ActuatorDeadband => &actuator_deadband::ActuatorDeadband,
         Id::ActuatorLag => &actuator_lag::ActuatorLag,
         Id::ActuatorDelay => &actuator_delay::ActuatorDelay,
+        Id::ThrustCurve => &thrust_curve::ThrustCurve,
         Id::InflowThrustLoss => &inflow_thrust_loss::InflowThrustLoss,
         Id::JointFriction => &joint_friction::JointFriction,
         Id::JointDamping => &joint_damping::JointDamping,

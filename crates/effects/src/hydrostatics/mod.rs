@@ -33,6 +33,7 @@
 //! shape        one of these in its own frame
 //! solid        a shape on a body
 //! overlap      whether two solids share space
+//! shared       what overlapping solids have in common
 //! hull         the solids of a body
 //! surface      triangles of a shape's surface
 //! panels       pressure integrated over them
@@ -54,6 +55,7 @@ mod panels;
 mod part;
 mod polyhedron;
 mod shape;
+mod shared;
 mod shells;
 mod solid;
 mod surface;

@@ -1,9 +1,10 @@
-//! Currents: constant, by depth, and random in time.
+//! Currents: constant, by depth, on a grid in place and time, and random in time.
 
 use serde_json::Value;
 
 use super::{
     error::{CURRENT_SCHEMA, SeaError},
+    grid::Grid,
     json::{Fields, check, document},
     random::{CURRENT, normal},
 };
@@ -18,14 +19,14 @@ const MOST_POINTS: usize = 1000;
 /// Numbers of a random current's state.
 const STATE_LEN: usize = 4;
 
-const KEYS: [&str; 4] = ["schema", "velocity", "profile", "random"];
+const KEYS: [&str; 5] = ["schema", "velocity", "profile", "grid", "random"];
 const POINT_KEYS: [&str; 2] = ["depth", "velocity"];
 const RANDOM_KEYS: [&str; 3] = ["deviation", "time_constant", "seed"];
 
-/// Velocity of the water by depth and time, in the world.
+/// Velocity of the water by place, depth and time, in the world.
 ///
-/// The mean is linear in depth between the points of a profile and constant outside. A random part, the same at every depth,
-/// may be added: on each axis a first-order Gauss-Markov process with the given standard deviation, whose
+/// The mean is linear in depth between the points of a profile, or along each axis between the points of a grid, and constant
+/// outside. A random part, the same everywhere, may be added: on each axis a first-order Gauss-Markov process with the given standard deviation, whose
 /// autocorrelation is exp(-lag / time constant) (G. E. Uhlenbeck and L. S. Ornstein, Physical Review 36, 1930). The
 /// caller keeps its state, four numbers: the velocity [m/s] and how many draws were made. The next state is a pure
 /// function of seed, state and step, so that a copied or restored state goes on with the same bits.
@@ -33,9 +34,15 @@ const RANDOM_KEYS: [&str; 3] = ["deviation", "time_constant", "seed"];
 /// The process has no acceleration that a body could feel as pressure; whoever applies it takes the current as steady.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurrentField {
-    /// Points of ascending depth, one at least.
-    profile: Vec<Point>,
+    mean: Mean,
     random: Option<Random>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Mean {
+    /// Points of ascending depth, one at least.
+    Profile(Vec<Point>),
+    Grid(Grid),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,10 +81,7 @@ impl CurrentField {
             check(&format!("velocity[{axis}]"), value, "m/s", VELOCITIES)?;
         }
         Ok(Self {
-            profile: vec![Point {
-                depth: 0.0,
-                velocity,
-            }],
+            mean: uniform(velocity),
             random: None,
         })
     }
@@ -89,29 +93,21 @@ impl CurrentField {
     pub fn parse(text: &str) -> Result<Self, SeaError> {
         let document = document(text, CURRENT_SCHEMA)?;
         let fields = Fields::new("", &document, &KEYS)?;
-        let profile = match fields.one_of(["velocity", "profile"])? {
-            "velocity" => vec![Point {
-                depth: 0.0,
-                velocity: fields.vector("velocity", "m/s", VELOCITIES)?,
-            }],
-            _ => profile(fields.list("profile", "points", MOST_POINTS)?)?,
+        let mean = match fields.one_of(["velocity", "profile", "grid"])? {
+            "velocity" => uniform(fields.vector("velocity", "m/s", VELOCITIES)?),
+            "grid" => Mean::Grid(Grid::read(&document["grid"])?),
+            _ => Mean::Profile(profile(fields.list("profile", "points", MOST_POINTS)?)?),
         };
         let random = fields.get("random").map(random).transpose()?;
-        Ok(Self { profile, random })
+        Ok(Self { mean, random })
     }
 
-    /// Mean velocity [m/s] at a depth below the still level [m].
-    pub fn mean(&self, depth: f64) -> [f64; 3] {
-        let below = self.profile.partition_point(|point| point.depth <= depth);
-        let upper = &self.profile[below.saturating_sub(1)];
-        let lower = &self.profile[below.min(self.profile.len() - 1)];
-        if below == 0 || upper.depth >= lower.depth {
-            return upper.velocity;
+    /// Mean velocity [m/s] at a place x, y [m], a depth below the still level [m] and a time [s].
+    pub fn mean(&self, [x, y]: [f64; 2], depth: f64, time: f64) -> [f64; 3] {
+        match &self.mean {
+            Mean::Profile(points) => by_depth(points, depth),
+            Mean::Grid(grid) => grid.velocity([x, y, depth, time]),
         }
-        let share = (depth - upper.depth) / (lower.depth - upper.depth);
-        [0, 1, 2].map(|axis| {
-            upper.velocity[axis] + share * (lower.velocity[axis] - upper.velocity[axis])
-        })
     }
 
     /// Numbers of state that the caller keeps: four for a random current, none for another.
@@ -159,15 +155,35 @@ impl CurrentField {
         Some((random, state))
     }
 
-    /// Velocity [m/s] at a depth below the still level [m], with the random part of a state; of a state of another length
-    /// there is none.
-    pub fn velocity(&self, depth: f64, state: &[f64]) -> [f64; 3] {
-        let mean = self.mean(depth);
+    /// Velocity [m/s] at a place x, y [m], a depth below the still level [m] and a time [s], with the random part of a state;
+    /// of a state of another length there is none.
+    pub fn velocity(&self, place: [f64; 2], depth: f64, time: f64, state: &[f64]) -> [f64; 3] {
+        let mean = self.mean(place, depth, time);
         match self.started(state) {
             Some((_, [x, y, z, _])) => [mean[0] + x, mean[1] + y, mean[2] + z],
             None => mean,
         }
     }
+}
+
+fn uniform(velocity: [f64; 3]) -> Mean {
+    Mean::Profile(vec![Point {
+        depth: 0.0,
+        velocity,
+    }])
+}
+
+/// Velocity [m/s] of a profile at a depth [m].
+fn by_depth(profile: &[Point], depth: f64) -> [f64; 3] {
+    let below = profile.partition_point(|point| point.depth <= depth);
+    let upper = &profile[below.saturating_sub(1)];
+    let lower = &profile[below.min(profile.len() - 1)];
+    if below == 0 || upper.depth >= lower.depth {
+        return upper.velocity;
+    }
+    let share = (depth - upper.depth) / (lower.depth - upper.depth);
+    [0, 1, 2]
+        .map(|axis| upper.velocity[axis] + share * (lower.velocity[axis] - upper.velocity[axis]))
 }
 
 fn profile(list: &[Value]) -> Result<Vec<Point>, SeaError> {

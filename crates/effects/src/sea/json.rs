@@ -162,21 +162,23 @@ impl<'a> Fields<'a> {
         })
     }
 
-    /// The one key that is there, of two that exclude each other.
-    pub(crate) fn one_of(&self, keys: [&'static str; 2]) -> Result<&'static str, SeaError> {
-        let [first, second] = keys;
-        match keys.map(|key| self.get(key).is_some()) {
-            [true, false] => Ok(first),
-            [false, true] => Ok(second),
-            [true, true] => Err(SeaError::Both {
+    /// The one key that is there, of some that exclude each other.
+    pub(crate) fn one_of<const N: usize>(
+        &self,
+        keys: [&'static str; N],
+    ) -> Result<&'static str, SeaError> {
+        let mut there = keys.into_iter().filter(|key| self.get(key).is_some());
+        match (there.next(), there.next()) {
+            (Some(only), None) => Ok(only),
+            (Some(first), Some(second)) => Err(SeaError::Both {
                 field: self.place(),
                 first,
                 second,
             }),
-            [false, false] => Err(SeaError::Missing {
+            (None, _) => Err(SeaError::Missing {
                 field: self.place(),
-                missing: first,
-                expected: format!("`{first}` or `{second}`"),
+                missing: keys[0],
+                expected: keys.map(|key| format!("`{key}`")).join(" or "),
             }),
         }
     }
@@ -213,16 +215,8 @@ impl<'a> Fields<'a> {
         unit: &str,
         bounds: [f64; 2],
     ) -> Result<[f64; 3], SeaError> {
-        let expected = format!("three numbers [{unit}], x y z");
-        let value = self.required(key, &expected)?;
-        let list = value.as_array().filter(|list| list.len() == 3);
-        let list = list.ok_or_else(|| fault(&self.field(key), value, &expected))?;
-        let mut vector = [0.0; 3];
-        for (axis, (slot, value)) in vector.iter_mut().zip(list).enumerate() {
-            let field = format!("{}[{axis}]", self.field(key));
-            *slot = check(&field, number(&field, value, unit)?, unit, bounds)?;
-        }
-        Ok(vector)
+        let value = self.required(key, &three_numbers(unit))?;
+        vector(&self.field(key), value, unit, bounds)
     }
 
     /// A list that must be there, of one element at least and no more than `most`.
@@ -242,6 +236,27 @@ impl<'a> Fields<'a> {
     }
 }
 
+fn three_numbers(unit: &str) -> String {
+    format!("three numbers [{unit}], x y z")
+}
+
+/// Three numbers within bounds, at a place.
+pub(crate) fn vector(
+    field: &str,
+    value: &Value,
+    unit: &str,
+    bounds: [f64; 2],
+) -> Result<[f64; 3], SeaError> {
+    let list = value.as_array().filter(|list| list.len() == 3);
+    let list = list.ok_or_else(|| fault(field, value, &three_numbers(unit)))?;
+    let mut vector = [0.0; 3];
+    for (axis, (slot, value)) in vector.iter_mut().zip(list).enumerate() {
+        let field = format!("{field}[{axis}]");
+        *slot = check(&field, number(&field, value, unit)?, unit, bounds)?;
+    }
+    Ok(vector)
+}
+
 fn in_unit(unit: &str) -> String {
     if unit.is_empty() {
         "a number".to_owned()
@@ -250,7 +265,8 @@ fn in_unit(unit: &str) -> String {
     }
 }
 
-fn number(field: &str, value: &Value, unit: &str) -> Result<f64, SeaError> {
+/// A number at a place.
+pub(crate) fn number(field: &str, value: &Value, unit: &str) -> Result<f64, SeaError> {
     value
         .as_f64()
         .ok_or_else(|| fault(field, value, &in_unit(unit)))

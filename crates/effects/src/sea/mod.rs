@@ -31,6 +31,11 @@
 //!  "random": {"deviation": [0.1, 0.1, 0], "time_constant": 30, "seed": 1}}
 //! ```
 //!
+//! ```json
+//! {"schema": "hydro-current/1", "grid": {"x": [0, 50], "depth": [0, 10], "time": [0, 3600],
+//!  "velocity": [[0.1, 0, 0], [0.4, 0, 0], "... 8 of them, x fastest, then y, depth and time"]}}
+//! ```
+//!
 //! ```
 //! use hydro_effects::sea::WaveField;
 //!
@@ -61,6 +66,7 @@
 //! wave_field   waves as a field
 //! wave_json    its file
 //! current      currents, and their file
+//! grid         a current on a grid
 //! ```
 
 mod components;
@@ -68,6 +74,7 @@ mod current;
 mod dispersion;
 mod elementary;
 mod error;
+mod grid;
 mod json;
 mod limits;
 mod note;

@@ -188,6 +188,9 @@ pub(crate) fn enumerate(
     let pace = Pace::typical(model, typical);
     for id in Id::ALL.iter().chain(own) {
         let effect = effects::effect(*id);
+        if !effect.is_hypothesis() {
+            continue;
+        }
         if medium.is_some_and(|medium| effect.medium() > medium) {
             continue;
         }

@@ -1,5 +1,7 @@
 //! Hulls of several solids, and what keeps them upright.
 
+use std::f64::consts::PI;
+
 use super::*;
 use crate::hydrostatics::{Hull, Solid};
 
@@ -119,7 +121,7 @@ fn an_empty_hull_displaces_nothing() {
     assert_eq!((hull.volume(), hull.centre()), (0.0, Vector3::zeros()));
     assert_eq!(hull.below(&Vector3::z(), 1.0), Part::NONE);
     assert_eq!(hull.reach(&Vector3::z()), (0.0, 0.0));
-    assert_eq!(hull.overlap(), None);
+    assert!(!Hull::united(Vec::new()).overlaps());
 }
 
 #[test]
@@ -136,27 +138,29 @@ fn solids_that_share_space_are_found() {
     {
         let (_, high) = solid(&shape, 0.0).reach(&Vector3::x());
         let pair = |gap: f64| {
-            Hull::new(vec![
+            Hull::united(vec![
                 apart.clone(),
                 solid(&shape, 0.0),
                 solid(&ball, high + 0.5 + gap),
             ])
         };
-        assert_eq!(pair(1e-9).overlap(), None, "{shape:?}");
-        assert_eq!(pair(-0.004).overlap(), None, "{shape:?}");
-        assert_eq!(pair(-0.35).overlap(), Some((1, 2)), "{shape:?}");
-        let same = Hull::new(vec![solid(&shape, 0.0), solid(&shape, 0.0)]);
-        assert_eq!(same.overlap(), Some((0, 1)));
+        assert!(!pair(1e-9).overlaps(), "{shape:?}");
+        assert!(!pair(-0.004).overlaps(), "{shape:?}");
+        assert!(pair(-0.35).overlaps(), "{shape:?}");
+        // A copy of itself adds nothing.
+        let same = Hull::united(vec![solid(&shape, 0.0), solid(&shape, 0.0)]);
+        let once = Hull::new(vec![solid(&shape, 0.0)]).volume();
+        assert!((same.volume() / once - 1.0).abs() < 0.02, "{shape:?}");
     }
     // A small one in a large one.
     let inner = Shape::Capsule {
         radius: 0.01,
         half_length: 0.02,
     };
-    assert_eq!(
-        Hull::new(vec![solid(&inner, 0.3), solid(&ball, 0.0)]).overlap(),
-        Some((0, 1))
-    );
+    let held = Hull::united(vec![solid(&inner, 0.3), solid(&ball, 0.0)]);
+    assert!(held.overlaps());
+    let alone = Hull::new(vec![solid(&ball, 0.0)]).volume();
+    assert!((held.volume() / alone - 1.0).abs() < 1e-6);
 }
 
 /// The share that two equal boxes have in common, at and below a hundredth.
@@ -168,8 +172,91 @@ fn a_hundredth_in_common_is_found_and_half_of_that_is_not() {
             shape: cuboid.clone(),
             place: Isometry3::translation(x, 0.0, 0.0),
         };
-        Hull::new(vec![at(0.0), at(1.0 - share)]).overlap()
+        Hull::united(vec![at(0.0), at(1.0 - share)]).overlaps()
     };
-    assert_eq!(pair(0.005), None);
-    assert_eq!(pair(0.01), Some((0, 1)));
+    assert!(!pair(0.005));
+    assert!(pair(0.01));
+}
+
+fn at(shape: Shape, place: Isometry3<f64>) -> Solid {
+    Solid { shape, place }
+}
+
+/// Two balls share a lens, two crossed cylinders Steinmetz's solid of 16/3 r^3, two boxes a box.
+#[test]
+fn a_union_counts_what_is_shared_once() {
+    let ball = || Shape::Sphere { radius: 0.5 };
+    let tube = || Shape::Cylinder {
+        radius: 0.2,
+        half_length: 1.0,
+    };
+    let cuboid = || Shape::Box {
+        half: [0.3, 0.2, 0.1],
+    };
+    let across = Isometry3::rotation(Vector3::x() * std::f64::consts::FRAC_PI_2);
+    let distance: f64 = 0.6;
+    // Two balls of radius r, d apart: pi (2 r - d)^2 (d^2 + 4 r d) / (12 d).
+    let lens =
+        PI * (1.0 - distance).powi(2) * (distance * distance + 2.0 * distance) / (12.0 * distance);
+    for (one, other, shared) in [
+        (
+            at(ball(), Isometry3::identity()),
+            at(ball(), Isometry3::translation(distance, 0.0, 0.0)),
+            lens,
+        ),
+        (
+            at(tube(), Isometry3::identity()),
+            at(tube(), across),
+            16.0 / 3.0 * 0.2_f64.powi(3),
+        ),
+        (
+            at(cuboid(), Isometry3::identity()),
+            at(cuboid(), Isometry3::translation(0.4, 0.1, 0.15)),
+            0.2 * 0.3 * 0.05,
+        ),
+    ] {
+        let sum = Hull::new(vec![one.clone(), other.clone()]);
+        let union = Hull::united(vec![one, other]);
+        let found = sum.volume() - union.volume();
+        assert!((found / shared - 1.0).abs() < 0.01, "{found} {shared}");
+        let missing = sum.whole() - union.whole();
+        let middle = sum.centre();
+        assert!(
+            (missing.moment / missing.volume - middle).norm() < 0.01,
+            "{missing:?}"
+        );
+    }
+}
+
+/// Below a plane, at any attitude: no more than the sum, no less than the larger one, all at the top and nothing below, and no
+/// jumps.
+#[test]
+fn a_union_is_cut_by_a_plane_without_jumps() {
+    let solids = vec![
+        at(Shape::Sphere { radius: 0.3 }, Isometry3::identity()),
+        at(
+            Shape::Capsule {
+                radius: 0.15,
+                half_length: 0.5,
+            },
+            Isometry3::rotation(Vector3::new(0.4, 1.1, 0.0)),
+        ),
+    ];
+    let (union, sum) = (Hull::united(solids.clone()), Hull::new(solids));
+    assert!(union.overlaps());
+    for up in [
+        Vector3::z(),
+        Vector3::new(0.3, -0.5, 0.8).normalize(),
+        Vector3::x(),
+    ] {
+        let mut last = 0.0;
+        for step in -1000..=1000 {
+            let level = f64::from(step) * 1e-3;
+            let volume = union.below(&up, level).volume;
+            assert!(volume >= last - 1e-9 && volume <= last + 5e-4, "{level}");
+            assert!(volume <= sum.below(&up, level).volume + 1e-12);
+            last = volume;
+        }
+        assert!((last - union.volume()).abs() < 1e-12);
+    }
 }

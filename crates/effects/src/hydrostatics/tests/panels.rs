@@ -220,7 +220,7 @@ fn nothing_panics() {
                 },
             ] {
                 let hull = hull_of(&shape);
-                let _ = hull.overlap();
+                let _ = Hull::united(vec![hull.solids()[0].clone(); 2]).below(&Vector3::z(), 0.1);
                 let panels = Panels::new(&hull, 4);
                 for value in [0.0, f64::NAN, f64::INFINITY, -1e300] {
                     let _ = panels.push(&Isometry3::identity(), |_| value, |_| value);

@@ -26,7 +26,10 @@ fn a_constant_current_is_the_same_everywhere() {
     );
     assert_eq!(field.state_len(), 0);
     for depth in [-1.0, 0.0, 7.0, 1e9, f64::NAN] {
-        assert_eq!(field.velocity(depth, &[]), [0.3, -0.2, 0.05]);
+        assert_eq!(
+            field.velocity([1e6, -3.0], depth, 7.0, &[]),
+            [0.3, -0.2, 0.05]
+        );
     }
     let mut nothing = [];
     field.reset(&mut nothing);
@@ -49,10 +52,103 @@ fn a_profile_is_linear_between_its_points_and_constant_outside() {
         (1e9, [0.0, 0.0, 0.7]),
         (f64::NAN, [0.5, 0.0, 0.0]),
     ] {
-        for (found, expected) in field.mean(depth).into_iter().zip(expected) {
+        for (found, expected) in field.mean([0.0; 2], depth, 0.0).into_iter().zip(expected) {
             assert!((found - expected).abs() < 1e-15, "{depth}");
         }
     }
+}
+
+/// x y depth time, x fastest: what is linear in all four, and bilinear in x and y, comes back exactly.
+#[test]
+fn a_grid_is_multilinear_between_its_points_and_constant_outside() {
+    let axes: [Vec<f64>; 4] = [
+        vec![-10.0, 0.0, 30.0],
+        vec![5.0, 15.0],
+        vec![0.0, 2.0, 20.0],
+        vec![100.0, 400.0],
+    ];
+    let law = |x: f64, y: f64, depth: f64, time: f64| {
+        [
+            0.01 * x + 0.02 * y - 0.03 * depth + 0.001 * time,
+            1e-3 * x * y,
+            0.1,
+        ]
+    };
+    let mut velocities = Vec::new();
+    for time in &axes[3] {
+        for depth in &axes[2] {
+            for y in &axes[1] {
+                velocities.extend(axes[0].iter().map(|x| law(*x, *y, *depth, *time)));
+            }
+        }
+    }
+    let [x, y, depth, time] = &axes;
+    let grid =
+        serde_json::json!({"x": x, "y": y, "depth": depth, "time": time, "velocity": velocities});
+    let text = serde_json::json!({"schema": "hydro-current/1", "grid": grid}).to_string();
+    let field = current(&text);
+    let close = |found: [f64; 3], expected: [f64; 3]| {
+        let pairs = found.into_iter().zip(expected);
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 1e-12
+    };
+    for (x, y, depth, time) in [
+        (-10.0, 5.0, 0.0, 100.0),
+        (30.0, 15.0, 20.0, 400.0),
+        (-3.0, 7.0, 1.0, 250.0),
+        (29.0, 14.9, 19.0, 101.0),
+    ] {
+        let found = field.velocity([x, y], depth, time, &[]);
+        assert!(close(found, law(x, y, depth, time)), "{found:?}");
+    }
+    let outside = field.velocity([-99.0, 99.0], -5.0, 1e9, &[]);
+    assert!(close(outside, law(-10.0, 15.0, 0.0, 400.0)));
+    let nowhere = field.velocity([f64::NAN; 2], f64::NAN, f64::NAN, &[]);
+    assert!(nowhere.iter().all(|value| value.is_finite()));
+
+    // An axis that is not there.
+    let flat = r#"{"schema": "hydro-current/1", "grid": {"y": [0, 4], "velocity": [[0, 0, 0], [1, 0, 0]]}}"#;
+    assert_eq!(
+        current(flat).velocity([7.0, 1.0], 3.0, 9.0, &[]),
+        [0.25, 0.0, 0.0]
+    );
+}
+
+#[test]
+fn every_refusal_of_a_grid_says_what_and_where() {
+    let with = |fields: &str| {
+        let text = format!(r#"{{"schema": "hydro-current/1", "grid": {fields}}}"#);
+        CurrentField::parse(&text)
+            .expect_err("it should be refused")
+            .to_string()
+    };
+    let one = "[[1, 0, 0]]";
+    assert!(with("3").contains("grid: found the number 3, expected an object"));
+    assert!(with(r#"{"x": [0, 1]}"#).contains("grid: no `velocity`"));
+    assert!(with(&format!(r#"{{"z": [0], "velocity": {one}}}"#)).contains("there is no `z`"));
+    assert_eq!(
+        with(&format!(r#"{{"x": [0, 1], "velocity": {one}}}"#)),
+        "grid.velocity: found a list of 1, expected 2: x times y times depth times time, 2 x 1 x 1 x 1, x fastest"
+    );
+    assert_eq!(
+        with(&format!(r#"{{"x": [1, 1], "velocity": {one}}}"#)),
+        "grid.x[1]: found 1 m after 1 m, expected coordinates that ascend"
+    );
+    assert_eq!(
+        with(&format!(r#"{{"depth": [-1], "velocity": {one}}}"#)),
+        "grid.depth[0]: found -1 m, expected 0 to 10000000 m"
+    );
+    assert!(with(&format!(r#"{{"time": ["a"], "velocity": {one}}}"#)).contains("grid.time[0]"));
+    assert_eq!(
+        with(r#"{"velocity": [[1, 0, 1e9]]}"#),
+        "grid.velocity[0][2]: found 1e9 m/s, expected -100 to 100 m/s"
+    );
+    assert!(with(r#"{"velocity": [[1, 0]]}"#).contains("grid.velocity[0]: found a list of 2"));
+    let axis: Vec<usize> = (0..2000).collect();
+    let text = format!(r#"{{"x": {axis:?}, "y": {axis:?}, "velocity": {one}}}"#);
+    assert_eq!(
+        with(&text),
+        "grid: found 4000000 points, expected at most 500000"
+    );
 }
 
 /// Over 4000 time constants, by steps of a sixth of one.
@@ -64,7 +160,7 @@ fn a_random_current_has_its_deviation_and_correlation() {
     let past: Vec<[f64; 3]> = (0..count)
         .map(|_| {
             field.advance(&mut state, step);
-            let [x, y, z] = field.velocity(0.0, &state);
+            let [x, y, z] = field.velocity([0.0; 2], 0.0, 0.0, &state);
             [x - 0.3, y, z]
         })
         .collect();
@@ -180,10 +276,13 @@ fn odd_steps_and_states_change_nothing() {
     field.advance(&mut short, 0.1);
     field.reset(&mut short);
     assert_eq!(short, [1.0, 2.0]);
-    assert_eq!(field.velocity(0.0, &short), [0.3, 0.0, 0.0]);
+    assert_eq!(field.velocity([0.0; 2], 0.0, 0.0, &short), [0.3, 0.0, 0.0]);
     // A state of zeros is the start.
     let mut zeros = [0.0; 4];
-    assert_eq!(field.velocity(2.0, &zeros), field.velocity(2.0, &before));
+    assert_eq!(
+        field.velocity([0.0; 2], 2.0, 0.0, &zeros),
+        field.velocity([0.0; 2], 2.0, 0.0, &before)
+    );
     field.advance(&mut zeros, 0.1);
     field.advance(&mut state, 0.1);
     assert_eq!(zeros[..], state[..]);
@@ -206,7 +305,7 @@ fn every_refusal_says_what_and_where() {
     assert!(fault(r#"{"schema": "hydro-waves/1"}"#).ends_with("expected `hydro-current/1`"));
     assert_eq!(
         fault(r#"{"schema": "hydro-current/1"}"#),
-        "the file: no `velocity`, expected `velocity` or `profile`"
+        "the file: no `velocity`, expected `velocity` or `profile` or `grid`"
     );
     assert_eq!(
         with(r#""velocity": [1, 0, 0], "profile": []"#),
@@ -214,7 +313,7 @@ fn every_refusal_says_what_and_where() {
     );
     assert_eq!(
         with(r#""velocity": [1, 0, 0], "radnom": {}"#),
-        "the file: there is no `radnom`; did you mean `random`?; there are: schema, velocity, profile, random"
+        "the file: there is no `radnom`; did you mean `random`?; there are: schema, velocity, profile, grid, random"
     );
     assert_eq!(
         with(r#""velocity": [1, 0]"#),

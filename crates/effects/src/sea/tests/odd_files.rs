@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use super::GRAVITY;
 use crate::sea::{CurrentField, WaveField};
 
-const KEYS: [&str; 21] = [
+const KEYS: [&str; 25] = [
     "schema",
     "depth",
     "components",
@@ -23,6 +23,10 @@ const KEYS: [&str; 21] = [
     "seed",
     "velocity",
     "profile",
+    "grid",
+    "x",
+    "y",
+    "time",
     "random",
     "deviation",
     "time_constant",
@@ -131,7 +135,7 @@ fn read_current(text: &str) {
             current.advance(&mut state, 0.01);
             assert!(
                 current
-                    .velocity(2.0, &state)
+                    .velocity([3.0, -2.0], 2.0, 1.0, &state)
                     .iter()
                     .all(|speed| speed.is_finite())
             );
