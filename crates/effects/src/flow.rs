@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use crate::{
     Motion, Physical,
-    dual::{Scalar, constant, cross, sum},
+    dual::{Scalar, constant, cross, dot, sum},
 };
 
 /// Greatest speed [m/s] and rate [rad/s]: far beyond any vehicle, and small enough that no product overflows.
@@ -51,6 +51,7 @@ impl<D: Scalar> Flow<D> {
             gravity: within(motion.gravity, LARGEST),
             centre: within(motion.centre, LARGEST),
             middle: within(motion.middle, LARGEST),
+            water_velocity: within(motion.water_velocity, FASTEST),
             water_acceleration: within(motion.water_acceleration, LARGEST),
             extent: motion.extent.map(|extent| extent.clamp(0.0, LARGEST)),
             density: motion.density.clamp(0.0, DENSEST),
@@ -110,6 +111,23 @@ impl<D: Scalar> Flow<D> {
     /// Distance [m] of the nearest wall and its normal in the world.
     pub(crate) fn wall(&self) -> Option<(f64, [f64; 3])> {
         self.motion.wall
+    }
+
+    /// Velocity of the body's origin over the ground, body frame [m/s].
+    pub(crate) fn over_ground(&self) -> [D; 3] {
+        sum(
+            self.linear,
+            constant(self.in_body(self.motion.water_velocity)),
+        )
+    }
+
+    /// A world vector, which may carry derivatives, in the body's frame.
+    pub(crate) fn dual_in_body(&self, in_world: [D; 3]) -> [D; 3] {
+        let rotation = self.motion.world_from_base.to_rotation_matrix();
+        [0, 1, 2].map(|axis| {
+            let column = rotation.matrix().column(axis);
+            dot(in_world, constant([column[0], column[1], column[2]]))
+        })
     }
 
     /// A world vector in the body's frame.

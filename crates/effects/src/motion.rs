@@ -16,6 +16,8 @@ pub struct Motion {
     /// Angular velocity, in the body's frame [rad/s].
     pub angular: [f64; 3],
     /// Acceleration of the water at the origin, in the world [m/s^2]: the sum of [`crate::WaterPart::acceleration`] over
+    /// Velocity of the water at the origin, in the world [m/s].
+    pub water_velocity: [f64; 3],
     /// the effects on the water. Zero in still or steadily flowing water.
     pub water_acceleration: [f64; 3],
     /// Gravity in the world [m/s^2].

@@ -232,5 +232,21 @@ class HullsThatOverlap(unittest.TestCase):
             self.assertAlmostEqual(self.lift(depth), part * union * RHO * 10, delta=0.004 * union * RHO * 10)
 
 
+class Windage(unittest.TestCase):
+    def test_it_acts_on_what_is_out_of_the_water(self):
+        bodies = """<body name="hull"><freejoint/><plugin plugin="hydro.wrench" instance="water"/>
+          <geom type="box" size="1 0.4 0.3" mass="400"/></body>"""
+        wind = effect("windage", "hull", x=0, y=9, z=0, surge=0.3, sway=1.1, heave=0, height=0.2, density=1.25)
+        model, data = scene([wind], bodies, waterline="0", current="0.5 0 0")
+        for height, dry in ((5, 1), (0.15, 0.75), (0, 0.5), (-0.3, 0), (-5, 0)):
+            data.qpos[2], data.qvel[:] = height, 0
+            mujoco.mj_forward(model, data)
+            force = dry * 0.5 * 1.25 * 1.1 * 81
+            np.testing.assert_allclose(data.qfrc_passive[[0, 1, 3]], [0, force, -0.2 * force], atol=1e-9)
+            data.qvel[1] = 9
+            mujoco.mj_forward(model, data)
+            np.testing.assert_allclose(data.qfrc_passive, 0, atol=1e-9)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -309,6 +309,7 @@ fn has_inertia(acting: &Acting) -> bool {
         world_from_base: nalgebra::UnitQuaternion::identity(),
         linear: [0.1; 3],
         angular: [0.1; 3],
+        water_velocity: [0.0; 3],
         water_acceleration: [0.0; 3],
         gravity: [0.0, 0.0, -9.81],
         density: 1000.0,

@@ -139,12 +139,14 @@ pub(super) fn body_load<'a>(
 }
 
 /// Part of an effect that is left where a part of the hull is above water: what the fluid does fades with the submerged
-/// volume, what a mass does stays, and hydrostatics counts the volume itself.
+/// volume and what the air does with the rest, what a mass does stays, and hydrostatics counts the volume itself.
 fn share(acting: &Acting, submersion: &Submersion) -> f64 {
     let effect = acting.effect;
-    match effect.medium() == Medium::None || effect.card().id == Id::Hydrostatics {
-        true => 1.0,
-        false => submersion.fraction,
+    match effect.card().id {
+        Id::Windage => 1.0 - submersion.fraction,
+        Id::Hydrostatics => 1.0,
+        _ if effect.medium() == Medium::None => 1.0,
+        _ => submersion.fraction,
     }
 }
 
@@ -236,6 +238,7 @@ pub(super) fn motion(
         world_from_base: attitude,
         linear: frame.rotation.tr_mul(&relative).into(),
         angular: frame.rotation.tr_mul(&angular).into(),
+        water_velocity: flow.into(),
         water_acceleration: (water.acceleration(frame.origin) + submersion.water.acceleration)
             .into(),
         gravity,

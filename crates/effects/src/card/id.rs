@@ -54,6 +54,8 @@ ids! {
     Fin = "fin";
     /// Propeller on its shaft.
     Propeller = "propeller";
+    /// Wind on what is out of the water.
+    Windage = "windage";
     /// Buoyancy less weight.
     NetBuoyancy = "net_buoyancy";
     /// Centre of buoyancy away from the model's.

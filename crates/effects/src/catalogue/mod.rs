@@ -37,6 +37,7 @@ pub mod wake_memory;
 pub mod wall_proximity;
 pub mod waves;
 mod whole_matrix;
+pub mod windage;
 
 pub(crate) use axes::NAMES as AXES;
 
@@ -54,6 +55,7 @@ pub fn effect(id: Id) -> &'static dyn Effect {
         Id::Lift => &lift::Lift,
         Id::Fin => &fin::Fin,
         Id::Propeller => &propeller::Propeller,
+        Id::Windage => &windage::Windage,
         Id::NetBuoyancy => &net_buoyancy::NetBuoyancy,
         Id::BuoyancyOffset => &buoyancy_offset::BuoyancyOffset,
         Id::Payload => &payload::Payload,

@@ -62,12 +62,13 @@ fn physics_has_a_sign_where_there_is_one() {
             Id::NetBuoyancy | Id::BuoyancyOffset | Id::ConstantForce | Id::MunkMoment | Id::Lift,
             _,
         )
+        | (Id::Windage, "height")
         | (Id::Payload | Id::Fin, "x" | "y" | "z")
         | (Id::Propeller, "thrust")
         | (Id::Waves, "phase" | "vertical_lag")
         | (Id::JointStiffness, "reference")
         | (Id::SensorBias, _) => Any,
-        (Id::Current, _) | (Id::Waves, "x" | "y" | "z") => Between(-1e4, 1e4),
+        (Id::Current, _) | (Id::Waves | Id::Windage, "x" | "y" | "z") => Between(-1e4, 1e4),
         (Id::ActuatorDelay, _) => Between(0.0, 60.0),
         (Id::Fin, "stall") => Between(0.0, std::f64::consts::PI),
         (Id::Propeller, "wake") => Between(0.0, 1.0),

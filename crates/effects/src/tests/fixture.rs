@@ -16,6 +16,7 @@ pub(crate) fn still() -> Motion {
         world_from_base: UnitQuaternion::identity(),
         linear: [0.0; 3],
         angular: [0.0; 3],
+        water_velocity: [0.0; 3],
         water_acceleration: [0.0; 3],
         gravity: [0.0, 0.0, -9.81],
         density: 1000.0,
@@ -59,11 +60,11 @@ pub(crate) fn vector(size: f64) -> impl Strategy<Value = [f64; 3]> {
 /// A body of any attitude, velocity and place of its middle, below a surface and beside a wall.
 pub(crate) fn any_motion() -> impl Strategy<Value = Motion> {
     let around = (0.01..1.0, vector(1.0), 0.05..2.0, vector(2.0));
-    let moving = (vector(1.5), vector(3.0), vector(3.0));
+    let moving = (vector(1.5), vector(3.0), vector(3.0), vector(1.0));
     let shape = (vector(0.2), vector(0.2), prop::array::uniform3(0.05..1.0));
     (around, moving, shape).prop_map(|(around, moving, shape)| {
         let (depth, normal, distance, water_acceleration) = around;
-        let (linear, angular, rotation) = moving;
+        let (linear, angular, rotation, water_velocity) = moving;
         let (centre, middle, extent) = shape;
         let normal = Vector3::from(normal)
             .try_normalize(1e-6)
@@ -73,6 +74,7 @@ pub(crate) fn any_motion() -> impl Strategy<Value = Motion> {
             world_from_base: UnitQuaternion::from_scaled_axis(Vector3::from(rotation)),
             linear,
             angular,
+            water_velocity,
             water_acceleration,
             centre,
             middle,
