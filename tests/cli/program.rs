@@ -579,6 +579,34 @@ fn effects_come_from_a_table_of_derivatives() {
     assert!(refusal(&command).contains("No such file"));
 }
 
+/// First values of a ball of 0.5 m: the volume, half the displaced mass, half rho C_D times the disc.
+#[test]
+fn effects_come_from_the_shape_of_a_body() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("ball.xml");
+    let ball = r#"<mujoco><worldbody><body name="ball"><freejoint/><geom size="0.25" mass="60"/></body></worldbody></mujoco>"#;
+    fs::write(&model, ball).unwrap();
+    let command = ["effects", "from-shape", text(&model), "--body", "ball"];
+    let output = hydro(&command);
+    assert!(output.status.success());
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let value = |at: usize, name: &str| json["effects"][at]["parameters"][name].as_f64().unwrap();
+    let volume = 4.0 / 3.0 * std::f64::consts::PI * 0.25_f64.powi(3);
+    assert!((value(0, "volume") / volume - 1.0).abs() < 1e-12);
+    assert!((value(1, "sway") / (500.0 * volume) - 1.0).abs() < 0.01);
+    assert!((value(2, "heave") / (500.0 * 0.25 * 0.25 * std::f64::consts::PI) - 1.0).abs() < 0.01);
+
+    let said = refusal(&[&command[..3], &["--body", "keel"]].concat());
+    assert!(
+        said.contains("no body `keel`; it has: world, ball"),
+        "{said}"
+    );
+    let said = refusal(&[&command[..], &["--drag-coefficient", "0"]].concat());
+    assert!(said.contains("expected a number above 0"), "{said}");
+    fs::write(&model, "<mujoco").unwrap();
+    assert!(refusal(&command).contains("ball.xml"));
+}
+
 #[cfg(mujoco_plugins)]
 #[test]
 fn gap_refuses_a_medium_that_the_model_contradicts() {

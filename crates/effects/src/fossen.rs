@@ -237,7 +237,7 @@ impl VehicleTable {
 }
 
 /// A model with one body, of no matter what sizes.
-struct OneBody<'a>(&'a str);
+pub(crate) struct OneBody<'a>(pub(crate) &'a str);
 
 impl Targets for OneBody<'_> {
     fn find(&self, kind: TargetKind, name: &str) -> Option<Target> {

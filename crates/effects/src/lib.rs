@@ -39,6 +39,7 @@ mod dual;
 mod effect;
 mod flow;
 pub mod fossen;
+pub mod from_hull;
 pub mod hydrostatics;
 mod json_shape;
 mod matrix_fault;

@@ -10,6 +10,7 @@ from scene import LIBRARY
 
 RHO = 1000.0
 TAU = 2 * math.pi
+SIX = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 assert LIBRARY
 
 
@@ -204,7 +205,7 @@ class CurrentOnAGrid(unittest.TestCase):
         current = json.dumps({"schema": "hydro-current/1", "grid": grid})
         bodies = """<body name="hull"><freejoint/><plugin plugin="hydro.wrench" instance="water"/>
                     <geom size="0.1" mass="4"/></body>"""
-        axes = dict.fromkeys(("surge", "sway", "heave", "roll", "pitch", "yaw"), 50.0)
+        axes = dict.fromkeys(SIX, 50.0)
         model, data = scene([effect("linear_drag", "hull", **axes)], bodies, current=current)
         for x, time in ((0, 0), (4, 30), (10, 100), (-5, 250), (25, 50)):
             data.qpos[0], data.time, data.qvel[:] = x, time, 0
@@ -246,6 +247,53 @@ class Windage(unittest.TestCase):
             data.qvel[1] = 9
             mujoco.mj_forward(model, data)
             np.testing.assert_allclose(data.qfrc_passive, 0, atol=1e-9)
+
+
+class WhatMujocoDoes(unittest.TestCase):
+    """Parts that docs/water-without-a-network.md builds of MuJoCo's own elements."""
+
+    def test_a_ballast_tank_lifts_by_its_volume_at_any_attitude(self):
+        bodies = """<site name="still"/>
+          <body name="hull"><freejoint/><plugin plugin="hydro.wrench" instance="water"/>
+            <geom type="box" size="0.5 0.2 0.2" mass="80"/><site name="tank" pos="0.3 0 0"/></body>"""
+        tank = """<actuator><general name="tank" site="tank" refsite="still" gear="0 0 1 0 0 0" dyntype="integrator"
+          gainprm="9810" actlimited="true" actrange="-.002 .002"/></actuator>"""
+        model, data = scene([effect("linear_drag", "hull", **dict.fromkeys(SIX, 0.0))], bodies, tank)
+        data.ctrl[0] = 1e-4
+        for _ in range(5000):
+            mujoco.mj_step(model, data)
+        self.assertAlmostEqual(data.act[0], 1e-3, places=6)
+        mujoco.mju_euler2Quat(data.qpos[3:7], [0.4, -0.7, 1.0], "XYZ")
+        mujoco.mj_forward(model, data)
+        lift = 9810 * data.act[0]
+        np.testing.assert_allclose(data.qfrc_actuator[:3], [0, 0, lift], atol=1e-9)
+        arm = data.site("tank").xpos - data.body("hull").xpos
+        torque = data.body("hull").xmat.reshape(3, 3).T @ np.cross(arm, [0, 0, lift])
+        np.testing.assert_allclose(data.qfrc_actuator[3:], torque, atol=1e-9)
+
+    def test_a_towed_cable_hangs_straight_where_drag_across_it_holds_its_weight(self):
+        current, drag, mass, length, radius = 0.4, 1.1, 0.05, 0.2, 0.006
+        links = [f"link_{n}" for n in range(12)]
+        chain = ""
+        for link in reversed(links):
+            chain = f"""<body name="{link}" pos="0 0 {0 if link == links[0] else -length}">
+              <joint type="ball" damping="0.001"/>
+              <geom type="capsule" size="{radius}" fromto="0 0 0 0 0 {-length}" mass="{mass}"/>{chain}</body>"""
+        bodies = f"""<body name="ship"><plugin plugin="hydro.wrench" instance="water"/>
+          <joint type="slide" axis="1 0 0" range="-1e-9 1e-9" limited="true"/><geom size="0.1" mass="100"/>{chain}</body>"""
+        effects = [effect("cross_flow_drag", link, surge=drag, sway=drag) for link in links]
+        model, data = scene(effects, bodies, gravity=9.81, current=f"{current} 0 0")
+        for _ in range(10000):
+            mujoco.mj_step(model, data)
+        self.assertLess(abs(data.qvel).max(), 1e-3)
+        # Constant load along it, none at its end: straight, at the angle from the vertical where 1/2 rho C d L (U cos)^2 = m g sin.
+        ends = np.array([data.body(link).xpos for link in links])
+        along = np.diff(ends, axis=0)
+        angles = np.arctan2(along[:, 0], -along[:, 2])
+        load = 0.5 * RHO * drag * 2 * radius * (length + 2 * radius) * current**2
+        weight = mass * 9.81
+        sine = (-weight + math.sqrt(weight**2 + 4 * load**2)) / (2 * load)
+        np.testing.assert_allclose(np.sin(angles), sine, rtol=0.02)
 
 
 if __name__ == "__main__":

@@ -16,5 +16,5 @@ pub use self::swimmer::Swimmer;
 pub use self::{
     data::Data,
     error::SimulatorError,
-    model::{BodyInertia, Integrator, JointGeometry, Model},
+    model::{BodyInertia, BodyShape, Integrator, JointGeometry, Model},
 };

@@ -8,12 +8,15 @@ use std::{
     ptr::NonNull,
 };
 
+use hydro_effects::hydrostatics::Hull;
+
 use super::error::{ERROR_LEN, SimulatorError, c_path, refused};
 #[cfg(mujoco_plugins)]
 use crate::plugin::native_fluid::EllipsoidCoefficients;
 use crate::{
     mujoco::{
         bodies::base_body,
+        effects::sizes,
         ffi::{
             Api, ModelView,
             bindings::{
@@ -76,6 +79,17 @@ pub struct BodyInertia {
     pub moments: [f64; 3],
     /// `body_from_principal` [w x y z].
     pub orientation: [f64; 4],
+}
+
+/// Hull of a body, in its frame.
+#[derive(Clone, Debug)]
+pub struct BodyShape {
+    /// Its closed shapes; the ellipsoid of the body's inertia where it has no geoms.
+    pub hull: Hull,
+    /// Middle of the box about its geoms [m].
+    pub middle: [f64; 3],
+    /// Extents of that box [m].
+    pub extent: [f64; 3],
 }
 
 /// One joint, as compiled.
@@ -338,6 +352,18 @@ impl Model {
             moments: ModelView::triple(model.body_inertia(), body),
             orientation: ModelView::quadruple(model.body_iquat(), body),
         }
+    }
+
+    /// Hull of a body and what is welded to it: that of the plugin where no attribute says otherwise.
+    pub fn body_shape(&self, name: &str) -> Result<BodyShape, SimulatorError> {
+        let body = self.body(name)?;
+        let model = self.view();
+        let (middle, extent) = sizes::bounding_box(model, body, None);
+        Ok(BodyShape {
+            hull: sizes::body_hull(model, body, None),
+            middle,
+            extent,
+        })
     }
 
     /// A body as a card sees it: how it is held, and the model's joints.

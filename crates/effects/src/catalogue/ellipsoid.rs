@@ -11,7 +11,7 @@ const ROUND: f64 = 1e-7;
 /// H. Lamb, Hydrodynamics, 6th ed. 1932, articles 114 and 115: with
 /// alpha = abc int_0^inf dl / ((a^2 + l) Delta(l)) and so on (their sum is 2), the shares are
 /// alpha / (2 - alpha). The integral is 2/3 of Carlson's R_D.
-pub(super) fn added_mass(extent: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+pub(crate) fn added_mass(extent: [f64; 3]) -> ([f64; 3], [f64; 3]) {
     let longest = extent.into_iter().fold(0.0, f64::max);
     if longest <= 0.0 {
         return ([0.0; 3], [0.0; 3]);

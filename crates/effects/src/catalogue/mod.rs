@@ -12,7 +12,7 @@ pub mod constant_force;
 mod coupling;
 pub mod cross_flow_drag;
 pub mod current;
-mod ellipsoid;
+pub(crate) mod ellipsoid;
 pub mod fin;
 pub mod free_surface;
 pub mod hydrostatics;
