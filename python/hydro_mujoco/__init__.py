@@ -6,6 +6,7 @@ record/       `record(model, out)`, and the command `python -m hydro_mujoco.reco
 learned.py    `with_checkpoint`: a scene with a checkpoint in place of its water
 recording/    what every recorder has: plans, simulation, shards, folder, manifest
 jobs/         independent jobs, here or in processes
+boundary_elements.py  results of Capytaine and other programs, for the attribute `potential_flow`
 plugin.py     the plugin library: where it is, how it is loaded
 doctor.py     `python -m hydro_mujoco`: whether the plugin acts here
 """
@@ -17,6 +18,7 @@ from .errors import DataError, Notice
 from .version import __version__
 
 if TYPE_CHECKING:
+    from .boundary_elements import from_capytaine, potential_flow
     from .learned import with_checkpoint
     from .packaged import checkpoint, examples, library, scene
     from .record import record
@@ -29,7 +31,9 @@ __all__ = [
     "add_water",
     "checkpoint",
     "examples",
+    "from_capytaine",
     "library",
+    "potential_flow",
     "record",
     "scene",
     "with_checkpoint",
@@ -41,7 +45,9 @@ _FROM = {
     "add_water": ".water",
     "checkpoint": ".packaged",
     "examples": ".packaged",
+    "from_capytaine": ".boundary_elements",
     "library": ".packaged",
+    "potential_flow": ".boundary_elements",
     "scene": ".packaged",
     "with_checkpoint": ".learned",
     "wrench": ".water",

@@ -4,7 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::Context as _;
 use clap::Subcommand;
-use hydro_effects::{fossen::VehicleTable, from_hull::HullInWater};
+use hydro_effects::fossen::VehicleTable;
+#[cfg(mujoco_plugins)]
+use hydro_effects::from_hull::HullInWater;
+#[cfg(mujoco_plugins)]
 use hydro_plugin::{mujoco::simulator::Model, plugin::attributes::FRESH_WATER};
 
 use super::output::write_line;
@@ -27,6 +30,7 @@ enum Command {
         #[arg(long)]
         target: String,
     },
+    #[cfg(mujoco_plugins)]
     /// Print first values from the shape of a body's geoms: hydrostatics, the added mass of an ellipsoid, drag by silhouette.
     /// Drag is good to a factor of two.
     FromShape {
@@ -53,6 +57,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             let effects = VehicleTable::parse(&text).and_then(|table| table.to_json(target));
             write_line(effects.with_context(place)?.trim_end())
         }
+        #[cfg(mujoco_plugins)]
         Command::FromShape {
             model,
             body,
@@ -73,6 +78,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     }
 }
 
+#[cfg(mujoco_plugins)]
 fn positive(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok();
     value

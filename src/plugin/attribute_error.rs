@@ -59,7 +59,7 @@ pub enum AttributeError {
         /// Message of the system.
         reason: String,
     },
-    /// Waves or a current that are none.
+    /// Waves, a current or a potential flow that are none.
     #[error("attribute `{attribute}`: {source}")]
     Sea {
         /// Its name.
@@ -68,11 +68,11 @@ pub enum AttributeError {
         #[source]
         source: Box<SeaError>,
     },
-    /// Waves without a surface.
+    /// Waves, or a hull that makes them, without a surface.
     #[error(
-        "attribute `waves` needs `waterline`, the height of the still surface; add <config key=\"waterline\" value=\"0\"/>"
+        "attribute `{0}` needs `waterline`, the height of the still surface; add <config key=\"waterline\" value=\"0\"/>"
     )]
-    NoSurface,
+    NoSurface(&'static str),
     /// An attribute of the checkpoint where there is none.
     #[error(
         "attribute `{attribute}` is `{found}`, but there is no `checkpoint` that it could act on; take it \

@@ -8,6 +8,7 @@
 //! | `waterline` | m | height of the free surface, world z | fully submerged |
 //! | `current` | m/s | velocity of the water, world x y z; or a profile in depth and a random part: JSON where it starts with `{`, else a file's path | 0 0 0 |
 //! | `waves` | | linear waves about `waterline`: JSON where it starts with `{`, else a file's path | none |
+//! | `potential_flow` | | radiation and excitation of the carrying body by a boundary element program: JSON where it starts with `{`, else a file's path | none |
 //! | `hull` | | names of the geoms that displace water | those of MuJoCo's ellipsoid fluid, else group 3, else all |
 //! | `volume` | m^3 | displaced volume of the body that carries the instance | the hull's |
 //! | `centre_of_buoyancy` | m | where its buoyancy acts, body frame x y z | the centre of the submerged part |
@@ -22,19 +23,23 @@ use std::{
     sync::Arc,
 };
 
-use hydro_effects::sea::{CurrentField, SeaNote, WaveField};
+use hydro_effects::{
+    potential_flow::PotentialFlow,
+    sea::{CurrentField, SeaNote, WaveField},
+};
 use hydro_model::{EngineKind, Solver};
 
 use super::{attribute_error::AttributeError, sea::Sea, search_path::SearchPath};
 
 /// Every attribute, in the order of the table above.
-pub const NAMES: [&str; 14] = [
+pub const NAMES: [&str; 15] = [
     "checkpoint",
     "effects",
     "density",
     "waterline",
     "current",
     "waves",
+    "potential_flow",
     "hull",
     "volume",
     "centre_of_buoyancy",
@@ -80,6 +85,8 @@ pub struct Settings {
     pub current_field: Option<String>,
     /// Waves: the text of a `hydro-waves/1`.
     pub waves: Option<String>,
+    /// Potential flow about the carrying body: the text of a `hydro-potential-flow/1`.
+    pub potential_flow: Option<String>,
     /// Names of the geoms that displace water.
     pub hull: Option<Vec<String>>,
     /// Displaced volume of the body [m^3], where it is not the hull's.
@@ -174,8 +181,15 @@ impl Settings {
             current_field,
             waves: match value("waves") {
                 None => None,
-                Some(_) if waterline.is_none() => return Err(AttributeError::NoSurface),
+                Some(_) if waterline.is_none() => return Err(AttributeError::NoSurface("waves")),
                 Some(found) => Some(document("waves", NO_JSON, found, search)?),
+            },
+            potential_flow: match value("potential_flow") {
+                None => None,
+                Some(_) if waterline.is_none() => {
+                    return Err(AttributeError::NoSurface("potential_flow"));
+                }
+                Some(found) => Some(document("potential_flow", NO_JSON, found, search)?),
             },
             hull: value("hull").map(|found| words(&found)),
             volume: match value("volume") {
@@ -244,6 +258,22 @@ impl Settings {
             current: self.current_field()?.map(Arc::new),
         };
         Ok((sea, notes.collect()))
+    }
+
+    /// Potential flow about the carrying body.
+    ///
+    /// # Errors
+    /// A fault of its text.
+    pub fn potential_flow(&self) -> Result<Option<PotentialFlow>, AttributeError> {
+        let Some(text) = &self.potential_flow else {
+            return Ok(None);
+        };
+        PotentialFlow::parse(text)
+            .map(Some)
+            .map_err(|source| AttributeError::Sea {
+                attribute: "potential_flow",
+                source: Box::new(source),
+            })
     }
 
     /// A current that is more than three numbers.

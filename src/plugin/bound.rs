@@ -1,10 +1,11 @@
 //! Effects tied to one model: names become numbers, once.
 
-use std::ops::Range;
+use std::{fmt, ops::Range, sync::Arc};
 
 use hydro_effects::{
     ActuatorPart, BodyPart, Effect, Id, JointPart, Part, WaterPart,
     hydrostatics::{Hull, Panels},
+    potential_flow::{PotentialFlow, Stepping},
 };
 
 use super::sea::Sea;
@@ -80,9 +81,37 @@ pub struct WetBody {
     pub centre_of_buoyancy: Option<[f64; 3]>,
     /// Effects on it.
     pub acting: Vec<Acting>,
+    /// Potential flow about it.
+    pub potential_flow: Option<Radiating>,
+}
+
+/// Potential flow about a body.
+#[derive(Clone)]
+pub struct Radiating {
+    /// The flow.
+    pub flow: Arc<PotentialFlow>,
+    /// How its memory goes over a step of the model.
+    pub stepping: Option<Stepping>,
+    /// Range of its memory in that of all.
+    pub memory: Range<usize>,
+}
+
+impl fmt::Debug for Radiating {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Radiating")
+            .field("flow", &self.flow)
+            .field("memory", &self.memory)
+            .finish_non_exhaustive()
+    }
 }
 
 impl WetBody {
+    /// True where waves push it by the excitation of its potential flow.
+    pub fn is_excited(&self) -> bool {
+        let radiating = self.potential_flow.as_ref();
+        radiating.is_some_and(|radiating| radiating.flow.is_excited())
+    }
+
     /// True where an effect acts on it.
     pub fn has(&self, id: Id) -> bool {
         let mut acting = self.acting.iter();

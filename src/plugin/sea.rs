@@ -83,11 +83,25 @@ impl Sea {
             motion.velocity += Vector3::from(water.velocity);
             motion.acceleration += Vector3::from(water.acceleration);
         }
-        if let Some(current) = &self.current {
-            let velocity = current.velocity([at.x, at.y], still - at.z, time, memory);
-            motion.velocity += Vector3::from(velocity);
-        }
+        motion.velocity += self.current(at, time, memory);
         motion
+    }
+
+    /// Velocity of a current that is more than three numbers, at a point [m/s]; `memory` is that of its random part.
+    pub fn current(&self, at: Vector3<f64>, time: f64, memory: &[f64]) -> Vector3<f64> {
+        let still = self.waterline.unwrap_or(0.0);
+        let current = self.current.as_ref();
+        current.map_or_else(Vector3::zeros, |current| {
+            Vector3::from(current.velocity([at.x, at.y], still - at.z, time, memory))
+        })
+    }
+
+    /// The same sea without its waves.
+    pub fn calm(&self) -> Self {
+        Self {
+            waves: None,
+            ..self.clone()
+        }
     }
 
     /// Dynamic pressure of the waves over density at a point [m^2/s^2].

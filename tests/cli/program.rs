@@ -580,6 +580,7 @@ fn effects_come_from_a_table_of_derivatives() {
 }
 
 /// First values of a ball of 0.5 m: the volume, half the displaced mass, half rho C_D times the disc.
+#[cfg(mujoco_plugins)]
 #[test]
 fn effects_come_from_the_shape_of_a_body() {
     let folder = tempfile::tempdir().unwrap();

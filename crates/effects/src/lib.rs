@@ -46,6 +46,7 @@ mod matrix_fault;
 mod matrix_json;
 mod motion;
 pub mod own;
+pub mod potential_flow;
 pub mod sea;
 mod set;
 mod set_error;

@@ -1,8 +1,10 @@
 //! Ties named effects to a model: names become numbers, and what does not fit is refused.
 
+use std::sync::Arc;
+
 use hydro_effects::{
     Entry, Id, Motion, Part, Target, TargetKind, Targets, card::ActuatorScale, effect, is_matrix,
-    listed_id,
+    listed_id, potential_flow::PotentialFlow,
 };
 use serde_json::Value;
 
@@ -25,7 +27,7 @@ use crate::{
     },
     plugin::{
         Bound,
-        bound::{Acting, ChangedActuator, MovedJoint},
+        bound::{Acting, ChangedActuator, MovedJoint, Radiating, WetBody},
     },
 };
 
@@ -50,11 +52,15 @@ pub(crate) fn bind(
         add(model, entry, around, &mut bound)
             .map_err(|reason| format!("effect `{}`: {reason}", entry.effect))?;
     }
+    if let Some(flow) = &around.potential_flow {
+        add_potential_flow(model, flow, around, &mut bound)
+            .map_err(|reason| format!("attribute `potential_flow`: {reason}"))?;
+    }
     if !bound.water.is_empty() {
         bound.displacing = displacing(model, bound.density);
     }
     for wet in &mut bound.bodies {
-        wet.in_waves = around.moves_in_waves() && wet.floats();
+        wet.in_waves = around.moves_in_waves() && wet.floats() && !wet.is_excited();
         wet.panels = panels(around, wet);
     }
     bound.in_waves = in_waves(model, around, &bound);
@@ -282,6 +288,21 @@ fn add_to_body(
     if acting.effect.card().id == Id::Hydrostatics {
         check_hull(model, body, around)?;
     }
+    let wet = known_wet_body(model, body, around, bound);
+    if !wet.full_rows && has_inertia(&acting) {
+        return Err(no_room(model, body));
+    }
+    wet.acting.push(acting);
+    Ok(())
+}
+
+/// A body among those that effects act on, where it is put if it is not there.
+fn known_wet_body<'a>(
+    model: ModelView<'_>,
+    body: usize,
+    around: &Surroundings,
+    bound: &'a mut Bound,
+) -> &'a mut WetBody {
     let known = bound.bodies.iter().position(|wet| wet.body == body);
     let at = known.unwrap_or_else(|| {
         bound
@@ -289,15 +310,46 @@ fn add_to_body(
             .push(wet_body(model, body, around, bound.density));
         bound.bodies.len() - 1
     });
-    let wet = &mut bound.bodies[at];
-    if !wet.full_rows && has_inertia(&acting) {
-        let name = model.label(mjOBJ_BODY as i32, "body", body);
+    &mut bound.bodies[at]
+}
+
+/// Refusal of inertia on a body whose inertia has no room for it.
+fn no_room(model: ModelView<'_>, body: usize) -> String {
+    let name = model.label(mjOBJ_BODY as i32, "body", body);
+    format!(
+        "it adds inertia to body `{name}`, whose inertia MuJoCo keeps as a diagonal without room for \
+         that; put an empty child into the body, <body name=\"{name}_water\"/>, and it keeps all of it"
+    )
+}
+
+fn add_potential_flow(
+    model: ModelView<'_>,
+    flow: &Arc<PotentialFlow>,
+    around: &Surroundings,
+    bound: &mut Bound,
+) -> Result<(), String> {
+    let Some(carrier) = around.carrier.map(|carrier| carrier.body) else {
+        return Ok(());
+    };
+    let memory = bound.memory_len..bound.memory_len + flow.state_len();
+    let end = memory.end;
+    let wet = known_wet_body(model, carrier, around, bound);
+    if !wet.full_rows {
+        return Err(no_room(model, carrier));
+    }
+    let twice = [Id::AddedMass, Id::WakeMemory].into_iter();
+    if let Some(id) = twice.into_iter().find(|id| wet.has(*id)) {
         return Err(format!(
-            "it adds inertia to body `{name}`, whose inertia MuJoCo keeps as a diagonal without room for \
-             that; put an empty child into the body, <body name=\"{name}_water\"/>, and it keeps all of it"
+            "body `{}` has the effect `{id}` too, which the flow has already; take the effect away",
+            model.label(mjOBJ_BODY as i32, "body", carrier)
         ));
     }
-    wet.acting.push(acting);
+    wet.potential_flow = Some(Radiating {
+        flow: Arc::clone(flow),
+        stepping: flow.stepping(model.raw().opt.timestep),
+        memory,
+    });
+    bound.memory_len = end;
     Ok(())
 }
 

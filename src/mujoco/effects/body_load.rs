@@ -5,6 +5,8 @@ use hydro_frames as frames;
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 
 use super::{
+    frame::{Frame, to_body},
+    potential_flow,
     source::Source,
     submersion::{Submersion, submersion},
     walls,
@@ -24,57 +26,6 @@ use crate::{
 /// Effects whose force turns with the body's own motion and resists nothing: the derivative is no drag,
 /// and an implicit step with it would only be less exact.
 const GYROSCOPIC: [Id; 3] = [Id::AddedMass, Id::Payload, Id::MunkMoment];
-
-/// A body's frame in motion.
-pub(super) struct Frame {
-    pub(super) rotation: Matrix3<f64>,
-    /// Velocity of the body [6] by each of its degrees of freedom, body frame: linear, angular.
-    pub(super) columns: Vec<Vector6<f64>>,
-    pub(super) origin: Vector3<f64>,
-    /// Origin from the point that MuJoCo's spatial vectors are about.
-    arm: Vector3<f64>,
-}
-
-impl Frame {
-    pub(super) fn new(data: &DataView<'_>, wet: &WetBody) -> Self {
-        let rotation = rotation(data.xmat(), wet.body);
-        let root = data.model().body_rootid()[wet.body] as usize;
-        let origin = vector(data.xpos(), wet.body);
-        let arm = origin - vector(data.subtree_com(), root);
-        let columns = wet
-            .dofs
-            .iter()
-            .map(|dof| to_body(&rotation, arm, &data.cdof()[6 * dof..6 * dof + 6]))
-            .collect();
-        Self {
-            rotation,
-            columns,
-            origin,
-            arm,
-        }
-    }
-
-    /// J x [6].
-    pub(super) fn along(&self, wet: &WetBody, x: &[f64]) -> Vector6<f64> {
-        self.columns
-            .iter()
-            .zip(&wet.dofs)
-            .fold(Vector6::zeros(), |sum, (column, dof)| {
-                sum + column * x[*dof]
-            })
-    }
-}
-
-/// A spatial vector of MuJoCo's (rotation, translation about the tree's centre of mass, world) as linear
-/// and angular part at the body's origin, body frame.
-fn to_body(rotation: &Matrix3<f64>, arm: Vector3<f64>, spatial: &[f64]) -> Vector6<f64> {
-    let angular = Vector3::new(spatial[0], spatial[1], spatial[2]);
-    let linear = Vector3::new(spatial[3], spatial[4], spatial[5]) + angular.cross(&arm);
-    let (linear, angular) = (rotation.tr_mul(&linear), rotation.tr_mul(&angular));
-    Vector6::new(
-        linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
-    )
-}
 
 /// The sum of the effects on one body.
 pub(super) struct BodyLoad<'a> {
@@ -120,6 +71,12 @@ pub(super) fn body_load<'a>(
         {
             damping = Some(damping.unwrap_or_default() + more * share);
         }
+    }
+    if let Some(radiating) = &wet.potential_flow {
+        let on = (wet, radiating);
+        let load = potential_flow::load(data, source, water, on, &frame, &motion, &submersion);
+        wrench += load.wrench;
+        inertia = Some(inertia.unwrap_or_default() + load.inertia);
     }
     if let Some(inertia) = &inertia {
         wrench -= inertia * bias(data, wet, &frame);

@@ -19,7 +19,9 @@ use nalgebra::{Vector3, Vector6};
 
 use super::{
     active_effects, actuation,
-    body_load::{BodyLoad, Frame, body_load, commands, motion},
+    body_load::{BodyLoad, body_load, commands, motion},
+    frame::Frame,
+    potential_flow,
     source::Source,
     submersion::wet_part,
     water::Water,
@@ -376,7 +378,8 @@ pub(crate) fn advance_memory(
     let step = data.model().raw().opt.timestep;
     let water = Water::new(data, sources).at_time(data.time() - step);
     for wet in &source.bound.bodies {
-        if wet.acting.iter().all(|acting| acting.memory.is_empty()) {
+        let remembers = wet.acting.iter().any(|acting| !acting.memory.is_empty());
+        if !remembers && wet.potential_flow.is_none() {
             continue;
         }
         let frame = Frame::new(data, wet);
@@ -387,6 +390,10 @@ pub(crate) fn advance_memory(
                 motion.commands = commands(data, acting);
                 part.advance(&acting.parameters, &motion, step, memory);
             }
+        }
+        if let Some(radiating) = &wet.potential_flow {
+            let on = (wet, radiating);
+            potential_flow::advance(data, source, &water, on, (&frame, &motion), memory);
         }
     }
     for joint in &source.bound.joints {

@@ -9,7 +9,9 @@
 //! source          effects with their memory, of one instance or one simulation
 //! water, walls    how the water moves at a point; the nearest wall
 //! submersion      how much of a body is under water, and the pressure on its hull
+//! frame           a body's frame, and how its degrees of freedom move it
 //! body_load       wrench, inertia and damping of the effects on one body
+//! potential_flow  waves that a hull makes and meets, by a boundary element program
 //! actuation       actuators that do not do what they are told
 //! forces          the sum, into MuJoCo's passive forces and inertia matrix
 //! ```
@@ -19,6 +21,8 @@ pub(crate) mod actuation;
 pub(crate) mod bind;
 mod body_load;
 pub(crate) mod forces;
+mod frame;
+mod potential_flow;
 pub(crate) mod sizes;
 pub(crate) mod source;
 mod submersion;

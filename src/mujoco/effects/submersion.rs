@@ -29,7 +29,10 @@ pub(super) fn submersion(
     gravity: Vector3<f64>,
     water: &Water<'_>,
 ) -> Submersion {
-    let (sea, time) = (&source.bound.sea, water.time);
+    let time = water.time;
+    // Where waves push by their excitation, the rest is what it is at the still level.
+    let calm = wet.is_excited().then(|| source.bound.sea.calm());
+    let sea = calm.as_ref().unwrap_or(&source.bound.sea);
     let pushed = wet.panels.as_ref().map(|panels| {
         let place = Isometry3::from_parts(
             origin.into(),

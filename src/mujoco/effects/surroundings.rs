@@ -1,5 +1,9 @@
 //! The water around effects, as the attributes of their instance give it.
 
+use std::sync::Arc;
+
+use hydro_effects::potential_flow::PotentialFlow;
+
 use crate::plugin::sea::Sea;
 
 /// The water around the effects.
@@ -11,6 +15,8 @@ pub(crate) struct Surroundings {
     pub(crate) sea: Sea,
     /// Velocity of the water beside them [m/s].
     pub(crate) current: [f64; 3],
+    /// Potential flow about the carrying body.
+    pub(crate) potential_flow: Option<Arc<PotentialFlow>>,
     /// Names of the geoms that displace water.
     pub(crate) hull: Option<Vec<String>>,
     /// Notes for the user on the sea.

@@ -76,6 +76,15 @@ impl<'a> Water<'a> {
             + self.own(source, at).velocity
     }
 
+    /// Velocity at a point without the waves of a source's own attributes [m/s].
+    pub(crate) fn without_waves(&self, source: &Source<'_>, at: Vector3<f64>) -> Vector3<f64> {
+        let memory = &source.memory[source.bound.sea_memory.clone()];
+        self.wind
+            + Vector3::from(source.bound.current)
+            + self.added(at)
+            + source.bound.sea.current(at, self.time, memory)
+    }
+
     /// Motion of the sea of a source's own attributes at a point.
     pub(crate) fn own(&self, source: &Source<'_>, at: Vector3<f64>) -> WaterMotion {
         let sea = &source.bound.sea;

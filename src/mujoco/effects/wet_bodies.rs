@@ -60,6 +60,7 @@ pub(super) fn wet_body(
         in_waves: false,
         centre_of_buoyancy: around.given_centre(body),
         acting: Vec::new(),
+        potential_flow: None,
     }
 }
 
@@ -136,7 +137,8 @@ pub(super) fn in_waves(
     }
     let named = around.hull.as_deref();
     let floats = |body: usize| {
-        let floating = bound.bodies.iter().filter(|wet| wet.floats());
+        let pushed = |wet: &&WetBody| wet.floats() || wet.is_excited();
+        let floating = bound.bodies.iter().filter(pushed);
         floating
             .map(|wet| model.body_weldid()[wet.body])
             .any(|welded| welded == model.body_weldid()[body])
@@ -218,7 +220,7 @@ pub(super) fn notes(model: ModelView<'_>, around: &Surroundings, bound: &Bound) 
                  buoyancies; take one away"
             ));
         }
-        let waves = around.sea.waves.as_ref();
+        let waves = around.sea.waves.as_ref().filter(|_| !wet.is_excited());
         if let Some(note) = waves.and_then(|waves| waves.large_hull(wet.length())) {
             notes.push(format!("body `{name}`: {note}"));
         }

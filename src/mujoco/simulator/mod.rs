@@ -11,10 +11,10 @@ mod swimmer;
 
 #[cfg(mujoco_plugins)]
 pub(super) use self::error::{ERROR_LEN, c_path, refused};
-#[cfg(mujoco_plugins)]
-pub use self::swimmer::Swimmer;
 pub use self::{
     data::Data,
     error::SimulatorError,
-    model::{BodyInertia, BodyShape, Integrator, JointGeometry, Model},
+    model::{BodyInertia, Integrator, JointGeometry, Model},
 };
+#[cfg(mujoco_plugins)]
+pub use self::{model::BodyShape, swimmer::Swimmer};

@@ -8,15 +8,15 @@ use std::{
     ptr::NonNull,
 };
 
+#[cfg(mujoco_plugins)]
 use hydro_effects::hydrostatics::Hull;
 
 use super::error::{ERROR_LEN, SimulatorError, c_path, refused};
 #[cfg(mujoco_plugins)]
-use crate::plugin::native_fluid::EllipsoidCoefficients;
+use crate::{mujoco::effects::sizes, plugin::native_fluid::EllipsoidCoefficients};
 use crate::{
     mujoco::{
         bodies::base_body,
-        effects::sizes,
         ffi::{
             Api, ModelView,
             bindings::{
@@ -82,6 +82,7 @@ pub struct BodyInertia {
 }
 
 /// Hull of a body, in its frame.
+#[cfg(mujoco_plugins)]
 #[derive(Clone, Debug)]
 pub struct BodyShape {
     /// Its closed shapes; the ellipsoid of the body's inertia where it has no geoms.
@@ -355,6 +356,7 @@ impl Model {
     }
 
     /// Hull of a body and what is welded to it: that of the plugin where no attribute says otherwise.
+    #[cfg(mujoco_plugins)]
     pub fn body_shape(&self, name: &str) -> Result<BodyShape, SimulatorError> {
         let body = self.body(name)?;
         let model = self.view();

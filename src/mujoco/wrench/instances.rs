@@ -208,6 +208,10 @@ pub(crate) fn surroundings(
     Ok(Surroundings {
         density: settings.density_is_given.then_some(settings.density),
         sea,
+        potential_flow: settings
+            .potential_flow()
+            .map_err(|fault| fault.to_string())?
+            .map(Arc::new),
         notes,
         current: settings.current,
         hull: settings.hull.clone(),
@@ -226,7 +230,7 @@ pub(crate) fn bound(
     around: &Surroundings,
     entries: &[Entry],
 ) -> Result<Option<Bound>, String> {
-    if entries.is_empty() && !around.sea.moves() {
+    if entries.is_empty() && !around.sea.moves() && around.potential_flow.is_none() {
         return Ok(None);
     }
     bind::bind(model, entries, around).map(Some)

@@ -12,14 +12,19 @@ use crate::{
     plugin::{Handle, Instance, Settings},
 };
 
-/// Numbers of memory of effects and of a random current; `None` where their texts are at fault.
+/// Numbers of memory of effects, of a potential flow and of a random current; `None` where their texts are at fault.
 pub(super) fn effects_len(settings: &Settings, step: f64) -> Option<usize> {
     let effects = match &settings.effects {
         Some(text) => bind::memory_len(text, step)?,
         None => 0,
     };
+    let flow = settings.potential_flow().ok()?;
     let current = settings.current_field().ok()?;
-    Some(effects + current.map_or(0, |current| current.state_len()))
+    Some(
+        effects
+            + flow.map_or(0, |flow| flow.state_len())
+            + current.map_or(0, |current| current.state_len()),
+    )
 }
 
 /// Reason why an instance does not fit its model's memory.

@@ -232,6 +232,7 @@ fn set_up(model: ModelView<'_>) -> Made {
     }
     let needs_plugin = [
         ("waves", settings.waves.is_some()),
+        ("potential_flow", settings.potential_flow.is_some()),
         ("current", settings.current_field.is_some()),
     ];
     if let Some((name, _)) = needs_plugin.into_iter().find(|(_, given)| *given) {

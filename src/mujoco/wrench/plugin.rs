@@ -90,6 +90,7 @@ const ATTRIBUTES: [&CStr; attributes::NAMES.len()] = [
     c"waterline",
     c"current",
     c"waves",
+    c"potential_flow",
     c"hull",
     c"volume",
     c"centre_of_buoyancy",

@@ -1,10 +1,15 @@
 //! A current given on a grid in place, depth and time.
 
+use std::{
+    fmt,
+    hash::{DefaultHasher, Hasher},
+};
+
 use serde_json::Value;
 
 use super::{
     error::SeaError,
-    json::{Fields, check, number, vector},
+    json::{Fields, ascending, vector},
 };
 
 /// Coordinates [m]; times [s]; velocities [m/s].
@@ -18,12 +23,26 @@ const MOST_POINTS: usize = 500_000;
 const KEYS: [&str; 5] = ["x", "y", "depth", "time", "velocity"];
 
 /// Velocities at the points of a rectangular grid; linear between them, along each axis, and constant outside.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub(super) struct Grid {
     /// Coordinates of x, y, depth and time, ascending; empty where the current is the same along an axis.
     axes: [Vec<f64>; 4],
     /// At the points, x fastest, then y, depth and time [m/s].
     velocities: Vec<[f64; 3]>,
+}
+
+impl fmt::Debug for Grid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut hasher = DefaultHasher::new();
+        let numbers = self.axes.iter().flatten();
+        for number in numbers.chain(self.velocities.iter().flatten()) {
+            hasher.write_u64(number.to_bits());
+        }
+        f.debug_struct("Grid")
+            .field("points", &self.velocities.len())
+            .field("digest", &hasher.finish())
+            .finish_non_exhaustive()
+    }
 }
 
 impl Grid {
@@ -114,22 +133,8 @@ fn axis(
     unit: &str,
     bounds: [f64; 2],
 ) -> Result<Vec<f64>, SeaError> {
-    if fields.get(key).is_none() {
-        return Ok(Vec::new());
+    match fields.get(key) {
+        Some(_) => ascending(fields, key, unit, bounds, MOST_COORDINATES),
+        None => Ok(Vec::new()),
     }
-    let list = fields.list(key, "coordinates", MOST_COORDINATES)?;
-    let mut coordinates: Vec<f64> = Vec::with_capacity(list.len());
-    for (at, value) in list.iter().enumerate() {
-        let field = format!("{}[{at}]", fields.field(key));
-        let value = check(&field, number(&field, value, unit)?, unit, bounds)?;
-        if let Some(last) = coordinates.last().filter(|last| **last >= value) {
-            return Err(SeaError::Value {
-                field,
-                found: format!("{value} {unit} after {last} {unit}"),
-                expected: "coordinates that ascend".to_owned(),
-            });
-        }
-        coordinates.push(value);
-    }
-    Ok(coordinates)
 }

@@ -236,6 +236,31 @@ impl<'a> Fields<'a> {
     }
 }
 
+/// Numbers that ascend, of one at least and no more than `most`.
+pub(crate) fn ascending(
+    fields: &Fields<'_>,
+    key: &'static str,
+    unit: &str,
+    bounds: [f64; 2],
+    most: usize,
+) -> Result<Vec<f64>, SeaError> {
+    let list = fields.list(key, "numbers", most)?;
+    let mut values: Vec<f64> = Vec::with_capacity(list.len());
+    for (at, value) in list.iter().enumerate() {
+        let field = format!("{}[{at}]", fields.field(key));
+        let value = check(&field, number(&field, value, unit)?, unit, bounds)?;
+        if let Some(last) = values.last().filter(|last| **last >= value) {
+            return Err(SeaError::Value {
+                field,
+                found: format!("{value} {unit} after {last} {unit}"),
+                expected: "numbers that ascend".to_owned(),
+            });
+        }
+        values.push(value);
+    }
+    Ok(values)
+}
+
 fn three_numbers(unit: &str) -> String {
     format!("three numbers [{unit}], x y z")
 }

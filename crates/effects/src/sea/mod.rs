@@ -75,7 +75,7 @@ mod dispersion;
 mod elementary;
 mod error;
 mod grid;
-mod json;
+pub(crate) mod json;
 mod limits;
 mod note;
 mod quantiles;

@@ -131,7 +131,7 @@ fn every_refusal_of_a_grid_says_what_and_where() {
     );
     assert_eq!(
         with(&format!(r#"{{"x": [1, 1], "velocity": {one}}}"#)),
-        "grid.x[1]: found 1 m after 1 m, expected coordinates that ascend"
+        "grid.x[1]: found 1 m after 1 m, expected numbers that ascend"
     );
     assert_eq!(
         with(&format!(r#"{{"depth": [-1], "velocity": {one}}}"#)),
