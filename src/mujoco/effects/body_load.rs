@@ -2,7 +2,7 @@
 
 use hydro_effects::{Id, Medium, Motion};
 use hydro_frames as frames;
-use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 
 use super::{
     frame::{Frame, to_body},
@@ -14,10 +14,7 @@ use super::{
 };
 use crate::{
     mujoco::{
-        bodies::{
-            fluid_loads,
-            joint_space::{rotation, vector},
-        },
+        bodies::{fluid_loads, joint_space::vector},
         ffi::{DataView, ModelView, bindings::mjDSBL_GRAVITY},
     },
     plugin::bound::{Acting, WetBody},
