@@ -7,7 +7,7 @@ import mujoco
 
 from .errors import DataError
 from .packaged import root
-from .plugin import LIBRARY, WRENCH, built_library, is_loaded, load_plugin
+from .plugin import LIBRARY, WRENCH, built_library, is_loaded, load_plugin, loaded_copies
 from .version import __version__
 from .water import add_water, wrench
 
@@ -44,16 +44,6 @@ def examine() -> tuple[bool, str]:
     verdict = "it acts" if acts else "WRONG"
     lines.append(f"water        {force:.1f} N of drag on a test body, {expected:.1f} N expected: {verdict}")
     return acts, "\n".join(lines if acts else lines + _advice())
-
-
-def loaded_copies() -> list[Path]:
-    """Files of the plugin library in this process, in the order of their names."""
-    try:
-        maps = Path("/proc/self/maps").read_text(encoding="utf-8")
-    except OSError:
-        return []
-    paths = {line[line.index("/") :] for line in maps.splitlines() if "/libhydro_plugin" in line}
-    return [Path(path) for path in sorted(paths)]
 
 
 def _force() -> float:

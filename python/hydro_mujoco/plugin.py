@@ -44,6 +44,16 @@ def is_loaded() -> bool:
     return bool(library.mjp_getPlugin(WRENCH.encode(), None))
 
 
+def loaded_copies() -> list[Path]:
+    """Files of the plugin library in this process, in the order of their names."""
+    try:
+        maps = Path("/proc/self/maps").read_text(encoding="utf-8")
+    except OSError:
+        return []
+    paths = {line[line.index("/") :] for line in maps.splitlines() if "/libhydro_plugin" in line}
+    return [Path(path) for path in sorted(paths)]
+
+
 def load_plugin(path: Path | None = None) -> None:
     """Register the library's plugins in this process, unless they are registered already.
 

@@ -21,7 +21,7 @@ mod body_load;
 pub(crate) mod forces;
 pub(crate) mod sizes;
 pub(crate) mod source;
-mod submersion;
+pub(crate) mod submersion;
 pub(crate) mod surroundings;
 pub(crate) mod walls;
 mod water;

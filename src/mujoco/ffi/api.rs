@@ -10,7 +10,7 @@
 //!    package beside the package that holds the program, or the one that `build.rs` found.
 //!
 //! The layout of MuJoCo's structs changes between releases, so a MuJoCo of another version than the
-//! headers is refused, unless both are in [`EQUAL`].
+//! headers is refused, unless both are in [`EQUAL`]; a probe of a small model guards that table ([`super::layout`]).
 
 use std::{
     env,
@@ -24,6 +24,8 @@ use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 use thiserror::Error;
 
 use super::bindings::{self, Functions};
+#[cfg(mujoco_plugins)]
+use super::layout::{self, Mismatch};
 
 /// The library that `build.rs` found.
 const LIBRARY: &str = env!("HYDRO_MUJOCO_LIB");
@@ -62,6 +64,18 @@ pub enum ApiError {
     Version {
         /// The running one, readable.
         running: String,
+    },
+    /// A version of the table whose structs are laid out otherwise.
+    #[cfg(mujoco_plugins)]
+    #[error(
+        "MuJoCo {running} lays out its structs otherwise than the headers of {VERSION} ({mismatch}): nothing is registered. \
+         Take the wheel mujoco=={VERSION}, and tell the authors of hydro"
+    )]
+    Layout {
+        /// The running one, readable.
+        running: String,
+        /// The first field that differs.
+        mismatch: Mismatch,
     },
     /// The library does not open, or lacks a function.
     #[error("{}: {reason}", .path.display())]
@@ -137,6 +151,11 @@ impl Api {
         // SAFETY: as above; the signatures are those of this version's headers.
         let functions = unsafe { Functions::from_library(same_again(&path).map_err(&fault)?) }
             .map_err(&fault)?;
+        #[cfg(mujoco_plugins)]
+        layout::probe(&functions).map_err(|mismatch| ApiError::Layout {
+            running: readable(version.into()),
+            mismatch,
+        })?;
         let api = API.get_or_init(|| Self { functions, library });
         if let Some(then) = ON_LOAD.get() {
             then(api);
