@@ -4,6 +4,7 @@ import ctypes
 import os
 import sys
 from pathlib import Path
+from typing import Any
 
 import mujoco
 
@@ -75,7 +76,7 @@ def load_plugin(path: Path | None = None) -> None:
         raise DataError(f"plugin library {path}: it did not register {WRENCH}; MuJoCo's warning says why")
 
 
-def declare(spec: mujoco.MjSpec, name: str, config: dict[str, str], *users: object) -> None:
+def declare(spec: mujoco.MjSpec, name: str, config: dict[str, str], *users: Any) -> None:
     """Declare an instance of `hydro.wrench` in a spec.
 
     users: what uses it, elements with a `plugin`: the body that carries it, a sensor that reads it.

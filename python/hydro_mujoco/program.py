@@ -73,7 +73,7 @@ def run_json(words: Iterable[str | os.PathLike[str]], *, progress: bool = True) 
 
 
 def flags(options: Mapping[str, Any]) -> list[str]:
-    """Command-line flags of options: underscores as hyphens, `True` alone, lists by commas; `None`, `False` left out."""
+    """Command-line flags of options: underscores as hyphens, `True` alone, lists by commas; `None`, `False` out."""
     words: list[str] = []
     for name, value in options.items():
         flag = f"--{name.replace('_', '-')}"

@@ -1,6 +1,5 @@
 """`add_water`, `wrench`, what comes with the package, the doctor. Skipped without the library."""
 
-import doctest
 import json
 import subprocess
 import sys
@@ -13,7 +12,7 @@ import mujoco
 import numpy as np
 
 import hydro_mujoco
-from hydro_mujoco import doctor, packaged, plugin, requirement, water
+from hydro_mujoco import doctor, plugin, requirement
 from hydro_mujoco.errors import DataError
 
 HULL = """<mujoco><option timestep="0.005"/><worldbody>
@@ -108,10 +107,6 @@ class AddWater(unittest.TestCase):
         model, data = still(spec)
         with self.assertRaisesRegex(DataError, 'no sensor reads the water of body `hull`.*instance="hull_water"'):
             hydro_mujoco.wrench(model, data, "hull")
-
-    def test_examples_of_the_docstrings(self):
-        for module in (water, packaged):
-            self.assertEqual(doctest.testmod(module).failed, 0)
 
     def test_the_doctor_sees_it_act(self):
         acts, text = doctor.examine()
