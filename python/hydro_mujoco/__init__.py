@@ -17,6 +17,7 @@ doctor.py      `python -m hydro_mujoco`: whether the plugin acts here
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from . import requirement
 from .errors import DataError, Notice
 from .version import __version__
 
@@ -73,6 +74,6 @@ def __getattr__(name: str) -> object:
     """What needs MuJoCo is imported where it is first asked for, after a look at which MuJoCo that is."""
     if name not in _FROM:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    import_module(".requirement", __name__)
+    requirement.check_installed()
     module = _FROM[name]
     return import_module(f".{name}", __name__) if module is None else getattr(import_module(module, __name__), name)

@@ -3,6 +3,7 @@
 import ctypes
 import os
 import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -68,12 +69,20 @@ def load_plugin(path: Path | None = None) -> None:
             f"plugin library {path}: no such file; install the wheel, or build it with `cargo build --release`, or "
             f"name it by --plugin or {LIBRARY}"
         )
+    said: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(said.append)
     try:
         mujoco.mj_loadPluginLibrary(str(path.resolve()))
     except mujoco.FatalError as error:
         raise DataError(f"plugin library {path}: {error}") from error
+    finally:
+        mujoco.set_mju_user_warning(before)
     if not is_loaded():
-        raise DataError(f"plugin library {path}: it did not register {WRENCH}; MuJoCo's warning says why")
+        reason = "; ".join(said) or "and says nothing of it"
+        raise DataError(f"plugin library {path} did not register {WRENCH}: {reason}")
+    for text in said:
+        warnings.warn(text, stacklevel=2)
 
 
 def declare(spec: mujoco.MjSpec, name: str, config: dict[str, str], *users: Any) -> None:

@@ -1,4 +1,4 @@
-"""The MuJoCo that the package needs, checked when it is imported."""
+"""The MuJoCo that the package needs, checked before what needs it is imported."""
 
 #: The first release with `mujoco.batch`, and with entry points for plugins.
 OLDEST = (4, 0, 0)
@@ -14,10 +14,12 @@ def check(version: str) -> None:
         )
 
 
-def _version() -> str:
-    import mujoco
-
-    return mujoco.__version__
-
-
-check(_version())
+def check_installed() -> None:
+    """Refuse the MuJoCo of this Python, or its absence."""
+    try:
+        import mujoco
+    except ModuleNotFoundError as error:
+        if error.name != "mujoco":
+            raise
+        raise ImportError("hydro_mujoco needs MuJoCo, and there is none: pip install 'mujoco==4.0.0'") from error
+    check(mujoco.__version__)

@@ -77,6 +77,12 @@ pub enum ApiError {
         /// The first field that differs.
         mismatch: Mismatch,
     },
+    /// There is no such file.
+    #[error(
+        "no MuJoCo at {}: pip install 'mujoco=={VERSION}' beside this program, or name another by {NAMED_LIBRARY}",
+        .0.display()
+    )]
+    Missing(PathBuf),
     /// The library does not open, or lacks a function.
     #[error("{}: {reason}", .path.display())]
     Library {
@@ -122,6 +128,9 @@ impl Api {
             return Self::fill(library, path);
         }
         let path = library();
+        if !path.is_file() {
+            return Err(ApiError::Missing(path));
+        }
         // SAFETY: MuJoCo's initialisers have no preconditions.
         let library = unsafe { Library::open(Some(&path), RTLD_NOW | RTLD_LOCAL) };
         let library = library.map_err(|fault| ApiError::Library {
@@ -237,21 +246,21 @@ pub fn library() -> PathBuf {
     if let Some(named) = env::var_os(NAMED_LIBRARY).filter(|name| !name.is_empty()) {
         return PathBuf::from(named);
     }
-    // site-packages/hydro_mujoco/bin and site-packages/mujoco
-    let beside = own_folder()
-        .and_then(|bin| {
-            bin.parent()?
-                .parent()
-                .map(|packages| packages.join("mujoco"))
-        })
-        .and_then(|package| fs::read_dir(package).ok())
-        .into_iter()
-        .flatten()
-        .flatten()
+    let Some(package) = python_package() else {
+        return PathBuf::from(LIBRARY);
+    };
+    let mujoco = package.with_file_name("mujoco");
+    let files = fs::read_dir(&mujoco).into_iter().flatten().flatten();
+    let found = files
         .map(|entry| entry.path())
-        .filter(|path| is_mujoco(path))
-        .max();
-    beside.unwrap_or_else(|| PathBuf::from(LIBRARY))
+        .filter(|path| is_mujoco(path));
+    found.max().unwrap_or_else(|| mujoco.join("libmujoco.so"))
+}
+
+/// The Python package `hydro_mujoco` that this program is part of: the program is its `bin/hydro`.
+pub fn python_package() -> Option<PathBuf> {
+    let package = own_folder()?.parent()?.to_owned();
+    (package.file_name()? == "hydro_mujoco").then_some(package)
 }
 
 /// The file that holds this code: the shared library, or the program.
