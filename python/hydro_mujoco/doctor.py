@@ -3,7 +3,6 @@
 It imports MuJoCo, and what needs it, only after it has looked which one there is.
 """
 
-import importlib.util
 import json
 import sys
 from importlib import metadata
@@ -12,11 +11,12 @@ from urllib.parse import urlparse
 
 from hydro_mujoco_entry import find_program
 
+from . import requirement
 from .errors import DataError
 from .version import __version__
 
-#: The distribution of this package, and a MuJoCo that it goes with.
-DISTRIBUTION, MUJOCO = "hydro-mujoco", "pip install 'mujoco==4.0.0'"
+#: The distribution of this package.
+DISTRIBUTION = "hydro-mujoco"
 #: A body without weight at 2 m/s, and the drag that it must feel: 10 * 2^2.
 SPEED, COEFFICIENT = 2.0, 10.0
 PROBE = """<mujoco><option gravity="0 0 0"/>
@@ -32,12 +32,10 @@ def examine() -> tuple[bool, str]:
         f"program      {_program()}",
     ]
     try:
-        import mujoco
+        mujoco = requirement.mujoco_module()
     except ImportError as error:
-        there = importlib.util.find_spec("mujoco") is not None
-        lines.append(f"MuJoCo       {f'cannot be imported: {error}' if there else 'not installed'}")
-        return False, "\n".join([*lines, f"to do        {MUJOCO}"])
-    folder = Path(mujoco.__file__).parent
+        return False, "\n".join([*lines, f"MuJoCo       {error}"])
+    folder = Path(mujoco.__path__[0])
     lines.append(
         f"MuJoCo       {mujoco.__version__}  {', '.join(map(str, sorted(folder.glob('libmujoco*')))) or folder}"
     )
@@ -73,14 +71,13 @@ def _plugin(installed: bool) -> tuple[bool, list[str]]:
     """Whether the plugin acts, and lines on it. installed: by a wheel, so that `import mujoco` loads it."""
     import mujoco
 
-    from . import requirement
     from .packaged import root
     from .plugin import LIBRARY, built_library, is_loaded, load_plugin, loaded_copies
 
     checkpoints = sorted(card.parent.name for card in root().glob("models/*/card.json"))
     lines = [f"checkpoints  {', '.join(checkpoints) or 'none'}  {root() / 'models'}"]
     advice = [
-        f"to do        1. a MuJoCo that this package goes with: {MUJOCO}",
+        f"to do        1. a MuJoCo that this package goes with: {requirement.INSTALL}",
         f"             2. the package anew: pip install --force-reinstall --no-deps {DISTRIBUTION}",
         f"             3. another library: {LIBRARY}=/path/libhydro_plugin.so, after cargo build --release",
     ]

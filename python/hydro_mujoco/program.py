@@ -44,7 +44,7 @@ def run_json(words: Iterable[str | os.PathLike[str]], *, progress: bool = True) 
         raise DataError(str(error)) from error
     command = [str(path), *(os.fspath(word) for word in words), "--json"]
     # A process group of its own: Ctrl-C reaches the program once, from here.
-    child = subprocess.Popen(
+    with subprocess.Popen(
         command,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
@@ -53,17 +53,18 @@ def run_json(words: Iterable[str | os.PathLike[str]], *, progress: bool = True) 
         errors="replace",
         process_group=0,
         env=environment() | (OFTEN if _has_bars() else {}),
-    )
-    printed: list[str] = []
-    reader = threading.Thread(target=lambda: printed.extend(child.stdout or ()), daemon=True)
-    reader.start()
-    try:
-        said = _follow(child.stderr or (), progress)
-        status = child.wait()
-        reader.join()
-    except BaseException:
-        _stop(child)
-        raise
+    ) as child:
+        printed: list[str] = []
+        reader = threading.Thread(target=lambda: printed.extend(child.stdout or ()), daemon=True)
+        reader.start()
+        try:
+            said = _follow(child.stderr or (), progress)
+            status = child.wait()
+        except BaseException:
+            _stop(child)
+            raise
+        finally:
+            reader.join()
     if status:
         raise DataError(_error(said) or f"{path} ended with status {status} and no message")
     try:

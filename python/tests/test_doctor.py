@@ -43,7 +43,9 @@ def test_it_says_what_acts_and_where_all_is_from():
 
 def test_no_mujoco():
     status, text = python(f"import sys; sys.modules['mujoco'] = None; {DOCTOR}")
-    assert status == 1 and "MuJoCo       not installed\nto do        pip install 'mujoco==4.0.0'" in text
+    assert (
+        status == 1 and "MuJoCo       hydro_mujoco needs MuJoCo, and there is none: pip install 'mujoco==4.0.0'" in text
+    )
     status, text = python("import sys; sys.modules['mujoco'] = None; import hydro_mujoco; hydro_mujoco.add_water")
     assert status == 1
     assert (
@@ -55,7 +57,17 @@ def test_no_mujoco():
 def test_a_mujoco_that_is_broken(tmp_path):
     tmp_path.joinpath("mujoco.py").write_text("import nothing_of_this_name")
     status, text = python(DOCTOR, PYTHONPATH=f"{tmp_path}:{PACKAGE.parent}")
-    assert status == 1 and "MuJoCo       cannot be imported: No module named 'nothing_of_this_name'" in text
+    assert (
+        status == 1
+        and "MuJoCo       mujoco cannot be imported (No module named 'nothing_of_this_name'): pip install" in text
+    )
+
+
+def test_a_folder_that_uninstalling_left(tmp_path):
+    tmp_path.joinpath("mujoco", "plugin").mkdir(parents=True)
+    code = f"import sys; sys.path[:] = [{str(tmp_path)!r}] + [p for p in sys.path if not p.endswith('site-packages')]; {DOCTOR}"
+    status, text = python(code, PYTHONPATH=str(PACKAGE.parent))
+    assert status == 1 and f"and {tmp_path / 'mujoco'} is a folder without it: pip install" in text
 
 
 def test_a_mujoco_that_is_too_old(monkeypatch):
