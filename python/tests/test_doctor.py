@@ -41,6 +41,12 @@ def test_it_says_what_acts_and_where_all_is_from():
     assert text.splitlines()[-1].startswith("to do        install the wheel")
 
 
+def test_a_wrong_force_is_told(monkeypatch):
+    monkeypatch.setattr(doctor, "_force", lambda: -39.0)
+    acts, text = doctor.examine()
+    assert not acts and "-39.0 N of drag on a test body, -40.0 N expected: WRONG\nto do        1." in text
+
+
 def test_no_mujoco():
     status, text = python(f"import sys; sys.modules['mujoco'] = None; {DOCTOR}")
     assert (

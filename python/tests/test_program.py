@@ -140,6 +140,13 @@ def test_no_progress_where_none_is_wanted(stand_in, bars):
     assert (Bar.made, Bar.written) == ([], [])
 
 
+def test_an_error_is_raised_and_not_shown_too(stand_in, bars):
+    stand_in("sys.stderr.write('a remark\\nhydro: the first\\nthe second\\n'); sys.exit(1)")
+    with pytest.raises(DataError, match="the first\nthe second"):
+        program.run_json([])
+    assert Bar.written == ["a remark"]
+
+
 def test_lines_in_a_log(stand_in, monkeypatch):
     Bar.written = []
     monkeypatch.setattr(program, "tqdm", Bar)

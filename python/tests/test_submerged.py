@@ -133,12 +133,15 @@ def test_a_number_or_a_pointer_that_is_wrong_is_refused_by_the_library():
 def test_of_two_copies_the_one_that_acts_answers():
     library = plugin.built_library()
     with tempfile.TemporaryDirectory() as folder:
-        # Its name sorts first.
-        other = Path(folder, library.name)
-        other.write_bytes(library.read_bytes())
+        # The idle one sorts first.
+        other, acting = Path(folder, "a", library.name), Path(folder, "b", library.name)
+        for copy in (other, acting):
+            copy.parent.mkdir()
+            copy.write_bytes(library.read_bytes())
         code = f"""
 import ctypes, mujoco
-mujoco.mj_loadPluginLibrary({str(library)!r}); ctypes.CDLL({str(other)!r})
+mujoco.mj_loadPluginLibrary({str(acting)!r})
+ctypes.CDLL({str(other)!r})
 import hydro_mujoco as hydro
 model = hydro.add_water(mujoco.MjSpec.from_string({SPHERE.format(z=0, quat="1 0 0 0")!r}), body="ball", effects={{"hydrostatics": {{}}}},
                         waterline=0, hull="ball").compile()
