@@ -32,8 +32,8 @@ DOCTOR = "import hydro_mujoco.doctor as d; raise SystemExit(d.main())"
 
 
 def test_it_says_what_acts_and_where_all_is_from():
-    acts, text = doctor.examine()
-    assert acts, text
+    status, text = python(DOCTOR)
+    assert status == 0, text
     assert f"MuJoCo       {mujoco.__version__}  {Path(mujoco.__file__).parent}" in text
     assert f"plugin       {LIBRARY.resolve()}  loaded by hydro_mujoco: `import mujoco` alone does not" in text
     assert f"program      {hydro_mujoco_entry.find_program()}" in text
