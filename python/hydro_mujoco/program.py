@@ -17,6 +17,7 @@ from tqdm.auto import tqdm
 from hydro_mujoco_entry import environment, find_program
 
 from .errors import DataError
+from .recording.progress import has_bars
 
 #: A line of progress: `likelihoods: 12/40 in 3 s, 7 s left  epoch 2`.
 PROGRESS = re.compile(r"(?P<what>[^:]+): (?P<done>\d+)/(?P<total>\d+) in \d+ s(?:, \d+ s left)?\s*(?P<words>.*)")
@@ -52,7 +53,7 @@ def run_json(words: Iterable[str | os.PathLike[str]], *, progress: bool = True) 
         text=True,
         errors="replace",
         process_group=0,
-        env=environment() | (OFTEN if _has_bars() else {}),
+        env=environment() | (OFTEN if has_bars(sys.stderr) else {}),
     ) as child:
         printed: list[str] = []
         reader = threading.Thread(target=lambda: printed.extend(child.stdout or ()), daemon=True)
@@ -109,15 +110,10 @@ def _path(name: str, path: str | os.PathLike[str]) -> Path:
     return Path(path).absolute() if os.fspath(path).startswith("-") else Path(path)
 
 
-def _has_bars() -> bool:
-    """True on a terminal and in a notebook."""
-    return sys.stderr.isatty() or any(base.__module__ == "tqdm.notebook" for base in tqdm.__mro__)
-
-
 def _follow(lines: Iterable[str], progress: bool) -> list[str]:
     """Show progress and remarks until the program closes its standard error; returns its lines without the progress."""
     said: list[str] = []
-    bar = _Bar() if _has_bars() else None
+    bar = _Bar() if has_bars(sys.stderr) else None
     try:
         for line in lines:
             line = line.rstrip("\n")

@@ -1,5 +1,6 @@
 """The program behind functions: progress, errors, Ctrl-C. A script stands in for it."""
 
+import io
 import os
 import signal
 import stat
@@ -8,11 +9,13 @@ import threading
 import time
 
 import pytest
+import tqdm.notebook
 from hypothesis import given
 from hypothesis import strategies as st
 
 import hydro_mujoco_entry
 from hydro_mujoco import DataError, program
+from hydro_mujoco.recording import progress
 
 
 @pytest.fixture
@@ -111,7 +114,7 @@ class Bar:
 def bars(monkeypatch):
     Bar.made, Bar.written = [], []
     monkeypatch.setattr(program, "tqdm", Bar)
-    monkeypatch.setattr(program, "_has_bars", lambda: True)
+    monkeypatch.setattr(program, "has_bars", lambda stream: True)
 
 
 LINES = """a remark
@@ -191,6 +194,15 @@ def test_a_program_that_does_not_stop_is_killed(stand_in, tmp_path, monkeypatch)
         program.run_json([])
     with pytest.raises(ProcessLookupError):
         os.kill(int(there.read_text()), 0)
+
+
+def test_bars_are_for_terminals_and_notebooks(monkeypatch):
+    class Notebook(tqdm.notebook.tqdm):
+        pass
+
+    assert not progress.has_bars(io.StringIO())
+    monkeypatch.setattr(progress, "tqdm", Notebook)
+    assert progress.has_bars(io.StringIO())
 
 
 def test_flags():
