@@ -144,6 +144,15 @@ def test_trials_that_are_refused_leave_nothing(trials, expected, tmp_path):
     assert list((tmp_path / "out").glob("*")) == []
 
 
+def test_a_folder_that_cannot_be_made(tmp_path):
+    tmp_path.joinpath("out").write_text("mine")
+    with pytest.raises(DataError, match="out/trials cannot be written: .*File exists"):
+        files.write([trial(0)], tmp_path / "out" / "trials", overwrite=True)
+    with pytest.raises(DataError, match="out cannot be written: .*Not a directory"):
+        files.write([trial(0)], tmp_path / "out", overwrite=True)
+    assert tmp_path.joinpath("out").read_text() == "mine"
+
+
 def test_refusals(nominal, tmp_path):
     with pytest.raises(DataError, match="nominal is .*none.xml: no such file"):
         gap.run(tmp_path / "none.xml", tmp_path, out=tmp_path / "o")

@@ -41,6 +41,13 @@ def write(trials: Iterable[Trial] | Mapping[str, Trial], folder: Path, *, overwr
         DataError: a trial is at fault, or the folder holds others and `overwrite` is False.
     """
     named = _named(trials)
+    try:
+        _write(named, folder, overwrite)
+    except OSError as error:
+        raise DataError(f"{folder} cannot be written: {error}") from error
+
+
+def _write(named: Mapping[str, Trial], folder: Path, overwrite: bool) -> None:
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f"{folder.name}.", dir=folder.parent) as beside:
         made = Path(beside, folder.name)
