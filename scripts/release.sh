@@ -28,6 +28,7 @@ trap 'rm -rf "$tools"' EXIT
 "$python" -m venv "$tools/installed"
 "$tools/installed/bin/pip" install --quiet --disable-pip-version-check "$out"/*.whl
 "$tools/venv/bin/cyclonedx-py" environment "$tools/installed/bin/python" --output-format JSON --output-file "$out/sbom.json"
-cargo tree --locked --package hydro --edges normal --prefix none --format '{p} {l}' | sed 's/ ([^)]*)//' | sort -u >"$out/crates.txt"
+sed -i "s|file://$out/||" "$out/sbom.json" # where this machine keeps the wheel
+cargo tree --locked --package hydro --edges normal --prefix none --format '{p} {l}' | sed 's/ ([^)]*)//g' | sort -u >"$out/crates.txt"
 (cd "$out" && sha256sum -- *.whl *.tar.gz sbom.json crates.txt | tee SHA256SUMS)
 echo "hydro $version, commit $(git rev-parse --short HEAD), in $out; next: docs/releasing.md"
