@@ -79,6 +79,7 @@ mod mujoco {
         "mj_jacBody",
         "mj_integratePos",
         "mj_parseXML",
+        "mj_parseXMLString",
         "mj_compile",
         "mj_deleteSpec",
         "mjs_getError",

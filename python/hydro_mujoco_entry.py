@@ -11,6 +11,8 @@ from pathlib import Path
 
 _PACKAGE = Path(__file__).with_name("hydro_mujoco")
 _LIBRARY = "libhydro_plugin.so"
+#: Environment variables: another program than the package's; the libmujoco that it opens.
+PROGRAM, MUJOCO = "HYDRO_PROGRAM", "HYDRO_MUJOCO_LIBRARY"
 
 
 def plugin() -> None:
@@ -23,17 +25,39 @@ def plugin() -> None:
         ctypes.CDLL(str(library))
 
 
+def find_program() -> Path:
+    """The program `hydro`: what the environment names, else the package's, else the newest that cargo has built.
+
+    Raises:
+        FileNotFoundError: there is none; the message says where it was looked for.
+    """
+    if named := os.environ.get(PROGRAM):
+        if not Path(named).is_file():
+            raise FileNotFoundError(f"{PROGRAM} is {named}: no such file")
+        return Path(named)
+    packaged = _PACKAGE / "bin" / "hydro"
+    if packaged.is_file():
+        return packaged
+    target = _PACKAGE.parents[1] / "target"
+    built = [path for path in target.glob("*/hydro") if path.is_file()]
+    if not built:
+        raise FileNotFoundError(f"no program in {packaged} or {target}; in a checkout: cargo build --release")
+    return max(built, key=lambda path: path.stat().st_mtime)
+
+
+def environment() -> dict[str, str]:
+    """The environment with the libmujoco of this Python's mujoco package, for the program to open."""
+    found = importlib.util.find_spec("mujoco")
+    folders = found.submodule_search_locations if found else None
+    libraries = sorted(Path(folders[0]).glob("libmujoco.so*")) if folders else []
+    own = {MUJOCO: str(libraries[-1])} if libraries else {}
+    return own | dict(os.environ)
+
+
 def program() -> None:
     """Become the program `hydro`, which opens the libmujoco of this Python's mujoco package."""
-    here = _PACKAGE / "bin" / "hydro"
-    # A checkout's.
-    built = _PACKAGE.parents[1] / "target" / "release" / "hydro"
-    path = next((path for path in (here, built) if path.is_file()), None)
-    if path is None:
-        sys.exit(f"hydro: no program in {here} or {built}; in a checkout: cargo build --release")
-    mujoco = importlib.util.find_spec("mujoco")
-    folders = mujoco.submodule_search_locations if mujoco else None
-    libraries = sorted(Path(folders[0]).glob("libmujoco.so*")) if folders else []
-    if path == here and libraries:
-        os.environ.setdefault("HYDRO_MUJOCO_LIBRARY", str(libraries[-1]))
-    os.execv(path, ["hydro", *sys.argv[1:]])
+    try:
+        path = find_program()
+    except FileNotFoundError as error:
+        sys.exit(f"hydro: {error}")
+    os.execve(path, ["hydro", *sys.argv[1:]], environment())

@@ -39,7 +39,8 @@ if [ "${1:-}" = fast ]; then
     step 'Python'
     "$python" -m ruff check --quiet scripts python
     "$python" -m ruff format --quiet --check scripts python
-    "$python" -m pytest --quiet --numprocesses auto --dist loadfile python/tests
+    "$python" -m mypy --no-error-summary
+    "$python" -m pytest --quiet --numprocesses auto --dist loadfile python
     "$python" -m pytest --quiet --numprocesses auto --dist loadfile scripts/tests
   fi
   printf '\nDone in %d s. scripts/test.sh checks the rest.\n' $SECONDS
@@ -51,6 +52,7 @@ cargo fmt --all --check
 "$python" scripts/check_house.py
 "$python" -m ruff check --quiet scripts python
 "$python" -m ruff format --quiet --check scripts python
+"$python" -m mypy --no-error-summary
 step 'robot and scenes are what make_b1.py writes'
 "$python" scripts/make_b1.py --check
 "$python" scripts/make_gap_scenes.py --check

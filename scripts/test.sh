@@ -33,7 +33,9 @@ export HYDRO_REQUIRE_PYTHON=1
 scripts/check.sh
 
 step 'Python: the package'
-.venv/bin/python -m pytest --quiet --numprocesses auto --dist loadfile python/tests
+.venv/bin/python -m pytest --quiet --numprocesses auto --dist loadfile python
+step 'Python: the wheel, in an environment of its own; the code of README.md and docs/'
+scripts/test_wheel.sh --dev
 step 'Python: data, scenes, baselines, benchmark'
 .venv/bin/python -m pytest --quiet --numprocesses auto --dist loadfile scripts/tests
 

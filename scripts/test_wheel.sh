@@ -1,17 +1,28 @@
 #!/usr/bin/env bash
 # Builds the wheel, installs it into an empty environment, uses it from another folder and removes it:
-# `scripts/test_wheel.sh [--dev] [WHEELS]`.
-#   --dev    of the development build, as scripts/test.sh does; without, of the release that users get
-#   WHEELS   a folder of wheels to install from, instead of the package index
+# `scripts/test_wheel.sh [--dev | --out FOLDER] [WHEELS]`.
+#   --dev         of the development build, here, as scripts/test.sh does
+#                 without it, of the release that users get: from a copy of the checkout that is gone afterwards, and from the sdist
+#   --out FOLDER  keep wheel and sdist there
+#   WHEELS        a folder of wheels to install from, instead of the package index
 set -euo pipefail
 cd "$(dirname "$0")/.."
 checkout=$PWD
 limit=25 # MB
-if [ "${1:-}" = --dev ]; then
+dev=
+keep=
+case ${1:-} in
+--dev)
   export HYDRO_WHEEL_PROFILE=dev
-  limit=150
+  dev=1 limit=150
   shift
-fi
+  ;;
+--out)
+  mkdir -p "${2:?usage: scripts/test_wheel.sh --out FOLDER}"
+  keep=$(cd "$2" && pwd)
+  shift 2
+  ;;
+esac
 if [ -n "${1:-}" ]; then
   export PIP_NO_INDEX=1 PIP_FIND_LINKS
   PIP_FIND_LINKS=$(cd "$1" && pwd)
@@ -28,7 +39,27 @@ die() {
   exit 1
 }
 
-"$python" -m pip wheel --quiet --no-deps --wheel-dir "$place/dist" .
+if [ -n "$dev" ]; then
+  "$python" -m pip wheel --quiet --no-deps --wheel-dir "$place/dist" .
+else
+  # What cargo has compiled of others' crates serves again; those of the workspace are compiled in each place.
+  export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$checkout/target}
+  "$python" -m venv "$place/tools"
+  "$place/tools/bin/pip" install --quiet build
+  mkdir "$place/checkout"
+  git ls-files -z --cached --others --exclude-standard | tar --create --null --files-from - | tar --extract --directory "$place/checkout"
+  "$place/tools/bin/python" -m build --sdist --outdir "$place/dist" "$place/checkout" >"$place/sdist.log" || die "$(cat "$place/sdist.log")"
+  sdist=$(echo "$place"/dist/hydro_mujoco-*.tar.gz)
+  say "sdist $(basename "$sdist"), $(du -k "$sdist" | awk '{printf "%.1f", $1 / 1024}') MB"
+  "$python" -m pip wheel --quiet --no-deps --wheel-dir "$place/dist" "$place/checkout"
+  rm -rf "$place/checkout"
+  say 'built from a copy of the checkout, which is gone'
+  "$python" -m pip wheel --quiet --no-deps --wheel-dir "$place/from_sdist" "$sdist"
+  same() { "$python" -m zipfile --list "$1" | awk '{print $1}' | sort; }
+  diff <(same "$place"/dist/*.whl) <(same "$place"/from_sdist/*.whl) || die 'the sdist makes another wheel than the checkout'
+  say 'built from the sdist: the same files'
+  [ -z "$keep" ] || cp "$place"/dist/* "$keep"
+fi
 wheel=$(echo "$place"/dist/hydro_mujoco-*.whl)
 say "built $(basename "$wheel"), $(du -k "$wheel" | awk '{printf "%.1f", $1 / 1024}') MB"
 [ "$(du -m "$wheel" | cut -f1)" -le $limit ] || die "the wheel is larger than $limit MB"
@@ -100,6 +131,19 @@ say 'python -m hydro_mujoco'
 left=$(ls -A "$place/elsewhere")
 [ -z "$left" ] || die "left in the working folder: $left"
 
+# The tests of the package, without the checkout; those that are about it stay there.
+"$python" -m pip install --quiet --target "$place/tests" pytest hypothesis
+cp "$checkout"/python/tests/*.py "$place/tests"
+rm "$place"/tests/test_docs.py "$place"/tests/test_doctor.py
+chmod a+rwx "$place/elsewhere"
+run env PYTHONPATH="$place/tests" PYTHONWARNINGS=default HYPOTHESIS_STORAGE_DIRECTORY="$place/elsewhere" \
+  python -m pytest --quiet -p no:cacheprovider --import-mode=importlib -W ignore::hydro_mujoco.errors.Notice \
+  --rootdir "$place/tests" "$place"/tests/test_*.py |
+  tail -n 30 | sed 's/^/        /'
+say 'the tests of the package'
+HYDRO_DOCS_BIN=$bin "$python" -m pytest --quiet -p no:cacheprovider "$checkout/python/tests/test_docs.py" | sed 's/^/        /'
+say 'the code of README.md and docs/'
+
 # Another copy of the library, in MuJoCo's own folder.
 chmod -R u+w "$place/venv"
 cp "$packages/hydro_mujoco/libhydro_plugin.so" "$packages/mujoco/plugin/"
@@ -115,6 +159,15 @@ if "$bin/pip" install --quiet --no-deps mujoco-core==4.0.1 2>"$place/pip"; then
 else
   say "mujoco-core 4.0.1 is not to be had: $(tail -1 "$place/pip")"
 fi
+
+"$bin/pip" uninstall --quiet --yes mujoco mujoco-core
+for doctor in 'python -m hydro_mujoco' 'hydro doctor'; do
+  # shellcheck disable=SC2086
+  ! run $doctor >"$place/none" 2>&1 || die "$doctor finds a MuJoCo where there is none"
+  grep -q "pip install 'mujoco==4.0.0'" "$place/none" || die "$doctor without MuJoCo: $(cat "$place/none")"
+done
+say 'no MuJoCo: both doctors say what to install'
+"$bin/pip" install --quiet --no-deps mujoco==4.0.0 mujoco-core==4.0.0
 
 "$bin/pip" uninstall --quiet --yes hydro-mujoco
 left=$(find "$place/venv" -iname '*hydro*')

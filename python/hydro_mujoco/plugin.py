@@ -3,7 +3,9 @@
 import ctypes
 import os
 import sys
+import warnings
 from pathlib import Path
+from typing import Any
 
 import mujoco
 
@@ -44,6 +46,16 @@ def is_loaded() -> bool:
     return bool(library.mjp_getPlugin(WRENCH.encode(), None))
 
 
+def loaded_copies() -> list[Path]:
+    """Files of the plugin library in this process, in the order of their names."""
+    try:
+        maps = Path("/proc/self/maps").read_text(encoding="utf-8")
+    except OSError:
+        return []
+    paths = {line[line.index("/") :] for line in maps.splitlines() if "/libhydro_plugin" in line}
+    return [Path(path) for path in sorted(paths)]
+
+
 def load_plugin(path: Path | None = None) -> None:
     """Register the library's plugins in this process, unless they are registered already.
 
@@ -57,15 +69,23 @@ def load_plugin(path: Path | None = None) -> None:
             f"plugin library {path}: no such file; install the wheel, or build it with `cargo build --release`, or "
             f"name it by --plugin or {LIBRARY}"
         )
+    said: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(said.append)
     try:
         mujoco.mj_loadPluginLibrary(str(path.resolve()))
     except mujoco.FatalError as error:
         raise DataError(f"plugin library {path}: {error}") from error
+    finally:
+        mujoco.set_mju_user_warning(before)
     if not is_loaded():
-        raise DataError(f"plugin library {path}: it did not register {WRENCH}; MuJoCo's warning says why")
+        reason = "; ".join(said) or "and says nothing of it"
+        raise DataError(f"plugin library {path} did not register {WRENCH}: {reason}")
+    for text in said:
+        warnings.warn(text, stacklevel=2)
 
 
-def declare(spec: mujoco.MjSpec, name: str, config: dict[str, str], *users: object) -> None:
+def declare(spec: mujoco.MjSpec, name: str, config: dict[str, str], *users: Any) -> None:
     """Declare an instance of `hydro.wrench` in a spec.
 
     users: what uses it, elements with a `plugin`: the body that carries it, a sensor that reads it.

@@ -1,4 +1,4 @@
 """The version."""
 
 #: The wheel's, and Cargo.toml's, which the build compares; written into manifests.
-__version__ = "0.1.0"
+__version__ = "0.2.0"

@@ -108,10 +108,7 @@ def wrench(model: mujoco.MjModel, data: mujoco.MjData, body: str) -> np.ndarray:
     Raises:
         DataError: there is no such body, it carries no `hydro.wrench`, or no sensor reads its instance.
     """
-    number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, body)
-    if number < 0:
-        names = ", ".join(f"`{name_of(model, other)}`" for other in range(1, model.nbody))
-        raise DataError(f"no body is called `{body}`; there are: {names or 'none'}")
+    number = body_number(model, body)
     instance = int(model.body_plugin[number])
     sensors = np.flatnonzero((model.sensor_type == mujoco.mjtSensor.mjSENS_PLUGIN) & (model.sensor_plugin == instance))
     if instance < 0:
@@ -124,6 +121,19 @@ def wrench(model: mujoco.MjModel, data: mujoco.MjData, body: str) -> np.ndarray:
         )
     start = model.sensor_adr[sensors[0]]
     return data.sensordata[start : start + 6].copy()
+
+
+def body_number(model: mujoco.MjModel, body: str) -> int:
+    """Number of the body of that name.
+
+    Raises:
+        DataError: there is none; the message lists what there is.
+    """
+    number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, body)
+    if number < 0:
+        names = ", ".join(f"`{name_of(model, other)}`" for other in range(1, model.nbody))
+        raise DataError(f"no body is called `{body}`; there are: {names or 'none'}")
+    return int(number)
 
 
 def _effects(value: Any, body: str) -> str:

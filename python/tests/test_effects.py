@@ -12,7 +12,6 @@ from hydro_mujoco import DataError, plugin
 from hydro_mujoco.record import record
 from test_record import Recorder
 
-ROOT = plugin.Path(__file__).resolve().parents[2]
 LIBRARY = plugin.built_library()
 
 
@@ -153,8 +152,8 @@ class Checkpoint(Recorder):
             hydro_mujoco.with_checkpoint(self.write(models.fish()), self.folder)
 
     def test_the_released_checkpoint_swims_in_the_truths_scene(self):
-        truth = ROOT / "mjcf/b1_truth.xml"
-        spec = hydro_mujoco.with_checkpoint(truth, ROOT / "models/b1-relaxation", buoyancy=True)
+        truth, checkpoint = hydro_mujoco.scene("b1_truth"), hydro_mujoco.checkpoint("b1-relaxation")
+        spec = hydro_mujoco.with_checkpoint(truth, checkpoint, buoyancy=True)
         model = spec.compile()
         data = mujoco.MjData(model)
         for _ in range(1000):

@@ -387,7 +387,7 @@ class Package(Recorder):
     def test_the_function_has_the_name_of_its_module(self):
         manifest = hydro_mujoco.record(self.write(models.fish()), self.folder / "data", **SMALL)
         self.assertEqual(manifest["body"], "hull")
-        self.assertEqual(hydro_mujoco.__version__, "0.1.0")
+        self.assertEqual(hydro_mujoco.__version__, "0.2.0")
 
     def test_mujoco_is_imported_where_it_is_needed(self):
         code = "import sys, hydro_mujoco.recording.folder; sys.exit('mujoco' in sys.modules)"

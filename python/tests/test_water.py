@@ -1,6 +1,5 @@
-"""`add_water`, `wrench`, what comes with the package, the doctor. Skipped without the library."""
+"""`add_water`, `wrench`, what comes with the package. Skipped without the library."""
 
-import doctest
 import json
 import subprocess
 import sys
@@ -13,7 +12,7 @@ import mujoco
 import numpy as np
 
 import hydro_mujoco
-from hydro_mujoco import doctor, packaged, plugin, requirement, water
+from hydro_mujoco import plugin, requirement
 from hydro_mujoco.errors import DataError
 
 HULL = """<mujoco><option timestep="0.005"/><worldbody>
@@ -108,27 +107,6 @@ class AddWater(unittest.TestCase):
         model, data = still(spec)
         with self.assertRaisesRegex(DataError, 'no sensor reads the water of body `hull`.*instance="hull_water"'):
             hydro_mujoco.wrench(model, data, "hull")
-
-    def test_examples_of_the_docstrings(self):
-        for module in (water, packaged):
-            self.assertEqual(doctest.testmod(module).failed, 0)
-
-    def test_the_doctor_sees_it_act(self):
-        acts, text = doctor.examine()
-        self.assertTrue(acts, text)
-        self.assertIn(f"MuJoCo       {mujoco.__version__}", text)
-        self.assertIn("-40.0 N of drag on a test body, -40.0 N expected: it acts", text)
-
-    def test_the_doctor_says_what_to_do(self):
-        code = f"""
-import os; os.environ["HYDRO_PLUGIN"] = {__file__!r}
-from hydro_mujoco import doctor
-raise SystemExit(doctor.main())
-"""
-        run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-        self.assertEqual(run.returncode, 1, run.stderr)
-        self.assertIn("does not act", run.stdout)
-        self.assertIn("to do        1. the MuJoCo that this package goes with", run.stdout)
 
     def test_a_second_copy_says_that_it_does_not_act(self):
         library = plugin.built_library()

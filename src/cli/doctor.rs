@@ -18,6 +18,10 @@ struct Findings {
     hydro: &'static str,
     /// This program.
     program: Option<PathBuf>,
+    /// The Python package that it came with.
+    package: Option<PathBuf>,
+    /// The plugin library beside it, for Python and `simulate`.
+    plugin_library: Option<PathBuf>,
     /// Version of the headers that the bindings were made from.
     mujoco_headers: Option<&'static str>,
     /// Releases that this build runs in.
@@ -38,18 +42,26 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(program) = &findings.program {
         say!("program   {}", program.display());
     }
+    match &findings.package {
+        Some(package) => say!("package   {}", package.display()),
+        None => say!("package   none: this program was built by cargo"),
+    }
+    match &findings.plugin_library {
+        Some(library) => say!("plugin    {}", library.display()),
+        None => say!("plugin    none: there is no libhydro_plugin.so beside this program"),
+    }
     match (findings.mujoco_headers, &findings.mujoco_library) {
         (Some(_), Some(library)) => {
             say!(
                 "for       MuJoCo {}",
                 findings.mujoco_accepted.join(" and ")
             );
-            say!("library   {}", library.display());
+            say!("MuJoCo    {}", library.display());
         }
         _ => say!("built without MuJoCo (feature `mujoco` is off)"),
     }
     match findings.plugin {
-        Ok(words) => say!("plugin    {words}"),
+        Ok(words) => say!("water     {words}"),
         Err(words) => anyhow::bail!("the plugin does not work here: {words}"),
     }
     Ok(())
@@ -60,7 +72,7 @@ fn find() -> Findings {
     use std::sync::Arc;
 
     use hydro_plugin::mujoco::{
-        VERSION, accepted, library, register,
+        VERSION, accepted, library, python_package, register,
         simulator::{Data, Model},
     };
 
@@ -95,9 +107,15 @@ fn find() -> Findings {
         }
         Ok("a model compiles".to_owned())
     };
+    let program = std::env::current_exe().ok();
+    let package = python_package();
+    let folder = package.as_deref().or_else(|| program.as_ref()?.parent());
+    let plugin_library = folder.map(|folder| folder.join("libhydro_plugin.so"));
     Findings {
         hydro: env!("CARGO_PKG_VERSION"),
-        program: std::env::current_exe().ok(),
+        plugin_library: plugin_library.filter(|path| path.is_file()),
+        program,
+        package,
         mujoco_headers: Some(VERSION),
         mujoco_accepted: accepted(),
         mujoco_library: Some(library()),
@@ -110,6 +128,8 @@ fn find() -> Findings {
     Findings {
         hydro: env!("CARGO_PKG_VERSION"),
         program: std::env::current_exe().ok(),
+        package: None,
+        plugin_library: None,
         mujoco_headers: None,
         mujoco_accepted: Vec::new(),
         mujoco_library: None,

@@ -8,8 +8,20 @@ use std::{
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// Seconds between lines in a log.
+/// Time between lines in a log.
 const LOG_PERIOD: Duration = Duration::from_secs(10);
+
+/// Environment variable: seconds between lines, for a program that reads them.
+const LOG_SECONDS: &str = "HYDRO_LOG_SECONDS";
+
+/// The period that the environment gives, else [`LOG_PERIOD`].
+fn log_period() -> Duration {
+    std::env::var(LOG_SECONDS)
+        .ok()
+        .and_then(|text| text.parse().ok())
+        .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
+        .unwrap_or(LOG_PERIOD)
+}
 
 /// Counts finished parts of a long work on standard error.
 pub(super) struct Progress {
@@ -17,6 +29,7 @@ pub(super) struct Progress {
     what: String,
     total: u64,
     log: Mutex<Log>,
+    period: Duration,
 }
 
 struct Log {
@@ -47,6 +60,7 @@ impl Progress {
                 started: Instant::now(),
                 printed: None,
             }),
+            period: log_period(),
         }
     }
 
@@ -67,7 +81,7 @@ impl Progress {
         }
         let Ok(mut log) = self.log.lock() else { return };
         log.done = done;
-        let due = log.printed.is_none_or(|at| at.elapsed() >= LOG_PERIOD);
+        let due = log.printed.is_none_or(|at| at.elapsed() >= self.period);
         if due || done == self.total {
             log.printed = Some(Instant::now());
             let elapsed = log.started.elapsed().as_secs_f64();

@@ -30,7 +30,7 @@ pub mod simulator;
 mod wrench;
 
 pub use ffi::{
-    api::{ApiError, INCLUDE, VERSION, accepted, library},
+    api::{ApiError, INCLUDE, VERSION, accepted, library, python_package},
     warnings,
 };
 pub use registration::register;

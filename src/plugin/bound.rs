@@ -123,6 +123,13 @@ impl WetBody {
         self.has(Id::Hydrostatics)
     }
 
+    /// Volume that its hydrostatics counts [m^3].
+    pub fn displaced(&self) -> Option<f64> {
+        let mut acting = self.acting.iter();
+        let hydrostatics = acting.find(|acting| acting.effect.card().id == Id::Hydrostatics)?;
+        hydrostatics.parameters.first().copied()
+    }
+
     /// Its longest extent [m].
     pub fn length(&self) -> f64 {
         self.extent.into_iter().fold(0.0, f64::max)

@@ -5,9 +5,9 @@ with the number of jobs, however slow their receiver is.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Generator, Hashable, Mapping
 from itertools import islice
-from typing import Any
+from typing import Any, Self
 
 from . import JobError
 
@@ -20,18 +20,19 @@ class Executor(ABC):
     #: Whether jobs may run on other machines, whose files, packages and processors differ.
     other_machines = False
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.close()
 
-    def run(self, work: Work, jobs: Mapping[str, Any]) -> Iterator[tuple[str, bytes]]:
+    def run(self, work: Work, jobs: Mapping[str, Any]) -> Generator[tuple[str, bytes], None, None]:
         """Yield (name, result) of every job, in any order; JobError names the first that fails.
 
         Close the iterator (`contextlib.closing`) to stop early: jobs under way are dropped.
         """
-        waiting, running = iter(jobs.items()), {}
+        waiting = iter(jobs.items())
+        running: dict[Hashable, str] = {}
         self.start(work)
         try:
             while True:

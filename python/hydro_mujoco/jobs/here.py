@@ -1,8 +1,9 @@
 """Jobs in this process, one after the other: the reference for every other executor."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Mapping
+from typing import Any
 
-from .executor import Executor
+from .executor import Executor, Work
 
 
 class Here(Executor):
@@ -10,23 +11,24 @@ class Here(Executor):
 
     description = "1 worker"
 
-    def start(self, work):
+    def start(self, work: Work) -> None:
         self._work = work
 
-    def window(self):
+    def window(self) -> int:
         return 1
 
-    def submit(self, name, job):
-        return _Deferred(lambda: self._work(job))
+    def submit(self, name: str, job: Any) -> Hashable:
+        work = self._work
+        return _Deferred(lambda: work(job))
 
-    def first(self, running):
+    def first(self, running: Mapping[Hashable, str]) -> Hashable:
         return next(iter(running))
 
-    def result(self, handle):
+    def result(self, handle: Any) -> bytes:
         return handle.call()
 
-    def stop(self, running):
-        self._work = None
+    def stop(self, running: Mapping[Hashable, str]) -> None:
+        del self._work
 
 
 class _Deferred:

@@ -15,6 +15,7 @@ import sys
 import types
 import warnings
 from pathlib import Path
+from typing import Any
 
 import mujoco
 
@@ -143,7 +144,7 @@ def _enough(size: Size) -> int:
 class _Function(types.ModuleType):
     """This module, called as the function that it is named after: `hydro_mujoco.record(model, out)`."""
 
-    def __call__(self, *arguments, **options) -> dict:
+    def __call__(self, *arguments: Any, **options: Any) -> dict:
         return record(*arguments, **options)
 
 

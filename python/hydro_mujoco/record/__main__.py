@@ -16,6 +16,7 @@ import sys
 import time
 import warnings
 from pathlib import Path
+from typing import Any
 
 from ..errors import DataError, Notice
 from ..recording import arguments
@@ -69,7 +70,7 @@ def parse(words: list[str] | None = None) -> argparse.Namespace:
     return parser.parse_args(words)
 
 
-def _show(message, category, *_, **__) -> None:
+def _show(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
     if issubclass(category, Notice):
         print(f"record: note: {message}", file=sys.stderr)
 
@@ -77,7 +78,9 @@ def _show(message, category, *_, **__) -> None:
 def main(words: list[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
     args = parse(words)
-    options = {key: tuple(value) if isinstance(value, list) else value for key, value in vars(args).items()}
+    options: dict[str, Any] = {
+        key: tuple(value) if isinstance(value, list) else value for key, value in vars(args).items()
+    }
     start = time.monotonic()
     try:
         with warnings.catch_warnings():

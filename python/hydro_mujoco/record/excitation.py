@@ -114,7 +114,7 @@ def _commands(rng: np.random.Generator, robot: Robot, scales: Scales, t: np.ndar
 
 def _sinusoids(rng: np.random.Generator, count: int, scales: Scales, t: np.ndarray) -> np.ndarray:
     """Sinusoids [N, count] of amplitude 1, one frequency for all; power and recovery strokes differ."""
-    phase = rng.uniform(0, 2 * np.pi, count)
+    phase: np.ndarray = rng.uniform(0, 2 * np.pi, count)
     along = rng.uniform(0, 2 * np.pi) + rng.uniform(-np.pi, np.pi) * np.arange(count)
     if rng.random() < WAVE_SHARE:
         phase = along
@@ -124,7 +124,8 @@ def _sinusoids(rng: np.random.Generator, count: int, scales: Scales, t: np.ndarr
 
 def _frequency(rng: np.random.Generator, scales: Scales, shape: tuple[int, ...] = ()) -> np.ndarray:
     """Frequencies, evenly in their logarithm [Hz]."""
-    return np.exp(rng.uniform(*np.log(scales.frequency), shape))
+    low, high = np.log(scales.frequency)
+    return np.exp(rng.uniform(low, high, shape))
 
 
 def _gait(rng: np.random.Generator, drives: list[Drive], scales: Scales, t: np.ndarray) -> np.ndarray:

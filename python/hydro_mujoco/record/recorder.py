@@ -92,9 +92,9 @@ def scales(
     size = length(model, base)
     by_size = float(np.clip(1 / np.sqrt(size), *FACTORS))
     speed, rate = LENGTHS * size, RATE * by_size
-    band = frequency or tuple(by_size * f for f in FREQUENCY)
+    low, high = frequency or (by_size * FREQUENCY[0], by_size * FREQUENCY[1])
     # A cycle has ten samples at least.
-    band = (min(band[0], 0.05 / system.sample_period), min(band[1], 0.1 / system.sample_period))
+    band = (min(low, 0.05 / system.sample_period), min(high, 0.1 / system.sample_period))
 
     data = mujoco.MjData(model)
     data.qpos[:] = robot.qpos0
@@ -108,8 +108,8 @@ def scales(
         dof = system.layout.base.velocity
         turning = float(np.mean(np.diag(inertia)[dof + 3 : dof + 6]))
         left = data.qfrc_passive[dof : dof + 3] - data.qfrc_bias[dof : dof + 3]
-        if np.linalg.norm(left) > AFLOAT * mass * max(np.linalg.norm(model.opt.gravity), 1e-9):
-            trim = tuple(float(-value) for value in left)
+        if np.linalg.norm(left) > AFLOAT * mass * max(float(np.linalg.norm(model.opt.gravity)), 1e-9):
+            trim = (-float(left[0]), -float(left[1]), -float(left[2]))
     force, torque = _drag(system, robot, density, speed, rate)
     drawn = Scales(
         speed=speed,

@@ -173,7 +173,7 @@ def base(model: mujoco.MjModel, body: int) -> FreeBase | Carriage:
     axes = tuple(axis for axis in range(3) if abs(np.sum(ways[:, axis] ** 2) - 1) < 1e-9)
     if not axes:
         raise DataError(f"the slides of body `{name_of(model, body)}` lie along none of its axes")
-    directions = tuple(tuple(float(value) for value in way) for way in ways)
+    directions = tuple((float(x), float(y), float(z)) for x, y, z in ways)
     return Carriage(tuple(int(model.jnt_dofadr[joint]) for joint in joints), directions, axes)
 
 
@@ -208,7 +208,7 @@ def _kind(model: mujoco.MjModel, body: int) -> int:
 
 def _slides_to_world(model: mujoco.MjModel, body: int) -> list[int]:
     """The joints between a body and the world where all of them are slides, and there are any; world first."""
-    chain = []
+    chain: list[int] = []
     while body != 0:
         if model.body_mocapid[body] >= 0 or any(model.jnt_type[j] != SLIDE for j in _joints(model, body)):
             return []

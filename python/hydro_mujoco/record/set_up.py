@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import DataError
 from ..plugin import built_library
 from ..recording import kinematics
-from ..recording.features import FRAMES, OUTPUT_UNITS, OUTPUTS, FreeBase, Layout
+from ..recording.features import FRAMES, OUTPUT_UNITS, OUTPUTS, FreeBase, Joint, Layout
 from ..recording.kinematics import below, name_of
 from ..recording.system import Compiled, Lift, System
 from ..version import __version__
@@ -94,8 +94,8 @@ def set_up(model: str | os.PathLike | mujoco.MjSpec, options: Options) -> Ready:
     layout = Layout(joints, scene.base(given, base), has_density=options.density is not None)
     notes += _says(wet)
 
-    library = options.plugin or built_library()
-    library = library if found and library.is_file() else None
+    named = options.plugin or built_library()
+    library = named if found and named.is_file() else None
     model_spec = source.spec.copy()
     water.at_rest(model_spec, wet)
     _prepare(model_spec, options.contacts)
@@ -231,7 +231,7 @@ def _lift(model: mujoco.MjModel, tree: list[int]) -> Lift:
     return Lift(model.body_gravcomp - by_density * model.opt.density, by_density)
 
 
-def _ranges(model: mujoco.MjModel, joints) -> np.ndarray:
+def _ranges(model: mujoco.MjModel, joints: tuple[Joint, ...]) -> np.ndarray:
     """Limits of the joints [nj, 2]."""
     out = np.full((len(joints), 2), [-np.inf, np.inf])
     for i, joint in enumerate(joints):
@@ -248,7 +248,7 @@ def _is_closed(model: mujoco.MjModel) -> bool:
 
 def _links(model: mujoco.MjModel, wet: Water, base: int) -> tuple[dict | None, str]:
     """The tree of wet links, or why there is none."""
-    places = {}
+    places: dict[int, tuple[list[float], list[float]]] = {}
     boxes = kinematics.boxes(model, base)
     if wet.has_fluid:
         places |= boxes | kinematics.hulls(model, base)

@@ -10,6 +10,7 @@ checkpoint is loaded.
 import json
 import os
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -106,7 +107,12 @@ def _effects(value: str, folder: Path) -> list[dict]:
         return []
     text = value
     if not value.startswith("{"):
-        places = [*filter(None, os.environ.get("HYDRO_PATH", "").split(":")), ".", built_library().parent, folder]
+        places: list[str | Path] = [
+            *filter(None, os.environ.get("HYDRO_PATH", "").split(":")),
+            ".",
+            built_library().parent,
+            folder,
+        ]
         found = next((path for place in places if (path := Path(place, value)).is_file()), None)
         if found is None:
             raise DataError(f"effects `{value}`: no such file in {', '.join(map(str, places))}")
@@ -165,7 +171,9 @@ def effects_text(effects: list[dict]) -> str:
     return json.dumps({"schema": SCHEMA, "effects": effects})
 
 
-def at_rest(spec: mujoco.MjSpec, water: Water, keep=lambda effect: True, surface: bool = True) -> None:
+def at_rest(
+    spec: mujoco.MjSpec, water: Water, keep: Callable[[dict], bool] = lambda effect: True, surface: bool = True
+) -> None:
     """Stop the water of a spec. keep: which other effects stay; surface: whether a waterline does.
 
     `effects` stand in the attribute afterwards, whatever file they came from.
@@ -249,11 +257,11 @@ def gauge(
     wet = {numbers[effect["target"]] for effect in water.effects if counts(effect)}
     if not still:
         wet |= {instance.body for instance in water.instances if instance.has_checkpoint}
-    wet = sorted(wet & set(tree))
+    measured = sorted(wet & set(tree))
     spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
     carriers = {instance.body: instance.index for instance in water.instances}
     bodies = {body.id: body for body in spec.bodies}
-    for body in wet:
+    for body in measured:
         if body in carriers:
             plugin = spec.plugins[carriers[body]]
             if not plugin.name:
@@ -264,11 +272,11 @@ def gauge(
         sensor = spec.add_sensor(name=f"{ADDED}_{body}", type=mujoco.mjtSensor.mjSENS_PLUGIN)
         sensor.plugin.plugin_name, sensor.plugin.name, sensor.plugin.active = WRENCH, name, True
     compiled = source.compiled(spec)
-    places = tuple((body, int(compiled.sensor(f"{ADDED}_{body}").adr[0])) for body in wet)
+    places = tuple((body, int(compiled.sensor(f"{ADDED}_{body}").adr[0])) for body in measured)
     return Gauge(Compiled(compiled, library), base, places)
 
 
-def _observer(spec: mujoco.MjSpec, body, number: int) -> str:
+def _observer(spec: mujoco.MjSpec, body: mujoco.MjsBody, number: int) -> str:
     """An instance without effects of its own on a body that others' effects act on: its sensor reads them."""
     if body.plugin.active:
         raise DataError(

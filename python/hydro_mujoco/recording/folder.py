@@ -88,7 +88,7 @@ def finished(
     manifest, generation = out / MANIFEST, out / GENERATION
     if generation.is_file():
         found = read(generation)
-        hashes, std = found.get("finished"), found.get("perturbation_std")
+        hashes, std = found.get("finished") or {}, found.get("perturbation_std")
         counts = found.get("planned")
     elif manifest.is_file():
         found = read(manifest)

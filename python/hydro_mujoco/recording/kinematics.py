@@ -32,7 +32,8 @@ def tree(model: mujoco.MjModel, base: int, wet: Mapping[int, tuple[list[float], 
         if body not in wet:
             continue
         centre, along = wet[body]
-        chain, shift = [{"origin": [0.0] * 3, "rotation": [1.0, 0.0, 0.0, 0.0]}], np.zeros(3)
+        chain: list[dict] = [{"origin": [0.0] * 3, "rotation": [1.0, 0.0, 0.0, 0.0]}]
+        shift = np.zeros(3)
         if body != base:
             chain, shift = _hung(model, body, base, places)
         chain = [{"name": name_of(model, body)} | link for link in chain]

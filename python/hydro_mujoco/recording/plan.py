@@ -106,7 +106,8 @@ def warm_up(rng: np.random.Generator, period: float) -> int:
 
 def dwell(rng: np.random.Generator, start: int, end: int, period: float) -> list[int]:
     """Instants of change in (start, end), DWELL seconds apart in the mean [samples of `period` s]."""
-    instants, at = [], start
+    instants: list[int] = []
+    at = start
     while True:
         at += max(1, round(rng.exponential(DWELL) / period))
         if at >= end:

@@ -1,13 +1,18 @@
-"""Progress of long work on stderr: a bar on a terminal, a plain line now and then in a log."""
+"""Progress of long work on stderr: a bar on a terminal and in a notebook, a plain line now and then in a log."""
 
 import sys
 import time
 from typing import TextIO
 
-from tqdm import tqdm
+from tqdm.auto import tqdm
 
 #: Seconds between lines in a log.
 LOG_EVERY = 10.0
+
+
+def has_bars(stream: TextIO) -> bool:
+    """True on a terminal and in a notebook."""
+    return stream.isatty() or any(base.__module__ == "tqdm.notebook" for base in tqdm.__mro__)
 
 
 class Progress:
@@ -18,7 +23,7 @@ class Progress:
         self.total, self.unit, self.done, self.stream = total, unit, done, stream
         self._resumed, self._start, self._last_line = done, time.monotonic(), -LOG_EVERY
         self._bar = None
-        if stream.isatty():
+        if has_bars(stream):
             self._bar = tqdm(total=total, initial=done, unit=f" {unit}", file=stream, dynamic_ncols=True)
 
     def advance(self, units: int = 1) -> None:

@@ -26,11 +26,20 @@ SPLITS = {"train": Stream.TRAIN, "val": Stream.VAL, "test": Stream.TEST}
 class Recorder(Protocol):
     """Makes the plans of a data set; it can be pickled, and what it draws depends on its arguments alone."""
 
-    system: System
-    #: Samples of a trajectory.
-    samples: int
-    #: How often a trajectory is drawn before it is given up.
-    attempts: int
+    @property
+    def system(self) -> System:
+        """The model."""
+        ...
+
+    @property
+    def samples(self) -> int:
+        """Of a trajectory."""
+        ...
+
+    @property
+    def attempts(self) -> int:
+        """How often a trajectory is drawn before it is given up."""
+        ...
 
     def plan(self, stream: int, index: int, attempt: int) -> Plan:
         """What happens in a trajectory."""

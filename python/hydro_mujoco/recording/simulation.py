@@ -36,7 +36,7 @@ class Recording:
     hydrostatic: np.ndarray
     fault: np.ndarray
 
-    def put(self, rows: Sequence[int], other: "Recording") -> None:
+    def put(self, rows: Sequence[int] | np.ndarray, other: "Recording") -> None:
         """Replace the simulations `rows` by those of another recording."""
         for field in fields(self):
             getattr(self, field.name)[rows] = getattr(other, field.name)
@@ -87,10 +87,10 @@ def _simulate(system: System, plans: Sequence[Plan], threads: int) -> Recording:
             active = np.flatnonzero(joins <= row)
             if not active.size:
                 continue
-            for i in active:
-                local = row - joins[i]
+            for i in active.tolist():
+                local = row - int(joins[i])
                 ctrl[i], push[i], density[i] = plans[i].ctrl[local], plans[i].push[local], plans[i].density[local]
-            if gravcomp is not None:
+            if gravcomp is not None and system.lift is not None:
                 gravcomp[:] = system.lift.at(density)
             if row >= longest:
                 batch.forward(stage=mujoco.mjtStage.mjSTAGE_VEL.value)

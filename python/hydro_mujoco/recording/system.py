@@ -21,7 +21,7 @@ class Compiled:
     model: mujoco.MjModel
     library: Path | None = None
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple:
         return _restored, (pickle.dumps(self.model), self.library)
 
 

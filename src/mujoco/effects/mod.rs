@@ -25,7 +25,7 @@ mod frame;
 mod potential_flow;
 pub(crate) mod sizes;
 pub(crate) mod source;
-mod submersion;
+pub(crate) mod submersion;
 pub(crate) mod surroundings;
 pub(crate) mod walls;
 mod water;

@@ -3,17 +3,36 @@
 use hydro_effects::hydrostatics::{Hull, Part};
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::{source::Source, water::Water};
-use crate::plugin::{
-    bound::WetBody,
-    sea::{Sea, WaterMotion},
+use super::{source::Source, surroundings::Surroundings, water::Water, wet_bodies::wet_body};
+use crate::{
+    mujoco::{
+        bodies::joint_space::{rotation, vector},
+        ffi::DataView,
+    },
+    plugin::{
+        bound::WetBody,
+        sea::{Sea, WaterMotion},
+    },
 };
+
+/// The part of a body's hull that is under water.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SubmergedPart {
+    /// Volume [m^3].
+    pub(crate) volume: f64,
+    /// Part of the whole volume, 0 to 1.
+    pub(crate) share: f64,
+    /// Its centre, body frame [m]; the attribute `centre_of_buoyancy` where that is given.
+    pub(crate) centre: [f64; 3],
+}
 
 /// A body's hull against the surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Submersion {
     /// Part of the hull's volume that is under water, 0 to 1.
     pub(super) fraction: f64,
+    /// Centre of that part, or of buoyancy where it is given, body frame [m].
+    pub(super) centre: Vector3<f64>,
     /// Pressure of the water per density and per volume of the hull: [`hydro_effects::Motion::upthrust`].
     pub(super) upthrust: [f64; 6],
     /// Motion of the water of the instance's own sea at the centre of that part.
@@ -70,8 +89,47 @@ pub(super) fn submersion(
     };
     Submersion {
         fraction,
+        centre,
         upthrust,
         water,
+    }
+}
+
+/// The submerged part of a body at the pose of `data`, in the water of one of the sources: of the hull that its effects act on,
+/// or, where none does, of the one that they would.
+pub(crate) fn submerged_part(
+    data: &DataView<'_>,
+    sources: &[Source<'_>],
+    which: usize,
+    body: usize,
+    around: &Surroundings,
+) -> SubmergedPart {
+    let source = &sources[which];
+    let bound = source.bound;
+    let made;
+    let wet = match bound.bodies.iter().find(|wet| wet.body == body) {
+        Some(wet) => wet,
+        None => {
+            made = wet_body(data.model(), body, around, bound.density);
+            &made
+        }
+    };
+    let found = submersion(
+        source,
+        wet,
+        &rotation(data.xmat(), body),
+        vector(data.xpos(), body),
+        Vector3::zeros(),
+        &Water::new(data, sources),
+    );
+    let whole = wet
+        .displaced()
+        .or(around.given_volume(body))
+        .unwrap_or_else(|| wet.hull.volume());
+    SubmergedPart {
+        volume: whole * found.fraction,
+        share: found.fraction,
+        centre: found.centre.into(),
     }
 }
 

@@ -10,7 +10,7 @@
 //!    package beside the package that holds the program, or the one that `build.rs` found.
 //!
 //! The layout of MuJoCo's structs changes between releases, so a MuJoCo of another version than the
-//! headers is refused, unless both are in [`EQUAL`].
+//! headers is refused, unless both are in [`EQUAL`]; a probe of a small model guards that table ([`super::layout`]).
 
 use std::{
     env,
@@ -24,6 +24,8 @@ use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 use thiserror::Error;
 
 use super::bindings::{self, Functions};
+#[cfg(mujoco_plugins)]
+use super::layout::{self, Mismatch};
 
 /// The library that `build.rs` found.
 const LIBRARY: &str = env!("HYDRO_MUJOCO_LIB");
@@ -63,6 +65,24 @@ pub enum ApiError {
         /// The running one, readable.
         running: String,
     },
+    /// A version of the table whose structs are laid out otherwise.
+    #[cfg(mujoco_plugins)]
+    #[error(
+        "MuJoCo {running} lays out its structs otherwise than the headers of {VERSION} ({mismatch}): nothing is registered. \
+         Take the wheel mujoco=={VERSION}, and tell the authors of hydro"
+    )]
+    Layout {
+        /// The running one, readable.
+        running: String,
+        /// The first field that differs.
+        mismatch: Mismatch,
+    },
+    /// There is no such file.
+    #[error(
+        "no MuJoCo at {}: pip install 'mujoco=={VERSION}' beside this program, or name another by {NAMED_LIBRARY}",
+        .0.display()
+    )]
+    Missing(PathBuf),
     /// The library does not open, or lacks a function.
     #[error("{}: {reason}", .path.display())]
     Library {
@@ -108,6 +128,9 @@ impl Api {
             return Self::fill(library, path);
         }
         let path = library();
+        if !path.is_file() {
+            return Err(ApiError::Missing(path));
+        }
         // SAFETY: MuJoCo's initialisers have no preconditions.
         let library = unsafe { Library::open(Some(&path), RTLD_NOW | RTLD_LOCAL) };
         let library = library.map_err(|fault| ApiError::Library {
@@ -137,6 +160,11 @@ impl Api {
         // SAFETY: as above; the signatures are those of this version's headers.
         let functions = unsafe { Functions::from_library(same_again(&path).map_err(&fault)?) }
             .map_err(&fault)?;
+        #[cfg(mujoco_plugins)]
+        layout::probe(&functions).map_err(|mismatch| ApiError::Layout {
+            running: readable(version.into()),
+            mismatch,
+        })?;
         let api = API.get_or_init(|| Self { functions, library });
         if let Some(then) = ON_LOAD.get() {
             then(api);
@@ -218,21 +246,21 @@ pub fn library() -> PathBuf {
     if let Some(named) = env::var_os(NAMED_LIBRARY).filter(|name| !name.is_empty()) {
         return PathBuf::from(named);
     }
-    // site-packages/hydro_mujoco/bin and site-packages/mujoco
-    let beside = own_folder()
-        .and_then(|bin| {
-            bin.parent()?
-                .parent()
-                .map(|packages| packages.join("mujoco"))
-        })
-        .and_then(|package| fs::read_dir(package).ok())
-        .into_iter()
-        .flatten()
-        .flatten()
+    let Some(package) = python_package() else {
+        return PathBuf::from(LIBRARY);
+    };
+    let mujoco = package.with_file_name("mujoco");
+    let files = fs::read_dir(&mujoco).into_iter().flatten().flatten();
+    let found = files
         .map(|entry| entry.path())
-        .filter(|path| is_mujoco(path))
-        .max();
-    beside.unwrap_or_else(|| PathBuf::from(LIBRARY))
+        .filter(|path| is_mujoco(path));
+    found.max().unwrap_or_else(|| mujoco.join("libmujoco.so"))
+}
+
+/// The Python package `hydro_mujoco` that this program is part of: the program is its `bin/hydro`.
+pub fn python_package() -> Option<PathBuf> {
+    let package = own_folder()?.parent()?.to_owned();
+    (package.file_name()? == "hydro_mujoco").then_some(package)
 }
 
 /// The file that holds this code: the shared library, or the program.

@@ -3,6 +3,7 @@
 //! ```text
 //! bindings      structs and the table of functions, written by build.rs
 //! api           which MuJoCo is called: the one that is already in this process
+//! layout        a probe: its structs are laid out as in the headers
 //! views         pointers and counts as slices
 //! boundary      no panic leaves Rust
 //! warn          MuJoCo's warning channel
@@ -15,6 +16,8 @@ pub(crate) mod api;
 pub(crate) mod bindings;
 mod boundary;
 pub(crate) mod last_refusal;
+#[cfg(mujoco_plugins)]
+pub(crate) mod layout;
 pub(crate) mod scene_folder;
 pub(crate) mod views;
 mod warn;

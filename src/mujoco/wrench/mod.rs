@@ -5,6 +5,7 @@
 //! instances         the plugin's instances in a model: set up, found again, their bodies
 //! instance_effects  the named effects of all instances, added to MuJoCo's forces
 //! applied           the wrench of an instance at a state
+//! submerged         how much of a body is under water, for callers outside MuJoCo
 //! memory_fit        an instance's memory held against what its model was compiled for
 //! warned_once       simulations that were warned already
 //! arrows            what a viewer draws
@@ -25,5 +26,7 @@ mod memory_fit;
 pub(crate) mod passive_callback;
 #[cfg(mujoco_plugins)]
 pub(crate) mod plugin;
+#[cfg(mujoco_plugins)]
+pub(crate) mod submerged;
 #[cfg(mujoco_plugins)]
 mod warned_once;

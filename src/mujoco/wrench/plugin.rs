@@ -19,6 +19,7 @@ use super::{
     instance_effects::{self, with_effects, with_sources},
     instances::{self, BROKEN, carrying_body, set_up, settings},
     memory_fit::{self, held},
+    submerged,
     warned_once::{self, Cause},
 };
 use crate::{
@@ -79,6 +80,9 @@ pub(crate) fn register(api: &'static Api) -> bool {
         slot = unsafe { (api.functions.mjp_registerPlugin)(&table) };
     }
     instances::set_slot(slot);
+    if known.is_null() {
+        submerged::set_acting();
+    }
     known.is_null()
 }
 

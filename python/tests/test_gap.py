@@ -1,0 +1,163 @@
+"""`gap.run` and `gap.effects` by the program itself."""
+
+import json
+from functools import cache
+
+import mujoco
+import numpy as np
+import pytest
+
+import hydro_mujoco_entry
+from hydro_mujoco import DataError, gap, plugin
+from hydro_mujoco.gap import trials as files
+from hydro_mujoco.gap.case import case
+
+try:
+    hydro_mujoco_entry.find_program()
+except FileNotFoundError as error:
+    pytest.skip(f"{error}", allow_module_level=True)
+
+#: A cart on a rail, pushed by a motor; its truth is damped.
+CART = """<mujoco><option timestep="0.01"/><worldbody>
+  <body name="cart"><joint name="rail" type="slide" axis="1 0 0" damping="{damping}"/><geom size="0.1" mass="2"/></body>
+</worldbody>
+<actuator><motor name="motor" joint="rail" ctrlrange="-10 10"/></actuator>
+<sensor><jointpos name="x" joint="rail" noise="0.001"/><jointvel name="v" joint="rail" noise="0.002"/></sensor></mujoco>"""
+DAMPING = 3.0
+
+
+@cache
+def trial(seed, damping=DAMPING, seconds=4.0):
+    """A cart's run, rows as `mj_step` gives them."""
+    model = mujoco.MjModel.from_xml_string(CART.format(damping=damping))
+    data = mujoco.MjData(model)
+    draw = np.random.default_rng(seed)
+    n = int(seconds / model.opt.timestep)
+    times = np.arange(n + 1) * model.opt.timestep
+    force = sum(a * np.sin(w * times + p) for a, w, p in zip((6, 3, 2), draw.uniform(1, 8, 3), draw.uniform(0, 6, 3)))
+    state = np.zeros(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
+    mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    readings = np.empty((n, model.nsensordata))
+    for i in range(n):
+        data.ctrl[0] = force[i]
+        mujoco.mj_step(model, data)
+        readings[i] = data.sensordata + draw.normal(size=2) * model.sensor_noise
+    return {
+        "control_times": times,
+        "control_data": force[:, None],
+        "sensordata_times": times[1:],
+        "sensordata_data": readings,
+        "initial_state": state,
+    }
+
+
+@pytest.fixture
+def nominal(tmp_path):
+    path = tmp_path / "nominal.xml"
+    path.write_text(CART.format(damping=0))
+    return path
+
+
+@pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release")
+def test_what_is_missing_is_named_and_the_patched_model_has_it(nominal, tmp_path):
+    options = {"out": tmp_path / "out", "medium": "none", "residual": False, "progress": False}
+    found = gap.run(nominal, [trial(seed) for seed in range(4)], **options)
+    assert found.verdict == json.loads((tmp_path / "out" / "verdict.json").read_text())
+    assert found.verdict["verdict"] == "named", found.verdict
+    (effect,) = found.named
+    assert (effect.effect, effect.target) == ("joint_damping", "rail") and effect.probability > 0.9
+    (value,) = effect.parameters.values()
+    low, high = value.ci95
+    assert low < DAMPING < high and low < value.value < high and value.unit == "N s/m"
+    assert found.gap.before > 2 * found.gap.after and found.gap.reduction > 0.5 and found.gap.n_holdout_trials >= 1
+    assert found.report.is_file()
+    patched = mujoco.MjModel.from_xml_path(str(found.patched))
+    assert abs(patched.dof_damping[0] - DAMPING) < 0.3
+    # The same call reads the stages that are there; other trials are refused by the folder.
+    assert gap.run(nominal, [trial(seed) for seed in range(4)], **options) == found
+    with pytest.raises(DataError, match="out/trials holds other trials; overwrite=True replaces them"):
+        gap.run(nominal, [trial(7)], **options)
+    with pytest.raises(DataError, match="holds results of other inputs: .*--overwrite starts anew"):
+        gap.run(nominal, tmp_path / "out" / "trials", **options, seed=3)
+
+
+def test_only_what_was_written_counts_as_named(tmp_path):
+    value = {"name": "damping", "value": 1.0, "unit": "N s/m", "ci95": [0.5, 1.5]}
+    entry = {"effect": "joint_damping", "target": "a", "probability": 0.99, "parameters": [value]}
+    rival = entry | {"target": "b", "probability": 0.3}
+    error = {"metric": "nrmse", "before": 1.0, "after": None, "reduction": None, "n_holdout_trials": 0}
+    verdict = {"named": ["joint_damping"], "effects": [entry, rival], "gap": error, "patch": None}
+    (tmp_path / "add.json").write_text(json.dumps({"effects": [entry]}))
+    found = case(tmp_path, verdict)
+    assert [(each.effect, each.target) for each in found.named] == [("joint_damping", "a")]
+    assert (found.patched, found.gap.ci95) == (None, None)
+    (tmp_path / "add.json").write_text("null")
+    assert case(tmp_path, verdict | {"named": []}).named == []
+
+
+def test_effects_are_those_of_the_program(tmp_path):
+    found = gap.effects()
+    assert len(found) > 20 and found["quadratic_drag"].target == "body"
+    assert [each.unit for each in found["added_mass"].parameters[:4]] == ["kg", "kg", "kg", "kg m^2"]
+    with pytest.raises(DataError, match="folder is .*: no such file or folder"):
+        gap.effects(tmp_path / "none")
+
+
+class Trajectory:
+    """As `mujoco.sysid.SystemTrajectory` saves itself."""
+
+    def save_to_disk(self, path):
+        np.savez(path, **trial(0))
+
+
+def test_every_form_of_trials_becomes_files(tmp_path):
+    written = tmp_path / "a.npz"
+    np.savez(written, **trial(0))
+    files.write([written, trial(1), Trajectory()], tmp_path / "t", overwrite=False)
+    assert sorted(path.name for path in (tmp_path / "t").iterdir()) == ["a.npz", "trial_01.npz", "trial_02.npz"]
+    with np.load(tmp_path / "t" / "trial_01.npz", allow_pickle=False) as saved:
+        for name, array in trial(1).items():
+            np.testing.assert_array_equal(saved[name], array)
+    files.write({"b": trial(1)}, tmp_path / "t", overwrite=True)
+    assert [path.name for path in (tmp_path / "t").iterdir()] == ["b.npz"]
+    assert [path.name for path in tmp_path.iterdir() if path.name.startswith("t.")] == []
+
+
+@pytest.mark.parametrize(
+    ("trials", "expected"),
+    [
+        ([], "trials is empty"),
+        ({"control_times": 1}, "trials is one trial's arrays; expected a list"),
+        ([3], "trial `trial_00` is a int; expected a path, a mujoco.sysid.SystemTrajectory, or a dict"),
+        (["none.npz"], "trial `none` is none.npz; expected a file .npz or .csv that is there"),
+        ({"a/b": {}}, "trial `a/b`: a name is that of a file"),
+        ([{"control_times": [0]}], "trial `trial_00` has no control_data; expected control_times, control_data"),
+        ([trial(0) | {"qpos": [1]}], "unknown array qpos; there are: control_times"),
+        ([trial(0) | {"control_data": "x"}], "control_data is no array of numbers"),
+        ([trial(0) | {"control_data": [1.0]}], r"control_data has shape \(1,\); expected 2 dimensions"),
+        ([trial(0) | {"sensordata_times": [0.0]}], "sensordata_data has 400 rows, sensordata_times 1"),
+    ],
+)
+def test_trials_that_are_refused_leave_nothing(trials, expected, tmp_path):
+    with pytest.raises(DataError, match=expected):
+        files.write(trials, tmp_path / "out" / "trials", overwrite=False)
+    assert list((tmp_path / "out").glob("*")) == []
+
+
+def test_a_folder_that_cannot_be_made(tmp_path):
+    tmp_path.joinpath("out").write_text("mine")
+    with pytest.raises(DataError, match="out/trials cannot be written: .*File exists"):
+        files.write([trial(0)], tmp_path / "out" / "trials", overwrite=True)
+    with pytest.raises(DataError, match="out cannot be written: .*Not a directory"):
+        files.write([trial(0)], tmp_path / "out", overwrite=True)
+    assert tmp_path.joinpath("out").read_text() == "mine"
+
+
+def test_refusals(nominal, tmp_path):
+    with pytest.raises(DataError, match="nominal is .*none.xml: no such file"):
+        gap.run(tmp_path / "none.xml", tmp_path, out=tmp_path / "o")
+    with pytest.raises(DataError, match="trials is .*nominal.xml; expected a folder, or a list of files"):
+        gap.run(nominal, nominal, out=tmp_path / "o")
+    with pytest.raises(DataError, match="invalid value '2' for '--holdout <HOLDOUT>': expected a part above 0"):
+        gap.run(nominal, tmp_path, out=tmp_path / "o", holdout=2)
+    assert not (tmp_path / "o").exists()

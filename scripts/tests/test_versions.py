@@ -1,0 +1,40 @@
+"""One version: of the crates, the packages, the citation, the list of changes."""
+
+import re
+import tomllib
+import unittest
+
+import hydro_mujoco
+from hydro_tools.repository import ROOT
+
+
+def table(path: str) -> dict:
+    return tomllib.loads((ROOT / path).read_text(encoding="utf-8"))
+
+
+class Versions(unittest.TestCase):
+    def test_all_say_the_same(self):
+        version = hydro_mujoco.__version__
+        workspace = table("Cargo.toml")["workspace"]["package"]["version"]
+        tools = table("scripts/pyproject.toml")["project"]
+        locked = {entry["version"] for entry in table("Cargo.lock")["package"] if entry["name"].startswith("hydro")}
+        cited = re.search(r"^version: (.+)$", (ROOT / "CITATION.cff").read_text(), re.M)[1]
+        first = re.search(r"^## (\S+)", (ROOT / "CHANGELOG.md").read_text(), re.M)[1]
+        self.assertEqual({workspace, tools["version"], cited, first, *locked}, {version})
+        self.assertIn(f"hydro-mujoco=={version}", tools["dependencies"])
+
+    def test_the_wheel_asks_for_the_mujoco_that_the_library_accepts(self):
+        """EQUAL of src/mujoco/ffi/api.rs, as pip's range."""
+        equal = re.search(r"const EQUAL: .*?= \[&\[(.*?)\]\];", (ROOT / "src/mujoco/ffi/api.rs").read_text(), re.S)[1]
+        numbers = [int(number.replace("_", "")) for number in equal.split(",")]
+        oldest, newest = min(numbers), max(numbers)
+
+        def readable(number: int) -> str:
+            return f"{number // 1_000_000}.{number // 1000 % 1000}.{number % 1000}"
+
+        (asked,) = [each for each in table("pyproject.toml")["project"]["dependencies"] if each.startswith("mujoco")]
+        self.assertEqual(asked, f"mujoco>={readable(oldest)},<{readable(newest + 1)}")
+
+
+if __name__ == "__main__":
+    unittest.main()
