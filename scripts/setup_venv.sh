@@ -19,11 +19,13 @@ ray) folder=.venv-ray extras=ray,tank,sysid,dev imports='mujoco, ray, safetensor
   ;;
 esac
 folder=${2:-$folder}
+# Extras of hydro_mujoco.
+package=gym
 packages=(pyproject.toml scripts/pyproject.toml)
 if ! cat "${packages[@]}" | cmp -s - "$folder/.pyproject.toml"; then
   echo "setup: making $folder"
   [ -x "$folder/bin/python" ] || "${PYTHON:-python3}" -m venv "$folder"
-  "$folder/bin/python" -m pip install --quiet --no-compile --disable-pip-version-check -e . -e "scripts[$extras]"
+  "$folder/bin/python" -m pip install --quiet --no-compile --disable-pip-version-check -e ".[$package]" -e "scripts[$extras]"
   "$folder/bin/python" -c "import hydro_mujoco, hydro_tools, $imports"
   cat "${packages[@]}" >"$folder/.pyproject.toml"
 fi
