@@ -6,7 +6,7 @@ python examples/rl/station.py
 import gymnasium
 import numpy as np
 
-import hydro_mujoco.envs  # registers the environments
+import hydro_mujoco.envs  # noqa: F401  (registers the environments)
 
 #: Surge, sway and yaw of the four thrusters in the horizontal; roll and pitch of the four along z.
 FLAT = np.array([[1, 1, 1], [1, -1, -1], [1, -1, 1], [1, 1, -1]])
@@ -38,8 +38,12 @@ def play(name, command):
             distances.append(np.where(alive, info.get("distance", np.nan), np.nan))
         alive &= ~terminated
     kept = np.array(distances)[:, alive]
-    held = f"within {np.median(kept.max(axis=0)):.2f} m (median), {kept.max():.2f} m (worst)" if alive.any() else "none"
-    print(f"{name:8} return {total.mean():5.0f} +- {total.std():3.0f}   kept to the end {alive.sum()} of {EPISODES}   {held}")
+    print(f"{name:9} return {total.mean():4.0f} +- {total.std():3.0f}, {alive.sum()} of {EPISODES} kept to the end")
+    if alive.any():
+        worst = kept.max(axis=0)
+        print(
+            f"          from 10 s on within {np.median(worst):.2f} m (median of episodes), {worst.max():.2f} m (worst)"
+        )
     envs.close()
 
 

@@ -1,5 +1,6 @@
 """`hydro_mujoco.envs`: Gymnasium's own checks, seeds, the vector environments. Skipped without the library."""
 
+import importlib.util
 import pickle
 import subprocess
 import sys
@@ -297,3 +298,23 @@ def test_a_sea_depends_on_its_number_and_the_seed_alone(number, seed):
     seas = draw_seas(number, seed, 0.5, 0.4)
     assert seas[: number // 2] == draw_seas(number, seed, 0.5, 0.4)[: number // 2]
     assert len(set(seas)) == number
+
+
+def test_the_controller_of_the_example_keeps_station_and_random_commands_do_not():
+    spec = importlib.util.spec_from_file_location("station", f"{packaged.examples()}/rl/station.py")
+    station = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(station)
+    envs = gymnasium.make_vec(ROV, num_envs=6, seas=3, sea_seed=9)
+    returns = []
+    for command in (station.pd, lambda observation: envs.action_space.sample()):
+        envs.action_space.seed(0)
+        observation, _ = envs.reset(seed=1)
+        total, distance = np.zeros(6), np.zeros(6)
+        for step in range(400):
+            observation, reward, _, _, info = envs.step(command(observation))
+            total += reward
+            distance = np.maximum(distance, info["distance"] if step > 200 and "distance" in info else 0)
+        returns.append(total.mean())
+        if command is station.pd:
+            assert distance.max() < 0.2
+    assert returns[0] > 4 * returns[1]

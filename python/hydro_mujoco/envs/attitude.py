@@ -6,12 +6,11 @@ import numpy as np
 def rotation(quaternion: np.ndarray) -> np.ndarray:
     """Matrices world_from_body, shape (n, 3, 3), of unit quaternions w x y z, shape (n, 4)."""
     w, x, y, z = quaternion.T
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-    )
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=1)
+    rows = np.empty((len(quaternion), 3, 3))
+    rows[:, 0, 0], rows[:, 0, 1], rows[:, 0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
+    rows[:, 1, 0], rows[:, 1, 1], rows[:, 1, 2] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
+    rows[:, 2, 0], rows[:, 2, 1], rows[:, 2, 2] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+    return rows
 
 
 def to_body(world_from_body: np.ndarray, vectors: np.ndarray) -> np.ndarray:
@@ -23,10 +22,14 @@ def to_body(world_from_body: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     )
 
 
+def dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Scalar products, shape (n,), of vectors, shape (n, 3)."""
+    return first[:, 0] * second[:, 0] + first[:, 1] * second[:, 1] + first[:, 2] * second[:, 2]
+
+
 def length(vectors: np.ndarray) -> np.ndarray:
     """Euclidean lengths, shape (n,), of vectors, shape (n, 3)."""
-    x, y, z = vectors.T
-    return np.sqrt(x * x + y * y + z * z)
+    return np.sqrt(dot(vectors, vectors))
 
 
 def about_z(angle: float) -> np.ndarray:

@@ -11,9 +11,9 @@ from gymnasium.spaces import Box
 from .. import packaged
 from ..errors import DataError
 from ..plugin import load_plugin
-from .attitude import about_axis, about_z, length, product, rotation, to_body
+from .attitude import about_axis, about_z, dot, product, rotation, to_body
 from .scenery import add_goal
-from .task import Start, State, Task
+from .task import Start, State, Task, nearness
 
 #: Lift of foam at the centre of mass [N]: the weight of 62.58 kg that the 58 L of the hulls do not carry.
 TRIM = (62.58 - 58.0) * 9.81
@@ -87,43 +87,37 @@ class B1Task(Task):
         return state.ctrl + np.clip(MIDDLE + REACH * action - state.ctrl, -most, most)
 
     def observe(self, state: State) -> np.ndarray:
-        axes = rotation(state.qpos[:, 3:7])
         return np.concatenate(
             [
-                axes[:, 2],
+                state.axes[:, 2],
                 state.qvel[:, 3:6],
-                to_body(axes, state.qvel[:, :3]),
+                to_body(state.axes, state.qvel[:, :3]),
                 (state.qpos[:, 7:] - MIDDLE) / REACH,
                 state.qvel[:, 6:] / FASTEST,
                 (state.ctrl - MIDDLE) / REACH,
-                to_body(axes, state.goal - state.qpos[:, :3]),
-                to_body(axes, rotation(state.goal_quaternion)[:, :, 0]),
+                to_body(state.axes, state.offset),
+                to_body(state.axes, state.forward),
             ],
             axis=1,
         )
 
     def measures(self, state: State) -> dict[str, np.ndarray]:
-        offset = state.goal - state.qpos[:, :3]
-        forward = rotation(state.goal_quaternion)[:, :, 0]
         return {
-            "distance": length(offset),
-            "depth_error": offset[:, 2],
-            "forward_speed": _dot(state.qvel[:, :3], forward),
-            "upright": rotation(state.qpos[:, 3:7])[:, 2, 2],
+            "distance": state.distance,
+            "depth_error": state.offset[:, 2],
+            "forward_speed": state.forward_speed,
+            "upright": state.upright,
         }
 
     def ended(self, state: State) -> np.ndarray:
-        depth = np.abs(state.goal[:, 2] - state.qpos[:, 2]) > DEEPEST
-        return depth | (rotation(state.qpos[:, 3:7])[:, 2, 2] < 0)
+        return (np.abs(state.offset[:, 2]) > DEEPEST) | (state.upright < 0)
 
     def _common(self, state: State) -> dict[str, np.ndarray]:
         """Terms of every task: attitude, depth, effort."""
-        axes = rotation(state.qpos[:, 3:7])
-        depth = state.goal[:, 2] - state.qpos[:, 2]
         joints = state.qvel[:, 6:] / FASTEST
         return {
-            "reward_upright": 0.5 * axes[:, 2, 2],
-            "reward_depth": -0.5 * np.abs(depth),
+            "reward_upright": 0.5 * state.upright,
+            "reward_depth": -0.5 * np.abs(state.offset[:, 2]),
             "reward_effort": -0.02 * np.sum(joints * joints, axis=1),
         }
 
@@ -132,21 +126,20 @@ class Swim(B1Task):
     """Swim forward, in the direction of the goal's x axis."""
 
     def terms(self, state: State) -> dict[str, np.ndarray]:
-        forward = rotation(state.goal_quaternion)[:, :, 0]
-        heading = _dot(rotation(state.qpos[:, 3:7])[:, :, 0], forward)
-        speed = _dot(state.qvel[:, :3], forward)
-        return {"reward_forward": 10.0 * speed, "reward_heading": 0.5 * heading, **self._common(state)}
+        return {
+            "reward_forward": 10.0 * state.forward_speed,
+            "reward_heading": 0.5 * state.alignment,
+            **self._common(state),
+        }
 
 
 class Hold(B1Task):
     """Hold place, depth and attitude at the goal's pose."""
 
     def terms(self, state: State) -> dict[str, np.ndarray]:
-        distance = length(state.goal - state.qpos[:, :3]) / 0.25
-        heading = _dot(rotation(state.qpos[:, 3:7])[:, :, 0], rotation(state.goal_quaternion)[:, :, 0])
         return {
-            "reward_place": 1 / (1 + distance * distance),
-            "reward_heading": 0.5 * heading,
+            "reward_place": nearness(state.distance),
+            "reward_heading": 0.5 * state.alignment,
             **self._common(state),
         }
 
@@ -163,17 +156,15 @@ class Waypoint(B1Task):
         return place, about_z(angle)
 
     def terms(self, state: State) -> dict[str, np.ndarray]:
-        offset = state.goal - state.qpos[:, :3]
-        distance = length(offset)
-        toward = offset / np.maximum(distance, 1e-9)[:, None]
+        toward = state.offset / np.maximum(state.distance, 1e-9)[:, None]
         return {
-            "reward_progress": 10.0 * _dot(state.qvel[:, :3], toward),
-            "reward_reached": np.where(distance < self.reached, self.bonus, 0.0),
+            "reward_progress": 10.0 * dot(state.qvel[:, :3], toward),
+            "reward_reached": np.where(state.distance < self.reached, self.bonus, 0.0),
             **self._common(state),
         }
 
     def ended(self, state: State) -> np.ndarray:
-        return super().ended(state) | (length(state.goal - state.qpos[:, :3]) < self.reached)
+        return super().ended(state) | (state.distance < self.reached)
 
 
 #: Name -> task.
@@ -189,7 +180,3 @@ def b1_task(name: str, checkpoint: str | os.PathLike) -> B1Task:
     if name not in TASKS:
         raise DataError(f"task is {name!r}; there are: {', '.join(TASKS)}")
     return TASKS[name](checkpoint)
-
-
-def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    return first[:, 0] * second[:, 0] + first[:, 1] * second[:, 1] + first[:, 2] * second[:, 2]

@@ -6,10 +6,10 @@ from gymnasium.spaces import Box
 
 from .. import packaged
 from ..plugin import load_plugin
-from .attitude import about_axis, about_z, length, product, rotation, to_body
+from .attitude import about_axis, about_z, product, to_body
 from .scenery import add_goal, add_surface
 from .seas import draw_seas
-from .task import Start, State, Task
+from .task import Start, State, Task, nearness
 
 #: Physics steps of 5 ms a step.
 FRAME_SKIP = 10
@@ -67,13 +67,12 @@ class Station(Task):
         return action
 
     def observe(self, state: State) -> np.ndarray:
-        axes = rotation(state.qpos[:, 3:7])
         return np.concatenate(
             [
-                to_body(axes, state.goal - state.qpos[:, :3]),
-                to_body(axes, rotation(state.goal_quaternion)[:, :, 0]),
-                axes[:, 2],
-                to_body(axes, state.qvel[:, :3]),
+                to_body(state.axes, state.offset),
+                to_body(state.axes, state.forward),
+                state.axes[:, 2],
+                to_body(state.axes, state.qvel[:, :3]),
                 state.qvel[:, 3:6],
                 state.ctrl,
             ],
@@ -81,23 +80,14 @@ class Station(Task):
         )
 
     def terms(self, state: State) -> dict[str, np.ndarray]:
-        distance = length(state.goal - state.qpos[:, :3]) / 0.25
-        heading = _alignment(state)
         return {
-            "reward_place": 1 / (1 + distance * distance),
-            "reward_heading": 0.25 * heading,
+            "reward_place": nearness(state.distance),
+            "reward_heading": 0.25 * state.alignment,
             "reward_effort": -0.1 * np.sum(state.ctrl * state.ctrl, axis=1) / 8,
         }
 
     def measures(self, state: State) -> dict[str, np.ndarray]:
-        return {"distance": length(state.goal - state.qpos[:, :3]), "heading_cosine": _alignment(state)}
+        return {"distance": state.distance, "heading_cosine": state.alignment}
 
     def ended(self, state: State) -> np.ndarray:
-        lost = length(state.goal - state.qpos[:, :3]) > LOST
-        return lost | (rotation(state.qpos[:, 3:7])[:, 2, 2] < 0)
-
-
-def _alignment(state: State) -> np.ndarray:
-    """Cosine between the vehicle's x axis and the goal's, shape (n,)."""
-    first, second = rotation(state.qpos[:, 3:7])[:, :, 0], rotation(state.goal_quaternion)[:, :, 0]
-    return first[:, 0] * second[:, 0] + first[:, 1] * second[:, 1] + first[:, 2] * second[:, 2]
+        return (state.distance > LOST) | (state.upright < 0)

@@ -5,12 +5,14 @@ All that an episode remembers is in MuJoCo's state: the goal is the pose of the 
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 
 import mujoco
 import numpy as np
 from gymnasium.spaces import Box
 
 from ..errors import DataError
+from .attitude import dot, length, rotation
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class Start:
 
 @dataclass(frozen=True)
 class State:
-    """State of n environments: MuJoCo's arrays, one row each."""
+    """State of n environments: MuJoCo's arrays, one row each, and what follows from them."""
 
     #: [s], shape (n,).
     time: np.ndarray
@@ -43,6 +45,41 @@ class State:
     #: Pose of the goal, shapes (n, 3), (n, 4).
     goal: np.ndarray
     goal_quaternion: np.ndarray
+
+    @cached_property
+    def axes(self) -> np.ndarray:
+        """Axes of the free body in the world, its columns, shape (n, 3, 3)."""
+        return rotation(self.qpos[:, 3:7])
+
+    @cached_property
+    def upright(self) -> np.ndarray:
+        """Cosine of the tilt, shape (n,)."""
+        return self.axes[:, 2, 2]
+
+    @cached_property
+    def offset(self) -> np.ndarray:
+        """From the free body to the goal, in the world [m], shape (n, 3)."""
+        return self.goal - self.qpos[:, :3]
+
+    @cached_property
+    def distance(self) -> np.ndarray:
+        """From the free body to the goal [m], shape (n,)."""
+        return length(self.offset)
+
+    @cached_property
+    def forward(self) -> np.ndarray:
+        """The goal's x axis in the world, shape (n, 3)."""
+        return rotation(self.goal_quaternion)[:, :, 0]
+
+    @cached_property
+    def alignment(self) -> np.ndarray:
+        """Cosine between the x axes of the free body and the goal, shape (n,)."""
+        return dot(self.axes[:, :, 0], self.forward)
+
+    @cached_property
+    def forward_speed(self) -> np.ndarray:
+        """Along the goal's x axis [m/s], shape (n,)."""
+        return dot(self.qvel[:, :3], self.forward)
 
 
 @dataclass(frozen=True)
@@ -115,6 +152,12 @@ class Task(ABC):
         return Outcome(observation, reward, ended, info)
 
 
+def nearness(distance: np.ndarray) -> np.ndarray:
+    """1 at the goal, a half at 0.25 m from it, falling with the square of the distance [m]."""
+    scaled = distance / 0.25
+    return 1 / (1 + scaled * scaled)
+
+
 def checked(action: object, shape: tuple[int, ...]) -> np.ndarray:
     """An action as numbers between -1 and 1, clipped.
 
@@ -124,8 +167,8 @@ def checked(action: object, shape: tuple[int, ...]) -> np.ndarray:
     numbers = np.asarray(action, dtype=np.float64)
     if numbers.shape != shape:
         raise DataError(f"action: its shape is {numbers.shape}, expected {shape}")
-    wrong = np.argwhere(~np.isfinite(numbers))
-    if wrong.size:
-        place = ", ".join(map(str, wrong[0]))
-        raise DataError(f"action[{place}] is {numbers[tuple(wrong[0])]}; expected a number between -1 and 1")
+    if not np.isfinite(numbers).all():
+        wrong = np.argwhere(~np.isfinite(numbers))[0]
+        place = ", ".join(map(str, wrong))
+        raise DataError(f"action[{place}] is {numbers[tuple(wrong)]}; expected a number between -1 and 1")
     return np.clip(numbers, -1.0, 1.0)
