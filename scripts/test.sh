@@ -36,6 +36,9 @@ step 'Python: the package'
 .venv/bin/python -m pytest --quiet --numprocesses auto --dist loadfile python/tests
 step 'Python: data, scenes, baselines, benchmark'
 .venv/bin/python -m pytest --quiet --numprocesses auto --dist loadfile scripts/tests
+step 'documentation site: notebooks run, links hold'
+PYTHON=.venv/bin/python scripts/setup_venv.sh docs
+.venv-docs/bin/python scripts/build_docs.py --out out/site
 
 # The other releases matter to the crate that binds MuJoCo alone; what is below it comes compiled from above.
 step 'MuJoCo 3.17.0: the bindings fit it too'
