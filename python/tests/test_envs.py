@@ -318,3 +318,24 @@ def test_the_controller_of_the_example_keeps_station_and_random_commands_do_not(
         if command is station.pd:
             assert distance.max() < 0.2
     assert returns[0] > 4 * returns[1]
+
+
+def test_the_picture_is_of_the_present_episode(monkeypatch):
+    """Over a change of the sea, which changes model and data."""
+    monkeypatch.setenv("MUJOCO_GL", "egl")
+    env = gymnasium.make(ROV, seas=3, render_mode="rgb_array", width=160, height=120)
+    pictures, models = [], set()
+    for seed in range(4):
+        env.reset(seed=seed)
+        try:
+            pictures.append(env.render())
+        except (ImportError, AttributeError) as error:
+            pytest.skip(f"no EGL: {error}")
+        models.add(id(env.unwrapped.model))
+    env.close()
+    assert len(models) > 1
+    for first, second in zip(pictures, pictures[1:]):
+        assert first.shape == (120, 160, 3)
+        # The vehicle is blue, in the middle, and otherwise turned.
+        assert np.ptp(first[40:80, 50:110].astype(int), axis=(0, 1)).min() > 50
+        assert (first != second).any(axis=2).mean() > 0.02

@@ -8,7 +8,7 @@ task.py         what both drive: a task, pure functions of MuJoCo's state
 b1_tasks.py     the tasks of the quadruped
 station_task.py the task of the vehicle
 seas.py         seas drawn at random, one compiled model each
-scenery.py      the goal's marker and the still surface
+scenery.py      the goal's marker, the still surface, the camera that follows
 attitude.py     rotations of arrays
 """
 

@@ -38,13 +38,6 @@ class B1Task(Task):
     frame_skip = FRAME_SKIP
     observation_space = Box(-np.inf, np.inf, (WIDTH,), np.float64)
     action_space = Box(-1.0, 1.0, (12,), np.float32)
-    camera = {
-        "type": mujoco.mjtCamera.mjCAMERA_TRACKING,
-        "trackbodyid": 1,
-        "distance": 3.2,
-        "azimuth": 130.0,
-        "elevation": -18.0,
-    }
 
     def __init__(self, checkpoint: str | os.PathLike = "b1-relaxation"):
         """Compile the scene.

@@ -1,9 +1,9 @@
-"""What is seen and does not act: the goal's marker, whose pose holds the goal, and the still surface."""
+"""What is seen and does not act: the goal's marker, whose pose holds the goal, the still surface, a camera."""
 
 import mujoco
 
-#: Name of the mocap body.
-GOAL = "goal"
+#: Names of the mocap body and of the camera that follows.
+GOAL, CAMERA = "goal", "track"
 
 
 def add_goal(spec: mujoco.MjSpec, size: float) -> None:
@@ -16,6 +16,13 @@ def add_goal(spec: mujoco.MjSpec, size: float) -> None:
     goal.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[size, 0, 0], **looks)
     rod = [0, 0, 0, 4 * size, 0, 0]
     goal.add_geom(type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=rod, size=[0.2 * size, 0, 0], **looks)
+
+
+def add_camera(body: mujoco.MjsBody) -> None:
+    """Add a camera that follows a body from 2.3 m away, without turning with it."""
+    follows = body.add_camera(name=CAMERA, mode=mujoco.mjtCamLight.mjCAMLIGHT_TRACKCOM, pos=[1.4, -1.75, 0.6])
+    follows.alt.type = mujoco.mjtOrientation.mjORIENTATION_XYAXES
+    follows.alt.xyaxes = [0.78, 0.62, 0, -0.16, 0.2, 0.97]
 
 
 def add_surface(spec: mujoco.MjSpec, waterline: float) -> None:

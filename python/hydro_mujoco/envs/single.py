@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 from gymnasium.envs.mujoco import MujocoEnv
 
+from .scenery import CAMERA
 from .task import State, Task, checked
 
 
@@ -21,7 +22,9 @@ class WaterEnv(MujocoEnv):
             default_camera_config.
         """
         self.task = task
-        kwargs.setdefault("default_camera_config", task.camera)
+        # A free camera of Gymnasium's does not follow.
+        if kwargs.get("camera_id") is None:
+            kwargs.setdefault("camera_name", CAMERA)
         # Without the arrows of the plugin's force and torque.
         kwargs.setdefault("visual_options", {int(mujoco.mjtVisFlag.mjVIS_PERTOBJ): False})
         super().__init__(task.scene, task.frame_skip, task.observation_space, **kwargs)

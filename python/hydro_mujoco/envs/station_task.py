@@ -7,7 +7,7 @@ from gymnasium.spaces import Box
 from .. import packaged
 from ..plugin import load_plugin
 from .attitude import about_axis, about_z, product, to_body
-from .scenery import add_goal, add_surface
+from .scenery import add_camera, add_goal, add_surface
 from .seas import draw_seas
 from .task import Start, State, Task, nearness
 
@@ -27,13 +27,6 @@ class Station(Task):
     frame_skip = FRAME_SKIP
     observation_space = Box(-np.inf, np.inf, (WIDTH,), np.float64)
     action_space = Box(-1.0, 1.0, (8,), np.float32)
-    camera = {
-        "type": mujoco.mjtCamera.mjCAMERA_TRACKING,
-        "trackbodyid": 1,
-        "distance": 2.5,
-        "azimuth": 130.0,
-        "elevation": -15.0,
-    }
 
     def __init__(self, seas: int, sea_seed: int, current: float, wave_height: float):
         """Compile a model for each sea; arguments of `draw_seas`."""
@@ -42,6 +35,7 @@ class Station(Task):
         spec = mujoco.MjSpec.from_file(self.scene)
         add_goal(spec, 0.05)
         add_surface(spec, 0.0)
+        add_camera(spec.body("rov"))
         water = spec.plugins[0]
         models = []
         for sea in draw_seas(seas, sea_seed, current, wave_height):

@@ -107,8 +107,6 @@ class Task(ABC):
     frame_skip: int
     observation_space: Box
     action_space: Box
-    #: Of the free camera of the pictures.
-    camera: dict[str, object]
 
     @abstractmethod
     def start(self, random: np.random.Generator) -> Start:
