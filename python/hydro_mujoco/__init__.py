@@ -4,6 +4,7 @@ water.py      `add_water(spec, body=...)`, `wrench(model, data, body)`
 packaged.py   scenes, checkpoints, examples and the library that come with the package
 record/       `record(model, out)`, and the command `python -m hydro_mujoco.record`
 learned.py    `with_checkpoint`: a scene with a checkpoint in place of its water
+envs/         Gymnasium environments, one and many at once (`import hydro_mujoco.envs`)
 recording/    what every recorder has: plans, simulation, shards, folder, manifest
 jobs/         independent jobs, here or in processes
 plugin.py     the plugin library: where it is, how it is loaded

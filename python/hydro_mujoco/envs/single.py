@@ -30,11 +30,13 @@ class WaterEnv(MujocoEnv):
         super().__init__(task.scene, task.frame_skip, task.observation_space, **kwargs)
 
     def reset_model(self) -> np.ndarray:
-        """Draw an episode and start it; returns its first observation."""
+        """Draw an episode and start it; returns its first observation.
+
+        MujocoEnv has reset the data of the last episode, and so all data that an episode was in.
+        """
         start = self.task.start(self.np_random)
         self._take(start.model)
         data = self.data
-        mujoco.mj_resetData(self.model, data)
         data.time, data.qpos[:], data.qvel[:], data.ctrl[:] = start.time, start.qpos, start.qvel, start.ctrl
         data.mocap_pos[0], data.mocap_quat[0] = start.goal, start.goal_quaternion
         mujoco.mj_forward(self.model, data)

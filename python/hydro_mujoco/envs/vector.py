@@ -165,7 +165,6 @@ class WaterVectorEnv(VectorEnv):
             for row in ids:
                 for field, of_batch in _FIELDS.items():
                     batch.bind(of_batch)[row] = getattr(starts[int(row)], field)
-            batch.forward(ids)
 
     def _members(self, chosen: np.ndarray) -> Iterator[tuple[Batch, np.ndarray]]:
         """Each batch with the chosen environments that are in it, where there are any."""
