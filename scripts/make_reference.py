@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the reference pages of effects and attributes from the program's own lists."""
+"""Writes the reference pages: effects, attributes, environments."""
 
 import sys
 

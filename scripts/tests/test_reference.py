@@ -8,7 +8,7 @@ import pytest
 
 from hydro_mujoco.errors import DataError
 from hydro_tools.commands import make_reference
-from hydro_tools.reference import attributes, effects
+from hydro_tools.reference import attributes, effects, environments
 from hydro_tools.reference.lists import read_list
 from hydro_tools.reference.markdown import table
 
@@ -58,6 +58,12 @@ def test_an_attribute_is_written_whole():
     )
 
 
+def test_environments_are_their_docstrings():
+    page = environments.page()
+    for heading in ("## B1Swim-v0", "### Action Space", "## RovStation-v0", "### Episode End"):
+        assert f"\n\n{heading}\n" in page
+
+
 def test_units_that_neighbours_share_stand_once():
     shared = [PARAMETER | {"name": name, "unit": "kg", "optional": False} for name in ("surge", "sway")]
     page = effects.page({"example": "", "effects": [EFFECT | {"parameters": shared}]})
@@ -85,6 +91,7 @@ def test_a_page_that_differs_is_found_and_written(tmp_path, monkeypatch, capsys)
     assert sorted(path.name for path in (tmp_path / "docs").iterdir()) == [
         "reference-attributes.md",
         "reference-effects.md",
+        "reference-envs.md",
     ]
 
 

@@ -1,4 +1,4 @@
-"""Writes docs/reference-effects.md and docs/reference-attributes.md from the program's own lists.
+"""Writes docs/reference-*.md: effects and attributes from the program's lists, environments from their docstrings.
 
     python scripts/make_reference.py [--check] [--program target/release/hydro]
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from hydro_mujoco.errors import DataError
 from hydro_mujoco.recording.files import write_beside
 
-from ..reference import attributes, effects
+from ..reference import attributes, effects, environments
 from ..reference.lists import read_list
 from ..repository import ROOT
 
@@ -22,6 +22,7 @@ def pages(program: Path) -> dict[Path, str]:
     return {
         ROOT / "docs" / "reference-effects.md": effects.page(read_list(program, ("gap", "effects"))),
         ROOT / "docs" / "reference-attributes.md": attributes.page(read_list(program, ("attributes",))),
+        ROOT / "docs" / "reference-envs.md": environments.page(),
     }
 
 
