@@ -218,6 +218,18 @@ def test_a_mask_resets_some():
     assert not np.array_equal(before[1], after[1])
 
 
+def test_a_step_before_a_reset_is_refused():
+    env = B1SwimVectorEnv(2)
+    action = np.zeros((2, 12), np.float32)
+    with pytest.raises(gymnasium.error.ResetNeeded, match="step before reset"):
+        env.step(action)
+    env.reset(options={"reset_mask": np.array([True, False])})
+    with pytest.raises(gymnasium.error.ResetNeeded, match="step before reset"):
+        env.step(action)
+    env.reset(seed=np.int64(3))
+    env.step(action)
+
+
 def test_a_simulation_of_the_vector_can_be_drawn():
     env = RovStationVectorEnv(4, seas=2)
     env.reset(seed=0)

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import mujoco
 import numpy as np
+from gymnasium.error import ResetNeeded
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
@@ -94,7 +95,7 @@ class WaterVectorEnv(VectorEnv):
         Raises:
             DataError: another number of seeds than of environments, or a mask of another shape or type.
         """
-        seeds = [seed + number for number in range(self.num_envs)] if isinstance(seed, int) else seed
+        seeds = [int(seed) + number for number in range(self.num_envs)] if isinstance(seed, int | np.integer) else seed
         if seeds is not None and len(seeds) != self.num_envs:
             raise DataError(f"seed: {len(seeds)} seeds for {self.num_envs} environments; expected one each")
         mask = (options or {}).get("reset_mask")
@@ -109,6 +110,8 @@ class WaterVectorEnv(VectorEnv):
         return self.task.observe(self._state()), {}
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        if None in self._random:
+            raise ResetNeeded("step before reset: call reset() of all environments first")
         action = checked(actions, self.action_space.shape)
         again = self._ended.copy()
         if again.any():
