@@ -38,6 +38,9 @@ step 'Python: the wheel, in an environment of its own; the code of README.md and
 scripts/test_wheel.sh --dev
 step 'Python: data, scenes, baselines, benchmark'
 .venv/bin/python -m pytest --quiet --numprocesses auto --dist loadfile scripts/tests
+step 'documentation site: notebooks run, links hold'
+PYTHON=.venv/bin/python scripts/setup_venv.sh docs
+.venv-docs/bin/python scripts/build_docs.py --out out/site
 
 # The other releases matter to the crate that binds MuJoCo alone; what is below it comes compiled from above.
 step 'MuJoCo 3.17.0: the bindings fit it too'

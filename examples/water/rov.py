@@ -17,10 +17,10 @@ while data.time < 80:
     yaw = np.arctan2(rotation[1, 0], rotation[0, 0])
     turn = -2 * yaw - 2 * data.qvel[5]
     flat = [
-        [1, 1, -1],
-        [1, -1, 1],
-        [1, -1, -1],
         [1, 1, 1],
+        [1, -1, -1],
+        [1, -1, 1],
+        [1, 1, -1],
     ]  # surge, sway, yaw of the four in the horizontal
     data.ctrl[:4] = [(a * push[0] + b * push[1]) / (4 * 28.3) + c * turn / 20 for a, b, c in flat]
     data.ctrl[4:] = push[2] / 160

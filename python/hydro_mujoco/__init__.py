@@ -6,6 +6,7 @@ packaged.py    scenes, checkpoints, examples and the library that come with the 
 record/        `record(model, out)`, and the command `python -m hydro_mujoco.record`
 training.py    `train(data, out)`, `evaluate(checkpoint, data)`
 learned.py     `with_checkpoint`: a scene with a checkpoint in place of its water
+envs/          Gymnasium environments, one and many at once (`import hydro_mujoco.envs`)
 gap/           `gap.run(nominal, trials, out=...)`, `gap.effects()`
 recording/     what every recorder has: plans, simulation, shards, folder, manifest
 jobs/          independent jobs, here or in processes

@@ -10,6 +10,7 @@
 #[macro_use]
 mod output;
 
+mod attributes;
 mod cancel;
 mod command_line;
 mod compare;
@@ -61,6 +62,8 @@ enum Command {
     Gap(gap::Args),
     /// Make files of effects for the plugin's attribute `effects`.
     Effects(effects::Args),
+    /// List the attributes of the plugins `hydro.wrench` and `hydro.load_cell` in an MJCF.
+    Attributes(attributes::Args),
     /// Describe a checkpoint, a data set or a folder of rollouts.
     Inspect(inspect::Args),
     /// Say which MuJoCo was found and whether the plugin works in it.
@@ -104,6 +107,7 @@ fn run_command(command: Command) -> anyhow::Result<()> {
         Command::Simulate(args) => simulate::run(&args),
         Command::Gap(args) => gap::run(&args),
         Command::Effects(args) => effects::run(&args),
+        Command::Attributes(args) => attributes::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Doctor(args) => doctor::run(&args),
     }

@@ -1,22 +1,5 @@
 //! The attributes of `hydro.wrench`: strings of an MJCF to checked settings, read once, in one place.
-//!
-//! | attribute | unit | meaning | default |
-//! |---|---|---|---|
-//! | `checkpoint` | | folder with `card.json` and `weights.safetensors` | this or `effects` |
-//! | `effects` | | named effects: JSON where it starts with `{`, else a file's path | none |
-//! | `density` | kg/m^3 | density of the water, a feature of the model | 1000 |
-//! | `waterline` | m | height of the free surface, world z | fully submerged |
-//! | `current` | m/s | velocity of the water, world x y z; or a profile in depth and a random part: JSON where it starts with `{`, else a file's path | 0 0 0 |
-//! | `waves` | | linear waves about `waterline`: JSON where it starts with `{`, else a file's path | none |
-//! | `potential_flow` | | radiation and excitation of the carrying body by a boundary element program: JSON where it starts with `{`, else a file's path | none |
-//! | `hull` | | names of the geoms that displace water | those of MuJoCo's ellipsoid fluid, else group 3, else all |
-//! | `volume` | m^3 | displaced volume of the body that carries the instance | the hull's |
-//! | `centre_of_buoyancy` | m | where its buoyancy acts, body frame x y z | the centre of the submerged part |
-//! | `joints` | | names of the card's joints in this model, in the card's order | the card's |
-//! | `solver` | | `euler`, `rk4` or `dopri5` | the card's |
-//! | `engine` | | `fused`, `fused-f16` or `candle` | `fused` |
-//! | `initial_force` | N, N m | one number an output of the card, or `estimate` | `estimate` |
-//! | `wrench_scale` | | factors on the checkpoint's wrench, force x y z, torque x y z, body frame | 1 1 1 1 1 1 |
+//! What each is: [`super::attribute_table`].
 
 use std::{
     path::{Path, PathBuf},
@@ -30,25 +13,6 @@ use hydro_effects::{
 use hydro_model::{EngineKind, Solver};
 
 use super::{attribute_error::AttributeError, sea::Sea, search_path::SearchPath};
-
-/// Every attribute, in the order of the table above.
-pub const NAMES: [&str; 15] = [
-    "checkpoint",
-    "effects",
-    "density",
-    "waterline",
-    "current",
-    "waves",
-    "potential_flow",
-    "hull",
-    "volume",
-    "centre_of_buoyancy",
-    "joints",
-    "solver",
-    "engine",
-    "initial_force",
-    "wrench_scale",
-];
 
 /// Density of fresh water [kg/m^3].
 pub const FRESH_WATER: f64 = 1000.0;
@@ -408,9 +372,10 @@ fn choice<T: std::str::FromStr>(
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use std::fs;
+    use std::{cell::RefCell, collections::BTreeSet, fs};
 
     use super::*;
+    use crate::plugin::attribute_table::WRENCH;
 
     fn parse(given: &[(&str, &str)]) -> Result<Settings, AttributeError> {
         let folder = tempfile::tempdir().unwrap();
@@ -442,6 +407,20 @@ mod tests {
         assert_eq!(settings.engine, EngineKind::Fused);
         assert_eq!(settings.initial_force, InitialForce::Estimate);
         assert_eq!(settings.wrench_scale, [1.0; 6]);
+    }
+
+    #[test]
+    fn the_table_lists_what_is_read() {
+        let asked = RefCell::new(BTreeSet::new());
+        let text = |name: &'static str| {
+            asked.borrow_mut().insert(name);
+            (name == "effects").then(|| "{}".to_owned())
+        };
+        Settings::parse(text, &SearchPath::new(Vec::new())).unwrap();
+        let listed = WRENCH
+            .iter()
+            .map(|attribute| attribute.name.to_str().unwrap());
+        assert_eq!(asked.into_inner(), listed.collect());
     }
 
     #[test]

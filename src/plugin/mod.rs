@@ -1,7 +1,8 @@
 //! The plugin without MuJoCo: text attributes in, wrench out.
 //!
 //! ```text
-//! attributes      strings -> Settings (attribute_error)  search_path  where a relative path is looked for
+//! attributes      strings -> Settings (attribute_error)  attribute_table  what each is
+//! search_path     where a relative path is looked for
 //! body            what a model offers a card     feature_map  state of the model -> input of the network
 //! learned_wrench  a checkpoint's wrench on a body, from a slice of state
 //! bound           named effects, tied to a model
@@ -14,6 +15,7 @@
 //! Nothing here names a type of MuJoCo's; `src/mujoco/` reads its structs and calls in.
 
 pub mod attribute_error;
+pub mod attribute_table;
 pub mod attributes;
 pub mod body;
 pub mod bound;

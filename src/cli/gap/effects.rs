@@ -38,6 +38,7 @@ struct Catalogue {
 struct Entry {
     id: Id,
     target: TargetKind,
+    phrase: &'static str,
     summary: &'static str,
     equation: &'static str,
     source: &'static str,
@@ -149,11 +150,12 @@ fn entry(id: Id) -> Entry {
         source,
         idealised,
         placement,
-        phrase: _,
+        phrase,
     } = *effect.card();
     Entry {
         id,
         target,
+        phrase,
         summary,
         equation,
         source,
@@ -230,7 +232,15 @@ mod tests {
         let effects = list["effects"].as_array().unwrap();
         assert_eq!(effects.len(), Id::ALL.len());
         for effect in effects {
-            for key in ["id", "target", "summary", "equation", "source", "placement"] {
+            for key in [
+                "id",
+                "target",
+                "phrase",
+                "summary",
+                "equation",
+                "source",
+                "placement",
+            ] {
                 assert!(!effect[key].as_str().unwrap().is_empty(), "{effect}");
             }
             let parameters = effect["parameters"].as_array().unwrap();

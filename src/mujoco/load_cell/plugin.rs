@@ -1,10 +1,6 @@
 //! The sensor plugin `hydro.load_cell`: a force or torque sensor that feels the water.
 //!
-//! | attribute | meaning | default |
-//! |---|---|---|
-//! | `site` | the site, as of MuJoCo's force sensor: it sits on the child body | required |
-//! | `quantity` | `force` [N] or `torque` [N m] | `force` |
-//! | `include` | `plugin`: what `hydro.wrench` applies; `all`: MuJoCo's own fluid and gravcomp too | `plugin` |
+//! Its attributes: [`crate::plugin::attribute_table::LOAD_CELL`].
 //!
 //! MuJoCo's reading is the interaction force between the site's body and its parent, by Newton's law
 //! over the subtree: inertia and gravity less the external forces. Passive forces are missing among the
@@ -22,15 +18,18 @@ use std::{
 };
 
 use super::cell::LoadCell;
-use crate::mujoco::ffi::{
-    Api, DataView,
-    bindings::{mjData, mjModel, mjOBJ_SENSOR, mjPLUGIN_SENSOR, mjSTAGE_ACC, mjpPlugin, mjtNum},
-    guard, last_refusal, warn,
+use crate::{
+    mujoco::ffi::{
+        Api, DataView,
+        bindings::{
+            mjData, mjModel, mjOBJ_SENSOR, mjPLUGIN_SENSOR, mjSTAGE_ACC, mjpPlugin, mjtNum,
+        },
+        guard, last_refusal, warn,
+    },
+    plugin::attribute_table::LOAD_CELL,
 };
 
 const NAME: &CStr = c"hydro.load_cell";
-
-const ATTRIBUTES: [&CStr; 3] = [c"site", c"quantity", c"include"];
 
 /// Numbers of one reading.
 const READING_LEN: usize = 3;
@@ -44,7 +43,10 @@ pub(crate) fn register(api: &'static Api) {
     if !unsafe { (api.functions.mjp_getPlugin)(NAME.as_ptr(), std::ptr::null_mut()) }.is_null() {
         return;
     }
-    let mut names: Vec<*const c_char> = ATTRIBUTES.iter().map(|name| name.as_ptr()).collect();
+    let mut names: Vec<*const c_char> = LOAD_CELL
+        .iter()
+        .map(|attribute| attribute.name.as_ptr())
+        .collect();
     // SAFETY: all zero is a valid table (null pointers, no flags); MuJoCo fills its defaults.
     let mut table: mjpPlugin = unsafe { std::mem::zeroed() };
     // SAFETY: a table to write to.

@@ -36,7 +36,9 @@ use crate::{
             warn,
         },
     },
-    plugin::{InstanceKey, LearnedWrench, Notice, Registry, attributes, learned_wrench},
+    plugin::{
+        InstanceKey, LearnedWrench, Notice, Registry, attribute_table::WRENCH, learned_wrench,
+    },
 };
 
 /// Name in the `plugin=` attribute.
@@ -58,7 +60,10 @@ pub(crate) fn register(api: &'static Api) -> bool {
     // SAFETY: a static C string and a place for the slot.
     let known = unsafe { (api.functions.mjp_getPlugin)(NAME.as_ptr(), &mut slot) };
     if known.is_null() {
-        let mut names: Vec<*const c_char> = ATTRIBUTES.iter().map(|name| name.as_ptr()).collect();
+        let mut names: Vec<*const c_char> = WRENCH
+            .iter()
+            .map(|attribute| attribute.name.as_ptr())
+            .collect();
         // SAFETY: all zero is a valid table (null pointers, no flags); MuJoCo fills its defaults.
         let mut table: mjpPlugin = unsafe { std::mem::zeroed() };
         // SAFETY: a table to write to.
@@ -85,25 +90,6 @@ pub(crate) fn register(api: &'static Api) -> bool {
     }
     known.is_null()
 }
-
-/// [`attributes::NAMES`] as C strings; a test holds the two together.
-const ATTRIBUTES: [&CStr; attributes::NAMES.len()] = [
-    c"checkpoint",
-    c"effects",
-    c"density",
-    c"waterline",
-    c"current",
-    c"waves",
-    c"potential_flow",
-    c"hull",
-    c"volume",
-    c"centre_of_buoyancy",
-    c"joints",
-    c"solver",
-    c"engine",
-    c"initial_force",
-    c"wrench_scale",
-];
 
 unsafe extern "C" fn nstate(m: *const mjModel, id: c_int) -> c_int {
     guard("nstate", 0, || {
@@ -304,18 +290,4 @@ unsafe extern "C" fn advance(m: *const mjModel, d: *mut mjData, id: c_int) {
             tell(data.model(), learned, notice, time);
         }
     });
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_table_lists_every_attribute_that_is_read() {
-        let names: Vec<&str> = ATTRIBUTES
-            .iter()
-            .filter_map(|name| name.to_str().ok())
-            .collect();
-        assert_eq!(names, attributes::NAMES);
-    }
 }
