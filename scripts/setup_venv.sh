@@ -9,7 +9,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 usage='usage: scripts/setup_venv.sh main|bench|baselines|ray [FOLDER]'
 case ${1:?$usage} in
-main) folder=.venv extras=tank,sysid,film,dev imports='matplotlib, mujoco, safetensors, scipy' ;;
+main) folder=.venv extras=tank,sysid,film,logs,dev imports='matplotlib, mujoco, pandas, rosbags, safetensors, scipy' ;;
 bench) folder=.venv-bench extras=bench imports='matplotlib, mujoco, onnxruntime, torch, torchdiffeq' ;;
 baselines) folder=.venv-rivals extras=baselines,dev imports='pysindy, sklearn, mujoco.sysid' ;;
 ray) folder=.venv-ray extras=ray,tank,sysid,dev imports='mujoco, ray, safetensors' ;;
