@@ -23,11 +23,11 @@ KNOWN = {
     "added_mass": {"surge": 6.36, "sway": 7.12, "heave": 18.68, "roll": 0.189, "pitch": 0.135, "yaw": 0.222},
     "linear_drag": {"surge": 13.7, "sway": 11, "heave": 33, "roll": 0.5, "pitch": 0.8, "yaw": 0.5},
     "net_buoyancy": {"force": 133.0},
-    "buoyancy_offset": {"x": 0, "y": 0, "z": 1.3},
+    "buoyancy_offset": {"x": 0, "y": 0, "z": 0.02},
 }
 LACKING = {"quadratic_drag": {"surge": 141, "sway": 217, "heave": 190, "roll": 1.19, "pitch": 0.47, "yaw": 1.5}}
 #: Standard deviations of readings, by sensor; of an attitude [rad].
-NOISE = {"imu_gyro": 0.003, "attitude": 0.004, "position": 0.01, "dvl": 0.01}
+NOISE = {"imu_gyro": 0.003, "attitude": 0.004, "position": 0.01, "dvl": 0.01, "velocity": 0.02}
 EPOCH = 1_790_000_000 * 10**9
 
 
@@ -53,7 +53,7 @@ def swim(seconds: float = 60.0, seed: int = 1) -> Dive:
     random = np.random.default_rng(seed)
     steps = round(seconds / model.opt.timestep)
     rates, phases = random.uniform(0.4, 2.5, (6, 4)), random.uniform(0, 2 * np.pi, (6, 4))
-    sizes = np.array([0.55, 0.55, 0.35, 0.12, 0.12, 0.3])
+    sizes = np.array([0.35, 0.35, 0.25, 0.02, 0.02, 0.06])
     mix = np.array(
         [
             [1, 1, 1, 1, 0, 0, 0, 0],

@@ -1,7 +1,7 @@
 """Logs of a vehicle as its computers write them: ROS 2 messages in a bag or an MCAP file, ArduPilot's DataFlash.
 
-Readings: imu_gyro [rad/s, FLU], attitude (world_from_body, w x y z, ENU and FLU), position [m, ENU], dvl [m/s, FLU];
-one row of each a time. Every log has its own rates, units, frames and clock.
+Readings: imu_gyro [rad/s, FLU], attitude (world_from_body, w x y z, ENU and FLU), position [m, ENU], dvl [m/s, FLU], velocity
+[m/s, ENU]; one row of each a time. Every log has its own rates, units, frames and clock.
 """
 
 import dataclasses
@@ -164,7 +164,8 @@ def dataflash(path: Path, times, commands, readings, *, boot: float = 17.25) -> 
             roll, pitch, yaw = np.degrees(euler(readings["attitude"][row]))
             log.write("ATT", at, roll, -pitch, (90 - yaw) % 360)
             east, north, up = readings["position"][row]
-            log.write("XKF1", at, 0, 0.0, 0.0, 0.0, north, east, -up)
+            moving = readings["velocity"][row]
+            log.write("XKF1", at, 0, moving[1], moving[0], -moving[2], north, east, -up)
         if row % PRESSURE_EVERY == 0:
             up = readings["position"][row, 2]
             log.write("BARO", at, 0, up, SURFACE - WEIGHT * up)

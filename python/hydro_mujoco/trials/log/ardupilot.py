@@ -135,7 +135,7 @@ class TlogLog(Log):
                 progress.n = file.f.tell()
                 progress.update(0)
                 kind, sender = message.get_type(), (message.get_srcSystem(), message.get_srcComponent())
-                if kind == "BAD_DATA":
+                if kind == "BAD_DATA" or kind.startswith("UNKNOWN_"):
                     continue
                 first = senders.setdefault(kind, sender)
                 topic = kind if sender == first else f"{kind}@{sender[0]}:{sender[1]}"

@@ -88,6 +88,8 @@ def _parts(value: object) -> list[tuple[str, object]] | None:
         names = [field.name for field in dataclasses.fields(value)]
     elif hasattr(value, "DESCRIPTOR"):
         names = [field.name for field in value.DESCRIPTOR.fields]
+    elif hasattr(value, "get_fieldnames"):
+        names = value.get_fieldnames()
     elif hasattr(value, "__slots__"):
         names = list(value.__slots__)
     else:

@@ -52,11 +52,7 @@ class TableLog(Log):
 
         kind = _kind(column)
         if kind == TIME:
-            stamps = column.astype("datetime64[ns, UTC]" if getattr(column.dtype, "tz", None) else "datetime64[ns]")
-            first = int(stamps.dropna().iloc[0].value) if stamps.notna().any() else 0
-            self.start = first if self.start is None else self.start
-            whole = stamps.astype("int64").to_numpy()
-            return np.where(stamps.isna(), np.nan, (whole - self.start) * 1e-9)
+            return self._dates(column)
         if kind == NUMBER:
             return column.to_numpy(float, na_value=np.nan)
         numbers = pandas.to_numeric(column, errors="coerce")
@@ -70,7 +66,18 @@ class TableLog(Log):
                     "cell stands for a sample that is missing"
                 )
             return numbers.to_numpy(float)
+        dates = pandas.to_datetime(column, format="ISO8601", errors="coerce", utc=True)
+        if dates.notna().any() and dates.notna().sum() == column.notna().sum():
+            return self._dates(dates)
         return np.array([self.number(str(value), name, TOPIC) if value == value else np.nan for value in column])
+
+    def _dates(self, column: Any) -> np.ndarray:
+        """Seconds since the first date that was met."""
+        stamps = column.astype("datetime64[ns, UTC]" if getattr(column.dtype, "tz", None) else "datetime64[ns]")
+        first = int(stamps.dropna().iloc[0].value) if stamps.notna().any() else 0
+        self.start = first if self.start is None else self.start
+        whole = stamps.astype("int64").to_numpy()
+        return np.where(stamps.isna(), np.nan, (whole - self.start) * 1e-9)
 
     def _check(self, columns: Sequence[str] | None, there: Sequence[str]) -> None:
         for name in columns or ():
