@@ -8,24 +8,24 @@ import tempfile
 import tracemalloc
 from pathlib import Path
 
-import dive
 import numpy as np
 import pandas
 import pytest
-import writers
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.typesys import Stores, get_typestore
-from ulog import Ulog
 
+import dive
+import writers
 from hydro_mujoco.errors import DataError
 from hydro_mujoco.trials.log import FrameLog, open_log
 from hydro_mujoco.trials.log.base import nanoseconds
 from hydro_mujoco.trials.log.extras import extra
 from hydro_mujoco.trials.log.fields import getter, kinds
+from ulog import Ulog
 
 SECONDS = 4.0
 WANTED = {"/imu/data": ["angular_velocity.x", "orientation.w", "header.stamp"], "/thrusters": ["data[3]"]}
@@ -61,11 +61,13 @@ def check_ros(log):
     stamps = imu.values[:, 2]
     np.testing.assert_allclose(stamps - stamps[0], made.times[::2], atol=2e-9)
     late = imu.times - stamps
-    assert 0 <= late.min() and late.max() < writers.LATEST * 1e-9
+    assert late.min() >= 0 and late.max() < writers.LATEST * 1e-9
     assert "/nothing" not in log.read({"/nothing": ["x"]})
 
 
-@pytest.mark.parametrize("name", ["a.mcap", "small_chunks.mcap", "sqlite", "in_mcap", "sqlite/sqlite.db3", "in_mcap/in_mcap.mcap"])
+@pytest.mark.parametrize(
+    "name", ["a.mcap", "small_chunks.mcap", "sqlite", "in_mcap", "sqlite/sqlite.db3", "in_mcap/in_mcap.mcap"]
+)
 def test_ros_messages_are_read_as_they_were_written(folder, name):
     log = open_log(folder / name)
     topics = log.topics()
@@ -146,7 +148,9 @@ def json_mcap(path, messages, encoding="json"):
 
 
 def test_json_in_mcap_is_read(tmp_path):
-    json_mcap(tmp_path / "j.mcap", [{"water": {"depth": [n, 2 * n]}, "t": {"sec": n, "nsec": 5 * 10**8}} for n in range(4)])
+    json_mcap(
+        tmp_path / "j.mcap", [{"water": {"depth": [n, 2 * n]}, "t": {"sec": n, "nsec": 5 * 10**8}} for n in range(4)]
+    )
     samples = open_log(tmp_path / "j.mcap").read({"/depth": ["water.depth[1]", "t"]})["/depth"]
     np.testing.assert_array_equal(samples.values, [[0, 0.5], [2, 1.5], [4, 2.5], [6, 3.5]])
 
@@ -247,7 +251,9 @@ def test_dates_in_a_csv_are_times(tmp_path):
 
 
 def test_an_index_of_dates_is_a_time():
-    frame = pandas.DataFrame({"a": [1.0, 2.0]}, index=pandas.to_datetime(["2024-05-01 10:00:00.25", "2024-05-01 10:00:01.00"]))
+    frame = pandas.DataFrame(
+        {"a": [1.0, 2.0]}, index=pandas.to_datetime(["2024-05-01 10:00:00.25", "2024-05-01 10:00:01.00"])
+    )
     for zone in (None, "UTC"):
         samples = FrameLog(frame.tz_localize(zone) if zone else frame).read({"table": ["time", "a"]})["table"]
         np.testing.assert_allclose(samples.values, [[0, 1], [0.75, 2]])
@@ -353,8 +359,10 @@ def test_a_missing_package_is_named_with_its_extra():
 @given(
     st.recursive(
         st.floats(-1e9, 1e9) | st.integers(-5, 5),
-        lambda inner: st.lists(inner, min_size=1, max_size=4)
-        | st.dictionaries(st.from_regex(r"[a-z][a-z_0-9]{0,4}", fullmatch=True), inner, min_size=1, max_size=4),
+        lambda inner: (
+            st.lists(inner, min_size=1, max_size=4)
+            | st.dictionaries(st.from_regex(r"[a-z][a-z_0-9]{0,4}", fullmatch=True), inner, min_size=1, max_size=4)
+        ),
         max_leaves=12,
     ).filter(lambda value: isinstance(value, dict) and not any(nanoseconds(part) for part in [value]))
 )

@@ -124,7 +124,7 @@ def _sensor(model: mujoco.MjModel, number: int) -> Sensor:
     kind, about = _SENSOR(int(model.sensor_type[number])), int(model.sensor_objid[number])
     quantity, frame = _QUANTITIES.get(kind, (None, None))
     if kind in _JOINT_QUANTITIES:
-        quantity = _JOINT_QUANTITIES[kind][model.jnt_type[about] == _HINGE]
+        quantity = _JOINT_QUANTITIES[kind][int(model.jnt_type[about] == _HINGE)]
     if kind == _SENSOR.mjSENS_ACTUATORFRC:
         quantity = None
     if frame == "world" and model.sensor_refid[number] >= 0:
