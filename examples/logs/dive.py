@@ -79,7 +79,7 @@ def swim(seconds: float = 60.0, seed: int = 1) -> Dive:
     table = np.array(readings)
     sensors = [model.sensor(name) for name in NOISE]
     found = {s.name: table[:, s.adr[0] : s.adr[0] + s.dim[0]] for s in sensors}
-    return Dive(np.array(times), np.array(commands), found)
+    return Dive(np.round(times, 6), np.array(commands), found)
 
 
 def noisy(dive: Dive, seed: int = 2) -> dict[str, np.ndarray]:

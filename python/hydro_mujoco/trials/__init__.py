@@ -15,7 +15,7 @@ assemble.py   a window as a trial
 trial.py      a trial, and its file
 convert.py    a log into trials
 report.py     what a conversion did
-propose/      what a log holds, and a mapping for it
+proposal/     what a log holds, and a mapping for it
 words.py      names and numbers in messages
 
 The command is `python -m hydro_mujoco.trials`, and `hydro trials` of an installed wheel; docs/logs.md describes it.
@@ -27,10 +27,11 @@ from typing import Any
 
 import mujoco
 
-from .convert import Conversion, convert
+from .convert import Conversion
+from .convert import convert as _convert
 from .log import FrameLog, open_log
-from .propose import Proposal
-from .propose import propose as _propose
+from .proposal import Proposal
+from .proposal import propose as _propose
 from .trial import Trial
 
 __all__ = [
@@ -81,7 +82,7 @@ def from_mcap(
         or no
             trial is long enough. Nothing is written then.
     """
-    return convert(open_log(path, "mcap"), model, mapping, out, overwrite=overwrite)
+    return _convert(open_log(path, "mcap"), model, mapping, out, overwrite=overwrite)
 
 
 def from_rosbag(
@@ -93,7 +94,7 @@ def from_rosbag(
     overwrite: bool = False,
 ) -> Conversion:
     """Trials of a ROS 2 bag (its folder, a .db3 or .mcap file) or a ROS 1 .bag; as `from_mcap`. Extra `rosbags`."""
-    return convert(open_log(path, "rosbag"), model, mapping, out, overwrite=overwrite)
+    return _convert(open_log(path, "rosbag"), model, mapping, out, overwrite=overwrite)
 
 
 def from_ulog(
@@ -105,7 +106,7 @@ def from_ulog(
     overwrite: bool = False,
 ) -> Conversion:
     """Trials of a PX4 ULog; as `from_mcap`. Extra `ulog`."""
-    return convert(open_log(path, "ulog"), model, mapping, out, overwrite=overwrite)
+    return _convert(open_log(path, "ulog"), model, mapping, out, overwrite=overwrite)
 
 
 def from_ardupilot(
@@ -118,7 +119,7 @@ def from_ardupilot(
 ) -> Conversion:
     """Trials of an ArduPilot DataFlash log (.bin), or of telemetry (.tlog); as `from_mcap`. Extra `ardupilot`."""
     kind = "tlog" if os.fspath(path).lower().endswith(".tlog") else "dataflash"
-    return convert(open_log(path, kind), model, mapping, out, overwrite=overwrite)
+    return _convert(open_log(path, kind), model, mapping, out, overwrite=overwrite)
 
 
 def from_csv(
@@ -130,7 +131,7 @@ def from_csv(
     overwrite: bool = False,
 ) -> Conversion:
     """Trials of a csv file, a column a field; as `from_mcap`. Extra `tables`."""
-    return convert(open_log(path, "csv"), model, mapping, out, overwrite=overwrite)
+    return _convert(open_log(path, "csv"), model, mapping, out, overwrite=overwrite)
 
 
 def from_parquet(
@@ -142,7 +143,7 @@ def from_parquet(
     overwrite: bool = False,
 ) -> Conversion:
     """Trials of a parquet file, a column a field; as `from_mcap`. Extra `tables`."""
-    return convert(open_log(path, "parquet"), model, mapping, out, overwrite=overwrite)
+    return _convert(open_log(path, "parquet"), model, mapping, out, overwrite=overwrite)
 
 
 def from_dataframe(
@@ -158,7 +159,7 @@ def from_dataframe(
 
     An index of times counts as a column of its name, or `time`.
     """
-    return convert(FrameLog(frame, name), model, mapping, out, overwrite=overwrite)
+    return _convert(FrameLog(frame, name), model, mapping, out, overwrite=overwrite)
 
 
 def propose(path: str | os.PathLike, model: Model, *, kind: str | None = None) -> Proposal:

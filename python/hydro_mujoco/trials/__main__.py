@@ -16,7 +16,7 @@ from pathlib import Path
 from ..errors import DataError
 from .convert import convert
 from .log import KINDS, open_log
-from .propose import propose
+from .proposal import propose
 
 
 def parse(words: list[str] | None = None) -> argparse.Namespace:

@@ -7,7 +7,7 @@ import numpy as np
 from .mapping.schema import Mapping
 from .model import Model
 from .report import Report
-from .resample import CUTOFF, FASTER, GAP, SLOWER, hold, linear, low_pass, near, slerp
+from .resample import CUTOFF, FASTER, GAP, SLOWER, SNAP, hold, linear, low_pass, near, slerp
 from .signals import Signal, Signals
 from .start import initial_state
 from .trial import Trial
@@ -125,7 +125,7 @@ def _controls(
             table[:, column] = constant
             continue
         signal = signals.actuators[name]
-        table[:, column] = hold(signal.times, signal.values, at + 1e-9)[:, 0]
+        table[:, column] = hold(signal.times, signal.values, at + SNAP)[:, 0]
         last = np.searchsorted(signal.times, at, side="right") - 1
         age = at - signal.times[last.clip(0)]
         if age.max() > max(OLD, 5 * signal.period if np.isfinite(signal.period) else OLD):

@@ -4,12 +4,14 @@ import numpy as np
 
 from .frames import continuous
 
+#: A row this near to a sample stands on it [s].
+SNAP = 1e-6
 #: Samples this many periods apart, or of the rows', have a gap between them.
 GAP = 2.5
 #: Period of the samples over that of the rows: below, samples are low-passed; above, rows between samples stay empty.
 FASTER, SLOWER = 0.67, 1.5
 #: Cut-off of the low-pass as a share of the rows' rate, and half its length in periods of the rows.
-CUTOFF, HALF_LENGTH = 0.4, 2.0
+CUTOFF, HALF_LENGTH = 0.4, 4.0
 #: Rows that are filtered at a time.
 BLOCK = 4096
 
@@ -18,9 +20,9 @@ def bracketed(times: np.ndarray, rows: np.ndarray, longest: float) -> np.ndarray
     """True for rows on a sample, or between two that are `longest` seconds apart at most."""
     if not times.size:
         return np.zeros(rows.size, bool)
-    after = np.searchsorted(times, rows, side="left").clip(0, times.size - 1)
-    before = (np.searchsorted(times, rows, side="right") - 1).clip(0)
-    inside = (rows >= times[0]) & (rows <= times[-1])
+    after = np.searchsorted(times, rows - SNAP, side="left").clip(0, times.size - 1)
+    before = (np.searchsorted(times, rows + SNAP, side="right") - 1).clip(0)
+    inside = (rows >= times[0] - SNAP) & (rows <= times[-1] + SNAP)
     return inside & (times[after] - times[before] <= longest)
 
 
@@ -96,7 +98,7 @@ def slerp(times: np.ndarray, quaternions: np.ndarray, rows: np.ndarray, longest:
         found[known] = quaternions[0]
         return found
     one, other = quaternions[after - 1], quaternions[after]
-    share = ((rows[known] - times[after - 1]) / (times[after] - times[after - 1]))[:, None]
+    share = ((rows[known] - times[after - 1]) / (times[after] - times[after - 1])).clip(0, 1)[:, None]
     angle = np.arccos(np.clip((one * other).sum(1, keepdims=True), -1.0, 1.0))
     small = angle < 1e-6
     divisor = np.where(small, 1.0, np.sin(angle))

@@ -132,8 +132,8 @@ class _Reader:
             self._report.note(f"`{name}`: {counted(int(lost.any(1).sum()), 'sample')} with a value that is no number")
         if lost.all():
             raise DataError(f"{source.where}: none of the {lost.shape[0]} samples in `{source.topic}` is a number")
-        times = order.times - source.delay
-        return Signal(name, times, values, source)
+        known = np.isfinite(values).any(1)
+        return Signal(name, order.times[known] - source.delay, values[known], source)
 
     def mode(self) -> Signal | None:
         """1 where the mode is one of the trials', else 0."""

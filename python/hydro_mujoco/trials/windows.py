@@ -7,6 +7,7 @@ import numpy as np
 from ..errors import DataError
 from .mapping.schema import Mapping
 from .report import Report
+from .resample import SNAP
 from .signals import Signals
 from .words import counted, seconds
 
@@ -28,7 +29,7 @@ class Window:
 
     def within(self, times: np.ndarray) -> np.ndarray:
         """Which times lie in it."""
-        return (times >= self.start) & (times <= self.stop)
+        return (times >= self.start - SNAP) & (times <= self.stop + SNAP)
 
 
 def windows(signals: Signals, mapping: Mapping, report: Report) -> list[Window]:

@@ -59,11 +59,10 @@ class DataFlashLog(Log):
             with bar(total, " messages", self.path.name) as progress:
                 while types and (message := reader.recv_match(type=types, strict=True)) is not None:
                     progress.update()
-                    topic = _topic(message)
-                    topic = topic if topic in wanted else message.get_type()
                     stamp = next((getattr(message, field) * unit for field, unit in _times(message)), None)
-                    if topic in wanted and stamp is not None:
-                        extractor.add(topic, int(stamp), lambda message=message: message)
+                    for topic in _topics(message):
+                        if topic in wanted and stamp is not None:
+                            extractor.add(topic, int(stamp), lambda message=message: message)
         return extractor.samples()
 
     @contextlib.contextmanager
@@ -148,10 +147,12 @@ def _times(message: Any) -> list[tuple[str, int]]:
     return [(field, unit) for field, unit in TIMES.items() if field in message.get_fieldnames()]
 
 
-def _topic(message: Any) -> str:
-    """Name of a message's topic: its type, with the instance where it has one."""
-    field = message.fmt.instance_field
-    return f"{message.get_type()}[{getattr(message, field)}]" if field else message.get_type()
+def _topics(message: Any) -> list[str]:
+    """Names of a message's topic: its type, with the instance where it has one; the first is the type's too."""
+    if (field := message.fmt.instance_field) is None:
+        return [message.get_type()]
+    instance = getattr(message, field)
+    return [f"{message.get_type()}[{instance}]", *([message.get_type()] if instance == 0 else [])]
 
 
 def _instances(reader: Any, format: Any, number: int) -> dict[str, int]:

@@ -72,7 +72,9 @@ class TableLog(Log):
         return np.array([self.number(str(value), name, TOPIC) if value == value else np.nan for value in column])
 
     def _dates(self, column: Any) -> np.ndarray:
-        """Seconds since the first date that was met."""
+        """Seconds since the first date that was met; of a duration, its seconds."""
+        if column.dtype.kind == "m":
+            return column.dt.total_seconds().to_numpy(float)
         stamps = column.astype("datetime64[ns, UTC]" if getattr(column.dtype, "tz", None) else "datetime64[ns]")
         first = int(stamps.dropna().iloc[0].value) if stamps.notna().any() else 0
         self.start = first if self.start is None else self.start
@@ -148,8 +150,10 @@ class FrameLog(TableLog):
             raise DataError(f"{type(frame).__name__} given; expected a DataFrame of pandas or polars")
         if not len(frame):
             raise DataError("the DataFrame has no row")
-        if not isinstance(frame.index, pandas.RangeIndex):
-            frame = frame.reset_index(names=str(frame.index.name or "time"))
+        name_of_index = str(frame.index.name or "time")
+        is_time = frame.index.name is not None or frame.index.dtype.kind in "Mmf"
+        if is_time and name_of_index not in frame.columns:
+            frame = frame.reset_index(names=name_of_index)
         self._frame = frame.rename(columns=str)
 
     def _pieces(self, columns: list[str] | None) -> Iterator[Any]:
@@ -158,6 +162,6 @@ class FrameLog(TableLog):
 
 
 def _kind(column: Any) -> str:
-    if column.dtype.kind == "M" or "datetime64" in str(column.dtype):
+    if column.dtype.kind in "Mm" or "datetime64" in str(column.dtype):
         return TIME
     return NUMBER if column.dtype.kind in "biuf" or str(column.dtype).startswith(("Int", "Float", "UInt")) else TEXT

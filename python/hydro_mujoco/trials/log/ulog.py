@@ -50,16 +50,12 @@ class UlogLog(Log):
         parsed = self._parsed(ULog, names)
         found = {}
         for data in parsed.data_list:
-            topic = _name(data.name, data.multi_id)
-            paths = wanted.get(topic) or wanted.get(f"{data.name}[{data.multi_id}]")
-            if paths is None:
-                continue
-            for path in paths:
-                if path not in data.data:
-                    raise self.no_field(topic, path, data.data)
-            values = np.column_stack([np.asarray(data.data[path], float) for path in paths])
-            key = topic if topic in wanted else f"{data.name}[{data.multi_id}]"
-            found[key] = Samples(tuple(paths), data.data["timestamp"] * MICRO, values)
+            for topic in {_name(data.name, data.multi_id), f"{data.name}[{data.multi_id}]"} & set(wanted):
+                for path in wanted[topic]:
+                    if path not in data.data:
+                        raise self.no_field(topic, path, data.data)
+                values = np.column_stack([np.asarray(data.data[path], float) for path in wanted[topic]])
+                found[topic] = Samples(tuple(wanted[topic]), data.data["timestamp"] * MICRO, values)
         return found
 
     def _parsed(self, parser: type, names: list[str]) -> Any:
