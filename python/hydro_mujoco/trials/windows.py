@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import DataError
-from .mapping.schema import Mapping
+from .mapping.schema import Mapping, Trials
 from .report import Report
 from .resample import SNAP
 from .signals import Signals
@@ -13,6 +13,8 @@ from .words import counted, seconds
 
 #: Trials of a log at most.
 MOST = 1000
+#: Share of a piece's length that is enough.
+NEARLY = 0.9
 
 
 @dataclass(frozen=True)
@@ -65,12 +67,12 @@ def windows(signals: Signals, mapping: Mapping, report: Report) -> list[Window]:
         pieces = _both(pieces, _on(signals.mode.times, signals.mode.values[:, 0], times[-1]))
     if trials.length:
         pieces = [part for piece in pieces for part in _cut(piece, trials.length)]
-    kept = [piece for piece in pieces if piece.seconds >= trials.shortest]
+    least = shortest(trials)
+    kept = [piece for piece in pieces if piece.seconds >= least]
     if dropped := len(pieces) - len(kept):
-        longest = max(piece.seconds for piece in pieces if piece.seconds < trials.shortest)
+        longest = max(piece.seconds for piece in pieces if piece.seconds < least)
         report.note(
-            f"{counted(dropped, 'piece')} shorter than {seconds(trials.shortest)} dropped, the longest of "
-            f"{seconds(longest)}"
+            f"{counted(dropped, 'piece')} shorter than {seconds(least)} dropped, the longest of {seconds(longest)}"
         )
     if not kept:
         raise DataError(_nothing(signals, mapping, pieces, times, report))
@@ -79,10 +81,15 @@ def windows(signals: Signals, mapping: Mapping, report: Report) -> list[Window]:
     return kept
 
 
+def shortest(trials: Trials) -> float:
+    """The least length of a trial [s]; pieces of a given length are not too short."""
+    return min(trials.shortest, NEARLY * trials.length) if trials.length else trials.shortest
+
+
 def _nothing(signals: Signals, mapping: Mapping, pieces: list[Window], times: np.ndarray, report: Report) -> str:
     longest = f", the longest of {seconds(max(p.seconds for p in pieces))}" if pieces else ""
     text = (
-        f"no trial: {counted(len(pieces), 'piece')}{longest}, expected one of {seconds(mapping.trials.shortest)} "
+        f"no trial: {counted(len(pieces), 'piece')}{longest}, expected one of {seconds(shortest(mapping.trials))} "
         "at least; "
         f"sensors from {times[0]:.3f} s to {times[-1]:.3f} s"
     )

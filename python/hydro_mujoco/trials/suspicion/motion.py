@@ -60,8 +60,10 @@ def _gyro(attitude: Signal, gyro: Signal, report: Report) -> None:
     if rows.size < LEAST_ROWS:
         return
     quaternions, measured = _at(attitude, rows), _at(gyro, 0.5 * (rows[1:] + rows[:-1]))
-    size = float(np.sqrt(np.nanmean(measured**2)))
-    if not size > LEAST_RATE:
+    turned = _rates(quaternions)
+    if (np.isfinite(measured) & np.isfinite(turned)).all(1).sum() < LEAST_ROWS:
+        return
+    if not max(float(np.sqrt(np.nanmean(rates**2))) for rates in (measured, turned)) > LEAST_RATE:
         return
     # Back into the frames and the order of the log, and read anew.
     given = attitude.source.frame or "ENU/FLU"
@@ -115,6 +117,8 @@ def _compass(attitude: Signal, magnetometer: Signal, report: Report) -> None:
         return
     turned, field = frames.matrices(_at(attitude, rows)), _at(magnetometer, rows)
     yaw = np.arctan2(turned[:, 1, 0], turned[:, 0, 0])
+    if (np.isfinite(yaw) & np.isfinite(field).all(1)).sum() < LEAST_ROWS:
+        return
     if np.nanstd(np.unwrap(yaw[np.isfinite(yaw)])) < 0.3:
         return
     bearing = np.arctan2(field[:, 1], field[:, 0])
@@ -162,6 +166,8 @@ def _heave(position: Signal, signals: Signals, model: Model, report: Report) -> 
         return
     upwards = sum(gain * hold(signal.times, signal.values, rows)[:, 0] for gain, signal in thrust)
     climb = np.gradient(_at(position, rows)[:, 2], 1 / RATE)
+    if (np.isfinite(climb) & np.isfinite(upwards)).sum() < LEAST_ROWS:
+        return
     if np.nanstd(climb) < LEAST_SPEED or np.nanstd(upwards) < LEAST_THRUST * sum(abs(gain) for gain, _ in thrust):
         return
     found = _correlation(upwards, climb)
