@@ -13,9 +13,9 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-import writers
 
 import hydro_mujoco as hydro
+import writers
 
 HERE = Path(__file__).resolve().parent
 #: What the nominal knows of the water (M. von Benzon et al., J. Mar. Sci. Eng. 10(12), 1898, 2022), and what it lacks.

@@ -1,7 +1,7 @@
 """Logs of a vehicle as its computers write them: ROS 2 messages in a bag or an MCAP file, ArduPilot's DataFlash.
 
-Readings: imu_gyro [rad/s, FLU], attitude (world_from_body, w x y z, ENU and FLU), position [m, ENU], dvl [m/s, FLU], velocity
-[m/s, ENU]; one row of each a time. Every log has its own rates, units, frames and clock.
+Readings: imu_gyro [rad/s, FLU], attitude (world_from_body, w x y z, ENU and FLU), position [m, ENU], dvl [m/s, FLU],
+velocity [m/s, ENU]; one row of each a time. Every log has its own rates, units, frames and clock.
 """
 
 import dataclasses

@@ -406,6 +406,7 @@ def test_reading_keeps_no_more_than_the_numbers(tmp_path):
     assert (tmp_path / "big.mcap").stat().st_size > 11e6
     log = open_log(tmp_path / "big.mcap")
     tracemalloc.start()
+    assert log.topics()["/image"].count == 300
     samples = log.read({"/depth": ["z"]})["/depth"]
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()

@@ -70,14 +70,19 @@ class McapLog(Log):
         return {name: Topic(name, topic.type, counts[name], topic.fields, span) for name, topic in found.items()}
 
     def _messages(self, topics: set[str] | None) -> Iterator[tuple[Any, Any, Any]]:
-        """Schema, channel and message, in the order of the file."""
+        """Schema, channel and message, by log time where the file has an index, else in its order."""
         from mcap.reader import NonSeekingReader, make_reader
 
         read, last = 0, None
         with Stream(self.path) as stream:
             try:
-                reader = NonSeekingReader(stream) if self.is_cut else make_reader(stream)
-                for schema, channel, message in reader.iter_messages(topics, log_time_order=False):
+                reader = make_reader(stream)
+                is_indexed = not self.is_cut and (summary := reader.get_summary()) and summary.chunk_indexes
+                if not is_indexed:
+                    stream.seek(0)
+                    reader = NonSeekingReader(stream)
+                # Either way a few chunks are in memory at a time; the other two would keep all messages.
+                for schema, channel, message in reader.iter_messages(topics, log_time_order=bool(is_indexed)):
                     read, last = read + 1, message.log_time
                     self.since_start(message.log_time)
                     yield schema, channel, message

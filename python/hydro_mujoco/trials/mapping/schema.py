@@ -11,9 +11,9 @@ class Source:
     """Numbers of a log, and how they become the model's: raw -> table or pulse, or unit -> scale, offset -> frame.
 
     quantity: of the model's numbers, None for any; fields: paths, "" for a component that the log lacks; units: of
-    each, None where they are SI; frame: that they are in; order, inverse: of a quaternion; table: raw and wanted values;
-    pulse: width at -1, 0 and 1 [us]; constant: in place of a topic; clock: field with the time of each sample, None for
-    the mapping's; delay: taken from the times [s].
+    each, None where they are SI; frame: that they are in; order, inverse: of a quaternion; table: raw and wanted
+    values; pulse: width at -1, 0 and 1 [us]; constant: in place of a topic; clock: field with the time of each sample,
+    None for the mapping's; delay: taken from the times [s].
     """
 
     where: str
