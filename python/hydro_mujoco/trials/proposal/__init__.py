@@ -38,7 +38,7 @@ class Proposal:
         lines = [self.log]
         for topic in self.topics.values():
             rate = f", {topic.rate:.4g} Hz" if topic.rate else ""
-            fields = list(topic.fields)
+            fields = [field for field in topic.fields if "covariance" not in field]
             more = f", ... ({len(fields)} fields)" if len(fields) > SHOWN else ""
             lines.append(f"  {topic.name}  {topic.type}  {topic.count} messages{rate}")
             lines.append(f"      {', '.join(fields[:SHOWN])}{more}")
