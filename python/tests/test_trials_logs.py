@@ -105,7 +105,7 @@ def test_dataflash_is_read_by_instance(folder):
         samples = log.read({name: ["GyrY"]})[name]
         np.testing.assert_allclose(samples.values[:, 0], -readings["imu_gyro"][::2, 1], rtol=1e-6)
         np.testing.assert_allclose(samples.times, made.times[::2] + 17.25, atol=1e-6)
-    assert not log.read({"IMU[1]": ["GyrY"]}) and not log.read({"NONE": ["x"]}) and not log.notes
+    assert not log.read({"IMU[1]": ["GyrY"]}) and not log.read({"NONE": ["x"]}) and not log.faults
 
 
 def test_instances_of_dataflash_are_counted_apart(tmp_path):
@@ -172,7 +172,7 @@ def test_messages_that_cannot_be_decoded_are_named(tmp_path):
     log = open_log(tmp_path / "x.mcap")
     with pytest.raises(DataError, match="none of its 1 messages can be decoded"):
         log.read({"/depth": ["depth"]})
-    assert "cbor" in log.notes[0]
+    assert "cbor" in log.faults[0]
 
 
 def px4(path, n=200):
@@ -208,7 +208,7 @@ def test_ulog_is_read_and_listed_without_its_data(tmp_path):
     np.testing.assert_allclose(found["vehicle_attitude"].values[:, 0], np.arange(200) / 200, atol=1e-7)
     np.testing.assert_array_equal(found["sensor_baro[1]"].values[:, 0], 2e5 + np.arange(0, 200, 2))
     np.testing.assert_allclose(found["sensor_baro[1]"].times, np.arange(0, 2, 0.02))
-    assert not log.notes
+    assert not log.faults
 
 
 def test_telemetry_is_read(tmp_path):
@@ -276,7 +276,7 @@ def test_what_is_before_a_cut_is_read_and_said(folder, tmp_path, name):
     samples = log.read({topic: [field]})[topic]
     assert 150 < len(samples.times) < 390
     np.testing.assert_allclose(samples.values[:, 0], run()[1]["imu_gyro"][::2, 0][: len(samples.times)], rtol=1e-6)
-    assert CUTS[name] in log.notes[0] and str(len(whole) * 3 // 4 + 7) in log.notes[0]
+    assert CUTS[name] in log.faults[0] and str(len(whole) * 3 // 4 + 7) in log.faults[0]
 
 
 def test_a_cut_ulog_is_said(tmp_path):
@@ -285,7 +285,7 @@ def test_a_cut_ulog_is_said(tmp_path):
     (tmp_path / "b.ulg").write_bytes(whole[: len(whole) // 2])
     log = open_log(tmp_path / "b.ulg")
     samples = log.read({"vehicle_attitude": ["q[3]"]})["vehicle_attitude"]
-    assert 80 < len(samples.times) < 120 and "cut off" in log.notes[0]
+    assert 80 < len(samples.times) < 120 and "cut off" in log.faults[0]
 
 
 @pytest.mark.parametrize("name", ["a.mcap", "a.ulg", "a.bin", "a.tlog", "a.csv", "a.parquet", "a.db3", "a.bag"])

@@ -13,7 +13,10 @@ import dive
 import writers
 from hydro_mujoco import plugin, trials
 from hydro_mujoco.errors import DataError
-from hydro_mujoco.trials import frames
+from hydro_mujoco.trials import clock, frames
+from hydro_mujoco.trials.log import Samples
+from hydro_mujoco.trials.mapping.schema import Time
+from hydro_mujoco.trials.report import Report
 
 pytestmark = pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release")
 ACTUATORS = [f"t{n}" for n in range(1, 9)]
@@ -223,3 +226,11 @@ def test_log_times_that_jitter_are_said(tmp_path):
     }
     found = trials.from_mcap(tmp_path / "a.mcap", model=model(), mapping=content).report
     assert any("`/imu/data`" in text and "log times are uneven" in text for text in found.notes)
+
+
+def test_samples_are_put_in_order_and_one_of_a_stamp_is_kept():
+    samples = Samples(("a",), np.array([0.0, 1.0, 1.0, 0.5, np.nan, 2.0]), np.arange(6.0)[:, None])
+    report = Report("log", "kind")
+    found = clock.ordered("a", samples, None, Time(), report)
+    np.testing.assert_array_equal(found.times, [0, 0.5, 1, 2])
+    np.testing.assert_array_equal(found.rows, [0, 3, 1, 5])

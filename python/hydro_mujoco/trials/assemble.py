@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import DataError
 from .mapping.schema import Mapping
 from .model import Model
 from .report import Report
@@ -32,6 +33,8 @@ def periods(signals: Signals, mapping: Mapping, model: Model, report: Report) ->
     """The mapping's periods, in whole steps of the model; by default that of the fastest sensor, 0.01 s at least."""
     measured = [*signals.sensors.values(), *signals.joints.values()]
     fastest = min(signal.period for signal in measured)
+    if not np.isfinite(fastest):
+        raise DataError(f"{mapping.name}: no sensor has more than one sample in the log {report.log}")
     asked = mapping.time.period or max(fastest, LEAST_PERIOD)
     rows = max(round(asked / model.timestep), 1) * model.timestep
     if mapping.time.period and abs(rows - asked) > 1e-9 * asked:

@@ -1,12 +1,13 @@
 """Times of samples: which clock, in which unit, in which order."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..errors import DataError
 from .log import Log, Samples
-from .mapping.schema import Source, Time
+from .mapping.schema import Time
 from .report import Report
 from .units import TIMES
 from .words import counted, listed, seconds
@@ -33,12 +34,11 @@ class Ordered:
     rows: np.ndarray
 
 
-def clock_field(source: Source, time: Time, log: Log, columns: dict[str, str] | None) -> str | None:
-    """The field that holds a source's times; None for log time. columns: of a table, which has no log time."""
-    named = source.clock or time.clock
-    if named != LOG:
-        return named
-    if columns is None or not log.is_table:
+def clock_field(clock: str, log: Log, columns: Collection[str] | None) -> str | None:
+    """The field of a clock; None for log time. columns: of a table, which has no log time."""
+    if clock != LOG:
+        return clock
+    if columns is None:
         return None
     found = next((name for name in TIME_COLUMNS if name in columns), None)
     if found is None:

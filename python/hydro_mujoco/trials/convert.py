@@ -2,6 +2,7 @@
 
 import os
 import re
+import secrets
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -104,26 +105,25 @@ def _write(out: Path, stem: str, trials: list[Trial], report: Report, overwrite:
     """Write all of the files, or none."""
     paths = [out / f"{trial.name}.npz" for trial in trials]
     beside = out / f"{stem}.conversion.json"
-    former = list(out.glob(f"{_escaped(stem)}-[0-9]*.npz")) if out.is_dir() else []
+    own = re.compile(re.escape(stem) + r"-\d+\.npz")
+    former = sorted(path for path in out.iterdir() if own.fullmatch(path.name)) if out.is_dir() else []
     if former and not overwrite:
         raise DataError(f"{former[0]} is there already: --overwrite (overwrite=True) replaces the trials of this log")
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise DataError(f"folder {out}: {error.strerror}") from error
-    written = []
+    staged = {path: path.with_name(f".{path.name}.{secrets.token_hex(6)}") for path in paths}
     try:
-        for path, trial in zip(paths, trials):
+        for trial, path in zip(trials, staged.values()):
             write_beside(path, trial.npz())
-            written.append(path)
+        for path, new in staged.items():
+            os.replace(new, path)
         write_json(beside, report.json())
     except OSError as error:
-        for path in written:
-            path.unlink(missing_ok=True)
         raise DataError(f"folder {out}: {error.strerror or error}") from error
+    finally:
+        for new in staged.values():
+            new.unlink(missing_ok=True)
     for path in set(former) - set(paths):
         path.unlink()
-
-
-def _escaped(stem: str) -> str:
-    return re.sub(r"([\[\]*?])", r"[\1]", stem)

@@ -1,5 +1,6 @@
 """Frames of vectors and of attitudes."""
 
+import mujoco
 import numpy as np
 
 from ..errors import DataError
@@ -75,8 +76,6 @@ def inverse(quaternions: np.ndarray) -> np.ndarray:
 
 def from_matrix(matrix: np.ndarray) -> np.ndarray:
     """The quaternion w x y z of a rotation matrix (3, 3)."""
-    import mujoco
-
     found = np.zeros(4)
     mujoco.mju_mat2Quat(found, np.ascontiguousarray(matrix).ravel())
     return found

@@ -12,8 +12,8 @@ GAP = 2.5
 FASTER, SLOWER = 0.67, 1.5
 #: Cut-off of the low-pass as a share of the rows' rate, and half its length in periods of the rows.
 CUTOFF, HALF_LENGTH = 0.4, 4.0
-#: Rows that are filtered at a time.
-BLOCK = 4096
+#: Samples that are filtered at a time, those of neighbouring rows counted anew.
+BLOCK = 1 << 18
 
 
 def bracketed(times: np.ndarray, rows: np.ndarray, longest: float) -> np.ndarray:
@@ -56,8 +56,9 @@ def low_pass(times: np.ndarray, values: np.ndarray, rows: np.ndarray, period: fl
     found, noise = np.full((rows.size, values.shape[1]), np.nan), []
     first, last = np.searchsorted(times, rows - half), np.searchsorted(times, rows + half, side="right")
     most = int((last - first).max(initial=0))
-    for start in range(0, rows.size if most else 0, BLOCK):
-        block = slice(start, start + BLOCK)
+    step = max(BLOCK // max(most, 1), 1)
+    for start in range(0, rows.size if most else 0, step):
+        block = slice(start, start + step)
         places = first[block, None] + np.arange(most)
         inside = places < last[block, None]
         places = places.clip(0, times.size - 1)

@@ -7,8 +7,9 @@ import numpy as np
 
 from ..errors import DataError
 from . import frames
-from .clock import clock_field, ordered, suspect_mixed
+from .clock import LOG, clock_field, ordered, suspect_mixed
 from .log import Log, Samples
+from .log.table import TOPIC
 from .mapping.schema import Mapping, Source, Water
 from .report import Report
 from .units import ANGLE, ATTITUDE, LENGTH, PRESSURE, PULSE, UNITS
@@ -73,8 +74,8 @@ def gather(log: Log, mapping: Mapping, report: Report) -> Signals:
         reader.mode(),
     )
     suspect_mixed(report)
-    for note in log.notes:
-        report.suspect(note) if "cut off" in note or "damaged" in note else report.note(note)
+    for fault in log.faults:
+        report.suspect(fault)
     return signals
 
 
@@ -84,18 +85,18 @@ class _Reader:
     def __init__(self, log: Log, mapping: Mapping, report: Report):
         self._log, self._mapping, self._report = log, mapping, report
         self._samples: dict[str, Samples] = {}
-        self._columns = dict(next(iter(log.topics().values())).fields) if log.is_table else None
+        self._columns = list(log.topics()[TOPIC].fields) if log.is_table else None
 
     def read(self, sources: Iterable[Source]) -> None:
         wanted: dict[str, list[str]] = {}
         places: dict[str, str] = {}
         for source in sources:
-            clock = self._clock(source)
+            clock = self._clock(source.clock)
             paths = [*filter(None, source.fields), *([clock] if clock else [])]
             wanted.setdefault(source.topic, []).extend(paths)
             places.setdefault(source.topic, source.where)
         if mode := self._mapping.trials.mode:
-            clock = self._clock(Source("", topic=mode[0])) if self._log.is_table else None
+            clock = self._clock(LOG)
             wanted.setdefault(mode[0], []).extend([mode[1], *([clock] if clock else [])])
             places.setdefault(mode[0], f"{self._mapping.name}, [trials] mode")
         wanted = {topic: list(dict.fromkeys(paths)) for topic, paths in wanted.items()}
@@ -112,7 +113,7 @@ class _Reader:
     def signal(self, name: str, source: Source) -> Signal:
         """A source's samples, converted."""
         samples = self._samples[source.topic]
-        order = ordered(source.topic, samples, self._clock(source), self._mapping.time, self._report)
+        order = ordered(source.topic, samples, self._clock(source.clock), self._mapping.time, self._report)
         places = [samples.fields.index(path) if path else -1 for path in source.fields]
         raw = np.full((order.rows.size, len(places)), np.nan)
         for column, place in enumerate(places):
@@ -127,11 +128,11 @@ class _Reader:
                 values = _turned(values, frames.rotation(source.frame, into))
             if source.quantity == ANGLE:
                 values = self._unwrapped(name, values)
-        lost = ~np.isfinite(values[:, [place >= 0 for place in places]] if len(places) == values.shape[1] else values)
-        if lost.any():
-            self._report.note(f"`{name}`: {counted(int(lost.any(1).sum()), 'sample')} with a value that is no number")
-        if lost.all():
-            raise DataError(f"{source.where}: none of the {lost.shape[0]} samples in `{source.topic}` is a number")
+        logged = values[:, ~np.isnan(values).all(0)]
+        if not np.isfinite(logged).any():
+            raise DataError(f"{source.where}: none of the {len(values)} samples in `{source.topic}` is a number")
+        if lost := int((~np.isfinite(logged)).any(1).sum()):
+            self._report.note(f"`{name}`: {counted(lost, 'sample')} with a value that is no number")
         known = np.isfinite(values).any(1)
         return Signal(name, order.times[known] - source.delay, values[known], source)
 
@@ -151,12 +152,11 @@ class _Reader:
                 "it is "
                 f"{listed(met)}"
             )
-        field = self._clock(Source("", topic=topic)) if self._log.is_table else None
-        order = ordered(topic, samples, field, self._mapping.time, self._report)
+        order = ordered(topic, samples, self._clock(LOG), self._mapping.time, self._report)
         return Signal("mode", order.times, np.isin(found[order.rows], wanted)[:, None], Source("", topic=topic))
 
-    def _clock(self, source: Source) -> str | None:
-        return clock_field(source, self._mapping.time, self._log, self._columns)
+    def _clock(self, clock: str | None) -> str | None:
+        return clock_field(clock or self._mapping.time.clock, self._log, self._columns)
 
     def _attitude(self, values: np.ndarray, source: Source) -> np.ndarray:
         if values.shape[1] == 3:

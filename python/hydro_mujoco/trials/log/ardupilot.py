@@ -94,8 +94,8 @@ class DataFlashLog(Log):
         if end != size:
             what = "within a message" if end > size else f"with {size - end} bytes that are no message"
             note = f"the file ends {what}: it was read up to byte {min(end, size)} of {size}"
-            if note not in self.notes:
-                self.notes.append(note)
+            if note not in self.faults:
+                self.faults.append(note)
 
 
 class TlogLog(Log):

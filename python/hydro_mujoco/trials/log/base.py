@@ -44,13 +44,13 @@ class Samples:
 class Log(ABC):
     """A log file. Readers stream: what they keep are the numbers of the fields asked for, 8 bytes each.
 
-    start: log time zero [ns], known after the first message; notes: what the reader has to say, of a file that is cut;
+    start: log time zero [ns], known after the first message; faults: what is wrong with the file;
     words: number that stands for each text of a field.
     """
 
     path: Path
     start: int | None = None
-    notes: list[str] = field(default_factory=list)
+    faults: list[str] = field(default_factory=list)
     words: dict[str, float] = field(default_factory=dict)
 
     #: What it is, in a message.

@@ -45,7 +45,7 @@ class Extractor:
         for topic, number in self._undecoded.items():
             if not len(found[topic].times):
                 raise DataError(f"{self._log.path}, topic `{topic}`: none of its {number} messages can be decoded")
-            self._log.notes.append(f"topic `{topic}`: {number} messages cannot be decoded and were left out")
+            self._log.faults.append(f"topic `{topic}`: {number} messages cannot be decoded and were left out")
         return {topic: samples for topic, samples in found.items() if len(samples.times)}
 
 

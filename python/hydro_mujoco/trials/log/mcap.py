@@ -96,8 +96,8 @@ class McapLog(Log):
         size = self.path.stat().st_size
         until = f", up to {self.since_start(last):.3f} s" if last is not None else ""
         note = f"the file is cut off after {size} bytes (it has no end record): {read} messages were read{until}"
-        if note not in self.notes:
-            self.notes.append(note)
+        if note not in self.faults:
+            self.faults.append(note)
 
     def _decoded(self, schema: Any, channel: Any, message: Any) -> Callable[[], object]:
         """A call that decodes the message."""
@@ -122,7 +122,7 @@ class McapLog(Log):
             if decoder := factory.decoder_for(channel.message_encoding, schema):
                 return decoder
         encoding = schema.encoding if schema else "none"
-        self.notes.append(
+        self.faults.append(
             f"topic `{channel.topic}`: messages in {channel.message_encoding} with a schema in {encoding} cannot "
             "be decoded"
         )

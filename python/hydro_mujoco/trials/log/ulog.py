@@ -77,7 +77,7 @@ class UlogLog(Log):
                 f"the file is cut off after {self.path.stat().st_size} bytes, within a message: it was read up to "
                 f"{until:.3f} s"
             )
-        self.notes += [note for note in notes if note not in self.notes]
+        self.faults += [note for note in notes if note not in self.faults]
         return parsed
 
 

@@ -25,13 +25,13 @@ SHOWN = 12
 
 @dataclass(frozen=True)
 class Proposal:
-    """topics: of the log, by name; toml: a mapping; open: sensors and actuators for which nothing was found."""
+    """topics: of the log; toml: a mapping; open: sensors and actuators without a match; faults: of the file."""
 
     log: str
     topics: dict[str, Topic]
     toml: str
     open: list[str]
-    notes: list[str]
+    faults: list[str]
 
     def listing(self) -> str:
         """What the log holds, a line a topic."""
@@ -42,7 +42,7 @@ class Proposal:
             more = f", ... ({len(fields)} fields)" if len(fields) > SHOWN else ""
             lines.append(f"  {topic.name}  {topic.type}  {topic.count} messages{rate}")
             lines.append(f"      {', '.join(fields[:SHOWN])}{more}")
-        lines += [f"  note: {note}" for note in self.notes]
+        lines += [f"  SUSPECT: {fault}" for fault in self.faults]
         if self.open:
             lines.append(f"  nothing found for {listed(self.open)}")
         return "\n".join(lines)
@@ -58,4 +58,4 @@ def propose(log: Log, model: str | os.PathLike | mujoco.MjSpec) -> Proposal:
     missing = [name for name in nominal.sensors if name not in found]
     missing += [name for name in nominal.actuators if name not in driven]
     mapping = text(nominal, found, driven, log.is_table)
-    return Proposal(f"{log.path} ({log.kind})", topics, mapping, missing, log.notes)
+    return Proposal(f"{log.path} ({log.kind})", topics, mapping, missing, log.faults)
