@@ -546,7 +546,7 @@ def test_slerp_turns_evenly(x, y, z):
 
 
 def test_a_log_of_one_sample_is_refused():
-    with pytest.raises(DataError, match="no sensor has more than one sample in the log table"):
+    with pytest.raises(DataError, match="no trial: 0 pieces"):
         converted(table()[:1])
 
 

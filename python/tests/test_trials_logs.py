@@ -2,6 +2,7 @@
 
 import functools
 import json
+import os
 import shutil
 import struct
 import tempfile
@@ -324,6 +325,14 @@ def test_a_damaged_bag_is_refused(folder, tmp_path):
     database.write_bytes(database.read_bytes()[:5000])
     with pytest.raises(DataError, match="no ROS bag that can be read"):
         open_log(tmp_path / "bag").read(WANTED)
+    shutil.copytree(folder / "in_mcap", tmp_path / "cut")
+    file = tmp_path / "cut" / "in_mcap.mcap"
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    with pytest.raises(DataError, match=r"no ROS bag that can be read.*cut/in_mcap.mcap is read up to the cut"):
+        open_log(tmp_path / "cut").read(WANTED)
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(DataError, match="neither a file nor a folder"):
+        open_log(tmp_path / "pipe.csv")
 
 
 def test_a_field_that_is_not_there_lists_those_that_are(folder):

@@ -205,6 +205,14 @@ def test_mixed_clocks_are_said_and_aligned(tmp_path):
     assert np.isfinite(found.trials[0].sensor("imu_gyro")).mean() > 0.95
 
 
+def test_stamps_that_were_never_set_are_said(tmp_path):
+    content = ros(tmp_path / "a.mcap", shift=0.0, drift=-1.0)
+    with pytest.raises(DataError, match=r"(?s)no trial.*suspected: .*100 % of the stamps of `/imu/data` are the same"):
+        only = content["sensors"] | {}
+        only.pop("dvl")
+        trials.from_mcap(tmp_path / "a.mcap", model=model(), mapping=content | {"sensors": only})
+
+
 def test_clocks_that_drift_apart_are_said(tmp_path):
     content = ros(tmp_path / "a.mcap", shift=0.0, drift=0.1)
     found = trials.from_mcap(tmp_path / "a.mcap", model=model(), mapping=content).report

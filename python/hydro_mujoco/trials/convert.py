@@ -59,10 +59,11 @@ def convert(
     signals = gather(log, parsed, report)
     refuse_unmapped(nominal, signals, parsed.name)
     suspect(signals, nominal, report)
+    pieces = windows(signals, parsed, report)
     spacing = periods(signals, parsed, nominal, report)
     stem = re.sub(r"[^\w.+-]+", "_", log.path.stem) or "log"
     trials = []
-    for window in windows(signals, parsed, report):
+    for window in pieces:
         name = f"{stem}-{len(trials):02}"
         if trial := assemble(name, window, signals, parsed, nominal, spacing, report):
             trials.append(trial)

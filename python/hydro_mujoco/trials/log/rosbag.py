@@ -80,7 +80,9 @@ class RosbagLog(Log):
             with AnyReader([self.path], default_typestore=get_typestore(Stores.LATEST)) as reader:
                 yield reader
         except faults as error:
-            raise self.damaged(error) from error
+            files = sorted(self.path.glob("*.mcap")) if self.path.is_dir() else []
+            hint = f"; of a file that is cut {files[0]} is read up to the cut" if files else ""
+            raise DataError(f"{self.damaged(error)}{hint}") from error
 
 
 def _parsing() -> tuple[type[Exception], ...]:

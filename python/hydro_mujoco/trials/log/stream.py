@@ -51,7 +51,9 @@ def refuse_empty(path: Path) -> None:
     """Refuse what is no file, or an empty one."""
     if not path.exists():
         raise DataError(f"log {path}: no such file or folder")
-    if not path.is_file():
+    if path.is_dir():
         raise DataError(f"log {path}: a folder, expected a file; a ROS 2 bag's folder holds metadata.yaml")
+    if not path.is_file():
+        raise DataError(f"log {path}: neither a file nor a folder")
     if path.stat().st_size == 0:
         raise DataError(f"log {path}: the file is empty")
