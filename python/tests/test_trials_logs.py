@@ -3,6 +3,7 @@
 import functools
 import json
 import os
+import re
 import shutil
 import struct
 import tempfile
@@ -117,7 +118,39 @@ def test_instances_of_dataflash_are_counted_apart(tmp_path):
     log.close()
     found = open_log(tmp_path / "two.bin")
     assert {name: topic.count for name, topic in found.topics().items()} == {"BARO[0]": 20, "BARO[1]": 10}
-    np.testing.assert_array_equal(found.read({"BARO[1]": ["Press"]})["BARO[1]"].values[:, 0], np.arange(0, 30, 3))
+    samples = found.read({"BARO[1]": ["Press"], "BARO": ["Press"]})
+    np.testing.assert_array_equal(samples["BARO[1]"].values[:, 0], np.arange(0, 30, 3))
+    np.testing.assert_array_equal(samples["BARO"].values[:, 0], np.delete(np.arange(30), np.arange(0, 30, 3)))
+
+
+def test_dataflash_is_read_as_pymavlink_reads_it(folder, tmp_path):
+    from pymavlink.DFReader import DFReader_binary
+
+    log = writers.DataFlash(tmp_path / "all.bin")
+    log.FORMATS |= {"c": "h", "C": "H", "e": "i", "E": "I", "L": "i", "q": "q"}
+    log.format("ALL", "QcCeELhHiIfdbBNZ", "TimeUS,c,C,e,E,L,h,H,i,I,f,d,b,B,N,Z")
+    for n in range(50):
+        log.write("ALL", n, -n, n, -n * 7, n * 7, 473_977_418 + n, -n, n, -n, n, n / 3, n / 3, -n, n, b"AUTO", b"text")
+    log.close()
+    for path, kind in ((tmp_path / "all.bin", "ALL"), (folder / "a.bin", "IMU"), (folder / "a.bin", "RCOU")):
+        reader = DFReader_binary(str(path))
+        messages = []
+        while (message := reader.recv_match(type=[kind])) is not None:
+            messages.append(message.to_dict())
+        fields = [field for field in messages[0] if field not in ("mavpackettype", "N", "Z")]
+        samples = open_log(path).read({kind: fields})[kind]
+        np.testing.assert_array_equal(samples.values, [[message[field] for field in fields] for message in messages])
+
+
+def test_bytes_that_are_no_message_are_stepped_over_and_counted(folder, tmp_path):
+    whole = (folder / "a.bin").read_bytes()
+    middle = len(whole) // 2
+    (tmp_path / "a.bin").write_bytes(whole[:middle] + bytes(100) + b"\xa3\x95\x01" + whole[middle:])
+    log = open_log(tmp_path / "a.bin")
+    samples = log.read({"IMU": ["GyrX"]})["IMU"]
+    assert 398 <= len(samples.times) <= 400 and re.search(
+        r"1\d\d bytes are no message and were left out", log.faults[0]
+    )
 
 
 def test_words_of_a_mode_are_numbers(tmp_path):

@@ -4,7 +4,8 @@ base.py       `Log`: topics, and fields of them as `Samples`
 mcap.py       MCAP
 rosbag.py     ROS 2 and ROS 1 bags
 ulog.py       PX4 ULog
-ardupilot.py  ArduPilot DataFlash and telemetry
+dataflash.py  ArduPilot DataFlash
+tlog.py       ArduPilot telemetry
 table.py      csv, parquet, DataFrame
 fields.py     fields of a message by path
 extract.py    messages into columns
@@ -13,11 +14,12 @@ extract.py    messages into columns
 from pathlib import Path
 
 from ...errors import DataError
-from .ardupilot import DataFlashLog, TlogLog
 from .base import Log, Samples, Topic
+from .dataflash import DataFlashLog
 from .mcap import McapLog
 from .rosbag import RosbagLog
 from .table import CsvLog, FrameLog, ParquetLog
+from .tlog import TlogLog
 from .ulog import UlogLog
 
 __all__ = ["KINDS", "FrameLog", "Log", "Samples", "Topic", "open_log"]

@@ -26,6 +26,8 @@ def getter(path: str) -> Callable[[object], object]:
     steps = list(_STEP.finditer(path))
     if not steps or "".join(step.group() for step in steps) != path.replace(".", ""):
         raise DataError(f"field `{path}`: expected a path such as `twist.linear.x`, `data[3]` or `position[left_hip]`")
+    if len(steps) == 1 and steps[0][1]:
+        return lambda message: _part(message, path)
     attributes = operator.attrgetter(path) if _PLAIN.fullmatch(path) else None
     chosen = [_step(*step.groups()) for step in steps]
 
@@ -88,8 +90,6 @@ def _parts(value: object) -> list[tuple[str, object]] | None:
         names = [field.name for field in dataclasses.fields(value)]
     elif hasattr(value, "DESCRIPTOR"):
         names = [field.name for field in value.DESCRIPTOR.fields]
-    elif hasattr(value, "get_fieldnames"):
-        names = value.get_fieldnames()
     elif hasattr(value, "__slots__"):
         names = list(value.__slots__)
     else:
