@@ -68,19 +68,16 @@ def from_mcap(
         model: the nominal MJCF, or a spec, whose sensors and actuators the mapping names.
         mapping: path of a TOML file `hydro-mapping/1` (docs/logs.md), or its content as a dict.
         out: folder for NAME-NN.npz, one a trial, which `hydro gap run --trials` reads, and NAME.conversion.json;
-        nothing is
-            written without it.
+            nothing is written without it.
         overwrite: replace trials of this log in `out`.
 
     Returns:
         Conversion: `trials`, arrays in the model's units and frames [SI, radians], and `report`, what was resampled,
-        dropped
-        and is suspected.
+        dropped and is suspected.
 
     Raises:
-        DataError: the log cannot be read or lacks a mapped topic or field, the mapping names what the model lacks,
-        or no
-            trial is long enough. Nothing is written then.
+        DataError: the log cannot be read or lacks a mapped topic or field, the mapping names what the model lacks, or
+            no trial is long enough. Nothing is written then.
     """
     return _convert(open_log(path, "mcap"), model, mapping, out, overwrite=overwrite)
 
@@ -172,8 +169,7 @@ def propose(path: str | os.PathLike, model: Model, *, kind: str | None = None) -
 
     Returns:
         Proposal: `topics`, `toml` (the mapping's text, to be saved and used as it is once nothing is left out) and
-        `open`,
-        sensors and actuators for which nothing was found. `str()` of it shows all.
+        `open`, sensors and actuators for which nothing was found. `str()` of it shows all.
 
     Raises:
         DataError: the log or the model cannot be read.

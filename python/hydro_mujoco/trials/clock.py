@@ -68,8 +68,7 @@ def ordered(topic: str, samples: Samples, field: str | None, time: Time, report:
         worst = float(np.diff(times).min())
         report.suspect(
             f"the times of `{topic}` run back {back.sum()} times, by up to {seconds(-worst)}: samples were put in "
-            "order; "
-            "clocks that were set, or messages of several senders"
+            "order; clocks that were set, or messages of several senders"
         )
         order = np.argsort(times, kind="stable")
         times, rows = times[order], rows[order]
@@ -144,6 +143,5 @@ def _suspect_uneven(topic: str, times: np.ndarray, report: Report) -> None:
     if share > 0.2:
         report.note(
             f"`{topic}`: {100 * share:.0f} % of its log times are uneven by more than half a step; stamps of the "
-            "messages "
-            "(`clock`) are better where it has them"
+            "messages (`clock`) are better where it has them"
         )

@@ -9,8 +9,7 @@ class Report:
     """Gathered while a log is converted.
 
     signals: what became of each sensor, actuator and joint; notes: what was done or dropped; suspicions: what looks
-    wrong;
-    trials: of each, name, start in the log [s] and rows; offsets: of clocks against the log's, by topic [s].
+    wrong; trials: of each, name, start in the log [s] and rows; offsets: of clocks against the log's, by topic [s].
     """
 
     log: str

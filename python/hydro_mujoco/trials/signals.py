@@ -21,9 +21,9 @@ QUATERNION_TOLERANCE = 0.05
 
 @dataclass(frozen=True)
 class Signal:
-    """Samples of a sensor, actuator, joint or state. times: [s] of the log, increasing, (n,); values: (n, dim), NaN
-    where
-    the log has none.
+    """Samples of a sensor, actuator, joint or state.
+
+    times: [s] of the log, increasing, (n,); values: (n, dim), NaN where the log has none.
     """
 
     name: str
@@ -149,8 +149,7 @@ class _Reader:
             met = sorted({str(words.get(value, f"{value:g}")) for value in np.unique(found)})
             raise DataError(
                 f"{self._mapping.name}, [trials] mode: `{path}` of `{topic}` is never {listed(map(str, values))}; "
-                "it is "
-                f"{listed(met)}"
+                f"it is {listed(met)}"
             )
         order = ordered(topic, samples, self._clock(LOG), self._mapping.time, self._report)
         return Signal("mode", order.times, np.isin(found[order.rows], wanted)[:, None], Source("", topic=topic))

@@ -47,8 +47,7 @@ def refuse_unmapped(model: Model, signals: Signals, name: str) -> None:
     if signals.state and len(model.free) + len(model.joints) < model.compiled.njnt:
         raise DataError(
             f"{name}, [state]: the model has joints that are ball joints or have no name, whose start cannot be "
-            "mapped; leave "
-            "[state] out and `hydro gap` estimates it"
+            "mapped; leave [state] out and `hydro gap` estimates it"
         )
 
 

@@ -1,8 +1,7 @@
 """Trials as arrays, and the file that `hydro gap` and `mujoco.sysid` read.
 
 Time, as in `mujoco.sysid`'s `sysid_rollout`: `mj_step` reads sensors at the start of a step and labels the row with the
-time at its end. So a reading of time t is the row labelled t + timestep; commands and the initial state keep their
-time.
+time at its end. So a reading of time t is the row labelled t + timestep; commands and start keep their time.
 """
 
 import json

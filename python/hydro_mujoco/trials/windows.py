@@ -90,8 +90,7 @@ def _nothing(signals: Signals, mapping: Mapping, pieces: list[Window], times: np
     longest = f", the longest of {seconds(max(p.seconds for p in pieces))}" if pieces else ""
     text = (
         f"no trial: {counted(len(pieces), 'piece')}{longest}, expected one of {seconds(shortest(mapping.trials))} "
-        "at least; "
-        f"sensors from {times[0]:.3f} s to {times[-1]:.3f} s"
+        f"at least; sensors from {times[0]:.3f} s to {times[-1]:.3f} s"
     )
     if signals.actuators:
         first = max(signal.times[0] for signal in signals.actuators.values())

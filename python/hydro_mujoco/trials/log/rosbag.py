@@ -27,8 +27,7 @@ class RosbagLog(Log):
             there = ", ".join(sorted(file.name for file in path.iterdir())[:8]) or "nothing"
             raise DataError(
                 f"log {path}: no {METADATA} in the folder (there is {there}); `ros2 bag reindex` writes it, or "
-                "name the "
-                ".mcap or .db3 file itself"
+                "name the .mcap or .db3 file itself"
             )
         super().__init__(path)
         extra("rosbags.highlevel", "rosbags", self.kind)

@@ -62,8 +62,7 @@ class TableLog(Log):
                 at = int(np.flatnonzero(bad.to_numpy())[0])
                 raise DataError(
                     f"{self.path}, row {row + at + 1} of data, column `{name}`: `{column.iloc[at]}` is no number; "
-                    "an empty "
-                    "cell stands for a sample that is missing"
+                    "an empty cell stands for a sample that is missing"
                 )
             return numbers.to_numpy(float)
         dates = pandas.to_datetime(column, format="ISO8601", errors="coerce", utc=True)

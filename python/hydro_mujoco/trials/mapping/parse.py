@@ -127,8 +127,7 @@ def _state(content: Dict[str, Any], name: str, model: Model) -> dict[str, dict[s
     if found and (missing := [key for key in there if key not in found]):
         raise DataError(
             f"{name}, [state]: {listed(missing)} missing; the start needs every free body and joint, or leave "
-            "[state] out "
-            "and `hydro gap` estimates it"
+            "[state] out and `hydro gap` estimates it"
         )
     return found
 

@@ -2,8 +2,7 @@
 
 values.py     units and ranges of single signals
 gravity.py    which way is up: accelerometer, attitude, height
-motion.py     sensors that measure the same motion: gyro and attitude, velocity and position, compass and yaw, thrust
-and heave
+motion.py     signals of one motion: gyro and attitude, velocity and position, compass and yaw, thrust and heave
 """
 
 from ..model import Model

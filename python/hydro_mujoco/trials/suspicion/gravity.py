@@ -33,8 +33,7 @@ def suspect_up(signals: Signals, model: Model, report: Report) -> None:
             if up < UPSIDE_DOWN:
                 report.suspect(
                     f"by `{name}` the vehicle is upside down most of the time (its z axis points {up:.2f} up): "
-                    "NED/FRD taken "
-                    "for ENU/FLU, xyzw for wxyz, or one of the two frames alone"
+                    "NED/FRD taken for ENU/FLU, xyzw for wxyz, or one of the two frames alone"
                 )
         elif kind == "framepos" and np.isfinite(signal.values[:, 2]).any():
             start = data.xpos[1:, 2].min(initial=0.0)
@@ -65,8 +64,7 @@ def _accelerometer(name: str, mean: np.ndarray, up: np.ndarray, gravity: float, 
     elif size < LEAST * gravity:
         report.suspect(
             f"`{name}` reads {size:.3g} m/s^2 at rest: gravity was taken out of it, and MuJoCo's accelerometer "
-            "feels it; map "
-            "the raw one"
+            "feels it; map the raw one"
         )
     else:
         report.suspect(f"`{name}` reads {size:.4g} m/s^2 on average, which no gravity explains")

@@ -92,8 +92,7 @@ def _gyro(attitude: Signal, gyro: Signal, report: Report) -> None:
     changes = " and ".join(text for text, is_so in said.items() if is_so)
     report.suspect(
         f"`{gyro.name}` does not turn as `{attitude.name}` does ({100 * max(own, 0):.0f} % explained); with "
-        f"{changes} it does "
-        f"({100 * scores[best]:.0f} %)"
+        f"{changes} it does ({100 * scores[best]:.0f} %)"
     )
 
 
@@ -127,8 +126,7 @@ def _compass(attitude: Signal, magnetometer: Signal, report: Report) -> None:
     if spread[-1] > 0.9 and spread[1] < 0.7:
         report.suspect(
             f"`{magnetometer.name}` turns the other way than the yaw of `{attitude.name}`: NED taken for ENU (a "
-            "compass counts "
-            "clockwise), or FRD for FLU"
+            "compass counts clockwise), or FRD for FLU"
         )
 
 
@@ -144,8 +142,7 @@ def _velocity(position: Signal, velocity: Signal, attitude: Signal | None, repor
         if _correlation(moved[:, axis], measured[:, axis]) < CONTRARY:
             report.suspect(
                 f"along {name} `{velocity.name}` goes the other way than `{position.name}`: one of them is in NED "
-                "or FRD, the other "
-                "in ENU or FLU"
+                "or FRD, the other in ENU or FLU"
             )
     across = [_correlation(moved[:, 0], measured[:, 1]), _correlation(moved[:, 1], measured[:, 0])]
     along = [_correlation(moved[:, axis], measured[:, axis]) for axis in (0, 1)]
@@ -174,8 +171,7 @@ def _heave(position: Signal, signals: Signals, model: Model, report: Report) -> 
     if found < CONTRARY:
         report.suspect(
             f"by `{position.name}` the vehicle sinks when its thrusters push up (correlation {found:.2f}): NED "
-            "taken for ENU, a "
-            "depth for a height, or thrusters of the other sign"
+            "taken for ENU, a depth for a height, or thrusters of the other sign"
         )
 
 
