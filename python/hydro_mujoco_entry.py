@@ -4,6 +4,7 @@ It stands apart from `hydro_mujoco`, which imports mujoco and numpy.
 """
 
 import ctypes
+import importlib
 import importlib.util
 import os
 import sys
@@ -55,7 +56,13 @@ def environment() -> dict[str, str]:
 
 
 def program() -> None:
-    """Become the program `hydro`, which opens the libmujoco of this Python's mujoco package."""
+    """Become the program `hydro`, which opens the libmujoco of this Python's mujoco package.
+
+    `hydro trials` is written in Python and runs here.
+    """
+    if sys.argv[1:2] == ["trials"]:
+        trials = importlib.import_module("hydro_mujoco.trials.__main__")
+        sys.exit(trials.main(sys.argv[2:]))
     try:
         path = find_program()
     except FileNotFoundError as error:

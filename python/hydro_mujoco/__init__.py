@@ -4,6 +4,7 @@ water.py       `add_water(spec, body=...)`, `wrench(model, data, body)`
 submersion.py  `submerged(model, data, body)`
 packaged.py    scenes, checkpoints, examples and the library that come with the package
 record/        `record(model, out)`, and the command `python -m hydro_mujoco.record`
+trials/        logs of real vehicles as trials for `hydro gap`: `trials.from_mcap(...)`, `python -m hydro_mujoco.trials`
 training.py    `train(data, out)`, `evaluate(checkpoint, data)`
 learned.py     `with_checkpoint`: a scene with a checkpoint in place of its water
 envs/          Gymnasium environments, one and many at once (`import hydro_mujoco.envs`)
@@ -24,7 +25,7 @@ from .errors import DataError, Notice
 from .version import __version__
 
 if TYPE_CHECKING:
-    from . import gap
+    from . import gap, trials
     from .boundary_elements import from_capytaine, potential_flow
     from .learned import with_checkpoint
     from .packaged import checkpoint, examples, library, scene
@@ -51,6 +52,7 @@ __all__ = [
     "scene",
     "submerged",
     "train",
+    "trials",
     "with_checkpoint",
     "wrench",
 ]
@@ -72,6 +74,7 @@ _FROM = {
     "scene": ".packaged",
     "submerged": ".submersion",
     "train": ".training",
+    "trials": None,
     "with_checkpoint": ".learned",
     "wrench": ".water",
 }

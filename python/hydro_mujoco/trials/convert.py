@@ -1,0 +1,130 @@
+"""A log into trials: read, converted, split, resampled, written."""
+
+import os
+import re
+import secrets
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from ..errors import DataError
+from ..recording.files import write_beside, write_json
+from .assemble import assemble, described, periods
+from .log import Log
+from .mapping import parse
+from .model import load
+from .report import Report
+from .signals import Signals, gather
+from .start import refuse_unmapped
+from .suspicion import suspect
+from .trial import Trial
+from .windows import windows
+from .words import counted, seconds
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """Trials of a log, and what was done to get them. Iterates over the trials."""
+
+    trials: list[Trial]
+    report: Report
+
+    def __iter__(self) -> Iterator[Trial]:
+        return iter(self.trials)
+
+    def __len__(self) -> int:
+        return len(self.trials)
+
+
+def convert(
+    log: Log,
+    model: str | os.PathLike | mujoco.MjSpec,
+    mapping: str | os.PathLike | Mapping[str, Any],
+    out: str | os.PathLike | None = None,
+    *,
+    overwrite: bool = False,
+) -> Conversion:
+    """Convert a log; where `out` is given, write NAME-NN.npz and NAME.conversion.json there.
+
+    Raises:
+        DataError: with one message; nothing is written then.
+    """
+    nominal = load(model)
+    parsed = parse(mapping, nominal)
+    report = Report(str(log.path), log.kind, log.is_table)
+    signals = gather(log, parsed, report)
+    refuse_unmapped(nominal, signals, parsed.name)
+    suspect(signals, nominal, report)
+    pieces = windows(signals, parsed, report)
+    spacing = periods(signals, parsed, nominal, report)
+    stem = re.sub(r"[^\w.+-]+", "_", log.path.stem) or "log"
+    trials = []
+    for window in pieces:
+        name = f"{stem}-{len(trials):02}"
+        if trial := assemble(name, window, signals, parsed, nominal, spacing, report):
+            trials.append(trial)
+    if not trials:
+        raise DataError(f"{log.path}: no row of a trial has a reading, {seconds(spacing.rows)} apart")
+    report.signals = _described(signals, spacing.rows)
+    report.trials = [_listed(trial, spacing.rows) for trial in trials]
+    if signals.state and not all(trial.initial_state is not None for trial in trials):
+        report.note("trials without a start: a part of [state] has no sample there; `hydro gap` estimates it")
+    if len(trials) == 1:
+        report.note("one trial alone verifies nothing: `length` in [trials] cuts it into several")
+    if out is not None:
+        _write(Path(out), stem, trials, report, overwrite)
+    return Conversion(trials, report)
+
+
+def _described(signals: Signals, period: float) -> list[dict[str, Any]]:
+    said = [(name, described(signal, period)) for name, signal in {**signals.sensors, **signals.joints}.items()]
+    said += [
+        (name, f"{counted(signal.times.size, 'command')} of `{signal.source.topic}`, each held until the next")
+        for name, signal in signals.actuators.items()
+    ]
+    return [{"name": name, "what": what} for name, what in said]
+
+
+def _listed(trial: Trial, period: float) -> dict[str, Any]:
+    missing = np.isnan(trial.readings).mean(0)
+    return {
+        "name": trial.name,
+        "start": trial.start,
+        "seconds": float(trial.sensor_times[-1] - trial.sensor_times[0]),
+        "rows": len(trial.sensor_times),
+        "period": period,
+        "initial_state": trial.initial_state is not None,
+        "missing": {name: float(missing[columns].mean()) for name, columns in trial.signals.items()},
+    }
+
+
+def _write(out: Path, stem: str, trials: list[Trial], report: Report, overwrite: bool) -> None:
+    """Write all of the files, or none."""
+    paths = [out / f"{trial.name}.npz" for trial in trials]
+    beside = out / f"{stem}.conversion.json"
+    own = re.compile(re.escape(stem) + r"-\d+\.npz")
+    former = sorted(path for path in out.iterdir() if own.fullmatch(path.name)) if out.is_dir() else []
+    if former and not overwrite:
+        raise DataError(f"{former[0]} is there already: --overwrite (overwrite=True) replaces the trials of this log")
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DataError(f"folder {out}: {error.strerror}") from error
+    staged = {path: path.with_name(f".{path.name}.{secrets.token_hex(6)}") for path in paths}
+    try:
+        for trial, path in zip(trials, staged.values()):
+            write_beside(path, trial.npz())
+        for path, new in staged.items():
+            os.replace(new, path)
+        write_json(beside, report.json())
+    except OSError as error:
+        raise DataError(f"folder {out}: {error.strerror or error}") from error
+    finally:
+        for new in staged.values():
+            new.unlink(missing_ok=True)
+    for path in set(former) - set(paths):
+        path.unlink()

@@ -1,0 +1,59 @@
+"""A file that counts what is read of it."""
+
+import io
+from pathlib import Path
+
+from ...errors import DataError
+from .progress import bar
+
+
+class Stream(io.BufferedIOBase):
+    """A file for reading, with a progress bar. is_cut: it ended within what a read asked for."""
+
+    def __init__(self, path: Path):
+        self._file = open(path, "rb")  # noqa: SIM115
+        self.size = path.stat().st_size
+        self.is_cut = False
+        self._bar = bar(self.size, "B", path.name)
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def read(self, size: int = -1) -> bytes:
+        content = self._file.read(size)
+        self.is_cut |= 0 < len(content) < size
+        self._bar.n = max(self._bar.n, self._file.tell())
+        self._bar.update(0)
+        return content
+
+    def readinto(self, buffer) -> int:
+        content = self.read(len(buffer))
+        buffer[: len(content)] = content
+        return len(content)
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        return self._file.seek(offset, whence)
+
+    def tell(self) -> int:
+        return self._file.tell()
+
+    def close(self) -> None:
+        if not self.closed:
+            self._bar.close()
+            self._file.close()
+        super().close()
+
+
+def refuse_empty(path: Path) -> None:
+    """Refuse what is no file, or an empty one."""
+    if not path.exists():
+        raise DataError(f"log {path}: no such file or folder")
+    if path.is_dir():
+        raise DataError(f"log {path}: a folder, expected a file; a ROS 2 bag's folder holds metadata.yaml")
+    if not path.is_file():
+        raise DataError(f"log {path}: neither a file nor a folder")
+    if path.stat().st_size == 0:
+        raise DataError(f"log {path}: the file is empty")

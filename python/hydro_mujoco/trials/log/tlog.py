@@ -1,0 +1,57 @@
+"""ArduPilot's telemetry logs (.tlog)."""
+
+import contextlib
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from .base import Log, Samples, Topic
+from .extract import Extractor, Lister
+from .extras import extra
+from .progress import bar
+from .stream import refuse_empty
+
+
+class TlogLog(Log):
+    """A telemetry log of MAVLink messages, read one at a time. A topic is a type of message, `ATTITUDE`.
+
+    Messages of further senders have theirs behind it: `ATTITUDE@255:190`.
+    """
+
+    kind = "telemetry log"
+
+    def __init__(self, path: Path):
+        refuse_empty(path)
+        super().__init__(path)
+        extra("pymavlink.mavutil", "ardupilot", self.kind)
+
+    def topics(self) -> dict[str, Topic]:
+        lister = Lister()
+        for topic, stamp, message in self._messages():
+            lister.add(topic, message.get_type(), stamp, lambda message=message: message.to_dict())
+        return lister.topics()
+
+    def read(self, wanted: Mapping[str, Sequence[str]]) -> dict[str, Samples]:
+        extractor = Extractor(self, wanted)
+        for topic, stamp, message in self._messages():
+            if topic in wanted:
+                extractor.add(topic, stamp, lambda message=message: message.to_dict())
+        return extractor.samples()
+
+    def _messages(self) -> Iterator[tuple[str, int, Any]]:
+        from pymavlink import mavutil
+
+        senders: dict[str, tuple[int, int]] = {}
+        file = mavutil.mavlogfile(str(self.path))
+        with contextlib.closing(file), bar(self.path.stat().st_size, "B", self.path.name) as progress:
+            while (message := file.recv_msg()) is not None:
+                progress.n = file.f.tell()
+                progress.update(0)
+                kind, sender = message.get_type(), (message.get_srcSystem(), message.get_srcComponent())
+                if kind == "BAD_DATA" or kind.startswith("UNKNOWN_"):
+                    continue
+                first = senders.setdefault(kind, sender)
+                topic = kind if sender == first else f"{kind}@{sender[0]}:{sender[1]}"
+                yield topic, round(message._timestamp * 1e9), message
+        if not senders:
+            raise self.damaged(ValueError("no MAVLink message in it"))

@@ -1,0 +1,153 @@
+"""Known messages: which of their fields measure what, in which unit and frame.
+
+Sources: ROS common_interfaces and REP 103, 145; PX4 msg/*.msg; ArduPilot's log messages; MAVLink common.xml.
+"""
+
+from dataclasses import dataclass
+
+from ..units import ACCELERATION, ATTITUDE, FIELD, FORCE, LENGTH, PRESSURE, RATE, TORQUE, VELOCITY
+
+#: What moves an actuator.
+COMMAND = "command"
+#: Commands of one message at most.
+MOST_COMMANDS = 32
+
+
+@dataclass(frozen=True)
+class Group:
+    """Fields that belong together. frame_kind: `body`, `world`, `attitude` or None, as of the model's sensors."""
+
+    quantity: str
+    frame_kind: str | None
+    fields: tuple[str, ...]
+    unit: str | None = None
+    frame: str | None = None
+    order: str | None = None
+
+
+def _xyz(prefix: str, form: str = "{}.{}", axes: str = "xyz") -> tuple[str, ...]:
+    return tuple(form.format(prefix, axis) for axis in axes)
+
+
+def _array(prefix: str, size: int = 3) -> tuple[str, ...]:
+    return tuple(f"{prefix}[{index}]" for index in range(size))
+
+
+def _commands(form: str, unit: str | None, first: int = 0) -> tuple[Group, ...]:
+    numbers = range(first, first + MOST_COMMANDS)
+    return tuple(Group(COMMAND, None, (form.format(number),), unit) for number in numbers)
+
+
+def _pose(prefix: str) -> tuple[Group, ...]:
+    return (
+        Group(LENGTH, "world", _xyz(f"{prefix}position"), None, "ENU"),
+        Group(ATTITUDE, "attitude", _xyz(f"{prefix}orientation", axes="xyzw"), None, "ENU/FLU", "xyzw"),
+    )
+
+
+def _twist(prefix: str) -> tuple[Group, ...]:
+    return (
+        Group(VELOCITY, "body", _xyz(f"{prefix}linear"), None, "FLU"),
+        Group(RATE, "body", _xyz(f"{prefix}angular"), None, "FLU"),
+    )
+
+
+_ROS = {
+    "sensor_msgs/Imu": (
+        Group(RATE, "body", _xyz("angular_velocity"), None, "FLU"),
+        Group(ACCELERATION, "body", _xyz("linear_acceleration"), None, "FLU"),
+        Group(ATTITUDE, "attitude", _xyz("orientation", axes="xyzw"), None, "ENU/FLU", "xyzw"),
+    ),
+    "nav_msgs/Odometry": (*_pose("pose.pose."), *_twist("twist.twist.")),
+    "geometry_msgs/Pose": _pose(""),
+    "geometry_msgs/PoseStamped": _pose("pose."),
+    "geometry_msgs/PoseWithCovarianceStamped": _pose("pose.pose."),
+    "geometry_msgs/TransformStamped": (
+        Group(LENGTH, "world", _xyz("transform.translation"), None, "ENU"),
+        Group(ATTITUDE, "attitude", _xyz("transform.rotation", axes="xyzw"), None, "ENU/FLU", "xyzw"),
+    ),
+    "geometry_msgs/Twist": _twist(""),
+    "geometry_msgs/TwistStamped": _twist("twist."),
+    "geometry_msgs/TwistWithCovarianceStamped": _twist("twist.twist."),
+    "geometry_msgs/AccelStamped": (Group(ACCELERATION, "body", _xyz("accel.linear"), None, "FLU"),),
+    "geometry_msgs/PointStamped": (Group(LENGTH, "world", _xyz("point"), None, "ENU"),),
+    "geometry_msgs/QuaternionStamped": (
+        Group(ATTITUDE, "attitude", _xyz("quaternion", axes="xyzw"), None, "ENU/FLU", "xyzw"),
+    ),
+    "geometry_msgs/WrenchStamped": (
+        Group(FORCE, "body", _xyz("wrench.force"), None, "FLU"),
+        Group(TORQUE, "body", _xyz("wrench.torque"), None, "FLU"),
+    ),
+    "sensor_msgs/FluidPressure": (Group(PRESSURE, None, ("fluid_pressure",), "Pa"),),
+    "sensor_msgs/MagneticField": (Group(FIELD, "body", _xyz("magnetic_field"), "T", "FLU"),),
+    "std_msgs/Float64MultiArray": _commands("data[{}]", None),
+    "std_msgs/Float32MultiArray": _commands("data[{}]", None),
+    "std_msgs/Float64": (Group(COMMAND, None, ("data",)),),
+    "std_msgs/Float32": (Group(COMMAND, None, ("data",)),),
+    "mavros_msgs/RCOut": _commands("channels[{}]", "us"),
+}
+_PX4 = {
+    "sensor_combined": (
+        Group(RATE, "body", _array("gyro_rad"), None, "FRD"),
+        Group(ACCELERATION, "body", _array("accelerometer_m_s2"), None, "FRD"),
+    ),
+    "vehicle_angular_velocity": (Group(RATE, "body", _array("xyz"), None, "FRD"),),
+    "vehicle_acceleration": (Group(ACCELERATION, "body", _array("xyz"), None, "FRD"),),
+    "vehicle_attitude": (Group(ATTITUDE, "attitude", _array("q", 4), None, "NED/FRD", "wxyz"),),
+    "vehicle_local_position": (
+        Group(LENGTH, "world", ("x", "y", "z"), None, "NED"),
+        Group(VELOCITY, "world", ("vx", "vy", "vz"), None, "NED"),
+    ),
+    "vehicle_odometry": (
+        Group(LENGTH, "world", _array("position"), None, "NED"),
+        Group(ATTITUDE, "attitude", _array("q", 4), None, "NED/FRD", "wxyz"),
+        Group(VELOCITY, "world", _array("velocity"), None, "NED"),
+        Group(RATE, "body", _array("angular_velocity"), None, "FRD"),
+    ),
+    "vehicle_air_data": (Group(PRESSURE, None, ("baro_pressure_pa",), "Pa"),),
+    "sensor_baro": (Group(PRESSURE, None, ("pressure",), "Pa"),),
+    "vehicle_magnetometer": (Group(FIELD, "body", _array("magnetometer_ga"), "G", "FRD"),),
+    "actuator_motors": _commands("control[{}]", None),
+    "actuator_outputs": _commands("output[{}]", "us"),
+}
+_XKF1 = (
+    Group(LENGTH, "world", ("PN", "PE", "PD"), None, "NED"),
+    Group(VELOCITY, "world", ("VN", "VE", "VD"), None, "NED"),
+)
+_ARDUPILOT = {
+    "IMU": (
+        Group(RATE, "body", _xyz("Gyr", "{}{}", "XYZ"), None, "FRD"),
+        Group(ACCELERATION, "body", _xyz("Acc", "{}{}", "XYZ"), None, "FRD"),
+    ),
+    "ATT": (Group(ATTITUDE, "attitude", ("Roll", "Pitch", "Yaw"), "deg", "NED/FRD"),),
+    "XKF1": _XKF1,
+    "NKF1": _XKF1,
+    "BARO": (Group(PRESSURE, None, ("Press",), "Pa"),),
+    "MAG": (Group(FIELD, "body", _xyz("Mag", "{}{}", "XYZ"), "mG", "FRD"),),
+    "RCOU": _commands("C{}", "us", 1),
+}
+
+
+_SCALED_IMU = (
+    Group(RATE, "body", _xyz("gyro", "{1}{0}"), "mrad/s", "FRD"),
+    Group(ACCELERATION, "body", _xyz("acc", "{1}{0}"), "mg", "FRD"),
+    Group(FIELD, "body", _xyz("mag", "{1}{0}"), "mG", "FRD"),
+)
+_MAVLINK = {
+    "ATTITUDE": (
+        Group(ATTITUDE, "attitude", ("roll", "pitch", "yaw"), "rad", "NED/FRD"),
+        Group(RATE, "body", ("rollspeed", "pitchspeed", "yawspeed"), None, "FRD"),
+    ),
+    "LOCAL_POSITION_NED": _PX4["vehicle_local_position"],
+    "SCALED_IMU": _SCALED_IMU,
+    "SCALED_IMU2": _SCALED_IMU,
+    "SCALED_PRESSURE": (Group(PRESSURE, None, ("press_abs",), "hPa"),),
+    "SCALED_PRESSURE2": (Group(PRESSURE, None, ("press_abs",), "hPa"),),
+    "SERVO_OUTPUT_RAW": _commands("servo{}_raw", "us", 1),
+}
+_KNOWN = {**_ROS, **_PX4, **_ARDUPILOT, **_MAVLINK}
+
+
+def groups(kind: str) -> tuple[Group, ...] | None:
+    """The groups of a type of message; None where it is not known."""
+    return _KNOWN.get(kind.replace("/msg/", "/"))

@@ -1,0 +1,182 @@
+"""What a log is said to hold, and the mapping that is proposed for it: it is used as it is."""
+
+import tomllib
+
+import mcap_ros2.writer
+import mujoco
+import numpy as np
+import pandas
+import pytest
+
+import dive
+import writers
+from hydro_mujoco import plugin, trials
+from hydro_mujoco.trials.proposal import messages
+from hydro_mujoco.trials.proposal.match import similarity
+from hydro_mujoco.trials.units import UNITS
+from ulog import Ulog
+
+pytestmark = pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release")
+ACTUATORS = [f"t{n}" for n in range(1, 9)]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    out, made = tmp_path_factory.mktemp("logs"), dive.swim(8.0, 5)
+    parts = made.times, made.commands, made.readings
+    writers.rosbag(out / "bag", *parts, dive.EPOCH)
+    writers.dataflash(out / "a.bin", *parts)
+    return out
+
+
+def nominal():
+    return dive.vehicle(dive.KNOWN)
+
+
+def used(proposal, tmp_path, convert, log, **options):
+    """The trials by the proposed mapping, saved and used as it is."""
+    (tmp_path / "map.toml").write_text(proposal.toml)
+    return convert(log, model=options.get("model") or nominal(), mapping=tmp_path / "map.toml")
+
+
+def test_a_ros_bag(folder, tmp_path):
+    proposal = trials.propose(folder / "bag", nominal())
+    found = tomllib.loads(proposal.toml)
+    assert {name: source["topic"] for name, source in found["sensors"].items()} == {
+        "imu_gyro": "/imu/data",
+        "attitude": "/imu/data",
+        "position": "/odometry",
+        "dvl": "/dvl",
+    }
+    assert found["sensors"]["attitude"]["order"] == "xyzw" and found["time"] == {
+        "clock": "header.stamp",
+        "period": 0.02,
+    }
+    assert [found["actuators"][name]["fields"] for name in ACTUATORS] == [[f"data[{n}]"] for n in range(8)]
+    assert found["actuators"]["t1"]["clock"] == "log" and proposal.open == ["velocity", "rov_water"]
+    said = str(proposal)
+    assert (
+        "/imu/data  sensor_msgs/msg/Imu  800 messages" in said and "nothing found for `velocity`, `rov_water`" in said
+    )
+    converted = used(proposal, tmp_path, trials.from_rosbag, folder / "bag")
+    assert len(converted) == 4 and converted.report.suspicions == []
+
+
+def test_a_dataflash_log(folder, tmp_path):
+    proposal = trials.propose(folder / "a.bin", nominal())
+    found = tomllib.loads(proposal.toml)
+    assert found["sensors"]["imu_gyro"] == {"topic": "IMU[0]", "fields": ["GyrX", "GyrY", "GyrZ"], "frame": "FRD"}
+    assert found["sensors"]["attitude"] | {"unit": "deg", "frame": "NED/FRD"} == found["sensors"]["attitude"]
+    assert found["sensors"]["velocity"]["fields"] == ["VN", "VE", "VD"] and "dvl" in proposal.open
+    assert found["actuators"]["t8"] == {"topic": "RCOU", "fields": ["C8"], "unit": "us"}
+    converted = used(proposal, tmp_path, trials.from_ardupilot, folder / "a.bin")
+    assert len(converted) == 4 and converted.report.suspicions == []
+
+
+def test_a_ulog(tmp_path):
+    number = [("uint64_t", "timestamp")]
+    log = Ulog(
+        tmp_path / "a.ulg",
+        {
+            "vehicle_attitude": [*number, ("float[4]", "q")],
+            "sensor_combined": [*number, ("float[3]", "gyro_rad"), ("float[3]", "accelerometer_m_s2")],
+            "vehicle_air_data": [*number, ("float", "baro_pressure_pa")],
+            "actuator_motors": [*number, ("float[12]", "control")],
+        },
+    )
+    for name in ("vehicle_attitude", "sensor_combined", "vehicle_air_data", "actuator_motors"):
+        log.subscribe(name)
+    for n in range(400):
+        turn = np.sin(n / 100)
+        # Upright in NED/FRD, turned about z.
+        log.write("vehicle_attitude", n * 10_000, np.cos(turn), 0, 0, np.sin(turn))
+        log.write("sensor_combined", n * 10_000, 0, 0, 2 * np.cos(n / 100), 0, 0, -9.8)
+        log.write("vehicle_air_data", n * 10_000, 121_325 + 50 * np.sin(n / 9))
+        log.write("actuator_motors", n * 10_000, *np.full(12, 0.1 * np.sin(n / 50)))
+    log.close()
+    proposal = trials.propose(tmp_path / "a.ulg", nominal())
+    found = tomllib.loads(proposal.toml)
+    assert found["sensors"]["position"] == {
+        "topic": "vehicle_air_data",
+        "fields": ["", "", "baro_pressure_pa"],
+        "unit": "Pa",
+    }
+    assert found["sensors"]["attitude"]["order"] == "wxyz" and found["actuators"]["t3"]["fields"] == ["control[2]"]
+    converted = used(proposal, tmp_path, trials.from_ulog, tmp_path / "a.ulg")
+    assert converted.report.suspicions == []
+    np.testing.assert_allclose(np.nanmean(converted.trials[0].sensor("position")[:, 2]), -20_000 / 9806.65, atol=0.02)
+
+
+@pytest.mark.parametrize("names", ["{name}_{axis}", "{name}[{index}]", "{name}.{axis}"])
+def test_a_table_by_names(names, tmp_path):
+    made = dive.swim(8.0, 5)
+    columns = {"time": made.times} | {f"{name}_cmd": made.commands[:, n] for n, name in enumerate(ACTUATORS)}
+    for name, values in made.readings.items():
+        axes = "wxyz" if values.shape[1] == 4 else "xyz"
+        columns |= {names.format(name=name, axis=axis, index=k): values[:, k] for k, axis in enumerate(axes)}
+    pandas.DataFrame(columns)[::4].to_csv(tmp_path / "a.csv", index=False)
+    proposal = trials.propose(tmp_path / "a.csv", nominal())
+    assert proposal.open == ["rov_water"], proposal.toml
+    converted = used(proposal, tmp_path, trials.from_csv, tmp_path / "a.csv")
+    for name, values in made.readings.items():
+        shown = converted.trials[0].sensor(name)
+        np.testing.assert_allclose(shown, values[::4][: len(shown)], atol=1e-9)
+
+
+def test_joints_by_the_name_in_the_message(tmp_path):
+    spec = mujoco.MjSpec.from_string("""<mujoco><worldbody><body><joint name="hip"/><geom size="0.1" mass="1"/>
+      <body><joint name="knee"/><geom size="0.1" mass="1"/></body></body></worldbody>
+      <actuator><motor name="hip" joint="hip"/><motor name="knee" joint="knee"/></actuator>
+      <sensor><jointpos name="q_hip" joint="hip"/><jointvel name="v_knee" joint="knee"/></sensor></mujoco>""")
+    kind = "sensor_msgs/msg/JointState"
+    with open(tmp_path / "a.mcap", "wb") as file:
+        writer = mcap_ros2.writer.Writer(file)
+        text, _ = writers.STORE.generate_msgdef(kind, ros_version=2)
+        schemas = [writer.register_msgdef(kind, text), writer.register_msgdef("std_msgs/msg/Float64", "float64 data")]
+        for n in range(400):
+            stamp = {"sec": n // 100, "nanosec": n % 100 * 10**7}
+            joints = {"name": ["knee", "hip"], "position": [0.1 * n, 0.2], "velocity": [10.0, 0.0], "effort": []}
+            writer.write_message(
+                "/joint_states", schemas[0], joints | {"header": {"stamp": stamp, "frame_id": ""}}, log_time=n * 10**7
+            )
+            for name in ("hip", "knee"):
+                writer.write_message(f"/{name}/command", schemas[1], {"data": len(name) + n / 400}, log_time=n * 10**7)
+                writer.write_message(f"/{name}", schemas[1], {"data": float(len(name))}, log_time=n * 10**7)
+        writer.finish()
+    proposal = trials.propose(tmp_path / "a.mcap", spec)
+    found = tomllib.loads(proposal.toml)
+    assert found["sensors"]["q_hip"]["fields"] == ["position[hip]"]
+    assert found["sensors"]["v_knee"]["fields"] == ["velocity[knee]"]
+    assert {source["topic"] for source in found["actuators"].values()} <= {
+        "/hip",
+        "/knee",
+        "/hip/command",
+        "/knee/command",
+    }
+    converted = used(proposal, tmp_path, trials.from_mcap, tmp_path / "a.mcap", model=spec)
+    np.testing.assert_allclose(converted.trials[0].sensor("q_hip"), 0.2)
+    np.testing.assert_allclose(converted.trials[0].sensor("v_knee"), 10.0)
+
+
+def test_what_is_not_found_is_a_comment(folder):
+    spec = mujoco.MjSpec.from_string(nominal().to_xml())
+    spec.add_actuator(name="lamp")
+    spec.actuator("lamp").target = "t1"
+    spec.actuator("lamp").trntype = mujoco.mjtTrn.mjTRN_SITE
+    proposal = trials.propose(folder / "bag", spec)
+    assert "lamp" in proposal.open and "# [actuators.lamp]  # nothing found" in proposal.toml
+
+
+def test_known_messages_use_known_units_and_frames():
+    from hydro_mujoco.trials import frames
+
+    for kind, groups in messages._KNOWN.items():
+        for group in groups:
+            assert group.unit is None or group.unit in UNITS, kind
+            if group.frame:
+                frames.check(group.frame, group.frame_kind, kind)
+
+
+def test_likeness_of_names():
+    assert similarity("imu_gyro", "/imu/data") > similarity("imu_gyro", "/camera/data")
+    assert similarity("left", "thrusters.left") == 1
