@@ -22,7 +22,12 @@ EFFECT = {
     "source": "nobody",
     "idealised": False,
     "placement": "plugin",
-    "parameters": [PARAMETER | {"optional": True}, PARAMETER | {"name": "delay", "unit": "s", "optional": False}],
+    "is_hypothesis": False,
+    "parameters": [
+        PARAMETER | {"optional": True, "left_out": None},
+        PARAMETER | {"name": "delay", "unit": "s", "optional": False, "left_out": 0.25},
+        PARAMETER | {"name": "period", "unit": "s", "optional": False, "left_out": None},
+    ],
 }
 
 
@@ -40,9 +45,11 @@ def test_the_pages_in_docs_are_those_of_the_program(capsys):
 
 def test_an_effect_is_written_whole():
     page = effects.page({"example": "a stone", "effects": [EFFECT]})
-    assert "| [`echo`](#echo) | actuator | a force \\| that returns | `gain` [1], `delay` [s] |" in page
+    assert "| [`echo`](#echo) | actuator | a force \\| that returns | `gain` [1], `delay`, `period` [s] |" in page
     assert "## On an actuator\n\n### echo\n\nAn echo: a force | that returns.\n\n```text\nf = |u|\n```" in page
-    assert "| `gain` |  | 1 | 0.0123 | any to 67,100 | yes |\n| `delay` | s | 1 | 0.0123 | any to 67,100 |  |" in page
+    assert "| `gain` |  | 1 | 0.0123 | any to 67,100 | 1 |\n| `delay` | s | 1 | 0.0123 | any to 67,100 | 0.25 |" in page
+    assert "| `period` | s | 1 | 0.0123 | any to 67,100 |  |" in page
+    assert "`hydro gap` does not try it" in page
     assert "this form is exact" in page
 
 
@@ -65,7 +72,9 @@ def test_environments_are_their_docstrings():
 
 
 def test_units_that_neighbours_share_stand_once():
-    shared = [PARAMETER | {"name": name, "unit": "kg", "optional": False} for name in ("surge", "sway")]
+    shared = [
+        PARAMETER | {"name": name, "unit": "kg", "optional": False, "left_out": None} for name in ("surge", "sway")
+    ]
     page = effects.page({"example": "", "effects": [EFFECT | {"parameters": shared}]})
     assert "`surge`, `sway` [kg] |" in page
 

@@ -58,7 +58,7 @@ def _section(effect: dict[str, Any]) -> list[str]:
             _number(parameter["null"]),
             _number(parameter["prior_sd"]),
             f"{_bound(parameter['lower'], 'any')} to {_bound(parameter['upper'], 'any')}",
-            "yes" if parameter["optional"] else "",
+            _left_out(parameter),
         )
         for parameter in effect["parameters"]
     ]
@@ -73,9 +73,10 @@ def _section(effect: dict[str, Any]) -> list[str]:
         "",
         f"Source: {effect['source']}.",
         "",
-        f"Idealisation: {form}. Written to: {PLACES.get(effect['placement'], effect['placement'])}.",
+        f"Idealisation: {form}. Written to: {PLACES.get(effect['placement'], effect['placement'])}."
+        + ("" if effect["is_hypothesis"] else " `hydro gap` does not try it: it is part of a design."),
         "",
-        *table(("parameter", "unit", "null", "prior sd", "bounds", "optional"), rows),
+        *table(("parameter", "unit", "null", "prior sd", "bounds", "where left out"), rows),
     ]
 
 
@@ -87,6 +88,12 @@ def _parameters(effect: dict[str, Any]) -> str:
         shared = following is not None and following["unit"] == parameter["unit"]
         words.append(f"`{parameter['name']}`" + ("" if shared else f" [{parameter['unit']}]"))
     return ", ".join(words)
+
+
+def _left_out(parameter: dict[str, Any]) -> str:
+    """The value where a file leaves it out; nothing where a file gives it."""
+    value = parameter["null"] if parameter["optional"] else parameter["left_out"]
+    return "" if value is None else _number(value)
 
 
 def _number(value: float) -> str:
