@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(not plugin.built_library().is_file(), reason="no
 
 SPHERE = """<mujoco><option timestep="0.005"/><worldbody>
   <body name="ball" pos="0 0 {z}" quat="{quat}"><freejoint/><geom name="ball" size="0.5" mass="200"/>
-    <body name="keel" pos="0 0 -0.5"><geom name="keel" type="box" size="0.1 0.1 0.1" mass="8"/></body>
+    <body name="keel" pos="0 0 -0.62"><geom name="keel" type="box" size="0.1 0.1 0.1" mass="8"/></body>
     <body name="mast" pos="0 0 0.5"><joint name="mast"/><geom size="0.05" mass="1"/></body></body>
   <body name="dry"><freejoint/><geom size="0.1" mass="1"/></body>
 </worldbody></mujoco>"""

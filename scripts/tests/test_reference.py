@@ -46,7 +46,7 @@ def test_the_pages_in_docs_are_those_of_the_program(capsys):
 def test_an_effect_is_written_whole():
     page = effects.page({"example": "a stone", "effects": [EFFECT]})
     assert "| [`echo`](#echo) | actuator | a force \\| that returns | `gain` [1], `delay`, `period` [s] |" in page
-    assert "## On an actuator\n\n### echo\n\nAn echo: a force | that returns.\n\n```text\nf = |u|\n```" in page
+    assert "## On an actuator\n\n### echo\n\nAn echo: a force | that returns.\n\n```\nf = |u|\n```" in page
     assert "| `gain` |  | 1 | 0.0123 | any to 67,100 | 1 |\n| `delay` | s | 1 | 0.0123 | any to 67,100 | 0.25 |" in page
     assert "| `period` | s | 1 | 0.0123 | any to 67,100 |  |" in page
     assert "`hydro gap` does not try it" in page

@@ -67,7 +67,7 @@ def _section(effect: dict[str, Any]) -> list[str]:
         "",
         f"{phrase}: {effect['summary']}.",
         "",
-        "```text",
+        "```",
         effect["equation"],
         "```",
         "",

@@ -8,6 +8,7 @@ use std::sync::{
 use hydro_effects::{EffectSet, Entry};
 use nalgebra::Vector3;
 
+use super::origins;
 use crate::{
     mujoco::{
         bodies::{base_body, hull},
@@ -69,17 +70,25 @@ pub(crate) fn carrying_body(model: ModelView<'_>, instance: usize) -> Option<usi
         .position(|of| *of == instance as i32)
 }
 
-/// The instance behind `plugin_data`; made again from the attributes where this process lacks it.
+/// The instance behind `plugin_data`; made again from the attributes where this process lacks it, or where the data was made of
+/// a model that says others.
 pub(crate) fn held(data: &mut DataView<'_>, id: usize) -> Option<Handle> {
     let bits = data.plugin_data()[id];
     if bits == BROKEN {
         return None;
     }
-    if let Some(instance) = InstanceKey::from_bits(bits as u64).and_then(Handle::for_key) {
+    let before = InstanceKey::from_bits(bits as u64);
+    let own = before.filter(|key| origins::is_of(data.model(), id, *key));
+    if let Some(instance) = own.and_then(Handle::for_key) {
         return Some(instance);
     }
     match set_up(data.model(), id) {
         Ok((key, instance)) => {
+            origins::remember(data.model(), id, key);
+            // The data had one instance, and has one.
+            if let Some(before) = before {
+                Registry::global().release(before);
+            }
             data.plugin_data_mut()[id] = key.to_bits() as usize;
             Some(Handle::new(instance))
         }

@@ -6,6 +6,7 @@
 //! instance_effects  the named effects of all instances, added to MuJoCo's forces
 //! applied           the wrench of an instance at a state
 //! submerged         how much of a body is under water, for callers outside MuJoCo
+//! origins           the attributes that an instance was made from, held against those of a model
 //! memory_fit        an instance's memory held against what its model was compiled for
 //! warned_once       simulations that were warned already
 //! arrows            what a viewer draws
@@ -22,6 +23,8 @@ pub(crate) mod instance_effects;
 pub(crate) mod instances;
 #[cfg(mujoco_plugins)]
 mod memory_fit;
+#[cfg(mujoco_plugins)]
+mod origins;
 #[cfg(not(mujoco_plugins))]
 pub(crate) mod passive_callback;
 #[cfg(mujoco_plugins)]

@@ -19,7 +19,7 @@ use super::{
     instance_effects::{self, with_effects, with_sources},
     instances::{self, BROKEN, carrying_body, set_up, settings},
     memory_fit::{self, held},
-    submerged,
+    origins, submerged,
     warned_once::{self, Cause},
 };
 use crate::{
@@ -141,6 +141,7 @@ unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int
                     warn(model.api(), &fault);
                     return -1;
                 }
+                origins::remember(model, id, key);
                 data.plugin_data_mut()[id] = key.to_bits() as usize;
                 warned_once::forget(&data.plugin_data_mut()[id]);
                 for note in instance
