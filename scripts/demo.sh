@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# The main job from a fresh machine. First the released checkpoint swims: a film and how far it strays from the truth.
-# Then a small model is trained on new data and shown the same way; that ends with a table and demo/report.html.
-# Stopped at any time and run again, it goes on where it was. HYDRO_DEMO_OUT (demo) is the folder of all it makes.
+# The main job from a fresh machine, with the wheel that users install. First the released checkpoint swims: a film and how far it
+# strays from the truth. Then a small model is trained on new data and shown the same way; that ends with a table and
+# demo/report.html. Stopped at any time and run again, it goes on where it was. HYDRO_DEMO_OUT (demo) is the folder of all it makes.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 started=$SECONDS
@@ -9,7 +9,7 @@ source scripts/setup.sh
 
 out=${HYDRO_DEMO_OUT:-demo}
 mkdir -p "$out"
-hydro=target/release/hydro
+hydro=$out/venv/bin/hydro
 python=.venv/bin/python
 step() { printf '\n== %s  (after %d s)\n' "$*" $((SECONDS - started)); }
 
@@ -41,6 +41,11 @@ recording=$!
 # A build that fails leaves no recorder behind.
 trap 'kill "$recording" 2>/dev/null || true' EXIT
 cargo build --release
+step 'the wheel, in an environment of its own'
+"$python" -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir "$out/wheel" .
+[ -x "$out/venv/bin/python" ] || "$python" -m venv "$out/venv"
+"$out/venv/bin/pip" install --quiet --disable-pip-version-check --force-reinstall --no-deps "$out"/wheel/hydro_mujoco-*.whl
+"$out/venv/bin/pip" install --quiet --disable-pip-version-check "$out"/wheel/hydro_mujoco-*.whl
 wait "$recording" || {
   cat "$out/record.log" >&2
   exit 1
