@@ -172,7 +172,7 @@ def from_capytaine(
 
 
 def _shaped(name: str, value: ArrayLike, shape: tuple[int, ...], kind: type = float) -> np.ndarray:
-    array = np.asarray(value, kind)
+    array: np.ndarray = np.asarray(value, kind)
     if array.shape != shape:
         raise DataError(f"{name} has shape {array.shape}; expected {shape}")
     if not np.isfinite(array).all():
@@ -221,7 +221,7 @@ def _systems(w: np.ndarray, damping: np.ndarray) -> list[_System]:
         rest = (np.einsum("wk,kij->wij", bells, weights) - given) * bands
         error = float(np.linalg.norm(rest) / np.linalg.norm(given * bands))
         whole = np.zeros((count, 6, 6))
-        whole[np.ix_(range(count), used, used)] = weights * np.outer(scale, scale)
+        whole[np.ix_(np.arange(count), used, used)] = weights * np.outer(scale, scale)
         if error < best[0]:
             best = error, [_System(*system) for system in zip(centres, [width] * count, whole, strict=True)]
         if error < DONE:

@@ -1,7 +1,7 @@
 """`hydro_mujoco/B1Swim-v0`."""
 
 import os
-from typing import Any, ClassVar
+from typing import Any
 
 from gymnasium.utils import EzPickle
 from gymnasium.vector import AutoresetMode
@@ -82,7 +82,7 @@ class B1SwimEnv(WaterEnv, EzPickle):
     ```
     """
 
-    metadata: ClassVar[dict[str, Any]] = {**WaterEnv.metadata, "render_fps": 50}
+    metadata: dict[str, Any] = {**WaterEnv.metadata, "render_fps": 50}
 
     def __init__(self, task: str = "swim", checkpoint: str | os.PathLike = "b1-relaxation", **kwargs: Any):
         EzPickle.__init__(self, task, checkpoint, **kwargs)

@@ -1,6 +1,6 @@
 """`hydro_mujoco/RovStation-v0`."""
 
-from typing import Any, ClassVar
+from typing import Any
 
 from gymnasium.utils import EzPickle
 from gymnasium.vector import AutoresetMode
@@ -75,7 +75,7 @@ class RovStationEnv(WaterEnv, EzPickle):
     ```
     """
 
-    metadata: ClassVar[dict[str, Any]] = {**WaterEnv.metadata, "render_fps": 20}
+    metadata: dict[str, Any] = {**WaterEnv.metadata, "render_fps": 20}
 
     def __init__(self, seas: int = 8, sea_seed: int = 0, current: float = 0.5, wave_height: float = 0.4, **kwargs: Any):
         EzPickle.__init__(self, seas, sea_seed, current, wave_height, **kwargs)

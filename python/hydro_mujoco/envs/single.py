@@ -1,10 +1,11 @@
 """One environment of a task."""
 
-from typing import Any, ClassVar
+from typing import Any
 
 import mujoco
 import numpy as np
 from gymnasium.envs.mujoco import MujocoEnv
+from gymnasium.spaces import Box
 
 from .scenery import CAMERA
 from .task import State, Task, checked
@@ -13,7 +14,7 @@ from .task import State, Task, checked
 class WaterEnv(MujocoEnv):
     """A task as Gymnasium's MujocoEnv: `model` and `data` are those of the present episode's water."""
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["human", "rgb_array", "depth_array", "rgbd_tuple"]}
+    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array", "depth_array", "rgbd_tuple"]}
 
     def __init__(self, task: Task, **kwargs: Any):
         """Make the simulations.
@@ -42,13 +43,16 @@ class WaterEnv(MujocoEnv):
         mujoco.mj_forward(self.model, data)
         return self.task.observe(self._state())[0]
 
-    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, float]]:
-        action = checked(action, self.action_space.shape)
+    # Python's floats, as Env has it; MujocoEnv has NumPy's.
+    def step(  # type: ignore[override]
+        self, action: np.ndarray
+    ) -> tuple[np.ndarray, float, bool, bool, dict[str, float]]:
+        action = checked(action, self.task.action_space.shape)
         before = np.array([self.data.time])
         self.do_simulation(self.task.controls(self._state(), action[None])[0], self.frame_skip)
         outcome = self.task.outcome(self._state(), before)
         if self.render_mode == "human":
-            self.render()
+            self.render()  # type: ignore[no-untyped-call]
         info = {name: float(values[0]) for name, values in outcome.info.items()}
         return outcome.observation[0], float(outcome.reward[0]), bool(outcome.terminated[0]), False, info
 
@@ -60,7 +64,7 @@ class WaterEnv(MujocoEnv):
         self._data: dict[int, mujoco.MjData] = {0: mujoco.MjData(self.task.models[0])}
         return self.task.models[0], self._data[0]
 
-    def _set_action_space(self):
+    def _set_action_space(self) -> Box:
         self.action_space = self.task.action_space
         return self.action_space
 

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterator, Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -33,7 +33,7 @@ class WaterVectorEnv(VectorEnv):
     environment; a step calls each batch for the rows that are in it.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
+    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
 
     def __init__(
         self,
@@ -103,7 +103,7 @@ class WaterVectorEnv(VectorEnv):
             mask = np.ones(self.num_envs, dtype=bool)
         elif not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (self.num_envs,):
             raise DataError(f"options['reset_mask'] is {mask!r}; expected an array of {self.num_envs} bool")
-        for row in np.flatnonzero(mask):
+        for row in np.flatnonzero(mask).tolist():
             if self._random[row] is None or (seeds is not None and seeds[row] is not None):
                 self._random[row], _ = seeding.np_random(None if seeds is None else seeds[row])
         self._start(np.flatnonzero(mask))
@@ -112,7 +112,7 @@ class WaterVectorEnv(VectorEnv):
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         if None in self._random:
             raise ResetNeeded("step before reset: call reset() of all environments first")
-        action = checked(actions, self.action_space.shape)
+        action = checked(actions, (self.num_envs, *self.task.action_space.shape))
         again = self._ended.copy()
         if again.any():
             self._start(np.flatnonzero(again))
@@ -135,7 +135,7 @@ class WaterVectorEnv(VectorEnv):
             if went_on.any():
                 infos[name], infos[f"_{name}"] = np.where(went_on, values, 0.0), went_on.copy()
         if self._same_step and ended.any():
-            for row in np.flatnonzero(ended):
+            for row in np.flatnonzero(ended).tolist():
                 last = {name: float(values[row]) for name, values in outcome.info.items()}
                 self._add_info(infos, {"final_obs": observation[row].copy(), "final_info": last}, row)
             self._start(np.flatnonzero(ended))

@@ -23,7 +23,7 @@ The command is `python -m hydro_mujoco.trials`, and `hydro trials` of an install
 
 import os
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeAlias
 
 import mujoco
 
@@ -49,8 +49,8 @@ __all__ = [
 ]
 
 #: An MJCF or a spec; a mapping's TOML file or its content.
-Model = str | os.PathLike | mujoco.MjSpec
-Map = str | os.PathLike | Mapping[str, Any]
+Model: TypeAlias = str | os.PathLike | mujoco.MjSpec
+Map: TypeAlias = str | os.PathLike | Mapping[str, Any]
 
 
 def from_mcap(

@@ -111,7 +111,7 @@ def suspect_mixed(report: Report) -> None:
     """Say where topics are on different clocks."""
     if not report.offsets:
         return
-    names = sorted(report.offsets, key=report.offsets.get)
+    names = sorted(report.offsets, key=lambda topic: report.offsets[topic])
     first, last = names[0], names[-1]
     apart = report.offsets[last] - report.offsets[first]
     if apart > OTHER_CLOCK:

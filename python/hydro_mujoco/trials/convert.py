@@ -62,7 +62,7 @@ def convert(
     pieces = windows(signals, parsed, report)
     spacing = periods(signals, parsed, nominal, report)
     stem = re.sub(r"[^\w.+-]+", "_", log.path.stem) or "log"
-    trials = []
+    trials: list[Trial] = []
     for window in pieces:
         name = f"{stem}-{len(trials):02}"
         if trial := assemble(name, window, signals, parsed, nominal, spacing, report):

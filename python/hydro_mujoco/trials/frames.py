@@ -34,7 +34,7 @@ def check(frame: str, kind: str | None, where: str) -> None:
         world, _, body = frame.partition("/")
         fits, expected = world in WORLD and (not body or body in BODY), "NED, ENU, NED/FRD, ENU/FLU, NWU/FLU"
     else:
-        frames = {"world": WORLD, "body": BODY}.get(kind, {})
+        frames = {"world": WORLD, "body": BODY}.get(kind or "", {})
         fits, expected = frame in frames, " or ".join(frames)
     if fits:
         return

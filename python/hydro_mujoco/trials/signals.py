@@ -193,6 +193,7 @@ def _physical(raw: np.ndarray, source: Source, water: Water) -> np.ndarray:
             measured, factor = UNITS[unit]
             values[:, column] *= factor
             if measured == PULSE:
+                assert source.pulse is not None
                 order = np.argsort(source.pulse)
                 widths, ends = np.array(source.pulse)[order], np.array([-1.0, 0.0, 1.0])[order]
                 values[:, column] = np.interp(raw[:, column], widths, ends)

@@ -11,6 +11,7 @@ fields.py     fields of a message by path
 extract.py    messages into columns
 """
 
+import os
 from pathlib import Path
 
 from ...errors import DataError
@@ -48,7 +49,7 @@ _ENDINGS = {
 }
 
 
-def open_log(path: str | Path, kind: str | None = None) -> Log:
+def open_log(path: str | os.PathLike, kind: str | None = None) -> Log:
     """The reader of a log. kind: of KINDS; by default what the file's name ends in, and a folder is a bag.
 
     Raises:

@@ -5,6 +5,7 @@ from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -70,7 +71,7 @@ class Log(ABC):
             DataError: a message has no such field, or it is no number.
         """
 
-    def number(self, value: object, path: str, topic: str) -> float:
+    def number(self, value: Any, path: str, topic: str) -> float:
         """A field's value as a number: a time [s] since the log's start, a text by its number in `words`."""
         if isinstance(value, str):
             return self.words.setdefault(value, float(len(self.words)))

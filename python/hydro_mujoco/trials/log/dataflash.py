@@ -1,5 +1,6 @@
 """ArduPilot's DataFlash logs (.bin)."""
 
+import functools
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -59,7 +60,7 @@ class DataFlashLog(Log):
             topic, stamp = format.topic(body), format.stamp(body)
             for name in {topic, format.name if topic.endswith("[0]") else topic}:
                 if name in wanted:
-                    extractor.add(name, stamp, lambda format=format, body=body: format.message(body))
+                    extractor.add(name, stamp, functools.partial(format.message, body))
         return extractor.samples()
 
     def _messages(self) -> Iterator[tuple["_Format", bytes]]:
@@ -145,7 +146,8 @@ class _Format:
         return {name: decode(value) for name, decode, value in zip(self._columns, self._decoders, values)}
 
     def stamp(self, body: bytes) -> int:
-        """Its time [ns]."""
+        """Its time [ns], where `has_time`."""
+        assert self._stamp is not None
         layout, place, unit = self._stamp
         return int(layout.unpack_from(body, place)[0]) * unit
 

@@ -52,7 +52,7 @@ class Extractor:
 class Lister:
     """Topics of a log, met message by message."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._types: dict[str, str] = {}
         self._counts: dict[str, int] = {}
         self._spans: dict[str, tuple[int, int]] = {}

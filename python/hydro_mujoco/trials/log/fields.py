@@ -6,6 +6,7 @@ import numbers
 import operator
 import re
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -29,7 +30,7 @@ def getter(path: str) -> Callable[[object], object]:
     if len(steps) == 1 and steps[0][1]:
         return lambda message: _part(message, path)
     attributes = operator.attrgetter(path) if _PLAIN.fullmatch(path) else None
-    chosen = [_step(*step.groups()) for step in steps]
+    chosen = [_step(step) for step in steps]
 
     def get(message: object) -> object:
         if attributes is not None and not isinstance(message, dict):
@@ -43,11 +44,12 @@ def getter(path: str) -> Callable[[object], object]:
 class _Within:
     """A value, and the message that it is part of."""
 
-    message: object
-    value: object
+    message: Any
+    value: Any
 
 
-def _step(name: str | None, index: str | None) -> Callable[[_Within], _Within]:
+def _step(step: re.Match[str]) -> Callable[[_Within], _Within]:
+    name, index = step.groups()
     if name is not None:
         return lambda at: _Within(at.value, _part(at.value, name))
     if index.lstrip("-").isdigit():
@@ -55,7 +57,7 @@ def _step(name: str | None, index: str | None) -> Callable[[_Within], _Within]:
     return lambda at: _Within(at.value, at.value[list(_part(at.message, "name")).index(index)])
 
 
-def _part(value: object, name: str) -> object:
+def _part(value: Any, name: str) -> Any:
     return value[name] if isinstance(value, dict) else getattr(value, name)
 
 

@@ -4,7 +4,7 @@ import json
 import struct
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import IO, Any, cast
 
 from .base import Log, Samples, Topic
 from .extract import Extractor, Lister
@@ -59,7 +59,8 @@ class McapLog(Log):
             return lister.topics()
         statistics = summary.statistics
         span = (statistics.message_end_time - statistics.message_start_time) * 1e-9
-        lister, counts = Lister(), {}
+        lister = Lister()
+        counts: dict[str, int] = {}
         for number, channel in summary.channels.items():
             counts[channel.topic] = counts.get(channel.topic, 0) + statistics.channel_message_counts.get(number, 0)
         for topic in counts:
@@ -75,12 +76,13 @@ class McapLog(Log):
 
         read, last = 0, None
         with Stream(self.path) as stream:
+            file = cast(IO[bytes], stream)
             try:
-                reader = make_reader(stream)
+                reader = make_reader(file)
                 is_indexed = not self.is_cut and (summary := reader.get_summary()) and summary.chunk_indexes
                 if not is_indexed:
                     stream.seek(0)
-                    reader = NonSeekingReader(stream)
+                    reader = NonSeekingReader(file)
                 # Either way a few chunks are in memory at a time; the other two would keep all messages.
                 for schema, channel, message in reader.iter_messages(topics, log_time_order=bool(is_indexed)):
                     read, last = read + 1, message.log_time

@@ -1,6 +1,7 @@
 """ROS 2 bags (sqlite3 or MCAP; a folder with metadata.yaml, or one of its files) and ROS 1 bags."""
 
 import contextlib
+import functools
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -44,7 +45,7 @@ class RosbagLog(Log):
                         connection.topic,
                         connection.msgtype,
                         stamp,
-                        lambda content=content, kind=connection.msgtype: reader.deserialize(content, kind),
+                        functools.partial(reader.deserialize, content, connection.msgtype),
                     )
                     break
         found = lister.topics()
@@ -61,7 +62,7 @@ class RosbagLog(Log):
                     extractor.add(
                         connection.topic,
                         stamp,
-                        lambda content=content, kind=connection.msgtype: reader.deserialize(content, kind),
+                        functools.partial(reader.deserialize, content, connection.msgtype),
                     )
                     progress.update()
         return extractor.samples()
@@ -74,7 +75,7 @@ class RosbagLog(Log):
         from rosbags.rosbag2 import ReaderError as Ros2Error
         from rosbags.typesys import Stores, get_typestore
 
-        faults = (AnyReaderError, Ros1Error, Ros2Error, apsw.Error, OSError, AssertionError, *_parsing())
+        faults: tuple[type[Exception], ...] = (AnyReaderError, Ros1Error, Ros2Error, apsw.Error, *_parsing())
         try:
             with AnyReader([self.path], default_typestore=get_typestore(Stores.LATEST)) as reader:
                 yield reader
@@ -85,7 +86,7 @@ class RosbagLog(Log):
 
 
 def _parsing() -> tuple[type[Exception], ...]:
-    """What a file that is cut raises in the readers of rosbags."""
+    """What a file that cannot be read, or is cut, raises in the readers of rosbags."""
     import struct
 
-    return (struct.error, UnicodeDecodeError, EOFError, KeyError, IndexError, ValueError)
+    return (OSError, AssertionError, struct.error, UnicodeDecodeError, EOFError, KeyError, IndexError, ValueError)

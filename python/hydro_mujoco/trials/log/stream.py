@@ -22,17 +22,12 @@ class Stream(io.BufferedIOBase):
     def seekable(self) -> bool:
         return True
 
-    def read(self, size: int = -1) -> bytes:
+    def read(self, size: int | None = -1) -> bytes:
         content = self._file.read(size)
-        self.is_cut |= 0 < len(content) < size
+        self.is_cut |= size is not None and 0 < len(content) < size
         self._bar.n = max(self._bar.n, self._file.tell())
         self._bar.update(0)
         return content
-
-    def readinto(self, buffer) -> int:
-        content = self.read(len(buffer))
-        buffer[: len(content)] = content
-        return len(content)
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
         return self._file.seek(offset, whence)

@@ -24,7 +24,8 @@ class TableLog(Log):
     is_table = True
 
     def topics(self) -> dict[str, Topic]:
-        kinds, count = {}, 0
+        kinds: dict[str, str] = {}
+        count = 0
         for frame in self._pieces(None):
             count += len(frame)
             kinds = kinds or {str(name): _kind(frame[name]) for name in frame.columns}

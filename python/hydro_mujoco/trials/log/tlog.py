@@ -28,14 +28,14 @@ class TlogLog(Log):
     def topics(self) -> dict[str, Topic]:
         lister = Lister()
         for topic, stamp, message in self._messages():
-            lister.add(topic, message.get_type(), stamp, lambda message=message: message.to_dict())
+            lister.add(topic, message.get_type(), stamp, message.to_dict)
         return lister.topics()
 
     def read(self, wanted: Mapping[str, Sequence[str]]) -> dict[str, Samples]:
         extractor = Extractor(self, wanted)
         for topic, stamp, message in self._messages():
             if topic in wanted:
-                extractor.add(topic, stamp, lambda message=message: message.to_dict())
+                extractor.add(topic, stamp, message.to_dict)
         return extractor.samples()
 
     def _messages(self) -> Iterator[tuple[str, int, Any]]:

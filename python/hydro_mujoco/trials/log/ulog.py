@@ -89,18 +89,20 @@ def _counting() -> type:
     """A parser that keeps no data: counts and times of messages."""
     from pyulog import ULog
 
-    class Counting(ULog):
-        def __init__(self, *arguments):
-            self.listed, self.counts, self.spans = {}, {}, {}
+    class Counting(ULog):  # type: ignore[misc]
+        def __init__(self, *arguments: Any):
+            self.listed: dict[int, Any] = {}
+            self.counts: dict[int, int] = {}
+            self.spans: dict[int, tuple[int, int]] = {}
             super().__init__(*arguments)
 
-        def _MessageAddLogged(self, data, header, formats):  # noqa: N802
+        def _MessageAddLogged(self, data: bytes, header: Any, formats: Any) -> Any:  # noqa: N802
             message = ULog._MessageAddLogged(data, header, formats)
             self.listed[message.msg_id] = message
             return message
 
-        class _MessageData(ULog._MessageData):
-            def initialize(self, data, header, subscriptions, parser):
+        class _MessageData(ULog._MessageData):  # type: ignore[misc]
+            def initialize(self, data: bytes, header: Any, subscriptions: Any, parser: "Counting") -> bool:
                 (number,) = struct.unpack_from("<H", data)
                 self.timestamp = parser._last_timestamp
                 if (message := parser.listed.get(number)) is None:

@@ -150,9 +150,7 @@ def _trials(content: Dict[str, Any], where: str) -> Trials:
     known(content, ("gap", "windows", "mode", "shortest", "length"), where)
     usual = Trials()
     given = content.get("windows", [])
-    windows = tuple(
-        numbers({"windows": pair}, "windows", where) for pair in (given if isinstance(given, list) else [0])
-    )
+    windows = [numbers({"windows": pair}, "windows", where) for pair in (given if isinstance(given, list) else [0])]
     for pair in windows:
         if len(pair) != 2 or not pair[0] < pair[1]:
             raise DataError(
@@ -160,7 +158,7 @@ def _trials(content: Dict[str, Any], where: str) -> Trials:
             )
     return Trials(
         positive(content, "gap", where) or usual.gap,
-        windows,
+        tuple((start, stop) for start, stop in windows),
         _mode(content["mode"], f"{where} mode") if "mode" in content else None,
         positive(content, "shortest", where) or usual.shortest,
         positive(content, "length", where),

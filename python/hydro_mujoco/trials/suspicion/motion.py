@@ -161,7 +161,8 @@ def _heave(position: Signal, signals: Signals, model: Model, report: Report) -> 
     rows = _rows(position, *(signal for _, signal in thrust))
     if rows.size < LEAST_ROWS:
         return
-    upwards = sum(gain * hold(signal.times, signal.values, rows)[:, 0] for gain, signal in thrust)
+    pushes = (gain * hold(signal.times, signal.values, rows)[:, 0] for gain, signal in thrust)
+    upwards = sum(pushes, np.zeros(rows.size))
     climb = np.gradient(_at(position, rows)[:, 2], 1 / RATE)
     if (np.isfinite(climb) & np.isfinite(upwards)).sum() < LEAST_ROWS:
         return
