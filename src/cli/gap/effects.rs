@@ -106,6 +106,7 @@ fn example(kind: TargetKind) -> Target {
             torque: 5.0,
             speed: 1.0,
             travel: 0.5,
+            middle: 0.0,
             slides: false,
             driven: true,
         }),

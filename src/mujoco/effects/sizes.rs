@@ -230,6 +230,7 @@ pub(crate) fn joint(model: ModelView<'_>, joint: usize) -> JointScale {
                 .sum::<f64>(),
         speed: 0.0,
         travel: 0.0,
+        middle: 0.0,
         slides,
         driven: !drives.is_empty(),
     }

@@ -5,6 +5,7 @@
 //! api           which MuJoCo is called: the one that is already in this process
 //! layout        a probe: its structs are laid out as in the headers
 //! views         pointers and counts as slices
+//! attributes    attributes of a model's plugin instances
 //! boundary      no panic leaves Rust
 //! warn          MuJoCo's warning channel
 //! warnings      counts of MuJoCo's warnings
@@ -13,6 +14,8 @@
 //! ```
 
 pub(crate) mod api;
+#[cfg(mujoco_plugins)]
+mod attributes;
 pub(crate) mod bindings;
 mod boundary;
 pub(crate) mod last_refusal;

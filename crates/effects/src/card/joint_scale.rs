@@ -25,6 +25,8 @@ pub struct JointScale {
     pub speed: f64,
     /// Typical excursion in the trials [rad or m].
     pub travel: f64,
+    /// Middle of its motion in the trials [rad or m].
+    pub middle: f64,
     /// True for a slide.
     pub slides: bool,
     /// True where an actuator drives it.

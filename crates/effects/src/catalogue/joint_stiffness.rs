@@ -35,14 +35,20 @@ impl Effect for JointStiffness {
         };
         let travel = joint.typical_travel();
         let scale = joint.typical_force() / travel;
+        let middle = joint.middle.clamp(-FARTHEST, FARTHEST);
         vec![
             Parameter::about("stiffness", joint.stiffness_unit(), 0.0, 0.2 * scale)
                 .within(0.0, joint.greatest_force() / LEAST_TRAVEL)
                 .physically(Physical::NotNegative),
-            // Without influence where there is no spring.
-            Parameter::about("reference", joint.position_unit(), 0.0, travel)
-                .within(-FARTHEST, FARTHEST)
-                .shaping(),
+            // Without influence where there is no spring. It may be at rest anywhere from the joint's zero to where it moves.
+            Parameter::about(
+                "reference",
+                joint.position_unit(),
+                middle,
+                travel.hypot(middle),
+            )
+            .within(-FARTHEST, FARTHEST)
+            .shaping(),
         ]
     }
 

@@ -114,6 +114,7 @@ fn targets_of_all_sizes(kind: TargetKind) -> Vec<Target> {
             damping: 0.0,
             speed: 1.0,
             travel: 1.0,
+            middle: 3.0,
             slides: false,
             driven: true,
         })

@@ -117,6 +117,7 @@ pub(crate) fn target(kind: TargetKind) -> Target {
             torque: 2.0,
             speed: 1.0,
             travel: 0.5,
+            middle: 0.0,
             slides: false,
             driven: true,
         }),

@@ -78,6 +78,7 @@ fn description() -> PlantDescription {
                 torque: 1.0,
                 speed: 0.0,
                 travel: 0.0,
+                middle: 0.0,
                 slides: false,
                 driven: true,
             },

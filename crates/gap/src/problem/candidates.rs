@@ -138,7 +138,8 @@ pub(crate) fn priors(
 ) -> Vec<Prior> {
     let own = candidates.iter().map(|of| of.effect);
     let own: BTreeSet<Id> = own.filter(|id| matches!(id, Id::Own(_))).collect();
-    let effects = (Id::ALL.len() + own.len()) as f64;
+    let built_in = Id::ALL.iter().filter(|id| is_tried(**id));
+    let effects = (built_in.count() + own.len()) as f64;
     let prior = |of: &Candidate| {
         let alike = || candidates.iter().filter(|c| c.effect == of.effect);
         let targets: BTreeSet<&[String]> = alike().map(|c| &c.targets[..]).collect();
@@ -186,11 +187,8 @@ pub(crate) fn enumerate(
     let ends = model.bodies.iter().filter(|body| body.end).count();
     let bases = bases(model, options.base_volume_ratio);
     let pace = Pace::typical(model, typical);
-    for id in Id::ALL.iter().chain(own) {
+    for id in Id::ALL.iter().filter(|id| is_tried(**id)).chain(own) {
         let effect = effects::effect(*id);
-        if !effect.is_hypothesis() {
-            continue;
-        }
         if medium.is_some_and(|medium| effect.medium() > medium) {
             continue;
         }
@@ -253,6 +251,7 @@ pub(crate) fn enumerate(
                     let mut scale = joint.scale.clone();
                     scale.speed = typical.speed[joint.dof].max(options.least_joint_speed);
                     scale.travel = typical.travel[joint.qpos].max(options.least_joint_travel);
+                    scale.middle = typical.middle[joint.qpos];
                     (joint.name.clone(), Target::Joint(scale))
                 });
                 // A slide and a hinge have no value in common.
@@ -305,6 +304,11 @@ pub(crate) fn enumerate(
         .fold(0.0, f64::max);
     candidates.retain_mut(|of| of.oscillates_within(longest / options.periods));
     candidates
+}
+
+/// False for an effect that is part of a design.
+fn is_tried(id: Id) -> bool {
+    effects::effect(id).is_hypothesis()
 }
 
 /// Typical speed and rate of the base.

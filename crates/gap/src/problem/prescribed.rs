@@ -120,6 +120,7 @@ mod tests {
                     torque: 1.0,
                     speed: 0.0,
                     travel: 0.0,
+                    middle: 0.0,
                     slides: true,
                     driven: false,
                 },

@@ -12,6 +12,8 @@ pub(crate) struct Typical {
     pub(crate) speed: Vec<f64>,
     /// Largest excursion of every position from its mean.
     pub(crate) travel: Vec<f64>,
+    /// Middle of the range of every position.
+    pub(crate) middle: Vec<f64>,
     /// Largest value of every position.
     pub(crate) highest: Vec<f64>,
     /// Least distance of a base that swims free from a wall.
@@ -72,6 +74,12 @@ impl Typical {
                 .iter()
                 .zip(&highest)
                 .map(|(low, high)| 0.5 * (high - low).max(0.0))
+                .collect(),
+            middle: lowest
+                .iter()
+                .zip(&highest)
+                .map(|(low, high)| 0.5 * (low + high))
+                .map(|middle| if middle.is_finite() { middle } else { 0.0 })
                 .collect(),
             highest,
             clearance,

@@ -18,6 +18,7 @@ fn usual(model: &PlantDescription) -> Typical {
     Typical {
         speed: vec![0.1; model.nv],
         travel: vec![1.0; model.nq],
+        middle: vec![0.0; model.nq],
         highest: vec![0.0; model.nq],
         clearance: f64::INFINITY,
         command: vec![1.0; model.actuators.len()],
@@ -46,6 +47,7 @@ fn joint(dof: usize, slides: bool) -> PlantJoint {
             torque: 1.0,
             speed: 0.0,
             travel: 0.0,
+            middle: 0.0,
             slides,
             driven: true,
         },
@@ -323,6 +325,7 @@ fn speeds_come_from_what_translates() {
     let typical = Typical {
         speed: vec![3.0, 4.0, 0.0, 0.6, 0.8, 0.0],
         travel: vec![1.0; model.nq],
+        middle: vec![0.0; model.nq],
         highest: vec![0.0; model.nq],
         clearance: 0.0,
         command: vec![1.0; model.actuators.len()],
