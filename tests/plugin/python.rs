@@ -9,7 +9,7 @@ use std::{
 };
 
 /// Each a file of its own, in a process of its own.
-const SUBJECTS: [&str; 10] = [
+const SUBJECTS: [&str; 13] = [
     "afloat",
     "effects",
     "examples",
@@ -17,9 +17,12 @@ const SUBJECTS: [&str; 10] = [
     "load_cell",
     "loading",
     "memory",
+    "models_of_a_list",
     "own_effects",
+    "potential_flow",
     "refusals",
     "robot",
+    "vehicles",
 ];
 
 /// The library that cargo built for this test; the one a folder up is that of the last `cargo build`.
