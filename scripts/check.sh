@@ -60,6 +60,16 @@ step 'lints'
 cargo clippy --workspace --all-targets --quiet -- -D warnings
 step 'lints without MuJoCo'
 cargo clippy -p hydro --no-default-features --features cli --lib --bins --quiet -- -D warnings
+if cargo deny --version >/dev/null 2>&1; then
+  step "others' crates"
+  checks=(licenses bans sources)
+  if cargo deny fetch db >/dev/null 2>&1; then
+    checks+=(advisories)
+  else
+    echo 'check.sh: the advisory database cannot be fetched: no crate is looked up there'
+  fi
+  cargo deny --log-level warn check "${checks[@]}"
+fi
 step 'documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps --document-private-items --quiet
 step 'tests'

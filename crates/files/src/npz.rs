@@ -6,8 +6,11 @@ use std::{
     io::{BufReader, Read, Seek},
 };
 
-use npyz::{DType, Deserialize, NpyFile, Order, TypeChar, npz::NpzArchive};
-use zip::result::ZipError;
+use npyz::{
+    DType, Deserialize, NpyFile, Order, TypeChar,
+    npz::{array_name_from_file_name, file_name_from_array_name},
+};
+use zip::{ZipArchive, result::ZipError};
 
 use crate::message::{one_line, short};
 
@@ -73,12 +76,12 @@ const LONGEST_HEADER: usize = 4096;
 
 /// An opened `.npz`.
 pub struct Archive<R: Read + Seek> {
-    npz: NpzArchive<R>,
+    zip: ZipArchive<R>,
 }
 
 impl<R: Read + Seek> fmt::Debug for Archive<R> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_list().entries(self.npz.array_names()).finish()
+        f.debug_list().entries(self.names()).finish()
     }
 }
 
@@ -97,16 +100,19 @@ impl<R: Read + Seek> Archive<R> {
     /// # Errors
     /// No archive, or one that is cut short.
     pub fn open(file: R) -> Result<Self, NpzError> {
-        let npz = NpzArchive::new(file).map_err(|error| NpzError::Damaged {
+        let zip = ZipArchive::new(file).map_err(|error| NpzError::Damaged {
             array: None,
             reason: format!("cut short, or no .npz archive at all ({})", short(error)),
         })?;
-        Ok(Self { npz })
+        Ok(Self { zip })
     }
 
     /// Names of the arrays, sorted.
     pub fn names(&self) -> Vec<String> {
-        let mut names: Vec<String> = self.npz.array_names().map(str::to_owned).collect();
+        // A name that cannot be decoded is no array's.
+        let files = self.zip.file_names().filter_map(Result::ok);
+        let arrays = files.filter_map(|file| array_name_from_file_name(&file).map(str::to_owned));
+        let mut names: Vec<String> = arrays.collect();
         names.sort();
         names
     }
@@ -183,8 +189,8 @@ impl<R: Read + Seek> Archive<R> {
         };
         let io =
             |error: std::io::Error| damaged(format!("cut short or damaged ({})", short(error)));
-        let file_name = npyz::npz::file_name_from_array_name(array);
-        let mut member = match self.npz.zip_archive().by_name(&file_name) {
+        let file_name = file_name_from_array_name(array);
+        let mut member = match self.zip.by_name(&file_name) {
             Ok(member) => member,
             Err(ZipError::FileNotFound) => return Ok(None),
             Err(error) => return Err(damaged(short(error))),

@@ -8,9 +8,9 @@ use std::{
 use hydro_gap::trial::{
     Remark, RemarkKind, SensorQuantity, SensorSignature, Signature, Trial, read,
 };
-use npyz::{WriterBuilder as _, npz::NpzWriter};
+use npyz::{WriteOptions, WriterBuilder as _};
 use tempfile::TempDir;
-use zip::{CompressionMethod, write::FileOptions};
+use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
 
 pub(crate) fn sensor(name: &str, dim: usize, kind: SensorQuantity) -> SensorSignature {
     let name = name.to_owned();
@@ -135,22 +135,21 @@ impl Arrays {
     }
 
     pub(crate) fn write(&self, path: &Path, method: CompressionMethod) {
-        let mut npz = NpzWriter::create(path).unwrap();
-        let options = FileOptions::default().compression_method(method);
+        let mut npz = ZipWriter::new(fs::File::create(path).unwrap());
+        let options = SimpleFileOptions::default().compression_method(method);
         for (name, shape, values) in &self.0 {
-            let writer = npz.array::<f64>(name, options).unwrap();
-            let mut writer = writer.default_dtype().shape(shape).begin_nd().unwrap();
-            writer.extend(values.iter().copied()).unwrap();
-            writer.finish().unwrap();
+            npz.start_file(format!("{name}.npy"), options).unwrap();
+            numbers(&mut npz, shape, values);
         }
         for (name, text) in &self.1 {
             let dtype = format!("<U{}", text.chars().count()).parse().unwrap();
-            let writer = npz.array::<str>(name, options).unwrap();
-            let writer = writer.dtype(npyz::DType::new_scalar(dtype)).shape(&[]);
-            let mut writer = writer.begin_nd().unwrap();
+            npz.start_file(format!("{name}.npy"), options).unwrap();
+            let writer = WriteOptions::<str>::new().dtype(npyz::DType::new_scalar(dtype));
+            let mut writer = writer.shape(&[]).writer(&mut npz).begin_nd().unwrap();
             writer.push(text.as_str()).unwrap();
             writer.finish().unwrap();
         }
+        npz.finish().unwrap();
     }
 
     pub(crate) fn accepted(&self) -> (Trial, Vec<Remark>) {
@@ -186,19 +185,23 @@ pub(crate) fn with_raw(array: &str, bytes: &[u8]) -> (Folder, PathBuf) {
     use std::io::Write as _;
     let folder = Folder::new();
     let path = folder.path("run.npz");
-    let mut npz = NpzWriter::create(&path).unwrap();
+    let mut npz = ZipWriter::new(fs::File::create(&path).unwrap());
+    let options = SimpleFileOptions::default();
     for (name, shape, values) in Arrays::new().without(array).0 {
-        let writer = npz.array::<f64>(&name, FileOptions::default()).unwrap();
-        let mut writer = writer.default_dtype().shape(&shape).begin_nd().unwrap();
-        writer.extend(values).unwrap();
-        writer.finish().unwrap();
+        npz.start_file(format!("{name}.npy"), options).unwrap();
+        numbers(&mut npz, &shape, &values);
     }
-    let zip = npz.zip_writer();
-    zip.start_file(format!("{array}.npy"), FileOptions::default())
-        .unwrap();
-    zip.write_all(bytes).unwrap();
-    zip.finish().unwrap();
+    npz.start_file(format!("{array}.npy"), options).unwrap();
+    npz.write_all(bytes).unwrap();
+    npz.finish().unwrap();
     (folder, path)
+}
+
+fn numbers(npz: &mut ZipWriter<fs::File>, shape: &[u64], values: &[f64]) {
+    let writer = WriteOptions::<f64>::new().default_dtype().shape(shape);
+    let mut writer = writer.writer(npz).begin_nd().unwrap();
+    writer.extend(values.iter().copied()).unwrap();
+    writer.finish().unwrap();
 }
 
 pub(crate) fn npy(header: &str, data: &[u8]) -> Vec<u8> {

@@ -13,9 +13,9 @@ use std::{
 };
 
 use hydro_files::Array;
-use npyz::{DType, WriterBuilder as _, npz::NpzWriter};
+use npyz::{DType, WriteOptions, WriterBuilder as _, npz::file_name_from_array_name};
 use serde_json::json;
-use zip::{CompressionMethod, DateTime, write::FileOptions};
+use zip::{CompressionMethod, DateTime, ZipWriter, write::SimpleFileOptions};
 
 use super::{
     Part, RemarkKind, Series, Signature, Trial, TrialError,
@@ -420,7 +420,7 @@ impl Block {
 pub fn write_npz(path: &Path, trial: &Trial) -> Result<(), TrialError> {
     write_whole::check(path, trial)?;
     write_whole::whole(path, |file| {
-        let mut npz = NpzWriter::new(file);
+        let mut npz = ZipWriter::new(file);
         let control = trial.control.columns.iter().enumerate();
         let control = control.map(|(column, name)| {
             (
@@ -440,7 +440,7 @@ pub fn write_npz(path: &Path, trial: &Trial) -> Result<(), TrialError> {
         if let Some(state) = &trial.state {
             block(&mut npz, "state", state)?;
         }
-        let mut file = npz.zip_writer().finish()?;
+        let mut file = npz.finish()?;
         file.flush()
     })
 }
@@ -469,7 +469,7 @@ fn sensor_mapping(columns: &[String]) -> serde_json::Value {
 }
 
 fn block<W: Write + Seek>(
-    npz: &mut NpzWriter<W>,
+    npz: &mut ZipWriter<W>,
     part: &str,
     series: &Series,
 ) -> std::io::Result<()> {
@@ -479,32 +479,33 @@ fn block<W: Write + Seek>(
 }
 
 fn array<W: Write + Seek>(
-    npz: &mut NpzWriter<W>,
+    npz: &mut ZipWriter<W>,
     name: &str,
     shape: &[usize],
     values: &[f64],
 ) -> std::io::Result<()> {
     let shape: Vec<u64> = shape.iter().map(|size| *size as u64).collect();
-    let writer = npz.array::<f64>(name, options())?;
-    let mut writer = writer.default_dtype().shape(&shape).begin_nd()?;
+    npz.start_file(file_name_from_array_name(name), options())?;
+    let writer = WriteOptions::<f64>::new().default_dtype();
+    let mut writer = writer.shape(&shape).writer(npz).begin_nd()?;
     writer.extend(values.iter().copied())?;
     writer.finish()
 }
 
 /// A NumPy string: an array without dimensions.
-fn text<W: Write + Seek>(npz: &mut NpzWriter<W>, name: &str, text: &str) -> std::io::Result<()> {
+fn text<W: Write + Seek>(npz: &mut ZipWriter<W>, name: &str, text: &str) -> std::io::Result<()> {
     let dtype = format!("<U{}", text.chars().count().max(1));
     let dtype = dtype.parse().map_err(std::io::Error::other)?;
-    let writer = npz.array::<str>(name, options())?;
-    let writer = writer.dtype(DType::new_scalar(dtype)).shape(&[]);
-    let mut writer = writer.begin_nd()?;
+    npz.start_file(file_name_from_array_name(name), options())?;
+    let writer = WriteOptions::<str>::new().dtype(DType::new_scalar(dtype));
+    let mut writer = writer.shape(&[]).writer(npz).begin_nd()?;
     writer.push(text)?;
     writer.finish()
 }
 
 /// Stored, and undated so that the same trial gives the same bytes.
-fn options() -> FileOptions {
-    FileOptions::default()
+fn options() -> SimpleFileOptions {
+    SimpleFileOptions::default()
         .compression_method(CompressionMethod::Stored)
         .last_modified_time(DateTime::default())
         .large_file(true)

@@ -166,8 +166,11 @@ fn the_users_own_stand_beside_the_built_in_ones() {
     };
     let share =
         |of: &[Candidate], at: usize| priors(of, (Medium::Water, None), &options)[at].log_share;
-    assert!((share(&all, all.len() - 1) + 31.0_f64.ln()).abs() < 1e-12);
-    assert!((share(&without, 0) - share(&all, 0) - (31.0_f64 / 29.0).ln()).abs() < 1e-12);
+    let catalogue = Id::ALL.len() as f64;
+    let with_own = catalogue + 2.0;
+    assert!((share(&all, all.len() - 1) + with_own.ln()).abs() < 1e-12);
+    let more = share(&without, 0) - share(&all, 0);
+    assert!((more - (with_own / catalogue).ln()).abs() < 1e-12);
 }
 
 /// A payload of a model with many bodies is tried on its base and at the ends of its chains.
