@@ -23,7 +23,8 @@ with locked(Path(sys.argv[1])):
 
 def test_a_second_one_is_told_of_the_first_and_a_dead_ones_lock_is_taken_over(tmp_path):
     path = tmp_path / ".lock"
-    with subprocess.Popen([sys.executable, "-c", HOLD, str(path)], stdout=subprocess.PIPE) as holder:
+    here = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    with subprocess.Popen([sys.executable, "-c", HOLD, str(path)], stdout=subprocess.PIPE, env=here) as holder:
         assert holder.stdout.readline() == b"held\n"
         with pytest.raises(DataError, match=rf"process {holder.pid} \(-c\) is at work there; wait"), locked(path):
             pass
