@@ -59,6 +59,13 @@ def test_a_full_disk_is_one(tmp_path: Path):
     assert any(struck and broken.startswith("aborts: ") for struck, _, broken in found)
 
 
+def test_one_of_two_is_refused_by_the_others_name(tmp_path: Path):
+    lock = "import os, sys\ntry: os.mkdir('lock')\nexcept OSError: sys.exit({!r})\n"
+    for says, broken in (("process 12 (a) is at work there", ""), ("no", "refused without the other's name: no")):
+        found = outcomes(lock.format(says) + COUNTS, "two", tmp_path / says, 2)
+        assert [case[2] for case in found] == [broken] * 2
+
+
 def test_workers_that_stay_are_killed_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(trouble, "WORKERS", 0.3)
     leaves = "import subprocess, sys; subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)'])"

@@ -16,6 +16,9 @@ from .jobs import environment
 PATIENCE, WORKERS = 120.0, 10.0
 _ABORT = re.compile(r"panicked at|Traceback \(most|memory allocation of")
 
+#: What the one says that is refused: the other one is at work, or was.
+_OTHER = re.compile(r"process \d+ .*at work there|is there already")
+
 
 @dataclass(frozen=True)
 class End:
@@ -164,8 +167,10 @@ def twice(
     if all(end.status for end in ends):
         said = " / ".join(end.text.strip()[-150:] for end in ends)
         return End(1, said, f"both fail: {said}")
-    refused = [end for end in ends if end.status]
-    return refused[0] if refused else ends[0]
+    refused = next((end for end in ends if end.status), None)
+    if refused and not _OTHER.search(refused.text):
+        return replace(refused, broken=f"refused without the other's name: {refused.text.strip()[-200:]}")
+    return refused or ends[0]
 
 
 def _stamps(folder: Path) -> list[tuple[str, int, int]]:
