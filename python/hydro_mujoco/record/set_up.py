@@ -269,4 +269,4 @@ def _fingerprint(model: mujoco.MjModel) -> str:
     """sha256 of the compiled model, whatever files it came from."""
     content = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, content)
-    return hashlib.sha256(content).hexdigest()
+    return hashlib.sha256(content.tobytes()).hexdigest()
