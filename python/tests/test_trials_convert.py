@@ -345,6 +345,37 @@ def test_a_disk_that_fills_leaves_no_trial(folder, tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_conversion_that_was_cut_short_is_made_again_unasked(folder, tmp_path, monkeypatch):
+    parts = {"model": nominal(), "mapping": ros() | {"trials": {"length": 4.0}}, "out": tmp_path}
+    import hydro_mujoco.trials.convert as convert
+
+    def content():
+        return {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+
+    trials.from_mcap(folder / "a.mcap", **parts)
+    whole, replace, moved = content(), convert.os.replace, []
+
+    def once(new, path):
+        if "a-" in path.name and ".tmp" not in str(new) and len(moved) == 1:
+            raise OSError(28, "No space left on device")
+        moved.append(path.name)
+        replace(new, path)
+
+    monkeypatch.setattr(convert, "write_beside", lambda path, content: path.write_bytes(content))
+    monkeypatch.setattr(convert.os, "replace", once)
+    with pytest.raises(DataError, match="No space left"):
+        trials.from_mcap(folder / "a.mcap", **parts, overwrite=True)
+    monkeypatch.undo()
+    assert (tmp_path / ".a.unfinished").exists()
+    # As a killed process leaves them.
+    digits = "0123456789ab"
+    for name in (f".a-00.npz.{digits}", f".a-01.npz.{digits}.{digits}.tmp", f"a.conversion.json.{digits}.tmp"):
+        (tmp_path / name).write_text("half")
+    with pytest.warns(hydro_mujoco.errors.Notice, match="a conversion was cut short there"):
+        trials.from_mcap(folder / "a.mcap", **parts)
+    assert content() == whole
+
+
 def frame_with(**changes):
     return table().assign(**changes)
 

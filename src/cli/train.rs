@@ -93,6 +93,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         return report(args, "trained already", &card.metrics);
     }
     let _lock = folder.lock()?;
+    hydro_files::remove_abandoned(&folder.run);
     folder.prepare(args)?;
     if args.resume && trainer.resume(&folder.run)? {
         let other = trainer.resumed_from().filter(|from| *from != args.device);

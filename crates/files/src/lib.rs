@@ -2,6 +2,7 @@
 //!
 //! - [`open`], [`read`], [`read_text`]: a file's kind and size come before its content.
 //! - [`write_whole`]: a reader sees the old file or the new one, and nothing is written through a link.
+//! - [`remove_abandoned`]: what a killed process had not finished is removed.
 //! - [`FolderLock`]: one process works in a folder; a second one is told of the first.
 //! - [`Archive`]: arrays of an `.npz` whose headers are not believed.
 //! - [`short`], [`one_line`], [`number`]: texts and numbers of any length in a message.
@@ -23,5 +24,5 @@ pub use self::{
     message::{number, one_line, short},
     npz::{Archive, Array, NpzError},
     reading::{TEXT, open, read, read_text},
-    writing::write_whole,
+    writing::{remove_abandoned, write_whole},
 };

@@ -1,11 +1,14 @@
 //! Writing a file whole or not at all.
 
 use std::{
-    fs::Permissions,
+    fs::{self, Permissions},
     io::{Result, Write as _},
     os::unix::fs::PermissionsExt as _,
     path::Path,
 };
+
+/// Start and end of the names of files that are being written.
+const BEING_WRITTEN: (&str, &str) = (".hydro-", ".part");
 
 /// Writes `bytes` to a new file of a random name beside `path`, flushes it to the disk and renames it. A link that stands at
 /// `path` is replaced, not followed.
@@ -17,8 +20,8 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty());
     let mut file = tempfile::Builder::new()
-        .prefix(".hydro-")
-        .suffix(".part")
+        .prefix(BEING_WRITTEN.0)
+        .suffix(BEING_WRITTEN.1)
         // The usual permissions less what the user withholds; a temporary file has fewer.
         .permissions(Permissions::from_mode(0o666))
         .tempfile_in(folder.unwrap_or(Path::new(".")))?;
@@ -28,10 +31,23 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
+/// Removes the files of [`write_whole`] that a killed process left in a folder. Only for who holds the folder's lock: another
+/// process would lose what it writes. What cannot be removed stays.
+pub fn remove_abandoned(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if is_file && name.starts_with(BEING_WRITTEN.0) && name.ends_with(BEING_WRITTEN.1) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use std::{fs, os::unix::fs::symlink};
+    use std::os::unix::fs::symlink;
 
     use super::*;
 
@@ -47,6 +63,22 @@ mod tests {
         assert!(!path.is_symlink());
         let names = fs::read_dir(folder.path()).unwrap().count();
         assert_eq!(names, 2, "nothing else is left behind");
+    }
+
+    #[test]
+    fn what_a_killed_process_left_is_removed_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at(".hydro-aB3xYz.part"), "half").unwrap();
+        fs::create_dir(at(".hydro-folder.part")).unwrap();
+        symlink(at("card.json"), at(".hydro-link.part")).unwrap();
+        for name in ["card.json", "mine.part", ".hydro-notes"] {
+            fs::write(at(name), "precious").unwrap();
+        }
+        remove_abandoned(folder.path());
+        assert!(!at(".hydro-aB3xYz.part").exists());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 5);
+        remove_abandoned(&at("not there"));
     }
 
     #[test]

@@ -3,7 +3,6 @@
 import hashlib
 import math
 import os
-import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -268,7 +267,6 @@ def _links(model: mujoco.MjModel, wet: Water, base: int) -> tuple[dict | None, s
 
 def _fingerprint(model: mujoco.MjModel) -> str:
     """sha256 of the compiled model, whatever files it came from."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "model.mjb")
-        mujoco.mj_saveModel(model, str(path))
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+    content = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, content)
+    return hashlib.sha256(content.tobytes()).hexdigest()

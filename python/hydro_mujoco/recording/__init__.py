@@ -9,6 +9,7 @@ dataset.py     a data set: its shards by any executor, resume, manifest
 folder.py      a data-set folder: shards, resume, manifest
 kinematics.py  the links as a tree, for models that are given their motion
 proof.py       refuses a machine that computes other bits than this one
+lock.py        a folder that one process works in
 files.py       whole files or none, fingerprints
 randomness.py  random numbers of a seed and a key
 arguments.py   command-line values of the recorders

@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import DataError
 from ..jobs import JobError
 from ..jobs.executor import Executor
-from .folder import complete, cut, drawn_again, entries, finished, intact, prepare, share
+from .folder import complete, cut, drawn_again, entries, finished, intact, prepare, share, working
 from .proof import Proof
 from .shards import Maker, Recorder
 
@@ -62,28 +62,29 @@ def generate(
     head: the manifest without what only a finished data set knows; unsaid: settings that hold where a head does not
     name them. noise_std: standard deviation of the noise on each component, asked for where the folder has none.
     """
-    shards = cut(size.counts(), size.shard_size)
-    planned = {shard.file: shard.count for shard in shards}
-    hashes: dict[str, str] = {}
-    std = None
-    if prepare(out, resume=resume, overwrite=overwrite):
-        recorded, std = finished(out, head, planned, unsaid=dict(unsaid or {}))
-        hashes = intact(out, recorded)
-    if std is None:
-        std = [float(s) for s in noise_std()]
+    with working(out):
+        shards = cut(size.counts(), size.shard_size)
+        planned = {shard.file: shard.count for shard in shards}
+        hashes: dict[str, str] = {}
+        std = None
+        if prepare(out, resume=resume, overwrite=overwrite):
+            recorded, std = finished(out, head, planned, unsaid=dict(unsaid or {}))
+            hashes = intact(out, recorded)
+        if std is None:
+            std = [float(s) for s in noise_std()]
 
-    maker = Maker(recorder, np.array(std))
-    if executor.other_machines:
-        maker = replace(maker, proof=Proof.from_bytes(maker.sample()))
-    missing = {shard.file: shard for shard in shards if shard.file not in hashes}
+        maker = Maker(recorder, np.array(std))
+        if executor.other_machines:
+            maker = replace(maker, proof=Proof.from_bytes(maker.sample()))
+        missing = {shard.file: shard for shard in shards if shard.file not in hashes}
 
-    def last(hashes: dict[str, str]) -> dict:
-        again = drawn_again(out, hashes)
-        return {"splits": entries(size.counts(), shards, hashes)} | ({"drawn_again": again} if again else {})
+        def last(hashes: dict[str, str]) -> dict:
+            again = drawn_again(out, hashes)
+            return {"splits": entries(size.counts(), shards, hashes)} | ({"drawn_again": again} if again else {})
 
-    # Workers may be machines without this folder: only this process writes.
-    try:
-        with closing(executor.run(maker, missing)) as results:
-            return complete(out, head | {"perturbation_std": std}, planned, hashes, results, last)
-    except JobError as error:
-        raise DataError(f"{error}; finished shards are kept: go on with --resume") from error
+        # Workers may be machines without this folder: only this process writes.
+        try:
+            with closing(executor.run(maker, missing)) as results:
+                return complete(out, head | {"perturbation_std": std}, planned, hashes, results, last)
+        except JobError as error:
+            raise DataError(f"{error}; finished shards are kept: go on with --resume") from error

@@ -7,7 +7,8 @@ shard. `manifest.json` replaces it when all shards stand.
 import hashlib
 import json
 import reprlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,10 +17,11 @@ from safetensors import safe_open
 
 from ..errors import DataError
 from .files import sha256, write_beside, write_json
+from .lock import locked
 from .progress import Progress
 
 SCHEMA = "hydro-dataset/1"
-MANIFEST, GENERATION = "manifest.json", "generation.json"
+MANIFEST, GENERATION, LOCK = "manifest.json", "generation.json", ".lock"
 SPLITS = ("train", "val", "test")
 
 
@@ -117,18 +119,25 @@ def finished(
     return dict(hashes), std
 
 
-def prepare(out: Path, *, resume: bool, overwrite: bool, files: tuple[str, ...] = ("*-of-*.safetensors",)) -> bool:
-    """Make the folder; True where there is something to resume. Refuses to mix with what it holds.
-
-    files: patterns of what --overwrite may delete, beside the manifest.
-    """
+@contextmanager
+def working(out: Path) -> Iterator[None]:
+    """Make the folder, and keep other processes from it."""
     if out.exists() and not out.is_dir():
         raise DataError(f"{out} is a file: choose a folder for --out")
     out.mkdir(parents=True, exist_ok=True)
+    with locked(out / LOCK):
+        yield
+
+
+def prepare(out: Path, *, resume: bool, overwrite: bool, files: tuple[str, ...] = ("*-of-*.safetensors",)) -> bool:
+    """True where there is something to resume. Refuses to mix with what the folder holds.
+
+    files: patterns of what --overwrite may delete, beside the manifest.
+    """
     for leftover in out.glob("*.tmp"):
         if resume or overwrite:
             leftover.unlink()
-    held = sorted(path.name for path in out.iterdir())
+    held = sorted(path.name for path in out.iterdir() if path.name != LOCK)
     if held and not (resume or overwrite):
         shown = ", ".join(held[:3]) + (", ..." if len(held) > 3 else "")
         raise DataError(
@@ -202,8 +211,9 @@ def fill(
 
     make: the bytes of a file.
     """
-    hashes: dict[str, str] = {}
-    if prepare(out, resume=resume, overwrite=overwrite, files=files):
-        hashes = intact(out, finished(out, head, planned)[0])
-    results = ((file, make(file)) for file in planned if file not in hashes)
-    return complete(out, head, planned, hashes, results, closing, unit=unit)
+    with working(out):
+        hashes: dict[str, str] = {}
+        if prepare(out, resume=resume, overwrite=overwrite, files=files):
+            hashes = intact(out, finished(out, head, planned)[0])
+        results = ((file, make(file)) for file in planned if file not in hashes)
+        return complete(out, head, planned, hashes, results, closing, unit=unit)

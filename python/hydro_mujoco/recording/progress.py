@@ -23,6 +23,8 @@ class Progress:
         self.total, self.unit, self.done, self.stream = total, unit, done, stream
         self._resumed, self._start, self._last_line = done, time.monotonic(), -LOG_EVERY
         self._bar = None
+        if done:
+            stream.write(f"going on after {done} of {total} {unit}\n")
         if has_bars(stream):
             self._bar = tqdm(total=total, initial=done, unit=f" {unit}", file=stream, dynamic_ncols=True)
 

@@ -11,9 +11,10 @@ log holds goes to standard error, and a proposed mapping to standard output. The
 import argparse
 import json
 import sys
+import warnings
 from pathlib import Path
 
-from ..errors import DataError
+from ..errors import DataError, Notice
 from .convert import convert
 from .log import KINDS, open_log
 from .proposal import propose
@@ -42,11 +43,19 @@ def parse(words: list[str] | None = None) -> argparse.Namespace:
     return args
 
 
+def _show(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
+    if issubclass(category, Notice):
+        print(f"trials: note: {message}", file=sys.stderr)
+
+
 def main(words: list[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
     args = parse(words)
     try:
-        return _proposed(args) if args.dry_run and not args.mapping else _converted(args)
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", Notice)
+            warnings.showwarning = _show
+            return _proposed(args) if args.dry_run and not args.mapping else _converted(args)
     except DataError as error:
         print(f"trials: {error}", file=sys.stderr)
         return 1

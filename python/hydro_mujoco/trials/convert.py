@@ -3,6 +3,7 @@
 import os
 import re
 import secrets
+import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,8 +12,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from ..errors import DataError
+from ..errors import DataError, Notice
 from ..recording.files import write_beside, write_json
+from ..recording.lock import locked
 from .assemble import assemble, described, periods
 from .log import Log
 from .mapping import parse
@@ -24,6 +26,9 @@ from .suspicion import suspect
 from .trial import Trial
 from .windows import windows
 from .words import counted, seconds
+
+#: End of the name of the file that stands while trials are replaced; `hydro gap` refuses a folder that has one.
+UNFINISHED = ".unfinished"
 
 
 @dataclass(frozen=True)
@@ -103,28 +108,41 @@ def _listed(trial: Trial, period: float) -> dict[str, Any]:
 
 
 def _write(out: Path, stem: str, trials: list[Trial], report: Report, overwrite: bool) -> None:
-    """Write all of the files, or none."""
-    paths = [out / f"{trial.name}.npz" for trial in trials]
-    beside = out / f"{stem}.conversion.json"
-    own = re.compile(re.escape(stem) + r"-\d+\.npz")
-    former = sorted(path for path in out.iterdir() if own.fullmatch(path.name)) if out.is_dir() else []
-    if former and not overwrite:
-        raise DataError(f"{former[0]} is there already: --overwrite (overwrite=True) replaces the trials of this log")
+    """Write all of the files, or none; a marker stands as long as some are of this conversion and some are not."""
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise DataError(f"folder {out}: {error.strerror}") from error
+    with locked(out / f".{stem}.lock"):
+        _write_alone(out, stem, trials, report, overwrite)
+
+
+def _write_alone(out: Path, stem: str, trials: list[Trial], report: Report, overwrite: bool) -> None:
+    paths = [out / f"{trial.name}.npz" for trial in trials]
+    beside, marker = out / f"{stem}.conversion.json", out / f".{stem}{UNFINISHED}"
+    own = re.compile(re.escape(stem) + r"-\d+\.npz")
+    killed = re.compile(rf"\.?{re.escape(stem)}(-\d+\.npz|\.conversion\.json)(\.[0-9a-f]{{12}}){{1,2}}(\.tmp)?")
+    former = sorted(path for path in out.iterdir() if own.fullmatch(path.name))
+    if former and marker.exists():
+        warnings.warn(f"{out}: a conversion was cut short there; its trials are made again", Notice, stacklevel=4)
+    elif former and not overwrite:
+        raise DataError(f"{former[0]} is there already: --overwrite (overwrite=True) replaces the trials of this log")
     staged = {path: path.with_name(f".{path.name}.{secrets.token_hex(6)}") for path in paths}
     try:
+        for path in out.iterdir():
+            if killed.fullmatch(path.name):
+                path.unlink()
         for trial, path in zip(trials, staged.values()):
             write_beside(path, trial.npz())
+        write_beside(marker, b"")
         for path, new in staged.items():
             os.replace(new, path)
+        for path in set(former) - set(paths):
+            path.unlink()
         write_json(beside, report.json())
+        marker.unlink()
     except OSError as error:
         raise DataError(f"folder {out}: {error.strerror or error}") from error
     finally:
         for new in staged.values():
             new.unlink(missing_ok=True)
-    for path in set(former) - set(paths):
-        path.unlink()

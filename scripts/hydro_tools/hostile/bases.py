@@ -109,7 +109,7 @@ def make(folder: Path, program: Path, library: Path, python: str) -> Bases:
         if not out.exists():
             flags = ["--model", model, *SIZES[model], "--epochs=1", "--batch=4", "--horizon=20", "--overwrite"]
             _run(program, "train", "--data", bases.data, "--out", out, *flags)
-    _write_gap(bases.gap)
+    write_gap(bases.gap)
     _run(program, "gap", "run", *gap_flags(bases.gap, "trials", bases.results), "--overwrite")
     (folder / "made").touch()
     return bases
@@ -194,7 +194,8 @@ def csv_text(arrays: dict[str, np.ndarray]) -> str:
     return "\n".join(["time,pull,at,speed", *lines]) + "\n"
 
 
-def _write_gap(folder: Path) -> None:
+def write_gap(folder: Path) -> None:
+    """A nominal, and three trials of it as csv and as npz."""
     for name in ("trials", "archives"):
         (folder / name).mkdir(parents=True, exist_ok=True)
     (folder / "nominal.xml").write_text(NOMINAL)

@@ -82,6 +82,7 @@ pub(super) fn run<I: Serialize>(
         watch,
         timing: timing(&folder.file(TIMING)),
         fresh: false,
+        stood: None,
     };
     let found: Found = runner.stage(folder, |_| (stages.find)(watch))?;
     if until == Stage::Find {
@@ -132,6 +133,7 @@ pub(super) fn run<I: Serialize>(
         };
         (stages.verify)(&input, watch)
     })?;
+    runner.say_stood();
     let seconds = runner.timing.seconds;
     let record = record(folder, seconds, found, named, added, verified);
     publish(folder, &record)?;
@@ -200,6 +202,8 @@ struct Runner<'a> {
     timing: Timing,
     /// True once a stage was computed: the later ones in the folder are stale.
     fresh: bool,
+    /// The last stage that the folder held.
+    stood: Option<&'static str>,
 }
 
 impl Runner<'_> {
@@ -212,9 +216,11 @@ impl Runner<'_> {
         if !self.fresh
             && let Some(product) = folder.product::<P>()?
         {
+            self.stood = Some(P::STAGE);
             return Ok(product);
         }
         folder.forget::<P>()?;
+        self.say_stood();
         self.fresh = true;
         self.heed(P::STAGE)?;
         let clock = Instant::now();
@@ -229,6 +235,13 @@ impl Runner<'_> {
         self.timing.peak_memory = peak_memory();
         folder.note(TIMING, &self.timing)?;
         Ok(product)
+    }
+
+    /// Says once that an earlier run is gone on with.
+    fn say_stood(&mut self) {
+        if let Some(stage) = self.stood.take() {
+            eprintln!("going on after `{stage}` of an earlier run");
+        }
     }
 
     /// An error where a stop was asked for.

@@ -104,11 +104,15 @@ const LARGEST: u64 = 1 << 30;
 /// File of the lock that keeps two processes apart.
 const LOCK: &str = ".lock";
 
-/// Makes the folder where it is missing, and keeps other processes from it.
+/// Makes the folder where it is missing, keeps other processes from it, and removes what a killed one had not finished.
 pub(super) fn lock(out: &Path, command: &str) -> anyhow::Result<FolderLock> {
     fs::create_dir_all(out).with_context(|| format!("--out {}", out.display()))?;
-    FolderLock::take(&out.join(LOCK), command)
-        .with_context(|| format!("--out {}: wait, or choose another", out.display()))
+    let lock = FolderLock::take(&out.join(LOCK), command)
+        .with_context(|| format!("--out {}: wait, or choose another", out.display()))?;
+    for folder in [out.to_owned(), out.join(RESIDUAL)] {
+        hydro_files::remove_abandoned(&folder);
+    }
+    Ok(lock)
 }
 
 /// A folder of results.

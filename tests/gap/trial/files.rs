@@ -45,6 +45,19 @@ fn a_folder_is_listed_without_opening_a_trial() {
 }
 
 #[test]
+fn trials_of_a_conversion_that_was_cut_short_are_refused() {
+    let folder = Folder::new();
+    fs::write(folder.path("dive-00.csv"), rows(3)).unwrap();
+    let marker = folder.path(".dive.unfinished");
+    fs::write(&marker, "").unwrap();
+    let message = list(folder.0.path()).unwrap_err().to_string();
+    assert!(message.contains("dive.unfinished"), "{message}");
+    assert!(message.contains("was cut short here"), "{message}");
+    fs::remove_file(marker).unwrap();
+    assert_eq!(list(folder.0.path()).unwrap().len(), 1);
+}
+
+#[test]
 fn what_a_file_cannot_hold_is_not_written() {
     let folder = Folder::new();
     let path = folder.path("run.csv");

@@ -16,6 +16,9 @@ use super::{
 /// Parts of a table of steady states at most: each is left out once where every trial is judged by a fit without it.
 const PARTS: usize = 10;
 
+/// End of the name of the file that `hydro trials convert` keeps while it replaces trials.
+const UNFINISHED: &str = ".unfinished";
+
 /// A trial in a folder, not opened.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Listed {
@@ -33,7 +36,7 @@ pub struct Listed {
 /// files with other endings are skipped.
 ///
 /// # Errors
-/// Where the folder cannot be read, holds no trial, or holds two of one name.
+/// Where the folder cannot be read, holds no trial, two of one name, or those of a conversion that was cut short.
 pub fn list(folder: &Path) -> Result<Vec<Listed>, TrialError> {
     let io = |source: std::io::Error| TrialError::Io {
         path: folder.to_owned(),
@@ -44,6 +47,13 @@ pub fn list(folder: &Path) -> Result<Vec<Listed>, TrialError> {
     for entry in fs::read_dir(folder).map_err(io)? {
         let path = entry.map_err(io)?.path();
         let file = path.file_name().unwrap_or_default().to_string_lossy();
+        if file.starts_with('.') && file.ends_with(UNFINISHED) {
+            return Err(TrialError::Io {
+                path: path.clone(),
+                reason: "a conversion of a log was cut short here: run it again, and it ends"
+                    .to_owned(),
+            });
+        }
         let is_trial = matches!(ending(&path).as_deref(), Some("npz" | "csv"));
         if is_trial && !file.starts_with('.') {
             let refused = |source: std::io::Error| TrialError::Io {

@@ -138,7 +138,25 @@ pub(super) fn save(
     ]);
     let file =
         safetensors::serialize(views, Some(metadata)).map_err(|error| refuse(error.to_string()))?;
+    let file = ordered(file).map_err(|error| refuse(error.to_string()))?;
     log::replace(path, &file)
+}
+
+/// The same file with the names of its header in order. Its metadata come in a random one, and equal states shall have equal
+/// bytes.
+fn ordered(mut file: Vec<u8>) -> serde_json::Result<Vec<u8>> {
+    let (length, rest) = file.split_at_mut(8);
+    let length = length
+        .iter()
+        .rev()
+        .fold(0, |sum, byte| sum << 8 | usize::from(*byte));
+    let header = &mut rest[..length];
+    let names: BTreeMap<String, BTreeMap<String, serde_json::Value>> =
+        serde_json::from_slice(header)?;
+    let mut text = serde_json::to_vec(&names)?;
+    text.resize(length, b' ');
+    header.copy_from_slice(&text);
+    Ok(file)
 }
 
 /// Reads a file of the same run: same settings, same data.

@@ -455,8 +455,31 @@ fn a_run_that_was_stopped_anywhere_ends_as_one_that_was_not() {
             .expect("runs");
         assert_eq!(weights(&whole), weights(&second), "stopped at {stop}");
         assert_eq!(whole.log(), second.log());
-        let read = |run: &Path| fs::read(run.join(LOG)).expect("a log");
-        assert_eq!(read(&run.join("whole")), read(&folder));
+        for name in [LOG, STATE] {
+            let read = |run: &Path| fs::read(run.join(name)).expect("a file");
+            assert!(read(&run.join("whole")) == read(&folder), "{name}");
+        }
+    }
+}
+
+/// Each writer of a header shuffles its metadata anew.
+#[test]
+fn equal_states_have_equal_bytes() {
+    let (_root, dataset, run) = fixture();
+    let whole = trained(config(), &dataset, &run);
+    let path = run.join(STATE);
+    let first = fs::read(&path).expect("read");
+    for _ in 0..8 {
+        state::save(
+            &path,
+            (&whole.config, &whole.dataset_sha256),
+            TrainDevice::Cpu,
+            &whole.position,
+            (&whole.parameters, &whole.best),
+            &whole.optimiser,
+        )
+        .expect("written");
+        assert!(fs::read(&path).expect("read") == first);
     }
 }
 
