@@ -132,13 +132,14 @@ left=$(ls -A "$place/elsewhere")
 [ -z "$left" ] || die "left in the working folder: $left"
 
 # The tests of the package, without the checkout; those that are about it stay there.
-"$python" -m pip install --quiet --target "$place/tests" pytest hypothesis
+"$python" -m pip install --quiet --target "$place/tools" pytest hypothesis
+mkdir "$place/tests"
 cp "$checkout"/python/tests/*.py "$place/tests"
 rm "$place"/tests/test_docs.py "$place"/tests/test_doctor.py
 chmod a+rwx "$place/elsewhere"
-run env PYTHONPATH="$place/tests" PYTHONWARNINGS=default HYPOTHESIS_STORAGE_DIRECTORY="$place/elsewhere" \
+run env PYTHONPATH="$place/tests:$place/tools" PYTHONWARNINGS=default HYPOTHESIS_STORAGE_DIRECTORY="$place/elsewhere" \
   python -m pytest --quiet -p no:cacheprovider --import-mode=importlib -W ignore::hydro_mujoco.errors.Notice \
-  --rootdir "$place/tests" "$place"/tests/test_*.py |
+  --rootdir "$place/tests" "$place/tests" |
   tail -n 30 | sed 's/^/        /'
 say 'the tests of the package'
 HYDRO_DOCS_BIN=$bin "$python" -m pytest --quiet -p no:cacheprovider "$checkout/python/tests/test_docs.py" | sed 's/^/        /'

@@ -1,6 +1,7 @@
-"""Tests of logs are left out where the packages that read and write them are not installed."""
+"""Tests of what optional packages read or write are left out where these are not installed."""
 
 from importlib.util import find_spec
 
-PACKAGES = ("hypothesis", "mcap_ros2", "pandas", "pyarrow", "pymavlink", "pyulog", "rosbags")
-collect_ignore_glob = ["test_trials_*"] if any(find_spec(name) is None for name in PACKAGES) else []
+LOGS = ("hypothesis", "mcap_ros2", "pandas", "pyarrow", "pymavlink", "pyulog", "rosbags")
+NEEDS = {"test_trials_*": LOGS, "test_boundary_elements.py": ("xarray",)}
+collect_ignore_glob = [tests for tests, names in NEEDS.items() if any(find_spec(name) is None for name in names)]
