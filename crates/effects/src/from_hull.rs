@@ -79,7 +79,7 @@ impl HullInWater<'_> {
         [area(0), area(1), area(2), strips(0), strips(1), strips(2)].map(|size| pressure * size)
     }
 
-    /// What is seen along an axis: points relative to the middle [m], and the area that each stands for [m^2].
+    /// Silhouette along an axis: points relative to the middle [m], and the area that each stands for [m^2].
     fn silhouette(&self, axis: usize) -> Vec<(Vector3<f64>, f64)> {
         let (one, other) = ((axis + 1) % 3, (axis + 2) % 3);
         let step = Vector3::from(self.extent) / POINTS as f64;

@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from .. import outcomes
 from . import finding, learning, scenes
 from .bases import Bases
 from .running import Limits, Outcome, run
@@ -46,13 +47,7 @@ class Record:
 
 def records(path: Path) -> list[Record]:
     """Outcomes so far; a last line that was cut short is left out."""
-    found = []
-    for line in path.read_text().splitlines() if path.is_file() else ():
-        try:
-            found.append(Record(**json.loads(line)))
-        except (json.JSONDecodeError, TypeError):
-            continue
-    return found
+    return outcomes.read(path, Record)
 
 
 def one(bases: Bases, work: Path, plan: Plan, kind: str, number: int) -> Record:

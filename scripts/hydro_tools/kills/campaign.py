@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from .. import outcomes
 from . import KillsError
 from .content import content, differences
 from .jobs import Job
@@ -101,13 +102,7 @@ def go(jobs: dict[str, Job], work: Path, counts: dict[str, int], seed: int) -> I
 
 def records(path: Path) -> list[Record]:
     """Outcomes so far; a last line that was cut short is left out."""
-    found = []
-    for line in path.read_text().splitlines() if path.is_file() else ():
-        try:
-            found.append(Record(**json.loads(line)))
-        except (json.JSONDecodeError, TypeError):
-            continue
-    return found
+    return outcomes.read(path, Record)
 
 
 def table(found: list[Record]) -> str:

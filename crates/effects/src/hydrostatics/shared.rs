@@ -29,7 +29,7 @@ struct Cell {
 }
 
 impl Shared {
-    /// What these solids share, of which these pairs overlap; `None` where no pair does.
+    /// Common space of these solids, of which these pairs overlap; `None` where no pair does.
     pub(super) fn of(solids: &[Solid], pairs: &[(usize, usize)]) -> Option<Self> {
         let boxes: Vec<_> = solids.iter().map(bounding_box).collect();
         let common = pairs.iter().map(|&(one, other)| {
@@ -97,7 +97,7 @@ fn lattice(at: usize, count: usize) -> Vector3<f64> {
     )
 }
 
-/// What is shared in the cell of a corner; `None` where nothing is.
+/// Cell of a corner with its share of that space; `None` where it has none.
 fn cell(solids: &[Solid], corner: Vector3<f64>, edges: &Vector3<f64>) -> Option<Cell> {
     let step = edges / POINTS as f64;
     let (mut times, mut moment) = (0, Vector3::zeros());

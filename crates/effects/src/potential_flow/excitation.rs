@@ -13,7 +13,7 @@ pub(super) struct Excitation {
     pub(super) frequencies: Vec<f64>,
     /// Directions of travel [rad], ascending, within one turn.
     pub(super) directions: Vec<f64>,
-    /// By frequency, then direction.
+    /// A row a frequency and direction, directions fastest.
     pub(super) forces: Vec<Vector6<Complex<f64>>>,
 }
 

@@ -15,13 +15,13 @@ use crate::sea::{Component, WaveField};
 pub struct PotentialFlow {
     /// Displaced volume at the draught [m^3].
     pub volume: f64,
-    /// Where forces and motions are taken, body frame [m].
+    /// Point that forces and motions are about, body frame [m].
     pub point: [f64; 3],
     /// Added mass of infinite frequency.
     pub added_mass: Matrix6<f64>,
     pub(super) radiation: Radiation,
     pub(super) excitation: Option<Excitation>,
-    /// Of the file: tells it from others.
+    /// Digest of the file: tells it from others.
     pub(super) digest: u64,
 }
 
