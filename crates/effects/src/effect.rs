@@ -48,6 +48,11 @@ pub trait Effect: Send + Sync + std::fmt::Debug {
         &[]
     }
 
+    /// The effect of a joint that does the same where this joint alone moves the body: what no data can tell apart.
+    fn on_one_joint(&self) -> Option<Id> {
+        None
+    }
+
     /// True where it refines another effect, which is as good a name where the data cannot tell them apart.
     fn is_refinement(&self) -> bool {
         !self.presupposes().is_empty()

@@ -357,6 +357,9 @@ options! {
         /// Log posterior that a set may lack against the best, as far as first order from elsewhere tells, and still be looked
         /// from [nat].
         rival_within: f64 = 5.0,
+        /// Log posterior that a set may lack about itself against first order from the best's point, before its values are fitted
+        /// from there once more [nat].
+        lagging: f64 = 1.0,
         /// Loss of log likelihood with which a step of the fit has gone too far [nat]: from one linearisation to the next that of a
         /// good step may fall by some ten.
         too_far: f64 = 30.0,

@@ -68,6 +68,7 @@ pub(crate) fn bodies(
                 name,
                 root: sizes::is_root(model, body),
                 moves: last_dof(model, body) >= 0,
+                only_dof: only_dof(model, body),
                 end: is_end(model, body),
                 wet: weighs_in(model, body) && size && under,
                 bulk,
@@ -82,6 +83,15 @@ pub(crate) fn bodies(
             }
         })
         .collect()
+}
+
+/// The degree of freedom that alone moves a body, a hinge's or a slide's, where it is one.
+fn only_dof(model: ModelView<'_>, body: usize) -> Option<usize> {
+    let above = (1..=body).filter(|of| model.hangs_below(body, *of));
+    let dofs: i32 = above.map(|of| model.body_dofnum()[of]).sum();
+    usize::try_from(last_dof(model, body))
+        .ok()
+        .filter(|_| dofs == 1)
 }
 
 /// True where a body has a degree of freedom of its own and none hangs below it.

@@ -48,6 +48,10 @@ impl Effect for LinearDrag {
         true
     }
 
+    fn on_one_joint(&self) -> Option<Id> {
+        Some(Id::JointDamping)
+    }
+
     /// Off-diagonal elements of D.
     fn neglected_terms(&self, p: &[f64], nu: &[f64; 6], _nu_dot: &[f64; 6]) -> Vec<[f64; 6]> {
         let products = coupling::symmetric(p, nu).into_iter();

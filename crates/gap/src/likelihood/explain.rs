@@ -54,10 +54,14 @@ pub fn explain<'p>(
         best.correct(&seen);
         let step = expected.take().or_else(|| best.promising(problem));
         let is_rival = step.is_none();
-        let rival = || best.rival(&seen).or_else(|| best.part(&seen));
+        let rival = || {
+            let unseen = best.rival(&seen).or_else(|| best.part(&seen));
+            unseen.or_else(|| best.lagging(&seen))
+        };
         let Some(next) = step.or_else(rival) else {
             break;
         };
+        seen.go(best.point.set(), &next.set);
         let before = working.clone();
         best.go(&mut working, &next);
         let is_same = next.set == best.point.set();
@@ -313,17 +317,32 @@ impl<'p> Look<'p> {
         self.whole(&part)
     }
 
-    /// A set as it is from here.
+    /// A set that is likelier to first order from here than it was about itself: its values settled in a lesser place, so that
+    /// even effects that do nothing seem to gain over it.
+    fn lagging(&self, seen: &Seen) -> Option<Found> {
+        let set = self.point.set();
+        let options = self.choices.options();
+        let least = seen.log(&set) - options.far_behind;
+        let others = (seen.about()).filter(|(other, _)| *other != set && !seen.went(&set, other));
+        let mut others =
+            others.filter_map(|(other, there)| Some((there, self.first_order(other)?)));
+        let is_lagging = |there: f64, here: f64| here > least && here > there + options.lagging;
+        let lagging = others.find(|(there, here)| is_lagging(*there, here.log_posterior));
+        lagging.map(|of| of.1)
+    }
+
+    /// A set as it is from here, sweeps about it included.
     fn whole(&self, set: &[usize]) -> Option<Found> {
         let found = self.found.iter().filter(|of| of.set == set);
-        let whole = |level| {
-            let choices = &self.choices;
-            Search { level, choices }.whole(set)
-        };
-        let levels = || self.levels.iter().filter(|of| of.is_searched);
-        likeliest(found)
-            .cloned()
-            .or_else(|| likeliest(&levels().filter_map(whole).collect::<Vec<Found>>()).cloned())
+        likeliest(found).cloned().or_else(|| self.first_order(set))
+    }
+
+    /// A set as first order has it from here.
+    fn first_order(&self, set: &[usize]) -> Option<Found> {
+        let choices = &self.choices;
+        let levels = self.levels.iter().filter(|of| of.is_searched);
+        let found = levels.filter_map(|level| Search { level, choices }.whole(set));
+        likeliest(&found.collect::<Vec<Found>>()).cloned()
     }
 
     /// Moves the working point to a set, and its levels to where sets are likely.

@@ -1,6 +1,6 @@
 //! Log posteriors of sets as sweeps have told them so far: about the sets themselves, and to first order from elsewhere.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::likelihood::found::Found;
 
@@ -11,6 +11,8 @@ pub(super) struct Seen {
     about: Logs,
     /// To first order from other points, point by point.
     elsewhere: Vec<Logs>,
+    /// From which set's point to which set's it went.
+    ways: BTreeSet<[Vec<usize>; 2]>,
 }
 
 /// Log posterior by set.
@@ -35,6 +37,16 @@ impl Seen {
     /// True where a sweep about a set was tried.
     pub(super) fn is_known(&self, set: &[usize]) -> bool {
         self.about.contains_key(set)
+    }
+
+    /// Remembers the way from one set's point to another's.
+    pub(super) fn go(&mut self, from: Vec<usize>, to: &[usize]) {
+        self.ways.insert([from, to.to_vec()]);
+    }
+
+    /// True where it went from one set's point to another's.
+    pub(super) fn went(&self, from: &[usize], to: &[usize]) -> bool {
+        self.ways.contains(&[from.to_vec(), to.to_vec()])
     }
 
     /// Keeps what is found from one point.

@@ -132,6 +132,8 @@ pub struct PlantBody {
     pub root: bool,
     /// True where at least one degree of freedom moves it.
     pub moves: bool,
+    /// Index in `qvel` of the hinge or slide that alone moves it, where it is one.
+    pub only_dof: Option<usize>,
     /// True for the last body of a chain: it has a degree of freedom of its own, and no body below it has.
     pub end: bool,
     /// True where it has size and weight of its own and stands in the water.

@@ -10,7 +10,7 @@ use hydro_effects::{
 
 use crate::{
     options::CandidateOptions,
-    plant::{PlantBody, PlantDescription, PlantJoint, SensorKind},
+    plant::{PlantBody, PlantDescription, SensorKind},
     problem::{
         channels::{Channels, MeasuredTrial, Source},
         typical::Typical,
@@ -187,6 +187,14 @@ pub(crate) fn enumerate(
     let ends = model.bodies.iter().filter(|body| body.end).count();
     let bases = bases(model, options.base_volume_ratio);
     let pace = Pace::typical(model, typical);
+    // A joint whose motion is imposed shows no force of its own.
+    let is_free = |dof: usize| trials.is_empty() || !trials.iter().all(|of| of.imposes(dof));
+    let is_dry = !model.has_fluid && medium.is_none_or(|told| told < Medium::Water);
+    // One thing has one name: in a model without fluid that of the joint.
+    let is_of_joint = |id: Id, body: &PlantBody| {
+        let twin = effects::effect(id).on_one_joint().is_some();
+        twin && is_dry && body.only_dof.is_some_and(is_free)
+    };
     for id in Id::ALL.iter().filter(|id| is_tried(**id)).chain(own) {
         let effect = effects::effect(*id);
         if medium.is_some_and(|medium| effect.medium() > medium) {
@@ -229,6 +237,9 @@ pub(crate) fn enumerate(
                     }) {
                         continue;
                     }
+                    if is_of_joint(*id, body) {
+                        continue;
+                    }
                     let is_base = bases.contains(&body.name.as_str());
                     let is_asked = !only.is_empty();
                     // What a robot carries hangs at the end of a chain.
@@ -243,11 +254,8 @@ pub(crate) fn enumerate(
                 }
             }
             TargetKind::Joint => {
-                // A joint whose motion is imposed shows no force of its own.
-                let is_free = |joint: &&PlantJoint| {
-                    trials.is_empty() || !trials.iter().all(|of| of.imposes(joint.dof))
-                };
-                let targets = model.joints.iter().filter(is_free).map(|joint| {
+                let free = model.joints.iter().filter(|joint| is_free(joint.dof));
+                let targets = free.map(|joint| {
                     let mut scale = joint.scale.clone();
                     scale.speed = typical.speed[joint.dof].max(options.least_joint_speed);
                     scale.travel = typical.travel[joint.qpos].max(options.least_joint_travel);

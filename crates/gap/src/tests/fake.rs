@@ -69,6 +69,7 @@ impl RigidBody {
                     name: "hull".to_owned(),
                     root: true,
                     moves: true,
+                    only_dof: None,
                     end: true,
                     wet: true,
                     floats: false,

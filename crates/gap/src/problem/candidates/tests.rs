@@ -345,3 +345,21 @@ fn speeds_come_from_what_translates() {
     model.joints = vec![joint(0, false), joint(4, true)];
     assert!(close(found(&model), (0.8, 0.05)), "{:?}", found(&model));
 }
+
+/// What the data cannot tell from a joint's damping has that name, unless there is water.
+#[test]
+fn drag_of_a_body_that_one_joint_moves_is_damping_of_the_joint() {
+    let mut model = RigidBody::new().description().clone();
+    model.joints = vec![joint(0, false)];
+    let found = |model: &PlantDescription, id: Id| {
+        let all = without_trials(model, &[], &CandidateOptions::default());
+        all.iter().any(|of| of.effect == id)
+    };
+    model.has_fluid = false;
+    assert!(found(&model, Id::LinearDrag));
+    model.bodies[0].only_dof = Some(0);
+    assert!(!found(&model, Id::LinearDrag));
+    assert!(found(&model, Id::QuadraticDrag) && found(&model, Id::JointDamping));
+    model.has_fluid = true;
+    assert!(found(&model, Id::LinearDrag));
+}
