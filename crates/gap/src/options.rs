@@ -243,7 +243,7 @@ options! {
         diverged_error: f64 = 1e3,
         /// Draws of the bootstrap over trials.
         bootstrap_draws: usize = 1000,
-        /// Relative growth of an error that counts as harm, at 95 % confidence.
+        /// Relative growth of an error that counts as harm, at 95 % confidence for all sensors together.
         harm: f64 = 0.02,
         /// Least mean gain in log predictive density of a trial left out, against refitted numbers of the nominal alone
         /// [nat]: odds of one to twenty. Where both predict about alike, the posterior has decided, which knows the priors

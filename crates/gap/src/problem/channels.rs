@@ -149,22 +149,30 @@ impl Channels {
     /// One number with declared noise, in metres.
     #[cfg(test)]
     pub(crate) fn single(noise: f64) -> Self {
+        Self::alike(1, noise)
+    }
+
+    /// So many sensors of one number with declared noise, in metres.
+    #[cfg(test)]
+    pub(crate) fn alike(count: usize, noise: f64) -> Self {
+        let channel = |at: usize| Channel {
+            sensor: format!("sensor_{at}"),
+            component: 0,
+            unit: "m".to_owned(),
+            noise,
+            declared_noise: Some(noise),
+        };
+        let source = |at: usize| Source {
+            sensor: at,
+            start: at,
+            len: 1,
+            channel: at,
+            channels: 1,
+            attitude: false,
+        };
         Self {
-            list: vec![Channel {
-                sensor: "depth".to_owned(),
-                component: 0,
-                unit: "m".to_owned(),
-                noise,
-                declared_noise: Some(noise),
-            }],
-            sources: vec![Source {
-                sensor: 0,
-                start: 0,
-                len: 1,
-                channel: 0,
-                channels: 1,
-                attitude: false,
-            }],
+            list: (0..count).map(channel).collect(),
+            sources: (0..count).map(source).collect(),
         }
     }
 

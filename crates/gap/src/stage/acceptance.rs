@@ -13,7 +13,7 @@ use crate::{
         verdict::{Gap, SensorGap},
     },
     problem::{channels::Channels, problem::Settings},
-    statistics::interval95,
+    statistics::{interval95, quantile},
 };
 
 /// Schema of [`Verified`].
@@ -97,6 +97,18 @@ fn interval(draws: &[Vec<usize>], figure: &dyn Fn(&[usize]) -> f64) -> [f64; 2] 
     interval95(&mut values).unwrap_or([f64::NAN; 2])
 }
 
+/// Part of draws that lie below a one-sided bound at 95 % confidence, one of so many bounds that all hold together (Bonferroni).
+fn together(bounds: usize) -> f64 {
+    0.05 / bounds as f64
+}
+
+/// The value of a figure that it exceeds with all but a part of the draws.
+fn exceeded(draws: &[Vec<usize>], part: f64, figure: &dyn Fn(&[usize]) -> f64) -> f64 {
+    let mut values: Vec<f64> = draws.iter().map(|draw| figure(draw)).collect();
+    values.sort_by(f64::total_cmp);
+    quantile(&values, part).unwrap_or(f64::NAN)
+}
+
 /// Figures of the verification, with intervals, and whether the addition is accepted.
 ///
 /// `files`: the first so many outcomes are replays of the patched file, the others cross-fits. `beyond`: mean gain in log
@@ -128,6 +140,8 @@ pub(crate) fn summary(
     let change = |draw: &[usize], of: &dyn Fn(usize) -> bool| {
         reduction(pooled(draw, 0, of), pooled(draw, 1, of))
     };
+    let regimes = ["weak commands", "strong commands"];
+    let unlikely = together(channels.sources.len() + regimes.len());
     let mut per_sensor = BTreeMap::new();
     let mut worse = Vec::new();
     for source in &channels.sources {
@@ -139,7 +153,7 @@ pub(crate) fn summary(
         // Harm is judged with the noise left in: below it nobody sees a difference.
         let longest = options.horizons.len() - 1;
         let raw = |draw: &[usize]| growth(&sums(draw, longest), &mine);
-        if outcomes.len() > 1 && interval(&draws, &raw)[0] > options.harm {
+        if outcomes.len() > 1 && exceeded(&draws, unlikely, &raw) > options.harm {
             worse.push(format!("sensor `{name}`"));
         }
         per_sensor.insert(
@@ -152,12 +166,12 @@ pub(crate) fn summary(
             },
         );
     }
-    for (regime, name) in ["weak commands", "strong commands"].into_iter().enumerate() {
+    for (regime, name) in regimes.into_iter().enumerate() {
         let raw = |draw: &[usize]| {
             let drawn = draw.iter().map(|at| &outcomes[*at].regimes[regime]);
             growth(&total(drawn, width), &all)
         };
-        if outcomes.len() > 1 && interval(&draws, &raw)[0] > options.harm {
+        if outcomes.len() > 1 && exceeded(&draws, unlikely, &raw) > options.harm {
             worse.push(format!("the regime of {name}"));
         }
     }
@@ -322,5 +336,38 @@ mod tests {
             let why = found.refused_because.unwrap_or_default();
             assert_eq!(why.contains("numbers refitted alone"), !accepted, "{why}");
         }
+    }
+
+    /// Sixteen sensors, of which one grows by chance in three of four trials, or in all.
+    #[test]
+    fn harm_is_judged_for_all_sensors_together() {
+        let sensors = 16;
+        let channels = Channels::alike(sensors, 0.01);
+        let judged = |grows_in: usize| {
+            let outcome = |trial: usize| {
+                let mut terms = vec![[40.0, 10.0, 100.0, 100.0, 40.0]; sensors];
+                terms[3][1] = if trial < grows_in { 50.0 } else { 38.0 };
+                TrialErrors {
+                    sums: vec![terms.clone(); 3],
+                    regimes: [terms.clone(), terms],
+                    overlays: Vec::new(),
+                }
+            };
+            let outcomes = (0..4).map(outcome).collect();
+            summary(
+                &channels,
+                outcomes,
+                4,
+                false,
+                None,
+                &crate::tests::settings(),
+            )
+        };
+        assert!(judged(3).accepted, "{:?}", judged(3).refused_because);
+        let refused = judged(4).refused_because.unwrap_or_default();
+        assert!(
+            refused.contains("sensor `sensor_3` gets worse"),
+            "{refused}"
+        );
     }
 }
