@@ -230,11 +230,15 @@ def test_water_without_a_surface_and_bodies_without_water():
     sea.add_surface(spec, cells=8, cell=1.0)
     model = spec.compile()
     water = sea.water(model, "ball")
+    assert sea.water(model, "dry").density == 1000  # of the only instance
     assert np.isinf(water.level(np.zeros(4), 0.0, 1.0)).all() and water.density == 1000
     assert water.pressure((0, 0, -10.0), 0.0) == pytest.approx(98100)
     with pytest.raises(DataError, match="the water about body `ball` has no surface: its instance needs a `waterline`"):
         sea.Surface(model, "ball")
-    with pytest.raises(DataError, match="body `dry` and those above it carry no hydro.wrench; these do: `ball`"):
+    model, _ = probes(SEAS["listed"])
+    with pytest.raises(
+        DataError, match="body `dry` and those above it carry no hydro.wrench; these do: `spar`, `ball`"
+    ):
         sea.water(model, "dry")
     with pytest.raises(DataError, match="no body is called `hull`; there are: `spar`, `ball`"):
         sea.water(model, "hull")

@@ -17,10 +17,10 @@ LEVELS = 3
 
 
 def instance_about(model: mujoco.MjModel, body: int) -> int:
-    """The instance that a body or the nearest body above it carries: its water.
+    """The instance that a body or the nearest body above it carries, else the only one of the model: its water.
 
     Raises:
-        DataError: there is none; the message lists the bodies that carry one.
+        DataError: there is none, or more than one; the message lists the bodies that carry one.
     """
     load_plugin()
     above = body
@@ -28,6 +28,8 @@ def instance_about(model: mujoco.MjModel, body: int) -> int:
         if _is_water(model, int(model.body_plugin[above])):
             return int(model.body_plugin[above])
         above = int(model.body_parentid[above])
+    if len(only := instances(model)) == 1:
+        return only[0]
     carriers = [name_of(model, each) for each in range(model.nbody) if _is_water(model, int(model.body_plugin[each]))]
     there = ", ".join(f"`{name}`" for name in carriers) or "none"
     raise DataError(

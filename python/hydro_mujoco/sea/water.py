@@ -48,6 +48,17 @@ class Water:
             return np.full(np.broadcast(x, y).shape, self.waterline)
         return self.waterline + self.waves.elevation(x, y, time)
 
+    def is_wet(self, points: np.ndarray, time: float) -> np.ndarray:
+        """Whether points [m] of shape (..., 3), world, are below the surface at a time [s]; shape (...)."""
+        points = np.asarray(points, float)
+        if self.waterline is None or self.waves is None:
+            return points[..., 2] < (np.inf if self.waterline is None else self.waterline)
+        # Below the deepest trough no wave need be summed.
+        wet = np.asarray(points[..., 2] < self.waterline - self.waves.amplitude.sum())
+        near = points[~wet]
+        wet[~wet] = near[:, 2] < self.level(near[:, 0], near[:, 1], time)
+        return wet
+
     def velocity(self, points: np.ndarray, data: mujoco.MjData) -> np.ndarray:
         """Velocity of the water [m/s] at points [m] of shape (..., 3), world, at the time of `data`; the same shape.
 
@@ -72,7 +83,7 @@ class Water:
 
         Hydrostatic from the waterline (world z = 0 without one) and that of the waves; 0 above the surface.
 
-        Source: R. G. Dean and R. A. Dalrymple, Water Wave Mechanics for Engineers and Scientists, 1991, section 4.2.
+        Source: R. G. Dean and R. A. Dalrymple, Water Wave Mechanics for Engineers and Scientists, 1991, chapter 4.
         """
         below = np.asarray(points, float) - [0, 0, self.waterline or 0.0]
         dynamic = 0.0 if self.waves is None else self.waves.pressure(below, time)
@@ -82,10 +93,11 @@ class Water:
 def water(model: mujoco.MjModel, body: str) -> Water:
     """The water about a body: that of the instance of `hydro.wrench` that it, or the nearest body above it, carries.
 
-    What the attributes of the compiled model say is read once. Effects of your own (`user.NAME`) do not move water.
+    Where none does, it is that of the model's only instance. What the attributes of the compiled model say is read
+    once. Effects of your own (`user.NAME`) do not move water.
 
     Raises:
-        DataError: there is no such body, or none of these carries the plugin.
+        DataError: there is no such body, or none of these carries the plugin, and the model has none or several.
 
     >>> import mujoco, hydro_mujoco as hydro
     >>> spec = mujoco.MjSpec.from_string('''<mujoco><worldbody><body name="hull"><freejoint/>
@@ -95,7 +107,7 @@ def water(model: mujoco.MjModel, body: str) -> Water:
     >>> model = spec.compile(); data = mujoco.MjData(model)
     >>> about = hydro.sea.water(model, "hull")
     >>> float(about.level(0, 0, time=0.0)), about.velocity((0, 0, -30), data).round(6).tolist()
-    (0.15, [0.200515, 0.0, 0.0])
+    (0.15, [0.200539, 0.0, 0.0])
     """
     return water_about(model, body_number(model, body))
 
