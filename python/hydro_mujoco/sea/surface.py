@@ -23,7 +23,7 @@ def add_surface(
     cells: int = 256,
     cell: float = 0.25,
     rgba: tuple[float, float, float, float] = (0.1, 0.35, 0.45, 0.9),
-    sun: tuple[float, float] | None = (150.0, 25.0),
+    sun: tuple[float, float] | None = (150.0, 15.0),
 ) -> mujoco.MjSpec:
     """Add the surface of a sea to a spec; returns the spec, changed. `Surface` moves it.
 
@@ -58,8 +58,8 @@ def add_surface(
             name=NAME,
             type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
             dir=down,
-            diffuse=[0.8] * 3,
-            specular=[0.6] * 3,
+            diffuse=[1.0] * 3,
+            specular=[0.8] * 3,
             castshadow=False,
         )
     return spec
