@@ -46,6 +46,41 @@ def picture(model, data, out, distance=9.0, azimuth=120.0, elevation=-14.0):
     return pixels
 
 
+def survey_picture(view, image, bearings, points, out):
+    """Write a camera's view, a sonar's picture as a fan, and a map of points by height side by side to `out`.
+
+    view: pixels of a camera, None: no picture. image: shape (bins, beams), bearings: of the beams [rad], from a range
+    of 0. points: x, y, z in the world [m], shape (n, 3).
+    """
+    if view is None:
+        return
+    from PIL import Image
+
+    height = view.shape[0]
+    # Of each pixel: ahead and to the left of the apex at the bottom.
+    ahead, left = np.meshgrid(np.arange(height)[::-1], np.arange(height)[::-1] - height / 2, indexing="ij")
+    row = (np.hypot(ahead, left) / height * len(image)).astype(int)
+    column = (
+        np.interp(np.arctan2(left, ahead), bearings, np.arange(len(bearings)), left=-1, right=-1).round().astype(int)
+    )
+    inside = (row < len(image)) & (column >= 0)
+    tone = np.sqrt(np.clip(image / np.percentile(image[image > 0], 97), 0, 1))
+    fan = np.where(inside, tone[np.minimum(row, len(image) - 1), column], 0)[..., None] * [255, 190, 80]
+    x, y, z = points.T
+    scale = height / np.ptp(x)
+    across = int(scale * np.ptp(y)) + 1
+    chart = np.full((height, across), np.nan)
+    order = np.argsort(z)  # the highest last
+    chart[
+        (height - 1 - (height - 1) * (x - x.min()) / np.ptp(x)).astype(int)[order],
+        (scale * (y.max() - y)).astype(int)[order],
+    ] = z[order]
+    share = (chart - np.nanmin(z)) / np.ptp(z)
+    colours = np.stack([255 * share, 90 + 120 * share, 200 - 150 * share], axis=-1)
+    chart = np.where(np.isnan(share)[..., None], 20, colours)
+    Image.fromarray(np.hstack([view, fan, chart]).astype(np.uint8)).save(out)
+
+
 def target(name: str) -> pathlib.Path:
     """Where a picture goes: the first argument of the command line, or the working directory."""
     return pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".") / name
