@@ -4,9 +4,9 @@ import mujoco
 
 import hydro_mujoco as hydro
 
-#: A box with an instrument at its nose, a fin on a hinge, a translucent marker; a bottom that slides along x.
+#: A box with an instrument at its nose, a fin on a hinge, a translucent marker; a bottom that slides along x and turns about z.
 SCENE = """<mujoco><option timestep="0.01"/><worldbody>
-  <body name="bottom"><joint name="slide" type="slide" axis="1 0 0"/>
+  <body name="bottom"><joint name="slide" type="slide" axis="1 0 0"/><joint name="turn"/>
     <geom name="bottom" type="box" size="{half} {half} 0.5" pos="0 0 {top}" mass="1000"/></body>
   {more}
   <body name="rov"><freejoint name="free"/>
@@ -35,8 +35,8 @@ def scene(depth=10.0, *, half=200.0, more="", mounted="1 0 0 0", waterline=0.0, 
     return model, data
 
 
-def move(model, data, *, place=None, quat=None, velocity=None, rate=None, bottom=0.0, time=None):
-    """Set the vehicle's pose and velocity (world; rate along its axes), the bottom's speed, the time."""
+def move(model, data, *, place=None, quat=None, velocity=None, rate=None, bottom=0.0, turn=0.0, time=None):
+    """Set the vehicle's pose and velocity (world; rate along its axes), the bottom's speed and rate of turn, the time."""
     free = data.joint("free")
     if place is not None:
         free.qpos[:3] = place
@@ -47,7 +47,7 @@ def move(model, data, *, place=None, quat=None, velocity=None, rate=None, bottom
         free.qvel[:3] = velocity
     if rate is not None:
         free.qvel[3:] = rate
-    data.joint("slide").qvel[0] = bottom
+    data.joint("slide").qvel[0], data.joint("turn").qvel[0] = bottom, turn
     if time is not None:
         data.time = time
     mujoco.mj_forward(model, data)

@@ -53,6 +53,13 @@ def test_a_level_dvl_over_a_plane():
     np.testing.assert_allclose(reading.water, [1, 2, 3])
 
 
+def test_a_bottom_that_turns_moves_otherwise_at_every_point():
+    model, data = scene(depth=10)
+    reading = Dvl(model, "rov", **EXACT).read(move(model, data, place=(5, -3, -2), turn=0.2))
+    # What it adds at the feet of the beams is across each of them.
+    np.testing.assert_allclose(reading.bottom, [-0.2 * 3, -0.2 * 5, 0], atol=1e-9)
+
+
 def test_water_track_is_relative_to_the_layer():
     profile = [{"depth": 0, "velocity": [0.6, 0, 0]}, {"depth": 100, "velocity": [0, 0.4, 0]}]
     model, data = scene(depth=60, current={"schema": "hydro-current/1", "profile": profile})
@@ -179,6 +186,12 @@ def test_a_gps_without_pymap3d_says_what_to_install(monkeypatch):
     monkeypatch.setattr("hydro_mujoco.sensors.gps.import_module", missing)
     with pytest.raises(DataError, match=r"Gps needs the package pymap3d: pip install 'hydro-mujoco\[gps\]'"):
         Gps(model, "rov", origin=(41.7, -8.9, 60.0))
+
+
+def test_errors_of_neighbouring_times_share_nothing():
+    noise = Noise(0, "x")
+    words = [noise.generator(time).integers(2**63, size=64) for time in (1.0, np.nextafter(1.0, 2), 2.0)]
+    assert len({int(word) for series in words for word in series}) == 3 * 64
 
 
 def test_slow_noise_is_normal():

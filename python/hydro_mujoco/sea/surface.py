@@ -94,7 +94,7 @@ class Surface:
 
     What is drawn is `Water.level`: the components that the plugin applies, at the time of `data`. Waves shorter than
     two cells are left out, which far away are all but the longest. The vertices are in the model, so that every
-    renderer and viewer of this model shows them; several simulations of one model share one surface.
+    `mujoco.Renderer` of this model shows them; several simulations of one model share one surface.
 
     >>> import mujoco, hydro_mujoco as hydro
     >>> spec = mujoco.MjSpec.from_string('''<mujoco><worldbody><body name="boat"><freejoint/>
