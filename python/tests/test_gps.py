@@ -77,10 +77,12 @@ def test_errors_of_a_gps_are_slow_and_white():
     ("given", "text"),
     [
         ({"origin": (95, 0, 0)}, "origin is 95, 0, 0; expected latitude -90 to 90"),
+        ({"origin": (1, 2)}, "origin is (1, 2); expected 3 numbers"),
+        ({"noise": 0.5}, "noise is 0.5; expected 2 numbers"),
         ({"origin": (0, 0, float("nan"))}, "origin is 0, 0, nan; expected latitude -90 to 90"),
         ({"east": float("inf")}, "east is inf degrees; expected a finite number"),
         ({"time_constant": 0}, "time_constant is 0 s; expected at least 0.001 s"),
-        ({"noise": (0.1, -1)}, "noise is -1 m; expected at least 0 m"),
+        ({"noise": (0.1, -1)}, "noise is -1.0 m; expected at least 0 m"),
         ({"margin": -1}, "margin is -1 m; expected at least 0 m"),
     ],
 )

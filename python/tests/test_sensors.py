@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import hydro_mujoco as hydro
 from hydro_mujoco import DataError, plugin
-from hydro_mujoco.sensors import Dvl, Gps, ImagingSonar, Multibeam, Pressure, Usbl
+from hydro_mujoco.sensors import Dvl, Gps, ImagingSonar, Multibeam, Pressure, SideScan, Usbl
 from hydro_mujoco.sensors.noise import Noise
 from seabed import move, scene
 
@@ -217,12 +217,17 @@ def test_slow_noise_is_normal():
         (lambda m: Dvl(m, "nose", seed=-1), "seed is -1; expected a whole number, 0 to 2^63 - 1"),
         (lambda m: Dvl(m, "nose", seed=1.5), "seed is 1.5; expected a whole number"),
         (lambda m: Pressure(m, "nose", noise=float("nan")), "noise is nan Pa; expected at least 0 Pa"),
-        (lambda m: Multibeam(m, "nose", beams=0), "beams is 0; expected at least 1"),
+        (lambda m: Multibeam(m, "nose", beams=0), "beams is 0; expected a whole number, at least 1"),
         (lambda m: Multibeam(m, "nose", swath=360), "swath is 360 degrees; expected above 0 and below 360"),
         (lambda m: Multibeam(m, "nose", weakest=2), "weakest is 2; expected 0 to 1"),
         (lambda m: ImagingSonar(m, "nose", height=0), "height is 0 degrees; expected above 0 and below 180"),
         (lambda m: ImagingSonar(m, "nose", rays=9999), "959904 rays a ping; expected at most 200000"),
-        (lambda m: ImagingSonar(m, "nose", bins=0), "bins is 0; expected at least 1"),
+        (lambda m: ImagingSonar(m, "nose", bins=0), "bins is 0; expected a whole number, at least 1"),
+        (lambda m: Multibeam(m, "nose", beams=3.5), "beams is 3.5; expected a whole number, at least 1"),
+        (lambda m: ImagingSonar(m, "nose", rays=True), "rays is True; expected a whole number, at least 1"),
+        (lambda m: Dvl(m, "nose", reach=5), "reach is 5; expected 2 numbers"),
+        (lambda m: SideScan(m, "nose", depression=(10, 100)), "depression is 10 to 100 degrees; expected 90 at most"),
+        (lambda m: SideScan(m, "nose", rays=0), "rays is 0; expected a whole number, at least 1"),
         (lambda m: Usbl(m, "nose", "beacon", sound_speed=0), "sound_speed is 0 m/s; expected at least 1 m/s"),
         (lambda m: Usbl(m, "nose", "beacon", dropout=-1), "dropout is -1; expected 0 to 1"),
         (lambda m: Usbl(m, "nose", "beakon"), "no site or body is called `beakon`"),
@@ -237,7 +242,7 @@ def test_refusals(make, text):
 def test_data_of_another_model_are_refused():
     model, data = scene()
     _, other = scene()
-    sensors = (Dvl, Pressure, Multibeam, ImagingSonar)
+    sensors = (Dvl, Pressure, Multibeam, ImagingSonar, SideScan)
     for sensor in sensors:
         with pytest.raises(DataError, match="the data are not of the model that the sensor at `rov` was made for"):
             sensor(model, "rov").read(other)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hydro_mujoco import plugin
-from hydro_mujoco.sensors import Dvl, ImagingSonar, Multibeam, Pressure, Usbl
+from hydro_mujoco.sensors import Dvl, ImagingSonar, Multibeam, Pressure, SideScan, Usbl
 from seabed import move, scene
 
 pytestmark = [
@@ -127,6 +127,35 @@ def test_speckle_is_exponential_and_noise_fills_the_picture():
     assert np.mean(ratios) == pytest.approx(1, abs=0.05) and np.std(ratios) == pytest.approx(1, abs=0.08)
     noisy = ImagingSonar(model, "rov", speckle=False, background=0.01, **given).read(data).intensity
     assert np.mean(noisy - plain) == pytest.approx(0.01, rel=0.1) and (noisy > 0).all()
+
+
+def test_a_side_scan_over_a_plane():
+    model, data = scene(depth=9)
+    move(model, data, place=(0, 0, -2), quat=(1, 0, 0, 0.7))
+    sonar = SideScan(model, "rov", depression=(10, 80), rays=50_000, bins=60, reach=(1, 31), speckle=False)
+    line = sonar.read(data)
+    # Depression at the edges of the bins; sin^2 of it is Lambert's.
+    edges = np.arcsin(np.minimum(7 / (line.ranges[:, None] + [-0.25, 0.25]), 1))
+    edges = np.clip(edges, *np.radians([10, 80]))
+    whole = 0.5 * edges - 0.25 * np.sin(2 * edges)
+    expected = (whole[:, 0] - whole[:, 1]) / np.radians(70)
+    np.testing.assert_allclose(line.port, expected, atol=2e-5)
+    np.testing.assert_allclose(line.starboard, expected, atol=2e-5)
+    assert (line.port[line.ranges < 7] == 0).all() and line.port[line.ranges > 7.5].min() > 0
+
+
+def test_a_side_scan_has_shadows_on_the_side_of_what_casts_them():
+    post = '<geom name="post" type="box" size="0.3 0.2 0.5" pos="0 -6.2 -8.5"/>'
+    model, data = scene(depth=9, more=post)
+    move(model, data, place=(0, 0, -6))
+    # 3 m above the bottom: the top edge, 1 m above it, shades the bottom from 6.4 m to 9.6 m to starboard.
+    line = SideScan(model, "rov", rays=20_000, bins=300, reach=(1, 31), speckle=False).read(data)
+    shaded = (line.ranges > np.hypot(6.5, 2.05)) & (line.ranges < np.hypot(9.5, 3))
+    assert line.starboard[shaded].max() == 0 and line.port[shaded].min() > 0
+    behind = (line.ranges > np.hypot(9.8, 3)) & (line.ranges < 20)
+    assert line.starboard[behind].min() > 0
+    noisy = SideScan(model, "rov", background=0.01).read(data)
+    assert noisy.port.min() > 0 and not np.array_equal(noisy.port, noisy.starboard)
 
 
 PLAIN = {"range_noise": 0, "angle_noise": 0}

@@ -6,9 +6,10 @@ import mujoco
 import numpy as np
 
 from ..errors import DataError
+from .arguments import at_least, span
 from .echoes import Echoes, Rays
 from .mount import Mount, velocity_at
-from .noise import Noise, at_least, span
+from .noise import Noise
 
 #: Azimuths of the beams from the instrument's x towards its y [degrees].
 AZIMUTHS = (45.0, 135.0, 225.0, 315.0)

@@ -7,8 +7,9 @@ import mujoco
 import numpy as np
 
 from ..errors import DataError
+from .arguments import at_least, numbers
 from .mount import Mount
-from .noise import Noise, at_least
+from .noise import Noise
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ class Gps:
             self._geodesy = import_module("pymap3d")
         except ImportError as error:
             raise DataError("Gps needs the package pymap3d: pip install 'hydro-mujoco[gps]'") from error
-        latitude, longitude, height = map(float, origin)
+        latitude, longitude, height = numbers("origin", origin, 3)
         if not (abs(latitude) <= 90 and abs(longitude) <= 360 and np.isfinite(height)):
             raise DataError(
                 f"origin is {latitude:g}, {longitude:g}, {height:g}; expected latitude -90 to 90 and longitude -360 to "
@@ -85,10 +86,7 @@ class Gps:
             raise DataError(f"east is {east} degrees; expected a finite number")
         self._mount, self._noise = Mount(model, name), Noise(seed, f"gps {name}")
         self._origin, self._turn = (latitude, longitude, height), np.radians(east)
-        self._slow, self._white = (
-            np.array([at_least(name, each, 0, " m") for each in (values[0], values[0], values[1])])
-            for name, values in (("slow_noise", slow_noise), ("noise", noise))
-        )
+        self._slow, self._white = _by_axis("slow_noise", slow_noise), _by_axis("noise", noise)
         self._time_constant = at_least("time_constant", time_constant, 1e-3, " s")
         self._margin = at_least("margin", margin, 0, " m")
 
@@ -104,3 +102,9 @@ class Gps:
         to_east, to_north = position[0] * cosine + position[1] * sine, position[1] * cosine - position[0] * sine
         latitude, longitude, height = self._geodesy.enu2geodetic(to_east, to_north, position[2], *self._origin)
         return GpsReading(data.time, True, float(latitude), float(longitude), float(height), position)
+
+
+def _by_axis(name: str, deviations: tuple[float, float]) -> np.ndarray:
+    """Standard deviations along x, y and z [m], shape (3,), of a horizontal and a vertical one."""
+    flat, up = (at_least(name, each, 0, " m") for each in numbers(name, deviations, 2))
+    return np.array([flat, flat, up])

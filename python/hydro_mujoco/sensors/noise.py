@@ -53,26 +53,3 @@ class Noise:
         share = (np.arange(COMPONENTS)[:, None] + draws[0]) / COMPONENTS
         frequency = np.tan(0.5 * np.pi * share) / time_constant
         return np.sqrt(2 / COMPONENTS) * np.cos(frequency * time + 2 * np.pi * draws[1]).sum(axis=0)
-
-
-def at_least(name: str, value: float, least: float, unit: str = "") -> float:
-    """The value, a finite number not below `least`.
-
-    Raises:
-        DataError: it is not.
-    """
-    if not np.isfinite(value) or value < least:
-        raise DataError(f"{name} is {value}{unit}; expected at least {least:g}{unit}")
-    return float(value)
-
-
-def span(name: str, values: tuple[float, float], unit: str) -> tuple[float, float]:
-    """Two finite numbers, the first at least 0, the second greater.
-
-    Raises:
-        DataError: they are not.
-    """
-    least, most = map(float, values)
-    if not 0 <= least < most < np.inf:
-        raise DataError(f"{name} is {least:g} to {most:g}{unit}; expected 0 <= least < most")
-    return least, most

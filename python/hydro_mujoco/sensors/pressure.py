@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from .arguments import at_least
 from .mount import Mount
-from .noise import Noise, at_least
+from .noise import Noise
 
 #: Standard atmosphere [Pa].
 ATMOSPHERE = 101_325.0

@@ -7,9 +7,10 @@ import mujoco
 import numpy as np
 
 from ..errors import DataError
+from .arguments import at_least
 from .echoes import Rays
 from .mount import Mount
-from .noise import Noise, at_least
+from .noise import Noise
 
 #: Speed of sound in sea water [m/s].
 SOUND = 1500.0
