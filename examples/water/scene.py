@@ -49,13 +49,14 @@ def picture(model, data, out, distance=9.0, azimuth=120.0, elevation=-14.0):
 def survey_picture(view, image, bearings, points, out):
     """Write a camera's view, a sonar's picture as a fan, and a map of points by height side by side to `out`.
 
-    view: pixels of a camera, None: no picture. image: shape (bins, beams), bearings: of the beams [rad], from a range
+    view: pixels of a camera. image: shape (bins, beams), bearings: of the beams [rad], from a range
     of 0. points: x, y, z in the world [m], shape (n, 3).
     """
-    if view is None:
+    try:
+        from PIL import Image
+    except ImportError:
+        print("no picture: pip install hydro-mujoco[examples]", file=sys.stderr)
         return
-    from PIL import Image
-
     height = view.shape[0]
     # Of each pixel: ahead and to the left of the apex at the bottom.
     ahead, left = np.meshgrid(np.arange(height)[::-1], np.arange(height)[::-1] - height / 2, indexing="ij")

@@ -1,10 +1,10 @@
-"""A BlueROV2 surveys a wreck: dead reckoning by DVL, fixes by USBL, a map by multibeam, a picture by sonar.
+"""A BlueROV2 surveys a wreck: dead reckoning by DVL, fixes by USBL, a map by multibeam, pictures by camera and sonar.
 
 python examples/water/survey.py [FOLDER FOR survey.png]
 """
 
 import scene
-from hydro_mujoco.sensors import Dvl, ImagingSonar, Multibeam, Pressure, Usbl
+from hydro_mujoco.sensors import Dvl, ImagingSonar, Multibeam, Pressure, UnderwaterCamera, Usbl
 from scene import mujoco, np, sea
 
 LENGTH, WIDTH, CELLS = 60, 30, 128
@@ -13,8 +13,8 @@ sea.add_surface(spec, cell=0.2, cells=128, rgba=(0.1, 0.35, 0.45, 0.6))
 x, y = np.meshgrid(np.linspace(0, 1, CELLS), np.linspace(0, 1, CELLS))
 sand = 0.5 + 0.2 * np.sin(9 * x + 4 * y) + 0.15 * np.sin(23 * x - 11 * y) + 0.05 * np.sin(160 * x + 30 * y)
 spec.add_hfield(name="sand", nrow=CELLS, ncol=CELLS, size=[LENGTH / 2, WIDTH / 2, 2, 1], userdata=sand.ravel())
-world = {"rgba": [0.76, 0.7, 0.5, 1]}
-spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname="sand", pos=[25, 0, -9], **world)
+sand = {"type": mujoco.mjtGeom.mjGEOM_HFIELD, "hfieldname": "sand", "rgba": [0.76, 0.7, 0.5, 1]}
+spec.worldbody.add_geom(pos=[25, 0, -9], **sand)
 hull = {"type": mujoco.mjtGeom.mjGEOM_CAPSULE, "size": [1.0, 0, 0], "rgba": [0.4, 0.25, 0.2, 1]}
 spec.worldbody.add_geom(fromto=[22, -3, -7.5, 28, 2, -7.2], **hull)
 spec.worldbody.add_geom(fromto=[25, -0.5, -7, 25.3, -0.3, -4.5], **(hull | {"size": [0.12, 0, 0]}))
@@ -22,6 +22,7 @@ spec.worldbody.add_site(name="ship", pos=[0, 8, -1])
 rov = spec.body("rov")
 rov.add_site(name="keel", pos=[0, 0, -0.12])
 rov.add_site(name="bow", pos=[0.2, 0, 0], quat=[np.cos(0.15), 0, np.sin(0.15), 0])  # 17 degrees down
+rov.add_camera(name="chase", pos=[-1.8, 0.0, 0.9], quat=[0.59, 0.4, -0.4, -0.59])  # ahead and down
 model = spec.compile()
 data = mujoco.MjData(model)
 dvl, depth, usbl = Dvl(model, "keel", seed=1), Pressure(model, "keel", seed=1), Usbl(model, "ship", "keel", seed=1)
@@ -33,8 +34,8 @@ while data.time < 60:
     yaw = np.arctan2(rotation[1, 0], rotation[0, 0])
     want = np.array([0.8, -0.5 * data.qpos[1], 1.0 * (-4.0 - data.qpos[2])])
     push, turn = 180 * (rotation.T @ (want - data.qvel[:3])), -4 * yaw - 4 * data.qvel[5]
-    flat = [[1, 1, 1], [1, -1, -1], [1, -1, 1], [1, 1, -1]]
-    data.ctrl[:4] = [(a * push[0] + b * push[1]) / (4 * 28.3) + c * turn / 20 for a, b, c in flat]
+    flat = np.array([[1, 1, 1], [1, -1, -1], [1, -1, 1], [1, 1, -1]])  # surge, sway, yaw
+    data.ctrl[:4] = flat @ [push[0] / 113.2, push[1] / 113.2, turn / 20]
     level = np.array([-rotation[2, 1], rotation[2, 0]]) - 0.3 * data.qvel[3:5]
     data.ctrl[4:] = push[2] / 160 + 3 * np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]]) @ level
     mujoco.mj_step(model, data)
@@ -50,7 +51,7 @@ while data.time < 60:
         found.append(keel + points[np.isfinite(points[:, 0])] @ axes.T)
     if image is None and data.qpos[0] > 17:
         image = sonar.read(data)
-        view = scene.picture(model, data, None, distance=9, azimuth=20, elevation=-20)
+        view = UnderwaterCamera(model, "chase", width=960, height=540).read(data)
 print(f"after {data.qpos[0]:.0f} m: dead reckoning by DVL is off by {errors['dvl'][-1]:.2f} m")
 print(f"{len(errors['usbl'])} fixes by USBL, off by {np.mean(errors['usbl']):.2f} m on average")
 millimetres = 1000 * np.array(errors["depth"])

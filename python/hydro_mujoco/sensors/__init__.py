@@ -6,6 +6,8 @@ gps.py            `Gps`: latitude, longitude, height, above the surface only
 multibeam.py      `Multibeam`: ranges of a fan of beams
 imaging_sonar.py  `ImagingSonar`: a picture by range and bearing
 side_scan.py      `SideScan`: a line of intensities by range to each side
+camera.py         `UnderwaterCamera`: a camera whose light the water absorbs and scatters
+light.py          `WaterLight`: that change of light
 usbl.py           `Usbl`: range, bearing and elevation of a transponder, late by the sound's way
 backscatter.py    what sonars share
 echoes.py         rays that sound takes
@@ -19,9 +21,11 @@ MuJoCo's own sensors do. Errors depend on the seed and the time alone: the same 
 and restored states too; two sensors of other names have other errors. Whoever wants a rate reads at that rate.
 """
 
+from .camera import UnderwaterCamera
 from .dvl import Dvl, DvlReading
 from .gps import Gps, GpsReading
 from .imaging_sonar import ImagingSonar, SonarImage
+from .light import WaterLight
 from .multibeam import Multibeam, MultibeamReading
 from .pressure import Pressure, PressureReading
 from .side_scan import SideScan, SideScanLine
@@ -40,6 +44,8 @@ __all__ = [
     "SideScan",
     "SideScanLine",
     "SonarImage",
+    "UnderwaterCamera",
     "Usbl",
     "UsblFix",
+    "WaterLight",
 ]
