@@ -52,6 +52,9 @@ rows["corner"] = found[row, column], np.exp(-k * 9) * clear + b * np.exp(-k * 10
 rows["beside"] = found[2, 2], b * np.exp(-k * 10)
 for name, (picture, law) in rows.items():
     assert abs(picture - law).max() < 0.006, (name, picture, law)
+# Where nothing is there the way has no end, however clear the water.
+with UnderwaterCamera(model, "eye", width=150, height=120, light=WaterLight([1e-3] * 3, k, b)) as camera:
+    assert abs(camera.read(data)[2, 2] / 255 - b * np.exp(-k * 10)).max() < 0.006
 model, data = scene(z=1.0)
 with UnderwaterCamera(model, "eye", **given) as camera:
     assert camera.read(data)[5, 5].max() == 0  # the air has no colour
