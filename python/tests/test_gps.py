@@ -53,7 +53,7 @@ def test_errors_of_a_gps_are_slow_and_white():
     model, data = scene(waterline=-5.0)
     times = np.arange(0, 4000, 25.0)
     positions = []
-    for seed in range(40):
+    for seed in range(25):
         gps = Gps(model, "rov", origin=ORIGIN, slow_noise=(2.0, 4.0), time_constant=200, noise=(0, 0), seed=seed)
         series = []
         for time in times:
@@ -61,10 +61,10 @@ def test_errors_of_a_gps_are_slow_and_white():
             series.append(gps.read(data).position - data.body("rov").xpos)
         positions.append(series)
     errors = np.array(positions)
-    np.testing.assert_allclose(errors.std(axis=(0, 1)), [2, 2, 4], rtol=0.12)
+    np.testing.assert_allclose(errors.std(axis=(0, 1)), [2, 2, 4], rtol=0.15)
     lag = 8  # one time constant
     share = (errors[:, lag:] * errors[:, :-lag]).mean(axis=(0, 1)) / errors.var(axis=(0, 1))
-    np.testing.assert_allclose(share, np.exp(-1), atol=0.12)
+    np.testing.assert_allclose(share, np.exp(-1), atol=0.15)
     white = Gps(model, "rov", origin=ORIGIN, slow_noise=(0, 0), noise=(0.5, 1.0))
     series = []
     for time in times:

@@ -29,7 +29,7 @@ def axes(data, site="nose"):
 
 
 @given(TILT, THREE, THREE, st.floats(-1, 1))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_bottom_track_of_a_tilted_turning_vehicle_over_a_moving_plane(tilt, velocity, rate, bottom):
     model, data = scene(depth=12, mounted="0.96 0 0 0.28")
     move(model, data, quat=(1, *tilt), velocity=velocity, rate=rate, bottom=bottom)
@@ -115,19 +115,19 @@ def test_errors_of_a_dvl_have_the_covariance_of_the_beams():
     move(model, data, velocity=(1, 0, 0))
     dvl = Dvl(model, "rov", velocity_noise=0.01, scale_error=0, range_noise=0.05, seed=3)
     readings = []
-    for tick in range(4000):
+    for tick in range(1500):
         data.time = 0.2 * tick
         readings.append(dvl.read(data))
     spread = np.cov(np.array([each.bottom for each in readings]).T)
     expected = 0.01**2 * np.linalg.inv(dvl.beams.T @ dvl.beams)
-    np.testing.assert_allclose(spread, expected, atol=0.08 * expected.max())
-    np.testing.assert_allclose(np.std([each.ranges for each in readings]), 0.05, rtol=0.03)
+    np.testing.assert_allclose(spread, expected, atol=0.12 * expected.max())
+    np.testing.assert_allclose(np.std([each.ranges for each in readings]), 0.05, rtol=0.04)
     scales = [
-        Dvl(model, "rov", velocity_noise=0, scale_error=0.01, seed=seed).read(data).bottom[0] - 1 for seed in range(400)
+        Dvl(model, "rov", velocity_noise=0, scale_error=0.01, seed=seed).read(data).bottom[0] - 1 for seed in range(200)
     ]
-    assert np.std(scales) == pytest.approx(0.01, rel=0.15)
-    lost = [np.isnan(Dvl(model, "rov", dropout=0.3, seed=seed).read(data).ranges).mean() for seed in range(400)]
-    assert np.mean(lost) == pytest.approx(0.3, abs=0.04)
+    assert np.std(scales) == pytest.approx(0.01, rel=0.2)
+    lost = [np.isnan(Dvl(model, "rov", dropout=0.3, seed=seed).read(data).ranges).mean() for seed in range(200)]
+    assert np.mean(lost) == pytest.approx(0.3, abs=0.05)
 
 
 def test_errors_are_functions_of_seed_name_and_time():
@@ -145,6 +145,7 @@ def test_errors_are_functions_of_seed_name_and_time():
 
 
 @given(st.floats(-50, 5))
+@settings(max_examples=30, deadline=None)
 def test_pressure_of_still_water(z):
     model, data = scene(depth=60, waterline=1.5, density=1025.0)
     move(model, data, place=(0, 0, z))
@@ -167,12 +168,12 @@ def test_the_pressure_of_a_wave_decays_with_depth():
 def test_errors_of_a_pressure_sensor():
     model, data = scene()
     depths = []
-    for tick in range(3000):
+    for tick in range(1500):
         data.time = float(tick)
         depths.append(Pressure(model, "rov", noise=500, bias=0, seed=tick % 7).read(data).pressure)
-    assert np.std(depths) == pytest.approx(500, rel=0.05)
-    biases = [Pressure(model, "rov", noise=0, bias=200, seed=seed).read(data).pressure for seed in range(500)]
-    assert np.std(biases) == pytest.approx(200, rel=0.12)
+    assert np.std(depths) == pytest.approx(500, rel=0.07)
+    biases = [Pressure(model, "rov", noise=0, bias=200, seed=seed).read(data).pressure for seed in range(300)]
+    assert np.std(biases) == pytest.approx(200, rel=0.15)
     stepped = Pressure(model, "rov", resolution=250, seed=1).read(data).pressure
     assert stepped % 250 == 0
 
@@ -195,7 +196,7 @@ def test_errors_of_neighbouring_times_share_nothing():
 
 
 def test_slow_noise_is_normal():
-    values = np.array([Noise(seed, "x").slow(17.0, 30.0, 5) for seed in range(2000)])
+    values = np.array([Noise(seed, "x").slow(17.0, 30.0, 5) for seed in range(1000)])
     assert np.mean(values) == pytest.approx(0, abs=0.04)
     assert np.std(values) == pytest.approx(1, abs=0.03)
     assert np.mean(values**4) == pytest.approx(3, abs=0.35)
