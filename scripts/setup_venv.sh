@@ -22,7 +22,7 @@ ray) folder=.venv-ray extras=ray,tank,sysid,dev imports='mujoco, ray, safetensor
 esac
 folder=${2:-$folder}
 # Extras of hydro_mujoco.
-package=gym
+package=gym,gps
 packages=(pyproject.toml scripts/pyproject.toml)
 if ! cat "${packages[@]}" | cmp -s - "$folder/.pyproject.toml"; then
   echo "setup: making $folder"

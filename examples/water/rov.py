@@ -6,7 +6,7 @@ python examples/water/rov.py [FOLDER FOR rov.png]
 import scene
 from scene import mujoco, np
 
-model, data = scene.load("rov.xml")
+model, data = scene.load("rov.xml", rgba=(0.1, 0.35, 0.45, 0.6))
 goal = np.array([0.0, 0.0, -2.0])
 error = []
 while data.time < 80:
@@ -34,4 +34,4 @@ afloat = data.qpos[2]
 out = afloat + 0.01 + 0.127
 part = 1 - 13.5 / (1000 * 0.013635)
 print(f"afloat: {out / 0.254:.3f} of its box above water; by Archimedes {part:.3f}")
-scene.picture(model, data, scene.target("rov.png"), distance=2.0, elevation=-14, size=6.0)
+scene.picture(model, data, scene.target("rov.png"), distance=2.0, elevation=-14)

@@ -1,4 +1,4 @@
-"""What the examples share: the plugin, and a picture of a run with the water's surface in it.
+"""What the examples share: the plugin, a model with a drawn sea, and a picture of a run.
 
 Needs `hydro_mujoco`; pictures need pillow (`pip install hydro-mujoco[examples]`) and EGL.
 """
@@ -10,60 +10,22 @@ import sys
 os.environ.setdefault("MUJOCO_GL", "egl")
 import mujoco
 import numpy as np
-from hydro_mujoco import plugin
+from hydro_mujoco import plugin, sea
 
 HERE = pathlib.Path(__file__).resolve().parent
 # `import mujoco` has loaded an installed wheel's; a checkout's is loaded here.
 plugin.load_plugin(plugin.built_library("HYDRO_LIBRARY"))
 
 
-def load(name: str):
-    """The model of an MJCF beside this file, and its data."""
-    model = mujoco.MjModel.from_xml_path(str(HERE / name))
+def load(name: str, **look):
+    """The model of an MJCF beside this file with a drawn sea, and its data; look: arguments of `sea.add_surface`."""
+    spec = mujoco.MjSpec.from_file(str(HERE / name))
+    model = sea.add_surface(spec, **look).compile()
     return model, mujoco.MjData(model)
 
 
-def draw_sea(scene, height, centre, size=24.0, cells=32):
-    """Draw the surface: `height(x, y)` in m, a square of `size` m about `centre`."""
-    step = size / cells
-    for i in range(cells):
-        for j in range(cells):
-            if scene.ngeom >= scene.maxgeom:
-                return
-            x, y = (
-                centre[0] + (i - cells / 2 + 0.5) * step,
-                centre[1] + (j - cells / 2 + 0.5) * step,
-            )
-            h = 0.5 * step
-            dx, dy = (
-                (height(x + h, y) - height(x - h, y)) / step,
-                (height(x, y + h) - height(x, y - h)) / step,
-            )
-            along = np.array([1.0, 0.0, dx]) / np.hypot(1, dx)
-            normal = np.array([-dx, -dy, 1.0]) / np.sqrt(1 + dx * dx + dy * dy)
-            frame = np.column_stack([along, np.cross(normal, along), normal])
-            mujoco.mjv_initGeom(
-                scene.geoms[scene.ngeom],
-                mujoco.mjtGeom.mjGEOM_PLANE,
-                np.array([h * np.hypot(1, dx), h * np.hypot(1, dy), 0.0]),
-                np.array([x, y, height(x, y)]),
-                frame.ravel(),
-                np.array([0.1, 0.4, 0.6, 0.5], np.float32),
-            )
-            scene.ngeom += 1
-
-
-def picture(
-    model,
-    data,
-    out,
-    height=lambda x, y: 0.0,
-    distance=9.0,
-    azimuth=120.0,
-    elevation=-14.0,
-    size=24.0,
-):
-    """Write a frame of the first body and the surface about it to `out`; returns the pixels, None without pillow."""
+def picture(model, data, out, distance=9.0, azimuth=120.0, elevation=-14.0):
+    """Write a frame of the first body and the sea about it to `out`; returns the pixels, None without pillow."""
     try:
         from PIL import Image
     except ImportError:
@@ -74,15 +36,55 @@ def picture(
     camera.distance, camera.azimuth, camera.elevation = distance, azimuth, elevation
     option = mujoco.MjvOption()
     option.flags[mujoco.mjtVisFlag.mjVIS_PERTOBJ] = 0  # without the plugin's arrows
-    with mujoco.Renderer(model, 540, 960, max_geom=4000) as renderer:
+    surface = sea.Surface(model, model.body(1).name)
+    with mujoco.Renderer(model, 540, 960) as renderer:
+        surface.update(data)
         renderer.update_scene(data, camera, option)
-        draw_sea(renderer.scene, height, data.xpos[1], size)
         pixels = renderer.render()
     if out:
         Image.fromarray(pixels).save(out)
     return pixels
 
 
+def survey_picture(view, image, bearings, points, out):
+    """Write a camera's view, a sonar's picture as a fan, and a map of points by height side by side to `out`.
+
+    view: pixels of a camera. image: shape (bins, beams), bearings: of the beams [rad], from a range
+    of 0. points: x, y, z in the world [m], shape (n, 3).
+    """
+    try:
+        from PIL import Image
+    except ImportError:
+        print("no picture: pip install hydro-mujoco[examples]", file=sys.stderr)
+        return
+    height = view.shape[0]
+    # Of each pixel: ahead and to the left of the apex at the bottom.
+    ahead, left = np.meshgrid(np.arange(height)[::-1], np.arange(height)[::-1] - height / 2, indexing="ij")
+    row = (np.hypot(ahead, left) / height * len(image)).astype(int)
+    column = (
+        np.interp(np.arctan2(left, ahead), bearings, np.arange(len(bearings)), left=-1, right=-1).round().astype(int)
+    )
+    inside = (row < len(image)) & (column >= 0)
+    tone = np.sqrt(np.clip(image / np.percentile(image[image > 0], 97), 0, 1))
+    fan = np.where(inside, tone[np.minimum(row, len(image) - 1), column], 0)[..., None] * [255, 190, 80]
+    x, y, z = points.T
+    scale = height / np.ptp(x)
+    across = int(scale * np.ptp(y)) + 1
+    chart = np.full((height, across), np.nan)
+    order = np.argsort(z)  # the highest last
+    chart[
+        (height - 1 - (height - 1) * (x - x.min()) / np.ptp(x)).astype(int)[order],
+        (scale * (y.max() - y)).astype(int)[order],
+    ] = z[order]
+    share = (chart - np.nanmin(z)) / np.ptp(z)
+    colours = np.stack([255 * share, 90 + 120 * share, 200 - 150 * share], axis=-1)
+    chart = np.where(np.isnan(share)[..., None], 20, colours)
+    Image.fromarray(np.hstack([view, fan, chart]).astype(np.uint8)).save(out)
+
+
 def target(name: str) -> pathlib.Path:
     """Where a picture goes: the first argument of the command line, or the working directory."""
     return pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".") / name
+
+
+__all__ = ["load", "mujoco", "np", "picture", "sea", "target"]

@@ -2,6 +2,8 @@
 
 water.py       `add_water(spec, body=...)`, `wrench(model, data, body)`
 submersion.py  `submerged(model, data, body)`
+sea/           the sea about a body: `sea.water(model, body)`, and its surface drawn by MuJoCo
+sensors/       sensors of underwater vehicles: DVL, pressure, GPS, sonars, USBL
 packaged.py    scenes, checkpoints, examples and the library that come with the package
 record/        `record(model, out)`, and the command `python -m hydro_mujoco.record`
 trials/        logs of real vehicles as trials for `hydro gap`: `trials.from_mcap(...)`, `python -m hydro_mujoco.trials`
@@ -25,7 +27,7 @@ from .errors import DataError, Notice
 from .version import __version__
 
 if TYPE_CHECKING:
-    from . import gap, trials
+    from . import gap, sea, sensors, trials
     from .boundary_elements import from_capytaine, potential_flow
     from .learned import with_checkpoint
     from .packaged import checkpoint, examples, library, scene
@@ -50,6 +52,8 @@ __all__ = [
     "potential_flow",
     "record",
     "scene",
+    "sea",
+    "sensors",
     "submerged",
     "train",
     "trials",
@@ -72,6 +76,8 @@ _FROM = {
     # The folder `record` can be called like the function in it.
     "record": None,
     "scene": ".packaged",
+    "sea": None,
+    "sensors": None,
     "submerged": ".submersion",
     "train": ".training",
     "trials": None,

@@ -53,7 +53,7 @@ def checkpoint(name: str) -> str:
 
 
 def examples() -> str:
-    """The folder of examples: `water/boat.py`, `water/rov.py`, `water/fish.py`, `tether/`."""
+    """The folder of examples: `water/boat.py`, `rov.py`, `fish.py`, `sea.py`, `survey.py`; `tether/`."""
     return str(root() / "examples")
 
 

@@ -4,6 +4,7 @@ import ctypes
 import os
 import sys
 import warnings
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -41,9 +42,16 @@ def built_library(variable: str = LIBRARY) -> Path:
 
 def is_loaded() -> bool:
     """True where this process knows `hydro.wrench`."""
-    library = ctypes.CDLL(str(Path(mujoco.__file__).parent / _mujoco_library()))
-    library.mjp_getPlugin.restype = ctypes.c_void_p
-    return bool(library.mjp_getPlugin(WRENCH.encode(), None))
+    return bool(_mujoco().mjp_getPlugin(WRENCH.encode(), None))
+
+
+def attribute(model: mujoco.MjModel, instance: int, name: str) -> str | None:
+    """Value of an attribute of a plugin instance of a compiled model; "" where it is not given.
+
+    None where the instance's plugin has no such attribute.
+    """
+    found = _mujoco().mj_getPluginConfig(ctypes.c_void_p(model._address), instance, name.encode())
+    return None if found is None else found.decode()
 
 
 def loaded_copies() -> list[Path]:
@@ -96,8 +104,13 @@ def declare(spec: mujoco.MjSpec, name: str, config: dict[str, str], *users: Any)
         user.plugin.plugin_name, user.plugin.name, user.plugin.active = WRENCH, name, True
 
 
-def _mujoco_library() -> str:
-    found = sorted(path.name for path in Path(mujoco.__file__).parent.glob("libmujoco*"))
+@cache
+def _mujoco() -> ctypes.CDLL:
+    """The MuJoCo of this process, for functions that its Python package lacks."""
+    found = sorted(path for path in Path(mujoco.__file__).parent.glob("libmujoco*"))
     if not found:
         raise DataError("the mujoco package has no libmujoco beside it")
-    return found[0]
+    library = ctypes.CDLL(str(found[0]))
+    library.mjp_getPlugin.restype = ctypes.c_void_p
+    library.mj_getPluginConfig.restype = ctypes.c_char_p
+    return library

@@ -41,6 +41,20 @@ class Examples(unittest.TestCase):
         self.assertLess(station, 0.12)
         self.assertAlmostEqual(above, archimedes, delta=0.002)
 
+    def test_the_boat_follows_the_drawn_sea(self):
+        vertices, components, *_, lowest, highest = self.run_example("sea", "sea.webp")
+        self.assertEqual((vertices, components), (257 * 257, 200))
+        self.assertTrue(0 < lowest < highest < 0.2)
+
+    def test_a_survey_by_dvl_usbl_and_pressure(self):
+        run, reckoned, fixes, positioned, bias, scatter = self.run_example("survey", "survey.png")
+        self.assertTrue(30 < run < 40)
+        self.assertLess(reckoned, 0.01 * run)
+        self.assertTrue(25 <= fixes <= 31)
+        self.assertLess(positioned, 0.3)
+        self.assertLess(abs(bias), 40)
+        self.assertLess(scatter, 10)
+
     def test_a_fish_swims_and_keeps_its_depth(self):
         speed, _, depth = self.run_example("fish", "fish.png")
         self.assertGreater(speed, 0.15)

@@ -1,0 +1,84 @@
+"""What sonars share: fans of beams, intensity of an echo, intensities by range."""
+
+import numpy as np
+
+from ..errors import DataError
+from .arguments import whole
+from .echoes import Echoes
+
+#: Most rays of a ping.
+MOST_RAYS = 200_000
+
+
+def fan(number: int, width: float) -> np.ndarray:
+    """Angles of a fan [rad], shape (number,), evenly from -width / 2 to width / 2 [degrees]; 0 of one."""
+    return np.radians(width) * (np.linspace(-0.5, 0.5, number) if number > 1 else np.zeros(1))
+
+
+def check_rays(beams: int, rays: int = 1) -> None:
+    """Refuse numbers of beams and of rays of a beam.
+
+    Raises:
+        DataError: one is no whole number above 0, or there are too many rays.
+    """
+    whole("beams", beams, 1)
+    whole("rays", rays, 1)
+    if beams * rays > MOST_RAYS:
+        raise DataError(f"{beams * rays} rays a ping; expected at most {MOST_RAYS}")
+
+
+def check_angle(name: str, angle: float, most: float) -> None:
+    """Refuse an angle [degrees].
+
+    Raises:
+        DataError: it is not above 0 and below `most`.
+    """
+    if not 0 < angle < most:
+        raise DataError(f"{name} is {angle} degrees; expected above 0 and below {most:g}")
+
+
+def lambert(echoes: Echoes, directions: np.ndarray) -> np.ndarray:
+    """cos^2 of the angle of incidence, 0 without an echo, shape (n,).
+
+    Source: R. J. Urick, Principles of Underwater Sound, 3rd ed., McGraw-Hill 1983, chapter 8 (Lambert's law).
+    """
+    cosine = np.einsum("ij,ij->i", echoes.normal, directions)
+    return np.where(echoes.geom >= 0, cosine * cosine, 0.0)
+
+
+class RangeBins:
+    """Intensities of rays, gathered by beam and range.
+
+    Speckle multiplies a sum by a number of the exponential distribution (fully developed: Rayleigh's amplitude): R.
+    Cerqueira et al., A novel GPU-based sonar simulator for real-time applications, Computers & Graphics 68, 2017.
+    """
+
+    def __init__(self, reach: tuple[float, float], number: int, *, speckle: bool, background: float):
+        """Make the bins.
+
+        Args:
+            reach: of the first and the last [m]. number: of them. speckle: whether intensities scatter.
+            background: mean intensity of noise in every bin.
+        """
+        self._first, self._number = reach[0], whole("bins", number, 1)
+        self._size = (reach[1] - reach[0]) / self._number
+        self._speckle, self._background = speckle, background
+        #: Middles of the bins [m], shape (number,).
+        self.ranges = self._first + self._size * (np.arange(self._number) + 0.5)
+
+    def gather(
+        self, echoes: Echoes, intensity: np.ndarray, beam: np.ndarray, beams: int, random: np.random.Generator
+    ) -> np.ndarray:
+        """Sums of intensities, shape (number, beams).
+
+        Args:
+            echoes: of n rays. intensity: of each, shape (n,). beam: of each, shape (n,). beams: how many there are.
+            random: of speckle and noise.
+        """
+        heard = np.isfinite(echoes.distance)
+        row = np.minimum(((echoes.distance[heard] - self._first) / self._size).astype(int), self._number - 1)
+        image = np.zeros((self._number, beams))
+        np.add.at(image, (row, beam[heard]), intensity[heard])
+        if self._speckle:
+            image *= random.standard_exponential(image.shape)
+        return image + self._background * random.standard_exponential(image.shape)
