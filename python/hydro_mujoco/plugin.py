@@ -41,7 +41,7 @@ def built_library(variable: str = LIBRARY) -> Path:
 
 def is_loaded() -> bool:
     """True where this process knows `hydro.wrench`."""
-    library = ctypes.CDLL(str(Path(mujoco.__file__).parent / _mujoco_library()))
+    library = ctypes.CDLL(str(mujoco_library()))
     library.mjp_getPlugin.restype = ctypes.c_void_p
     return bool(library.mjp_getPlugin(WRENCH.encode(), None))
 
@@ -96,8 +96,9 @@ def declare(spec: mujoco.MjSpec, name: str, config: dict[str, str], *users: Any)
         user.plugin.plugin_name, user.plugin.name, user.plugin.active = WRENCH, name, True
 
 
-def _mujoco_library() -> str:
-    found = sorted(path.name for path in Path(mujoco.__file__).parent.glob("libmujoco*"))
+def mujoco_library() -> Path:
+    """The libmujoco of the `mujoco` package, which this process has loaded."""
+    found = sorted(Path(mujoco.__file__).parent.glob("libmujoco*"))
     if not found:
         raise DataError("the mujoco package has no libmujoco beside it")
     return found[0]

@@ -1,0 +1,170 @@
+"""The water's numbers on the device."""
+
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+import warp as wp
+
+from .hull import Solid
+from .rows import Row, Water
+
+wp.set_module_options({"enable_backward": False})
+
+
+@wp.struct
+class Arrays:
+    """The water's numbers. A row is a body in the water of an instance; a water is an instance's.
+
+    Arrays of two dimensions are what may differ from world to world: their first is 1, or the number of worlds.
+    """
+
+    # By row.
+    body: wp.array[int]
+    dof: wp.array[int]  # last degree of freedom that moves the body
+    water: wp.array[int]
+    is_root: wp.array[bool]  # its centre of mass is that of its tree
+    has_room: wp.array[bool]  # M has room for products of its degrees of freedom
+    may_push: wp.array[bool]
+    com: wp.array[wp.vec3]  # centre of mass, body frame [m]
+    middle: wp.array[wp.vec3]
+    centre: wp.array[wp.vec3]  # of the whole hull, or of buoyancy
+    centre_is_given: wp.array[bool]
+    hull_volume: wp.array[float]
+    long_axis: wp.array[int]
+    length: wp.array[float]
+    solid_start: wp.array[int]  # number of rows and one more
+    matrix_start: wp.array[int]
+    added_mass: wp.array2d[wp.spatial_matrix]
+    linear_drag: wp.array2d[wp.spatial_matrix]
+    quadratic_drag: wp.array2d[wp.spatial_vector]
+    cross_flow: wp.array2d[wp.vec2]
+    lift: wp.array2d[wp.vec2]
+    munk: wp.array2d[wp.vec2]
+    up_force: wp.array2d[float]
+    up_moment: wp.array2d[wp.vec3]
+    offset: wp.array2d[wp.vec3]
+    world_force: wp.array2d[wp.vec3]
+    world_torque: wp.array2d[wp.vec3]
+    displaced: wp.array2d[float]
+    # By water.
+    has_surface: wp.array[bool]
+    waterline: wp.array[float]
+    current: wp.array2d[wp.vec3]
+    profile_start: wp.array[int]
+    # By point of a profile, by solid, by triangle, by quadratic matrix.
+    profile_depth: wp.array[float]
+    profile_velocity: wp.array[wp.vec3]
+    solid_centre: wp.array[wp.vec3]
+    solid_axes: wp.array[wp.mat33]
+    solid_semi_axes: wp.array[wp.vec3]
+    triangle_start: wp.array[int]  # number of solids and one more
+    corners: wp.array[wp.vec3]
+    matrix_point: wp.array[wp.vec3]
+    matrix: wp.array[wp.spatial_matrix]
+
+
+#: Fields that may differ from world to world, with their Warp types.
+BY_WORLD = {
+    "added_mass": wp.spatial_matrix,
+    "linear_drag": wp.spatial_matrix,
+    "quadratic_drag": wp.spatial_vector,
+    "cross_flow": wp.vec2,
+    "lift": wp.vec2,
+    "munk": wp.vec2,
+    "up_force": float,
+    "up_moment": wp.vec3,
+    "offset": wp.vec3,
+    "world_force": wp.vec3,
+    "world_torque": wp.vec3,
+    "displaced": float,
+    "current": wp.vec3,
+}
+
+
+def arrays(model: mujoco.MjModel, water: Water, device: wp.Device) -> Arrays:
+    """The numbers of a model's water, on a device."""
+
+    def put(values: object, dtype: type) -> wp.array:
+        return wp.array(np.array(values), dtype=dtype, device=device)
+
+    rows, solids = water.rows, [solid for row in water.rows for solid in row.hull.solids]
+    given = [_centre_is_given(row, water) for row in rows]
+    out = Arrays()
+    out.body = put([row.body for row in rows], int)
+    out.dof = put([dofs(model, row.body)[-1] for row in rows], int)
+    out.water = put([row.water for row in rows], int)
+    out.is_root = put([model.body_rootid[row.body] == row.body for row in rows], bool)
+    out.has_room = put([has_room(model, row.body) for row in rows], bool)
+    out.may_push = put([row.may_push for row in rows], bool)
+    out.com = put([model.body_ipos[row.body] for row in rows], wp.vec3)
+    out.middle = put([row.hull.middle for row in rows], wp.vec3)
+    out.centre = put([row.hull.centre for row in rows], wp.vec3)
+    out.centre_is_given = put(given, bool)
+    out.hull_volume = put([sum(solid.volume for solid in row.hull.solids) for row in rows], float)
+    out.long_axis = put([row.long_axis for row in rows], int)
+    out.length = put([row.hull.extent.max() for row in rows], float)
+    out.solid_start = put(_starts([len(row.hull.solids) for row in rows]), int)
+    out.matrix_start = put(_starts([len(row.matrices) for row in rows]), int)
+    for name, dtype in BY_WORLD.items():
+        if name != "current":
+            setattr(out, name, put([[getattr(row, name) for row in rows]], dtype))
+    _put_waters(out, model, water, put)
+    _put_solids(out, solids, put)
+    matrices = [entry for row in rows for entry in row.matrices]
+    out.matrix_point = put(np.reshape([point for point, _ in matrices], (-1, 3)), wp.vec3)
+    out.matrix = put(np.reshape([matrix for _, matrix in matrices], (-1, 6, 6)), wp.spatial_matrix)
+    return out
+
+
+def _put_waters(out: Arrays, model: mujoco.MjModel, water: Water, put: Callable[[object, type], wp.array]) -> None:
+    waters = water.instances
+    has_fluid = model.opt.density > 0 or model.opt.viscosity > 0
+    common = water.current + (model.opt.wind if has_fluid else 0.0)
+    # A current of one point is the same everywhere.
+    profiles = [
+        instance.current if len(instance.current[0]) > 1 else (np.zeros(0), np.zeros((0, 3))) for instance in waters
+    ]
+    constant = [instance.current[1][0] if len(instance.current[0]) == 1 else np.zeros(3) for instance in waters]
+    out.has_surface = put([instance.waterline is not None for instance in waters], bool)
+    out.waterline = put([instance.waterline or 0.0 for instance in waters], float)
+    out.current = put([[common + velocity for velocity in constant]], wp.vec3)
+    out.profile_start = put(_starts([len(depths) for depths, _ in profiles]), int)
+    out.profile_depth = put(np.concatenate([depths for depths, _ in profiles]), float)
+    out.profile_velocity = put(np.concatenate([velocities for _, velocities in profiles]), wp.vec3)
+
+
+def _put_solids(out: Arrays, solids: list[Solid], put: Callable[[object, type], wp.array]) -> None:
+    out.solid_centre = put(np.reshape([solid.centre for solid in solids], (-1, 3)), wp.vec3)
+    out.solid_axes = put(np.reshape([solid.axes for solid in solids], (-1, 3, 3)), wp.mat33)
+    out.solid_semi_axes = put(np.reshape([solid.semi_axes for solid in solids], (-1, 3)), wp.vec3)
+    out.triangle_start = put(_starts([len(solid.triangles) for solid in solids]), int)
+    out.corners = put(
+        np.concatenate([np.zeros((0, 3)), *(solid.triangles.reshape(-1, 3) for solid in solids)]), wp.vec3
+    )
+
+
+def _starts(counts: list[int]) -> np.ndarray:
+    return np.concatenate([[0], np.cumsum(counts)]).astype(int)
+
+
+def dofs(model: mujoco.MjModel, body: int) -> list[int]:
+    """The degrees of freedom that move a body, first to last."""
+    while body and not model.body_dofnum[body]:
+        body = int(model.body_parentid[body])
+    dof = int(model.body_dofadr[body] + model.body_dofnum[body] - 1) if body else -1
+    found: list[int] = []
+    while dof >= 0:
+        found.insert(0, dof)
+        dof = int(model.dof_parentid[dof])
+    return found
+
+
+def has_room(model: mujoco.MjModel, body: int) -> bool:
+    """True where MuJoCo's inertia matrix has room for products of all degrees of freedom that move a body."""
+    return all(model.M_rownnz[dof] == above + 1 for above, dof in enumerate(dofs(model, body)))
+
+
+def _centre_is_given(row: Row, water: Water) -> bool:
+    instance = water.instances[row.water]
+    return instance.body == row.body and instance.centre_of_buoyancy is not None

@@ -1,0 +1,187 @@
+"""The effects of all instances as numbers: a row a body of an instance."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from ..errors import DataError
+from ..recording.kinematics import name_of
+from .hull import Hull, hull
+from .instances import Instance, instances, target_body
+
+AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+def moved(point: np.ndarray) -> np.ndarray:
+    """[6, 6] that takes a velocity (linear, angular) of the body's origin to that of a point [m]: v + omega x r."""
+    x, y, z = point
+    matrix = np.eye(6)
+    matrix[:3, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
+    return matrix
+
+
+@dataclass
+class Row:
+    """The water of an instance on one body; six numbers are those of force and torque, or linear and angular motion.
+
+    Attributes:
+        body: its number. water: number of the instance. hull: its sizes.
+        added_mass: about the body's origin [kg, kg m, kg m^2], shape (6, 6). linear_drag: likewise.
+        quadratic_drag: diagonal, at the hull's middle, shape (6,).
+        matrices: quadratic drags with couplings: the point [m] and the matrix about it.
+        cross_flow: half density times coefficient times breadth for flow along the two axes after the longest one
+            [kg/m^2], shape (2,). lift: half density times area times slope [kg/m], shape (2,).
+        munk: [kg], shape (2,).
+        up_force: net buoyancy [N]. up_moment: [N m]. offset: displaced mass times the way of its centre [kg m].
+        world_force, world_torque: constant in the world [N], [N m].
+        displaced: mass of the water in the whole hull of hydrostatics [kg]; 0 without.
+    """
+
+    body: int
+    water: int
+    hull: Hull
+    added_mass: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
+    linear_drag: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
+    quadratic_drag: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    matrices: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    cross_flow: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    lift: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    munk: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    up_force: float = 0.0
+    up_moment: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    offset: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    world_force: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    world_torque: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    displaced: float = 0.0
+
+    @property
+    def long_axis(self) -> int:
+        """The axis along which strips of cross-flow drag lie: the longest, x before y before z."""
+        return int(np.argmax(self.hull.extent))
+
+    @property
+    def may_push(self) -> bool:
+        """True where its damping may have a negative eigenvalue."""
+        return bool(self.matrices or np.any(self.lift))
+
+
+@dataclass(frozen=True)
+class Water:
+    """All that `attach` needs of a model: its instances, a row a body of each, the current of effects.
+
+    current: velocity that the effects of that name add everywhere, world [m/s], shape (3,).
+    """
+
+    instances: list[Instance]
+    rows: list[Row]
+    current: np.ndarray
+
+
+def water(model: mujoco.MjModel) -> Water:
+    """The water of a compiled model.
+
+    Raises:
+        DataError: it has none, or something of it that MuJoCo Warp does not get.
+    """
+    found = instances(model)
+    rows: dict[tuple[int, int], Row] = {}
+    current = np.zeros(3)
+    for number, instance in enumerate(found):
+        for effect in instance.effects:
+            values = effect["parameters"]
+            if effect["effect"] == "current":
+                current += [values["x"], values["y"], values["z"]]
+                continue
+            body = target_body(model, effect, f"instance `{instance.name}`")
+            if (number, body) not in rows:
+                rows[number, body] = Row(body, number, hull(model, body, instance))
+            _ADD[effect["effect"]](rows[number, body], values, instance, model)
+    if np.any(current) and (model.opt.density > 0 or model.opt.viscosity > 0):
+        raise DataError(
+            "effect `current` beside MuJoCo's own fluid (option density or viscosity above 0) is not supported in "
+            "MuJoCo Warp; give the attribute `current`, or `option wind`"
+        )
+    return Water(found, list(rows.values()), current)
+
+
+def _six(values: dict[str, Any]) -> np.ndarray:
+    return np.array([float(values[axis]) for axis in AXES])
+
+
+def _about_origin(row: Row, values: dict[str, Any]) -> np.ndarray:
+    """A diagonal at the hull's middle, or a whole matrix at its point, for motions and forces at the body's origin."""
+    point = np.array(values.get("point", row.hull.middle), dtype=float)
+    matrix = np.array(values["matrix"], dtype=float) if "matrix" in values else np.diag(_six(values))
+    return moved(point).T @ matrix @ moved(point)
+
+
+def _added_mass(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
+    matrix = _about_origin(row, values)
+    row.added_mass = row.added_mass + (matrix + matrix.T) / 2
+
+
+def _linear_drag(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
+    row.linear_drag = row.linear_drag + _about_origin(row, values)
+
+
+def _quadratic_drag(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
+    if "matrix" in values:
+        point = np.array(values.get("point", row.hull.middle), dtype=float)
+        row.matrices.append((point, np.array(values["matrix"], dtype=float)))
+    else:
+        row.quadratic_drag = row.quadratic_drag + _six(values)
+
+
+def _cross_flow_drag(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
+    first, second = (row.long_axis + 1) % 3, (row.long_axis + 2) % 3
+    breadths = row.hull.extent[[second, first]]
+    coefficients = np.array([float(values[AXES[axis]]) for axis in (first, second)])
+    row.cross_flow = row.cross_flow + 0.5 * instance.density * coefficients * breadths
+
+
+def _munk_moment(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
+    row.munk = row.munk + [values["pitch"], values["yaw"]]
+
+
+def _lift(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
+    x, y, z = row.hull.extent
+    row.lift = row.lift + 0.5 * instance.density * np.array([values["sway"] * x * z, values["heave"] * x * y])
+
+
+def _net_buoyancy(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
+    row.up_force += float(values["force"])
+    row.up_moment = row.up_moment + [float(values.get(f"moment_{axis}", 0)) for axis in "xyz"]
+
+
+def _buoyancy_offset(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
+    displaced = instance.density * row.hull.displaced
+    row.offset = row.offset + displaced * np.array([values["x"], values["y"], values["z"]], dtype=float)
+
+
+def _hydrostatics(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
+    if row.displaced:
+        name = name_of(model, row.body)
+        raise DataError(f"instance `{instance.name}`: two effects `hydrostatics` on body `{name}`; take one away")
+    row.displaced = instance.density * float(values.get("volume", row.hull.volume))
+
+
+def _constant_force(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
+    row.world_force = row.world_force + [float(values[axis]) for axis in "xyz"]
+    row.world_torque = row.world_torque + [float(values.get(f"torque_{axis}", 0)) for axis in "xyz"]
+
+
+#: Effect on a body -> what adds its values to a row.
+_ADD = {
+    "added_mass": _added_mass,
+    "linear_drag": _linear_drag,
+    "quadratic_drag": _quadratic_drag,
+    "cross_flow_drag": _cross_flow_drag,
+    "munk_moment": _munk_moment,
+    "lift": _lift,
+    "net_buoyancy": _net_buoyancy,
+    "buoyancy_offset": _buoyancy_offset,
+    "hydrostatics": _hydrostatics,
+    "constant_force": _constant_force,
+}
