@@ -34,10 +34,10 @@ class Arrays:
     long_axis: wp.array[int]
     length: wp.array[float]
     solid_start: wp.array[int]  # number of rows and one more
-    matrix_start: wp.array[int]
+    quadratic_point: wp.array[wp.vec3]
     added_mass: wp.array2d[wp.spatial_matrix]
     linear_drag: wp.array2d[wp.spatial_matrix]
-    quadratic_drag: wp.array2d[wp.spatial_vector]
+    quadratic_drag: wp.array2d[wp.spatial_matrix]
     cross_flow: wp.array2d[wp.vec2]
     lift: wp.array2d[wp.vec2]
     munk: wp.array2d[wp.vec2]
@@ -52,7 +52,7 @@ class Arrays:
     waterline: wp.array[float]
     current: wp.array2d[wp.vec3]
     profile_start: wp.array[int]
-    # By point of a profile, by solid, by triangle, by quadratic matrix.
+    # By point of a profile, by solid, by corner of triangles.
     profile_depth: wp.array[float]
     profile_velocity: wp.array[wp.vec3]
     solid_centre: wp.array[wp.vec3]
@@ -60,15 +60,13 @@ class Arrays:
     solid_semi_axes: wp.array[wp.vec3]
     triangle_start: wp.array[int]  # number of solids and one more
     corners: wp.array[wp.vec3]
-    matrix_point: wp.array[wp.vec3]
-    matrix: wp.array[wp.spatial_matrix]
 
 
 #: Fields that may differ from world to world, with their Warp types.
 BY_WORLD = {
     "added_mass": wp.spatial_matrix,
     "linear_drag": wp.spatial_matrix,
-    "quadratic_drag": wp.spatial_vector,
+    "quadratic_drag": wp.spatial_matrix,
     "cross_flow": wp.vec2,
     "lift": wp.vec2,
     "munk": wp.vec2,
@@ -105,15 +103,12 @@ def arrays(model: mujoco.MjModel, water: Water, device: wp.Device) -> Arrays:
     out.long_axis = put([row.long_axis for row in rows], int)
     out.length = put([row.hull.extent.max() for row in rows], float)
     out.solid_start = put(_starts([len(row.hull.solids) for row in rows]), int)
-    out.matrix_start = put(_starts([len(row.matrices) for row in rows]), int)
+    out.quadratic_point = put([row.quadratic_point for row in rows], wp.vec3)
     for name, dtype in BY_WORLD.items():
         if name != "current":
             setattr(out, name, put([[getattr(row, name) for row in rows]], dtype))
     _put_waters(out, model, water, put)
     _put_solids(out, solids, put)
-    matrices = [entry for row in rows for entry in row.matrices]
-    out.matrix_point = put(np.reshape([point for point, _ in matrices], (-1, 3)), wp.vec3)
-    out.matrix = put(np.reshape([matrix for _, matrix in matrices], (-1, 6, 6)), wp.spatial_matrix)
     return out
 
 

@@ -52,7 +52,7 @@ class Water:
 
         Args:
             name: one of `arrays.BY_WORLD`: `added_mass`, `linear_drag` (6 x 6, about the body's origin),
-                `quadratic_drag` (six numbers), `current` [m/s, by instance], ...
+                `current` [m/s, by instance], ...
             values: shape (1 or nworld, rows, ...), as `numbers.NAME.numpy()` gives them; of `current`, instances in
                 place of rows.
 
@@ -72,6 +72,7 @@ class Water:
         if not np.isfinite(given).all():
             raise DataError(f"`{name}` holds {given[~np.isfinite(given)][0]}; expected finite numbers")
         setattr(self.numbers, name, wp.array(given, dtype=BY_WORLD[name], device=known.device))
+        self.numbers.may_push.fill_(True)
 
     def passive(self, m: mjw.Model, d: mjw.Data) -> None:
         """Add the water's forces and inertia: what MuJoCo Warp calls at the end of its passive forces."""
@@ -137,8 +138,8 @@ def attach(m: mjw.Model, model: mujoco.MjModel, *, nworld: int) -> Water:
     for size in SIZES:
         if getattr(m, size) != getattr(model, size):
             raise DataError(
-                f"the Warp model has {size} = {getattr(m, size)} and the MuJoCo model {getattr(model, size)}: make it of "
-                "the same MJCF, mujoco_warp.put_model(without_plugin(spec).compile())"
+                f"the Warp model has {size} = {getattr(m, size)} and the MuJoCo model {getattr(model, size)}: make it "
+                "of the same MJCF, mujoco_warp.put_model(without_plugin(spec).compile())"
             )
     if nworld < 1:
         raise DataError(f"nworld is {nworld}; expected 1 or more")

@@ -259,8 +259,8 @@ def _surfaced(
     own = sum(solid.volume * solid.centre_of_volume for solid in solids) / sum(solid.volume for solid in solids)
     if not is_given and np.linalg.norm(own - centre) > CLOSE * np.linalg.norm(box[1]):
         raise DataError(
-            f"{where}: its centre is {np.round(own, 4).tolist()} here and {centre.round(4).tolist()} by the plugin, which "
-            "takes an ellipsoid for a mesh that crosses itself; give it a mesh that does not"
+            f"{where}: its centre is {np.round(own, 4).tolist()} here and {centre.round(4).tolist()} by the plugin, "
+            "which takes an ellipsoid for a mesh that crosses itself; give it a mesh that does not"
         )
     return tuple(solids)
 

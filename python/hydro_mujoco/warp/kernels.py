@@ -13,6 +13,7 @@ from .laws import (
     moved,
     munk_load,
     resisting,
+    slope_of_squares,
     squares,
     upper,
 )
@@ -77,33 +78,28 @@ def drag_of(a: Arrays, world: int, row: int, motion: wp.spatial_vector) -> Drag:
     """Load and damping of drags and lift, and load of Munk's moment, about the origin; whole hull under water."""
     cross_flow = a.cross_flow[world % a.cross_flow.shape[0], row]
     lift = a.lift[world % a.lift.shape[0], row]
-    quadratic = a.quadratic_drag[world % a.quadratic_drag.shape[0], row]
     at_middle = moved(a.middle[row])
     flow = at_middle * motion
     drag = Drag()
     drag.load = lift_load(lift, flow) + munk_load(a.munk[world % a.munk.shape[0], row], flow)
-    drag.load -= wp.cw_mul(quadratic, squares(flow))
-    for i in range(6):
-        drag.damping[i, i] = 2.0 * quadratic[i] * wp.abs(flow[i])
     drag.damping = add_lift_damping(lift, flow, drag.damping)
     axis = (a.long_axis[row] + 1) % 3
     other = (a.long_axis[row] + 2) % 3
     length = a.length[row]
     drag = add_cross_flow(drag, cross_flow[0], axis, other, 1.0, wp.vec2(flow[axis], flow[3 + other]), length)
     drag = add_cross_flow(drag, cross_flow[1], other, axis, -1.0, wp.vec2(flow[other], flow[3 + axis]), length)
-    back = wp.transpose(at_middle)
+    drag.load = wp.transpose(at_middle) * drag.load
+    drag.damping = wp.transpose(at_middle) * drag.damping * at_middle
+
     linear = a.linear_drag[world % a.linear_drag.shape[0], row]
-    drag.load = back * drag.load - linear * motion
-    drag.damping = back * drag.damping * at_middle + linear
-    for entry in range(a.matrix_start[row], a.matrix_start[row + 1]):
-        at_point = moved(a.matrix_point[entry])
-        flow = at_point * motion
-        slope = a.matrix[entry]
-        for i in range(6):
-            for j in range(6):
-                slope[i, j] *= 2.0 * wp.abs(flow[j])
-        drag.load -= wp.transpose(at_point) * (a.matrix[entry] * squares(flow))
-        drag.damping += wp.transpose(at_point) * slope * at_point
+    drag.load -= linear * motion
+    drag.damping += linear
+
+    quadratic = a.quadratic_drag[world % a.quadratic_drag.shape[0], row]
+    at_point = moved(a.quadratic_point[row])
+    flow = at_point * motion
+    drag.load -= wp.transpose(at_point) * (quadratic * squares(flow))
+    drag.damping += wp.transpose(at_point) * slope_of_squares(quadratic, flow) * at_point
     return drag
 
 

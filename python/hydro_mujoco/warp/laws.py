@@ -64,6 +64,15 @@ def squares(motion: wp.spatial_vector) -> wp.spatial_vector:
 
 
 @wp.func
+def slope_of_squares(matrix: wp.spatial_matrix, motion: wp.spatial_vector) -> wp.spatial_matrix:
+    """Derivative of a matrix times the squares of a motion."""
+    for row in range(6):
+        for column in range(6):
+            matrix[row, column] *= 2.0 * wp.abs(motion[column])
+    return matrix
+
+
+@wp.func
 def lift_load(c: wp.vec2, motion: wp.spatial_vector) -> wp.spatial_vector:
     """Lift at the middle; c: half density times area times slope [kg/m]."""
     speed = wp.abs(motion[0])
@@ -148,7 +157,7 @@ def add_cross_flow(drag: Drag, c: float, axis: int, other: int, lever: float, al
 
 @wp.func
 def is_semidefinite(matrix: wp.spatial_matrix) -> bool:
-    """True where a symmetric matrix has no eigenvalue below zero but for rounding: Cholesky, its diagonal scaled to 1."""
+    """True where a symmetric matrix has no eigenvalue below zero but rounding: Cholesky, its diagonal scaled to 1."""
     n = int(6)
     scaled = matrix
     for i in range(n):

@@ -1,5 +1,6 @@
 """The effects of all instances as numbers: a row a body of an instance."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -7,7 +8,6 @@ import mujoco
 import numpy as np
 
 from ..errors import DataError
-from ..recording.kinematics import name_of
 from .hull import Hull, hull
 from .instances import Instance, instances, target_body
 
@@ -29,8 +29,7 @@ class Row:
     Attributes:
         body: its number. water: number of the instance. hull: its sizes.
         added_mass: about the body's origin [kg, kg m, kg m^2], shape (6, 6). linear_drag: likewise.
-        quadratic_drag: diagonal, at the hull's middle, shape (6,).
-        matrices: quadratic drags with couplings: the point [m] and the matrix about it.
+        quadratic_drag: about `quadratic_point` [m], row by force, column by the velocity that is squared, shape (6, 6).
         cross_flow: half density times coefficient times breadth for flow along the two axes after the longest one
             [kg/m^2], shape (2,). lift: half density times area times slope [kg/m], shape (2,).
         munk: [kg], shape (2,).
@@ -44,8 +43,8 @@ class Row:
     hull: Hull
     added_mass: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     linear_drag: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
-    quadratic_drag: np.ndarray = field(default_factory=lambda: np.zeros(6))
-    matrices: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    quadratic_drag: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
+    quadratic_point: np.ndarray = field(default_factory=lambda: np.zeros(3))
     cross_flow: np.ndarray = field(default_factory=lambda: np.zeros(2))
     lift: np.ndarray = field(default_factory=lambda: np.zeros(2))
     munk: np.ndarray = field(default_factory=lambda: np.zeros(2))
@@ -64,7 +63,8 @@ class Row:
     @property
     def may_push(self) -> bool:
         """True where its damping may have a negative eigenvalue."""
-        return bool(self.matrices or np.any(self.lift))
+        couplings = self.quadratic_drag - np.diag(np.diag(self.quadratic_drag))
+        return bool(np.any(couplings) or np.any(self.lift))
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def water(model: mujoco.MjModel) -> Water:
             body = target_body(model, effect, f"instance `{instance.name}`")
             if (number, body) not in rows:
                 rows[number, body] = Row(body, number, hull(model, body, instance))
-            _ADD[effect["effect"]](rows[number, body], values, instance, model)
+            _PUT[effect["effect"]](rows[number, body], values, instance.density)
     if np.any(current) and (model.opt.density > 0 or model.opt.viscosity > 0):
         raise DataError(
             "effect `current` beside MuJoCo's own fluid (option density or viscosity above 0) is not supported in "
@@ -106,74 +106,69 @@ def water(model: mujoco.MjModel) -> Water:
     return Water(found, list(rows.values()), current)
 
 
-def _six(values: dict[str, Any]) -> np.ndarray:
-    return np.array([float(values[axis]) for axis in AXES])
+def _at_point(row: Row, values: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+    """A whole matrix and its point, or a diagonal and the hull's middle."""
+    point = np.array(values.get("point", row.hull.middle), dtype=float)
+    if "matrix" in values:
+        return np.array(values["matrix"], dtype=float), point
+    return np.diag([float(values[axis]) for axis in AXES]), point
 
 
 def _about_origin(row: Row, values: dict[str, Any]) -> np.ndarray:
-    """A diagonal at the hull's middle, or a whole matrix at its point, for motions and forces at the body's origin."""
-    point = np.array(values.get("point", row.hull.middle), dtype=float)
-    matrix = np.array(values["matrix"], dtype=float) if "matrix" in values else np.diag(_six(values))
+    """The same for motions and forces at the body's origin."""
+    matrix, point = _at_point(row, values)
     return moved(point).T @ matrix @ moved(point)
 
 
-def _added_mass(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
+def _added_mass(row: Row, values: dict[str, Any], density: float) -> None:
     matrix = _about_origin(row, values)
-    row.added_mass = row.added_mass + (matrix + matrix.T) / 2
+    row.added_mass = (matrix + matrix.T) / 2
 
 
-def _linear_drag(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
-    row.linear_drag = row.linear_drag + _about_origin(row, values)
+def _linear_drag(row: Row, values: dict[str, Any], density: float) -> None:
+    row.linear_drag = _about_origin(row, values)
 
 
-def _quadratic_drag(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
-    if "matrix" in values:
-        point = np.array(values.get("point", row.hull.middle), dtype=float)
-        row.matrices.append((point, np.array(values["matrix"], dtype=float)))
-    else:
-        row.quadratic_drag = row.quadratic_drag + _six(values)
+def _quadratic_drag(row: Row, values: dict[str, Any], density: float) -> None:
+    row.quadratic_drag, row.quadratic_point = _at_point(row, values)
 
 
-def _cross_flow_drag(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
+def _cross_flow_drag(row: Row, values: dict[str, Any], density: float) -> None:
     first, second = (row.long_axis + 1) % 3, (row.long_axis + 2) % 3
     breadths = row.hull.extent[[second, first]]
     coefficients = np.array([float(values[AXES[axis]]) for axis in (first, second)])
-    row.cross_flow = row.cross_flow + 0.5 * instance.density * coefficients * breadths
+    row.cross_flow = 0.5 * density * coefficients * breadths
 
 
-def _munk_moment(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
-    row.munk = row.munk + [values["pitch"], values["yaw"]]
+def _munk_moment(row: Row, values: dict[str, Any], density: float) -> None:
+    row.munk = np.array([values["pitch"], values["yaw"]], dtype=float)
 
 
-def _lift(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
+def _lift(row: Row, values: dict[str, Any], density: float) -> None:
     x, y, z = row.hull.extent
-    row.lift = row.lift + 0.5 * instance.density * np.array([values["sway"] * x * z, values["heave"] * x * y])
+    row.lift = 0.5 * density * np.array([values["sway"] * x * z, values["heave"] * x * y])
 
 
-def _net_buoyancy(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
-    row.up_force += float(values["force"])
-    row.up_moment = row.up_moment + [float(values.get(f"moment_{axis}", 0)) for axis in "xyz"]
+def _net_buoyancy(row: Row, values: dict[str, Any], density: float) -> None:
+    row.up_force = float(values["force"])
+    row.up_moment = np.array([float(values.get(f"moment_{axis}", 0)) for axis in "xyz"])
 
 
-def _buoyancy_offset(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
-    displaced = instance.density * row.hull.displaced
-    row.offset = row.offset + displaced * np.array([values["x"], values["y"], values["z"]], dtype=float)
+def _buoyancy_offset(row: Row, values: dict[str, Any], density: float) -> None:
+    row.offset = density * row.hull.displaced * np.array([float(values[axis]) for axis in "xyz"])
 
 
-def _hydrostatics(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
-    if row.displaced:
-        name = name_of(model, row.body)
-        raise DataError(f"instance `{instance.name}`: two effects `hydrostatics` on body `{name}`; take one away")
-    row.displaced = instance.density * float(values.get("volume", row.hull.volume))
+def _hydrostatics(row: Row, values: dict[str, Any], density: float) -> None:
+    row.displaced = density * float(values.get("volume", row.hull.volume))
 
 
-def _constant_force(row: Row, values: dict[str, Any], instance: Instance, model: mujoco.MjModel) -> None:
-    row.world_force = row.world_force + [float(values[axis]) for axis in "xyz"]
-    row.world_torque = row.world_torque + [float(values.get(f"torque_{axis}", 0)) for axis in "xyz"]
+def _constant_force(row: Row, values: dict[str, Any], density: float) -> None:
+    row.world_force = np.array([float(values[axis]) for axis in "xyz"])
+    row.world_torque = np.array([float(values.get(f"torque_{axis}", 0)) for axis in "xyz"])
 
 
-#: Effect on a body -> what adds its values to a row.
-_ADD = {
+#: Effect on a body -> what puts its values into a row; the plugin takes each once a body.
+_PUT: dict[str, Callable[[Row, dict[str, Any], float], None]] = {
     "added_mass": _added_mass,
     "linear_drag": _linear_drag,
     "quadratic_drag": _quadratic_drag,

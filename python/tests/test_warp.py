@@ -1,0 +1,199 @@
+"""hydro_mujoco.warp against the plugin: wrenches on a rollout, closed loops, coefficients by world."""
+
+import json
+
+import mujoco
+import numpy as np
+import pytest
+
+from hydro_mujoco.errors import DataError
+from warp_scenes import CLOSE, Pair, effect, mjw, scene, together, vehicle, water, with_sensor
+
+SIX = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+#: Symmetric and positive definite, with couplings.
+COUPLED = (np.diag([6, 12, 18, 0.2, 0.4, 0.5]) + 0.02 * np.ones((6, 6)) + np.diag([0, 0, 0, 0.1, 0.1, 0.1])).tolist()
+#: A quadratic drag whose damping is indefinite in some motions.
+INDEFINITE = (np.diag([5.0, 9, 9, 0.1, 0.2, 0.2]) + 4 * np.eye(6, k=1) + np.eye(6, k=-4)).tolist()
+
+EFFECTS = {
+    "added_mass": [effect("added_mass", **dict(zip(SIX, (6, 12, 18, 0.12, 0.35, 0.3))))],
+    "added_mass on a link": [effect("added_mass", "fin", **dict(zip(SIX, (0.1, 2, 0.3, 0.01, 0.02, 0.04))))],
+    "added_mass, a matrix": [effect("added_mass", matrix=COUPLED, point=[0.1, -0.05, 0.02])],
+    "linear_drag": [effect("linear_drag", **dict(zip(SIX, (10, 20, 30, 1, 2, 3))))],
+    "linear_drag, a matrix": [effect("linear_drag", matrix=COUPLED)],
+    "quadratic_drag": [effect("quadratic_drag", **dict(zip(SIX, (18, 30, 40, 0.5, 0.7, 0.8))))],
+    "quadratic_drag, a matrix": [effect("quadratic_drag", matrix=INDEFINITE, point=[0.05, 0, 0.1])],
+    "cross_flow_drag": [effect("cross_flow_drag", sway=1.1, heave=0.9)],
+    "cross_flow_drag on a link": [effect("cross_flow_drag", "fin", sway=1.1, heave=0.8)],
+    "munk_moment": [effect("munk_moment", pitch=9, yaw=5)],
+    "lift": [effect("lift", sway=1.2, heave=0.7)],
+    "net_buoyancy": [effect("net_buoyancy", force=250, moment_x=3, moment_y=-2, moment_z=5)],
+    "net_buoyancy on a link": [effect("net_buoyancy", "fin", force=12)],
+    "buoyancy_offset": [effect("buoyancy_offset", x=0.01, y=0.02, z=0.05)],
+    "hydrostatics": [effect("hydrostatics")],
+    "hydrostatics, a volume": [effect("hydrostatics", volume=0.02), effect("hydrostatics", "fin")],
+    "constant_force": [effect("constant_force", x=3, y=-4, z=5, torque_x=1, torque_y=0.5, torque_z=-2)],
+    "current": [
+        effect("current", x=0.3, y=-0.2, z=0.1),
+        effect("linear_drag", **dict(zip(SIX, (10, 20, 30, 1, 2, 3)))),
+    ],
+}
+WATER = [each for name in ("added_mass", "quadratic_drag", "lift", "hydrostatics") for each in EFFECTS[name]]
+PROFILE = json.dumps(
+    {
+        "schema": "hydro-current/1",
+        "profile": [{"depth": d, "velocity": [0.4 - d, 0.1 * d, 0.02]} for d in (0, 0.05, 0.3)],
+    }
+)
+ATTRIBUTES = {
+    "density": {"density": 1025},
+    "current": {"current": "0.3 -0.1 0.05"},
+    "current, a profile": {"current": PROFILE, "waterline": 0.1},
+    "waterline": {"waterline": 0.02},
+    "volume and centre": {"waterline": 0.02, "volume": 0.022, "centre_of_buoyancy": "0.01 0 0.03"},
+    "volume, no surface": {"volume": 0.022, "centre_of_buoyancy": "0.01 0 0.03"},
+}
+HULLS = {
+    "box": '<geom type="box" size="0.33 0.18 0.1" mass="25" euler="10 20 30" pos="0.05 0 0.02"/>',
+    "sphere": '<geom type="sphere" size="0.2" mass="25" pos="0.05 0 0.02"/>',
+    "two": '<geom type="ellipsoid" size="0.3 0.1 0.08" mass="13" pos="0 0.2 0"/>'
+    '<geom type="box" size="0.3 0.1 0.08" mass="12" pos="0 -0.2 0"/>',
+}
+
+
+def close(pair, seed=0):
+    """The differences, held to single precision; the force of the water is not nothing."""
+    states = pair.states(seed)
+    found = pair.compare(states)
+    assert max(found.values()) < CLOSE, found
+    assert np.abs(pair.water.wrench.numpy()).max() > 1e-3
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_each_effect_is_the_plugins(name):
+    close(Pair(vehicle(*EFFECTS[name]), nworld=16))
+
+
+@pytest.mark.parametrize("name", ATTRIBUTES)
+def test_each_attribute_is_the_plugins(name):
+    close(Pair(vehicle(*WATER, **ATTRIBUTES[name]), nworld=16))
+
+
+@pytest.mark.parametrize("name", HULLS)
+def test_hulls_at_the_surface_are_the_plugins(name):
+    pair = Pair(vehicle(*WATER, geoms=HULLS[name], waterline=0), nworld=24)
+    # A rollout floats or sinks; heights all through the surface too.
+    states = [
+        (0.0, np.r_[0, 0, z, qpos[3:]], qvel) for z, (_, qpos, qvel) in zip(np.linspace(-0.5, 0.5, 24), pair.states())
+    ]
+    found = pair.compare(states)
+    assert max(found.values()) < CLOSE, found
+
+
+@pytest.mark.parametrize("name", ["rov", "fish"])
+def test_scenes_are_the_plugins(name):
+    close(Pair(scene(name), nworld=16))
+
+
+def test_a_hull_mesh_is_the_plugins():
+    spec = scene("boat")
+    for plugin in spec.plugins:
+        plugin.config = {key: value for key, value in dict(plugin.config).items() if key != "waves"}
+    # The buoy is a cylinder.
+    buoy = next(plugin for plugin in spec.plugins if plugin.name == "sea_of_buoy")
+    buoy.config = {key: value for key, value in dict(buoy.config).items() if key != "waterline"}
+    close(Pair(spec, nworld=16))
+
+
+@pytest.mark.parametrize("option", ['integrator="RK4"', 'gravity="0 0 0"', 'gravity="1 2 -3"'])
+def test_options_are_the_plugins(option):
+    close(Pair(vehicle(*WATER[:-1], *EFFECTS["net_buoyancy"], *EFFECTS["buoyancy_offset"], option=option), nworld=8))
+
+
+def test_a_body_alone_in_its_tree_keeps_a_diagonal():
+    """MuJoCo has no room for products of its degrees of freedom: the damping is lumped, as the plugin lumps it."""
+    text = """<mujoco><option timestep="0.005"/><extension><plugin plugin="hydro.wrench"><instance name="water">
+      <config key="effects" value='{"schema": "hydro-effects/1", "effects": [%s]}'/></instance></plugin></extension>
+      <worldbody><body name="hull"><freejoint/><geom type="box" size="0.3 0.2 0.1" mass="25"/>
+      <plugin plugin="hydro.wrench" instance="water"/></body></worldbody></mujoco>"""
+    spec = mujoco.MjSpec.from_string(text % EFFECTS["quadratic_drag"][0])
+    close(Pair(with_sensor(spec), nworld=8))
+
+
+@pytest.fixture(scope="module")
+def rov():
+    return Pair(scene("rov"), nworld=2)
+
+
+def test_a_vehicle_goes_where_the_plugins_does(rov):
+    data, d = together(rov, 400)
+    assert data.time == pytest.approx(2)
+    for place in d.qpos.numpy():
+        assert place == pytest.approx(data.qpos, abs=1e-4)
+    assert d.qvel.numpy()[1] == pytest.approx(data.qvel, abs=1e-4)
+    assert np.abs(data.qvel).max() > 0.5
+    assert d.sensordata.numpy()[0, 3:] == pytest.approx(data.sensordata[3:], abs=1e-4 * np.abs(data.sensordata).max())
+
+
+def test_a_fish_of_four_links_goes_where_the_plugins_does():
+    data, d = together(Pair(scene("fish")), 1000)
+    assert data.time == pytest.approx(2)
+    assert d.qpos.numpy()[0] == pytest.approx(data.qpos, abs=2e-4)
+    assert d.qvel.numpy()[0] == pytest.approx(data.qvel, abs=2e-3)
+    assert np.abs(data.qvel[:3]).max() > 0.05
+
+
+def test_a_step_in_two_halves_is_the_step(rov):
+    def halves(m, d):
+        mjw.step1(m, d)
+        mjw.step2(m, d)
+
+    _, whole = together(rov, 20)
+    _, split = together(rov, 20, halves)
+    assert split.qvel.numpy()[0] == pytest.approx(whole.qvel.numpy()[0], abs=1e-6)
+
+
+def test_coefficients_may_differ_by_world(rov):
+    pair = Pair(scene("rov"), nworld=2)
+    drag = np.repeat(pair.water.numbers.quadratic_drag.numpy(), 2, axis=0)
+    drag[1] *= 3
+    pair.water.set("quadratic_drag", drag)
+    _, d = together(pair, 100)
+    _, usual = together(rov, 100)
+    assert d.qvel.numpy()[0] == pytest.approx(usual.qvel.numpy()[0], abs=1e-6)
+    assert np.linalg.norm(d.qvel.numpy()[1, :3]) < 0.9 * np.linalg.norm(usual.qvel.numpy()[1, :3])
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "reason"),
+    [
+        ("drag", np.zeros((1, 1)), "`drag`; there are: added_mass"),
+        ("up_force", np.zeros((3, 1)), r"shape \(3, 1\); expected \(1, 1\) or \(2, 1\)"),
+        ("up_force", np.full((1, 1), np.nan), "holds nan"),
+    ],
+)
+def test_coefficients_of_another_shape_are_refused(rov, name, values, reason):
+    before = rov.water.numbers.up_force.numpy().copy()
+    with pytest.raises(DataError, match=reason):
+        rov.water.set(name, values)
+    assert rov.water.numbers.up_force.numpy() == pytest.approx(before)
+
+
+def test_a_callback_that_is_there_already_acts_first():
+    spec = vehicle(*EFFECTS["linear_drag"])
+    model, plain = spec.compile(), water.without_plugin(spec).compile()
+    m, order = mjw.put_model(plain), []
+    m.callback.passive = lambda m, d: order.append("theirs")
+    attached = water.attach(m, model, nworld=1)
+    data = mujoco.MjData(plain)
+    mujoco.mj_forward(plain, data)
+    m.callback.passive(m, mjw.put_data(plain, data))
+    assert order == ["theirs"]
+    assert m.callback.passive == attached.passive
+
+
+def test_another_number_of_worlds_is_refused(rov):
+    data = mujoco.MjData(rov.plain)
+    mujoco.mj_forward(rov.plain, data)
+    with pytest.raises(DataError, match="the data has 3 worlds, and the water was attached for 2"):
+        rov.water.passive(rov.m, mjw.put_data(rov.plain, data, nworld=3))
