@@ -61,10 +61,36 @@ HULLS = {
 }
 
 
-def close(pair, seed=0):
+SEAS = {
+    "two waves": {
+        "components": [
+            {"height": 0.4, "period": 4.5, "direction": 20, "phase": 30},
+            {"amplitude": 0.1, "period": 3, "direction": -70},
+        ]
+    },
+    "shallow": {"depth": 2.5, "components": [{"height": 0.3, "period": 4, "direction": 110}]},
+    "pierson_moskowitz": {
+        "spectrum": "pierson_moskowitz",
+        "significant_height": 0.3,
+        "peak_period": 6,
+        "components": 30,
+    },
+    "jonswap, spreading": {
+        "spectrum": "jonswap",
+        "significant_height": 0.4,
+        "peak_period": 6,
+        "direction": 30,
+        "spreading": 10,
+        "peak_enhancement": 2.2,
+        "seed": 7,
+    },
+}
+
+
+def close(pair, seed=0, later=0.0):
     """The differences, held to single precision; the force of the water is not nothing."""
     states = pair.states(seed)
-    found = pair.compare(states)
+    found = pair.compare(states, later)
     assert max(found.values()) < CLOSE, found
     assert np.abs(pair.water.wrench.numpy()).max() > 1e-3
 
@@ -95,13 +121,25 @@ def test_scenes_are_the_plugins(name):
     close(Pair(scene(name), nworld=16))
 
 
+@pytest.mark.parametrize("name", SEAS)
+def test_waves_are_the_plugins(name):
+    """A hull that floats by hydrostatics, and a fin that waves push without an effect."""
+    sea = json.dumps({"schema": "hydro-waves/1"} | SEAS[name])
+    close(Pair(vehicle(*WATER, waves=sea, waterline=0.05), nworld=16), later=41.7)
+
+
+def test_waves_push_what_no_hydrostatics_floats():
+    sea = json.dumps({"schema": "hydro-waves/1"} | SEAS["two waves"])
+    close(Pair(vehicle(*WATER[:-1], waves=sea, waterline=0.05, volume=0.022), nworld=16), later=41.7)
+
+
 def test_a_hull_mesh_is_the_plugins():
     spec = scene("boat")
-    for plugin in spec.plugins:
-        plugin.config = {key: value for key, value in dict(plugin.config).items() if key != "waves"}
-    # The buoy is a cylinder.
-    buoy = next(plugin for plugin in spec.plugins if plugin.name == "sea_of_buoy")
-    buoy.config = {key: value for key, value in dict(buoy.config).items() if key != "waterline"}
+    # The hull is longer than a fifth of the scene's wave, and the buoy is a cylinder.
+    sea, buoy = spec.plugins
+    longer = {"schema": "hydro-waves/1", "components": [{"height": 0.5, "period": 7, "direction": 20}]}
+    sea.config = dict(sea.config) | {"waves": json.dumps(longer)}
+    buoy.config = {key: value for key, value in dict(buoy.config).items() if key not in ("waterline", "waves")}
     close(Pair(spec, nworld=16))
 
 

@@ -73,7 +73,7 @@ def test_every_attribute_is_known():
 @pytest.mark.parametrize(
     ("attribute", "value"),
     [
-        ("waves", {"schema": "hydro-waves/1", "components": [{"height": 0.1, "period": 4, "direction": 0}]}),
+        ("initial_force", "0 0 0 0 0 0"),
         ("engine", "candle"),
         ("joints", "a b"),
     ],
@@ -98,6 +98,13 @@ def test_other_currents_are_refused_by_name(current, key):
     found = refusal(vehicle(DRAG, current=json.dumps(current)))
     assert f"attribute `current`: `{key}` is not supported" in found
     assert "supported: velocity, profile" in found
+
+
+def test_waves_that_are_short_beside_a_floating_hull_are_refused():
+    short = {"schema": "hydro-waves/1", "components": [{"height": 0.05, "period": 1.3}]}
+    found = refusal(vehicle(FLOAT, DRAG, waves=json.dumps(short), waterline=0))
+    assert "instance `water`, body `hull`: a wave of 2.64 m over a hull of 0.66 m is not supported" in found
+    assert "supported: waves of 3.3 m and longer" in found
 
 
 def set_discrete(model):

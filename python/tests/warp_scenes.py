@@ -92,13 +92,16 @@ class Pair:
             found.append((data.time, data.qpos.copy(), data.qvel.copy()))
         return found
 
-    def compare(self, states):
-        """Greatest differences at the states, relative to the greatest value: passive force, inertia, sensor."""
+    def compare(self, states, later=0.0):
+        """Greatest differences at the states, relative to the greatest value: passive force, inertia, sensor.
+
+        later: by which the time is greater than that of the states [s].
+        """
         plugin, bare = [], []
         for time, qpos, qvel in states:
             for model, into in ((self.model, plugin), (self.plain, bare)):
                 data = mujoco.MjData(model)
-                data.time, data.qpos[:], data.qvel[:] = time, qpos, qvel
+                data.time, data.qpos[:], data.qvel[:] = time + later, qpos, qvel
                 mujoco.mj_forward(model, data)
                 into.append(data)
         d = mjw.put_data(self.plain, bare[0], nworld=self.nworld)

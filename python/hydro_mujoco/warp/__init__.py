@@ -4,10 +4,13 @@ scene.py      `without_plugin(spec)`: the model that MuJoCo Warp takes
 attach.py     `attach(m, model, nworld=...)`: the water of a model, as a callback of MuJoCo Warp's
 support.py    what of the plugin acts here, and the refusal of the rest
 instances.py  instances of `hydro.wrench` in a compiled model, their attributes read
+waves.py      components of waves, listed or of a spectrum
 hull.py       sizes of bodies and shapes of their hulls
+swell.py      bodies that waves push
 rows.py       effects as numbers, a row a body
 arrays.py     these numbers on the device
 surface.py    shapes below the surface: Warp functions
+sea.py        surface, waves and current at a place: Warp functions
 laws.py       laws of the effects: Warp functions
 kernels.py    loads on bodies, and their way into forces, inertia and sensors: Warp kernels
 """

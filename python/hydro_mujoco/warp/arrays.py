@@ -6,10 +6,15 @@ import mujoco
 import numpy as np
 import warp as wp
 
-from .hull import Solid
+from .hull import Solid, hull_centre
 from .rows import Row, Water
+from .waves import Waves
 
 wp.set_module_options({"enable_backward": False})
+
+
+#: Bed of deep water [m]: below it waves no longer change.
+LOWEST = -1e5
 
 
 @wp.struct
@@ -31,6 +36,10 @@ class Arrays:
     centre: wp.array[wp.vec3]  # of the whole hull, or of buoyancy
     centre_is_given: wp.array[bool]
     hull_volume: wp.array[float]
+    hull_centre: wp.array[wp.vec3]
+    carried: wp.array[
+        float
+    ]  # mass of the water that waves push a body with where it does not float by hydrostatics [kg]
     long_axis: wp.array[int]
     length: wp.array[float]
     solid_start: wp.array[int]  # number of rows and one more
@@ -52,9 +61,17 @@ class Arrays:
     waterline: wp.array[float]
     current: wp.array2d[wp.vec3]
     profile_start: wp.array[int]
-    # By point of a profile, by solid, by corner of triangles.
+    wave_start: wp.array[int]
+    bed: wp.array[float]  # height above the still level [m]
+    # By point of a profile, by wave, by solid, by corner of triangles.
     profile_depth: wp.array[float]
     profile_velocity: wp.array[wp.vec3]
+    wave_amplitude: wp.array[float]
+    wave_frequency: wp.array[float]
+    wave_phase: wp.array[float]
+    wave_number: wp.array[wp.vec2]
+    wave_upward: wp.array[float]
+    wave_pressure: wp.array[float]
     solid_centre: wp.array[wp.vec3]
     solid_axes: wp.array[wp.mat33]
     solid_semi_axes: wp.array[wp.vec3]
@@ -100,6 +117,8 @@ def arrays(model: mujoco.MjModel, water: Water, device: wp.Device) -> Arrays:
     out.centre = put([row.hull.centre for row in rows], wp.vec3)
     out.centre_is_given = put(given, bool)
     out.hull_volume = put([sum(solid.volume for solid in row.hull.solids) for row in rows], float)
+    out.hull_centre = put([hull_centre(row.hull.solids, row.hull.centre) for row in rows], wp.vec3)
+    out.carried = put([row.carried for row in rows], float)
     out.long_axis = put([row.long_axis for row in rows], int)
     out.length = put([row.hull.extent.max() for row in rows], float)
     out.solid_start = put(_starts([len(row.hull.solids) for row in rows]), int)
@@ -107,12 +126,13 @@ def arrays(model: mujoco.MjModel, water: Water, device: wp.Device) -> Arrays:
     for name, dtype in BY_WORLD.items():
         if name != "current":
             setattr(out, name, put([[getattr(row, name) for row in rows]], dtype))
-    _put_waters(out, model, water, put)
+    _put_currents(out, model, water, put)
+    _put_waves(out, [instance.waves for instance in water.instances], put)
     _put_solids(out, solids, put)
     return out
 
 
-def _put_waters(out: Arrays, model: mujoco.MjModel, water: Water, put: Callable[[object, type], wp.array]) -> None:
+def _put_currents(out: Arrays, model: mujoco.MjModel, water: Water, put: Callable[[object, type], wp.array]) -> None:
     waters = water.instances
     has_fluid = model.opt.density > 0 or model.opt.viscosity > 0
     common = water.current + (model.opt.wind if has_fluid else 0.0)
@@ -127,6 +147,22 @@ def _put_waters(out: Arrays, model: mujoco.MjModel, water: Water, put: Callable[
     out.profile_start = put(_starts([len(depths) for depths, _ in profiles]), int)
     out.profile_depth = put(np.concatenate([depths for depths, _ in profiles]), float)
     out.profile_velocity = put(np.concatenate([velocities for _, velocities in profiles]), wp.vec3)
+
+
+def _put_waves(out: Arrays, seas: list[Waves | None], put: Callable[[object, type], wp.array]) -> None:
+    there = [waves for waves in seas if waves is not None]
+
+    def each(read: Callable[[Waves], np.ndarray], shape: tuple[int, ...]) -> np.ndarray:
+        return np.concatenate([np.zeros((0, *shape)), *(read(waves) for waves in there)])
+
+    out.wave_start = put(_starts([0 if waves is None else len(waves.amplitude) for waves in seas]), int)
+    out.bed = put([max(-np.inf if waves is None else -waves.depth, LOWEST) for waves in seas], float)
+    out.wave_amplitude = put(each(lambda waves: waves.amplitude, ()), float)
+    out.wave_frequency = put(each(lambda waves: waves.frequency, ()), float)
+    out.wave_phase = put(each(lambda waves: waves.phase, ()), float)
+    out.wave_number = put(each(lambda waves: waves.wavenumber, (2,)), wp.vec2)
+    out.wave_upward = put(each(lambda waves: waves.upward, ()), float)
+    out.wave_pressure = put(each(lambda waves: waves.pressure, ()), float)
 
 
 def _put_solids(out: Arrays, solids: list[Solid], put: Callable[[object, type], wp.array]) -> None:

@@ -11,7 +11,7 @@ import warp as wp
 from ..errors import DataError
 from ..recording.kinematics import name_of
 from .arrays import BY_WORLD, Arrays, arrays, dofs
-from .instances import plugin_numbers
+from .instances import carriers
 from .kernels import into_joints, into_sensors, loads
 from .rows import Row, water
 from .support import check_options
@@ -87,7 +87,17 @@ class Water:
         wp.launch(
             loads,
             dim=self.wrench.shape,
-            inputs=[m.opt.timestep, m.opt.gravity, m.body_rootid, m.dof_parentid, d.qvel, d.xpos, d.xmat, d.subtree_com]
+            inputs=[
+                m.opt.timestep,
+                m.opt.gravity,
+                m.body_rootid,
+                m.dof_parentid,
+                d.time,
+                d.qvel,
+                d.xpos,
+                d.xmat,
+                d.subtree_com,
+            ]
             + [d.cvel, d.cdof_dot, self.numbers, has_gravity, is_implicit],
             outputs=[self.wrench, self._force, self._inertia],
             device=device,
@@ -165,8 +175,7 @@ def _sensors(m: mjw.Model, model: mujoco.MjModel, device: wp.Device) -> tuple[wp
     """Places in `sensordata` and bodies of the plugin's sensors; none where the Warp model has other sensors."""
     adr, body = [], []
     if m.nsensordata == model.nsensordata:
-        for number in plugin_numbers(model):
-            carrier = int(np.flatnonzero(model.body_plugin == number)[0])
+        for carrier, number in carriers(model).items():
             for sensor in np.flatnonzero(model.sensor_plugin == number):
                 adr.append(int(model.sensor_adr[sensor]))
                 body.append(carrier)

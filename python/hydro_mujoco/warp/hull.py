@@ -1,6 +1,6 @@
 """Sizes of bodies and the shapes of their hulls, as the plugin takes them from the geoms."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -17,7 +17,7 @@ GEOM = mujoco.mjtGeom
 HULL_GROUP = 3
 #: Depth [m] at which a hull is under water whole, whatever its size.
 DEEP = 1e5
-#: Difference of two centres of one hull that is rounding, in its lengths.
+#: Difference of two centres of one hull that is rounding [m]: meshes are in single precision.
 CLOSE = 1e-4
 #: Corners and outward triangles of a box of half sizes one.
 _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
@@ -89,14 +89,21 @@ class Hull:
     solids: tuple[Solid, ...]
 
 
-def hull(model: mujoco.MjModel, body: int, instance: Instance) -> Hull:
+def hull(model: mujoco.MjModel, body: int, instance: Instance, *, is_known: bool = True) -> Hull:
     """The hull of a body in the water of an instance.
+
+    is_known: False for a body that has neither an instance nor an effect, of which the plugin tells nothing.
 
     Raises:
         DataError: there is a waterline, and the hull has shapes that MuJoCo Warp does not get, or that overlap.
     """
     middle, extent = _box(model, body, instance.hull)
-    volume, centre = _whole(model, body)
+    solids = () if instance.waterline is None else _surfaced(model, body, instance, middle, extent)
+    if is_known or body == instance.body:
+        volume, centre = _whole(model, body)
+        _check_centre(model, body, instance, hull_centre(solids, centre) - centre)
+    else:
+        volume, centre = sum(solid.volume for solid in solids), hull_centre(solids, middle)
     given = instance.volume if instance.body == body else None
     return Hull(
         middle=middle,
@@ -104,8 +111,14 @@ def hull(model: mujoco.MjModel, body: int, instance: Instance) -> Hull:
         centre=centre,
         volume=volume,
         displaced=_displaced(model, body, instance.density) if given is None else given,
-        solids=() if instance.waterline is None else _surfaced(model, body, instance, (middle, extent), centre),
+        solids=solids,
     )
+
+
+def hull_centre(solids: Sequence[Solid], otherwise: np.ndarray) -> np.ndarray:
+    """Centre of volume of solids [m]; `otherwise` where there are none."""
+    weighted = [solid.volume * solid.centre_of_volume for solid in solids]
+    return np.sum(weighted, axis=0) / sum(solid.volume for solid in solids) if solids else otherwise
 
 
 def pose(model: mujoco.MjModel, link: int, body: int) -> tuple[np.ndarray, np.ndarray]:
@@ -137,7 +150,7 @@ def _welded(model: mujoco.MjModel, body: int) -> list[int]:
     return [link for link in _below(model, body) if weld[link] == weld[body]]
 
 
-def _geoms(model: mujoco.MjModel, bodies: Iterable[int], named: list[str] | None) -> list[int]:
+def geoms_of(model: mujoco.MjModel, bodies: Iterable[int], named: list[str] | None) -> list[int]:
     """The geoms of a hull: those named; else those of MuJoCo's ellipsoid fluid, else group 3, else all."""
     geoms = [
         geom
@@ -158,7 +171,7 @@ def _geom_pose(model: mujoco.MjModel, geom: int, body: int) -> tuple[np.ndarray,
 def _box(model: mujoco.MjModel, body: int, named: list[str] | None) -> tuple[np.ndarray, np.ndarray]:
     """Middle and extents [m] of the box along the body's axes; of that of the same inertia where there are no geoms."""
     corners = []
-    for geom in _geoms(model, _welded(model, body), named):
+    for geom in geoms_of(model, _welded(model, body), named):
         place, axes = _geom_pose(model, geom, body)
         centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
         reach = np.abs(axes) @ half
@@ -180,13 +193,22 @@ def _whole(model: mujoco.MjModel, body: int) -> tuple[float, np.ndarray]:
     return part.volume, part.centre
 
 
+def own_volume(model: mujoco.MjModel, body: int, density: float) -> float:
+    """Volume that a body alone displaces [m^3]: what gravity compensation says, else that of its hull's geoms."""
+    return _volume_of(model, [body], density)
+
+
 def _displaced(model: mujoco.MjModel, body: int, density: float) -> float:
-    """What gravity compensation says, else the volume of the hull's geoms [m^3]."""
+    """The same of a body with its tree where it is the first of one [m^3]."""
     bodies = _below(model, body) if model.body_rootid[body] == body else [body]
+    return _volume_of(model, bodies, density)
+
+
+def _volume_of(model: mujoco.MjModel, bodies: list[int], density: float) -> float:
     compensated = sum(model.body_gravcomp[link] * model.body_mass[link] for link in bodies)
     if compensated > 0:
         return float(compensated / density)
-    return sum(_geom_volume(model, geom) for geom in _geoms(model, bodies, None))
+    return sum(_geom_volume(model, geom) for geom in geoms_of(model, bodies, None))
 
 
 def _geom_volume(model: mujoco.MjModel, geom: int) -> float:
@@ -233,19 +255,12 @@ def _is_closed(faces: np.ndarray) -> bool:
 
 
 def _surfaced(
-    model: mujoco.MjModel,
-    body: int,
-    instance: Instance,
-    box: tuple[np.ndarray, np.ndarray],
-    centre: np.ndarray,
+    model: mujoco.MjModel, body: int, instance: Instance, middle: np.ndarray, extent: np.ndarray
 ) -> tuple[Solid, ...]:
-    """The shapes of a hull that a surface cuts; the ellipsoid of its extents where it has no geoms.
-
-    centre: of the whole hull, by the plugin.
-    """
+    """The shapes of a hull that a surface cuts; the ellipsoid of its extents where it has no geoms."""
     where = f"waterline of instance `{instance.name}`, hull of body `{name_of(model, body)}`"
     solids = []
-    for geom in _geoms(model, _welded(model, body), instance.hull):
+    for geom in geoms_of(model, _welded(model, body), instance.hull):
         if model.geom_type[geom] in (GEOM.mjGEOM_PLANE, GEOM.mjGEOM_HFIELD):
             continue
         solid = _solid(model, geom, body)
@@ -253,19 +268,6 @@ def _surfaced(
             shape = GEOM(model.geom_type[geom]).name.removeprefix("mjGEOM_").lower()
             refuse(where, f"a {shape} (geom `{model.geom(geom).name or geom}`)", SHAPES)
         solids.append(solid)
-    _check_apart(solids, where)
-    solids = solids or [_ellipsoid(box[0], np.eye(3), box[1] / 2)]
-    is_given = instance.body == body and instance.centre_of_buoyancy is not None
-    own = sum(solid.volume * solid.centre_of_volume for solid in solids) / sum(solid.volume for solid in solids)
-    if not is_given and np.linalg.norm(own - centre) > CLOSE * np.linalg.norm(box[1]):
-        raise DataError(
-            f"{where}: its centre is {np.round(own, 4).tolist()} here and {centre.round(4).tolist()} by the plugin, "
-            "which takes an ellipsoid for a mesh that crosses itself; give it a mesh that does not"
-        )
-    return tuple(solids)
-
-
-def _check_apart(solids: list[Solid], where: str) -> None:
     for second, solid in enumerate(solids):
         for other in solids[:second]:
             low, high = np.maximum(solid.bounds[0], other.bounds[0]), np.minimum(solid.bounds[1], other.bounds[1])
@@ -274,3 +276,15 @@ def _check_apart(solids: list[Solid], where: str) -> None:
                     f"{where}: boxes round two of its geoms overlap, and what they share would count twice in MuJoCo "
                     "Warp; name geoms that do not in attribute `hull`"
                 )
+    return tuple(solids) or (_ellipsoid(middle, np.eye(3), extent / 2),)
+
+
+def _check_centre(model: mujoco.MjModel, body: int, instance: Instance, way: np.ndarray) -> None:
+    """Refuse a hull that the plugin has another shape of. way: from its centre there to that here [m]."""
+    is_given = instance.body == body and instance.centre_of_buoyancy is not None
+    if not is_given and np.linalg.norm(way) > CLOSE:
+        raise DataError(
+            f"waterline of instance `{instance.name}`, hull of body `{name_of(model, body)}`: its centre is "
+            f"{np.linalg.norm(way):.3g} m off the plugin's,\nwhich takes an ellipsoid for a mesh that crosses itself; "
+            "give it a mesh that does not"
+        )

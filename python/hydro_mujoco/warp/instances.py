@@ -17,6 +17,7 @@ from ..packaged import root
 from ..plugin import WRENCH, built_library, mujoco_library
 from ..recording.kinematics import name_of
 from .support import ATTRIBUTES, CURRENTS, EFFECTS, WITHOUT, refuse
+from .waves import Waves, waves
 
 T = TypeVar("T")
 
@@ -34,6 +35,7 @@ class Instance:
         density: of the water [kg/m^3].
         waterline: world z of the still surface [m]; None: everything is submerged.
         current: depths [m], ascending, shape (n,), and the water's velocities there, world [m/s], shape (n, 3).
+        waves: about the waterline; None: a still surface.
         hull: names of the geoms that displace water; None: those that docs/plugin.md says.
         volume: that the carrying body displaces [m^3], where it is given.
         centre_of_buoyancy: of the carrying body [m, body frame], where it is given.
@@ -45,6 +47,7 @@ class Instance:
     density: float
     waterline: float | None
     current: tuple[np.ndarray, np.ndarray]
+    waves: Waves | None
     hull: list[str] | None
     volume: float | None
     centre_of_buoyancy: np.ndarray | None
@@ -56,17 +59,19 @@ def instances(model: mujoco.MjModel) -> list[Instance]:
     Raises:
         DataError: there is none, or one has an attribute or effect that MuJoCo Warp does not get.
     """
-    slot = _slot()
-    found = [_instance(model, number) for number in range(model.nplugin) if model.plugin[number] == slot]
+    found = [
+        _instance(model, number, body) for body, number in sorted(carriers(model).items(), key=lambda pair: pair[1])
+    ]
     if not found:
         raise DataError(f"the model has no instance of {WRENCH}: hydro_mujoco.add_water puts a body into water")
     return found
 
 
-def plugin_numbers(model: mujoco.MjModel) -> set[int]:
-    """Numbers of the plugin instances that are `hydro.wrench`."""
+def carriers(model: mujoco.MjModel) -> dict[int, int]:
+    """Bodies that carry `hydro.wrench`, with the numbers of their plugin instances."""
     slot = _slot()
-    return {number for number in range(model.nplugin) if model.plugin[number] == slot}
+    numbers = [number for number in range(model.nplugin) if model.plugin[number] == slot]
+    return {int(np.flatnonzero(model.body_plugin == number)[0]): number for number in numbers}
 
 
 @cache
@@ -84,7 +89,7 @@ def _slot() -> int:
     return slot.value
 
 
-def _instance(model: mujoco.MjModel, number: int) -> Instance:
+def _instance(model: mujoco.MjModel, number: int, body: int) -> Instance:
     name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_PLUGIN, number) or f"number {number}"
     where = f"instance `{name}` of {WRENCH}"
 
@@ -101,11 +106,12 @@ def _instance(model: mujoco.MjModel, number: int) -> Instance:
             refuse(where, f"effect `{effect['effect']}`", EFFECTS)
     return Instance(
         name=name,
-        body=int(np.flatnonzero(model.body_plugin == number)[0]),
+        body=body,
         effects=effects,
         density=_density(text("density"), model),
         waterline=_optional(text("waterline"), float),
         current=_current(text("current"), where),
+        waves=_waves(text("waves"), model, where),
         hull=_optional(text("hull"), str.split),
         volume=_optional(text("volume"), float),
         centre_of_buoyancy=_optional(text("centre_of_buoyancy"), _numbers),
@@ -144,6 +150,12 @@ def _current(text: str, where: str) -> tuple[np.ndarray, np.ndarray]:
     points = document.get("profile") or [{"depth": 0.0, "velocity": document["velocity"]}]
     depths = np.array([float(point["depth"]) for point in points])
     return depths, np.array([point["velocity"] for point in points], dtype=float)
+
+
+def _waves(text: str, model: mujoco.MjModel, where: str) -> Waves | None:
+    if not text:
+        return None
+    return waves(_document(text, f"{where}, attribute `waves`"), float(np.linalg.norm(model.opt.gravity)))
 
 
 def _document(value: str, where: str) -> dict[str, Any]:

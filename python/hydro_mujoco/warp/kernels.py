@@ -17,6 +17,7 @@ from .laws import (
     squares,
     upper,
 )
+from .sea import flow_at, surface_about
 from .surface import ellipsoid_below, triangle_below
 
 wp.set_module_options({"enable_backward": False})
@@ -53,24 +54,6 @@ def wet_part(a: Arrays, row: int, up: wp.vec3, level: float) -> wp.vec4:
     if not a.centre_is_given[row]:
         centre = wp.vec3(sum[1], sum[2], sum[3]) / sum[0]
     return wp.vec4(wp.min(sum[0] / a.hull_volume[row], 1.0), centre[0], centre[1], centre[2])
-
-
-@wp.func
-def current_at(a: Arrays, world: int, water: int, depth: float) -> wp.vec3:
-    """Velocity of the water at a depth below the still level [m/s]; linear between points, constant outside."""
-    velocity = a.current[world % a.current.shape[0], water]
-    first, last = a.profile_start[water], a.profile_start[water + 1] - 1
-    if last < first:
-        return velocity
-    if depth <= a.profile_depth[first]:
-        return velocity + a.profile_velocity[first]
-    at = first
-    while at < last and a.profile_depth[at + 1] <= depth:
-        at += 1
-    if at == last:
-        return velocity + a.profile_velocity[last]
-    share = (depth - a.profile_depth[at]) / (a.profile_depth[at + 1] - a.profile_depth[at])
-    return velocity + wp.lerp(a.profile_velocity[at], a.profile_velocity[at + 1], share)
 
 
 @wp.func
@@ -120,13 +103,6 @@ def constant_of(a: Arrays, world: int, row: int, com: wp.vec3, to_body: wp.mat33
 
 
 @wp.func
-def hydrostatic_load(mass: float, share: float, centre: wp.vec3, gravity: wp.vec3) -> wp.spatial_vector:
-    """Weight of the displaced water, upwards, at the centre of the wet part; mass: of a whole hull of it [kg]."""
-    force = -mass * share * gravity
-    return wp.spatial_vector(force, wp.cross(centre, force))
-
-
-@wp.func
 def is_finite(load: wp.spatial_vector) -> bool:
     """True where all six numbers are."""
     for i in range(6):
@@ -151,6 +127,7 @@ def loads(
     body_rootid: wp.array[int],
     dof_parentid: wp.array[int],
     # Data
+    time: wp.array[float],
     qvel: wp.array2d[float],
     xpos: wp.array2d[wp.vec3],
     xmat: wp.array2d[wp.mat33],
@@ -190,18 +167,17 @@ def loads(
     else:
         up = -gravity / magnitude
 
-    # The surface is level, whichever way gravity pulls.
-    level = a.waterline[water] - origin[2]
-    wet = wet_part(a, row, to_body * wp.vec3(0.0, 0.0, 1.0), level)
+    surface = surface_about(a, water, origin + to_world * a.hull_centre[row], time[world])
+    wet = wet_part(a, row, to_body * surface.up, wp.dot(surface.up, surface.point - origin))
     share = wet[0]
     centre = wp.vec3(wet[1], wet[2], wet[3])
+    flow = flow_at(a, world, water, origin + to_world * centre, time[world])
+    swell = to_body * flow.acceleration
 
     spatial = cvel[world, body]
     angular = upper(spatial)
     linear = lower(spatial) + wp.cross(angular, arm)
-    depth = a.waterline[water] - (origin + to_world * centre)[2]
-    relative = linear - current_at(a, world, water, depth)
-    motion = within(wp.spatial_vector(to_body * relative, to_body * angular))
+    motion = within(wp.spatial_vector(to_body * (linear - flow.velocity), to_body * angular))
 
     com = a.com[row]
     if a.is_root[row]:
@@ -209,11 +185,13 @@ def loads(
 
     mass = a.added_mass[world % a.added_mass.shape[0], row]
     drag = drag_of(a, world, row, motion)
-    displaced = a.displaced[world % a.displaced.shape[0], row]
-    load = drag.load + added_mass_load(mass, motion)
+    load = drag.load + added_mass_load(mass, motion, swell)
     load += buoyancy_of(a, world, row, com, to_body * up, magnitude)
     load = share * load + constant_of(a, world, row, com, to_body)
-    load += hydrostatic_load(displaced, share, centre, to_body * gravity)
+    # Weight of the displaced water, and the pressure that accelerates it (Froude-Krylov), at the wet part's centre.
+    displaced = a.displaced[world % a.displaced.shape[0], row]
+    pressure = share * ((displaced + a.carried[row]) * swell - displaced * (to_body * gravity))
+    load += wp.spatial_vector(pressure, wp.cross(centre, pressure))
 
     implicit = share * mass
     # Acceleration of the origin, as the world sees it, where no degree of freedom accelerates.

@@ -38,13 +38,15 @@ def moved(point: wp.vec3) -> wp.spatial_matrix:
 
 
 @wp.func
-def added_mass_load(mass: wp.spatial_matrix, motion: wp.spatial_vector) -> wp.spatial_vector:
-    """Kirchhoff's equations at the origin, without the part in proportion to the origin's acceleration."""
+def added_mass_load(mass: wp.spatial_matrix, motion: wp.spatial_vector, swell: wp.vec3) -> wp.spatial_vector:
+    """Kirchhoff's equations at the origin, without the part in proportion to the origin's acceleration.
+
+    swell: acceleration of the water [m/s^2], body frame.
+    """
     v, omega = upper(motion), lower(motion)
     momentum = mass * motion
     p, h = upper(momentum), lower(momentum)
-    turning = wp.cross(omega, v)
-    carried = mass * wp.spatial_vector(turning[0], turning[1], turning[2], 0.0, 0.0, 0.0)
+    carried = mass * wp.spatial_vector(swell + wp.cross(omega, v), wp.vec3(0.0, 0.0, 0.0))
     return carried + wp.spatial_vector(wp.cross(p, omega), wp.cross(h, omega) + wp.cross(p, v))
 
 

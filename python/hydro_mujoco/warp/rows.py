@@ -8,9 +8,15 @@ import mujoco
 import numpy as np
 
 from ..errors import DataError
-from .hull import Hull, hull
+from ..recording.kinematics import name_of
+from .hull import Hull, hull, own_volume
 from .instances import Instance, instances, target_body
+from .support import refuse
+from .swell import bodies_in_waves
+from .waves import Waves
 
+#: Hulls of so many of their lengths in a wave are short beside it: the surface is a plane over them.
+LONG_HULL = 5
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
@@ -36,6 +42,8 @@ class Row:
         up_force: net buoyancy [N]. up_moment: [N m]. offset: displaced mass times the way of its centre [kg m].
         world_force, world_torque: constant in the world [N], [N m].
         displaced: mass of the water in the whole hull of hydrostatics [kg]; 0 without.
+        floats: True where hydrostatics acts.
+        carried: mass of the water that waves push the body with where hydrostatics does not act [kg].
     """
 
     body: int
@@ -54,6 +62,8 @@ class Row:
     world_force: np.ndarray = field(default_factory=lambda: np.zeros(3))
     world_torque: np.ndarray = field(default_factory=lambda: np.zeros(3))
     displaced: float = 0.0
+    floats: bool = False
+    carried: float = 0.0
 
     @property
     def long_axis(self) -> int:
@@ -98,12 +108,40 @@ def water(model: mujoco.MjModel) -> Water:
             if (number, body) not in rows:
                 rows[number, body] = Row(body, number, hull(model, body, instance))
             _PUT[effect["effect"]](rows[number, body], values, instance.density)
+    for number, instance in enumerate(found):
+        if instance.waves is not None:
+            _into_waves(model, number, instance, instance.waves, rows)
     if np.any(current) and (model.opt.density > 0 or model.opt.viscosity > 0):
         raise DataError(
             "effect `current` beside MuJoCo's own fluid (option density or viscosity above 0) is not supported in "
             "MuJoCo Warp; give the attribute `current`, or `option wind`"
         )
     return Water(found, list(rows.values()), current)
+
+
+def _into_waves(
+    model: mujoco.MjModel, number: int, instance: Instance, waves: Waves, rows: dict[tuple[int, int], Row]
+) -> None:
+    """Let waves push what displaces water and does not float by hydrostatics, as the plugin does."""
+    floating = [row for (water, _), row in rows.items() if water == number and row.floats]
+    for row in floating:
+        shortest, longest = waves.shortest_length, LONG_HULL * row.hull.extent.max()
+        if longest > shortest:
+            refuse(
+                f"instance `{instance.name}`, body `{name_of(model, row.body)}`",
+                f"a wave of {shortest:.3g} m over a hull of {row.hull.extent.max():.3g} m",
+                (f"waves of {longest:.3g} m and longer",),
+            )
+    welded = {int(model.body_weldid[row.body]) for row in floating}
+    for body in bodies_in_waves(model, instance):
+        if int(model.body_weldid[body]) in welded:
+            continue
+        if (number, body) not in rows:
+            rows[number, body] = Row(body, number, hull(model, body, instance, is_known=False))
+        given = instance.volume if body == instance.body else None
+        rows[number, body].carried = instance.density * (
+            own_volume(model, body, instance.density) if given is None else given
+        )
 
 
 def _at_point(row: Row, values: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
@@ -159,7 +197,7 @@ def _buoyancy_offset(row: Row, values: dict[str, Any], density: float) -> None:
 
 
 def _hydrostatics(row: Row, values: dict[str, Any], density: float) -> None:
-    row.displaced = density * float(values.get("volume", row.hull.volume))
+    row.displaced, row.floats = density * float(values.get("volume", row.hull.volume)), True
 
 
 def _constant_force(row: Row, values: dict[str, Any], density: float) -> None:

@@ -22,11 +22,10 @@ EFFECTS = (
     "current",
 )
 #: Attributes of an instance of `hydro.wrench`.
-ATTRIBUTES = ("effects", "density", "waterline", "current", "hull", "volume", "centre_of_buoyancy")
+ATTRIBUTES = ("effects", "density", "waterline", "current", "waves", "hull", "volume", "centre_of_buoyancy")
 #: The other attributes.
 WITHOUT = (
     "checkpoint",
-    "waves",
     "potential_flow",
     "joints",
     "solver",
