@@ -56,6 +56,9 @@ ATTRIBUTES = {
 HULLS = {
     "box": '<geom type="box" size="0.33 0.18 0.1" mass="25" euler="10 20 30" pos="0.05 0 0.02"/>',
     "sphere": '<geom type="sphere" size="0.2" mass="25" pos="0.05 0 0.02"/>',
+    "cylinder": '<geom type="cylinder" size="0.15 0.25" mass="25" euler="10 20 30" pos="0.05 0 0.02"/>',
+    "upright cylinder": '<geom type="cylinder" size="0.15 0.25" mass="25"/>',
+    "capsule": '<geom type="capsule" size="0.12 0.25" mass="25" euler="10 80 30" pos="0.05 0 0.02"/>',
     "two": '<geom type="ellipsoid" size="0.3 0.1 0.08" mass="13" pos="0 0.2 0"/>'
     '<geom type="box" size="0.3 0.1 0.08" mass="12" pos="0 -0.2 0"/>',
 }

@@ -5,7 +5,8 @@ attach.py     `attach(m, model, nworld=...)`: the water of a model, as a callbac
 support.py    what of the plugin acts here, and the refusal of the rest
 instances.py  instances of `hydro.wrench` in a compiled model, their attributes read
 waves.py      components of waves, listed or of a spectrum
-hull.py       sizes of bodies and shapes of their hulls
+solids.py     closed shapes of geoms
+hull.py       sizes of bodies, and their hulls
 swell.py      bodies that waves push
 rows.py       effects as numbers, a row a body
 arrays.py     these numbers on the device

@@ -6,8 +6,9 @@ import mujoco
 import numpy as np
 import warp as wp
 
-from .hull import Solid, hull_centre
+from .hull import hull_centre
 from .rows import Row, Water
+from .solids import Solid
 from .waves import Waves
 
 wp.set_module_options({"enable_backward": False})
@@ -74,7 +75,8 @@ class Arrays:
     wave_pressure: wp.array[float]
     solid_centre: wp.array[wp.vec3]
     solid_axes: wp.array[wp.mat33]
-    solid_semi_axes: wp.array[wp.vec3]
+    solid_kind: wp.array[int]
+    solid_size: wp.array[wp.vec3]
     triangle_start: wp.array[int]  # number of solids and one more
     corners: wp.array[wp.vec3]
 
@@ -168,7 +170,8 @@ def _put_waves(out: Arrays, seas: list[Waves | None], put: Callable[[object, typ
 def _put_solids(out: Arrays, solids: list[Solid], put: Callable[[object, type], wp.array]) -> None:
     out.solid_centre = put(np.reshape([solid.centre for solid in solids], (-1, 3)), wp.vec3)
     out.solid_axes = put(np.reshape([solid.axes for solid in solids], (-1, 3, 3)), wp.mat33)
-    out.solid_semi_axes = put(np.reshape([solid.semi_axes for solid in solids], (-1, 3)), wp.vec3)
+    out.solid_kind = put([solid.kind for solid in solids], int)
+    out.solid_size = put(np.reshape([solid.size for solid in solids], (-1, 3)), wp.vec3)
     out.triangle_start = put(_starts([len(solid.triangles) for solid in solids]), int)
     out.corners = put(
         np.concatenate([np.zeros((0, 3)), *(solid.triangles.reshape(-1, 3) for solid in solids)]), wp.vec3

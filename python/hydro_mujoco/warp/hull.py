@@ -10,64 +10,14 @@ from ..errors import DataError
 from ..recording.kinematics import name_of
 from ..submersion import submerged
 from .instances import Instance
-from .support import SHAPES, refuse
+from .solids import ELLIPSOID, Solid, geom_pose, solid_of
 
-GEOM = mujoco.mjtGeom
 #: Geoms of this group are what MuJoCo's models keep for collisions, not for the eye.
 HULL_GROUP = 3
 #: Depth [m] at which a hull is under water whole, whatever its size.
 DEEP = 1e5
 #: Difference of two centres of one hull that is rounding [m]: meshes are in single precision.
 CLOSE = 1e-4
-#: Corners and outward triangles of a box of half sizes one.
-_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
-_FACES = np.array(
-    [
-        [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
-        [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
-    ]
-)  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Solid:
-    """A closed shape on a body: an ellipsoid, or the triangles of a surface.
-
-    Attributes:
-        centre: [m, body frame], shape (3,). axes: of the ellipsoid as columns, body frame, shape (3, 3).
-        semi_axes: [m], shape (3,); zero for triangles.
-        triangles: corners [m, body frame], wound outwards, shape (n, 3, 3); none for an ellipsoid.
-    """
-
-    centre: np.ndarray
-    axes: np.ndarray
-    semi_axes: np.ndarray
-    triangles: np.ndarray
-
-    @property
-    def volume(self) -> float:
-        """Volume [m^3]."""
-        if len(self.triangles):
-            return float(np.linalg.det(self.triangles - self.centre).sum() / 6)
-        return float(4 / 3 * np.pi * np.prod(self.semi_axes))
-
-    @property
-    def centre_of_volume(self) -> np.ndarray:
-        """Centre of its volume [m, body frame], shape (3,)."""
-        if not len(self.triangles):
-            return self.centre
-        weights = np.linalg.det(self.triangles - self.centre)
-        middles = (self.triangles.sum(axis=1) + self.centre) / 4
-        return (weights[:, np.newaxis] * middles).sum(axis=0) / weights.sum()
-
-    @property
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Least and greatest coordinates [m, body frame]."""
-        if len(self.triangles):
-            corners = self.triangles.reshape(-1, 3)
-            return corners.min(axis=0), corners.max(axis=0)
-        reach = np.sqrt(((self.axes * self.semi_axes) ** 2).sum(axis=1))
-        return self.centre - reach, self.centre + reach
 
 
 @dataclass(frozen=True)
@@ -95,7 +45,7 @@ def hull(model: mujoco.MjModel, body: int, instance: Instance, *, is_known: bool
     is_known: False for a body that has neither an instance nor an effect, of which the plugin tells nothing.
 
     Raises:
-        DataError: there is a waterline, and the hull has shapes that MuJoCo Warp does not get, or that overlap.
+        DataError: there is a waterline, and the hull has shapes that overlap, or that cross themselves.
     """
     middle, extent = _box(model, body, instance.hull)
     solids = () if instance.waterline is None else _surfaced(model, body, instance, middle, extent)
@@ -119,22 +69,6 @@ def hull_centre(solids: Sequence[Solid], otherwise: np.ndarray) -> np.ndarray:
     """Centre of volume of solids [m]; `otherwise` where there are none."""
     weighted = [solid.volume * solid.centre_of_volume for solid in solids]
     return np.sum(weighted, axis=0) / sum(solid.volume for solid in solids) if solids else otherwise
-
-
-def pose(model: mujoco.MjModel, link: int, body: int) -> tuple[np.ndarray, np.ndarray]:
-    """Place [m] and axes of a link in a body at or above it, in the model's initial position."""
-    place, axes = np.zeros(3), np.eye(3)
-    while link not in (body, 0):
-        turn = _rotation(model.body_quat[link])
-        place, axes = model.body_pos[link] + turn @ place, turn @ axes
-        link = int(model.body_parentid[link])
-    return place, axes
-
-
-def _rotation(quaternion: np.ndarray) -> np.ndarray:
-    matrix = np.zeros(9)
-    mujoco.mju_quat2Mat(matrix, quaternion)
-    return matrix.reshape(3, 3)
 
 
 def _below(model: mujoco.MjModel, body: int) -> list[int]:
@@ -163,16 +97,11 @@ def geoms_of(model: mujoco.MjModel, bodies: Iterable[int], named: list[str] | No
     return fluid or [geom for geom in geoms if model.geom_group[geom] == HULL_GROUP] or geoms
 
 
-def _geom_pose(model: mujoco.MjModel, geom: int, body: int) -> tuple[np.ndarray, np.ndarray]:
-    place, axes = pose(model, int(model.geom_bodyid[geom]), body)
-    return place + axes @ model.geom_pos[geom], axes @ _rotation(model.geom_quat[geom])
-
-
 def _box(model: mujoco.MjModel, body: int, named: list[str] | None) -> tuple[np.ndarray, np.ndarray]:
     """Middle and extents [m] of the box along the body's axes; of that of the same inertia where there are no geoms."""
     corners = []
     for geom in geoms_of(model, _welded(model, body), named):
-        place, axes = _geom_pose(model, geom, body)
+        place, axes = geom_pose(model, geom, body)
         centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
         reach = np.abs(axes) @ half
         corners += [place + axes @ centre - reach, place + axes @ centre + reach]
@@ -208,50 +137,12 @@ def _volume_of(model: mujoco.MjModel, bodies: list[int], density: float) -> floa
     compensated = sum(model.body_gravcomp[link] * model.body_mass[link] for link in bodies)
     if compensated > 0:
         return float(compensated / density)
-    return sum(_geom_volume(model, geom) for geom in geoms_of(model, bodies, None))
+    return sum(solid.volume for solid in _solids(model, bodies[0], geoms_of(model, bodies, None)))
 
 
-def _geom_volume(model: mujoco.MjModel, geom: int) -> float:
-    kind, (a, b, _) = model.geom_type[geom], model.geom_size[geom]
-    if kind in (GEOM.mjGEOM_CYLINDER, GEOM.mjGEOM_CAPSULE):
-        ends = 4 / 3 * np.pi * a**3 if kind == GEOM.mjGEOM_CAPSULE else 0.0
-        return float(2 * np.pi * a**2 * b + ends)
-    solid = _solid(model, geom, int(model.geom_bodyid[geom]))
-    return 0.0 if solid is None else solid.volume
-
-
-def _solid(model: mujoco.MjModel, geom: int, body: int) -> Solid | None:
-    """The shape of a geom; None where it is not of `SHAPES`."""
-    kind, size = model.geom_type[geom], model.geom_size[geom]
-    place, axes = _geom_pose(model, geom, body)
-    if kind == GEOM.mjGEOM_SPHERE:
-        return _ellipsoid(place, axes, np.full(3, size[0]))
-    if kind == GEOM.mjGEOM_ELLIPSOID:
-        return _ellipsoid(place, axes, size)
-    if kind == GEOM.mjGEOM_BOX:
-        triangles = (_CORNERS * size)[_FACES]
-    elif kind == GEOM.mjGEOM_MESH:
-        mesh = model.geom_dataid[geom]
-        first, start = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh]
-        corners = model.mesh_vert[first : first + model.mesh_vertnum[mesh]].astype(float)
-        faces = model.mesh_face[start : start + model.mesh_facenum[mesh]]
-        if not _is_closed(faces):
-            return _ellipsoid(place, axes, size)
-        triangles = corners[faces]
-    else:
-        return None
-    return Solid(place, axes, np.zeros(3), place + triangles @ axes.T)
-
-
-def _ellipsoid(centre: np.ndarray, axes: np.ndarray, semi_axes: np.ndarray) -> Solid:
-    return Solid(centre, axes, np.array(semi_axes), np.zeros((0, 3, 3)))
-
-
-def _is_closed(faces: np.ndarray) -> bool:
-    """True where every edge is there once in each direction."""
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    there = {(int(a), int(b)) for a, b in edges}
-    return len(there) == len(edges) and all((b, a) in there for a, b in there)
+def _solids(model: mujoco.MjModel, body: int, geoms: Iterable[int]) -> list[Solid]:
+    """The closed shapes among geoms, in a body's frame."""
+    return [found for geom in geoms if (found := solid_of(model, geom, body)) is not None]
 
 
 def _surfaced(
@@ -259,15 +150,7 @@ def _surfaced(
 ) -> tuple[Solid, ...]:
     """The shapes of a hull that a surface cuts; the ellipsoid of its extents where it has no geoms."""
     where = f"waterline of instance `{instance.name}`, hull of body `{name_of(model, body)}`"
-    solids = []
-    for geom in geoms_of(model, _welded(model, body), instance.hull):
-        if model.geom_type[geom] in (GEOM.mjGEOM_PLANE, GEOM.mjGEOM_HFIELD):
-            continue
-        solid = _solid(model, geom, body)
-        if solid is None:
-            shape = GEOM(model.geom_type[geom]).name.removeprefix("mjGEOM_").lower()
-            refuse(where, f"a {shape} (geom `{model.geom(geom).name or geom}`)", SHAPES)
-        solids.append(solid)
+    solids = _solids(model, body, geoms_of(model, _welded(model, body), instance.hull))
     for second, solid in enumerate(solids):
         for other in solids[:second]:
             low, high = np.maximum(solid.bounds[0], other.bounds[0]), np.minimum(solid.bounds[1], other.bounds[1])
@@ -276,7 +159,7 @@ def _surfaced(
                     f"{where}: boxes round two of its geoms overlap, and what they share would count twice in MuJoCo "
                     "Warp; name geoms that do not in attribute `hull`"
                 )
-    return tuple(solids) or (_ellipsoid(middle, np.eye(3), extent / 2),)
+    return tuple(solids) or (Solid(ELLIPSOID, middle, np.eye(3), extent / 2),)
 
 
 def _check_centre(model: mujoco.MjModel, body: int, instance: Instance, way: np.ndarray) -> None:

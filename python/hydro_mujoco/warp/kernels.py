@@ -18,7 +18,8 @@ from .laws import (
     upper,
 )
 from .sea import flow_at, surface_about
-from .surface import ellipsoid_below, triangle_below
+from .solids import CAPSULE, CYLINDER, ELLIPSOID, TRIANGLES
+from .surface import capsule_below, cylinder_below, ellipsoid_below, shifted, triangle_below
 
 wp.set_module_options({"enable_backward": False})
 
@@ -37,18 +38,19 @@ def wet_part(a: Arrays, row: int, up: wp.vec3, level: float) -> wp.vec4:
         return wp.vec4(1.0, centre[0], centre[1], centre[2])
     sum = wp.vec4(0.0, 0.0, 0.0, 0.0)
     for solid in range(a.solid_start[row], a.solid_start[row + 1]):
-        place = a.solid_centre[solid]
-        first, last = a.triangle_start[solid], a.triangle_start[solid + 1]
-        if first == last:
-            axes = a.solid_axes[solid]
-            own = ellipsoid_below(a.solid_semi_axes[solid], wp.transpose(axes) * up, level - wp.dot(up, place))
-            moment = axes * wp.vec3(own[1], own[2], own[3]) + own[0] * place
-            sum += wp.vec4(own[0], moment[0], moment[1], moment[2])
-        else:
-            apex = place + (level - wp.dot(up, place)) * up
-            for at in range(first, last):
-                corner = 3 * at
-                sum += triangle_below(apex, a.corners[corner], a.corners[corner + 1], a.corners[corner + 2], up, level)
+        place, axes = a.solid_centre[solid], a.solid_axes[solid]
+        size, kind = a.solid_size[solid], a.solid_kind[solid]
+        over = level - wp.dot(up, place)
+        if kind == TRIANGLES:
+            for at in range(a.triangle_start[solid], a.triangle_start[solid + 1]):
+                first, second, third = a.corners[3 * at], a.corners[3 * at + 1], a.corners[3 * at + 2]
+                sum += triangle_below(place + over * up, first, second, third, up, level)
+        elif kind == ELLIPSOID:
+            sum += shifted(ellipsoid_below(size, wp.transpose(axes) * up, over), axes, place)
+        elif kind == CYLINDER:
+            sum += shifted(cylinder_below(size[0], size[1], wp.transpose(axes) * up, over), axes, place)
+        elif kind == CAPSULE:
+            sum += shifted(capsule_below(size[0], size[1], wp.transpose(axes) * up, over), axes, place)
     if sum[0] <= 0.0:
         return wp.vec4(0.0, centre[0], centre[1], centre[2])
     if not a.centre_is_given[row]:

@@ -36,8 +36,6 @@ WITHOUT = (
 #: Keys of the attribute `current` where it is JSON.
 CURRENTS = ("schema", "velocity", "profile")
 INTEGRATORS = ("Euler", "implicit", "implicitfast", "RK4")
-#: Shapes of a hull with a waterline.
-SHAPES = ("sphere", "ellipsoid", "box", "mesh")
 
 _INTEGRATOR = mujoco.mjtIntegrator
 _SUPPORTED_INTEGRATORS = (

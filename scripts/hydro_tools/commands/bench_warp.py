@@ -101,7 +101,7 @@ def table(args: argparse.Namespace, worlds: int) -> list[str]:
     rates: dict[str, list[float]] = {label: [] for label in runs}
     for run in runs.values():
         run()
-    for _ in tqdm(range(args.rounds), desc=f"{worlds} worlds", leave=False):
+    for _ in tqdm(range(args.rounds), desc=f"{worlds} worlds", leave=False, disable=None):
         for label, run in runs.items():
             rates[label].append(run())
     plugin = np.array(next(iter(rates.values())))
