@@ -21,7 +21,7 @@ from hydro_mujoco.plugin import load_plugin  # noqa: E402
 
 load_plugin()
 #: Relative to the greatest force of a rollout: what single precision may differ by.
-CLOSE = 1e-4
+CLOSE = 1e-5
 #: Fields of a Warp data that the water reads or adds to.
 FIELDS = ("qvel", "xpos", "xmat", "subtree_com", "cvel", "cdof", "cdof_dot", "qfrc_passive", "M")
 
@@ -52,6 +52,33 @@ def scene(name, integrator=mujoco.mjtIntegrator.mjINT_IMPLICITFAST):
     spec.option.integrator = integrator
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     return with_sensor(spec)
+
+
+def ant():
+    """The ant of Gymnasium's wheel, neutral under the surface: water on its torso and on its four thighs."""
+    assets = pytest.importorskip("gymnasium").__path__[0]
+    spec = mujoco.MjSpec.from_file(f"{assets}/envs/mujoco/assets/ant.xml")
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    six = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+    effects = [
+        {"effect": "hydrostatics", "target": "torso", "parameters": {"volume": 0.0009}},
+        {"effect": "added_mass", "target": "torso", "parameters": dict(zip(six, (0.3, 0.4, 0.5, 0.01, 0.02, 0.02)))},
+    ]
+    for number in range(1, 5):
+        drag = {"effect": "quadratic_drag", "parameters": dict(zip(six, (0.5, 1, 1, 0.01, 0.02, 0.02)))}
+        mass = {"effect": "added_mass", "parameters": dict(zip(six, (0.02, 0.1, 0.1, 1e-4, 1e-3, 1e-3)))}
+        effects += [each | {"target": f"aux_{number}"} for each in (drag, mass)]
+    hydro.add_water(
+        spec,
+        body="torso",
+        effects=effects,
+        waterline=0.8,
+        current=(0.1, -0.05, 0),
+        hull=["torso_geom", "left_leg_geom", "right_leg_geom", "back_leg_geom", "rightback_leg_geom"],
+    )
+    next(sensor for sensor in spec.sensors if sensor.name == "torso_water").name = "water"
+    return spec
 
 
 def with_sensor(spec):

@@ -123,6 +123,7 @@ def main() -> int:
     parser.add_argument("--threads", type=int, default=os.cpu_count() or 1, help="threads of mujoco.rollout")
     parser.add_argument("--device", help="of Warp; its own choice by default: a GPU where there is one")
     args = parser.parse_args()
+    wp.config.quiet = True
     for worlds in args.worlds:
         print("\n".join([*table(args, worlds), ""]), flush=True)
     return 0
