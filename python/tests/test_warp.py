@@ -178,6 +178,30 @@ def test_a_vehicle_goes_where_the_plugins_does(rov):
     assert d.sensordata.numpy()[0, 3:] == pytest.approx(data.sensordata[3:], abs=1e-4 * np.abs(data.sensordata).max())
 
 
+def test_gusts_are_the_plugins_and_start_anew_after_a_reset(rov):
+    data, d = together(rov, 50)
+    mjw.forward(rov.m, d)
+    # Three numbers of velocity and how many were drawn.
+    gust = data.plugin_state[:3].copy()
+    assert data.plugin_state[3] == 51
+    assert np.abs(gust[:2]).min() > 1e-4
+    assert rov.water.gust.numpy()[:, 0] == pytest.approx(np.array([gust, gust]), abs=1e-6)
+    mjw.forward(rov.m, d)
+    assert rov.water.gust.numpy()[0, 0] == pytest.approx(gust, abs=1e-6)
+    data, d = together(rov, 50)
+    mjw.forward(rov.m, d)
+    assert rov.water.gust.numpy()[0, 0] == pytest.approx(gust, abs=1e-6)
+
+
+def test_gusts_may_differ_by_world():
+    pair = Pair(scene("rov"), nworld=3)
+    pair.water.set("gust_seed", np.array([[1], [2], [2**63 + 5]], dtype=np.uint64))
+    pair.compare(pair.states())
+    gusts = pair.water.gust.numpy()[:, 0]
+    assert np.unique(gusts[:, 0]).size == 3
+    assert np.abs(gusts).max() < 0.2
+
+
 def test_the_ant_of_another_wheel_goes_where_the_plugins_does():
     data, d = together(Pair(ant()), 200)
     assert data.time == pytest.approx(2)

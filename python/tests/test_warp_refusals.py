@@ -87,14 +87,17 @@ def test_a_checkpoint_is_refused_by_name():
     assert "attribute `checkpoint` is not supported" in refusal(spec)
 
 
-@pytest.mark.parametrize(
-    ("current", "key"),
-    [(GRID, "grid"), ({"schema": "hydro-current/1", "velocity": [0, 0, 0], "random": RANDOM}, "random")],
-)
-def test_other_currents_are_refused_by_name(current, key):
-    found = refusal(vehicle(DRAG, current=json.dumps(current)))
-    assert f"attribute `current`: `{key}` is not supported" in found
-    assert "supported: velocity, profile" in found
+def test_a_current_on_a_grid_is_refused_by_name():
+    found = refusal(vehicle(DRAG, current=json.dumps(GRID)))
+    assert "attribute `current`: `grid` is not supported" in found
+    assert "supported: velocity, profile, random" in found
+
+
+def test_gusts_under_runge_kutta_are_refused_by_name():
+    gusts = {"schema": "hydro-current/1", "velocity": [0, 0, 0], "random": RANDOM}
+    found = refusal(vehicle(DRAG, current=json.dumps(gusts), option='integrator="RK4"'))
+    assert "attribute `current`: `random` under integrator `RK4` is not supported" in found
+    assert "supported: Euler, implicit, implicitfast" in found
 
 
 def test_waves_that_are_short_beside_a_floating_hull_are_refused():

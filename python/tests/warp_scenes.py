@@ -41,14 +41,8 @@ def vehicle(*effects, option='integrator="implicitfast"', geoms=None, **attribut
 
 
 def scene(name, integrator=mujoco.mjtIntegrator.mjINT_IMPLICITFAST):
-    """The spec of a scene of the package, its current without a random part, no contacts, and a sensor of its water."""
+    """The spec of a scene of the package, without contacts, with a sensor of its water."""
     spec = mujoco.MjSpec.from_file(hydro.scene(name))
-    for plugin in spec.plugins:
-        config = dict(plugin.config)
-        if "random" in config.get("current", ""):
-            current = json.loads(config["current"])
-            del current["random"]
-            plugin.config = config | {"current": json.dumps(current)}
     spec.option.integrator = integrator
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     return with_sensor(spec)

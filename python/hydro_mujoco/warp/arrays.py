@@ -61,6 +61,9 @@ class Arrays:
     has_surface: wp.array[bool]
     waterline: wp.array[float]
     current: wp.array2d[wp.vec3]
+    gust_deviation: wp.array2d[wp.vec3]
+    gust_seed: wp.array2d[wp.uint64]
+    gust_time: wp.array[float]  # constant of the gusts [s]
     profile_start: wp.array[int]
     wave_start: wp.array[int]
     bed: wp.array[float]  # height above the still level [m]
@@ -95,8 +98,9 @@ BY_WORLD = {
     "world_force": wp.vec3,
     "world_torque": wp.vec3,
     "displaced": float,
-    "current": wp.vec3,
 }
+#: The same by water in place of row.
+BY_WATER = {"current": wp.vec3, "gust_deviation": wp.vec3, "gust_seed": wp.uint64}
 
 
 def arrays(model: mujoco.MjModel, water: Water, device: wp.Device) -> Arrays:
@@ -126,8 +130,7 @@ def arrays(model: mujoco.MjModel, water: Water, device: wp.Device) -> Arrays:
     out.solid_start = put(_starts([len(row.hull.solids) for row in rows]), int)
     out.quadratic_point = put([row.quadratic_point for row in rows], wp.vec3)
     for name, dtype in BY_WORLD.items():
-        if name != "current":
-            setattr(out, name, put([[getattr(row, name) for row in rows]], dtype))
+        setattr(out, name, put([[getattr(row, name) for row in rows]], dtype))
     _put_currents(out, model, water, put)
     _put_waves(out, [instance.waves for instance in water.instances], put)
     _put_solids(out, solids, put)
@@ -138,17 +141,16 @@ def _put_currents(out: Arrays, model: mujoco.MjModel, water: Water, put: Callabl
     waters = water.instances
     has_fluid = model.opt.density > 0 or model.opt.viscosity > 0
     common = water.current + (model.opt.wind if has_fluid else 0.0)
-    # A current of one point is the same everywhere.
-    profiles = [
-        instance.current if len(instance.current[0]) > 1 else (np.zeros(0), np.zeros((0, 3))) for instance in waters
-    ]
-    constant = [instance.current[1][0] if len(instance.current[0]) == 1 else np.zeros(3) for instance in waters]
+    currents = [instance.current for instance in waters]
     out.has_surface = put([instance.waterline is not None for instance in waters], bool)
     out.waterline = put([instance.waterline or 0.0 for instance in waters], float)
-    out.current = put([[common + velocity for velocity in constant]], wp.vec3)
-    out.profile_start = put(_starts([len(depths) for depths, _ in profiles]), int)
-    out.profile_depth = put(np.concatenate([depths for depths, _ in profiles]), float)
-    out.profile_velocity = put(np.concatenate([velocities for _, velocities in profiles]), wp.vec3)
+    out.current = put([[common + each.uniform for each in currents]], wp.vec3)
+    out.gust_deviation = put([[each.deviation for each in currents]], wp.vec3)
+    out.gust_seed = put([[each.seed for each in currents]], wp.uint64)
+    out.gust_time = put([each.time_constant for each in currents], float)
+    out.profile_start = put(_starts([len(each.depth) for each in currents]), int)
+    out.profile_depth = put(np.concatenate([each.depth for each in currents]), float)
+    out.profile_velocity = put(np.concatenate([each.velocity for each in currents]), wp.vec3)
 
 
 def _put_waves(out: Arrays, seas: list[Waves | None], put: Callable[[object, type], wp.array]) -> None:

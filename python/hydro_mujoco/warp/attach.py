@@ -10,7 +10,8 @@ import warp as wp
 
 from ..errors import DataError
 from ..recording.kinematics import name_of
-from .arrays import BY_WORLD, Arrays, arrays, dofs
+from .arrays import BY_WATER, BY_WORLD, Arrays, arrays, dofs
+from .gusts import blow
 from .instances import carriers
 from .kernels import into_joints, into_sensors, loads
 from .rows import Row, water
@@ -27,6 +28,8 @@ class Water:
         bodies: names of the bodies in water, a row each; one that the water of two instances acts on has two rows.
         wrench: force [N] and torque [N m] about the origin of each row's body, in its frame, without the part in
             proportion to acceleration: array of six numbers, shape (nworld, rows). It is that of the last forward pass.
+        gust: velocity of the random part of each instance's current [m/s], shape (nworld, instances). Memory: it starts
+            anew in a world whose time goes back.
         numbers: the coefficients on the device (`arrays.Arrays`); those that `set` knows may differ by world.
     """
 
@@ -40,6 +43,11 @@ class Water:
         self.wrench = wp.zeros(shape, dtype=wp.spatial_vector, device=device)
         self._force = wp.zeros(shape, dtype=wp.spatial_vector, device=device)
         self._inertia = wp.zeros(shape, dtype=wp.spatial_matrix, device=device)
+        waters = (nworld, len(found.instances))
+        self.gust = wp.zeros(waters, dtype=wp.vec3, device=device)
+        self._latest = wp.zeros(waters, dtype=float, device=device)
+        self._draws = wp.zeros(waters, dtype=int, device=device)
+        self._has_gusts = any(instance.current.has_gusts for instance in found.instances)
         self._rows_start, self._rows_of_dof = _rows_by_dof(model, found.rows, device)
         self._sensor_adr, self._sensor_body = _sensors(m, model, device)
         self._earlier: Callable[..., None] | None = m.callback.passive
@@ -51,27 +59,28 @@ class Water:
         Where the step is captured in a CUDA graph: before the capture.
 
         Args:
-            name: one of `arrays.BY_WORLD`: `added_mass`, `linear_drag` (6 x 6, about the body's origin),
-                `current` [m/s, by instance], ...
-            values: shape (1 or nworld, rows, ...), as `numbers.NAME.numpy()` gives them; of `current`, instances in
-                place of rows.
+            name: one of `arrays.BY_WORLD` and `arrays.BY_WATER`: `added_mass`, `linear_drag` (6 x 6, about the body's
+                origin), `current` [m/s], `gust_seed`, ...
+            values: shape (1 or nworld, rows, ...), as `numbers.NAME.numpy()` gives them; instances in place of rows
+                where it is of the water.
 
         Raises:
             DataError: no coefficient is called so, or the values have another shape.
         """
-        if name not in BY_WORLD:
-            raise DataError(f"no coefficient is called `{name}`; there are: {', '.join(BY_WORLD)}")
+        types = BY_WORLD | BY_WATER
+        if name not in types:
+            raise DataError(f"no coefficient is called `{name}`; there are: {', '.join(types)}")
         known: wp.array = getattr(self.numbers, name)
         shape = known.numpy().shape[1:]
-        given = np.asarray(values, dtype=np.float32)
+        given = np.asarray(values, dtype=known.numpy().dtype)
         if given.shape not in ((1, *shape), (self.nworld, *shape)):
             raise DataError(
                 f"`{name}` has the shape {given.shape}; expected {(1, *shape)} or {(self.nworld, *shape)}: worlds, "
-                f"{'instances' if name == 'current' else 'rows'}, numbers"
+                f"{'instances' if name in BY_WATER else 'rows'}, numbers"
             )
         if not np.isfinite(given).all():
             raise DataError(f"`{name}` holds {given[~np.isfinite(given)][0]}; expected finite numbers")
-        setattr(self.numbers, name, wp.array(given, dtype=BY_WORLD[name], device=known.device))
+        setattr(self.numbers, name, wp.array(given, dtype=types[name], device=known.device))
         self.numbers.may_push.fill_(True)
 
     def passive(self, m: mjw.Model, d: mjw.Data) -> None:
@@ -82,6 +91,14 @@ class Water:
             raise DataError(f"the data has {d.nworld} worlds, and the water was attached for {self.nworld}")
         device = self.wrench.device
         flags, kind = m.opt.disableflags, m.opt.integrator
+        if self._has_gusts:
+            wp.launch(
+                blow,
+                dim=self.gust.shape,
+                inputs=[m.opt.timestep, d.time, self.numbers, self._latest, self._draws],
+                outputs=[self.gust],
+                device=device,
+            )
         has_gravity = not flags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
         is_implicit = kind != mujoco.mjtIntegrator.mjINT_RK4
         wp.launch(
@@ -98,7 +115,7 @@ class Water:
                 d.xmat,
                 d.subtree_com,
             ]
-            + [d.cvel, d.cdof_dot, self.numbers, has_gravity, is_implicit],
+            + [d.cvel, d.cdof_dot, self.numbers, self.gust, has_gravity, is_implicit],
             outputs=[self.wrench, self._force, self._inertia],
             device=device,
         )

@@ -16,6 +16,7 @@ from ..errors import DataError
 from ..packaged import root
 from ..plugin import WRENCH, built_library, mujoco_library
 from ..recording.kinematics import name_of
+from .current import Current, current
 from .support import ATTRIBUTES, CURRENTS, EFFECTS, WITHOUT, refuse
 from .waves import Waves, waves
 
@@ -34,7 +35,7 @@ class Instance:
         effects: `{"effect", "target", "parameters"}` each.
         density: of the water [kg/m^3].
         waterline: world z of the still surface [m]; None: everything is submerged.
-        current: depths [m], ascending, shape (n,), and the water's velocities there, world [m/s], shape (n, 3).
+        current: beside that of effects.
         waves: about the waterline; None: a still surface.
         hull: names of the geoms that displace water; None: those that docs/plugin.md says.
         volume: that the carrying body displaces [m^3], where it is given.
@@ -46,7 +47,7 @@ class Instance:
     effects: list[dict[str, Any]]
     density: float
     waterline: float | None
-    current: tuple[np.ndarray, np.ndarray]
+    current: Current
     waves: Waves | None
     hull: list[str] | None
     volume: float | None
@@ -136,20 +137,18 @@ def _effects(text: str, where: str) -> list[dict[str, Any]]:
     return list(_document(text, f"{where}, attribute `effects`")["effects"]) if text else []
 
 
-def _current(text: str, where: str) -> tuple[np.ndarray, np.ndarray]:
+def _current(text: str, where: str) -> Current:
     where = f"{where}, attribute `current`"
     if not text:
-        return np.zeros(1), np.zeros((1, 3))
+        return Current()
     try:
-        return np.zeros(1), _numbers(text)[np.newaxis]
+        return Current(uniform=_numbers(text))
     except ValueError:
         document = _document(text, where)
     for key in document:
         if key not in CURRENTS:
             refuse(where, f"`{key}`", CURRENTS[1:])
-    points = document.get("profile") or [{"depth": 0.0, "velocity": document["velocity"]}]
-    depths = np.array([float(point["depth"]) for point in points])
-    return depths, np.array([point["velocity"] for point in points], dtype=float)
+    return current(document)
 
 
 def _waves(text: str, model: mujoco.MjModel, where: str) -> Waves | None:

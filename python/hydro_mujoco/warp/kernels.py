@@ -138,6 +138,7 @@ def loads(
     cdof_dot: wp.array2d[wp.spatial_vector],
     # The water, and what the options say.
     a: Arrays,
+    gust: wp.array2d[wp.vec3],
     has_gravity: bool,
     is_implicit: bool,
     # Out
@@ -173,7 +174,7 @@ def loads(
     wet = wet_part(a, row, to_body * surface.up, wp.dot(surface.up, surface.point - origin))
     share = wet[0]
     centre = wp.vec3(wet[1], wet[2], wet[3])
-    flow = flow_at(a, world, water, origin + to_world * centre, time[world])
+    flow = flow_at(a, world, water, origin + to_world * centre, time[world], gust[world, water])
     swell = to_body * flow.acceleration
 
     spatial = cvel[world, body]

@@ -64,11 +64,11 @@ def current_at(a: Arrays, world: int, water: int, depth: float) -> wp.vec3:
 
 
 @wp.func
-def flow_at(a: Arrays, world: int, water: int, at: wp.vec3, time: float) -> Flow:
-    """Current and waves at a point; waves above the still level are as at it, below the bed as at the bed."""
+def flow_at(a: Arrays, world: int, water: int, at: wp.vec3, time: float, gust: wp.vec3) -> Flow:
+    """Current, gust and waves at a point; waves above the still level are as at it, below the bed as at the bed."""
     flow = Flow()
     height = at[2] - a.waterline[water]
-    flow.velocity = current_at(a, world, water, -height)
+    flow.velocity = gust + current_at(a, world, water, -height)
     z = wp.clamp(height, a.bed[water], 0.0)
     for wave in range(a.wave_start[water], a.wave_start[water + 1]):
         phase = phase_of(a, wave, at, time)

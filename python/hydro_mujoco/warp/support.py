@@ -34,7 +34,7 @@ WITHOUT = (
     "wrench_scale",
 )
 #: Keys of the attribute `current` where it is JSON.
-CURRENTS = ("schema", "velocity", "profile")
+CURRENTS = ("schema", "velocity", "profile", "random")
 INTEGRATORS = ("Euler", "implicit", "implicitfast", "RK4")
 
 _INTEGRATOR = mujoco.mjtIntegrator
@@ -51,6 +51,12 @@ def refuse(where: str, what: str, supported: Iterable[str]) -> NoReturn:
     raise DataError(
         f"{where}: {what} is not supported in MuJoCo Warp, only in the plugin;\nsupported: {', '.join(supported)}"
     )
+
+
+def check_memory(model: mujoco.MjModel, where: str) -> None:
+    """Refuse what is brought on once a step under an integrator that asks for forces several times in one."""
+    if model.opt.integrator == _INTEGRATOR.mjINT_RK4:
+        refuse(where, "`random` under integrator `RK4`", INTEGRATORS[:-1])
 
 
 def check_options(model: mujoco.MjModel) -> None:

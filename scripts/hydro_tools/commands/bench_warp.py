@@ -2,13 +2,11 @@
 
     python scripts/bench_warp.py [--scene rov] [--worlds 1 64 1024] [--steps 50] [--rounds 5] [--threads 2]
 
-Every row is timed in turn, rounds times; printed are medians with quartiles, and the median ratio to the plugin. The
-scene's current loses its random part, which MuJoCo Warp does not get. On a GPU a step is a CUDA graph; on a CPU MuJoCo
-Warp runs one world after the other on one core.
+Every row is timed in turn, rounds times; printed are medians with quartiles, and the median ratio to the plugin. On a
+GPU a step is a CUDA graph; on a CPU MuJoCo Warp runs one world after the other on one core.
 """
 
 import argparse
-import json
 import os
 import time
 from collections.abc import Callable
@@ -31,12 +29,6 @@ def models(scene: str) -> tuple[mujoco.MjModel, mujoco.MjModel]:
     """The scene's model with the plugin, and the one without it."""
     load_plugin()
     spec = mujoco.MjSpec.from_file(hydro_mujoco.scene(scene))
-    for plugin in spec.plugins:
-        config = dict(plugin.config)
-        if "random" in config.get("current", ""):
-            current = json.loads(config["current"])
-            del current["random"]
-            plugin.config = config | {"current": json.dumps(current)}
     return spec.compile(), water.without_plugin(spec).compile()
 
 
