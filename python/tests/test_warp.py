@@ -61,6 +61,10 @@ HULLS = {
     "cylinder": '<geom type="cylinder" size="0.15 0.25" mass="25" euler="10 20 30" pos="0.05 0 0.02"/>',
     "upright cylinder": '<geom type="cylinder" size="0.15 0.25" mass="25"/>',
     "capsule": '<geom type="capsule" size="0.12 0.25" mass="25" euler="10 80 30" pos="0.05 0 0.02"/>',
+    "one of group 3 under its looks": '<geom type="ellipsoid" size="0.3 0.15 0.1" mass="25" group="3"/>'
+    '<geom type="box" size="0.5 0.3 0.2" mass="0" contype="0" conaffinity="0"/>',
+    "one of MuJoCo's fluid": '<geom type="ellipsoid" size="0.3 0.15 0.1" mass="25" fluidshape="ellipsoid"/>'
+    '<geom type="box" size="0.5 0.3 0.2" mass="0" group="3" contype="0" conaffinity="0"/>',
     "two": '<geom type="ellipsoid" size="0.3 0.1 0.08" mass="13" pos="0 0.2 0"/>'
     '<geom type="box" size="0.3 0.1 0.08" mass="12" pos="0 -0.2 0"/>',
 }
@@ -233,6 +237,9 @@ def test_a_step_in_two_halves_is_the_step(rov):
     _, whole = together(rov, 20)
     _, split = together(rov, 20, halves)
     assert split.qvel.numpy()[0] == pytest.approx(whole.qvel.numpy()[0], abs=1e-6)
+    # Of the factor of M that has the water in it.
+    assert np.abs(whole.qacc_smooth.numpy()).max() > 0.1
+    assert split.qacc_smooth.numpy()[0] == pytest.approx(whole.qacc_smooth.numpy()[0], abs=1e-4)
 
 
 def test_coefficients_may_differ_by_world(rov):

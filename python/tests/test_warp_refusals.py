@@ -25,7 +25,7 @@ def refusal(spec, prepare=None):
     model, plain = spec.compile(), water.without_plugin(spec).compile()
     m = mjw.put_model(plain)
     if prepare:
-        prepare(model)
+        prepare(m)
     with pytest.raises(DataError) as caught:
         water.attach(m, model, nworld=1)
     assert m.callback.passive is None
@@ -96,7 +96,7 @@ def test_a_current_on_a_grid_is_refused_by_name():
 def test_gusts_under_runge_kutta_are_refused_by_name():
     gusts = {"schema": "hydro-current/1", "velocity": [0, 0, 0], "random": RANDOM}
     found = refusal(vehicle(DRAG, current=json.dumps(gusts), option='integrator="RK4"'))
-    assert "attribute `current`: `random` under integrator `RK4` is not supported" in found
+    assert "option integrator: `RK4` with the key `random` of attribute `current` is not supported" in found
     assert "supported: Euler, implicit, implicitfast" in found
 
 
@@ -107,16 +107,16 @@ def test_waves_that_are_short_beside_a_floating_hull_are_refused():
     assert "supported: waves of 3.3 m and longer" in found
 
 
-def set_discrete(model):
-    model.opt.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
+def set_discrete(m):
+    m.opt.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
 
 
-def set_sleep(model):
-    model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
+def set_sleep(m):
+    m.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
 
 
-def set_no_passive(model):
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SPRING | mujoco.mjtDisableBit.mjDSBL_DAMPER
+def set_no_passive(m):
+    m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SPRING | mujoco.mjtDisableBit.mjDSBL_DAMPER
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,7 @@ class Water:
         self.gust = wp.zeros(waters, dtype=wp.vec3, device=device)
         self._latest = wp.zeros(waters, dtype=float, device=device)
         self._draws = wp.zeros(waters, dtype=int, device=device)
-        self._has_gusts = any(instance.current.has_gusts for instance in found.instances)
+        self.has_gusts = any(instance.current.has_gusts for instance in found.instances)
         self._rows_start, self._rows_of_dof = _rows_by_dof(model, found.rows, device)
         self._sensor_adr, self._sensor_body = _sensors(m, model, device)
         self._earlier: Callable[..., None] | None = m.callback.passive
@@ -91,7 +91,7 @@ class Water:
             raise DataError(f"the data has {d.nworld} worlds, and the water was attached for {self.nworld}")
         device = self.wrench.device
         flags, kind = m.opt.disableflags, m.opt.integrator
-        if self._has_gusts:
+        if self.has_gusts:
             wp.launch(
                 blow,
                 dim=self.gust.shape,
@@ -170,8 +170,8 @@ def attach(m: mjw.Model, model: mujoco.MjModel, *, nworld: int) -> Water:
             )
     if nworld < 1:
         raise DataError(f"nworld is {nworld}; expected 1 or more")
-    check_options(model)
     made = Water(m, model, nworld)
+    check_options(m.opt, has_gusts=made.has_gusts)
     m.callback.passive, m.callback.sensor = made.passive, made.sensor
     return made
 

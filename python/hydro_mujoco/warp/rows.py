@@ -11,7 +11,7 @@ from ..errors import DataError
 from ..recording.kinematics import name_of
 from .hull import Hull, hull, own_volume
 from .instances import Instance, instances, target_body
-from .support import check_memory, refuse
+from .support import refuse
 from .swell import bodies_in_waves
 from .waves import Waves
 
@@ -109,8 +109,6 @@ def water(model: mujoco.MjModel) -> Water:
                 rows[number, body] = Row(body, number, hull(model, body, instance))
             _PUT[effect["effect"]](rows[number, body], values, instance.density)
     for number, instance in enumerate(found):
-        if instance.current.has_gusts:
-            check_memory(model, f"instance `{instance.name}`, attribute `current`")
         if instance.waves is not None:
             _into_waves(model, number, instance, instance.waves, rows)
     if np.any(current) and (model.opt.density > 0 or model.opt.viscosity > 0):

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from typing import NoReturn
 
 import mujoco
+import mujoco_warp as mjw
 
 from ..errors import DataError
 
@@ -53,19 +54,15 @@ def refuse(where: str, what: str, supported: Iterable[str]) -> NoReturn:
     )
 
 
-def check_memory(model: mujoco.MjModel, where: str) -> None:
-    """Refuse what is brought on once a step under an integrator that asks for forces several times in one."""
-    if model.opt.integrator == _INTEGRATOR.mjINT_RK4:
-        refuse(where, "`random` under integrator `RK4`", INTEGRATORS[:-1])
-
-
-def check_options(model: mujoco.MjModel) -> None:
-    """Refuse options of a model under which the water would not act, or not rightly.
+def check_options(option: mjw.Option, *, has_gusts: bool) -> None:
+    """Refuse options of a Warp model under which the water would not act, or not rightly.
 
     Raises:
         DataError: the integrator, sleeping, or passive forces that are disabled.
     """
-    option = model.opt
+    if has_gusts and option.integrator == _INTEGRATOR.mjINT_RK4:
+        # They are brought on once a step, and it asks for forces four times.
+        refuse("option integrator", "`RK4` with the key `random` of attribute `current`", INTEGRATORS[:-1])
     if option.integrator not in _SUPPORTED_INTEGRATORS:
         name = _INTEGRATOR(option.integrator).name.removeprefix("mjINT_").lower()
         refuse("option integrator", f"`{name}`", INTEGRATORS)
