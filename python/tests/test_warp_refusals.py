@@ -62,6 +62,13 @@ def test_every_other_effect_is_refused_by_name(id, target, of):
     assert "supported: added_mass, linear_drag, quadratic_drag," in text
 
 
+def test_an_effect_of_ones_own_is_refused_by_name():
+    definition = {"phrase": "a brake", "summary": "a brake", "target": "body", "wrench": {"surge": "-c * u^3"}}
+    definition["parameters"] = {"c": {"unit": "N s^3/m^3", "lower": 0.0, "upper": 10.0, "prior_sd": 1.0}}
+    own = {"effect": "user.brake", "target": "hull", "parameters": {"c": 1}, "definition": definition}
+    assert "effect `user.brake` is not supported in MuJoCo Warp" in refusal(vehicle(DRAG, json.dumps(own)))
+
+
 def test_every_attribute_is_known():
     known = next(each for each in run_json(["attributes"])["plugins"] if each["plugin"] == "hydro.wrench")
     assert {each["name"] for each in known["attributes"]} == {*water.support.ATTRIBUTES, *water.support.WITHOUT}
