@@ -137,6 +137,16 @@ def test_waves_are_the_plugins(name):
     close(Pair(vehicle(*WATER, waves=sea, waterline=0.05), nworld=16), later=41.7)
 
 
+@pytest.mark.filterwarnings("ignore:.*two buoyancies")
+def test_all_effects_together_in_waves_are_the_plugins():
+    names = [name for name in EFFECTS if "," not in name and name != "current"]
+    effects = [each for name in names for each in EFFECTS[name]]
+    sea = json.dumps({"schema": "hydro-waves/1"} | SEAS["two waves"])
+    moving = effect("current", x=0.3, y=-0.2, z=0.1)
+    close(Pair(vehicle(*effects, moving, waves=sea, waterline=0.05), nworld=16), later=41.7)
+
+
+@pytest.mark.filterwarnings("ignore:.*act by the effect `hydrostatics`")
 def test_waves_push_what_no_hydrostatics_floats():
     sea = json.dumps({"schema": "hydro-waves/1"} | SEAS["two waves"])
     close(Pair(vehicle(*WATER[:-1], waves=sea, waterline=0.05, volume=0.022), nworld=16), later=41.7)
@@ -157,14 +167,37 @@ def test_options_are_the_plugins(option):
     close(Pair(vehicle(*WATER[:-1], *EFFECTS["net_buoyancy"], *EFFECTS["buoyancy_offset"], option=option), nworld=8))
 
 
-def test_a_body_alone_in_its_tree_keeps_a_diagonal():
-    """MuJoCo has no room for products of its degrees of freedom: the damping is lumped, as the plugin lumps it."""
+def alone():
+    """The spec of a body alone in its tree, of which MuJoCo keeps a diagonal of inertia."""
     text = """<mujoco><option timestep="0.005"/><extension><plugin plugin="hydro.wrench"><instance name="water">
       <config key="effects" value='{"schema": "hydro-effects/1", "effects": [%s]}'/></instance></plugin></extension>
       <worldbody><body name="hull"><freejoint/><geom type="box" size="0.3 0.2 0.1" mass="25"/>
       <plugin plugin="hydro.wrench" instance="water"/></body></worldbody></mujoco>"""
-    spec = mujoco.MjSpec.from_string(text % EFFECTS["quadratic_drag"][0])
-    close(Pair(with_sensor(spec), nworld=8))
+    return with_sensor(mujoco.MjSpec.from_string(text % EFFECTS["quadratic_drag"][0]))
+
+
+def test_a_body_alone_in_its_tree_keeps_a_diagonal():
+    """MuJoCo has no room for products of its degrees of freedom: the damping is lumped, as the plugin lumps it."""
+    close(Pair(alone(), nworld=8))
+
+
+def test_added_mass_without_room_is_refused():
+    pair = Pair(alone())
+    with pytest.raises(DataError, match="`added_mass` on body `hull`, whose inertia MuJoCo keeps as a diagonal"):
+        pair.water.set("added_mass", np.eye(6)[np.newaxis, np.newaxis])
+    assert not pair.water.numbers.added_mass.numpy().any()
+    pair.water.set("added_mass", np.zeros((1, 1, 6, 6)))
+
+
+def test_gusts_may_be_set_but_not_under_runge_kutta():
+    calm = Pair(vehicle(*EFFECTS["linear_drag"]), nworld=2)
+    calm.water.set("gust_deviation", np.array([[[0.1, 0, 0]], [[0.0, 0.2, 0]]]))
+    calm.compare(calm.states())
+    assert (calm.water.gust.numpy()[:, 0] != 0).tolist() == [[True, False, False], [False, True, False]]
+    runge_kutta = Pair(vehicle(*EFFECTS["linear_drag"], option='integrator="RK4"'))
+    with pytest.raises(DataError, match="`RK4` with the key `random`"):
+        runge_kutta.water.set("gust_deviation", np.full((1, 1, 3), 0.1))
+    assert not runge_kutta.water.numbers.gust_deviation.numpy().any()
 
 
 @pytest.fixture(scope="module")

@@ -63,7 +63,7 @@ def test_every_other_effect_is_refused_by_name(id, target, of):
 
 
 def test_an_effect_of_ones_own_is_refused_by_name():
-    definition = {"phrase": "a brake", "summary": "a brake", "target": "body", "wrench": {"surge": "-c * u^3"}}
+    definition = {"phrase": "a brake", "summary": "a brake", "target": "body", "wrench": {"surge": "-c * nu_surge^3"}}
     definition["parameters"] = {"c": {"unit": "N s^3/m^3", "lower": 0.0, "upper": 10.0, "prior_sd": 1.0}}
     own = {"effect": "user.brake", "target": "hull", "parameters": {"c": 1}, "definition": definition}
     assert "effect `user.brake` is not supported in MuJoCo Warp" in refusal(vehicle(DRAG, json.dumps(own)))
@@ -107,6 +107,7 @@ def test_gusts_under_runge_kutta_are_refused_by_name():
     assert "supported: Euler, implicit, implicitfast" in found
 
 
+@pytest.mark.filterwarnings("ignore:.*it scatters them")
 def test_waves_that_are_short_beside_a_floating_hull_are_refused():
     short = {"schema": "hydro-waves/1", "components": [{"height": 0.05, "period": 1.3}]}
     found = refusal(vehicle(FLOAT, DRAG, waves=json.dumps(short), waterline=0))

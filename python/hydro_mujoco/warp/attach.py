@@ -48,6 +48,7 @@ class Water:
         self._latest = wp.zeros(waters, dtype=float, device=device)
         self._draws = wp.zeros(waters, dtype=int, device=device)
         self.has_gusts = any(instance.current.has_gusts for instance in found.instances)
+        self._options = m.opt
         self._rows_start, self._rows_of_dof = _rows_by_dof(model, found.rows, device)
         self._sensor_adr, self._sensor_body = _sensors(m, model, device)
         self._earlier: Callable[..., None] | None = m.callback.passive
@@ -65,7 +66,8 @@ class Water:
                 where it is of the water.
 
         Raises:
-            DataError: no coefficient is called so, or the values have another shape.
+            DataError: no coefficient is called so, the values have another shape or are not finite, an added mass has
+                no room in MuJoCo's inertia matrix, or gusts meet RK4.
         """
         types = BY_WORLD | BY_WATER
         if name not in types:
@@ -80,8 +82,23 @@ class Water:
             )
         if not np.isfinite(given).all():
             raise DataError(f"`{name}` holds {given[~np.isfinite(given)][0]}; expected finite numbers")
+        if name == "added_mass":
+            self._check_room(given)
+        if name == "gust_deviation":
+            check_options(self._options, has_gusts=bool(given.any()))
+            self.has_gusts = bool(given.any())
         setattr(self.numbers, name, wp.array(given, dtype=types[name], device=known.device))
         self.numbers.may_push.fill_(True)
+
+    def _check_room(self, added_mass: np.ndarray) -> None:
+        """Refuse inertia on a body whose inertia MuJoCo keeps as a diagonal."""
+        full = ~self.numbers.has_room.numpy() & added_mass.any(axis=(0, 2, 3))
+        if full.any():
+            body = self.bodies[int(np.argmax(full))]
+            raise DataError(
+                f"`added_mass` on body `{body}`, whose inertia MuJoCo keeps as a diagonal without room for it;\n"
+                f'put an empty child into the body, <body name="{body}_water"/>'
+            )
 
     def passive(self, m: mjw.Model, d: mjw.Data) -> None:
         """Add the water's forces and inertia: what MuJoCo Warp calls at the end of its passive forces."""
@@ -104,18 +121,9 @@ class Water:
         wp.launch(
             loads,
             dim=self.wrench.shape,
-            inputs=[
-                m.opt.timestep,
-                m.opt.gravity,
-                m.body_rootid,
-                m.dof_parentid,
-                d.time,
-                d.qvel,
-                d.xpos,
-                d.xmat,
-                d.subtree_com,
-            ]
-            + [d.cvel, d.cdof_dot, self.numbers, self.gust, has_gravity, is_implicit],
+            inputs=[m.opt.timestep, m.opt.gravity, m.body_rootid, m.dof_parentid]
+            + [d.time, d.qvel, d.xpos, d.xmat, d.subtree_com, d.cvel, d.cdof_dot]
+            + [self.numbers, self.gust, has_gravity, is_implicit],
             outputs=[self.wrench, self._force, self._inertia],
             device=device,
         )
