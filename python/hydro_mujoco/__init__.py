@@ -10,6 +10,7 @@ trials/        logs of real vehicles as trials for `hydro gap`: `trials.from_mca
 training.py    `train(data, out)`, `evaluate(checkpoint, data)`
 learned.py     `with_checkpoint`: a scene with a checkpoint in place of its water
 envs/          Gymnasium environments, one and many at once (`import hydro_mujoco.envs`)
+warp/          the water in MuJoCo Warp, many worlds at once (`import hydro_mujoco.warp`)
 gap/           `gap.run(nominal, trials, out=...)`, `gap.effects()`
 recording/     what every recorder has: plans, simulation, shards, folder, manifest
 jobs/          independent jobs, here or in processes

@@ -13,6 +13,8 @@ from . import spectrum
 STEPS = 8
 #: Numbers of a block of points times components.
 BLOCK = 2**20
+#: Share of the energy in the shortest waves that no one notices.
+UNNOTICED = 0.01
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,27 @@ class Waves:
         """Length of each wave number [rad/m], shape (n,)."""
         return np.hypot(*self.wavenumber.T)
 
+    @cached_property
+    def upward(self) -> np.ndarray:
+        """exp(-2 k depth), shape (n,): all goes with z as exp(k z) plus or minus this times exp(-k z)."""
+        return np.exp(-2 * self.size * self.depth)
+
+    @cached_property
+    def pressure_scale(self) -> np.ndarray:
+        """Factor of that sum in the dynamic pressure by density [m^2/s^2], shape (n,)."""
+        return self.gravity * self.amplitude / (1 + self.upward)
+
+    @property
+    def shortest_length(self) -> float:
+        """Length [m] of the shortest wave but for those with 1 % of the energy together; infinite without any."""
+        there = self.amplitude > 0
+        if not there.any():
+            return np.inf
+        length = 2 * np.pi / self.size[there]
+        order = np.argsort(length)
+        energy = np.cumsum(self.amplitude[there][order] ** 2)
+        return float(length[order][np.argmax(energy > UNNOTICED * energy[-1])])
+
     @property
     def significant_height(self) -> float:
         """Four times the standard deviation of the elevation [m]."""
@@ -95,8 +118,7 @@ class Waves:
         size = self.size
         z = np.clip(z, -self.depth, 0)
         # exp(-700) is as small as a double can take.
-        down, bed = np.exp(np.maximum(size * z, -700)), np.exp(-2 * size * self.depth)
-        scale = self.gravity * self.amplitude / (1 + bed)
+        down, bed, scale = np.exp(np.maximum(size * z, -700)), self.upward, self.pressure_scale
         return scale * (down + bed / down), scale * size * (down - bed / down)
 
     def _in_blocks(self, points: np.ndarray, sums: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
