@@ -6,16 +6,18 @@ pub(crate) mod bounds;
 pub mod cnode;
 mod config;
 pub mod control_path;
+pub(crate) mod feature_attention;
 pub(crate) mod force_ode;
 pub mod lstm;
 pub mod mlp;
 pub mod mlp_ode;
 mod network;
 pub mod relaxation_ode;
+pub(crate) mod sample_attention;
 pub(crate) mod shapes;
 
 pub use self::{
-    attention_ode::{AttentionOde, AttentionOdeConfig},
+    attention_ode::{AttentionOde, AttentionOdeConfig, Tokens},
     cnode::{Cnode, CnodeConfig},
     config::ModelConfig,
     control_path::Control,
