@@ -104,6 +104,21 @@ class Tokens(unittest.TestCase):
         (index,) = np.flatnonzero((self.test["x"].astype(float) == x).all(axis=(1, 2)))
         return self.test["hydrostatic"][index].astype(float)
 
+    def test_tables_have_yardsticks_and_the_papers_numbers(self):
+        flags = ["--data", str(self.folder / "data"), "--out", str(self.folder / "compare"), "--seeds", "1"]
+        rows = "attention-features-euler,attention-features-end,attention-ode-end"
+        self.hydro("compare", "task2", *flags, "--entries", rows, "--tables")
+        page = (self.folder / "compare" / "README.md").read_text(encoding="utf-8")
+        (held,) = (line for line in page.splitlines() if line.startswith("| the first force, held"))
+        wanted = self.errors(lambda x, start: np.tile(start, (len(x), 1)))
+        self.assertIn(f"| {np.sqrt(np.mean(wanted**2)):.1f} |", held)
+        open_loop, cost = (
+            [line for line in page.splitlines() if line.startswith("| the paper prints: LSTM (80 ms)")][at]
+            for at in (0, 1)
+        )
+        self.assertIn("| 16.3 | 43.9 |", open_loop)
+        self.assertIn("| 828422 |", cost)
+
     def test_too_many_tokens_and_flags_of_others_are_refused(self):
         data = ["--data", str(self.folder / "data"), "--out", str(self.folder / "refused")]
         cases = (

@@ -75,8 +75,8 @@ fn provenance(text: &mut String, results: &ExperimentResults) {
         );
     }
     text.push_str(
-        "MLP-ODE and Attention-ODE predict the force one sample ahead of what they are told; the others give the force at the \
-         newest sample. A model that sees the whole trajectory is in no contest; in closed loop, and where times are taken, it \
+        "MLP-ODE and Attention-ODE predict the force one sample ahead of what they are told, but for those that the sample at the \
+         end of a step drives; the others give the force at the newest sample. A model that sees the whole trajectory is in no contest; in closed loop, and where times are taken, it \
          has the causal path.\n\n",
     );
 }
@@ -284,7 +284,10 @@ fn cost(text: &mut String, results: &ExperimentResults, data: &str) {
         "its peak memory [MiB]",
     ]
     .map(str::to_owned);
+    let printed = results.yardsticks.iter();
+    let printed = printed.filter(|row| row.data == data && row.parameters.is_some());
     let cells: Vec<Vec<String>> = rows(results, data)
+        .chain(printed)
         .map(|row| {
             let timed = |pick: fn(
                 &hydro_training::experiment::Cost,

@@ -33,7 +33,7 @@ fn a_held_force_has_the_errors_of_its_definition() {
 fn the_papers_numbers_are_those_that_it_prints() {
     let task2 = printed("2");
     let lstm = task2.last().expect("four rows");
-    assert_eq!(lstm.label, "the paper prints: LSTM");
+    assert_eq!(lstm.label, "the paper prints: LSTM (80 ms)");
     assert_eq!(lstm.parameters, Some(828_422));
     assert_eq!(
         (lstm.values["mae"].mean, lstm.values["rmse"].mean),
