@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    attention_ode::AttentionOdeConfig,
+    attention_config::AttentionOdeConfig,
     bounds,
     cnode::{self, CnodeConfig},
     control_path::Control,

@@ -14,11 +14,11 @@
 use candle_core::{D, Result, Tensor};
 use candle_nn::{Init, VarBuilder};
 
-use super::attention_ode::{AttentionOdeConfig, affine, linear};
+use super::{
+    attention_config::AttentionOdeConfig,
+    linear::{affine, linear},
+};
 use crate::operations::{Backend, token_weights::token_weights};
-
-/// Most tokens: their scores are a square.
-pub(crate) const MOST_TOKENS: usize = 128;
 
 /// The layers in Candle.
 #[derive(Clone, Debug)]
@@ -172,7 +172,7 @@ impl FeatureAttention {
 mod tests {
     use super::*;
     use crate::{
-        architectures::{AttentionOdeConfig, attention_ode::Tokens},
+        architectures::{AttentionOdeConfig, attention_config::Tokens},
         testing::{check_gradient, in_f64, numbers, ramp, weighted},
     };
 

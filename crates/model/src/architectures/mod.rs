@@ -1,6 +1,7 @@
 //! The models: what makes a force of encoded, standardised samples.
 
 pub(crate) mod attention;
+pub mod attention_config;
 pub mod attention_ode;
 pub(crate) mod bounds;
 pub mod cnode;
@@ -8,6 +9,7 @@ mod config;
 pub mod control_path;
 pub(crate) mod feature_attention;
 pub(crate) mod force_ode;
+pub(crate) mod linear;
 pub mod lstm;
 pub mod mlp;
 pub mod mlp_ode;
@@ -17,7 +19,8 @@ pub(crate) mod sample_attention;
 pub(crate) mod shapes;
 
 pub use self::{
-    attention_ode::{AttentionOde, AttentionOdeConfig, Tokens},
+    attention_config::{AttentionOdeConfig, Tokens},
+    attention_ode::AttentionOde,
     cnode::{Cnode, CnodeConfig},
     config::ModelConfig,
     control_path::Control,

@@ -10,7 +10,8 @@ use candle_nn::VarBuilder;
 
 use super::{
     attention::Attention,
-    attention_ode::{AttentionOdeConfig, affine, linear},
+    attention_config::AttentionOdeConfig,
+    linear::{affine, linear},
 };
 use crate::operations::{Backend, attention::AttentionConfig};
 
