@@ -17,8 +17,9 @@ from safetensors.numpy import load_file
 
 from hydro_mujoco.jobs.here import Here
 from hydro_mujoco.jobs.processes import Processes
-from hydro_mujoco.recording import files, shards, simulation
-from hydro_tools.datasets import DataError, dataset, gait, plan, scene, task2
+from hydro_mujoco.recording import features, files, shards, simulation
+from hydro_mujoco.recording import plan as recording_plan
+from hydro_tools.datasets import DataError, dataset, gait, plan, scene, task2, waters
 from hydro_tools.datasets.regime import DENSITIES, GAITS, REGIMES, SPEEDS, USUAL
 from hydro_tools.repository import ROOT, SCRIPTS
 
@@ -187,7 +188,7 @@ class AsBefore(unittest.TestCase):
     }
 
     def test_bytes(self):
-        settings = dataset.Settings("ref", 6, 3, 50, (0.8, 0.1, 0.1), 50, dataset.WATERS["ellipsoid"])
+        settings = dataset.Settings("ref", 6, 3, 50, (0.8, 0.1, 0.1), 50, waters.ELLIPSOID.model)
         with tempfile.TemporaryDirectory() as folder:
             manifest = dataset.generate(settings, Path(folder, "ref"), executor=Here())
             for split, sha256 in self.SHARDS.items():
@@ -202,6 +203,77 @@ class AsBefore(unittest.TestCase):
         for key in ("splits", "mujoco", "numpy", "name"):
             del manifest[key]
         self.assertEqual(hashlib.sha256(json.dumps(manifest).encode()).hexdigest(), self.MANIFEST)
+
+
+class Strips(unittest.TestCase):
+    """The water that remembers: its own arrays, its manifest, every condition at every switch."""
+
+    SETTINGS = replace(SETTINGS, trials=4, samples=12, water=waters.STRIP, switch=plan.ALL)
+
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.temporary.cleanup)
+        # Warm-ups of 8 s are half a minute of this test.
+        for what, name, value in ((task2, "PILOT", 2), (recording_plan, "WARM_UP", 0.3)):
+            patch = mock.patch.object(what, name, value)
+            patch.start()
+            cls.addClassCleanup(patch.stop)
+        cls.out = Path(cls.temporary.name, "strip")
+        cls.manifest = dataset.generate(cls.SETTINGS, cls.out, executor=Here())
+
+    def test_shards_hold_every_degree_of_freedom_and_the_added_mass(self):
+        shard = load_file(self.out / "train-00000-of-00001.safetensors")
+        self.assertEqual(shard["generalised"].shape, (2, 12, 18))
+        self.assertEqual(shard["added_mass"].shape, (2, 12, 6))
+        turn = shard["x"][..., 24:28].astype(float)
+        wrench = features.base_wrench(turn, shard["generalised"][..., :6].astype(float))
+        np.testing.assert_allclose(wrench, shard["wrench_clean"], rtol=1e-4, atol=1e-3)
+        self.assertGreater(np.abs(shard["added_mass"]).max(), 1.0)
+        self.assertGreater(np.abs(shard["generalised"][..., 6:]).max(), 0.1)
+
+    def test_the_manifest_says_its_water(self):
+        self.assertEqual(self.manifest["switch"], "all")
+        self.assertEqual(self.manifest["water"]["name"], "strip")
+        self.assertEqual(len(self.manifest["generalised"]), 18)
+        share = np.array(self.manifest["added_mass_share"])
+        self.assertTrue(((share > 0.01) & (share < 3.0)).all(), share)
+
+    def test_the_same_seed_gives_the_same_bytes_in_other_shards(self):
+        other = Path(self.temporary.name, "other")
+        dataset.generate(replace(self.SETTINGS, shard_size=1), other, executor=Here())
+        parts = [load_file(path) for path in sorted(other.glob("train-*"))]
+        (whole,) = (load_file(path) for path in self.out.glob("train-*"))
+        for name in ("x", "wrench", "generalised", "added_mass"):
+            np.testing.assert_array_equal(np.concatenate([part[name] for part in parts]), whole[name])
+
+    def test_another_water_is_not_resumed(self):
+        with self.assertRaisesRegex(DataError, "water was .*strip"):
+            dataset.generate(
+                replace(self.SETTINGS, water=waters.ELLIPSOID, switch=plan.MIXED),
+                self.out,
+                executor=Here(),
+                resume=True,
+            )
+
+    def test_every_switch_changes_density_gait_and_push(self):
+        loaded = scene.load()
+        drawn = plan.task2(5, plan.Stream.TEST, 3, samples=400, joint_range=loaded.joint_range, switch=plan.ALL)
+        switches = np.flatnonzero(np.diff(drawn.condition))
+        self.assertEqual(len(switches), 40)
+        sample = drawn.warm_up + switches + 1
+        held = np.diff(drawn.push, axis=0)
+        for at in sample:
+            self.assertNotEqual(drawn.density[at], drawn.density[at - 1])
+            self.assertTrue(held[at - 1].any(), f"the push does not begin to change at {at}")
+        mixed = plan.task2(5, plan.Stream.TEST, 3, samples=400, joint_range=loaded.joint_range)
+        self.assertTrue((np.diff(mixed.push, axis=0)[sample - 1] == 0).all(axis=1).any())
+
+    def test_a_waterline_wants_strips_and_a_number(self):
+        for flags in (["--waterline", "1"], ["--water", "strip", "--waterline", "nan"]):
+            run = subprocess.run(command("--out", self.temporary.name, *flags), capture_output=True, text=True)
+            self.assertEqual(run.returncode, 2)
+            self.assertIn("expected a height [m], with --water strip", run.stderr)
 
 
 class Regimes(unittest.TestCase):

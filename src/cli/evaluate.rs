@@ -11,7 +11,7 @@ use hydro_training::{
     metrics::predict_by_engine,
 };
 
-use super::{output::print_json, table::table};
+use super::{output::print_json, table::table, yardsticks::without_learning};
 
 /// Flags of `hydro evaluate`.
 #[derive(Debug, clap::Args)]
@@ -80,7 +80,8 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         }
         EngineKind::Fused | EngineKind::Candle => None,
     };
-    let rows: Vec<(String, Box<Predict<'_, Infallible>>)> = vec![(name, precomputed(forces))];
+    let mut rows: Vec<(String, Box<Predict<'_, Infallible>>)> = vec![(name, precomputed(forces))];
+    rows.extend(without_learning(&split));
     let Ok(result) = open_loop(&rows, &split, &manifest.outputs, 0, &|_| ());
     let row = &result.rows[0];
     let of_axes = row.errors.mae.iter().chain(&row.errors.rmse);
@@ -98,6 +99,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         return print_json(&serde_json::json!({
             "checkpoint": args.checkpoint.display().to_string(), "data": args.data.display().to_string(), "split": args.split, "start": args.start,
             "trajectories": result.trajectories, "outputs": result.outputs, "errors": row.errors,
+            "yardsticks": &result.rows[1..],
             "halves": rounding.map(|(rms, largest)| serde_json::json!({"rms": rms, "largest": largest})),
         }));
     }
@@ -134,6 +136,18 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         "nRMSE, no buoyancy",
     ];
     say!("{}", table(&head, &axes));
+    say!("Beside it, on the same samples:");
+    let beside: Vec<Vec<String>> = result
+        .rows
+        .iter()
+        .map(|row| {
+            let errors = &row.errors;
+            let pooled =
+                [errors.pooled, errors.pooled_hydrodynamic].map(|value| format!("{value:.4}"));
+            std::iter::once(row.name.clone()).chain(pooled).collect()
+        })
+        .collect();
+    say!("{}", table(&["", "nRMSE", "nRMSE, no buoyancy"], &beside));
     if let Some((rms, largest)) = rounding {
         say!(
             "halves instead of single precision: {rms:.1e} rms, {largest:.1e} at most, in standard deviations of the \

@@ -31,6 +31,7 @@ mod simulate;
 mod swim;
 mod table;
 mod train;
+mod yardsticks;
 
 use clap::{Parser, Subcommand};
 

@@ -4,7 +4,7 @@ use anyhow::bail;
 use clap::ValueEnum;
 use hydro_model::{
     AttentionOdeConfig, CnodeConfig, Control, Encoding, LstmConfig, MlpConfig, MlpOdeConfig,
-    ModelConfig, RelaxationOdeConfig, Solver, kinematics::Kinematics,
+    ModelConfig, RelaxationOdeConfig, Solver, Tokens, kinematics::Kinematics,
 };
 
 /// Kind and sizes of the model.
@@ -23,6 +23,14 @@ pub(super) struct ModelFlags {
     /// need several.
     #[arg(long)]
     modes: Option<usize>,
+    /// What the attention attends to: past samples, or, as the paper says it, the numbers of the condition vector (the present
+    /// sample's; with --window those of past samples too).
+    #[arg(long, value_enum)]
+    tokens: Option<TokenFlag>,
+    /// Step an Attention-ODE by the sample at the end of the step, not by the one at its start, which delays the force by a
+    /// sample.
+    #[arg(long)]
+    end_of_step: bool,
     /// Attention heads.
     #[arg(long)]
     heads: Option<usize>,
@@ -62,6 +70,14 @@ enum Kind {
     Lstm,
     /// The memoryless baseline: a perceptron of the present sample.
     Mlp,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum TokenFlag {
+    /// The samples of the window.
+    Samples,
+    /// The encoded numbers of the window.
+    Features,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -157,8 +173,14 @@ impl ModelFlags {
         Ok(match self.model {
             Kind::AttentionOde => {
                 let sizes = AttentionOdeConfig::default();
+                let (tokens, window) = match self.tokens {
+                    Some(TokenFlag::Features) => (Tokens::Features, 1),
+                    Some(TokenFlag::Samples) | None => (Tokens::Samples, sizes.window),
+                };
                 ModelConfig::AttentionOde(AttentionOdeConfig {
-                    window: self.window.unwrap_or(sizes.window),
+                    tokens,
+                    end_of_step: self.end_of_step,
+                    window: self.window.unwrap_or(window),
                     heads: self.heads.unwrap_or(sizes.heads),
                     embedding: self.embedding.unwrap_or(sizes.embedding),
                     latent: self.latent.unwrap_or(sizes.latent),
@@ -215,13 +237,15 @@ impl ModelFlags {
 
     fn refuse_idle_flags(&self) -> anyhow::Result<()> {
         use Kind::{AttentionOde, Cnode, Lstm, Mlp, MlpOde, RelaxationOde};
-        let flags: [(&str, bool, &[Kind]); 8] = [
+        let flags: [(&str, bool, &[Kind]); 10] = [
             (
                 "--window",
                 self.window.is_some(),
                 &[AttentionOde, RelaxationOde],
             ),
             ("--modes", self.modes.is_some(), &[RelaxationOde]),
+            ("--tokens", self.tokens.is_some(), &[AttentionOde]),
+            ("--end-of-step", self.end_of_step, &[AttentionOde]),
             ("--heads", self.heads.is_some(), &[AttentionOde]),
             (
                 "--embedding",

@@ -36,6 +36,7 @@ use super::{
     references::{BASELINES, BOX_FLUID, Scenes, buoyant_model, fitted_drags, reference_methods},
     swim::{HORIZONS, in_plugin},
     table::table,
+    yardsticks::without_learning,
 };
 
 /// Flags of `hydro simulate`.
@@ -241,6 +242,7 @@ fn open(setup: &Setup, data: &Data, engine: EngineKind) -> anyhow::Result<OpenLo
         BOX_FLUID.to_owned(),
         precomputed(box_fluid(&setup.scenes.box_fluid, layout, test)?),
     ));
+    rows.extend(without_learning(test));
     let progress = Progress::new("open loop", rows.len() as u64);
     let Ok(result) = open_loop(&rows, test, &manifest.outputs, 0, &|name| {
         progress.tick(name)

@@ -109,7 +109,7 @@ impl ForceModel {
             self.network.device(),
         )?;
         let standard = Tensor::from_vec(standard, (batch, f), self.network.device())?;
-        let forces = if self.predicts_next() && samples == 1 {
+        let forces = if self.config.steps_a_field() && samples == 1 {
             // One sample has no step to integrate.
             standard.unsqueeze(1)?
         } else {

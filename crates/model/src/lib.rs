@@ -86,6 +86,7 @@ pub use self::{
     architectures::{
         AttentionOde, AttentionOdeConfig, Cnode, CnodeConfig, Control, Lstm, LstmConfig, Mlp,
         MlpConfig, MlpOde, MlpOdeConfig, ModelConfig, Network, RelaxationOde, RelaxationOdeConfig,
+        Tokens,
     },
     encoding::{Encoder, Encoding},
     engine::{BATCH_SIZE, Engine, EngineKind, Scratch, one_by_one},

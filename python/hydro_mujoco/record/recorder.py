@@ -1,5 +1,6 @@
 """A recorder for any robot, and how far it is driven: sizes that follow from the robot's own."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -63,6 +64,10 @@ class AnyRobot:
     def noise(self, stream: int, index: int) -> np.random.Generator:
         """Random numbers of its noise."""
         return generator(self.seed, Stream.NOISE, stream, index)
+
+    def simulate(self, plans: Sequence[Plan]) -> Recording:
+        """What the plans lead to, in MuJoCo's own water and the plugin's."""
+        return simulate(self.system, plans)
 
 
 def length(model: mujoco.MjModel, base: int) -> float:

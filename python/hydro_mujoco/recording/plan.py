@@ -122,9 +122,11 @@ def switching(
     period: float,
     switches: int,
     bands: tuple[tuple[float, float], ...],
+    restlessness: float | None = None,
 ) -> Schedule:
     """A trajectory with `switches` switches at random instants after its first sample, densities from `bands`.
 
+    restlessness: chance that a switch changes more than the density, None to draw one for the trajectory.
     Where the only band is a single density, a switch that changes nothing begins no condition.
     """
     before = warm_up(rng, period)
@@ -132,7 +134,8 @@ def switching(
     condition = np.searchsorted(instants, np.arange(samples), side="right")
     drawn = densities(rng, bands, len(instants) + 1)
     density = np.concatenate((np.full(before, drawn[0]), drawn[condition]))
-    restless = rng.choice(RESTLESSNESS, p=RESTLESSNESS_SHARES)
+    drawn_restless = float(rng.choice(RESTLESSNESS, p=RESTLESSNESS_SHARES))
+    restless = drawn_restless if restlessness is None else restlessness
     during = [int(at) for at in instants if rng.random() < restless]
     if bands == ((bands[0][0], bands[0][0]),):
         condition = np.searchsorted(during, np.arange(samples), side="right")

@@ -11,7 +11,7 @@ from ..errors import DataError
 from .folder import Shard
 from .plan import Plan, Stream
 from .proof import Proof
-from .simulation import Recording, simulate
+from .simulation import Recording
 from .system import System
 
 #: Trajectories simulated side by side; bounds memory, changes no number.
@@ -49,20 +49,24 @@ class Recorder(Protocol):
         """Random numbers of its noise."""
         ...
 
+    def simulate(self, plans: Sequence[Plan]) -> Recording:
+        """What the plans lead to."""
+        ...
+
 
 def record(
     recorder: Recorder, stream: int, first: int, count: int, *, drawn_again: list[str]
 ) -> tuple[list[Plan], Recording]:
     """Trajectories `first` to `first + count`. Unstable ones are drawn again; why, one each, goes to `drawn_again`."""
     plans = [recorder.plan(stream, first + i, 0) for i in range(count)]
-    recording = simulate(recorder.system, plans)
+    recording = recorder.simulate(plans)
     for attempt in range(1, recorder.attempts):
         unstable = np.flatnonzero(recording.fault)
         if not unstable.size:
             break
         drawn_again.extend(recording.fault[unstable])
         again = [recorder.plan(stream, first + int(i), attempt) for i in unstable]
-        recording.put(unstable, simulate(recorder.system, again))
+        recording.put(unstable, recorder.simulate(again))
         for i, plan in zip(unstable, again):
             plans[i] = plan
     left = np.flatnonzero(recording.fault)
@@ -75,7 +79,8 @@ def record(
 
 
 def shard_bytes(recorder: Recorder, shard: Shard, noise_std: np.ndarray) -> bytes:
-    """The shard as safetensors: x, wrench, wrench_clean, hydrostatic f32, time f32, condition i32.
+    """The shard as safetensors: x, wrench, wrench_clean, hydrostatic f32, time f32, condition i32, and the
+    recording's extra arrays f32.
 
     noise_std: standard deviation of the noise that is added to each component of the wrench. `hydrostatic` is there
     where buoyancy is known. The metadata's `drawn_again` counts trajectories drawn again, where there are any.
@@ -96,6 +101,8 @@ def shard_bytes(recorder: Recorder, shard: Shard, noise_std: np.ndarray) -> byte
         blocks["wrench_clean"].append(wrench.astype(np.float32))
         blocks["hydrostatic"].append(hydrostatic.astype(np.float32))
         blocks["condition"].append(np.stack([plan.condition for plan in plans]).astype(np.int32))
+        for name, values in recording.extra.items():
+            blocks.setdefault(name, []).append(values.astype(np.float32))
     if not system.knows_buoyancy:
         del blocks["hydrostatic"]
     if len(drawn_again) > TOO_OFTEN * shard.count + 1:

@@ -4,9 +4,9 @@ The label is the water's wrench at the very state of the features. `mj_step` lea
 so every sample calls `forward` first. A simulation's numbers do not depend on its neighbours in the batch.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import partial, reduce
 
 import mujoco
@@ -26,7 +26,7 @@ class Recording:
     """M simulations of T samples, f64. Wrenches in the base frame about its origin [N, N m].
 
     qpos [M,T,nq]; qvel [M,T,nv]; x [M,T,n]; wrench [M,T,6] of the water; hydrostatic [M,T,6], the buoyancy in it;
-    fault [M]: why a simulation is no data, or "".
+    fault [M]: why a simulation is no data, or ""; extra: more arrays [M,T,..] by the name that they have in a shard.
     """
 
     qpos: np.ndarray
@@ -35,11 +35,15 @@ class Recording:
     wrench: np.ndarray
     hydrostatic: np.ndarray
     fault: np.ndarray
+    extra: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def put(self, rows: Sequence[int] | np.ndarray, other: "Recording") -> None:
         """Replace the simulations `rows` by those of another recording."""
-        for field in fields(self):
-            getattr(self, field.name)[rows] = getattr(other, field.name)
+        for each in fields(self):
+            if each.name != "extra":
+                getattr(self, each.name)[rows] = getattr(other, each.name)
+        for name, values in self.extra.items():
+            values[rows] = other.extra[name]
 
 
 @contextmanager

@@ -47,6 +47,30 @@ def encode(card: dict, x: np.ndarray) -> np.ndarray:
 
 def latents(config: dict, weights: dict[str, np.ndarray], z: np.ndarray) -> np.ndarray:
     """z [W-1+S, n] -> h [S, l]."""
+    over_features = config.get("tokens") == "features"
+    return (_over_features if over_features else _over_samples)(config, weights, z)
+
+
+def _over_features(config: dict, weights: dict[str, np.ndarray], z: np.ndarray) -> np.ndarray:
+    """Attention among the numbers of a window, each a token; newest sample first."""
+    window, heads, width = config["window"], config["heads"], config["embedding"]
+    rows = np.concatenate([z[window - 1 - lag : len(z) - lag] for lag in range(window)], -1)
+    tokens = rows[..., None] * weights["tokens.weight"] + weights["tokens.bias"]
+
+    def affine(name, value):
+        return value @ weights[f"{name}.weight"].T + weights[f"{name}.bias"]
+
+    parts = affine("attention.qkv", tokens).reshape(*tokens.shape[:2], 3, heads, width // heads)
+    query, key, value = np.moveaxis(parts, 2, 0)
+    scores = np.einsum("sihd,sjhd->shij", query, key) / (width // heads) ** 0.5
+    power = np.exp(scores - scores.max(-1, keepdims=True))
+    attended = np.einsum("shij,sjhd->sihd", power / power.sum(-1, keepdims=True), value)
+    pooled = (tokens + affine("mix", attended.reshape(tokens.shape))).mean(1)
+    return affine("latent", pooled)
+
+
+def _over_samples(config: dict, weights: dict[str, np.ndarray], z: np.ndarray) -> np.ndarray:
+    """Attention of the newest sample over those of a window."""
     window, heads, width = config["window"], config["heads"], config["embedding"]
     depth, steps = width // heads, len(z) + 1 - window
 
@@ -79,3 +103,18 @@ def walk(checkpoint: Path, x: np.ndarray) -> np.ndarray:
         force = force + field(weights, np.concatenate([force, latent]), relaxing=config["skip"])
         forces.append(mean + std * force)
     return np.array(forces)
+
+
+def trajectory(checkpoint: Path, x: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """Forces [T, f] (SI) of an Attention-ODE at samples x [T, n], from the force `start` [f] at the first; Euler."""
+    card, weights = read(checkpoint)
+    config, norm = card["config"], card["normaliser"]
+    mean, std = np.array(norm["output_mean"]), np.array(norm["output_std"])
+    z = encode(card, x)
+    h = latents(config, weights, np.concatenate([np.repeat(z[:1], config["window"] - 1, 0), z]))
+    force = (start - mean) / std
+    forces = [force]
+    for latent in h[1:] if config.get("end_of_step") else h[:-1]:
+        force = force + field(weights, np.concatenate([force, latent]), relaxing=config["skip"])
+        forces.append(force)
+    return mean + std * np.array(forces)

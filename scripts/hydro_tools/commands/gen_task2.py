@@ -6,15 +6,20 @@ Writes `hydro-dataset/1`: shards `{train,val,test}-*.safetensors` and `manifest.
 has 400 samples at 10 ms (five 2 ms physics steps) and 40 switches of condition; its label is the
 water's wrench on the base at the same state as the features, in the base frame about the base
 origin [N, N m], clean and with 10 % noise. --regime speeds, densities or gaits draws these from
-outside the usual ranges, to test what was trained inside them. The same seed gives the same bytes
+outside the usual ranges, to test what was trained inside them. --water strip is strip theory with
+added mass and wakes: water that remembers; its shards also hold `generalised` [M,T,18], the water's
+force on every degree of freedom (world force, base torque, joint torques), and `added_mass` [M,T,6],
+that part of the wrench. The same seed gives the same bytes
 at any number of workers, here or on the nodes of a Ray cluster (--ray). Needs pip install -e
 python -e scripts, and scripts[ray] for --ray.
 """
 
 import argparse
+import math
 import os
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from hydro_mujoco.jobs import JobError
@@ -23,7 +28,8 @@ from hydro_mujoco.jobs.here import Here
 from hydro_mujoco.jobs.processes import Processes
 from hydro_mujoco.recording import arguments
 from hydro_mujoco.recording.dataset import empty_splits
-from hydro_tools.datasets import DataError, dataset, regime
+from hydro_tools.datasets import DataError, dataset, plan, regime
+from hydro_tools.datasets.waters import ELLIPSOID, STRIP, WATERS
 from hydro_tools.jobs.cluster import Cluster
 
 
@@ -59,9 +65,23 @@ def parse() -> argparse.Namespace:
     )
     parser.add_argument(
         "--water",
-        choices=dataset.WATERS,
-        default="ellipsoid",
-        help="truth: ellipsoid is MuJoCo's own fluid, as identified (default: %(default)s)",
+        choices=WATERS,
+        default=ELLIPSOID.name,
+        help="truth: ellipsoid is MuJoCo's own fluid, as identified; strip is strip theory with added mass in the "
+        "inertia and a wake a strip (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--switch",
+        choices=plan.SWITCHING,
+        help="what each of the 40 switches changes: the density, and gait and push now and then (mixed; the "
+        "ellipsoid's default) or always (all; the strips' default)",
+    )
+    parser.add_argument(
+        "--waterline",
+        type=float,
+        metavar="Z",
+        help="with --water strip: the surface, above the base's start [m] (default: the robot is deep; the features "
+        "hold no depth)",
     )
     parser.add_argument("--model", help="another scene of that water (default: its own)")
     clash = parser.add_mutually_exclusive_group()
@@ -70,6 +90,9 @@ def parse() -> argparse.Namespace:
     args = parser.parse_args()
     if args.samples < 2:
         parser.error("--samples: a trajectory has at least 2")
+    if args.waterline is not None and (args.water != STRIP.name or not math.isfinite(args.waterline)):
+        parser.error(f"--waterline {args.waterline}: expected a height [m], with --water {STRIP.name}")
+    args.switch = args.switch or WATERS[args.water].switch
     args.splits = args.splits or ((0.8, 0.1, 0.1) if args.regime == regime.USUAL.name else (0.0, 0.0, 1.0))
     return args
 
@@ -92,8 +115,10 @@ def main() -> int:
         samples=args.samples,
         splits=args.splits,
         shard_size=args.shard_size,
-        model=args.model or dataset.WATERS[args.water],
+        model=args.model or WATERS[args.water].model,
         regime=regime.REGIMES[args.regime],
+        water=replace(WATERS[args.water], waterline=args.waterline),
+        switch=args.switch,
     )
     if empty := empty_splits(settings.size):
         print(f"gen_task2.py: {empty}", file=sys.stderr)

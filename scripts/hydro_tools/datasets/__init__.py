@@ -6,6 +6,7 @@ scene.py       a truth scene, its joints and its density
 regime.py      the ranges it is drawn from: the usual ones, and others outside them
 gait.py        joint targets
 plan.py        everything that is drawn at random for one trajectory
+waters.py      the waters of the Task 2 data set
 task2.py       trajectories of the Task 2 data set
 dataset.py     the Task 2 data set
 rollouts.py    a folder of recorded rollouts

@@ -11,11 +11,9 @@ from hydro_mujoco.recording import dataset, kinematics
 from hydro_mujoco.recording.features import FRAMES, OUTPUT_UNITS, OUTPUTS
 from hydro_mujoco.recording.folder import SCHEMA
 
-from . import VERSION, DataError, scene, task2
+from . import VERSION, DataError, plan, scene, task2
 from .regime import USUAL, Regime
-
-#: The truth scene of each water that the data set can be made in.
-WATERS = {"ellipsoid": scene.TRUTH}
+from .waters import ELLIPSOID, Water
 
 
 @dataclass(frozen=True)
@@ -30,6 +28,8 @@ class Settings:
     shard_size: int
     model: str
     regime: Regime = USUAL
+    water: Water = ELLIPSOID
+    switch: str = plan.MIXED
 
     @property
     def size(self) -> dataset.Size:
@@ -46,9 +46,9 @@ def _tree(loaded: scene.Scene) -> dict:
         raise DataError(f"model {loaded.path}: {error}") from error
 
 
-def _head(settings: Settings, loaded: scene.Scene) -> dict:
+def _head(settings: Settings, loaded: scene.Scene, recorder: task2.Task2) -> dict:
     """The manifest without what only a finished data set knows."""
-    return {
+    head = {
         "schema": SCHEMA,
         "name": settings.name,
         "features": loaded.layout.names(),
@@ -68,6 +68,13 @@ def _head(settings: Settings, loaded: scene.Scene) -> dict:
         "model_sha256": loaded.sha256,
         "perturbation": task2.PERTURBATION,
     } | settings.regime.recorded()
+    head |= {} if settings.switch == plan.MIXED else {"switch": settings.switch}
+    if water := settings.water.recorded():
+        head |= water | {
+            "added_mass_share": recorder.added_mass_share().tolist(),
+            "generalised": ["force.x", "force.y", "force.z", *OUTPUTS[3:], *loaded.joints],
+        }
+    return head
 
 
 def generate(
@@ -75,15 +82,15 @@ def generate(
 ) -> dict:
     """Make or finish the data set; returns its manifest."""
     loaded = scene.load(settings.model)
-    recorder = task2.Task2(loaded, settings.regime, settings.seed, settings.samples)
+    recorder = task2.Task2(loaded, settings.regime, settings.seed, settings.samples, settings.water, settings.switch)
     return dataset.generate(
         recorder,
         settings.size,
-        _head(settings, loaded),
+        _head(settings, loaded, recorder),
         out,
         noise_std=lambda: task2.PERTURBATION * recorder.pilot_std(),
         executor=executor,
         resume=resume,
         overwrite=overwrite,
-        unsaid={"regime": USUAL.name},
+        unsaid={"regime": USUAL.name, "switch": plan.MIXED, "water": ELLIPSOID.name},
     )

@@ -1,5 +1,7 @@
 """Everything that is drawn at random for one trajectory, from (seed, stream, index) and its regime alone."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from hydro_mujoco.recording.plan import (
@@ -25,6 +27,9 @@ from .scene import SAMPLE_PERIOD
 DENSITY_RANGE = USUAL.ranges.density[0]
 #: Condition switches in a trajectory of Task 2.
 SWITCHES = 40
+#: What a switch changes beside the density: gait and push with a chance that belongs to the trajectory, or both always.
+MIXED, ALL = "mixed", "all"
+SWITCHING = (MIXED, ALL)
 #: Initial joints: spread about the first target [rad], speed [rad/s].
 JOINT_SPREAD, JOINT_SPEED = 0.3, 1.0
 
@@ -62,11 +67,31 @@ def _draw(rng: np.random.Generator, ranges: Ranges, schedule: Schedule, joint_ra
     )
 
 
-def task2(seed: int, stream: int, index: int, *, samples: int, joint_range: np.ndarray, regime: Regime = USUAL) -> Plan:
-    """A trajectory of Task 2: SWITCHES switches at random instants after its first sample."""
+def task2(
+    seed: int,
+    stream: int,
+    index: int,
+    *,
+    samples: int,
+    joint_range: np.ndarray,
+    regime: Regime = USUAL,
+    switch: str = MIXED,
+) -> Plan:
+    """A trajectory of Task 2: SWITCHES switches at random instants after its first sample.
+
+    With `ALL` every switch draws a new density, gait, command and push, and no push is none.
+    """
     rng = generator(seed, stream, index, *regime.key)
-    schedule = switching(rng, samples=samples, period=SAMPLE_PERIOD, switches=SWITCHES, bands=regime.ranges.density)
-    return _draw(rng, regime.ranges, schedule, joint_range)
+    ranges = regime.ranges if switch == MIXED else replace(regime.ranges, push_share=1.0)
+    schedule = switching(
+        rng,
+        samples=samples,
+        period=SAMPLE_PERIOD,
+        switches=SWITCHES,
+        bands=ranges.density,
+        restlessness=None if switch == MIXED else 1.0,
+    )
+    return _draw(rng, ranges, schedule, joint_range)
 
 
 def rollout(

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import scipy
 
+from hydro_mujoco import DataError
 from hydro_mujoco.recording import folder
 from hydro_mujoco.recording.files import npz_bytes, sha256, write_beside
-from hydro_tools.datasets import DataError
 
 from . import VERSION, cell, conditions, motion, processing, recording, shedding, wake
 from .drag import DENSITY, VISCOSITY

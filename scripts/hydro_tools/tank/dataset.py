@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import save
 
+from hydro_mujoco import DataError
 from hydro_mujoco.recording import folder
 from hydro_mujoco.recording.folder import SCHEMA, SPLITS, Shard
 from hydro_mujoco.recording.randomness import generator
-from hydro_tools.datasets import DataError
 
 from . import VERSION, campaign, processing, task1
 from .conditions import Condition

@@ -44,8 +44,14 @@ class Strips:
 
     def drag(self, velocity: np.ndarray) -> np.ndarray:
         """Steady drag [..., S, 3] N of strips that move at `velocity` [..., S, 3] m/s through the water; base frame."""
-        axes, breadth, ball = self.body.axes, self.body.breadth, self.body.ball
+        axes = self.body.axes
         local = np.einsum("sij,...sj->...si", axes, velocity)
+        area, pace = self.resistance(local)
+        return np.einsum("sij,...si->...sj", axes, -0.5 * self.density * area * pace * local)
+
+    def resistance(self, local: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Coefficient times area [m^2] and the speed that counts [m/s], at velocities along e1 e2 e3 [..., S, 3]."""
+        breadth, ball = self.body.breadth, self.body.ball
         across = np.sqrt(local[..., 0] ** 2 + local[..., 1] ** 2)
         along = np.abs(local[..., 2])
         speed = np.sqrt(across**2 + along**2)
@@ -55,9 +61,7 @@ class Strips:
         area = np.concatenate((self.areas[:, :2] * edges, (self.areas[:, 2] + friction)[..., None]), axis=-1)
         pace = np.stack((across, across, along), axis=-1)
         ball_area = (self.areas[:, 0] * coefficients.sphere(speed * breadth[:, 0] / VISCOSITY))[..., None]
-        area = np.where(ball[:, None], ball_area, area)
-        pace = np.where(ball[:, None], speed[..., None], pace)
-        return np.einsum("sij,...si->...sj", axes, -0.5 * self.density * area * pace * local)
+        return np.where(ball[:, None], ball_area, area), np.where(ball[:, None], speed[..., None], pace)
 
     def added_mass(self) -> np.ndarray:
         """[3,3] kg of all strips together, base frame."""

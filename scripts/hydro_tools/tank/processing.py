@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from hydro_tools.datasets import DataError
+from hydro_mujoco import DataError
 
 from .cell import MISALIGNMENT
 from .conditions import Condition

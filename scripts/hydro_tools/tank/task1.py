@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hydro_mujoco import DataError
 from hydro_mujoco.recording.folder import SPLITS, share
 from hydro_mujoco.recording.randomness import generator
-from hydro_tools.datasets import DataError
 
 from . import force, motion
 from .conditions import CONFIGURATIONS, COUNT, Condition

@@ -9,8 +9,8 @@ use hydro_training::{
     Trainer,
     dataset::Dataset,
     experiment::{
-        Cost, Entry, ExperimentResults, JobResult, ROUNDS, Reference, Truth, summarise,
-        time_engines,
+        Cost, Entry, ExperimentResults, JobResult, ROUNDS, Reference, Row, Truth, summarise,
+        time_engines, yardsticks,
     },
 };
 use serde::{Deserialize, Serialize};
@@ -53,6 +53,7 @@ pub(super) fn write(
         outputs: outputs(inputs),
         budgets: plan.budgets.clone(),
         rows,
+        yardsticks: beside(inputs)?,
         references,
         orderings,
         truth: truths(inputs, &results)?,
@@ -137,6 +138,15 @@ fn measured(args: &Args, inputs: &Inputs) -> anyhow::Result<Vec<Reference>> {
 #[cfg(not(mujoco_plugins))]
 fn measured(_: &Args, _: &Inputs) -> anyhow::Result<Vec<Reference>> {
     Ok(Vec::new())
+}
+
+/// What is known without learning on every data set, and what the paper prints for it.
+fn beside(inputs: &Inputs) -> anyhow::Result<Vec<Row>> {
+    let mut found = Vec::new();
+    for (name, set) in &inputs.data {
+        found.extend(yardsticks(name, &set.split("test", None)?));
+    }
+    Ok(found)
 }
 
 /// The true force along the first test trajectory of every data set that a job was done on.

@@ -1,97 +1,41 @@
-//! Attention-ODE: the force follows a learned differential equation, driven by a latent that attends to past samples.
+//! Attention-ODE: the force follows a learned differential equation, driven by a latent that attention makes.
 //!
 //! ```text
-//! e_k = W_e z_k + b_e                                      embedding of the encoded, standardised sample
-//! h_k = W_h (e_k + W_o attention(e_{k-W+1} .. e_k)) + b_h      latent
-//! dF/dt = field([F; h]) / Dt                               F in standard deviations, Dt the sample period
+//! h_k   = attention(z_{k-W+1} .. z_k)      of encoded, standardised samples
+//! dF/dt = field([F; h]) / Dt               F in standard deviations, Dt the sample period
 //! ```
 //!
 //! C. Wang, A. Liang, F. Han, X. Zeng, Z. Li, D. Fan, J. Kober, "Learning Adaptive Hydrodynamic Models Using
-//! Neural ODEs in Complex Conditions". Departures, all by configuration: the latent may be wider than the
-//! force, the attitude enters as the up direction, and the field may have a linear part that starts out as
-//! a relaxation.
+//! Neural ODEs in Complex Conditions". The paper's attention can be read in two ways ([`super::attention_config::Tokens`]): over past samples, or over
+//! the numbers of the condition vector. Departures, all by configuration: the latent may be wider than the force, the attitude
+//! enters as the up direction, the field may have a linear part that starts out as a relaxation, and the sample at the end of a
+//! step may drive it.
 
 use candle_core::{Result, Tensor};
-use candle_nn::{Init, VarBuilder};
-use serde::{Deserialize, Serialize};
+use candle_nn::VarBuilder;
 
 use super::{
-    attention::Attention,
+    attention_config::{AttentionOdeConfig, Tokens},
+    feature_attention::FeatureAttention,
     force_ode::{ForceOde, ForceOdeConfig, Method},
+    sample_attention::SampleAttention,
 };
-use crate::{
-    adjoint::Adjoint,
-    encoding::Encoding,
-    operations::{Backend, attention::AttentionConfig},
-    solver::Solver,
-};
+use crate::{adjoint::Adjoint, operations::Backend, solver::Solver};
 
-/// Sizes of an Attention-ODE.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct AttentionOdeConfig {
-    /// W, samples of the past that h sees, the newest included.
-    pub window: usize,
-    /// Attention heads.
-    pub heads: usize,
-    /// E, length of a sample's embedding; the heads divide it.
-    pub embedding: usize,
-    /// Length of h; the paper's is the length of the force.
-    pub latent: usize,
-    /// Hidden layers of the field.
-    pub hidden: Vec<usize>,
-    /// Encoding of a sample.
-    pub encoding: Encoding,
-    /// True if the field reads F besides h; if not, the force is a running sum (the paper writes both).
-    pub field_sees_force: bool,
-    /// True if the field has a linear part A [F; h], initialised to -F plus small numbers.
-    pub skip: bool,
-}
-
-impl Default for AttentionOdeConfig {
-    fn default() -> Self {
-        Self {
-            window: 8,
-            heads: 4,
-            embedding: 64,
-            latent: 64,
-            hidden: vec![512; 3],
-            encoding: Encoding::Up,
-            field_sees_force: true,
-            skip: true,
-        }
-    }
-}
-
-impl AttentionOdeConfig {
-    /// Reason why a model of these sizes cannot be built, if there is one.
-    pub(crate) fn fault(&self) -> Option<String> {
-        let sizes = [self.window, self.heads, self.embedding, self.latent];
-        if sizes.contains(&0) || self.hidden.contains(&0) {
-            return Some(
-                "window, heads, embedding, latent and hidden sizes must be at least 1".to_owned(),
-            );
-        }
-        (!self.embedding.is_multiple_of(self.heads)).then(|| {
-            format!(
-                "embedding {} is not divisible by {} heads",
-                self.embedding, self.heads
-            )
-        })
-    }
+/// The latent's layers.
+#[derive(Clone, Debug)]
+pub(crate) enum Sight {
+    /// See [`super::sample_attention`].
+    Samples(SampleAttention),
+    /// See [`super::feature_attention`].
+    Features(FeatureAttention),
 }
 
 /// The model in Candle; all in standardised units.
 #[derive(Clone, Debug)]
 pub struct AttentionOde {
     config: AttentionOdeConfig,
-    /// W_e [E, n], b_e [E].
-    pub(crate) embed: (Tensor, Tensor),
-    pub(crate) attention: Attention,
-    /// W_o [E, E], b_o [E].
-    pub(crate) mix: (Tensor, Tensor),
-    /// W_h [l, E], b_h [l].
-    pub(crate) latent: (Tensor, Tensor),
+    pub(crate) sight: Sight,
     pub(crate) ode: ForceOde,
 }
 
@@ -103,21 +47,6 @@ impl AttentionOde {
         outputs: usize,
         vb: VarBuilder,
     ) -> Result<Self> {
-        let linear = |name: &str, inputs: usize, outputs: usize, gain: f64| {
-            let up = gain * (3.0 / inputs as f64).sqrt();
-            let vb = vb.pp(name);
-            let weight =
-                vb.get_with_hints((outputs, inputs), "weight", Init::Uniform { lo: -up, up })?;
-            Ok::<_, candle_core::Error>((
-                weight,
-                vb.get_with_hints(outputs, "bias", Init::Const(0.0))?,
-            ))
-        };
-        let attention = AttentionConfig {
-            embedding: config.embedding,
-            heads: config.heads,
-            window: config.window,
-        };
         let ode = ForceOdeConfig {
             latent: config.latent,
             outputs,
@@ -126,10 +55,10 @@ impl AttentionOde {
             skip: config.skip,
         };
         Ok(Self {
-            embed: linear("embed", inputs, config.embedding, 1.0)?,
-            attention: Attention::new(attention, vb.pp("attention"))?,
-            mix: linear("mix", config.embedding, config.embedding, 1.0)?,
-            latent: linear("latent", config.embedding, config.latent, 1.0)?,
+            sight: match config.tokens {
+                Tokens::Samples => Sight::Samples(SampleAttention::new(config, inputs, &vb)?),
+                Tokens::Features => Sight::Features(FeatureAttention::new(config, inputs, &vb)?),
+            },
             ode: ForceOde::new(ode, &vb)?,
             config: config.clone(),
         })
@@ -146,27 +75,25 @@ impl AttentionOde {
     }
 
     fn latents_by(&self, operations: Backend, z: &Tensor) -> Result<Tensor> {
-        let (batch, samples, inputs) = z.dims3()?;
-        let (width, window) = (self.config.embedding, self.config.window);
-        let rows = affine(&z.reshape((batch * samples, inputs))?, &self.embed)?;
-        let embeddings = rows.reshape((batch, samples, width))?;
-        let attended = self.attention.forward(&embeddings, operations)?;
-        let steps = samples + 1 - window;
-        let newest = embeddings
-            .narrow(1, window - 1, steps)?
-            .contiguous()?
-            .reshape((batch * steps, width))?;
-        let attended = attended.reshape((batch * steps, width))?;
-        let mixed = (newest + affine(&attended, &self.mix)?)?;
-        affine(&mixed, &self.latent)?.reshape((batch, steps, self.config.latent))
+        match &self.sight {
+            Sight::Samples(attention) => attention.latents(operations, z),
+            Sight::Features(attention) => attention.latents(operations, z),
+        }
     }
 
-    /// Mean weight of each lag, newest first, `[H][W]`, over all samples of z [B, W-1+S, n].
+    /// Mean weight of each token `[H][..]` over all samples of z [B, W-1+S, n]: of each lag, or of each number of the window,
+    /// newest sample first.
     pub fn mean_weights(&self, z: &Tensor) -> Result<Vec<Vec<f64>>> {
-        let (batch, samples, inputs) = z.dims3()?;
-        let rows = affine(&z.reshape((batch * samples, inputs))?, &self.embed)?;
-        self.attention
-            .mean_weights(&rows.reshape((batch, samples, self.config.embedding))?)
+        match &self.sight {
+            Sight::Samples(attention) => attention.mean_weights(z),
+            Sight::Features(attention) => attention.mean_weights(z),
+        }
+    }
+
+    /// The samples of z [B, W-1+T, n] that drive the steps of a trajectory of T forces, [B, W-1+T-1, n].
+    pub(crate) fn driving(&self, z: &Tensor) -> Result<Tensor> {
+        z.narrow(1, usize::from(self.config.end_of_step), z.dim(1)? - 1)?
+            .contiguous()
     }
 
     /// z [B, W-1+S, n], F_0 [B, f] -> F [B, S+1, f].
@@ -220,16 +147,11 @@ impl AttentionOde {
 
     /// h [1, l] of one window z [W, n], by Candle's own operations and without threads.
     pub(crate) fn single_latent(&self, z: &Tensor) -> Result<Tensor> {
-        let embeddings = affine(z, &self.embed)?;
-        let newest = embeddings.narrow(0, self.config.window - 1, 1)?;
-        let mixed = (newest + affine(&self.attention.single(&embeddings)?, &self.mix)?)?;
-        affine(&mixed, &self.latent)
+        match &self.sight {
+            Sight::Samples(attention) => attention.single(z),
+            Sight::Features(attention) => attention.single(z),
+        }
     }
-}
-
-/// x [rows, inputs] -> x W^T + b.
-fn affine(x: &Tensor, (weight, bias): &(Tensor, Tensor)) -> Result<Tensor> {
-    x.matmul(&weight.t()?)?.broadcast_add(bias)
 }
 
 #[cfg(test)]

@@ -4,6 +4,8 @@
 pub(crate) const MOST_WIDTH: usize = 65_536;
 /// Greatest window [samples].
 pub(crate) const MOST_WINDOW: usize = 4096;
+/// Most tokens of an attention: their scores are a square.
+pub(crate) const MOST_TOKENS: usize = 128;
 /// Most hidden layers.
 pub(crate) const MOST_LAYERS: usize = 64;
 /// Most weights of a model: one GiB.

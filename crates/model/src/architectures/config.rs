@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    attention_ode::AttentionOdeConfig,
+    attention_config::AttentionOdeConfig,
     bounds,
     cnode::{self, CnodeConfig},
     control_path::Control,
@@ -70,9 +70,15 @@ impl ModelConfig {
     /// True if the model steps the force at a sample to the next sample; false if it gives the force at the sample itself.
     pub fn predicts_next(&self) -> bool {
         match self {
-            Self::AttentionOde(_) | Self::MlpOde(_) => true,
+            Self::AttentionOde(config) => !config.end_of_step,
+            Self::MlpOde(_) => true,
             Self::RelaxationOde(_) | Self::Cnode(_) | Self::Lstm(_) | Self::Mlp(_) => false,
         }
+    }
+
+    /// True if a field is stepped from the force, sample by sample.
+    pub fn steps_a_field(&self) -> bool {
+        matches!(self, Self::AttentionOde(_) | Self::MlpOde(_))
     }
 
     /// True if predictions of whole trajectories use later samples, which a simulation does not have.
@@ -130,7 +136,10 @@ impl ModelConfig {
 
     /// Refuses features that the encoding cannot use.
     pub fn check_features(&self, layout: &FeatureLayout) -> Result<(), ModelError> {
-        let fault = self.encoding().fault(layout);
+        let fault = self.encoding().fault(layout).or_else(|| match self {
+            Self::AttentionOde(config) => config.too_many_tokens(layout),
+            _ => None,
+        });
         fault.map_or(Ok(()), |reason| Err(ModelError::Config { reason }))
     }
 

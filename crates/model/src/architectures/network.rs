@@ -51,7 +51,7 @@ impl Network {
     /// Device of the weights.
     pub fn device(&self) -> &Device {
         match self {
-            Self::AttentionOde(network) => network.embed.0.device(),
+            Self::AttentionOde(network) => network.ode.field.device(),
             Self::MlpOde(network) => network.ode.field.device(),
             Self::RelaxationOde(network) => network.field.device(),
             Self::Cnode(network) => network.field.device(),
@@ -105,7 +105,7 @@ impl Network {
         // The last sample drives only the step beyond the end of the trajectory.
         let seen = || z.narrow(1, 0, z.dim(1)? - 1)?.contiguous();
         match self {
-            Self::AttentionOde(network) => network.run(&seen()?, start, method),
+            Self::AttentionOde(network) => network.run(&network.driving(z)?, start, method),
             Self::MlpOde(network) => network.forward(&seen()?, start, method),
             Self::RelaxationOde(network) => network.forward(z, start),
             Self::Cnode(network) => network.forward(z, start, method.solver),

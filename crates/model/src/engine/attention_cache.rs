@@ -19,7 +19,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::sample_ring::newest;
 use crate::{
-    architectures::AttentionOde,
+    architectures::{AttentionOdeConfig, sample_attention::SampleAttention},
     kernel::{Panels, multiply_row, softmax},
     operations::attention::slope,
 };
@@ -42,7 +42,7 @@ pub(super) struct AttentionCache {
     lag_bias: Vec<f32>,
 }
 
-fn matrix(tensor: &Tensor) -> Result<DMatrix<f64>> {
+pub(super) fn matrix(tensor: &Tensor) -> Result<DMatrix<f64>> {
     let (rows, columns) = tensor.dims2()?;
     let values = tensor
         .to_dtype(candle_core::DType::F64)?
@@ -51,14 +51,14 @@ fn matrix(tensor: &Tensor) -> Result<DMatrix<f64>> {
     Ok(DMatrix::from_row_slice(rows, columns, &values))
 }
 
-fn vector(tensor: &Tensor) -> Result<DVector<f64>> {
+pub(super) fn vector(tensor: &Tensor) -> Result<DVector<f64>> {
     Ok(DVector::from_vec(
         tensor.to_dtype(candle_core::DType::F64)?.to_vec1::<f64>()?,
     ))
 }
 
 /// y = M x + c, packed.
-fn packed(matrix: &DMatrix<f64>, offset: &DVector<f64>) -> (Panels<f32>, Vec<f32>) {
+pub(super) fn packed(matrix: &DMatrix<f64>, offset: &DVector<f64>) -> (Panels<f32>, Vec<f32>) {
     let rows: Vec<f32> = matrix
         .transpose()
         .iter()
@@ -69,8 +69,7 @@ fn packed(matrix: &DMatrix<f64>, offset: &DVector<f64>) -> (Panels<f32>, Vec<f32
 }
 
 impl AttentionCache {
-    pub(super) fn new(model: &AttentionOde) -> Result<Self> {
-        let config = model.config();
+    pub(super) fn new(config: &AttentionOdeConfig, model: &SampleAttention) -> Result<Self> {
         let (heads, width) = (config.heads, config.embedding);
         let depth = width / heads;
         let (embed, embed_bias) = (matrix(&model.embed.0)?, vector(&model.embed.1)?);

@@ -86,8 +86,13 @@ impl<'a> Lockstep<'a> {
                     stepper.observe(x, memory);
                 }
             }
+            if stepper.end_of_step && sample > 0 {
+                self.step(&mut carried, scratch);
+            }
             put(forces, sample, &carried);
-            self.step(&mut carried, scratch);
+            if !stepper.end_of_step {
+                self.step(&mut carried, scratch);
+            }
         }
     }
 
@@ -114,8 +119,12 @@ impl<'a> Lockstep<'a> {
             .chunks_exact_mut(width)
             .zip(memory.chunks_exact(stepper.memory_len()))
         {
-            ode.latent
-                .evaluate(stepper.arch, memory, &mut input[sees..], scratch);
+            ode.latent.evaluate(
+                stepper.arch,
+                stepper.ring(memory),
+                &mut input[sees..],
+                scratch,
+            );
         }
         stepper.units.standardise(carried, now);
         let stepped = Stepped {

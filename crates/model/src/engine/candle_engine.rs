@@ -2,7 +2,7 @@
 //!
 //! Only plain operations on one row: Candle's products stay below the size from which they start threads in
 //! the host process. Memory: the window's raw samples [W, n], oldest first, and the state of a Relaxation-ODE, an LSTM
-//! or a CNODE.
+//! or a CNODE, or whether the newest sample is the first of an Attention-ODE that steps by the sample at the end.
 
 use candle_core::{Device, Result, Tensor};
 
@@ -55,6 +55,8 @@ impl CandleEngine {
         let z = self.window_tensor(memory.window)?;
         let force = Tensor::from_slice(force, (1, force.len()), &Device::Cpu)?;
         let next = match &self.0.network {
+            // At a first sample no step has led to the force yet.
+            Network::AttentionOde(_) if memory.state.first() == Some(&1.0) => force,
             Network::AttentionOde(network) => {
                 let latent = network.single_latent(&z)?;
                 network.ode.step(&force, &latent, self.0.solver)?
@@ -92,6 +94,10 @@ impl CandleEngine {
             .collect();
         let force = Tensor::from_vec(standard, (1, force.len()), &Device::Cpu)?;
         match &self.0.network {
+            Network::AttentionOde(_) => {
+                state.fill(1.0);
+                Ok(())
+            }
             Network::RelaxationOde(network) => keep(&network.start(&z)?, state),
             Network::Lstm(network) => network.observe(&sample, state),
             Network::Cnode(network) => keep(&network.start(&force, &sample)?, state),
@@ -103,6 +109,10 @@ impl CandleEngine {
     fn next_state(&self, samples: &[f64], state: &mut [f64]) -> Result<()> {
         let z = self.window_tensor(samples)?;
         match &self.0.network {
+            Network::AttentionOde(_) => {
+                state.fill(0.0);
+                Ok(())
+            }
             Network::RelaxationOde(network) => {
                 let newest = z.narrow(0, 1, self.0.window())?;
                 keep(&network.follow(&row(state, &z)?, &newest)?, state)
@@ -142,6 +152,7 @@ impl Engine for CandleEngine {
     fn memory_len(&self) -> usize {
         self.state_at()
             + match &self.0.network {
+                Network::AttentionOde(network) => usize::from(network.config().end_of_step),
                 Network::RelaxationOde(network) => (network.modes + 1) * self.0.outputs(),
                 Network::Lstm(network) => network.memory_len(),
                 Network::Cnode(network) => network.field.config().inputs,
@@ -195,6 +206,10 @@ impl Engine for CandleEngine {
         let mut memory = vec![0.0; self.memory_len()];
         let mean = self.0.normaliser.output_mean.clone();
         self.start(x, &mean, &mut memory, scratch);
+        if self.0.config.steps_a_field() {
+            // The force of many steps, not of the first sample.
+            memory[self.state_at()..].fill(0.0);
+        }
         let parts = self.parts(&memory);
         let mut now = vec![0.0f32; force.len()];
         if let Network::RelaxationOde(network) = &self.0.network {
@@ -216,7 +231,7 @@ impl Engine for CandleEngine {
                 let next = self.next_or_nan(&parts, &now);
                 let settled = now.iter().zip(&next).all(|(a, b)| (a - b).abs() < SETTLED);
                 now = next;
-                if settled || !self.0.predicts_next() {
+                if settled || !self.0.config.steps_a_field() {
                     break;
                 }
             }

@@ -4,13 +4,14 @@ use pulp::Arch;
 
 use super::{
     attention_cache::AttentionCache,
+    feature_latent::FeatureLatent,
     latent::Latent,
     packed_perceptron::{PackedPerceptron, Precision},
     sample_ring,
     units::Units,
 };
 use crate::{
-    architectures::Network,
+    architectures::{Network, attention_ode::Sight},
     force_model::ForceModel,
     solver::{
         Solver,
@@ -26,6 +27,8 @@ pub(super) struct FieldStepper {
     pub(super) units: Units,
     pub(super) field: PackedPerceptron,
     pub(super) ode: Ode,
+    /// True if the sample at its end drives a step; the memory then ends with 1 at a first sample, else 0.
+    pub(super) end_of_step: bool,
 }
 
 /// The differential equation: solver, latent, and whether the field reads the force.
@@ -113,11 +116,21 @@ impl FieldStepper {
         precision: Precision,
         arch: Arch,
     ) -> candle_core::Result<Self> {
+        let mut end_of_step = false;
         let (ode, latent) = match &model.network {
-            Network::AttentionOde(network) => (
-                &network.ode,
-                Latent::Attention(AttentionCache::new(network)?),
-            ),
+            Network::AttentionOde(network) => {
+                let config = network.config();
+                end_of_step = config.end_of_step;
+                let latent = match &network.sight {
+                    Sight::Samples(layers) => {
+                        Latent::Attention(AttentionCache::new(config, layers)?)
+                    }
+                    Sight::Features(layers) => {
+                        Latent::Features(FeatureLatent::new(config, layers)?)
+                    }
+                };
+                (&network.ode, latent)
+            }
             // Small beside the field, and what it makes drives the field: always in f32.
             Network::MlpOde(network) => {
                 let latent = PackedPerceptron::new(&network.latent, Precision::Single)?;
@@ -134,6 +147,7 @@ impl FieldStepper {
                 field_sees_force: ode.field_sees_force,
                 latent,
             },
+            end_of_step,
         })
     }
 
@@ -144,18 +158,36 @@ impl FieldStepper {
         field.inputs + forces * field.outputs + self.field.scratch() + self.ode.latent.scratch()
     }
 
-    /// Numbers of memory: the samples that the latent sees.
+    /// Numbers of memory: the samples that the latent sees, and whether the newest is the first.
     pub(super) fn memory_len(&self) -> usize {
+        self.ring_len() + usize::from(self.end_of_step)
+    }
+
+    fn ring_len(&self) -> usize {
         sample_ring::memory_len(self.ode.latent.window(), self.units.encoded())
+    }
+
+    /// The part of a memory that the latent reads.
+    pub(super) fn ring<'a>(&self, memory: &'a [f64]) -> &'a [f64] {
+        &memory[..self.ring_len()]
+    }
+
+    /// True where no step has led to the force yet, though the sample at its end drives it: the force is the first one.
+    pub(super) fn is_first(&self, memory: &[f64]) -> bool {
+        memory[self.ring_len()..].first() == Some(&1.0)
     }
 
     /// Memory of a past in which every sample was `x` [n].
     pub(super) fn start(&self, x: &[f64], memory: &mut [f64]) {
-        sample_ring::fill(memory, self.units.encoded(), |z| self.units.encode(x, z));
+        let (ring, first) = memory.split_at_mut(self.ring_len());
+        sample_ring::fill(ring, self.units.encoded(), |z| self.units.encode(x, z));
+        first.fill(1.0);
     }
 
     /// Takes the next sample `x` [n] into the memory.
     pub(super) fn observe(&self, x: &[f64], memory: &mut [f64]) {
-        sample_ring::push(memory, self.units.encoded(), |z| self.units.encode(x, z));
+        let (ring, first) = memory.split_at_mut(self.ring_len());
+        sample_ring::push(ring, self.units.encoded(), |z| self.units.encode(x, z));
+        first.fill(0.0);
     }
 }

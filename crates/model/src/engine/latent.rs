@@ -2,13 +2,18 @@
 
 use pulp::Arch;
 
-use super::{attention_cache::AttentionCache, packed_perceptron::PackedPerceptron};
+use super::{
+    attention_cache::AttentionCache, feature_latent::FeatureLatent,
+    packed_perceptron::PackedPerceptron,
+};
 
 /// h of a memory `[slot of the newest sample, samples ..]`.
 #[derive(Clone, Debug)]
 pub(super) enum Latent {
-    /// Attention over the window.
+    /// Attention over the samples of the window.
     Attention(AttentionCache),
+    /// Attention over the numbers of the window.
+    Features(FeatureLatent),
     /// A perceptron of the one sample that the memory holds.
     Perceptron(PackedPerceptron),
 }
@@ -18,6 +23,7 @@ impl Latent {
     pub(super) fn window(&self) -> usize {
         match self {
             Self::Attention(past) => past.window(),
+            Self::Features(features) => features.window(),
             Self::Perceptron(_) => 1,
         }
     }
@@ -26,6 +32,7 @@ impl Latent {
     pub(super) fn len(&self) -> usize {
         match self {
             Self::Attention(past) => past.latent_len(),
+            Self::Features(features) => features.latent_len(),
             Self::Perceptron(perceptron) => perceptron.config.outputs,
         }
     }
@@ -34,6 +41,7 @@ impl Latent {
     pub(super) fn scratch(&self) -> usize {
         match self {
             Self::Attention(past) => past.scratch(),
+            Self::Features(features) => features.scratch(),
             Self::Perceptron(perceptron) => perceptron.config.inputs + perceptron.scratch(),
         }
     }
@@ -48,6 +56,7 @@ impl Latent {
     ) {
         match self {
             Self::Attention(past) => past.latent(arch, memory, latent, scratch),
+            Self::Features(features) => features.latent(arch, memory, latent, scratch),
             Self::Perceptron(perceptron) => {
                 let (input, layers) = scratch.split_at_mut(perceptron.config.inputs);
                 for (slot, z) in input.iter_mut().zip(&memory[1..]) {

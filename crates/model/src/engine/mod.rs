@@ -6,6 +6,7 @@ mod batched;
 mod build;
 mod candle_engine;
 mod cnode_engine;
+mod feature_latent;
 mod field_stepper;
 mod interface;
 mod kind;

@@ -42,6 +42,7 @@ impl OdeEngine {
             units,
             field: perceptron,
             ode,
+            ..
         } = &self.stepper;
         let field = &perceptron.config;
         let scratch = scratch.take(self.stepper.scratch());
@@ -52,7 +53,7 @@ impl OdeEngine {
         let (layers, rest) = rest.split_at_mut(perceptron.scratch());
         let latent = field.inputs - ode.latent.len();
         ode.latent
-            .evaluate(*arch, memory, &mut input[latent..], rest);
+            .evaluate(*arch, self.stepper.ring(memory), &mut input[latent..], rest);
         match start {
             Some(start) => units.standardise(start, now),
             None => now.fill(0.0),
@@ -105,8 +106,16 @@ impl Engine for OdeEngine {
         next: &mut [f64],
         scratch: &mut Scratch,
     ) {
-        now.copy_from_slice(force);
-        self.advance(memory, Some(force), next, 1, scratch);
+        if self.stepper.is_first(memory) {
+            next.copy_from_slice(force);
+        } else {
+            self.advance(memory, Some(force), next, 1, scratch);
+        }
+        now.copy_from_slice(if self.stepper.end_of_step {
+            next
+        } else {
+            force
+        });
     }
 
     fn estimate(&self, x: &[f64], force: &mut [f64], scratch: &mut Scratch) {

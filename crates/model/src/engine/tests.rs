@@ -10,6 +10,7 @@ use super::{
 use crate::{
     AttentionOdeConfig, CnodeConfig, Control, Encoder, Encoding, ForceModel, LstmConfig, MlpConfig,
     MlpOdeConfig, ModelConfig, ModelError, Normaliser, Parameters, RelaxationOdeConfig, Solver,
+    Tokens,
     architectures::cnode::STATE_LIMIT,
     features::FeatureLayout,
     kernel::{instruction_sets, rounded},
@@ -47,10 +48,28 @@ fn configs() -> Vec<ModelConfig> {
         window: 1,
         ..ode.clone()
     };
+    let features = AttentionOdeConfig {
+        tokens: Tokens::Features,
+        window: 1,
+        ..plain.clone()
+    };
+    let features_of_a_window = AttentionOdeConfig {
+        window: 3,
+        end_of_step: true,
+        encoding: Encoding::Up,
+        ..features.clone()
+    };
+    let end = AttentionOdeConfig {
+        end_of_step: true,
+        ..ode.clone()
+    };
     vec![
         ModelConfig::AttentionOde(ode),
         ModelConfig::AttentionOde(plain),
         ModelConfig::AttentionOde(sum),
+        ModelConfig::AttentionOde(features),
+        ModelConfig::AttentionOde(features_of_a_window),
+        ModelConfig::AttentionOde(end),
         ModelConfig::MlpOde(MlpOdeConfig {
             latent_hidden: vec![21],
             latent: 10,

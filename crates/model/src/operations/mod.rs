@@ -13,6 +13,7 @@ mod custom_operation;
 pub(crate) mod lstm_layer;
 pub(crate) mod relaxation_op;
 pub(crate) mod tensor_trajectory;
+pub(crate) mod token_weights;
 pub(crate) mod trajectory;
 
 pub(crate) use self::backend::Backend;

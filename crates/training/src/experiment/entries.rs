@@ -2,7 +2,7 @@
 
 use hydro_model::{
     AttentionOdeConfig, CnodeConfig, Control, Encoding, LstmConfig, MlpConfig, MlpOdeConfig,
-    ModelConfig, RelaxationOdeConfig, Solver, kinematics::Kinematics,
+    ModelConfig, RelaxationOdeConfig, Solver, Tokens, kinematics::Kinematics,
 };
 
 use super::budget::Budget;
@@ -74,7 +74,8 @@ impl Entry {
 }
 
 /// Every row for forces of `outputs` components, of a robot whose links are known or not. The four models of the paper have its
-/// sizes and its raw features, h as long as the force and no linear part; beside them its other equation, ours with one mode
+/// sizes and its raw features, h as long as the force and no linear part; beside them its other equation, attention over the features and
+/// steps by the sample at their end (at the rates of the former, which were not searched for these), ours with one mode
 /// and with three, ours without the closed forms, the paper's four given what ours is given (what is the equation's merit, and
 /// what the features'?), and two memoryless baselines: a perceptron of the paper's field, and one that is given what ours is
 /// given.
@@ -94,6 +95,20 @@ pub fn entries(outputs: usize, kinematics: Option<&Kinematics>) -> Vec<Entry> {
     };
     let sum = ModelConfig::AttentionOde(AttentionOdeConfig {
         field_sees_force: false,
+        ..attention.clone()
+    });
+    let over_features = AttentionOdeConfig {
+        tokens: Tokens::Features,
+        window: 1,
+        ..attention.clone()
+    };
+    let over_features_end = ModelConfig::AttentionOde(AttentionOdeConfig {
+        end_of_step: true,
+        ..over_features.clone()
+    });
+    let over_features = ModelConfig::AttentionOde(over_features);
+    let attention_end = ModelConfig::AttentionOde(AttentionOdeConfig {
+        end_of_step: true,
         ..attention.clone()
     });
     let attention = ModelConfig::AttentionOde(attention);
@@ -195,6 +210,27 @@ pub fn entries(outputs: usize, kinematics: Option<&Kinematics>) -> Vec<Entry> {
             "attention-ode-sum",
             "Attention-ODE, field without F",
             &sum,
+            Euler,
+            [125e-6, 4e-3, 1e-3],
+        ),
+        (
+            "attention-ode-end",
+            "Attention-ODE, sample at the end of the step",
+            &attention_end,
+            Euler,
+            [125e-6, 4e-3, 1e-3],
+        ),
+        (
+            "attention-features-euler",
+            "Attention-ODE over the features, Euler",
+            &over_features,
+            Euler,
+            [125e-6, 4e-3, 1e-3],
+        ),
+        (
+            "attention-features-end",
+            "Attention-ODE over the features, sample at the end of the step",
+            &over_features_end,
             Euler,
             [125e-6, 4e-3, 1e-3],
         ),

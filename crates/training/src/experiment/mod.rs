@@ -29,6 +29,7 @@ mod task;
 #[cfg(test)]
 #[path = "tests/measures.rs"]
 mod tests;
+mod yardsticks;
 
 pub use self::{
     attention::attention_by_lag,
@@ -44,4 +45,5 @@ pub use self::{
     results::{ExperimentResults, Truth},
     table::{Metric, Reference, Row, summarise},
     task::{Experiment, UnknownExperiment},
+    yardsticks::yardsticks,
 };

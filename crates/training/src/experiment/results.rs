@@ -26,6 +26,9 @@ pub struct ExperimentResults {
     pub outputs: Vec<String>,
     /// Rows, data set after data set.
     pub rows: Vec<Row>,
+    /// Rows without learning and the paper's own, data set after data set.
+    #[serde(default)]
+    pub yardsticks: Vec<Row>,
     /// Reference methods in closed loop: baselines, and the true wrench.
     pub references: Vec<Reference>,
     /// Claims, the paper's and ours.

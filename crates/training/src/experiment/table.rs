@@ -275,13 +275,13 @@ fn closed_loop_figures(swimming: &Swimming) -> Vec<(Metric, Option<f64>)> {
 }
 
 /// Which axes are forces and which torques: a wrench has three of each, anything else is force.
-fn halves(errors: &Errors) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
+pub(super) fn halves(errors: &Errors) -> (std::ops::Range<usize>, std::ops::Range<usize>) {
     let axes = errors.mae.len();
     let forces = if axes == 6 { 3 } else { axes };
     (0..forces, forces..axes)
 }
 
-fn mean(values: &[f64]) -> Option<f64> {
+pub(super) fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 

@@ -4,6 +4,7 @@ mod errors;
 mod evaluation;
 mod initial_force;
 mod prediction;
+mod yardsticks;
 
 pub(crate) use self::evaluation::evaluate_model;
 pub use self::{
@@ -11,4 +12,5 @@ pub use self::{
     evaluation::{Evaluation, evaluate},
     initial_force::{InitialForce, UnknownInitialForce},
     prediction::{predict, predict_by_engine, predict_by_network},
+    yardsticks::Yardstick,
 };

@@ -88,7 +88,7 @@ impl TrainConfig {
     pub fn check(&self) -> Result<(), TrainError> {
         self.model.check()?;
         self.model.check_solver(self.solver)?;
-        if self.adjoint == Adjoint::Continuous && !self.model.predicts_next() {
+        if self.adjoint == Adjoint::Continuous && !self.model.steps_a_field() {
             return Err(TrainError::Config {
                 field: "adjoint",
                 found: self.adjoint.to_string(),

@@ -115,7 +115,7 @@ impl Trainer {
             });
         }
         if device != TrainDevice::Cpu
-            && config.model.predicts_next()
+            && config.model.steps_a_field()
             && config.solver == Solver::DormandPrince
         {
             return Err(TrainError::Config {

@@ -32,7 +32,11 @@ class AttentionOde(nn.Module):
     def __init__(self, config: dict, inputs: int, outputs: int):
         super().__init__()
         self.config, width = config, config["embedding"]
+        self.over_features = config.get("tokens") == "features"
+        count = config["window"] * inputs
         self.embed = nn.Linear(inputs, width)
+        self.token_weight = nn.Parameter(torch.empty(count, width).uniform_(-(3**0.5), 3**0.5))
+        self.token_bias = nn.Parameter(torch.empty(count, width).uniform_(-1, 1))
         self.qkv = nn.Linear(width, 3 * width)
         self.lag_bias = nn.Parameter(torch.zeros(config["heads"], config["window"]))
         self.mix = nn.Linear(width, width)
@@ -43,14 +47,14 @@ class AttentionOde(nn.Module):
         self.register_buffer("slopes", slope[:, None] * torch.arange(config["window"]))
 
     def load(self, tensors: dict) -> "AttentionOde":
-        for name, layer in (
-            ("embed", self.embed),
-            ("attention.qkv", self.qkv),
-            ("mix", self.mix),
-            ("latent", self.latent),
-        ):
+        layers = [("attention.qkv", self.qkv), ("mix", self.mix), ("latent", self.latent)]
+        if self.over_features:
+            self.token_weight.data, self.token_bias.data = tensors["tokens.weight"], tensors["tokens.bias"]
+        else:
+            layers.append(("embed", self.embed))
+            self.lag_bias.data = tensors["attention.lag_bias"]
+        for name, layer in layers:
             layer.weight.data, layer.bias.data = tensors[f"{name}.weight"], tensors[f"{name}.bias"]
-        self.lag_bias.data = tensors["attention.lag_bias"]
         self.field.load(tensors)
         if self.skip is not None:  # the field starts out as a relaxation: -1 on the diagonal
             learned = tensors["field.skip.weight"]
@@ -59,6 +63,21 @@ class AttentionOde(nn.Module):
 
     def latents(self, z):
         """z [B, W-1+S, n] -> h [B, S, l]."""
+        return self.latents_over_features(z) if self.over_features else self.latents_over_samples(z)
+
+    def latents_over_features(self, z):
+        """Attention among the numbers of a window, newest sample first; the mean of all tokens."""
+        window, heads, width = (self.config[name] for name in ("window", "heads", "embedding"))
+        # [B, S, n, W], oldest first.
+        rows = z.unfold(1, window, 1).flip(-1).transpose(2, 3).flatten(2)
+        tokens = rows[..., None] * self.token_weight + self.token_bias
+        parts = self.qkv(tokens).unflatten(-1, (3, heads, width // heads)).unbind(-3)
+        query, key, value = (part.transpose(-3, -2) for part in parts)
+        attended = F.scaled_dot_product_attention(query, key, value).transpose(-3, -2).flatten(-2)
+        return self.latent((tokens + self.mix(attended)).mean(-2))
+
+    def latents_over_samples(self, z):
+        """Attention of the newest sample over those of a window."""
         window, heads, width = (self.config[name] for name in ("window", "heads", "embedding"))
         batch, samples, _ = z.shape
         embeddings = self.embed(z)
