@@ -13,7 +13,7 @@ from .catalogue import Effect
 INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast")
 #: Step under RK4 [s]: there drag is explicit (docs/plugin.md), and explodes at 2 ms where it is stiff.
 EXPLICIT_STEP = 0.0005
-#: The example vehicle of `hydro gap effects`, 20 kg, above a floor and beside a wall, with a driven link and a thruster;
+#: The example vehicle of `hydro gap effects`, 20 kg, over a floor, beside a wall; a driven link, a thruster; and
 #: a stone that comes to rest on the floor and sleeps.
 VEHICLE = """<mujoco model="soak">
   <option timestep="0.002"><flag energy="enable" sleep="enable"/></option>
