@@ -82,9 +82,10 @@ def test_memory_that_grows_is_seen():
 
 
 def test_the_table_counts():
-    case = Case("", (), "RK4", "rest", False, 0)
-    records = [campaign.Record("effect", case, Outcome(75, 0.0, n == 0, "no" * n), 1.0) for n in range(2)]
-    assert campaign.table(records).splitlines()[-1] == "| effect | RK4 | 2 | 150 | 1 |  | 1 |"
+    tally = campaign.Tally()
+    for n in range(2):
+        tally.add(Outcome(75, 0.0, n == 0, "no" * n))
+    assert campaign.table({("effect", "RK4"): tally}).splitlines()[-1] == "| effect | RK4 | 2 | 150 | 1 |  | 1 |"
 
 
 def test_threads_get_the_run_of_one(effects, monkeypatch):

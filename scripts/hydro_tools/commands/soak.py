@@ -16,6 +16,8 @@ import argparse
 import math
 import sys
 import time
+from array import array
+from collections import defaultdict
 
 from hydro_mujoco.errors import DataError
 from hydro_mujoco.plugin import load_plugin
@@ -61,20 +63,27 @@ def _soak(args: argparse.Namespace) -> int:
     steps, most = (75, QUICK) if args.quick else (args.steps, None)
     progress = Progress(most or math.ceil(args.seconds), "cases" if most else "seconds")
     begin = time.monotonic()
-    records = []
-    for record in campaign.go(effects, args.seconds, steps, args.seed, most):
-        records.append(record)
-        progress.advance(1 if most else int(time.monotonic() - begin) - progress.done)
-        if record.outcome.broken:
-            print(f"broken: {record.case.name()}: {record.outcome.broken}", flush=True)
-    print(campaign.table(records))
-    memory = [record.memory for record in records]
+    # Of the cases only what is printed is kept: the memory that is watched is that of the runs.
+    tallies: defaultdict[tuple[str, str], campaign.Tally] = defaultdict(campaign.Tally)
+    memory = array("d")
+    try:
+        for record in campaign.go(effects, args.seconds, steps, args.seed, most):
+            tallies[record.kind, record.case.integrator].add(record.outcome)
+            memory.append(record.memory)
+            progress.advance(1 if most else int(time.monotonic() - begin) - progress.done)
+            if record.outcome.broken:
+                print(f"broken: {record.case.name()}: {record.outcome.broken}", flush=True)
+    except KeyboardInterrupt:
+        print("soak.py: stopped; so far:", file=sys.stderr)
+    print(campaign.table(tallies))
     grown = campaign.growth(memory)
-    print(f"memory: {memory[0]:.0f} MB after the first case, {memory[-1]:.0f} MB after the last, {grown:+.2f} MB late")
-    broken = any(record.outcome.broken for record in records)
+    if memory:
+        print(
+            f"memory: {memory[0]:.0f} MB after the first case, {memory[-1]:.0f} MB after the last, {grown:+.2f} MB late"
+        )
     if grown > FLAT:
         print(f"broken: memory grows by {grown:.1f} MB over the second half; expected {FLAT} at most")
-    return int(broken or grown > FLAT)
+    return int(any(tally.broken for tally in tallies.values()) or grown > FLAT)
 
 
 def _threads(effects: list[catalogue.Effect], count: int, seconds: float) -> int:

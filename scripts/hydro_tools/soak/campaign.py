@@ -4,7 +4,7 @@ import itertools
 import random
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -83,24 +83,33 @@ def growth(memory: Sequence[float]) -> float:
     return sum(later) / len(later) - sum(earlier) / len(earlier)
 
 
-def table(records: Sequence[Record]) -> str:
-    """Cases by kind and integrator, as Markdown."""
+@dataclass
+class Tally:
+    """Cases of a kind under an integrator. energy: the greatest over its bound."""
+
+    cases: int = 0
+    steps: int = 0
+    asleep: int = 0
+    energy: float = 0.0
+    broken: int = 0
+
+    def add(self, outcome: Outcome) -> None:
+        """Count a case."""
+        self.cases += 1
+        self.steps += outcome.steps
+        self.asleep += outcome.asleep
+        self.energy = max(self.energy, outcome.energy)
+        self.broken += bool(outcome.broken)
+
+
+def table(tallies: Mapping[tuple[str, str], Tally]) -> str:
+    """Tallies by kind and integrator, as Markdown."""
     lines = [
         "| what acts | integrator | cases | steps | with a tree asleep | greatest energy over its bound | broken |",
         "|---|---|---|---|---|---|---|",
     ]
-    groups = sorted({(record.kind, record.case.integrator) for record in records})
-    for kind, integrator in groups:
-        of = [r.outcome for r in records if (r.kind, r.case.integrator) == (kind, integrator)]
-        worst = max(outcome.energy for outcome in of)
-        columns = [
-            kind,
-            integrator,
-            len(of),
-            f"{sum(outcome.steps for outcome in of):,}",
-            sum(outcome.asleep for outcome in of),
-            f"{worst:.4f}" if worst else "",
-            sum(bool(outcome.broken) for outcome in of),
-        ]
+    for (kind, integrator), of in sorted(tallies.items()):
+        energy = f"{of.energy:.4f}" if of.energy else ""
+        columns = (kind, integrator, of.cases, f"{of.steps:,}", of.asleep, energy, of.broken)
         lines.append(f"| {' | '.join(map(str, columns))} |")
     return "\n".join(lines)
