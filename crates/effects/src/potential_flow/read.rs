@@ -2,7 +2,7 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use nalgebra::{Complex, DMatrix, Matrix6, Vector6};
+use nalgebra::{Complex, DMatrix, DVector, Matrix6, Schur, Vector6};
 use serde_json::Value;
 
 use super::{
@@ -140,6 +140,19 @@ fn added_mass(fields: &Fields<'_>) -> Result<Matrix6<f64>, SeaError> {
     Ok(matrix)
 }
 
+/// Poles of a state matrix [1/s]. There are matrices, sums of a permutation and a multiple of one, on which the QR iteration
+/// goes round for ever.
+fn poles(a: &DMatrix<f64>) -> Result<DVector<Complex<f64>>, SeaError> {
+    let most = 100 + 30 * a.nrows();
+    let schur = Schur::try_new(a.clone(), f64::EPSILON, most);
+    let schur = schur.ok_or_else(|| SeaError::Value {
+        field: "radiation.a".to_owned(),
+        found: format!("a matrix whose poles are not found in {most} steps"),
+        expected: "another one of the same poles: change the basis of its states".to_owned(),
+    })?;
+    Ok(schur.complex_eigenvalues())
+}
+
 fn radiation(value: &Value) -> Result<Radiation, SeaError> {
     let fields = Fields::new("radiation", value, &RADIATION_KEYS)?;
     let states = fields.list("a", "rows", MOST_STATES)?.len();
@@ -148,8 +161,7 @@ fn radiation(value: &Value) -> Result<Radiation, SeaError> {
         rows(&fields, "b", states, 6)?,
         rows(&fields, "c", 6, states)?,
     );
-    let greatest = a
-        .complex_eigenvalues()
+    let greatest = poles(&a)?
         .iter()
         .map(|pole| pole.re)
         .fold(f64::MIN, f64::max);

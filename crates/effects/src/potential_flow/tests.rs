@@ -65,6 +65,20 @@ fn memory_is_the_response_of_its_system() {
     assert!(flow.stepping(f64::NAN).is_none() && flow.stepping(0.0).is_none());
 }
 
+/// A permutation of six states: the QR iteration goes round for ever, as in https://github.com/dimforge/nalgebra/issues/611.
+#[test]
+fn a_matrix_whose_poles_are_not_found_is_refused() {
+    let states = 6;
+    let text = fault(|file| {
+        let mut a = vec![vec![0.0; states]; states];
+        (1..states).for_each(|row| a[row][row - 1] = 1.0);
+        a[0][states - 1] = 1.0;
+        file["radiation"] =
+            json!({"a": a, "b": vec![[0.0; 6]; states], "c": vec![vec![0.0; states]; 6]});
+    });
+    assert!(text.contains("poles are not found"), "{text}");
+}
+
 #[test]
 fn a_listed_wave_pushes_as_listed_whatever_the_heading_and_place() {
     let flow = flow(&file());

@@ -7,6 +7,7 @@ mod files;
 pub(crate) mod fixture;
 mod fossen;
 mod free_motion;
+mod odd_numbers;
 mod whole_matrix;
 
 use crate::{BodyPart, Effect, Id, Motion, Part, Physical, Target, TargetKind, all, effect};

@@ -1,5 +1,7 @@
 //! Checkpoints on disk.
 
+mod odd;
+
 use std::{
     path::PathBuf,
     sync::atomic::{AtomicBool, Ordering},

@@ -1,5 +1,7 @@
 //! Tiny data sets in folders of their own.
 
+mod odd;
+
 use std::{fs, path::PathBuf};
 
 use safetensors::{Dtype, tensor::TensorView};

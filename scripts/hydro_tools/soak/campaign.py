@@ -1,0 +1,117 @@
+"""All cases in an order, the memory that they leave, and the table."""
+
+import ctypes
+import itertools
+import random
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+
+from . import energy
+from .case import Case, Outcome, run
+from .catalogue import Effect
+from .motion import MOTIONS
+from .scenes import INTEGRATORS
+
+CHECKPOINTS = ("b1-relaxation", "b1-task2")
+
+
+@dataclass(frozen=True)
+class Record:
+    """A case, its outcome, and the resident memory after it [MB]."""
+
+    kind: str
+    case: Case
+    outcome: Outcome
+    memory: float
+
+
+def cases(effects: Sequence[Effect], seed: int) -> Iterator[tuple[str, Case]]:
+    """All cases of a seed: checkpoints and single effects first, then pairs, each in every integrator and motion."""
+    ways = list(itertools.product(INTEGRATORS, MOTIONS))
+    chance = random.Random(seed)
+    singles, pairs = [], []
+    for name, (integrator, motion) in itertools.product(CHECKPOINTS, ways):
+        singles.append(("checkpoint", Case(name, (), integrator, motion, False, seed)))
+    for effect, (integrator, motion) in itertools.product(effects, ways):
+        singles.append(("effect", Case("", (effect,), integrator, motion, False, seed)))
+    for pair, (integrator, motion) in itertools.product(itertools.combinations(effects, 2), ways):
+        pairs.append(("pair", Case("", pair, integrator, motion, False, seed)))
+    on_trunk = [effect for effect in effects if effect.target == "hull"]
+    for name, effect, (integrator, motion) in itertools.product(CHECKPOINTS, on_trunk, ways):
+        pairs.append(("checkpoint and effect", Case(name, (effect,), integrator, motion, False, seed)))
+    for count, listed in ((1, singles), (2, pairs)):
+        for chosen, integrator in itertools.product(itertools.combinations(effects, count), INTEGRATORS):
+            if energy.only_takes(chosen):
+                listed.append(("energy", Case("", chosen, integrator, "violent", True, seed)))
+    chance.shuffle(singles)
+    chance.shuffle(pairs)
+    yield from singles
+    yield from pairs
+
+
+def go(effects: Sequence[Effect], seconds: float, steps: int, seed: int, most: int | None) -> Iterator[Record]:
+    """Run cases until the time is over, with other seeds once all are done; at most `most` cases."""
+    warnings: Counter = Counter()
+    mujoco.set_mju_user_warning(lambda text: warnings.update([text]))
+    end = time.monotonic() + seconds
+    count = 0
+    for turn in itertools.count(seed):
+        for kind, case in cases(effects, turn):
+            if time.monotonic() > end or (most is not None and count >= most):
+                return
+            count += 1
+            yield Record(kind, case, run(case, steps, warnings), resident())
+
+
+def resident() -> float:
+    """Resident memory of this process, after what is free went back to the system [MB]."""
+    ctypes.CDLL(None).malloc_trim(0)
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * 4096 / 1e6
+
+
+def growth(memory: Sequence[float]) -> float:
+    """Growth of memory over the second half of the cases [MB]: of the means of its quarters."""
+    half = memory[len(memory) // 2 :]
+    if len(half) < 2:
+        return 0.0
+    middle = len(half) // 2
+    earlier, later = half[:middle], half[middle:]
+    return sum(later) / len(later) - sum(earlier) / len(earlier)
+
+
+@dataclass
+class Tally:
+    """Cases of a kind under an integrator. energy: the greatest over its bound."""
+
+    cases: int = 0
+    steps: int = 0
+    asleep: int = 0
+    energy: float = 0.0
+    broken: int = 0
+
+    def add(self, outcome: Outcome) -> None:
+        """Count a case."""
+        self.cases += 1
+        self.steps += outcome.steps
+        self.asleep += outcome.asleep
+        self.energy = max(self.energy, outcome.energy)
+        self.broken += bool(outcome.broken)
+
+
+def table(tallies: Mapping[tuple[str, str], Tally]) -> str:
+    """Tallies by kind and integrator, as Markdown."""
+    lines = [
+        "| what acts | integrator | cases | steps | with a tree asleep | greatest energy over its bound | broken |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for (kind, integrator), of in sorted(tallies.items()):
+        energy = f"{of.energy:.4f}" if of.energy else ""
+        columns = (kind, integrator, of.cases, f"{of.steps:,}", of.asleep, energy, of.broken)
+        lines.append(f"| {' | '.join(map(str, columns))} |")
+    return "\n".join(lines)
