@@ -194,6 +194,7 @@ fn plant_body(name: &str) -> PlantBody {
         name: name.to_owned(),
         root,
         moves: true,
+        only_dof: None,
         end: !root,
         wet: true,
         floats: false,

@@ -96,6 +96,7 @@ fn description() -> PlantDescription {
             name: "fin".to_owned(),
             root: false,
             moves: true,
+            only_dof: None,
             end: true,
             wet: true,
             floats: false,
