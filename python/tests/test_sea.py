@@ -50,6 +50,7 @@ SEAS = {
         "spreading": 0,
         "peak_enhancement": 1,
     },
+    "coast": {"spectrum": "tma", "significant_height": 0.4, "peak_period": 6, "depth": 4, "spreading": 6},
     "default": {"spectrum": "jonswap", "significant_height": 0.5, "peak_period": 5},
 }
 CURRENTS = {

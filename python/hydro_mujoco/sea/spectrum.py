@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from . import random
+from .dispersion import wavenumber
 
 #: Lowest and highest frequency in parts of the peak's; cells of the band, and of half the circle.
 BAND, CELLS = (0.35, 4.0), 8192
@@ -15,7 +16,9 @@ GOLDEN = 0.6180339887498949
 PEAK_ENHANCEMENT, COMPONENTS, SEED = 3.3, 60, 0
 
 
-def draw(document: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def draw(
+    document: Mapping[str, Any], depth: float, gravity: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Amplitudes [m], angular frequencies [rad/s], directions [rad] and phases [rad], each of shape (n,).
 
     The spectrum is cut into n parts of equal energy, with one component each at a random place in its part; directions
@@ -23,13 +26,18 @@ def draw(document: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
     Args:
         document: `hydro-waves/1` with a `spectrum`, as the plugin has accepted it.
+        depth: of the water [m], infinite where it is deep. gravity: [m/s^2].
     """
     number = document.get("components", COMPONENTS)
     numbers = random.uniform(document.get("seed", SEED), random.WAVES, 0, number)
     index = np.arange(number)
     grid = np.linspace(*BAND, CELLS + 1)
     share = (index + numbers[:, 0]) / number
-    frequency = 2 * np.pi / document["peak_period"] * _quantile(grid, _density(document, grid), share)
+    peak = 2 * np.pi / document["peak_period"]
+    density = _density(document, grid)
+    if document["spectrum"] == "tma":
+        density = density * _saturation(depth * wavenumber(peak * grid, depth, gravity))
+    frequency = peak * _quantile(grid, density, share)
     direction = np.full(number, np.radians(document.get("direction", 0.0)))
     if "spreading" in document:
         side = 2 * np.mod(numbers[0, 2] + index * GOLDEN, 1) - 1
@@ -47,11 +55,21 @@ def _density(document: Mapping[str, Any], x: np.ndarray) -> np.ndarray:
     Hydrographische Zeitschrift A8(12), 1973 (JONSWAP).
     """
     developed = x**-5 * np.exp(-1.25 * x**-4)
-    if document["spectrum"] != "jonswap":
+    if document["spectrum"] == "pierson_moskowitz":
         return developed
     width = np.where(x <= 1, 0.07, 0.09)
     peak = np.exp(-0.5 * ((x - 1) / width) ** 2)
     return developed * document.get("peak_enhancement", PEAK_ENHANCEMENT) ** peak
+
+
+def _saturation(kd: np.ndarray) -> np.ndarray:
+    """Share of the energy in deep water that waves have in water of a depth, by wave number times depth.
+
+    Source: S. A. Kitaigorodskii, V. P. Krasitskii, M. M. Zaslavskii, J. Physical Oceanography 5, 1975.
+    """
+    # Beyond 20 it is 1 to the last bit.
+    shallow = np.minimum(kd, 20.0)
+    return np.where(kd > 20, 1.0, np.tanh(shallow) ** 2 / (1 + 2 * shallow / np.sinh(2 * shallow)))
 
 
 def _quantile(grid: np.ndarray, density: np.ndarray, share: np.ndarray) -> np.ndarray:

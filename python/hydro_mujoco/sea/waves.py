@@ -8,9 +8,8 @@ from typing import Any, Self
 import numpy as np
 
 from . import spectrum
+from .dispersion import wavenumber
 
-#: Steps of Newton's method for the wave number; five are enough at every depth.
-STEPS = 8
 #: Numbers of a block of points times components.
 BLOCK = 2**20
 #: Share of the energy in the shortest waves that no one notices.
@@ -47,10 +46,10 @@ class Waves:
         """The waves of a document `hydro-waves/1` that the plugin has accepted, under gravity [m/s^2]."""
         depth = document.get("depth", np.inf)
         if "spectrum" in document:
-            amplitude, frequency, direction, phase = spectrum.draw(document)
+            amplitude, frequency, direction, phase = spectrum.draw(document, depth, gravity)
         else:
             amplitude, frequency, direction, phase = _listed(document["components"])
-        size = _wavenumber(frequency, depth, gravity)
+        size = wavenumber(frequency, depth, gravity)
         along = np.stack([size * np.cos(direction), size * np.sin(direction)], axis=1)
         return cls(amplitude, frequency, along, phase, depth, gravity)
 
@@ -136,20 +135,3 @@ def _listed(components: list[Mapping[str, float]]) -> tuple[np.ndarray, ...]:
     angles = [np.radians([wave.get(key, 0.0) for wave in components]) for key in ("direction", "phase")]
     frequency = [2 * np.pi / wave["period"] for wave in components]
     return np.array(amplitude, float), np.array(frequency), *angles
-
-
-def _wavenumber(frequency: np.ndarray, depth: float, gravity: float) -> np.ndarray:
-    """Wave numbers k [rad/m] of angular frequencies omega: omega^2 = g k tanh(k d).
-
-    Newton's method on x tanh x = omega^2 d / g from C. Eckart's start (NBS Circular 521, 1952).
-    """
-    deep = frequency**2 / gravity
-    if np.isinf(depth):
-        return deep
-    right = np.minimum(deep * depth, 20.0)
-    x = right / np.sqrt(np.tanh(right))
-    for _ in range(STEPS):
-        tanh = np.tanh(x)
-        x = x - (x * tanh - right) / (tanh + x * (1 - tanh * tanh))
-    # Beyond 20 tanh x is 1 to the last bit.
-    return np.where(deep * depth > 20, deep, x / depth)

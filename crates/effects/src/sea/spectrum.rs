@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::{
+    dispersion::wavenumber,
     error::SeaError,
     json::{check, check_finite},
     quantiles::Quantiles,
@@ -38,6 +39,12 @@ pub enum SpectrumShape {
         /// gamma [1], 1 to 10; 3.3 on average.
         peak_enhancement: f64,
     },
+    /// The same times what water of a finite depth lets waves of each length carry, the growing sea near a coast:
+    /// E. Bouws, H. Guenther, W. Rosenthal, C. L. Vincent, J. Geophysical Research 90(C1), 1985 (TMA).
+    Tma {
+        /// gamma [1], 1 to 10.
+        peak_enhancement: f64,
+    },
 }
 
 impl SpectrumShape {
@@ -47,7 +54,7 @@ impl SpectrumShape {
         let developed = fourth * inverse * libm::exp(-1.25 * fourth);
         match self {
             Self::PiersonMoskowitz => developed,
-            Self::Jonswap { peak_enhancement } => {
+            Self::Jonswap { peak_enhancement } | Self::Tma { peak_enhancement } => {
                 let width = if x <= 1.0 { 0.07 } else { 0.09 };
                 let distance = (x - 1.0) / width;
                 let exponent = libm::exp(-0.5 * distance * distance);
@@ -96,7 +103,9 @@ impl Spectrum {
         if let Some(spreading) = self.spreading {
             check("spreading", spreading, "", SPREADINGS)?;
         }
-        if let SpectrumShape::Jonswap { peak_enhancement } = self.shape {
+        if let SpectrumShape::Jonswap { peak_enhancement }
+        | SpectrumShape::Tma { peak_enhancement } = self.shape
+        {
             check("peak_enhancement", peak_enhancement, "", ENHANCEMENTS)?;
         }
         let [fewest, most] = COMPONENTS;
@@ -126,12 +135,25 @@ impl Spectrum {
     /// same everywhere (E. R. Jefferys, Applied Ocean Research 9, 1987).
     ///
     /// # Errors
-    /// A value that is out of bounds.
-    pub(crate) fn draw(&self) -> Result<Vec<Draw>, SeaError> {
+    /// A value that is out of bounds, or TMA's shape in deep water.
+    pub(crate) fn draw(&self, depth: f64, gravity: f64) -> Result<Vec<Draw>, SeaError> {
         self.check()?;
-        let [lower, upper] = BAND;
-        let energy = Quantiles::new(lower, upper, BAND_CELLS, |x| self.shape.density(x));
         let peak = TAU / self.peak_period;
+        let is_limited = matches!(self.shape, SpectrumShape::Tma { .. });
+        if is_limited && depth.is_infinite() {
+            return Err(SeaError::Value {
+                field: "depth".to_owned(),
+                found: "none".to_owned(),
+                expected: "the depth of the water [m], on which `tma` depends".to_owned(),
+            });
+        }
+        let carried = |x: f64| match is_limited {
+            true => saturation(depth * wavenumber(peak * x, depth, gravity)),
+            false => 1.0,
+        };
+        let density = |x| self.shape.density(x) * carried(x);
+        let [lower, upper] = BAND;
+        let energy = Quantiles::new(lower, upper, BAND_CELLS, density);
         let offsets = self.spreading.map(spreading);
         let [_, _, start, _] = uniform(self.seed, WAVES, 0);
         let draw = |index: usize| {
@@ -149,6 +171,17 @@ impl Spectrum {
         };
         Ok((0..self.components).map(draw).collect())
     }
+}
+
+/// Share of the energy in deep water that waves of a frequency have in water of a depth, by wave number times depth:
+/// S. A. Kitaigorodskii, V. P. Krasitskii, M. M. Zaslavskii, J. Physical Oceanography 5, 1975.
+fn saturation(kd: f64) -> f64 {
+    // Beyond 20 it is 1 to the last bit.
+    if kd > 20.0 {
+        return 1.0;
+    }
+    let tanh = libm::tanh(kd);
+    tanh * tanh / (1.0 + 2.0 * kd / libm::sinh(2.0 * kd))
 }
 
 /// Distribution of the angle to the mean direction's right [rad], 0 to pi, by cos^2s of its half.

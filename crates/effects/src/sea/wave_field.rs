@@ -191,7 +191,7 @@ impl WaveField {
         gravity: f64,
     ) -> Result<(Self, Vec<SeaNote>), SeaError> {
         let depth = check_water(depth, gravity)?;
-        let draws = spectrum.draw()?;
+        let draws = spectrum.draw(depth, gravity)?;
         let height = spectrum.significant_height;
         let k = wavenumber(TAU / spectrum.peak_period, depth, gravity);
         check_breaking("significant_height", height, k, depth)?;

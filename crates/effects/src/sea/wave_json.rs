@@ -27,6 +27,9 @@ const SPECTRUM_KEYS: [&str; 10] = [
 const WAVE_KEYS: [&str; 5] = ["height", "amplitude", "period", "direction", "phase"];
 const PIERSON_MOSKOWITZ: &str = "pierson_moskowitz";
 const JONSWAP: &str = "jonswap";
+const TMA: &str = "tma";
+/// What the key `spectrum` may be, in words.
+const SPECTRA: &str = "`jonswap`, `tma` or `pierson_moskowitz`";
 /// Defaults of a file that leaves them out.
 const PEAK_ENHANCEMENT: f64 = 3.3;
 const COMPONENTS: u64 = 60;
@@ -47,8 +50,7 @@ impl WaveField {
         }
         if !document.get("components").is_some_and(Value::is_array) {
             // Without a list it is a spectrum without its name, if anything.
-            let expected =
-                format!("a spectrum, `{JONSWAP}` or `{PIERSON_MOSKOWITZ}`, or a list `components`");
+            let expected = format!("a spectrum, {SPECTRA}, or a list `components`");
             Fields::new("", &document, &SPECTRUM_KEYS)?.required("spectrum", &expected)?;
         }
         let fields = Fields::new("", &document, &LIST_KEYS)?;
@@ -83,23 +85,22 @@ fn wave((index, value): (usize, &Value)) -> Result<Wave, SeaError> {
 }
 
 fn spectrum(fields: &Fields<'_>) -> Result<Spectrum, SeaError> {
-    let names = [JONSWAP, PIERSON_MOSKOWITZ];
-    let expected = format!("`{JONSWAP}` or `{PIERSON_MOSKOWITZ}`");
-    let value = fields.required("spectrum", &expected)?;
+    let names = [JONSWAP, TMA, PIERSON_MOSKOWITZ];
+    let value = fields.required("spectrum", SPECTRA)?;
     let name = value
         .as_str()
-        .ok_or_else(|| fault("spectrum", value, &expected))?;
+        .ok_or_else(|| fault("spectrum", value, SPECTRA))?;
     let enhancement = fields.optional("peak_enhancement", "")?;
+    let peak_enhancement = enhancement.unwrap_or(PEAK_ENHANCEMENT);
     let shape = match name {
-        JONSWAP => SpectrumShape::Jonswap {
-            peak_enhancement: enhancement.unwrap_or(PEAK_ENHANCEMENT),
-        },
+        JONSWAP => SpectrumShape::Jonswap { peak_enhancement },
+        TMA => SpectrumShape::Tma { peak_enhancement },
         PIERSON_MOSKOWITZ if enhancement.is_none() => SpectrumShape::PiersonMoskowitz,
         PIERSON_MOSKOWITZ => {
             return Err(SeaError::Value {
                 field: "peak_enhancement".to_owned(),
                 found: format!("it with `{PIERSON_MOSKOWITZ}`"),
-                expected: format!("it with `{JONSWAP}` only"),
+                expected: format!("it with `{JONSWAP}` or `{TMA}` only"),
             });
         }
         _ => {

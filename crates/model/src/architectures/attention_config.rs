@@ -12,11 +12,11 @@ use crate::{
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tokens {
-    /// The samples of the window: the newest attends to the past ([`super::sample_attention`]).
+    /// The samples of the window: the newest attends to the past (`sample_attention.rs`).
     #[default]
     Samples,
     /// The encoded numbers of the window, each a token: the condition vector is compressed, as the paper says it
-    /// ([`super::feature_attention`]).
+    /// (`feature_attention.rs`).
     Features,
 }
 

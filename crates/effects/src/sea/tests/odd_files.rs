@@ -47,6 +47,7 @@ fn odd_number() -> impl Strategy<Value = Value> {
 fn odd_value() -> impl Strategy<Value = Value> {
     let words = prop::sample::select(vec![
         "jonswap",
+        "tma",
         "pierson_moskowitz",
         "hydro-waves/1",
         "",
@@ -89,7 +90,7 @@ fn odd_file(schema: &'static str, keys: &'static [&'static str]) -> impl Strateg
 
 /// A spectrum of odd numbers.
 fn odd_spectrum() -> impl Strategy<Value = String> {
-    let names = prop::sample::select(vec!["jonswap", "pierson_moskowitz"]);
+    let names = prop::sample::select(vec!["jonswap", "tma", "pierson_moskowitz"]);
     let keys = &[
         "depth",
         "direction",

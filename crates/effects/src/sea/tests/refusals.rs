@@ -60,7 +60,7 @@ fn what_is_no_such_file() {
     assert!(fault(r#"{"schema": 1}"#).contains("found the number 1"));
     assert_eq!(
         fault(r#"{"schema": "hydro-waves/1"}"#),
-        "the file: no `spectrum`, expected a spectrum, `jonswap` or `pierson_moskowitz`, or a list `components`"
+        "the file: no `spectrum`, expected a spectrum, `jonswap`, `tma` or `pierson_moskowitz`, or a list `components`"
     );
     assert!(with("\"components\": 60").contains("no `spectrum`"));
     assert!(with("\"significant_height\": 1").contains("no `spectrum`"));
@@ -198,18 +198,17 @@ fn spectra() {
     );
     assert_eq!(
         spectrum(&[("spectrum", "\"johnswap\"")]),
-        "`spectrum`: there is no `johnswap`; did you mean `jonswap`?; there are: jonswap, pierson_moskowitz"
+        "`spectrum`: there is no `johnswap`; did you mean `jonswap`?; there are: jonswap, tma, pierson_moskowitz"
     );
-    assert!(
-        spectrum(&[("spectrum", "3")])
-            .contains("spectrum: found the number 3, expected `jonswap` or `pierson_moskowitz`")
-    );
+    assert!(spectrum(&[("spectrum", "3")]).contains(
+        "spectrum: found the number 3, expected `jonswap`, `tma` or `pierson_moskowitz`"
+    ));
     assert_eq!(
         spectrum(&[
             ("spectrum", "\"pierson_moskowitz\""),
             ("peak_enhancement", "3.3")
         ]),
-        "peak_enhancement: found it with `pierson_moskowitz`, expected it with `jonswap` only"
+        "peak_enhancement: found it with `pierson_moskowitz`, expected it with `jonswap` or `tma` only"
     );
     for (key, value, expected) in [
         ("significant_height", "-1", "0 to 100 m"),

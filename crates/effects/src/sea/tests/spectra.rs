@@ -190,32 +190,64 @@ fn a_seed_gives_one_sea() {
     }
 }
 
-/// NumPy and SciPy: NumPy's Philox counts before it draws, hence the counter less one.
+/// NumPy and SciPy: NumPy's Philox counts before it draws, hence the counter less one. The second pair is in water of 3 m.
 ///
 /// ```text
 /// import numpy as np; from math import *; from scipy.integrate import quad; from scipy.optimize import brentq
-/// S = lambda x: x**-5*exp(-1.25*x**-4)*3.3**exp(-(x - 1)**2/2/(0.07 if x <= 1 else 0.09)**2)
-/// E = lambda b: sum(quad(S, lo, min(b, hi), epsabs=1e-13)[0] for lo, hi in ((.35, .8), (.8, 1), (1, 1.3), (1.3, 4)) if b > lo)
-/// for i in 30, 59:
-///     raw = np.random.Philox(counter=[i - 1, 0, 0, 0], key=[1, 1]).random_raw(4)
-///     u = ((raw >> np.uint64(12)).astype(float) + 0.5)*2.0**-52
-///     print(2*pi/5*brentq(lambda x: E(x) - (i + u[0])/60*E(4), .35, 4, xtol=1e-14), 2*pi*u[1])
+/// K = lambda w, d: brentq(lambda k: 9.81*k*tanh(k*d) - w*w, 1e-6, 1e3, xtol=1e-15)*d
+/// P = lambda k: tanh(k)**2/(1 + 2*k/sinh(2*k))
+/// J = lambda x: x**-5*exp(-1.25*x**-4)*3.3**exp(-(x - 1)**2/2/(0.07 if x <= 1 else 0.09)**2)
+/// E = lambda S, b: sum(quad(S, l, min(b, h), epsabs=1e-13)[0] for l, h in ((.35, .8), (.8, 1), (1, 1.3), (1.3, 4)) if b > l)
+/// for S in J, lambda x: P(K(2*pi/5*x, 3))*J(x):
+///     for i in 30, 59:
+///         raw = np.random.Philox(counter=[i - 1, 0, 0, 0], key=[1, 1]).random_raw(4)
+///         u = ((raw >> np.uint64(12)).astype(float) + 0.5)*2.0**-52
+///         print(2*pi/5*brentq(lambda x: E(S, x) - (i + u[0])/60*E(S, 4), .35, 4, xtol=1e-14), 2*pi*u[1])
 /// ```
 #[test]
 fn components_as_computed_independently() {
-    let field = sea(SEA);
-    for (index, frequency, phase) in [
-        (30, 1.328_176_292_239_301_4, 3.798_378_523_687_586_7),
-        (59, 3.577_914_238_648_878, 1.020_803_071_970_471_5),
+    let shallow = Spectrum {
+        shape: SpectrumShape::Tma {
+            peak_enhancement: 3.3,
+        },
+        ..SEA
+    };
+    let (shallow, _) = WaveField::from_spectrum(&shallow, Some(3.0), GRAVITY).expect("a sea");
+    let phases = [3.798_378_523_687_586_7, 1.020_803_071_970_471_5];
+    for (field, frequencies) in [
+        (sea(SEA), [1.328_176_292_239_301_4, 3.577_914_238_648_878]),
+        (shallow, [1.510_117_948_947_675_3, 4.240_142_219_666_481]),
     ] {
-        let wave = field.components()[index];
-        assert!(
-            (wave.frequency / frequency - 1.0).abs() < 1e-6,
-            "{}",
-            wave.frequency
-        );
-        assert!((wave.phase - phase).abs() < 1e-14, "{}", wave.phase);
+        for ((index, frequency), phase) in [30, 59].into_iter().zip(frequencies).zip(phases) {
+            let wave = field.components()[index];
+            let error = wave.frequency / frequency - 1.0;
+            assert!(error.abs() < 1e-6, "{}", wave.frequency);
+            assert!((wave.phase - phase).abs() < 1e-14, "{}", wave.phase);
+        }
     }
+}
+
+/// In water as deep as the waves are long the bottom takes nothing.
+#[test]
+fn in_deep_water_the_spectrum_of_a_finite_depth_is_the_other() {
+    let at = |shape, depth| {
+        let sea = Spectrum { shape, ..SEA };
+        let (sea, _) = WaveField::from_spectrum(&sea, Some(depth), GRAVITY).expect("a sea");
+        let waves = sea.components().iter();
+        waves.map(|wave| wave.frequency).collect::<Vec<f64>>()
+    };
+    let peak_enhancement = 3.3;
+    let tma = SpectrumShape::Tma { peak_enhancement };
+    for (depth, most) in [(2000.0, 1e-14), (40.0, 2e-3)] {
+        for (a, b) in at(tma, depth).iter().zip(at(SEA.shape, depth)) {
+            assert!((a / b - 1.0).abs() < most, "{depth} m: {a} {b}");
+        }
+    }
+    let deep = WaveField::from_spectrum(&Spectrum { shape: tma, ..SEA }, None, GRAVITY);
+    assert_eq!(
+        deep.expect_err("no depth").to_string(),
+        "depth: found none, expected the depth of the water [m], on which `tma` depends"
+    );
 }
 
 /// Random bits must never change, nor the numbers that are made of them: `python -c "import numpy as np;
