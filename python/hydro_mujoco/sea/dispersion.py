@@ -1,4 +1,4 @@
-"""Dispersion of linear waves: omega^2 = g k tanh(k d), the same as the plugin's (crates/effects/src/sea/dispersion.rs)."""
+"""Dispersion of linear waves, omega^2 = g k tanh(k d), as in crates/effects/src/sea/dispersion.rs."""
 
 import numpy as np
 
