@@ -38,6 +38,8 @@ step 'Python: the wheel, in an environment of its own; the code of README.md and
 scripts/test_wheel.sh --dev
 step 'Python: data, scenes, baselines, benchmark'
 .venv/bin/python -m pytest --quiet --numprocesses auto --dist loadfile scripts/tests
+step 'soak: every checkpoint and effect, alone and in pairs'
+.venv/bin/python scripts/soak.py --quick
 step 'documentation site: notebooks run, links hold'
 PYTHON=.venv/bin/python scripts/setup_venv.sh docs
 .venv-docs/bin/python scripts/build_docs.py --out out/site
