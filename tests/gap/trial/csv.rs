@@ -330,3 +330,19 @@ fn a_revolving_joint_is_no_mistake() {
     let said = |remark: &Remark| matches!(&remark.kind, RemarkKind::LargeAngle { column, .. } if column == "hip");
     assert!(remarks.iter().any(said), "{remarks:?}");
 }
+
+/// A joint that winds five turns up and down again: radians where the gyroscope reads its rate, degrees where it reads that over 57.3.
+#[test]
+fn a_rate_beside_it_tells_the_unit_of_an_angle() {
+    let text = |unit: f64| {
+        let row = |k: usize| {
+            let time = 0.1 * k as f64;
+            let (angle, rate) = (30.0 * time.sin(), 30.0 * time.cos() / unit);
+            format!("\n{time},1,2,{rate},{angle}")
+        };
+        "time,left,right,gyro[0],hip".to_owned() + &(0..100).map(row).collect::<String>()
+    };
+    accepted_csv(&text(1.0));
+    refused_csv(&text(57.3), &["`hip`", "degrees suspected"]);
+    refused_csv(&text(-1.0), &["`hip`", "degrees suspected"]);
+}

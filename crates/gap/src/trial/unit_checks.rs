@@ -3,7 +3,8 @@
 use std::{f64::consts::TAU, path::Path};
 
 use super::{
-    RemarkKind, SensorQuantity, SensorSignature, Signature, TrialError, series::median,
+    RemarkKind, SensorQuantity, SensorSignature, Signature, TrialError,
+    series::{Series, median},
     tables::Table,
 };
 
@@ -13,6 +14,12 @@ const QUATERNION_TOLERANCE: f64 = 0.05;
 const LARGEST_ANGLE: f64 = 2.0 * TAU;
 /// A column that ends farther from zero than it began, by this share of its way, revolves and does not swing.
 const ONE_WAY: f64 = 0.9;
+
+/// Rows from which it shows whether one reading is another's rate.
+const LEAST_ROWS: usize = 20;
+/// Correlation of an angle's change with its rate at least, and how far their ratio may be from 1.
+const CORRELATION: f64 = 0.9;
+const RATIO: f64 = 1.25;
 
 /// Refuses sensors in other units than the model's, where that shows.
 pub(super) fn check(
@@ -31,7 +38,7 @@ pub(super) fn check(
             SensorQuantity::Quaternion => check_quaternion(path, sensor, sensors)?,
             SensorQuantity::Angle => {
                 for column in columns {
-                    check_angle(path, sensors, column, remarks)?;
+                    check_angle(path, signature, (sensors, column), remarks)?;
                 }
             }
             SensorQuantity::Other => {}
@@ -84,11 +91,12 @@ fn check_quaternion(
     }
 }
 
-/// An angle that swings beyond two turns is in degrees; one that only grows may belong to a joint that revolves.
+/// An angle that swings beyond two turns is in degrees, unless another sensor reads its rate; one that only grows may belong to a
+/// joint that revolves.
 fn check_angle(
     path: &Path,
-    sensors: &Table,
-    column: usize,
+    signature: &Signature,
+    (sensors, column): (&Table, usize),
     remarks: &mut Vec<RemarkKind>,
 ) -> Result<(), TrialError> {
     let values = sensors.series.column_values(column).enumerate();
@@ -116,6 +124,13 @@ fn check_angle(
         });
         return Ok(());
     }
+    let rates = signature.sensors.iter();
+    let rates = rates.filter(|of| of.kind == SensorQuantity::Other);
+    let mut rates = rates.flat_map(SensorSignature::columns);
+    let series = &sensors.series;
+    if rates.any(|name| (series.column(&name)).is_some_and(|rate| is_rate(series, column, rate))) {
+        return Ok(());
+    }
     Err(TrialError::Degrees {
         path: path.to_owned(),
         place: sensors.place(row),
@@ -123,4 +138,25 @@ fn check_angle(
         found,
         turns: found.abs() / TAU,
     })
+}
+
+/// True where a column reads how fast another one changes, in the same unit.
+fn is_rate(series: &Series, of: usize, rate: usize) -> bool {
+    let pairs = (1..series.len().saturating_sub(1)).map(|row| {
+        let seconds = series.times[row + 1] - series.times[row - 1];
+        let change = series.at(row + 1, of) - series.at(row - 1, of);
+        (change / seconds, series.at(row, rate))
+    });
+    let pairs: Vec<(f64, f64)> = pairs.filter(|(a, b)| (a + b).is_finite()).collect();
+    if pairs.len() < LEAST_ROWS {
+        return false;
+    }
+    let [mut aa, mut ab, mut bb] = [0.0; 3];
+    for (a, b) in pairs {
+        aa += a * a;
+        ab += a * b;
+        bb += b * b;
+    }
+    let ratio = ab / bb;
+    ab >= CORRELATION * (aa * bb).sqrt() && (RATIO.recip()..=RATIO).contains(&ratio)
 }
