@@ -18,6 +18,14 @@ from hydro_mujoco import DataError, program
 from hydro_mujoco.recording import progress
 
 
+@pytest.fixture(autouse=True)
+def heeds_interrupts():
+    """A shell's background jobs ignore SIGINT, and Python leaves that so."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.fixture
 def stand_in(tmp_path, monkeypatch):
     """Puts Python code in the place of the program."""

@@ -51,6 +51,7 @@ SEAS = {
         "peak_enhancement": 1,
     },
     "coast": {"spectrum": "tma", "significant_height": 0.4, "peak_period": 6, "depth": 4, "spreading": 6},
+    "young": {"spectrum": "eckv", "significant_height": 0.4, "peak_period": 3, "inverse_wave_age": 2.5},
     "default": {"spectrum": "jonswap", "significant_height": 0.5, "peak_period": 5},
 }
 CURRENTS = {

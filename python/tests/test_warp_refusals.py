@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
+import hydro_mujoco
 from hydro_mujoco import gap
 from hydro_mujoco.errors import DataError
 from hydro_mujoco.program import run_json
@@ -90,7 +91,7 @@ def test_other_attributes_are_refused_by_name(attribute, value):
 
 
 def test_a_checkpoint_is_refused_by_name():
-    spec = mujoco.MjSpec.from_file(str(water.instances.root() / "mjcf" / "b1_swim.xml"))
+    spec = mujoco.MjSpec.from_file(hydro_mujoco.scene("b1_swim"))
     assert "attribute `checkpoint` is not supported" in refusal(spec)
 
 
@@ -205,7 +206,7 @@ def test_a_file_of_effects_is_looked_for_and_missed_by_name(tmp_path, monkeypatc
     model = spec.compile()
     assert water.instances.instances(model)[0].effects[0]["effect"] == "linear_drag"
     (tmp_path / "drag.json").unlink()
-    with pytest.raises(DataError, match="attribute `effects`: `drag.json` is no file in"):
+    with pytest.raises(DataError, match="attribute `effects`: drag.json is no file any more"):
         water.instances.instances(model)
 
 

@@ -13,7 +13,7 @@ BAND, CELLS = (0.35, 4.0), 8192
 #: Fraction of the golden section.
 GOLDEN = 0.6180339887498949
 #: What a document leaves out.
-PEAK_ENHANCEMENT, COMPONENTS, SEED = 3.3, 60, 0
+PEAK_ENHANCEMENT, INVERSE_WAVE_AGE, COMPONENTS, SEED = 3.3, 0.84, 60, 0
 
 
 def draw(
@@ -52,14 +52,19 @@ def _density(document: Mapping[str, Any], x: np.ndarray) -> np.ndarray:
     """Energy at a frequency x in parts of the peak's, up to a factor.
 
     Sources: W. J. Pierson and L. Moskowitz, J. Geophysical Research 69, 1964; K. Hasselmann et al., Deutsche
-    Hydrographische Zeitschrift A8(12), 1973 (JONSWAP).
+    Hydrographische Zeitschrift A8(12), 1973 (JONSWAP); T. Elfouhaily et al., J. Geophysical Research 102(C7), 1997
+    (ECKV).
     """
-    developed = x**-5 * np.exp(-1.25 * x**-4)
-    if document["spectrum"] == "pierson_moskowitz":
+    developed, shape = x**-5 * np.exp(-1.25 * x**-4), document["spectrum"]
+    if shape == "pierson_moskowitz":
         return developed
-    width = np.where(x <= 1, 0.07, 0.09)
-    peak = np.exp(-0.5 * ((x - 1) / width) ** 2)
-    return developed * document.get("peak_enhancement", PEAK_ENHANCEMENT) ** peak
+    if shape == "eckv":
+        age = document.get("inverse_wave_age", INVERSE_WAVE_AGE)
+        gamma, width = 1.7 + 6 * np.log10(max(age, 1.0)), 0.08 * (1 + 4 * age**-3.0)
+        developed = developed * x * np.exp(-age * (x - 1) / np.sqrt(10))
+    else:
+        gamma, width = document.get("peak_enhancement", PEAK_ENHANCEMENT), np.where(x <= 1, 0.07, 0.09)
+    return developed * gamma ** np.exp(-0.5 * ((x - 1) / width) ** 2)
 
 
 def _saturation(kd: np.ndarray) -> np.ndarray:

@@ -17,6 +17,8 @@ const HEIGHTS: [f64; 2] = [0.0, 100.0];
 pub(crate) const PERIODS: [f64; 2] = [0.01, 10_000.0];
 /// Peak enhancements: none to three times the usual.
 const ENHANCEMENTS: [f64; 2] = [1.0, 10.0];
+/// Inverse wave ages: fully developed to the youngest.
+const WAVE_AGES: [f64; 2] = [0.84, 5.0];
 /// Exponents of the spreading: at 0 all directions are alike, at 1000 their standard deviation is 2.6 degrees.
 const SPREADINGS: [f64; 2] = [0.0, 1000.0];
 /// Lowest and highest frequency in parts of the peak's. Below there is no energy to a double's last bit; above there is
@@ -45,6 +47,13 @@ pub enum SpectrumShape {
         /// gamma [1], 1 to 10.
         peak_enhancement: f64,
     },
+    /// x^-4 exp(-5/4 x^-4) exp(-Omega (x - 1) / sqrt 10) gamma^exp(-(x - 1)^2 / (2 s^2)), s = 0.08 (1 + 4 Omega^-3), gamma = 1.7 + 6 lg
+    /// max(Omega, 1): the long waves of a unified spectrum, in deep water. T. Elfouhaily, B. Chapron, K. Katsaros, D. Vandemark,
+    /// J. Geophysical Research 102(C7), 1997 (ECKV), equations 31, 32 and 3.
+    Eckv {
+        /// Omega [1], wind speed over the speed of the peak's waves, 0.84 (fully developed) to 5 (young).
+        inverse_wave_age: f64,
+    },
 }
 
 impl SpectrumShape {
@@ -52,13 +61,20 @@ impl SpectrumShape {
         let inverse = 1.0 / x;
         let fourth = (inverse * inverse) * (inverse * inverse);
         let developed = fourth * inverse * libm::exp(-1.25 * fourth);
+        let peaked = |gamma: f64, width: f64| {
+            let distance = (x - 1.0) / width;
+            libm::exp(libm::exp(-0.5 * distance * distance) * libm::log(gamma))
+        };
         match self {
             Self::PiersonMoskowitz => developed,
             Self::Jonswap { peak_enhancement } | Self::Tma { peak_enhancement } => {
-                let width = if x <= 1.0 { 0.07 } else { 0.09 };
-                let distance = (x - 1.0) / width;
-                let exponent = libm::exp(-0.5 * distance * distance);
-                developed * libm::exp(exponent * libm::log(peak_enhancement))
+                developed * peaked(peak_enhancement, if x <= 1.0 { 0.07 } else { 0.09 })
+            }
+            Self::Eckv { inverse_wave_age } => {
+                let gamma = 1.7 + 6.0 * libm::log10(inverse_wave_age.max(1.0));
+                let width = 0.08 * (1.0 + 4.0 * inverse_wave_age.powi(-3));
+                let sheltered = libm::exp(-inverse_wave_age * (x - 1.0) / 10.0_f64.sqrt());
+                developed * x * sheltered * peaked(gamma, width)
             }
         }
     }
@@ -107,6 +123,9 @@ impl Spectrum {
         | SpectrumShape::Tma { peak_enhancement } = self.shape
         {
             check("peak_enhancement", peak_enhancement, "", ENHANCEMENTS)?;
+        }
+        if let SpectrumShape::Eckv { inverse_wave_age } = self.shape {
+            check("inverse_wave_age", inverse_wave_age, "", WAVE_AGES)?;
         }
         let [fewest, most] = COMPONENTS;
         if !(fewest..=most).contains(&self.components) {

@@ -12,7 +12,7 @@ use super::{
 use crate::did_you_mean::hint;
 
 const LIST_KEYS: [&str; 3] = ["schema", "depth", "components"];
-const SPECTRUM_KEYS: [&str; 10] = [
+const SPECTRUM_KEYS: [&str; 11] = [
     "schema",
     "depth",
     "spectrum",
@@ -21,6 +21,7 @@ const SPECTRUM_KEYS: [&str; 10] = [
     "direction",
     "spreading",
     "peak_enhancement",
+    "inverse_wave_age",
     "components",
     "seed",
 ];
@@ -28,10 +29,12 @@ const WAVE_KEYS: [&str; 5] = ["height", "amplitude", "period", "direction", "pha
 const PIERSON_MOSKOWITZ: &str = "pierson_moskowitz";
 const JONSWAP: &str = "jonswap";
 const TMA: &str = "tma";
+const ECKV: &str = "eckv";
 /// What the key `spectrum` may be, in words.
-const SPECTRA: &str = "`jonswap`, `tma` or `pierson_moskowitz`";
+const SPECTRA: &str = "`jonswap`, `tma`, `eckv` or `pierson_moskowitz`";
 /// Defaults of a file that leaves them out.
 const PEAK_ENHANCEMENT: f64 = 3.3;
+const INVERSE_WAVE_AGE: f64 = 0.84;
 const COMPONENTS: u64 = 60;
 const SEED: u64 = 0;
 
@@ -85,24 +88,37 @@ fn wave((index, value): (usize, &Value)) -> Result<Wave, SeaError> {
 }
 
 fn spectrum(fields: &Fields<'_>) -> Result<Spectrum, SeaError> {
-    let names = [JONSWAP, TMA, PIERSON_MOSKOWITZ];
+    let names = [JONSWAP, TMA, ECKV, PIERSON_MOSKOWITZ];
     let value = fields.required("spectrum", SPECTRA)?;
     let name = value
         .as_str()
         .ok_or_else(|| fault("spectrum", value, SPECTRA))?;
-    let enhancement = fields.optional("peak_enhancement", "")?;
+    let (enhancement, age) = (
+        fields.optional("peak_enhancement", "")?,
+        fields.optional("inverse_wave_age", "")?,
+    );
+    let only = |field: &str, with: &str, given: Option<f64>| match given {
+        None => Ok(()),
+        Some(_) => Err(SeaError::Value {
+            field: field.to_owned(),
+            found: format!("it with `{name}`"),
+            expected: format!("it with {with} only"),
+        }),
+    };
+    if ![JONSWAP, TMA].contains(&name) && names.contains(&name) {
+        only("peak_enhancement", "`jonswap` or `tma`", enhancement)?;
+    }
+    if name != ECKV && names.contains(&name) {
+        only("inverse_wave_age", "`eckv`", age)?;
+    }
     let peak_enhancement = enhancement.unwrap_or(PEAK_ENHANCEMENT);
     let shape = match name {
         JONSWAP => SpectrumShape::Jonswap { peak_enhancement },
         TMA => SpectrumShape::Tma { peak_enhancement },
-        PIERSON_MOSKOWITZ if enhancement.is_none() => SpectrumShape::PiersonMoskowitz,
-        PIERSON_MOSKOWITZ => {
-            return Err(SeaError::Value {
-                field: "peak_enhancement".to_owned(),
-                found: format!("it with `{PIERSON_MOSKOWITZ}`"),
-                expected: format!("it with `{JONSWAP}` or `{TMA}` only"),
-            });
-        }
+        ECKV => SpectrumShape::Eckv {
+            inverse_wave_age: age.unwrap_or(INVERSE_WAVE_AGE),
+        },
+        PIERSON_MOSKOWITZ => SpectrumShape::PiersonMoskowitz,
         _ => {
             return Err(SeaError::UnknownSpectrum {
                 found: name.chars().take(60).collect(),

@@ -90,12 +90,13 @@ fn odd_file(schema: &'static str, keys: &'static [&'static str]) -> impl Strateg
 
 /// A spectrum of odd numbers.
 fn odd_spectrum() -> impl Strategy<Value = String> {
-    let names = prop::sample::select(vec!["jonswap", "tma", "pierson_moskowitz"]);
+    let names = prop::sample::select(vec!["jonswap", "tma", "eckv", "pierson_moskowitz"]);
     let keys = &[
         "depth",
         "direction",
         "spreading",
         "peak_enhancement",
+        "inverse_wave_age",
         "seed",
     ][..];
     let more = prop::collection::vec((prop::sample::select(keys), odd_number()), 0..4);

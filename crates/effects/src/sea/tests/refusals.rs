@@ -60,7 +60,7 @@ fn what_is_no_such_file() {
     assert!(fault(r#"{"schema": 1}"#).contains("found the number 1"));
     assert_eq!(
         fault(r#"{"schema": "hydro-waves/1"}"#),
-        "the file: no `spectrum`, expected a spectrum, `jonswap`, `tma` or `pierson_moskowitz`, or a list `components`"
+        "the file: no `spectrum`, expected a spectrum, `jonswap`, `tma`, `eckv` or `pierson_moskowitz`, or a list `components`"
     );
     assert!(with("\"components\": 60").contains("no `spectrum`"));
     assert!(with("\"significant_height\": 1").contains("no `spectrum`"));
@@ -71,7 +71,7 @@ fn unknown_keys() {
     assert_eq!(
         with(r#""component": []"#),
         "the file: there is no `component`; did you mean `components`?; there are: schema, depth, spectrum, \
-         significant_height, peak_period, direction, spreading, peak_enhancement, components, seed"
+         significant_height, peak_period, direction, spreading, peak_enhancement, inverse_wave_age, components, seed"
     );
     assert_eq!(
         with(r#""components": [], "dept": 3"#),
@@ -198,10 +198,10 @@ fn spectra() {
     );
     assert_eq!(
         spectrum(&[("spectrum", "\"johnswap\"")]),
-        "`spectrum`: there is no `johnswap`; did you mean `jonswap`?; there are: jonswap, tma, pierson_moskowitz"
+        "`spectrum`: there is no `johnswap`; did you mean `jonswap`?; there are: jonswap, tma, eckv, pierson_moskowitz"
     );
     assert!(spectrum(&[("spectrum", "3")]).contains(
-        "spectrum: found the number 3, expected `jonswap`, `tma` or `pierson_moskowitz`"
+        "spectrum: found the number 3, expected `jonswap`, `tma`, `eckv` or `pierson_moskowitz`"
     ));
     assert_eq!(
         spectrum(&[
@@ -209,6 +209,13 @@ fn spectra() {
             ("peak_enhancement", "3.3")
         ]),
         "peak_enhancement: found it with `pierson_moskowitz`, expected it with `jonswap` or `tma` only"
+    );
+    assert_eq!(
+        spectrum(&[("inverse_wave_age", "1")]),
+        "inverse_wave_age: found it with `jonswap`, expected it with `eckv` only"
+    );
+    assert!(
+        spectrum(&[("spectrum", "\"eckv\""), ("inverse_wave_age", "0.5")]).contains("0.84 to 5")
     );
     for (key, value, expected) in [
         ("significant_height", "-1", "0 to 100 m"),

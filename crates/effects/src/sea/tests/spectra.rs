@@ -197,8 +197,9 @@ fn a_seed_gives_one_sea() {
 /// K = lambda w, d: brentq(lambda k: 9.81*k*tanh(k*d) - w*w, 1e-6, 1e3, xtol=1e-15)*d
 /// P = lambda k: tanh(k)**2/(1 + 2*k/sinh(2*k))
 /// J = lambda x: x**-5*exp(-1.25*x**-4)*3.3**exp(-(x - 1)**2/2/(0.07 if x <= 1 else 0.09)**2)
+/// L = lambda x, o=2: x**-4*exp(-1.25*x**-4 - o*(x - 1)/10**.5)*(1.7 + 6*log10(o))**exp(-(x - 1)**2/2/(.08*(1 + 4*o**-3))**2)
 /// E = lambda S, b: sum(quad(S, l, min(b, h), epsabs=1e-13)[0] for l, h in ((.35, .8), (.8, 1), (1, 1.3), (1.3, 4)) if b > l)
-/// for S in J, lambda x: P(K(2*pi/5*x, 3))*J(x):
+/// for S in J, lambda x: P(K(2*pi/5*x, 3))*J(x), L:
 ///     for i in 30, 59:
 ///         raw = np.random.Philox(counter=[i - 1, 0, 0, 0], key=[1, 1]).random_raw(4)
 ///         u = ((raw >> np.uint64(12)).astype(float) + 0.5)*2.0**-52
@@ -213,10 +214,17 @@ fn components_as_computed_independently() {
         ..SEA
     };
     let (shallow, _) = WaveField::from_spectrum(&shallow, Some(3.0), GRAVITY).expect("a sea");
+    let young = sea(Spectrum {
+        shape: SpectrumShape::Eckv {
+            inverse_wave_age: 2.0,
+        },
+        ..SEA
+    });
     let phases = [3.798_378_523_687_586_7, 1.020_803_071_970_471_5];
     for (field, frequencies) in [
         (sea(SEA), [1.328_176_292_239_301_4, 3.577_914_238_648_878]),
         (shallow, [1.510_117_948_947_675_3, 4.240_142_219_666_481]),
+        (young, [1.3257971703425493, 3.3244801280703724]),
     ] {
         for ((index, frequency), phase) in [30, 59].into_iter().zip(frequencies).zip(phases) {
             let wave = field.components()[index];
