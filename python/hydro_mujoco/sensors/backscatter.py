@@ -1,10 +1,13 @@
 """What sonars share: fans of beams, intensity of an echo, intensities by range."""
 
+import mujoco
 import numpy as np
 
 from ..errors import DataError
-from .arguments import whole
-from .echoes import Echoes
+from .arguments import at_least, span, whole
+from .echoes import Echoes, Rays
+from .mount import Mount
+from .noise import Noise
 
 #: Most rays of a ping.
 MOST_RAYS = 200_000
@@ -82,3 +85,48 @@ class RangeBins:
         if self._speckle:
             image *= random.standard_exponential(image.shape)
         return image + self._background * random.standard_exponential(image.shape)
+
+
+class Backscatter:
+    """Pings of an instrument whose rays are gathered into columns: intensities by range and column."""
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        name: str,
+        kind: str,
+        directions: np.ndarray,
+        column: np.ndarray,
+        *,
+        bins: int,
+        reach: tuple[float, float],
+        speckle: bool,
+        background: float,
+        seed: int,
+    ):
+        """Mount the instrument.
+
+        Args:
+            model: compiled. name: of a site, or of a body. kind: of the instrument, which has errors of its own.
+            directions: of the rays along the instrument's axes, shape (n, 3).
+            column: of each ray, shape (n,), from 0 on; each has as many rays.
+            bins, reach, speckle, background, seed: as the instruments say.
+
+        Raises:
+            DataError: there is no such place, no water about it, or a number is out of bounds.
+        """
+        self._mount, self._noise = Mount(model, name), Noise(seed, f"{kind} {name}")
+        self._rays, self._reach = Rays(self._mount), span("reach", reach, " m")
+        noise = at_least("background", background, 0)
+        self._bins = RangeBins(self._reach, bins, speckle=speckle, background=noise)
+        self._directions, self._column, self._columns = directions, column, int(column.max()) + 1
+        #: Middles of the bins [m], shape (bins,).
+        self.ranges = self._bins.ranges
+
+    def read(self, data: mujoco.MjData) -> np.ndarray:
+        """Intensities at the state of `data`, shape (bins, columns)."""
+        self._mount.check(data)
+        directions = self._directions @ self._mount.axes(data).T
+        echoes = self._rays.cast(data, directions, self._reach)
+        intensity = lambert(echoes, directions) / (len(directions) // self._columns)
+        return self._bins.gather(echoes, intensity, self._column, self._columns, self._noise.generator(data.time))

@@ -5,11 +5,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from .arguments import at_least, span
-from .backscatter import RangeBins, check_angle, check_rays, fan, lambert
-from .echoes import Rays
-from .mount import Mount
-from .noise import Noise
+from .backscatter import Backscatter, check_angle, check_rays, fan
 
 
 @dataclass(frozen=True)
@@ -74,25 +70,24 @@ class ImagingSonar:
         check_rays(beams, rays)
         check_angle("width", width, 360)
         check_angle("height", height, 180)
-        self._mount, self._noise = Mount(model, name), Noise(seed, f"imaging sonar {name}")
-        self._rays, self._reach = Rays(self._mount), span("reach", reach, " m")
-        noise = at_least("background", background, 0)
-        self._bins = RangeBins(self._reach, bins, speckle=speckle, background=noise)
         self._bearings = fan(beams, width)
         # Rays at the middles of equal parts of the height.
         elevations = np.radians(height) * ((np.arange(rays) + 0.5) / rays - 0.5)
         bearing, elevation = (each.ravel() for each in np.meshgrid(self._bearings, elevations, indexing="ij"))
         flat = np.cos(elevation)
-        self._beams = np.column_stack([flat * np.cos(bearing), flat * np.sin(bearing), np.sin(elevation)])
-        self._beam = np.repeat(np.arange(beams), rays)
-        self._per_beam = rays
+        self._sonar = Backscatter(
+            model,
+            name,
+            "imaging sonar",
+            np.column_stack([flat * np.cos(bearing), flat * np.sin(bearing), np.sin(elevation)]),
+            np.repeat(np.arange(beams), rays),
+            bins=bins,
+            reach=reach,
+            speckle=speckle,
+            background=background,
+            seed=seed,
+        )
 
     def read(self, data: mujoco.MjData) -> SonarImage:
         """A picture at the state of `data`."""
-        self._mount.check(data)
-        directions = self._beams @ self._mount.axes(data).T
-        echoes = self._rays.cast(data, directions, self._reach)
-        intensity = lambert(echoes, directions) / self._per_beam
-        random = self._noise.generator(data.time)
-        image = self._bins.gather(echoes, intensity, self._beam, len(self._bearings), random)
-        return SonarImage(data.time, image, self._bins.ranges, self._bearings)
+        return SonarImage(data.time, self._sonar.read(data), self._sonar.ranges, self._bearings)

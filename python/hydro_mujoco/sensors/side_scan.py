@@ -6,11 +6,8 @@ import mujoco
 import numpy as np
 
 from ..errors import DataError
-from .arguments import at_least, span
-from .backscatter import RangeBins, check_rays, lambert
-from .echoes import Rays
-from .mount import Mount
-from .noise import Noise
+from .arguments import span
+from .backscatter import Backscatter, check_rays
 
 
 @dataclass(frozen=True)
@@ -73,22 +70,24 @@ class SideScan:
         if lowest > 90:
             raise DataError(f"depression is {highest:g} to {lowest:g} degrees; expected 90 at most")
         check_rays(2, rays)
-        self._mount, self._noise = Mount(model, name), Noise(seed, f"side scan {name}")
-        self._rays, self._reach = Rays(self._mount), span("reach", reach, " m")
-        noise = at_least("background", background, 0)
-        self._bins = RangeBins(self._reach, bins, speckle=speckle, background=noise)
         # At the middles of equal parts; port first.
         angle = np.radians(highest + (lowest - highest) * (np.arange(rays) + 0.5) / rays)
         side = np.repeat([1.0, -1.0], rays)
         angle = np.tile(angle, 2)
-        self._beams = np.column_stack([0 * angle, side * np.cos(angle), -np.sin(angle)])
-        self._side, self._per_side = (side < 0).astype(int), rays
+        self._sonar = Backscatter(
+            model,
+            name,
+            "side scan",
+            np.column_stack([0 * angle, side * np.cos(angle), -np.sin(angle)]),
+            (side < 0).astype(int),
+            bins=bins,
+            reach=reach,
+            speckle=speckle,
+            background=background,
+            seed=seed,
+        )
 
     def read(self, data: mujoco.MjData) -> SideScanLine:
         """A ping at the state of `data`."""
-        self._mount.check(data)
-        directions = self._beams @ self._mount.axes(data).T
-        echoes = self._rays.cast(data, directions, self._reach)
-        intensity = lambert(echoes, directions) / self._per_side
-        sides = self._bins.gather(echoes, intensity, self._side, 2, self._noise.generator(data.time))
-        return SideScanLine(data.time, sides[:, 0], sides[:, 1], self._bins.ranges)
+        sides = self._sonar.read(data)
+        return SideScanLine(data.time, sides[:, 0], sides[:, 1], self._sonar.ranges)

@@ -140,7 +140,7 @@ fn measured(_: &Args, _: &Inputs) -> anyhow::Result<Vec<Reference>> {
     Ok(Vec::new())
 }
 
-/// What is known without learning on every data set, and what the paper prints for it.
+/// Yardsticks without learning on every data set, and the numbers that the paper prints for it.
 fn beside(inputs: &Inputs) -> anyhow::Result<Vec<Row>> {
     let mut found = Vec::new();
     for (name, set) in &inputs.data {

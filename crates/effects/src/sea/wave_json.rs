@@ -30,7 +30,7 @@ const PIERSON_MOSKOWITZ: &str = "pierson_moskowitz";
 const JONSWAP: &str = "jonswap";
 const TMA: &str = "tma";
 const ECKV: &str = "eckv";
-/// What the key `spectrum` may be, in words.
+/// Names of the spectra, for messages.
 const SPECTRA: &str = "`jonswap`, `tma`, `eckv` or `pierson_moskowitz`";
 /// Defaults of a file that leaves them out.
 const PEAK_ENHANCEMENT: f64 = 3.3;

@@ -152,7 +152,7 @@ impl Channels {
         Self::alike(1, noise)
     }
 
-    /// So many sensors of one number with declared noise, in metres.
+    /// Sensors of one number each, in metres, with declared noise.
     #[cfg(test)]
     pub(crate) fn alike(count: usize, noise: f64) -> Self {
         let channel = |at: usize| Channel {

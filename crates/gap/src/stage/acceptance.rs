@@ -93,8 +93,12 @@ fn draws(trials: usize, count: usize, seed: u64) -> Vec<Vec<usize>> {
 
 /// 95 % interval of a figure over the draws.
 fn interval(draws: &[Vec<usize>], figure: &dyn Fn(&[usize]) -> f64) -> [f64; 2] {
-    let mut values: Vec<f64> = draws.iter().map(|draw| figure(draw)).collect();
-    interval95(&mut values).unwrap_or([f64::NAN; 2])
+    interval95(&mut over(draws, figure)).unwrap_or([f64::NAN; 2])
+}
+
+/// A figure over the draws.
+fn over(draws: &[Vec<usize>], figure: &dyn Fn(&[usize]) -> f64) -> Vec<f64> {
+    draws.iter().map(|draw| figure(draw)).collect()
 }
 
 /// Part of draws that lie below a one-sided bound at 95 % confidence, one of so many bounds that all hold together (Bonferroni).
@@ -104,7 +108,7 @@ fn together(bounds: usize) -> f64 {
 
 /// The value of a figure that it exceeds with all but a part of the draws.
 fn exceeded(draws: &[Vec<usize>], part: f64, figure: &dyn Fn(&[usize]) -> f64) -> f64 {
-    let mut values: Vec<f64> = draws.iter().map(|draw| figure(draw)).collect();
+    let mut values = over(draws, figure);
     values.sort_by(f64::total_cmp);
     quantile(&values, part).unwrap_or(f64::NAN)
 }

@@ -36,7 +36,7 @@ pub struct Listed {
 /// files with other endings are skipped.
 ///
 /// # Errors
-/// Where the folder cannot be read, holds no trial, two of one name, or those of a conversion that was cut short.
+/// The folder cannot be read, holds no trial, two of one name, or those of a conversion that was cut short.
 pub fn list(folder: &Path) -> Result<Vec<Listed>, TrialError> {
     let io = |source: std::io::Error| TrialError::Io {
         path: folder.to_owned(),

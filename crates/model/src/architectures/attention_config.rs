@@ -40,7 +40,7 @@ pub struct AttentionOdeConfig {
     pub field_sees_force: bool,
     /// True if the field has a linear part A [F; h], initialised to -F plus small numbers.
     pub skip: bool,
-    /// What attends to what. A card without it is of a model whose samples do.
+    /// Tokens of the attention; samples in a card without it.
     #[serde(skip_serializing_if = "is_default")]
     pub tokens: Tokens,
     /// True if the sample at its end drives a step, F_{k+1} = F_k + dt f(F_k, h_{k+1}); false if the sample at its start

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::{
     backend::Backend,
     custom_operation::{BackwardPass, Operation, apply_2, values},
+    softmax::softmax,
 };
 use crate::kernel::{Real, dot, sum_in_order};
 
@@ -145,18 +146,7 @@ impl<T: Real> Row<'_, T> {
             let fixed = T::real(slope(head) * lag as f64);
             *weight = product * scale - fixed + self.lag_bias[head * window + lag];
         }
-        let largest = weights
-            .iter()
-            .copied()
-            .fold(weights[0], |a, b| if b > a { b } else { a });
-        let mut sum = T::default();
-        for weight in weights.iter_mut() {
-            *weight = (*weight - largest).exponential();
-            sum += *weight;
-        }
-        for weight in weights {
-            *weight /= sum;
-        }
+        softmax(weights);
     }
 
     fn forward(&self, out: &mut [T]) {

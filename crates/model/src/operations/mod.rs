@@ -12,6 +12,7 @@ pub(crate) mod controlled_trajectory;
 mod custom_operation;
 pub(crate) mod lstm_layer;
 pub(crate) mod relaxation_op;
+mod softmax;
 pub(crate) mod tensor_trajectory;
 pub(crate) mod token_weights;
 pub(crate) mod trajectory;

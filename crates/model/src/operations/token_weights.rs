@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use super::{
     backend::Backend,
     custom_operation::{BackwardPass, Operation, apply_2, values},
+    softmax::softmax,
 };
 use crate::kernel::{Real, dot, sum_in_order};
 
@@ -70,18 +71,7 @@ impl<'a, T: Real> Head<'a, T> {
         for (j, weight) in weights.iter_mut().enumerate() {
             *weight = z[j] * (own * p[j] + u[j]) + (own * q[j] + v[j]);
         }
-        let largest = weights
-            .iter()
-            .copied()
-            .fold(weights[0], |a, b| if b > a { b } else { a });
-        let mut sum = T::default();
-        for weight in weights.iter_mut() {
-            *weight = (*weight - largest).exponential();
-            sum += *weight;
-        }
-        for weight in weights {
-            *weight /= sum;
-        }
+        softmax(weights);
     }
 }
 

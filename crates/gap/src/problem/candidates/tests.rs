@@ -346,7 +346,7 @@ fn speeds_come_from_what_translates() {
     assert!(close(found(&model), (0.8, 0.05)), "{:?}", found(&model));
 }
 
-/// What the data cannot tell from a joint's damping has that name, unless there is water.
+/// Linear drag there is no candidate beside the damping, which no data tell from it, unless there is water.
 #[test]
 fn drag_of_a_body_that_one_joint_moves_is_damping_of_the_joint() {
     let mut model = RigidBody::new().description().clone();

@@ -1,4 +1,4 @@
-//! What is known without learning, by hand.
+//! Yardsticks against values found by hand.
 
 use super::*;
 use crate::dataset::{Dataset, Manifest, SCHEMA, Trajectory, write};
