@@ -360,6 +360,9 @@ options! {
         /// Log posterior that a set may lack about itself against first order from the best's point, before its values are fitted
         /// from there once more [nat].
         lagging: f64 = 1.0,
+        /// Behind the best set of a look, how far the sets stand whose effects further looks are along [nat]; the last one is along
+        /// all.
+        worth_within: f64 = 50.0,
         /// Loss of log likelihood with which a step of the fit has gone too far [nat]: from one linearisation to the next that of a
         /// good step may fall by some ten.
         too_far: f64 = 30.0,

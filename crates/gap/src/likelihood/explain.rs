@@ -2,6 +2,11 @@
 //!
 //! Far from the point of a sweep first order misleads. So a set counts as it is about itself, once the point has been there;
 //! and the point only goes where the set is likelier there than the best so far.
+//!
+//! The first and the last look are along all candidates. Those between are along the ones that stood in a set near the best of
+//! a look: the cost of a sweep grows with the square of the directions, and most candidates never come near.
+
+use std::collections::BTreeSet;
 
 use crate::{
     error::GapError,
@@ -34,19 +39,21 @@ pub fn explain<'p>(
     let problem = followed.problem;
     let mut working = followed.working_point(watch);
     // Without a set only starts and forces may explain the gap, or the numbers would run to their bounds for it.
-    let Some(mut best) = look(problem, &mut working, None, false)? else {
+    let Some(mut best) = look(problem, &mut working, None, &How::Unsettled)? else {
         return Err(diverges(problem));
     };
     let none = best.without_effects();
     let mut seen = Seen::default();
     // No effect with the numbers refitted: what effects, refitted too, have to be likelier than.
     let mut alone = working.clone();
-    let alone = match alone.settle()? {
+    let refitted = match alone.settle()? {
         true => alone.posterior()?,
         false => None,
     };
-    seen.learn(&[], alone.unwrap_or(best.own()));
+    let mut alone = refitted.map(|_| alone);
+    seen.learn(&[], refitted.unwrap_or(best.own()));
     seen.keep(&best.found);
+    let mut worth = best.worth();
     let mut expected = best.expected();
     let rounds = problem.settings.options.likelihood.rounds;
     for round in 0..rounds {
@@ -59,7 +66,13 @@ pub fn explain<'p>(
             unseen.or_else(|| best.lagging(&seen))
         };
         let Some(next) = step.or_else(rival) else {
-            break;
+            if best.is_whole {
+                break;
+            }
+            best = best.along_all(problem, &mut working, none)?;
+            seen.keep(&best.found);
+            worth.extend(best.worth());
+            continue;
         };
         seen.go(best.point.set(), &next.set);
         let before = working.clone();
@@ -68,9 +81,20 @@ pub fn explain<'p>(
         let leader = seen.log(&best.point.set());
         let behind = problem.settings.options.likelihood.far_behind;
         let least = (!is_same).then_some(leader - behind);
-        let (there, own) = match look_if(problem, &mut working, none, least)? {
+        let is_settled = match next.set.is_empty() {
+            true => alone.take().map(|alone| working = alone).is_some(),
+            false => false,
+        };
+        let how = How::Some(&worth);
+        let looked = match is_settled {
+            true => look(problem, &mut working, Some(none), &how)?
+                .map_or(Looked::NOWHERE, Looked::there),
+            false => look_if(problem, &mut working, none, &how, least)?,
+        };
+        let (there, own) = match looked {
             Looked::There(there) => {
                 seen.keep(&there.found);
+                worth.extend(there.worth());
                 let own = there.own();
                 (Some(*there), own)
             }
@@ -88,10 +112,12 @@ pub fn explain<'p>(
                 let settled = match best.settled {
                     true => None,
                     // Numbers that are not refitted favour whatever stands for them.
-                    false => match look_if(problem, &mut working, none, None)? {
-                        Looked::There(there) => Some(*there),
-                        Looked::Behind(_) => None,
-                    },
+                    false => {
+                        match look_if(problem, &mut working, none, &How::Some(&worth), None)? {
+                            Looked::There(there) => Some(*there),
+                            Looked::Behind(_) => None,
+                        }
+                    }
                 };
                 match settled {
                     Some(settled) => best = settled,
@@ -102,6 +128,9 @@ pub fn explain<'p>(
                 }
             }
         }
+    }
+    if !best.is_whole {
+        best = best.along_all(problem, &mut working, none)?;
     }
     best.correct(&seen);
     let predictions = match best.found.first() {
@@ -119,6 +148,8 @@ struct Look<'p> {
     point: Point,
     /// True where the point's values have settled.
     settled: bool,
+    /// True where it was along all candidates.
+    is_whole: bool,
     directions: Vec<Direction>,
     choices: Choices<'p>,
     levels: Vec<Level>,
@@ -133,11 +164,30 @@ enum Looked<'p> {
     Behind(f64),
 }
 
+impl<'p> Looked<'p> {
+    const NOWHERE: Self = Self::Behind(f64::NEG_INFINITY);
+
+    fn there(look: Look<'p>) -> Self {
+        Self::There(Box::new(look))
+    }
+}
+
+/// The candidates along which a look is.
+enum How<'w> {
+    /// All, from a point whose values have not settled.
+    Unsettled,
+    /// All, from one whose values have.
+    All,
+    /// These alone, from such a one.
+    Some(&'w BTreeSet<usize>),
+}
+
 /// Lets a point settle and looks from there, unless its set is less likely than `least`; `none`: log likelihood without effects.
 fn look_if<'p>(
     problem: &'p Problem<'p>,
     working: &mut WorkingPoint<'_, '_>,
     none: f64,
+    how: &How<'_>,
     least: Option<f64>,
 ) -> Result<Looked<'p>, GapError> {
     for _ in 0..HALVINGS {
@@ -148,13 +198,13 @@ fn look_if<'p>(
             {
                 return Ok(Looked::Behind(own));
             }
-            if let Some(there) = look(problem, working, Some(none), true)? {
-                return Ok(Looked::There(Box::new(there)));
+            if let Some(there) = look(problem, working, Some(none), how)? {
+                return Ok(Looked::there(there));
             }
         }
         working.halve();
     }
-    Ok(Looked::Behind(f64::NEG_INFINITY))
+    Ok(Looked::NOWHERE)
 }
 
 /// Looks from a point; `none`: log likelihood without effects, where it is known. `None` where a trial blows up.
@@ -162,10 +212,15 @@ fn look<'p>(
     problem: &'p Problem<'p>,
     working: &mut WorkingPoint<'_, '_>,
     none: Option<f64>,
-    settled: bool,
+    how: &How<'_>,
 ) -> Result<Option<Look<'p>>, GapError> {
+    let is_along = |candidate: &usize| match how {
+        How::Unsettled | How::All => true,
+        How::Some(worth) => worth.contains(candidate),
+    };
     let directions: Vec<Direction> = (0..problem.candidates.len())
         .filter(|candidate| !working.point.candidates.contains(candidate))
+        .filter(is_along)
         .flat_map(|candidate| problem.directions(candidate))
         .collect();
     let swept = working.sweep(Some(&directions), Keep::Likelihood, None)?;
@@ -177,7 +232,8 @@ fn look<'p>(
     let choices = choices.against_none(none.unwrap_or_else(|| without_effects(&levels)));
     let mut look = Look {
         point: working.point.clone(),
-        settled,
+        settled: !matches!(how, How::Unsettled),
+        is_whole: !matches!(how, How::Some(_)),
         directions,
         choices,
         levels,
@@ -206,6 +262,26 @@ impl<'p> Look<'p> {
         let own = self.found.iter().filter(|of| of.set == set);
         own.map(|of| of.log_posterior)
             .fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Candidates in sets that are near the best: those worth another look.
+    fn worth(&self) -> BTreeSet<usize> {
+        let options = self.choices.options();
+        let best = likeliest(&self.found).map_or(f64::NEG_INFINITY, |of| of.log_posterior);
+        let near = (self.found.iter()).filter(|of| of.log_posterior > best - options.worth_within);
+        near.flat_map(|of| of.set.iter().copied()).collect()
+    }
+
+    /// The same look along all candidates; as it is where a trial blows up.
+    fn along_all(
+        mut self,
+        problem: &'p Problem<'p>,
+        working: &mut WorkingPoint<'_, '_>,
+        none: f64,
+    ) -> Result<Self, GapError> {
+        self.is_whole = true;
+        let all = look(problem, working, Some(none), &How::All)?;
+        Ok(all.unwrap_or(self))
     }
 
     fn search(&mut self, options: &LikelihoodOptions) {
@@ -322,13 +398,8 @@ impl<'p> Look<'p> {
     fn lagging(&self, seen: &Seen) -> Option<Found> {
         let set = self.point.set();
         let options = self.choices.options();
-        let least = seen.log(&set) - options.far_behind;
-        let others = (seen.about()).filter(|(other, _)| *other != set && !seen.went(&set, other));
-        let mut others =
-            others.filter_map(|(other, there)| Some((there, self.first_order(other)?)));
-        let is_lagging = |there: f64, here: f64| here > least && here > there + options.lagging;
-        let lagging = others.find(|(there, here)| is_lagging(*there, here.log_posterior));
-        lagging.map(|of| of.1)
+        let here = |set: &[usize]| self.first_order(set);
+        seen.lagging(&set, here, [options.far_behind, options.lagging])
     }
 
     /// A set as it is from here, sweeps about it included.
@@ -337,9 +408,12 @@ impl<'p> Look<'p> {
         likeliest(found).cloned().or_else(|| self.first_order(set))
     }
 
-    /// A set as first order has it from here.
+    /// A set as first order has it from here; `None` of one that holds what the look was not along.
     fn first_order(&self, set: &[usize]) -> Option<Found> {
         let choices = &self.choices;
+        if !set.iter().all(|of| choices.of.contains_key(of)) {
+            return None;
+        }
         let levels = self.levels.iter().filter(|of| of.is_searched);
         let found = levels.filter_map(|level| Search { level, choices }.whole(set));
         likeliest(&found.collect::<Vec<Found>>()).cloned()

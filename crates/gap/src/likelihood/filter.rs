@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::likelihood::{
     by_trial::{self, Deviation, Deviations},
+    carry::Carry,
     columns::{LinkColumns, Whitened},
     symmetric::add_symmetric,
 };
@@ -81,17 +82,31 @@ pub(crate) struct Smoothed {
     pub(crate) forces: Vec<DVector<f64>>,
 }
 
-/// Moments of the latents of one segment given those before.
+/// What the readings of one segment tell of its latents.
 pub(super) struct Update {
-    /// Posterior mean of (start, forces) [latents, 1 + parameters], affine in the parameters: the first column and the others
+    /// Prior mean of (start, forces) [latents, 1 + parameters], affine in the parameters: the first column and the others
     /// times the parameters.
     mean: DMatrix<f64>,
     /// Square root of the prior covariance [latents, sources of randomness].
     root: DMatrix<f64>,
-    /// Posterior mean of the state before the segment, all parameters at zero.
-    before: DVector<f64>,
-    /// Inverse of the lower triangular factor of the sources' posterior precision.
-    inverse: DMatrix<f64>,
+    /// Lower triangular factor of the sources' posterior precision.
+    lower: DMatrix<f64>,
+    /// Square root of the latents' posterior covariance, transposed [sources, latents].
+    spread: DMatrix<f64>,
+    /// What the readings move the mean by, in that root [sources, 1 + parameters]; the first column is turned round.
+    half: DMatrix<f64>,
+}
+
+impl Update {
+    /// Posterior mean of the latents, all parameters at zero.
+    fn latents(&self) -> DVector<f64> {
+        self.mean.column(0) + self.spread.tr_mul(&self.half.column(0))
+    }
+
+    /// Posterior mean of the sources, all parameters at zero.
+    fn sources(&self) -> Option<DVector<f64>> {
+        self.lower.tr_solve_lower_triangular(&self.half.column(0))
+    }
 }
 
 /// Covariances at a segment that the filter passed; a backward pass makes of them that of its latents given all readings.
@@ -133,53 +148,14 @@ impl Start {
         }
     }
 
-    /// Mean and square root of the covariance of a segment's latents: its start, the forces of its pieces, an autoregression
-    /// from the piece before, and the drifts at its start and at the next one's.
-    pub(super) fn latents(
-        &self,
-        latents: usize,
-        prior: Disturbances,
-    ) -> (DMatrix<f64>, DMatrix<f64>) {
-        let state = self.mean.nrows();
-        let drifting = prior.drifting;
-        let nv = (state - drifting) / 3;
-        let tangents = 2 * nv;
-        let pieces = (latents - tangents - 2 * drifting) / nv.max(1);
-        let moves = prior.drift > 0.0;
-        let mut carry = DMatrix::zeros(latents, state);
-        let mut fresh = DMatrix::zeros(latents, pieces * nv + if moves { drifting } else { 0 });
-        for axis in 0..tangents {
-            carry[(axis, axis)] = 1.0;
-        }
-        let innovation = |sd: f64, correlation: f64| sd * (1.0 - correlation * correlation).sqrt();
-        let correlation = prior.force_correlation;
-        let size = innovation(prior.force, correlation);
-        for piece in 0..pieces {
-            for axis in 0..nv {
-                let row = tangents + piece * nv + axis;
-                carry[(row, tangents + axis)] = correlation.powi(piece as i32 + 1);
-                for before in 0..=piece {
-                    fresh[(row, before * nv + axis)] =
-                        size * correlation.powi((piece - before) as i32);
-                }
-            }
-        }
-        if moves {
-            let size = innovation(prior.drift, prior.drift_correlation);
-            let first = tangents + pieces * nv;
-            for channel in 0..drifting {
-                let state = tangents + nv + channel;
-                carry[(first + channel, state)] = 1.0;
-                carry[(first + drifting + channel, state)] = prior.drift_correlation;
-                fresh[(first + drifting + channel, pieces * nv + channel)] = size;
-            }
-        }
-        let carried = &carry * &self.root;
-        let mut root = DMatrix::zeros(latents, carried.ncols() + fresh.ncols());
-        root.view_mut((0, 0), carried.shape()).copy_from(&carried);
-        root.view_mut((0, carried.ncols()), fresh.shape())
+    /// Mean and square root of the covariance of a segment's latents.
+    pub(super) fn latents(&self, carry: &Carry) -> (DMatrix<f64>, DMatrix<f64>) {
+        let (carried, fresh) = (carry.on(&self.root), carry.fresh());
+        let mut root = DMatrix::zeros(carry.latents, carried.ncols() + fresh.ncols());
+        root.columns_mut(0, carried.ncols()).copy_from(&carried);
+        root.columns_mut(carried.ncols(), fresh.ncols())
             .copy_from(&fresh);
-        (carry * &self.mean, root)
+        (carry.on(&self.mean), root)
     }
 }
 
@@ -220,12 +196,15 @@ pub(crate) fn filter(
         }
         let update = update(&of.gram, parameters, &start, prior, Some(&mut filtered))?;
         filtered.half_log_determinant += of.half_log_determinant;
-        let (next, solved) = predict(link, parameters, &update, prior)?;
+        let (next, spread) = predict(link, parameters, &update, prior)?;
         if let Some(passed) = &mut passed {
-            let onward = next.root.solve_lower_triangular(&solved.transpose())?;
+            let across = update.lower.tr_solve_lower_triangular(&spread)?;
+            let onward = next.root.solve_lower_triangular(&across.transpose())?;
+            let all = update.lower.nrows();
+            let inverse = (update.lower).solve_lower_triangular(&DMatrix::identity(all, all))?;
             passed.push(Passed {
                 root: update.root,
-                sources: update.inverse.transpose() * &update.inverse,
+                sources: inverse.transpose() * &inverse,
                 onward: onward.transpose(),
                 anew: link.anew,
             });
@@ -250,13 +229,15 @@ pub(crate) fn smooth(
     let mut passed = Vec::with_capacity(links.len());
     for link in &known {
         let update = update(&link.noise[0].gram, 0, &start, prior, None)?;
-        let (next, solved) = predict(link, 0, &update, prior)?;
-        let sources = start.root.ncols();
+        let (next, spread) = predict(link, 0, &update, prior)?;
+        let across = update.lower.tr_solve_lower_triangular(&spread)?;
+        // Those of the start with the force before come first.
+        let before = start.root.ncols();
         passed.push(Moments {
-            latents: update.mean.column(0).into_owned(),
-            latents_across: &update.root * &solved,
-            before_across: &start.root * solved.rows(0, sources),
-            before: update.before,
+            latents: update.latents(),
+            latents_across: update.spread.tr_mul(&spread),
+            before_across: &start.root * across.rows(0, before),
+            before: start.mean.column(0) + &start.root * update.sources()?.rows(0, before),
             predicted: next.mean.column(0).into_owned(),
             root: next.root.clone(),
         });
@@ -344,7 +325,9 @@ pub(super) fn update(
     let all = gram.nrows();
     let head = 1 + parameters;
     let latents = all - head;
-    let (mean, root) = start.latents(latents, prior);
+    let tangents = (start.mean.nrows() - prior.drifting) / 3 * 2;
+    let carry = Carry::new(tangents, latents, prior);
+    let (mean, root) = start.latents(&carry);
     // Innovations: the columns less what the latents' mean explains; G T, T = [1; +- mean].
     let mut signed = mean.clone();
     signed.column_mut(0).neg_mut();
@@ -352,38 +335,33 @@ pub(super) fn update(
     let own = gram.view((head, head), (latents, latents));
     let latent_rows = across + own * &signed;
     let back = root.transpose();
-    let u = &back * &latent_rows;
     let mut w = &back * (own * &root);
     for axis in 0..w.nrows() {
         w[(axis, axis)] += 1.0;
     }
-    let w_size = w.nrows();
-    let factor = w.cholesky()?;
-    // The inverse of the factor is small, so that products do the rest.
-    let lower = factor.l();
-    let inverse = lower.solve_lower_triangular(&DMatrix::identity(w_size, w_size))?;
-    let half = &inverse * &u;
-    let solved = inverse.transpose() * &half;
+    let lower = w.cholesky()?.unpack();
+    let mut spread = back;
+    if !lower.solve_lower_triangular_mut(&mut spread) {
+        return None;
+    }
+    let half = &spread * &latent_rows;
     if let Some(filtered) = filtered {
-        // T' G T beside the head is A' m + m' A + m' B m, and is symmetric in m and A + B m / 2.
-        let middle = 0.5 * (across + latent_rows);
+        // T' G T beside the head is A' m + m' A + m' B m, and is symmetric in m and A + B m / 2; m follows from the state before.
+        let middle = carry.back(&(0.5 * (across + latent_rows)));
+        let mut signed = start.mean.clone();
+        signed.column_mut(0).neg_mut();
         let left = stacked([&middle, &signed, &half]);
         let right = stacked([&signed, &middle, &(-&half)]);
         add_symmetric(&mut filtered.gram, &left.transpose(), &right);
-        let logs = factor.l_dirty().diagonal().map(f64::ln).sum();
+        let logs = lower.diagonal().map(f64::ln).sum();
         filtered.half_log_determinant += logs;
     }
-    // The start with the force before, given this segment's readings: sources come first in the root.
-    let sources = solved.rows(0, start.root.ncols());
-    let before = start.mean.column(0) + &start.root * sources.column(0);
-    let mut posterior = -(&root * &solved);
-    posterior.column_mut(0).neg_mut();
-    posterior += mean;
     Some(Update {
-        mean: posterior,
-        before,
+        mean,
         root,
-        inverse,
+        lower,
+        spread,
+        half,
     })
 }
 
@@ -399,7 +377,8 @@ fn stacked(parts: [&DMatrix<f64>; 3]) -> DMatrix<f64> {
     all
 }
 
-/// The next segment's start with this one's last force, and the covariance of this segment's sources with them.
+/// The next segment's start with this one's last force, and the square root of their covariance that this segment leaves,
+/// transposed [sources, state].
 pub(super) fn predict(
     link: &LinkColumns,
     parameters: usize,
@@ -412,28 +391,34 @@ pub(super) fn predict(
     let nv = tangents / 2;
     let drifting = prior.drifting;
     let state = tangents + nv + drifting;
-    let mut to = DMatrix::zeros(state, latents);
-    to.view_mut((0, 0), (tangents, latents))
-        .copy_from(&link.end.columns(head, latents));
+    // Rows of the latents that go on as they are.
     let last_force = latents - 2 * drifting - nv;
-    for axis in 0..nv {
-        to[(tangents + axis, last_force + axis)] = 1.0;
-    }
-    for channel in 0..drifting {
-        to[(tangents + nv + channel, latents - drifting + channel)] = 1.0;
-    }
-    let mut mean = &to * &update.mean;
+    let kept = (last_force..last_force + nv).chain(latents - drifting..latents);
+    let kept: Vec<usize> = kept.collect();
+    let end = link.end.columns(head, latents);
+    let onward = |of: &DMatrix<f64>| {
+        let mut to = DMatrix::zeros(state, of.ncols());
+        to.rows_mut(0, tangents).gemm(1.0, &end, of, 0.0);
+        for (row, latent) in kept.iter().enumerate() {
+            to.row_mut(tangents + row).copy_from(&of.row(*latent));
+        }
+        to
+    };
+    let spread = onward(&update.spread.transpose());
+    let mut mean = onward(&update.mean);
+    let mut moved = -(&spread * &update.half);
+    moved.column_mut(0).neg_mut();
+    mean += moved;
     let mut of_parameters = mean.rows_mut(0, tangents);
     of_parameters += link.end.columns(0, head);
-    let half = &update.inverse * (&to * &update.root).transpose();
-    let solved = update.inverse.transpose() * &half;
-    let mut covariance = half.transpose() * &half;
+    let across = spread.transpose();
+    let mut covariance = &spread * &across;
     for axis in 0..state {
         covariance[(axis, axis)] += SEAM * SEAM + 1e-12 * covariance[(axis, axis)];
     }
     let covariance = 0.5 * (&covariance + covariance.transpose());
     let root = covariance.cholesky()?.l();
-    Some((Start { mean, root }, solved))
+    Some((Start { mean, root }, across))
 }
 
 #[cfg(test)]

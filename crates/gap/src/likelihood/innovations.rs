@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::{
     likelihood::{
+        carry::Carry,
         columns::LinkColumns,
         filter::{self, Disturbances, Start},
         track::Track,
@@ -46,7 +47,8 @@ pub(crate) fn innovations(
             start = Start::first(arrival, 0, prior);
         }
         let latents = link.end.ncols() - 1;
-        let (mean, root) = start.latents(latents, prior);
+        let carry = Carry::new(arrival.len(), latents, prior);
+        let (mean, root) = start.latents(&carry);
         let readings = &link.noise[0].readings;
         let columns = readings.columns(1, latents);
         let left = readings.column(0) - columns * mean.column(0);

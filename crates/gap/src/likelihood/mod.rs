@@ -9,6 +9,7 @@
 //! M. C. Kennedy and A. O'Hagan, Bayesian calibration of computer models, J. R. Stat. Soc. B 63 (2001), for the discrepancy.
 
 pub(crate) mod by_trial;
+mod carry;
 pub(crate) mod changes;
 pub(crate) mod coloured_noise;
 pub(crate) mod columns;

@@ -58,6 +58,23 @@ impl Seen {
         self.elsewhere.push(logs);
     }
 
+    /// A set that is likelier `here`, to first order from the best's point, than it was about itself by more than `[_, lag]`: its
+    /// values settled in a lesser place. Not one that is `[far, _]` behind the best even so, nor one that the way led to from
+    /// there before.
+    pub(super) fn lagging(
+        &self,
+        best: &[usize],
+        here: impl Fn(&[usize]) -> Option<Found>,
+        [far, lag]: [f64; 2],
+    ) -> Option<Found> {
+        let least = self.log(best) - far;
+        let others = (self.about()).filter(|(set, _)| *set != best && !self.went(best, set));
+        let mut others = others.filter_map(|(set, there)| Some((there, here(set)?)));
+        let is_lagging = |there: f64, here: f64| here > least && here > there + lag;
+        let lagging = others.find(|(there, here)| is_lagging(*there, here.log_posterior));
+        lagging.map(|of| of.1)
+    }
+
     /// The likeliest set about which there was no sweep, if it may come `within` so much of the best. What holds all of the best is
     /// left out: the sweep about the best tells of it. From each point a set is as likely as first order has it, less what a part
     /// of it lost about itself; where none lost, more by what the point's likeliest set gained about itself.
@@ -153,6 +170,29 @@ mod tests {
         seen.learn(&[2], f64::NEG_INFINITY);
         assert_eq!(seen.rival(3.0), None);
     }
+
+    /// Nothing settled 20 nats below what it is from the best's point: it is fitted again from there, once.
+    #[test]
+    fn a_set_that_settled_in_a_lesser_place_lags() {
+        let mut seen = Seen::default();
+        seen.learn(&[], -620.0);
+        seen.learn(&[1], -600.0);
+        seen.learn(&[2], -700.0);
+        let here = |set: &[usize]| {
+            let log = match set {
+                [] => -598.0,
+                [2] => -650.0,
+                _ => -600.0,
+            };
+            Some(found(set, log))
+        };
+        let lagging = |seen: &Seen| seen.lagging(&[1], here, [20.0, 1.0]).map(|of| of.set);
+        assert_eq!(lagging(&seen), Some(vec![]));
+        // The other one lags too, and is far behind even so.
+        seen.go(vec![1], &[]);
+        assert_eq!(lagging(&seen), None);
+    }
+
     /// A set that holds what was worse about itself than from there is as much worse.
     #[test]
     fn what_a_part_lost_the_whole_loses() {
