@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::likelihood::filter::Disturbances;
+use crate::likelihood::disturbances::Disturbances;
 
 /// How a segment's latents follow from the state before it: its start, the forces of its pieces, an autoregression from the
 /// piece before, and the drifts at its start and at the next one's.

@@ -10,28 +10,13 @@ use crate::likelihood::{
     by_trial::{self, Deviation, Deviations},
     carry::Carry,
     columns::{LinkColumns, Whitened},
+    disturbances::Disturbances,
     symmetric::add_symmetric,
 };
 
 /// Standard deviation of a start where the last segment ends, beside the unmodelled forces: rounding, steps of the
 /// integrator [m, rad, m/s, rad/s].
 const SEAM: f64 = 1e-7;
-
-/// Prior of the disturbances of a track: unmodelled forces, piece by piece, and slow drifts of sensors, linear between the
-/// starts of the segments.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Disturbances {
-    /// Standard deviation of the forces, in their scales.
-    pub(crate) force: f64,
-    /// Correlation of the forces from piece to piece.
-    pub(crate) force_correlation: f64,
-    /// Number of channels that drift.
-    pub(crate) drifting: usize,
-    /// Standard deviation of the drifts, in their scales.
-    pub(crate) drift: f64,
-    /// Correlation of the drifts from segment to segment.
-    pub(crate) drift_correlation: f64,
-}
 
 /// The likelihood of a track, quadratic in the parameters.
 #[derive(Clone, Debug)]

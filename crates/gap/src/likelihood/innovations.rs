@@ -12,7 +12,8 @@ use crate::{
     likelihood::{
         carry::Carry,
         columns::LinkColumns,
-        filter::{self, Disturbances, Start},
+        disturbances::Disturbances,
+        filter::{self, Start},
         track::Track,
     },
     problem::problem::Problem,

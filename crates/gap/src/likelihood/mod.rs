@@ -15,6 +15,7 @@ pub(crate) mod coloured_noise;
 pub(crate) mod columns;
 pub(crate) mod differing;
 pub(crate) mod directions;
+pub(crate) mod disturbances;
 mod every_step;
 pub(crate) mod explain;
 pub(crate) mod explanation;

@@ -115,10 +115,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::likelihood::{
-        columns::Whitened,
-        filter::{self, Disturbances},
-    };
+    use crate::likelihood::{columns::Whitened, disturbances::Disturbances, filter};
     use crate::statistics::standard_normal;
 
     /// One segment of one degree of freedom and one piece of force, read by one sensor that drifts: the slope is the trace of

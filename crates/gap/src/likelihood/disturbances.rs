@@ -1,0 +1,17 @@
+//! What nobody modelled, as the filter takes it to be distributed.
+
+/// Prior of the disturbances of a track: unmodelled forces, piece by piece, and slow drifts of sensors, linear between the
+/// starts of the segments.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Disturbances {
+    /// Standard deviation of the forces, in their scales.
+    pub(crate) force: f64,
+    /// Correlation of the forces from piece to piece.
+    pub(crate) force_correlation: f64,
+    /// Number of channels that drift.
+    pub(crate) drifting: usize,
+    /// Standard deviation of the drifts, in their scales.
+    pub(crate) drift: f64,
+    /// Correlation of the drifts from segment to segment.
+    pub(crate) drift_correlation: f64,
+}
