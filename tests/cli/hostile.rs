@@ -87,7 +87,7 @@ fn sizes_of_flags_have_stated_bounds() {
         (
             "--hidden",
             "65536,65536,65536",
-            "weights, expected 268435456 at most",
+            "weights, expected 67108864 at most",
         ),
         (
             "--window",

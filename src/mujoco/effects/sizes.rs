@@ -211,13 +211,7 @@ pub(crate) fn joint(model: ModelView<'_>, joint: usize) -> JointScale {
         } else {
             (moment - axis * axis.dot(&moment)).norm()
         };
-    let drives: Vec<usize> = (0..model.actuator_trntype().len())
-        .filter(|id| {
-            let kind = model.actuator_trntype()[*id] as u32;
-            (kind == mjTRN_JOINT || kind == mjTRN_JOINTINPARENT)
-                && model.actuator_trnid()[2 * id] as usize == joint
-        })
-        .collect();
+    let drives: Vec<usize> = drives(model, joint).collect();
     let largest = drives.iter().filter_map(|id| largest_force(model, *id));
     let largest = largest.fold(0.0, f64::max);
     JointScale {
@@ -234,6 +228,24 @@ pub(crate) fn joint(model: ModelView<'_>, joint: usize) -> JointScale {
         slides,
         driven: !drives.is_empty(),
     }
+}
+
+/// Actuators that drive a joint.
+fn drives(model: ModelView<'_>, joint: usize) -> impl Iterator<Item = usize> {
+    (0..model.actuator_trntype().len()).filter(move |id| {
+        let kind = model.actuator_trntype()[*id] as u32;
+        (kind == mjTRN_JOINT || kind == mjTRN_JOINTINPARENT)
+            && model.actuator_trnid()[2 * id] as usize == joint
+    })
+}
+
+/// The commands that push a joint in proportion: index in `ctrl` and force a unit of command [N m or N].
+pub(crate) fn pushes(model: ModelView<'_>, joint: usize) -> Vec<(usize, f64)> {
+    let pushes = drives(model, joint).filter_map(|id| {
+        let control = address(model, id)?.control;
+        Some((control, force_per_command(model, id)?))
+    });
+    pushes.collect()
 }
 
 /// An element of the model that an effect can act on.
@@ -301,13 +313,18 @@ fn largest_force(model: ModelView<'_>, id: usize) -> Option<f64> {
     if force_is_limited {
         return Some(gear * largest(&model.actuator_forcerange()[2 * id..2 * id + 2]));
     }
+    let at = 2 * address.control;
+    force_per_command(model, id)
+        .filter(|_| control_is_limited)
+        .map(|force| force * largest(&model.actuator_ctrlrange()[at..at + 2]))
+}
+
+/// Size of the force on a joint a unit of command, of an actuator whose force is in proportion to it.
+fn force_per_command(model: ModelView<'_>, id: usize) -> Option<f64> {
+    let gear = model.actuator_gear()[6 * address(model, id)?.output].abs();
     let fixed = model.actuator_gaintype()[id] as u32 == mjGAIN_FIXED
         && model.actuator_biastype()[id] as u32 != mjBIAS_AFFINE;
-    let at = 2 * address.control;
-    (fixed && control_is_limited).then(|| {
-        gear * model.actuator_gainprm()[NGAIN * id].abs()
-            * largest(&model.actuator_ctrlrange()[at..at + 2])
-    })
+    fixed.then(|| gear * model.actuator_gainprm()[NGAIN * id].abs())
 }
 
 /// Sizes of an actuator. Its largest command is the limit of its control; where there is none, larger

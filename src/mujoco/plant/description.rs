@@ -134,6 +134,7 @@ pub(crate) fn joints(model: ModelView<'_>) -> Vec<PlantJoint> {
             dof: model.jnt_dofadr()[joint] as usize,
             start: model.qpos0()[model.jnt_qposadr()[joint] as usize],
             scale: sizes::joint(model, joint),
+            pushes: sizes::pushes(model, joint),
             stiffness: model.jnt_stiffness()[joint],
             damping: model.dof_damping()[model.jnt_dofadr()[joint] as usize],
         })

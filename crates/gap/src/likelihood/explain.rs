@@ -43,10 +43,11 @@ pub fn explain<'p>(
         return Err(diverges(problem));
     };
     let none = best.without_effects();
-    let mut seen = Seen::default();
+    let expected = (problem.priors.iter().zip(0..)).filter(|(prior, _)| prior.is_expected);
+    let mut seen = Seen::beside(expected.map(|of| of.1).collect());
     // No effect with the numbers refitted: what effects, refitted too, have to be likelier than.
     let mut alone = working.clone();
-    let refitted = match alone.settle()? {
+    let refitted = match alone.settle(None)? {
         true => alone.posterior()?,
         false => None,
     };
@@ -191,7 +192,7 @@ fn look_if<'p>(
     least: Option<f64>,
 ) -> Result<Looked<'p>, GapError> {
     for _ in 0..HALVINGS {
-        if working.follow()? && working.settle()? {
+        if working.follow()? && working.settle(least)? {
             if let Some(least) = least
                 && let Some(own) = working.posterior()?
                 && own < least

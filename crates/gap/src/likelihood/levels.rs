@@ -36,6 +36,8 @@ pub(crate) struct Levels {
     pub(crate) near: Vec<Sizes>,
     /// About the likeliest without effects.
     about_nothing: Vec<Sizes>,
+    /// The likeliest of the working point's set, where there was one.
+    centre: Option<Sizes>,
 }
 
 impl Levels {
@@ -62,6 +64,7 @@ impl Levels {
             near: all.clone(),
             all,
             about_nothing: Vec::new(),
+            centre: None,
         }
     }
 
@@ -103,15 +106,34 @@ impl Levels {
 
     /// Looks from now on about some sizes, and at the least unmodelled forces.
     pub(crate) fn settle_about(&mut self, grid: Grid<'_>, sizes: Sizes) {
+        self.centre = Some(sizes);
+        self.near = self.nearest(grid);
+        self.join();
+    }
+
+    /// Those about the working point's likeliest, and at the least unmodelled forces; those that are near where it has none.
+    pub(crate) fn nearest(&self, grid: Grid<'_>) -> Vec<Sizes> {
+        let Some(centre) = self.centre else {
+            return self.near.clone();
+        };
         let force = grid.least_force();
-        self.near = about(grid, sizes);
-        self.near.push(Sizes { force, ..sizes });
+        let mut nearest = about(grid, centre);
+        nearest.push(Sizes { force, ..centre });
+        sort(&mut nearest);
+        nearest
+    }
+
+    /// Those of a point that has settled at others, beside what was near.
+    pub(crate) fn settled(&mut self, there: &Self) {
+        self.centre = there.centre;
+        self.near.extend(&there.near);
         self.join();
     }
 
     /// Looks at some sizes alone, and at the least unmodelled forces.
     pub(crate) fn only(&mut self, grid: Grid<'_>, sizes: Sizes) {
         let force = grid.least_force();
+        self.centre = None;
         self.near = vec![Sizes { force, ..sizes }, sizes];
         sort(&mut self.near);
         self.all.clone_from(&self.near);
@@ -120,6 +142,7 @@ impl Levels {
     /// Looks at the least unmodelled forces alone.
     pub(crate) fn keep_least(&mut self, grid: Grid<'_>) {
         let least = grid.least_force();
+        self.centre = None;
         self.all.retain(|of| of.force == least);
         self.near.clone_from(&self.all);
     }

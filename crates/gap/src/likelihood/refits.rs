@@ -21,7 +21,7 @@ impl WorkingPoint<'_, '_> {
     /// blows up.
     pub(crate) fn settled_evidence(&mut self) -> Result<Option<f64>, GapError> {
         self.keep_least();
-        if !(self.follow()? && self.settle()?) {
+        if !(self.follow()? && self.settle(None)?) {
             return Ok(None);
         }
         let swept = self.sweep(Some(&[]), Keep::Likelihood, None)?;
@@ -31,19 +31,23 @@ impl WorkingPoint<'_, '_> {
 
     /// The same beside the likeliest disturbances.
     pub(crate) fn settled_likelihood(&mut self) -> Result<Option<f64>, GapError> {
-        if !(self.follow()? && self.settle()?) {
+        if !(self.follow()? && self.settle(None)?) {
             return Ok(None);
         }
         Ok(self.likeliest()?.map(|of| of.log_likelihood))
     }
 
     /// Log posterior of the point's set beside the likeliest disturbances.
-    pub(crate) fn posterior(&self) -> Result<Option<f64>, GapError> {
+    pub(crate) fn posterior(&mut self) -> Result<Option<f64>, GapError> {
         Ok(self.likeliest()?.map(|of| of.log_posterior))
     }
 
-    fn likeliest(&self) -> Result<Option<Found>, GapError> {
-        let Some(swept) = self.sweep(Some(&[]), Keep::Likelihood, None)? else {
+    fn likeliest(&mut self) -> Result<Option<Found>, GapError> {
+        let nearest = self.levels.nearest(Grid::of(self.problem));
+        let all = std::mem::replace(&mut self.levels.all, nearest);
+        let swept = self.sweep(Some(&[]), Keep::Likelihood, None);
+        self.levels.all = all;
+        let Some(swept) = swept? else {
             return Ok(None);
         };
         let found = swept.levels.iter().filter_map(|level| self.own_set(level));

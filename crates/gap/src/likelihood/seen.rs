@@ -4,6 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::likelihood::found::Found;
 
+/// Effects that two large sets share at least.
+const SHARED: usize = 3;
+
 /// Log posteriors of sets, by where the readings were linearised.
 #[derive(Debug, Default)]
 pub(super) struct Seen {
@@ -13,12 +16,22 @@ pub(super) struct Seen {
     elsewhere: Vec<Logs>,
     /// From which set's point to which set's it went.
     ways: BTreeSet<[Vec<usize>; 2]>,
+    /// Effects that are expected, and so in most sets.
+    expected: BTreeSet<usize>,
 }
 
 /// Log posterior by set.
 type Logs = BTreeMap<Vec<usize>, f64>;
 
 impl Seen {
+    /// Nothing yet; these effects are expected.
+    pub(super) fn beside(expected: BTreeSet<usize>) -> Self {
+        Self {
+            expected,
+            ..Self::default()
+        }
+    }
+
     /// Log posterior of a set about itself.
     pub(super) fn learn(&mut self, set: &[usize], log: f64) {
         keep_best(&mut self.about, set, log);
@@ -49,6 +62,18 @@ impl Seen {
         self.ways.contains(&[from.to_vec(), to.to_vec()])
     }
 
+    /// True for large sets that share more than half of all their effects, expected ones aside: what first order gets wrong of one
+    /// it gets wrong of the other.
+    fn is_alike(&self, one: &[usize], other: &[usize]) -> bool {
+        let of = |set: &[usize]| -> BTreeSet<usize> {
+            let all = set.iter().copied();
+            all.filter(|of| !self.expected.contains(of)).collect()
+        };
+        let (one, other) = (of(one), of(other));
+        let shared = one.intersection(&other).count();
+        shared >= SHARED && 2 * shared > one.union(&other).count()
+    }
+
     /// Keeps what is found from one point.
     pub(super) fn keep(&mut self, found: &[Found]) {
         let mut logs = Logs::new();
@@ -77,7 +102,8 @@ impl Seen {
 
     /// The likeliest set about which there was no sweep, if it may come `within` so much of the best. What holds all of the best is
     /// left out: the sweep about the best tells of it. From each point a set is as likely as first order has it, less what a part
-    /// of it lost about itself; where none lost, more by what the point's likeliest set gained about itself.
+    /// of it, or a large set that is most of it, lost about itself; where none lost, more by what the point's likeliest set gained
+    /// about itself.
     pub(super) fn rival(&self, within: f64) -> Option<&[usize]> {
         let best = self.about().max_by(|a, b| a.1.total_cmp(&b.1))?;
         let mut rival: Option<(&[usize], f64)> = None;
@@ -88,7 +114,9 @@ impl Seen {
             let gained = (self.log(likeliest.0) - likeliest.1).max(0.0);
             let is_open = |set: &[usize]| !self.is_known(set) && !is_part(best.0, set);
             for (set, log) in logs.iter().filter(|of| is_open(of.0)) {
-                let parts = self.about().filter(|of| is_part(of.0, set));
+                let parts = self
+                    .about()
+                    .filter(|of| is_part(of.0, set) || self.is_alike(of.0, set));
                 let lost = parts.filter_map(|(part, there)| Some(logs.get(part)? - there));
                 let lost = lost.fold(0.0, f64::max);
                 let hoped = log - if lost > 0.0 { lost } else { -gained };
@@ -169,6 +197,20 @@ mod tests {
         // A trial blew up about it: nor are sets that hold it.
         seen.learn(&[2], f64::NEG_INFINITY);
         assert_eq!(seen.rival(3.0), None);
+    }
+
+    /// Of two large sets that are most of each other the second is not tried where the first lost; small ones are.
+    #[test]
+    fn what_most_of_a_large_set_lost_it_loses() {
+        let mut seen = Seen::beside([9].into());
+        seen.keep(&[
+            found(&[1, 2, 3, 4, 9], -500.0),
+            found(&[1, 2, 3, 5, 9], -501.0),
+            found(&[1, 5, 9], -520.0),
+        ]);
+        seen.learn(&[7], -560.0);
+        seen.learn(&[1, 2, 3, 4, 9], -600.0);
+        assert_eq!(seen.rival(3.0), Some(&[1, 5, 9][..]));
     }
 
     /// Nothing settled 20 nats below what it is from the best's point: it is fitted again from there, once.

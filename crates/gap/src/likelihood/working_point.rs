@@ -30,6 +30,8 @@ use crate::{
 /// Sweeps that let a working point settle, at most, and the change of the log likelihood that ends them [nat].
 const SETTLING: usize = 5;
 const SETTLED: f64 = 0.5;
+/// All that a point may still gain, in gains of its last sweep.
+const HOPED: f64 = 10.0;
 /// Sweeps that let starts and forces follow the readings, at most: from the estimated motion, and again at other values.
 const FOLLOWING: usize = 10;
 const FOLLOWING_AGAIN: usize = 2;
@@ -345,7 +347,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let chooses = self.point.candidates.is_empty() && self.levels.all.len() > 1;
         let all = self.levels.all.clone();
         if !chooses {
-            self.levels.all.clone_from(&self.levels.near);
+            self.levels.all = self.levels.nearest(Grid::of(self.problem));
         }
         let followed = self.follow_there(chooses);
         self.is_weighed = true;
@@ -410,24 +412,27 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         self.levels.keep_least(Grid::of(self.problem));
     }
 
-    /// Lets starts, numbers, the set's values and the sizes of the disturbances settle, no other effect in sight. False where a
-    /// track blows up.
-    pub(crate) fn settle(&mut self) -> Result<bool, GapError> {
+    /// Lets starts, numbers, the set's values and the sizes of the disturbances settle, no other effect in sight; not to the end
+    /// where it will hardly be as likely as `least`. False where a track blows up.
+    pub(crate) fn settle(&mut self, least: Option<f64>) -> Result<bool, GapError> {
         let levels = self.levels.clone();
-        let least = self.problem.settings.options.likelihood.forces[0];
-        let chooses = levels.near.iter().any(|of| of.force > least);
-        self.levels.all.clone_from(&levels.near);
-        let settled = self.settle_there(chooses);
-        let mut found = std::mem::replace(&mut self.levels, levels);
+        let least_force = self.problem.settings.options.likelihood.forces[0];
+        let chooses = levels.near.iter().any(|of| of.force > least_force);
+        self.levels.all = levels.nearest(Grid::of(self.problem));
+        let settled = self.settle_there(chooses, least);
+        let found = std::mem::replace(&mut self.levels, levels);
         if chooses && settled.as_ref().is_ok_and(Option::is_some) {
-            self.levels.near.append(&mut found.near);
-            self.levels.join();
+            self.levels.settled(&found);
         }
         Ok(settled?.is_some())
     }
 
     /// The sizes at which it has settled.
-    fn settle_there(&mut self, chooses: bool) -> Result<Option<Sizes>, GapError> {
+    fn settle_there(
+        &mut self,
+        chooses: bool,
+        least: Option<f64>,
+    ) -> Result<Option<Sizes>, GapError> {
         let mut last: Option<f64> = None;
         let mut sizes = None;
         let options = &self.problem.settings.options.likelihood;
@@ -473,14 +478,17 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 self.levels.settle_about(Grid::of(self.problem), sizes);
                 self.levels.all.clone_from(&self.levels.near);
             }
-            let is_settled = last.is_some_and(|last| (last - best.log_posterior).abs() < SETTLED);
-            last = Some(best.log_posterior);
+            let now = best.log_posterior;
+            let is_settled = last.is_some_and(|last| (now - last).abs() < SETTLED);
+            let is_hopeless = (last.zip(least))
+                .is_some_and(|(last, least)| now + HOPED * (now - last).abs() < least);
+            last = Some(now);
             if part < 1.0 {
                 self.tracks = on_the_way(self.problem, &from.0, &self.tracks, part)?;
                 self.point = from.1.on_the_way(&self.point, part);
             }
             before = Some(from);
-            if is_settled {
+            if is_settled || is_hopeless {
                 break;
             }
         }

@@ -83,6 +83,7 @@ fn description() -> PlantDescription {
                 slides: false,
                 driven: true,
             },
+            pushes: Vec::new(),
             stiffness: 3.0,
             damping: 0.0,
         }],

@@ -161,6 +161,8 @@ pub struct PlantJoint {
     pub start: f64,
     /// Its sizes; speeds are zero until the trials are known.
     pub scale: card::JointScale,
+    /// Commands that push it in proportion: index in `ctrl` and force a unit of command [N m or N].
+    pub pushes: Vec<(usize, f64)>,
     /// Its spring [N m/rad or N/m], the linear term.
     pub stiffness: f64,
     /// Its damping [N m s/rad or N s/m], the linear term.

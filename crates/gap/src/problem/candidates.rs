@@ -260,6 +260,10 @@ pub(crate) fn enumerate(
                     scale.speed = typical.speed[joint.dof].max(options.least_joint_speed);
                     scale.travel = typical.travel[joint.qpos].max(options.least_joint_travel);
                     scale.middle = typical.middle[joint.qpos];
+                    // A motor may have no limits, and a cart no weight along its rail.
+                    let pushes = joint.pushes.iter();
+                    let pushes = pushes.map(|(command, force)| force * typical.command[*command]);
+                    scale.torque = pushes.fold(scale.torque, f64::max);
                     (joint.name.clone(), Target::Joint(scale))
                 });
                 // A slide and a hinge have no value in common.

@@ -124,6 +124,7 @@ mod tests {
                     slides: true,
                     driven: false,
                 },
+                pushes: Vec::new(),
                 stiffness: 0.0,
                 damping: 0.0,
             });

@@ -8,8 +8,8 @@ pub(crate) const MOST_WINDOW: usize = 4096;
 pub(crate) const MOST_TOKENS: usize = 128;
 /// Most hidden layers.
 pub(crate) const MOST_LAYERS: usize = 64;
-/// Most weights of a model: one GiB.
-pub(crate) const MOST_WEIGHTS: usize = 1 << 28;
+/// Most weights of a model: 256 MiB, of which training holds several copies (gradients, moments, the best so far).
+pub(crate) const MOST_WEIGHTS: usize = 1 << 26;
 
 /// Reason why sizes are too large, if they are: a window, single widths by name, lists of hidden widths.
 pub(super) fn fault(

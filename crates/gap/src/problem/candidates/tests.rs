@@ -51,6 +51,7 @@ fn joint(dof: usize, slides: bool) -> PlantJoint {
             slides,
             driven: true,
         },
+        pushes: Vec::new(),
         stiffness: 0.0,
         damping: 0.0,
     }
@@ -362,4 +363,24 @@ fn drag_of_a_body_that_one_joint_moves_is_damping_of_the_joint() {
     assert!(found(&model, Id::QuadraticDrag) && found(&model, Id::JointDamping));
     model.has_fluid = true;
     assert!(found(&model, Id::LinearDrag));
+}
+
+/// A motor without limits on a rail without weight: the trials tell how hard it pushes, and so how large a damping may be.
+#[test]
+fn a_motor_without_limits_scales_by_what_it_was_told() {
+    let mut model = RigidBody::new().description().clone();
+    let mut rail = joint(0, true);
+    rail.scale.torque = 0.0;
+    rail.pushes = vec![(0, 2.0)];
+    model.joints.push(rail);
+    let damping = |command: f64| {
+        let mut typical = usual(&model);
+        typical.command[0] = command;
+        let medium = (&[][..], None);
+        let options = CandidateOptions::default();
+        let all = enumerate(&model, &NO_CHANNELS, &[], &typical, medium, &options);
+        let damping = all.iter().find(|of| of.effect == Id::JointDamping).unwrap();
+        damping.parameters[0].prior_sd
+    };
+    assert!((damping(100.0) / damping(50.0) - 2.0).abs() < 1e-9);
 }
