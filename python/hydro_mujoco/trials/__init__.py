@@ -6,6 +6,8 @@ model.py      what of a model can be mapped
 units.py      units of logs
 frames.py     frames of vectors and attitudes
 clock.py      times of samples
+geodetic.py   latitude, longitude and height as metres
+turning.py    velocities from the world into a body, or back
 signals.py    mapped fields in the model's units and frames
 suspicion/    what looks wrong: frames, units, signs
 windows.py    where trials begin and end

@@ -17,7 +17,7 @@ from ..recording.files import write_beside, write_json
 from ..recording.lock import locked
 from .assemble import assemble, described, periods
 from .log import Log
-from .mapping import parse
+from .mapping.parse import parse
 from .model import load
 from .report import Report
 from .signals import Signals, gather

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ..log import Topic
 from ..model import Model, Sensor
-from ..units import ATTITUDE, LENGTH, PRESSURE
+from ..units import ATTITUDE, LENGTH, PRESSURE, VELOCITY
 from .messages import COMMAND, Group, groups
 from .shapes import shapes
 
@@ -37,6 +37,10 @@ def sensors(model: Model, topics: dict[str, Topic]) -> dict[str, Match]:
             matches = _by_shape(sensor, topics.values())
         if matches:
             found[sensor.name] = max(matches, key=lambda match: _score(sensor.name, match))
+    for sensor in model.sensors.values():
+        turned = _turned(sensor, model, found, topics.values()) if sensor.name not in found else []
+        if turned:
+            found[sensor.name] = max(turned, key=lambda match: _score(sensor.name, match))
     return found
 
 
@@ -87,6 +91,25 @@ def _by_type(sensor: Sensor, topics: Iterable[Topic]) -> list[Match]:
                 )
     whole = [match for match in matches if all(match.fields)]
     return whole or matches
+
+
+def _turned(sensor: Sensor, model: Model, found: dict[str, Match], topics: Iterable[Topic]) -> list[Match]:
+    """Velocities in the world for a sensor of a body, or the other way.
+
+    One attitude of that body is matched, and no velocity yet: the same one twice would count as two measurements.
+    """
+    same = [model.sensors[name] for name in found if model.sensors[name].body == sensor.body]
+    attitudes = sum(other.type == "framequat" for other in same)
+    if not sensor.turns or attitudes != 1 or any(other.quantity == VELOCITY for other in same):
+        return []
+    other = "world" if sensor.frame == "body" else "body"
+    return [
+        Match(topic, group, group.fields, f"velocity in the {other} of {topic.type}, turned by the attitude")
+        for topic in topics
+        for group in groups(topic.type) or ()
+        if all(field in topic.fields for field in group.fields)
+        and (group.quantity, group.frame_kind) == (VELOCITY, other)
+    ]
 
 
 def _joints(sensor: Sensor, model: Model, topics: Iterable[Topic]) -> list[Match]:

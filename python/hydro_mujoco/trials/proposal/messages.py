@@ -15,12 +15,15 @@ MOST_COMMANDS = 32
 
 @dataclass(frozen=True)
 class Group:
-    """Fields that belong together. frame_kind: `body`, `world`, `attitude` or None, as of the model's sensors."""
+    """Fields that belong together. frame_kind: `body`, `world`, `attitude` or None, as of the model's sensors.
+
+    unit: of all, or of each.
+    """
 
     quantity: str
     frame_kind: str | None
     fields: tuple[str, ...]
-    unit: str | None = None
+    unit: str | tuple[str, ...] | None = None
     frame: str | None = None
     order: str | None = None
 
@@ -36,6 +39,11 @@ def _array(prefix: str, size: int = 3) -> tuple[str, ...]:
 def _commands(form: str, unit: str | None, first: int = 0) -> tuple[Group, ...]:
     numbers = range(first, first + MOST_COMMANDS)
     return tuple(Group(COMMAND, None, (form.format(number),), unit) for number in numbers)
+
+
+def _geodetic(*fields: str, unit: tuple[str, str, str] | None = None) -> Group:
+    """A position by latitude, longitude and height."""
+    return Group(LENGTH, "world", fields, unit, "WGS84")
 
 
 def _pose(prefix: str) -> tuple[Group, ...]:
@@ -78,6 +86,7 @@ _ROS = {
         Group(FORCE, "body", _xyz("wrench.force"), None, "FLU"),
         Group(TORQUE, "body", _xyz("wrench.torque"), None, "FLU"),
     ),
+    "sensor_msgs/NavSatFix": (_geodetic("latitude", "longitude", "altitude"),),
     "sensor_msgs/FluidPressure": (Group(PRESSURE, None, ("fluid_pressure",), "Pa"),),
     "sensor_msgs/MagneticField": (Group(FIELD, "body", _xyz("magnetic_field"), "T", "FLU"),),
     "std_msgs/Float64MultiArray": _commands("data[{}]", None),
@@ -86,6 +95,12 @@ _ROS = {
     "std_msgs/Float32": (Group(COMMAND, None, ("data",)),),
     "mavros_msgs/RCOut": _commands("channels[{}]", "us"),
 }
+#: Before PX4 1.15 integers of 1e-7 degrees and millimetres.
+_PX4_GPS = (
+    _geodetic("latitude_deg", "longitude_deg", "altitude_msl_m"),
+    _geodetic("lat", "lon", "alt", unit=("degE7", "degE7", "mm")),
+    Group(VELOCITY, "world", ("vel_n_m_s", "vel_e_m_s", "vel_d_m_s"), None, "NED"),
+)
 _PX4 = {
     "sensor_combined": (
         Group(RATE, "body", _array("gyro_rad"), None, "FRD"),
@@ -98,6 +113,9 @@ _PX4 = {
         Group(LENGTH, "world", ("x", "y", "z"), None, "NED"),
         Group(VELOCITY, "world", ("vx", "vy", "vz"), None, "NED"),
     ),
+    "vehicle_global_position": (_geodetic("lat", "lon", "alt"),),
+    "vehicle_gps_position": _PX4_GPS,
+    "sensor_gps": _PX4_GPS,
     "vehicle_odometry": (
         Group(LENGTH, "world", _array("position"), None, "NED"),
         Group(ATTITUDE, "attitude", _array("q", 4), None, "NED/FRD", "wxyz"),
@@ -122,6 +140,8 @@ _ARDUPILOT = {
     "ATT": (Group(ATTITUDE, "attitude", ("Roll", "Pitch", "Yaw"), "deg", "NED/FRD"),),
     "XKF1": _XKF1,
     "NKF1": _XKF1,
+    "GPS": (_geodetic("Lat", "Lng", "Alt"),),
+    "POS": (_geodetic("Lat", "Lng", "Alt"),),
     "BARO": (Group(PRESSURE, None, ("Press",), "Pa"),),
     "MAG": (Group(FIELD, "body", _xyz("Mag", "{}{}", "XYZ"), "mG", "FRD"),),
     "RCOU": _commands("C{}", "us", 1),
@@ -139,6 +159,11 @@ _MAVLINK = {
         Group(RATE, "body", ("rollspeed", "pitchspeed", "yawspeed"), None, "FRD"),
     ),
     "LOCAL_POSITION_NED": _PX4["vehicle_local_position"],
+    "GLOBAL_POSITION_INT": (
+        _geodetic("lat", "lon", "alt", unit=("degE7", "degE7", "mm")),
+        Group(VELOCITY, "world", ("vx", "vy", "vz"), "cm/s", "NED"),
+    ),
+    "GPS_RAW_INT": (_geodetic("lat", "lon", "alt", unit=("degE7", "degE7", "mm")),),
     "SCALED_IMU": _SCALED_IMU,
     "SCALED_IMU2": _SCALED_IMU,
     "SCALED_PRESSURE": (Group(PRESSURE, None, ("press_abs",), "hPa"),),
