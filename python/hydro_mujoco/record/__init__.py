@@ -23,6 +23,7 @@ from ..errors import DataError, Notice
 from ..jobs.here import Here
 from ..jobs.processes import Processes
 from ..recording.dataset import Size, empty_splits, generate
+from ..recording.interrupts import saying
 from .set_up import Options, set_up
 
 __all__ = ["record"]
@@ -71,6 +72,7 @@ def record(
 
     Raises:
         DataError: with one message, naming what was found and the repair.
+        KeyboardInterrupt: finished shards are kept; the same call with resume=True goes on to the same bytes.
 
     Warns:
         Notice: of what a recording leaves out or assumes; also in the manifest's `notes`.
@@ -103,7 +105,8 @@ def record(
     for note in ready.notes:
         warnings.warn(note, Notice, stacklevel=2)
     head = {"schema": "hydro-dataset/1", "name": out.resolve().name} | ready.head
-    with Processes(workers) if workers > 1 else Here() as executor:
+    kept = saying(f"hydro record: stopped; finished shards are kept in {out}: go on with resume=True")
+    with kept, Processes(workers) if workers > 1 else Here() as executor:
         manifest = generate(
             ready.recorder,
             size,
