@@ -8,6 +8,8 @@ import numpy as np
 import pandas
 import pymap3d
 import pytest
+from rosbags.rosbag2 import Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 import dive
 import writers
@@ -273,3 +275,41 @@ def test_known_messages_use_known_units_and_frames():
 def test_likeness_of_names():
     assert similarity("imu_gyro", "/imu/data") > similarity("imu_gyro", "/camera/data")
     assert similarity("left", "thrusters.left") == 1
+
+
+def test_channels_of_a_pilot_s_remote_control(tmp_path):
+    """forward is ArduSub's channel 5; thrusters are no channels of it; a gyro is the instrument's, not the filter's."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.register(get_types_from_msg("std_msgs/Header header\nuint16[18] channels", "mavros_msgs/msg/OverrideRCIn"))
+    stamp, head = store.types["builtin_interfaces/msg/Time"], store.types["std_msgs/msg/Header"]
+    vector, turn = store.types["geometry_msgs/msg/Vector3"], store.types["geometry_msgs/msg/Quaternion"]
+    imu, twist = store.types["sensor_msgs/msg/Imu"], store.types["geometry_msgs/msg/TwistStamped"]
+    override, moving = store.types["mavros_msgs/msg/OverrideRCIn"], store.types["geometry_msgs/msg/Twist"]
+    none = np.zeros(9)
+    with Writer(tmp_path / "bag", version=9) as bag:
+        topics = {"/filtered": twist, "/imu/data": imu, "/mavros/rc/override": override}
+        connections = {topic: bag.add_connection(topic, kind.__msgtype__, typestore=store) for topic, kind in topics.items()}  # fmt: skip
+
+        def write(topic, at, *parts):
+            kind = topics[topic]
+            bag.write(connections[topic], at, store.serialize_cdr(kind(*parts), kind.__msgtype__))
+
+        for n in range(300):
+            at = n * 10_000_000
+            header, rates = head(stamp(at // 10**9, at % 10**9), ""), vector(0.1, 0.0, 0.01 * n)
+            write("/imu/data", at, header, turn(0.0, 0.0, 0.0, 1.0), none, rates, none, vector(0.0, 0.0, 9.8), none)
+            if n % 5 == 0:
+                write("/filtered", at, header, moving(vector(0.0, 0.0, 0.0), rates))
+                write("/mavros/rc/override", at, header, np.arange(1500, 1518, dtype=np.uint16) + n % 7)
+    names = ("forward", "lateral", "throttle", "yaw", "t1")
+    actuators = "".join(f'<motor name="{name}" site="s"/>' for name in names)
+    model = WATCHED.format('<gyro name="spin" site="s"/>').replace(
+        "<sensor>", f"<actuator>{actuators}</actuator><sensor>"
+    )
+    proposal = trials.propose(tmp_path / "bag", mujoco.MjSpec.from_string(model))
+    found = tomllib.loads(proposal.toml)
+    assert found["sensors"]["spin"]["topic"] == "/imu/data"
+    assert {name: source["fields"] for name, source in found["actuators"].items()} == {
+        "forward": ["channels[4]"], "lateral": ["channels[5]"], "throttle": ["channels[2]"], "yaw": ["channels[3]"],
+    }  # fmt: skip
+    assert all(source["unit"] == "us" for source in found["actuators"].values()) and "t1" in proposal.open

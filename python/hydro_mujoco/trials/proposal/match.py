@@ -53,6 +53,10 @@ def actuators(model: Model, topics: dict[str, Topic]) -> dict[str, Match]:
             if len(group.fields) > 1 or group.quantity not in ("", COMMAND) or group.fields[0] not in topic.fields:
                 continue
             for name in names:
+                if group.names:
+                    if name.lower() in group.names and name not in found:
+                        found[name] = Match(topic, group, group.fields, f"by the channels of {topic.type}")
+                    continue
                 close = max(similarity(name, topic.name), similarity(name, group.fields[0]))
                 exact = _same(name, group.fields[0]) or _same(name, topic.name.strip("/").split("/")[-1])
                 if exact or (close > 0.85 and name not in found and group.quantity == COMMAND):
@@ -140,7 +144,8 @@ def _by_shape(sensor: Sensor, topics: Iterable[Topic]) -> list[Match]:
 
 def _score(name: str, match: Match) -> tuple[float, float]:
     near = max(similarity(name, match.topic.name), similarity(name, _stem(match.group)))
-    return near, match.topic.rate or 0.0
+    # Names that are hardly alike say nothing: the faster one then.
+    return near if near >= SIMILAR else 0.0, match.topic.rate or 0.0
 
 
 def _stem(group: Group) -> str:
@@ -150,7 +155,9 @@ def _stem(group: Group) -> str:
 
 
 def _commands(topic: Topic) -> list[Group]:
-    return [g for g in groups(topic.type) or () if g.quantity == COMMAND and g.fields[0] in topic.fields]
+    return [
+        g for g in groups(topic.type) or () if g.quantity == COMMAND and not g.names and g.fields[0] in topic.fields
+    ]
 
 
 def _is_command(name: str) -> bool:

@@ -17,7 +17,8 @@ MOST_COMMANDS = 32
 class Group:
     """Fields that belong together. frame_kind: `body`, `world`, `attitude` or None, as of the model's sensors.
 
-    unit: of all, or of each.
+    unit: of all, or of each; names: of the actuator that a single field commands, where the message's definition says
+    it, and then no other.
     """
 
     quantity: str
@@ -26,6 +27,7 @@ class Group:
     unit: str | tuple[str, ...] | None = None
     frame: str | None = None
     order: str | None = None
+    names: tuple[str, ...] = ()
 
 
 def _xyz(prefix: str, form: str = "{}.{}", axes: str = "xyz") -> tuple[str, ...]:
@@ -39,6 +41,23 @@ def _array(prefix: str, size: int = 3) -> tuple[str, ...]:
 def _commands(form: str, unit: str | None, first: int = 0) -> tuple[Group, ...]:
     numbers = range(first, first + MOST_COMMANDS)
     return tuple(Group(COMMAND, None, (form.format(number),), unit) for number in numbers)
+
+
+#: What the channels of a pilot's remote control move, from the first on (ArduSub, "RC Input and Output").
+_PILOT = (
+    ("pitch",),
+    ("roll",),
+    ("throttle", "heave", "vertical"),
+    ("yaw",),
+    ("forward", "surge"),
+    ("lateral", "sway"),
+)
+
+
+def _pilot(form: str, first: int = 0) -> tuple[Group, ...]:
+    return tuple(
+        Group(COMMAND, None, (form.format(first + number),), "us", names=names) for number, names in enumerate(_PILOT)
+    )
 
 
 def _geodetic(*fields: str, unit: tuple[str, str, str] | None = None) -> Group:
@@ -94,6 +113,8 @@ _ROS = {
     "std_msgs/Float64": (Group(COMMAND, None, ("data",)),),
     "std_msgs/Float32": (Group(COMMAND, None, ("data",)),),
     "mavros_msgs/RCOut": _commands("channels[{}]", "us"),
+    "mavros_msgs/RCIn": _pilot("channels[{}]"),
+    "mavros_msgs/OverrideRCIn": _pilot("channels[{}]"),
 }
 #: Before PX4 1.15 integers of 1e-7 degrees and millimetres.
 _PX4_GPS = (
@@ -145,6 +166,7 @@ _ARDUPILOT = {
     "BARO": (Group(PRESSURE, None, ("Press",), "Pa"),),
     "MAG": (Group(FIELD, "body", _xyz("Mag", "{}{}", "XYZ"), "mG", "FRD"),),
     "RCOU": _commands("C{}", "us", 1),
+    "RCIN": _pilot("C{}", 1),
 }
 
 
@@ -168,6 +190,8 @@ _MAVLINK = {
     "SCALED_IMU2": _SCALED_IMU,
     "SCALED_PRESSURE": (Group(PRESSURE, None, ("press_abs",), "hPa"),),
     "SCALED_PRESSURE2": (Group(PRESSURE, None, ("press_abs",), "hPa"),),
+    "RC_CHANNELS": _pilot("chan{}_raw", 1),
+    "RC_CHANNELS_OVERRIDE": _pilot("chan{}_raw", 1),
     "SERVO_OUTPUT_RAW": _commands("servo{}_raw", "us", 1),
 }
 _KNOWN = {**_ROS, **_PX4, **_ARDUPILOT, **_MAVLINK}
