@@ -4,11 +4,13 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
 
 import models
+from hydro_mujoco.jobs.processes import Processes
 from hydro_mujoco.recording.files import write_beside
 from hydro_mujoco.recording.interrupts import held_back
 
@@ -51,7 +53,7 @@ def test_recording(tmp_path, workers, by):
     child = started(words, tmp_path)
     shards = tmp_path / "data"
     status, said, took = interrupted(child, lambda: len(list(shards.glob("*.safetensors"))) >= 2)
-    assert took < 5, f"{took:.1f} s"
+    assert took < 15, f"{took:.1f} s"
     names = left(shards)
     assert "generation.json" in names and "manifest.json" not in names
     assert all(name.endswith((".safetensors", "generation.json")) for name in names), names
@@ -79,6 +81,16 @@ def test_what_was_stopped_goes_on_to_the_same_bytes(tmp_path):
     for name in names:
         one, other = ((tmp_path / folder / name).read_bytes() for folder in ("stopped", "whole"))
         assert one.replace(b"stopped", b"whole") == other, name
+
+
+def test_a_worker_drops_the_job_that_it_is_at():
+    with Processes(2) as executor:
+        results = executor.run(time.sleep, {"one": 60.0, "two": 60.0, "three": 60.0})
+        threading.Timer(4.0, os.kill, (os.getpid(), signal.SIGINT)).start()
+        start = time.monotonic()
+        with pytest.raises(KeyboardInterrupt):
+            next(results)
+        assert 3 < time.monotonic() - start < 14
 
 
 def test_a_rename_is_not_interrupted(tmp_path):
@@ -143,7 +155,7 @@ def test_converting(tmp_path, by):
         return any(os.path.realpath(fd) == str(tmp_path / "a.bin") for fd in fds)
 
     status, said, took = interrupted(child, is_open)
-    assert took < 5 and not (tmp_path / "out").exists()
+    assert took < 15 and not (tmp_path / "out").exists()
     lines = [line for line in said.splitlines() if "stopped" in line]
     if by == "command":
         assert (status, said.strip()) == (130, "trials: stopped; no half-written file is left")

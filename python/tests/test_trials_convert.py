@@ -20,7 +20,7 @@ import writers
 from hydro_mujoco import plugin, trials
 from hydro_mujoco.errors import DataError
 from hydro_mujoco.trials import __main__ as command
-from hydro_mujoco.trials import resample
+from hydro_mujoco.trials import resample, windows
 
 pytestmark = pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release")
 PROGRAM = Path(plugin.built_library()).with_name("hydro")
@@ -391,6 +391,16 @@ def test_gaps_end_trials_and_short_pieces_go():
     assert [round(trial.start, 2) for trial in found] == [0.0, 9.02]
     assert any("2 gaps of more than 1 s" in note for note in found.report.notes)
     assert any("1 piece shorter than 2 s dropped, the longest of 0.96 s" in note for note in found.report.notes)
+
+
+@given(st.lists(st.lists(st.integers(0, 60), min_size=1, max_size=12, unique=True), min_size=1, max_size=4), st.integers(1, 9))  # fmt: skip
+@settings(max_examples=120, deadline=None)
+def test_pieces_are_those_of_all_times_together(series, gap):
+    found = windows._without_gaps([np.sort(np.array(times, float)) for times in series], gap)
+    times = np.unique(np.concatenate(series))
+    ends = np.flatnonzero(np.diff(times) > gap)
+    expected = zip(times[[0, *(ends + 1)]], times[[*ends, len(times) - 1]])
+    assert [(piece.start, piece.stop) for piece in found] == list(expected)
 
 
 def test_windows_and_modes_choose(folder):

@@ -287,7 +287,7 @@ def test_channels_of_a_pilot_s_remote_control(tmp_path):
     override, moving = store.types["mavros_msgs/msg/OverrideRCIn"], store.types["geometry_msgs/msg/Twist"]
     none = np.zeros(9)
     with Writer(tmp_path / "bag", version=9) as bag:
-        topics = {"/filtered": twist, "/imu/data": imu, "/mavros/rc/override": override}
+        topics = {"/odometry/filtered": twist, "/imu/data": imu, "/mavros/rc/override": override}
         connections = {topic: bag.add_connection(topic, kind.__msgtype__, typestore=store) for topic, kind in topics.items()}  # fmt: skip
 
         def write(topic, at, *parts):
@@ -299,16 +299,16 @@ def test_channels_of_a_pilot_s_remote_control(tmp_path):
             header, rates = head(stamp(at // 10**9, at % 10**9), ""), vector(0.1, 0.0, 0.01 * n)
             write("/imu/data", at, header, turn(0.0, 0.0, 0.0, 1.0), none, rates, none, vector(0.0, 0.0, 9.8), none)
             if n % 5 == 0:
-                write("/filtered", at, header, moving(vector(0.0, 0.0, 0.0), rates))
+                write("/odometry/filtered", at, header, moving(vector(0.0, 0.0, 0.0), rates))
                 write("/mavros/rc/override", at, header, np.arange(1500, 1518, dtype=np.uint16) + n % 7)
     names = ("forward", "lateral", "throttle", "yaw", "t1")
     actuators = "".join(f'<motor name="{name}" site="s"/>' for name in names)
-    model = WATCHED.format('<gyro name="spin" site="s"/>').replace(
+    model = WATCHED.format('<gyro name="gyro" site="s"/>').replace(
         "<sensor>", f"<actuator>{actuators}</actuator><sensor>"
     )
     proposal = trials.propose(tmp_path / "bag", mujoco.MjSpec.from_string(model))
     found = tomllib.loads(proposal.toml)
-    assert found["sensors"]["spin"]["topic"] == "/imu/data"
+    assert found["sensors"]["gyro"]["topic"] == "/imu/data"
     assert {name: source["fields"] for name, source in found["actuators"].items()} == {
         "forward": ["channels[4]"], "lateral": ["channels[5]"], "throttle": ["channels[2]"], "yaw": ["channels[3]"],
     }  # fmt: skip

@@ -1,6 +1,5 @@
 """Jobs in worker processes of this machine."""
 
-import _thread
 import multiprocessing
 import os
 import signal
@@ -40,7 +39,7 @@ class Processes(Executor):
         return AHEAD * self.workers
 
     def submit(self, name: str, job: Any) -> Hashable:
-        # Ctrl-C on a terminal reaches every process: workers, which begin here, inherit that they do not heed it.
+        # Ctrl-C on a terminal reaches every process: workers begin with it held back.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             return self._pool.submit(_do, job)
@@ -73,6 +72,7 @@ class _Worker:
         self._work, self._alive = work, alive
         self._is_at_work = self._is_to_stop = False
         signal.signal(signal.SIGINT, self._stop)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         threading.Thread(target=self._follow, daemon=True).start()
 
     def do(self, job: Any) -> bytes:
@@ -96,7 +96,7 @@ class _Worker:
         parent = multiprocessing.parent_process()
         assert parent is not None
         if parent.sentinel not in connection.wait([parent.sentinel, self._alive]):
-            _thread.interrupt_main()
+            os.kill(os.getpid(), signal.SIGINT)
             connection.wait([parent.sentinel])
         os._exit(1)
 
