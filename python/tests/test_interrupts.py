@@ -69,7 +69,7 @@ def test_recording(tmp_path, workers, by):
 
 def test_what_was_stopped_goes_on_to_the_same_bytes(tmp_path):
     (tmp_path / "fish.xml").write_text(models.fish())
-    words = ["--trials", "30", "--samples", "150", "--shard-size", "3", "--workers", "1"]
+    words = ["--trials", "16", "--samples", "100", "--shard-size", "2", "--workers", "1"]
     command = [sys.executable, "-m", "hydro_mujoco.record", "--model", "fish.xml", *words, "--out"]
     child = started([*command, "stopped"], tmp_path)
     status, _, _ = interrupted(child, lambda: (tmp_path / "stopped" / "generation.json").exists())
