@@ -3,7 +3,6 @@
 It stands apart from `hydro_mujoco`, which imports mujoco and numpy.
 """
 
-import ctypes
 import importlib
 import importlib.util
 import os
@@ -14,16 +13,31 @@ _PACKAGE = Path(__file__).with_name("hydro_mujoco")
 _LIBRARY = "libhydro_plugin.so"
 #: Environment variables: another program than the package's; the libmujoco that it opens.
 PROGRAM, MUJOCO = "HYDRO_PROGRAM", "HYDRO_MUJOCO_LIBRARY"
+#: What the library said when `import mujoco` loaded it: why it registered nothing.
+said: list[str] = []
 
 
 def plugin() -> None:
     """Load the plugin of this wheel: the entry point that MuJoCo 4.0.0 and newer call at the end of their import.
 
     Nothing happens in an editable install, whose library is named by whoever loads it.
+
+    Raises:
+        ImportError: the library registers nothing, and why; MuJoCo makes a RuntimeWarning of it.
     """
     library = _PACKAGE / _LIBRARY
-    if library.is_file():
-        ctypes.CDLL(str(library))
+    if not library.is_file():
+        return
+    mujoco = sys.modules["mujoco"]
+    # Else MuJoCo prints what the library says, and writes it into MUJOCO_LOG.TXT in the working folder.
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(said.append)
+    try:
+        mujoco.mj_loadPluginLibrary(str(library))
+    finally:
+        mujoco.set_mju_user_warning(before)
+    if said:
+        raise ImportError("; ".join(text.removeprefix("hydro: ") for text in said))
 
 
 def find_program() -> Path:

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds and checks all that a release is made of, and uploads nothing: `scripts/release.sh [FOLDER]` (default: out/release).
-# FOLDER gets the wheel, the sdist, sbom.json (CycloneDX: what pip installs with the wheel), crates.txt (every crate in the wheel, with
-# its licence) and SHA256SUMS.
+# FOLDER gets the wheel, the sdist, site.tar.gz (the documentation), sbom.json (CycloneDX: what pip installs with the wheel), crates.txt
+# (every crate in the wheel, with its licence) and SHA256SUMS.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=${1:-out/release}
@@ -20,11 +20,15 @@ version=$("$python" -c 'import hydro_mujoco; print(hydro_mujoco.__version__)')
 
 scripts/test_wheel.sh --out "$out"
 
+PYTHON=$python scripts/setup_venv.sh docs
+.venv-docs/bin/python scripts/build_docs.py --out out/site --external
+tar --create --gzip --sort=name --owner=0 --group=0 --mtime="@$(git log -1 --format=%ct)" --file "$out/site.tar.gz" --directory out site
+
 tools=$(mktemp -d)
 trap 'rm -rf "$tools"' EXIT
 "$python" -m venv "$tools/venv"
 "$tools/venv/bin/pip" install --quiet --disable-pip-version-check twine cyclonedx-bom
-"$tools/venv/bin/twine" check --strict "$out"/*.whl "$out"/*.tar.gz
+"$tools/venv/bin/twine" check --strict "$out"/*.whl "$out"/hydro_mujoco-*.tar.gz
 "$python" -m venv "$tools/installed"
 "$tools/installed/bin/pip" install --quiet --disable-pip-version-check "$out"/*.whl
 "$tools/venv/bin/cyclonedx-py" environment "$tools/installed/bin/python" --output-format JSON --output-file "$out/sbom.json"

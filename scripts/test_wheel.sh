@@ -145,21 +145,110 @@ say 'the tests of the package'
 HYDRO_DOCS_BIN=$bin "$python" -m pytest --quiet -p no:cacheprovider "$checkout/python/tests/test_docs.py" | sed 's/^/        /'
 say 'the code of README.md and docs/'
 
+# Logs and environments with their extras, still without HOME, in site-packages that are read-only.
+chmod -R u+w "$place/venv"
+"$bin/pip" install --quiet "$wheel[gym,logs]"
+chmod -R a-w "$place/venv"
+rm -rf "$place/elsewhere" # where the tests wrote
+mkdir "$place/elsewhere"
+run env PYTHONWARNINGS=default python - <<'CODE' 2>&1 | sed 's/^/        /'
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import gymnasium
+import hydro_mujoco as hydro
+from gymnasium.utils.env_checker import check_env
+
+assert "HOME" not in os.environ
+try:
+    Path(hydro.__file__).with_name("x").touch()
+except OSError:
+    pass
+else:
+    sys.exit("site-packages are not read-only")
+subprocess.run([sys.executable, Path(hydro.examples(), "logs", "dive.py"), "--out", "dive", "--seconds", "12"], check=True)
+model = "dive/nominal.xml"
+for log, read in (
+    ("dive_ros2", hydro.trials.from_rosbag),
+    ("dive.mcap", hydro.trials.from_mcap),
+    ("dive.bin", hydro.trials.from_ardupilot),
+):
+    words = ["hydro", "trials", "convert", f"dive/{log}", "--model", model]
+    proposed = subprocess.run([*words, "--dry-run"], check=True, capture_output=True, text=True)
+    Path("map.toml").write_text(proposed.stdout)
+    found = read(f"dive/{log}", model=model, mapping="map.toml")
+    assert len(found) > 2 and not found.report.suspicions, found.report
+    subprocess.run([*words, "--mapping", "map.toml", "--out", f"trials/{log}"], check=True, capture_output=True)
+    written = len(list(Path("trials", log).glob("*.npz")))
+    assert written == len(found), (written, found.report)
+    print(f"{log}: {written} trials")
+for name in ("B1Swim-v0", "RovStation-v0"):
+    env = gymnasium.make(f"hydro_mujoco.envs:hydro_mujoco/{name}")
+    check_env(env.unwrapped, skip_render_check=True)
+    env.reset(seed=1)
+    steps = [env.step(env.action_space.sample()) for _ in range(50)]
+    many = gymnasium.make_vec(f"hydro_mujoco.envs:hydro_mujoco/{name}", num_envs=3)
+    many.reset(seed=1)
+    many.step(many.action_space.sample())
+    print(f"{name}: checked, {len(steps)} steps, 3 at once")
+CODE
+rm -rf "$place/elsewhere"
+mkdir "$place/elsewhere"
+say 'logs and environments, read-only and without HOME'
+
 # Another copy of the library, in MuJoCo's own folder.
 chmod -R u+w "$place/venv"
 cp "$packages/hydro_mujoco/libhydro_plugin.so" "$packages/mujoco/plugin/"
-run python -m hydro_mujoco >"$place/two" 2>&1 || die "two copies: $(cat "$place/two")"
+run env PYTHONWARNINGS=default python -m hydro_mujoco >"$place/two" 2>&1 || die "two copies: $(cat "$place/two")"
 [ "$(grep -c 'that copy acts, and this one does not' "$place/two")" = 1 ] || die "two copies: $(cat "$place/two")"
 rm "$packages/mujoco/plugin/libhydro_plugin.so"
 say 'two copies: one acts, and says so'
 
-# The release that the table calls equal, then one that it does not know.
+# The release that the table calls equal: itself where pip has it, else by its headers.
 if "$bin/pip" install --quiet --no-deps mujoco-core==4.0.1 2>"$place/pip"; then
-  run python -m hydro_mujoco | sed -n 's/^MuJoCo\|^water/        &/p'
-  say 'mujoco-core 4.0.1'
+  run python -m hydro_mujoco >"$place/equal" || die "mujoco-core 4.0.1: $(cat "$place/equal")"
+  sed -n 's/^MuJoCo\|^water/        &/p' "$place/equal"
+  grep -q '^MuJoCo       4.0.1 .*' "$place/equal" || die "not 4.0.1: $(cat "$place/equal")"
+  say 'mujoco-core 4.0.1: installed by pip, and the plugin acts in it'
 else
-  say "mujoco-core 4.0.1 is not to be had: $(tail -1 "$place/pip")"
+  (cd "$packages/mujoco/include/mujoco" && sha256sum --quiet --check -) <<'SUMS' || die 'the headers of mujoco-core 4.0.1, by their hashes, are others'
+80eb97e20917e78ca227eae3506bdadf4bd29452318794f01c45d4edcbd3ca8f  mjmodel.h
+770343465998c4bf5f71fe49de85cca26dfed8764e01af06d23069a979c8239d  mjdata.h
+39e06e34906be7ac71746e9422fb79d8273589af2c44510c08680903f317834f  mjplugin.h
+1daff79e0a5cd0771bb59215866cacc1dfc7b3817ba27a2836371365a4d03a45  mjspec.h
+SUMS
+  say "mujoco-core 4.0.1: not run, for pip does not have it ($(tail -1 "$place/pip")); its headers' hashes are those of 4.0.0"
 fi
+
+# One that it does not know: the installed library, whose version is changed.
+cp "$(echo "$packages"/mujoco/libmujoco.so*)" "$place/libmujoco"
+python3 - "$(echo "$packages"/mujoco/libmujoco.so*)" <<'CODE'
+import re
+import sys
+from pathlib import Path
+
+library = Path(sys.argv[1])
+content = library.read_bytes()
+versions = [(number).to_bytes(4, "little") for number in (4_000_000, 4_000_001)]
+# `mov eax, VERSION; ret` of mj_version, and the text of mj_versionString.
+content, calls = re.subn(b"\xb8(?:" + b"|".join(map(re.escape, versions)) + b")\xc3", b"\xb8" + (4_001_000).to_bytes(4, "little") + b"\xc3", content)
+content, texts = re.subn(rb"\x004\.0\.[01]\x00", b"\x004.1.0\x00", content)
+assert (calls, texts) == (1, 1), (calls, texts)
+library.write_bytes(content)
+CODE
+run env PYTHONWARNINGS=default python -c 'import mujoco; assert mujoco.__version__ == "4.1.0"' >"$place/import" 2>&1 || die "$(cat "$place/import")"
+! run python -m hydro_mujoco >"$place/python" 2>&1 || die 'python -m hydro_mujoco takes MuJoCo 4.1.0'
+! run hydro doctor >"$place/program" 2>&1 || die 'hydro doctor takes MuJoCo 4.1.0'
+for said in import python program; do
+  [ "$(grep -c 'the running MuJoCo is 4.1.0: nothing is registered. Take the wheel mujoco==' "$place/$said")" = 1 ] ||
+    die "a MuJoCo that is not known, $said: $(cat "$place/$said")"
+done
+cp "$place/libmujoco" "$(echo "$packages"/mujoco/libmujoco.so*)"
+left=$(ls -A "$place/elsewhere")
+[ -z "$left" ] || die "left in the working folder: $left"
+say 'a MuJoCo that it does not know (4.1.0): import, both doctors say so once'
 
 "$bin/pip" uninstall --quiet --yes mujoco mujoco-core
 for doctor in 'python -m hydro_mujoco' 'hydro doctor'; do

@@ -10,6 +10,8 @@ from typing import Any
 
 import mujoco
 
+import hydro_mujoco_entry
+
 from .errors import DataError
 
 #: Name of the force plugin in an MJCF's <extension>.
@@ -87,7 +89,9 @@ def load_plugin(path: Path | None = None) -> None:
     finally:
         mujoco.set_mju_user_warning(before)
     if not is_loaded():
-        reason = "; ".join(said) or "and says nothing of it"
+        # A library says it once a process, which may have been at `import mujoco`.
+        words = said or hydro_mujoco_entry.said
+        reason = "; ".join(text.removeprefix("hydro: ") for text in words) or "and says nothing of it"
         raise DataError(f"plugin library {path} did not register {WRENCH}: {reason}")
     for text in said:
         warnings.warn(text, stacklevel=2)

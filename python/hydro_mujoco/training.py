@@ -46,7 +46,9 @@ def train(
     Stopped by Ctrl-C it goes on with `resume=True`.
 
     Args:
-        data: folder that `hydro_mujoco.record` wrote.
+        data: folder that `hydro_mujoco.record` wrote: features `x` [M, T, n] (joint positions and velocities,
+            quaternion, angular and linear velocity of the base; SI, radians, base frame), labels `wrench` [M, T, 6]
+            (force N, torque N m about the base origin, base frame).
         out: folder of the checkpoint; the state of the training stands beside it in `out.run`.
         model: kind of model (docs/train.md). preset: sizes and length: `demo` takes minutes, `release` a quarter of
             an hour, `full` hours.
@@ -58,11 +60,21 @@ def train(
             `encoding="links"`, `batch=32`, `device="cuda"`.
 
     Returns:
-        The checkpoint's folder, and its errors on the test split.
+        The checkpoint's folder (weights.safetensors, card.json), and its errors on the test split.
 
     Raises:
         DataError: data, folder or an option are at fault, or the loss is no longer a number; the message is the
             program's.
+        KeyboardInterrupt: after the program has stopped; `resume=True` goes on.
+
+    Source: `attention-ode` and what it is compared with: C. Wang, A. Liang, F. Han, X. Zeng, Z. Li, D. Fan, J. Kober,
+    "Learning Adaptive Hydrodynamic Models Using Neural ODEs in Complex Conditions"; the others: docs/train.md.
+
+    >>> import hydro_mujoco
+    >>> _ = hydro_mujoco.record(hydro_mujoco.scene("fish"), "data", trials=12, samples=40)
+    >>> trained = hydro_mujoco.train("data", "mine", model="mlp", preset="demo", epochs=1, hidden=[8], progress=False)
+    >>> sorted(path.name for path in trained.checkpoint.iterdir()), trained.nrmse > 0
+    (['card.json', 'weights.safetensors'], True)
     """
     chosen = {
         "model": model,

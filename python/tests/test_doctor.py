@@ -118,6 +118,77 @@ def test_a_mujoco_that_is_too_new_is_declined_by_one_sentence(version, readable,
     )
 
 
+@pytest.fixture(scope="module")
+def newer(tmp_path_factory):
+    """A folder of packages: a MuJoCo that says it is 4.1.0 and is 4.0.0 otherwise, and this package as a wheel puts it."""
+    folder = tmp_path_factory.mktemp("newer")
+    unneeded = shutil.ignore_patterns("*test*", "sysid", "studio", "usd", "include", "__pycache__")
+    shutil.copytree(Path(mujoco.__file__).parent, folder / "mujoco", ignore=unneeded)
+    (library,) = folder.joinpath("mujoco").glob("libmujoco.so*")
+    content = library.read_bytes()
+    # `mov eax, VERSION; ret` of mj_version, and the text of mj_versionString.
+    call, text = (
+        ([b"\xb8" + number.to_bytes(4, "little") + b"\xc3" for number in (mujoco.mj_version(), 4_001_000)]),
+        ([f"\0{version}\0".encode() for version in (mujoco.__version__, "4.1.0")]),
+    )
+    assert content.count(call[0]) == content.count(text[0]) == 1
+    library.write_bytes(content.replace(*call).replace(*text))
+    shutil.copytree(PACKAGE, folder / "hydro_mujoco", ignore=unneeded)
+    shutil.copy(LIBRARY, folder / "hydro_mujoco" / "libhydro_plugin.so")
+    shutil.copy(hydro_mujoco_entry.__file__, folder)
+    info = folder / "hydro_mujoco-0.dist-info"
+    info.mkdir()
+    info.joinpath("METADATA").write_text("Metadata-Version: 2.1\nName: hydro-mujoco\nVersion: 0\n")
+    info.joinpath("entry_points.txt").write_text("[mujoco.plugins]\nhydro = hydro_mujoco_entry:plugin\n")
+    return folder
+
+
+TOO_NEW = (
+    "this build of hydro is for MuJoCo 4.0.0 and 4.0.1, and the running MuJoCo is 4.1.0: nothing is registered. "
+    "Take the wheel mujoco==4.0.0, or build hydro with MUJOCO_DIR naming MuJoCo 4.1.0"
+)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a patch of the library for Linux")
+def test_a_mujoco_that_is_too_new_is_declined_wherever_it_is_met(newer, tmp_path):
+    """One sentence each: at `import mujoco`, by `python -m hydro_mujoco`, `hydro doctor`, `add_water`."""
+
+    def run(*words, **environment):
+        environment = {**os.environ, "PYTHONPATH": str(newer), **environment}
+        found = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path, env=environment)
+        assert (found.stdout + found.stderr).count(TOO_NEW) == 1, found.stdout + found.stderr
+        return found
+
+    code = "import mujoco; print(mujoco.__version__, mujoco.__file__)"
+    found = run(sys.executable, "-c", code)
+    assert (found.returncode, found.stdout) == (0, f"4.1.0 {newer / 'mujoco' / '__init__.py'}\n")
+    assert f"RuntimeWarning: Failed to load mujoco plugin entry point hydro: {TOO_NEW}" in found.stderr
+
+    quiet = {"PYTHONWARNINGS": "ignore"}
+    found = run(sys.executable, "-m", "hydro_mujoco", **quiet)
+    assert found.returncode == 1 and found.stderr == ""
+    assert "\nMuJoCo       4.1.0  " in found.stdout and "\nto do        1. a MuJoCo" in found.stdout
+    assert (
+        f"\nplugin       does not act: plugin library {newer / 'hydro_mujoco' / 'libhydro_plugin.so'} did"
+        in found.stdout
+    )
+
+    code = f"""
+import mujoco, hydro_mujoco
+spec = mujoco.MjSpec.from_string({doctor.PROBE!r})
+try: hydro_mujoco.add_water(spec, body="hull", effects={{"linear_drag": {{"surge": 1}}}})
+except hydro_mujoco.DataError as error: print("DataError:", error)
+"""
+    found = run(sys.executable, "-c", code, **quiet)
+    assert found.stdout.startswith("DataError: ") and found.stdout.count("\n") == 1 and found.stderr == ""
+
+    (library,) = newer.joinpath("mujoco").glob("libmujoco.so*")
+    found = run(hydro_mujoco_entry.find_program(), "doctor", HYDRO_MUJOCO_LIBRARY=str(library))
+    assert found.returncode == 1 and found.stderr == f"hydro: the plugin does not work here: {TOO_NEW}\n"
+    # Neither MUJOCO_LOG.TXT nor anything else.
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_library_that_is_none():
     status, text = python(DOCTOR, HYDRO_PLUGIN=__file__)
     assert status == 1 and f"plugin       does not act: plugin library {__file__}: " in text

@@ -11,8 +11,6 @@ import mujoco
 import numpy as np
 import pandas
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import dive
 import hydro_mujoco
@@ -20,7 +18,6 @@ import writers
 from hydro_mujoco import plugin, trials
 from hydro_mujoco.errors import DataError
 from hydro_mujoco.trials import __main__ as command
-from hydro_mujoco.trials import resample
 
 pytestmark = pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release")
 PROGRAM = Path(plugin.built_library()).with_name("hydro")
@@ -521,63 +518,6 @@ def test_the_program_hydro_reaches_it(monkeypatch, capsys):
         hydro_mujoco_entry.program()
     assert end.value.code == 1 and "none.mcap: no such file" in capsys.readouterr().err
     assert hydro_mujoco.trials is trials
-
-
-@given(st.lists(st.floats(0.001, 0.2), min_size=3, max_size=60), st.floats(0.005, 0.3), st.randoms())
-@settings(max_examples=80, deadline=None)
-def test_resampling_invents_nothing(steps, period, random):
-    times = np.cumsum(steps)
-    values = np.array(
-        [[random.uniform(-1, 1), np.nan if random.random() < 0.2 else random.uniform(-1, 1)] for _ in times]
-    )
-    rows = np.arange(times[0] - 1, times[-1] + 1, period)
-    found = resample.linear(times, values, rows, 0.15)
-    inside = np.isfinite(found[:, 0])
-    assert (np.abs(found[inside, 0]) <= np.abs(values[:, 0]).max() + 1e-12).all()
-    assert not inside[(rows < times[0] - 2e-6) | (rows > times[-1] + 2e-6)].any()
-    held = resample.hold(times, values[:, :1], rows)[:, 0]
-    assert set(held[np.isfinite(held)]) <= set(values[:, 0]) and np.isnan(held[rows < times[0]]).all()
-    smooth, left = resample.low_pass(times, np.ones((times.size, 1)), rows, period)
-    np.testing.assert_allclose(smooth[np.isfinite(smooth)], 1)
-    on = resample.linear(times, values, times, 0.15)
-    np.testing.assert_allclose(on[np.isfinite(on[:, 0]), 0], values[np.isfinite(on[:, 0]), 0])
-    assert left > 0
-
-
-def test_a_low_pass_keeps_slow_and_takes_fast():
-    times = np.arange(0, 20, 0.001) + 1e-4 * np.sin(np.arange(20000))
-    rows = np.arange(1, 19, 0.02)
-
-    def gain(frequency):
-        wave = np.sin(2 * np.pi * frequency * times)[:, None]
-        found, _ = resample.low_pass(times, wave, rows, 0.02)
-        return float(np.abs(found[:, 0]).max()), float(np.abs(found[:, 0] - np.sin(2 * np.pi * frequency * rows)).max())
-
-    assert gain(1)[1] < 0.01 and gain(5)[1] < 0.02
-    assert gain(45)[0] < 0.05 and gain(120)[0] < 0.05
-    noise = np.random.default_rng(1).standard_normal((times.size, 3))
-    found, left = resample.low_pass(times, noise, rows, 0.02)
-    assert found.std() == pytest.approx(left, rel=0.1) and left < 0.3
-
-
-@given(st.floats(-3, 3), st.floats(-3, 3), st.floats(-3, 3))
-@settings(max_examples=40, deadline=None)
-def test_slerp_turns_evenly(x, y, z):
-    rate = np.array([x, y, z])
-    times = np.arange(0, 2, 0.05)
-
-    def turned(at):
-        found = np.zeros((at.size, 4))
-        size = np.linalg.norm(rate)
-        for row, time in enumerate(at):
-            mujoco.mju_axisAngle2Quat(found[row], rate / size if size else np.array([1.0, 0, 0]), size * time)
-        return found
-
-    rows = np.arange(-0.3, 2.3, 0.013)
-    found = resample.slerp(times, turned(times) * np.where(np.arange(times.size) % 3, 1, -1)[:, None], rows, 0.2)
-    inside = (rows >= 0) & (rows <= times[-1])
-    assert np.isnan(found[~inside]).all()
-    np.testing.assert_allclose(np.abs((found[inside] * turned(rows[inside])).sum(1)), 1, atol=1e-9)
 
 
 def test_a_log_of_one_sample_is_refused():

@@ -245,6 +245,41 @@ def test_ulog_is_read_and_listed_without_its_data(tmp_path):
     assert not log.faults
 
 
+def test_ulog_is_read_as_pyulog_reads_it(tmp_path, monkeypatch):
+    """Every field of every instance, in pieces that are smaller than the log."""
+    from pyulog import ULog
+
+    import hydro_mujoco.trials.log.ulog as reader
+
+    monkeypatch.setattr(reader, "PIECE", 700)
+    fields = [
+        ("uint64_t", "timestamp"),
+        ("uint8_t", "mode"),
+        ("float[3]", "v"),
+        ("double", "lat"),
+        ("uint8_t[5]", "raw"),
+    ]
+    log = Ulog(tmp_path / "a.ulg", {"one": fields, "two": fields[:3]})
+    for name, instance in (("one", 0), ("one", 1), ("two", 0)):
+        log.subscribe(name, instance)
+    random = np.random.default_rng(1)
+    for k in range(300):
+        values = k * 1000, k % 256, *random.normal(size=3), random.normal()
+        log.write("one", *values, *random.integers(0, 256, 5), instance=k % 3 % 2)
+        log.write("two", *values[:5])
+    log.close()
+    expected = ULog(str(tmp_path / "a.ulg")).data_list
+    assert len(expected) == 3
+    for topic in expected:
+        name = f"{topic.name}[{topic.multi_id}]" if topic.multi_id else topic.name
+        paths = [path for path in topic.data if path != "timestamp"]
+        samples = open_log(tmp_path / "a.ulg").read({name: paths})[name]
+        np.testing.assert_array_equal(samples.values, np.column_stack([topic.data[path] for path in paths]))
+        np.testing.assert_array_equal(samples.times, topic.data["timestamp"] * 1e-6)
+    with pytest.raises(DataError, match="topic `two`: no field `lat`; its fields are `timestamp`, `mode`"):
+        open_log(tmp_path / "a.ulg").read({"two": ["lat"]})
+
+
 def test_telemetry_is_read(tmp_path):
     from pymavlink.dialects.v20 import ardupilotmega as mavlink
 

@@ -6,12 +6,15 @@ import tomllib
 
 import mujoco
 import numpy as np
+import pandas
+import pymap3d
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hydro_mujoco import trials
 from hydro_mujoco.errors import DataError
-from hydro_mujoco.trials import frames, units
+from hydro_mujoco.trials import frames, geodetic, units
 from hydro_mujoco.trials.mapping import parse
 from hydro_mujoco.trials.model import load
 
@@ -295,3 +298,162 @@ def test_quaternions_go_on_without_a_jump():
     flipped[5] = np.nan
     found = frames.continuous(flipped)
     assert (np.abs(np.diff(found[6:], axis=0)) < 0.1).all() and found[0, 0] >= 0 and np.isnan(found[5]).all()
+
+
+TWO = """<mujoco><worldbody>
+  <body name="hull" pos="0 0 -1" euler="0 0 40"><freejoint/><geom size="0.1" mass="1"/>
+    <site name="dvl" euler="0 20 30"/><site name="imu" euler="70 0 10"/>
+    <body name="arm"><joint name="elbow"/><geom size="0.1" mass="1" pos="0.3 0 0"/><site name="hand"/></body></body>
+</worldbody>
+<sensor><velocimeter name="dvl" site="dvl"/><framequat name="attitude" objtype="site" objname="imu"/>
+  <framelinvel name="velocity" objtype="xbody" objname="hull"/><framepos name="position" objtype="xbody" objname="hull"/>
+  <framequat name="of_hand" objtype="site" objname="hand"/></sensor></mujoco>"""
+ATTITUDE = {"fields": ["qw", "qx", "qy", "qz"], "frame": "NED/FRD"}
+
+
+def spun(seconds=6.0):
+    """A body that tumbles: a table of its attitude (of the site `imu`) and of its velocity in the world and in the body."""
+    spec = mujoco.MjSpec.from_string(TWO)
+    spec.option.gravity = [0, 0, 0]
+    compiled = spec.compile()
+    data = mujoco.MjData(compiled)
+    data.qvel[:6] = 0.4, -0.3, 0.2, 0.5, -0.4, 0.7
+    rows = []
+    for _ in range(round(seconds / compiled.opt.timestep)):
+        time = data.time
+        mujoco.mj_step(compiled, data)
+        rows.append([time, *data.sensordata])
+    rows = np.array(rows)[::5]
+    hull = np.zeros((len(rows), 3))
+    world_from_hull = frames.matrices(rows[:, 4:8]) @ load(spec).sensors["attitude"].axes.T
+    hull = np.einsum("nji,nj->ni", world_from_hull, rows[:, 8:11])
+    logged = frames.attitude(rows[:, 4:8], "ENU/FLU", ("NED", "FRD"))
+    east, north, up = rows[:, 8:11].T
+    columns = {
+        "time": rows[:, 0],
+        "vn": north,
+        "ve": east,
+        "vd": -up,
+        "u": hull[:, 0],
+        "v": -hull[:, 1],
+        "w": -hull[:, 2],
+    }
+    columns |= {name: logged[:, k] for k, name in enumerate(ATTITUDE["fields"])}
+    return spec, rows, pandas.DataFrame(columns)
+
+
+def spun_mapping(**sensors):
+    return {"schema": "hydro-mapping/1", "time": {"period": 0.01}, "sensors": {"attitude": ATTITUDE} | sensors}
+
+
+@pytest.mark.parametrize("attitude", [None, "attitude", "of the hull"])
+def test_a_velocity_in_the_world_is_turned_into_the_site_and_one_in_the_body_into_the_world(attitude):
+    """Both against MuJoCo's own velocimeter and framelinvel."""
+    spec, rows, table = spun()
+    given = {} if attitude is None else {"attitude": attitude}
+    if attitude == "of the hull":
+        turned = frames.matrices(rows[:, 4:8]) @ load(spec).sensors["attitude"].axes.T
+        for k, q in enumerate(np.array([frames.from_matrix(m) for m in turned]).T):
+            table[f"h{k}"] = q
+        given = {"attitude": {"fields": ["h0", "h1", "h2", "h3"], "frame": "ENU/FLU"}}
+    found = trials.from_dataframe(
+        table,
+        model=spec,
+        mapping=spun_mapping(
+            dvl={"fields": ["vn", "ve", "vd"], "frame": "NED"} | given,
+            velocity={"fields": ["u", "v", "w"], "frame": "FRD"} | given,
+        ),
+    )
+    (trial,) = found
+    np.testing.assert_allclose(trial.sensor("dvl"), rows[: len(trial.readings), 1:4], atol=1e-9)
+    np.testing.assert_allclose(trial.sensor("velocity"), rows[: len(trial.readings), 8:11], atol=1e-9)
+    assert any("`dvl`: the velocity in NED is turned into the body by `table`" in note for note in found.report.notes)
+
+
+@pytest.mark.parametrize(
+    ("sensors", "expected"),
+    [
+        ({"dvl": {"fields": ["vn", "ve", ""], "frame": "NED"}}, "has to be turned by an attitude, which needs all fields"),
+        (
+            {"dvl": {"fields": ["vn", "ve", "vd"], "frame": "NED", "attitude": "atitude"}},
+            "attitude `atitude` is no mapped framequat .is `attitude` meant",
+        ),
+        (
+            {"dvl": {"fields": ["vn", "ve", "vd"], "frame": "NED", "attitude": "of_hand"}, "of_hand": ATTITUDE},
+            "attitude `of_hand` is of another body than `dvl`",
+        ),
+        ({"dvl": {"fields": ["u", "v", "w"], "frame": "FRD", "attitude": "attitude"}}, "attitude given, which turns a velocity"),
+        ({"position": {"fields": ["u", "v", "w"], "attitude": "attitude"}}, "attitude given, which turns velocities alone"),
+        ({"dvl": {"fields": ["u", "v", "w"], "frame": "WGS84"}}, "frame `WGS84`, but this reads in the frame of a body"),
+        ({"position": {"fields": ["u", "", "w"], "frame": "WGS84"}}, "needs latitude and longitude"),
+        ({"position": {"fields": ["u", "v", "w"], "frame": "WGS84", "unit": "deg"}}, "latitude, longitude and height have three"),
+    ],
+)  # fmt: skip
+def test_turns_that_are_refused(sensors, expected):
+    spec, _, table = spun(0.5)
+    with pytest.raises(DataError, match=expected):
+        trials.from_dataframe(table, model=spec, mapping=spun_mapping(**sensors))
+
+
+def test_without_an_attitude_a_velocity_of_the_other_kind_is_refused():
+    spec, _, table = spun(0.5)
+    mapping = spun_mapping(dvl={"fields": ["vn", "ve", "vd"], "frame": "NED"})
+    del mapping["sensors"]["attitude"]
+    with pytest.raises(
+        DataError, match=r'`dvl` \(velocimeter\) reads in the body; name the attitude .*"SENSOR"`, one of none'
+    ):
+        trials.from_dataframe(table, model=spec, mapping=mapping)
+    mapping["model"] = {"origin": [91, 0, 0]}
+    mapping["sensors"] = {"attitude": ATTITUDE}
+    with pytest.raises(DataError, match=r"origin is \[91.0, 0.0, 0.0\]; expected latitude, longitude"):
+        trials.from_dataframe(table, model=spec, mapping=mapping)
+
+
+@pytest.mark.parametrize("world", ["ENU", "NWU", "NED"])
+def test_latitudes_become_metres_and_back(world):
+    """Against the sensor `Gps`, which goes the other way, and the meridian's own radius of curvature."""
+    times = np.arange(0, 6, 0.1)
+    east, north, up = 400 * np.sin(times), 300 * np.cos(times), -3 + np.sin(2 * times)
+    origin = 54.3, 10.15, 12.0
+    latitude, longitude, height = pymap3d.enu2geodetic(east, north, up, *origin)
+    table = pandas.DataFrame(
+        {"time": times, "lat": np.round(latitude * 1e7), "lon": np.round(longitude * 1e7), "alt": height * 1e3}
+    )
+    table.loc[7:9, ["lat", "lon"]] = 0
+    source = {"fields": ["lat", "lon", "alt"], "frame": "WGS84", "unit": ["degE7", "degE7", "mm"]}
+    mapping = {
+        "schema": "hydro-mapping/1",
+        "time": {"period": 0.1},
+        "sensors": {"position": source},
+        "model": {"origin": list(origin), "world": world},
+    }
+    spec = mujoco.MjSpec.from_string(TWO)
+    found = trials.from_dataframe(table, model=spec, mapping=mapping)
+    (trial,) = found
+    known = np.isfinite(trial.sensor("position")).all(1)
+    wanted = np.column_stack([east, north, up]) @ frames.rotation("ENU", world).T
+    rows = np.round(trial.start / 0.1 + np.arange(len(trial.readings))).astype(int)
+    # A unit of 1e-7 degrees is 11 mm.
+    assert known.sum() >= len(times) - 5 and not known[(rows >= 7) & (rows <= 9)].any()
+    np.testing.assert_allclose(trial.sensor("position")[known], wanted[rows][known], atol=0.012)
+    assert any("3 samples without a fix" in note for note in found.report.notes)
+    del mapping["model"]["origin"]
+    again = trials.from_dataframe(table, model=spec, mapping=mapping)
+    assert any("degrees, height 9.01 m: the first fix" in note for note in again.report.notes)
+    np.testing.assert_allclose(again.trials[0].sensor("position")[0], 0, atol=0.02)
+    mapping["sensors"]["position"] = {"fields": ["lat", "lon", ""], "frame": "WGS84", "unit": ["degE7", "degE7", "m"]}
+    mapping["model"] = {"origin": [54.3, 10.15, 0]}
+    level = trials.from_dataframe(table, model=spec, mapping=mapping).trials[0].sensor("position")
+    assert np.isnan(level[:, 2]).all() and np.nanmax(np.abs(level[known, :2] - np.c_[east, north][rows][known])) < 0.05
+    with pytest.raises(DataError, match="none of the 60 samples in `table` has a fix"):
+        del mapping["model"]
+        trials.from_dataframe(table.assign(lat=0, lon=0), model=spec, mapping=mapping)
+
+
+def test_a_small_step_north_is_the_meridian_s_radius_times_the_angle():
+    """M = a (1 - e^2) / (1 - e^2 sin^2 phi)^1.5 (Torge, Geodesy, 4th ed., eq. 4.12)."""
+    a, e2, phi = 6378137.0, 6.69437999014e-3, math.radians(54.3)
+    step = math.radians(1e-4)
+    found = geodetic.local(np.array([[phi + step, math.radians(10), 0.0]]), (54.3, 10.0, 0.0))
+    assert found[0, 1] == pytest.approx(step * a * (1 - e2) / (1 - e2 * math.sin(phi) ** 2) ** 1.5, rel=1e-5)
+    assert abs(found[0, 0]) < 1e-6 and found[0, 2] == pytest.approx(-(found[0, 1] ** 2) / 2 / a, rel=0.01)

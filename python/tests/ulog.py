@@ -3,7 +3,7 @@
 import struct
 from pathlib import Path
 
-TYPES = {"uint64_t": "Q", "float": "f", "uint8_t": "B"}
+TYPES = {"uint64_t": "Q", "double": "d", "float": "f", "uint8_t": "B"}
 
 
 class Ulog:

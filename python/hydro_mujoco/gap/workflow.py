@@ -49,8 +49,41 @@ def run(
 
     Raises:
         DataError: model, trials or an option are at fault; the message is the program's.
+        KeyboardInterrupt: after the program has stopped; finished stages stay in `out`, and the same call goes on.
 
     Source: docs/gap.md has the method, the options and how sure an answer is.
+
+    A cart whose nominal has no damping, and four runs of one that has 3 N s/m:
+
+    >>> import mujoco, numpy as np
+    >>> from pathlib import Path
+    >>> from hydro_mujoco import gap
+    >>> cart = '''<mujoco><worldbody><body name="cart"><joint name="rail" type="slide" axis="1 0 0" damping="{}"/>
+    ...   <geom size=".1" mass="2"/></body></worldbody>
+    ...   <actuator><motor name="motor" joint="rail" ctrlrange="-10 10"/></actuator>
+    ...   <sensor><jointpos name="x" joint="rail" noise="0.001"/><jointvel name="v" joint="rail" noise="0.002"/>
+    ...   </sensor><option timestep="0.01"/></mujoco>'''
+    >>> def measured(seed):
+    ...     model, random = mujoco.MjModel.from_xml_string(cart.format(3)), np.random.default_rng(seed)
+    ...     data, times = mujoco.MjData(model), 0.01 * np.arange(401)
+    ...     rates, phases = random.uniform(1, 8, 3), random.uniform(0, 6, 3)
+    ...     force = sum(a * np.sin(w * times + p) for a, w, p in zip((6, 3, 2), rates, phases))
+    ...     rows = []
+    ...     for push in force[:-1]:
+    ...         data.ctrl[0] = push
+    ...         mujoco.mj_step(model, data)
+    ...         rows.append(data.sensordata + random.normal(size=2) * model.sensor_noise)
+    ...     return {"control_times": times, "control_data": force[:, None],
+    ...             "sensordata_times": times[1:], "sensordata_data": np.array(rows)}
+    >>> _ = Path("nominal.xml").write_text(cart.format(0))
+    >>> case = gap.run("nominal.xml", [measured(seed) for seed in range(4)], out="out", medium="none", progress=False)
+    >>> case.verdict["verdict"], [(each.effect, each.target) for each in case.named]
+    ('named', [('joint_damping', 'rail')])
+    >>> (damping,) = case.named[0].parameters.values()
+    >>> damping.unit, damping.ci95[0] < 3 < damping.ci95[1]
+    ('N s/m', True)
+    >>> bool(abs(mujoco.MjModel.from_xml_path(str(case.patched)).dof_damping[0] - damping.value) < 1e-6)
+    True
     """
     model, results = existing("nominal", nominal), folder("out", out)
     if isinstance(trials, str | os.PathLike):

@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import signal
 import threading
 from collections.abc import Hashable, Mapping
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
@@ -27,18 +28,25 @@ class Processes(Executor):
         return f"{self.workers} workers"
 
     def start(self, work: Work) -> None:
+        context = multiprocessing.get_context("spawn")
+        # Workers drop their jobs when the writing end is closed.
+        self._reader, self._writer = context.Pipe(duplex=False)
         self._pool = ProcessPoolExecutor(
-            self.workers, mp_context=multiprocessing.get_context("spawn"), initializer=_begin, initargs=(work,)
+            self.workers, mp_context=context, initializer=_begin, initargs=(work, self._reader)
         )
 
     def window(self) -> int:
         return AHEAD * self.workers
 
     def submit(self, name: str, job: Any) -> Hashable:
+        # Ctrl-C on a terminal reaches every process: workers begin with it held back.
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             return self._pool.submit(_do, job)
         except BrokenProcessPool as error:
             raise JobError(f"{name}: a worker process was killed") from error
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     def first(self, running: Mapping[Any, str]) -> Hashable:
         return next(iter(wait(running, return_when=FIRST_COMPLETED).done))
@@ -50,27 +58,58 @@ class Processes(Executor):
             raise JobError("a worker process was killed") from error
 
     def stop(self, running: Mapping[Hashable, str]) -> None:
+        if running:
+            self._writer.close()
         self._pool.shutdown(wait=True, cancel_futures=True)
+        self._reader.close()
+        self._writer.close()
 
 
-_WORK: Work | None = None
+class _Worker:
+    """What a worker process does, and whether it is to stop."""
 
+    def __init__(self, work: Work, alive: connection.Connection):
+        self._work, self._alive = work, alive
+        self._is_at_work = self._is_to_stop = False
+        signal.signal(signal.SIGINT, self._stop)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        threading.Thread(target=self._follow, daemon=True).start()
 
-def _begin(work: Work) -> None:
-    """Keep the work once a process; die with the parent, however it dies."""
-    global _WORK
-    _WORK = work
-    parent = multiprocessing.parent_process()
+    def do(self, job: Any) -> bytes:
+        """The result of a job."""
+        if self._is_to_stop:
+            raise KeyboardInterrupt
+        self._is_at_work = True
+        try:
+            return self._work(job)
+        finally:
+            self._is_at_work = False
 
-    assert parent is not None
+    def _stop(self, *_: object) -> None:
+        # Not while a result is sent: half of one would leave the parent waiting for the rest.
+        self._is_to_stop = True
+        if self._is_at_work:
+            raise KeyboardInterrupt
 
-    def follow() -> None:
-        connection.wait([parent.sentinel])
+    def _follow(self) -> None:
+        """Drop the job when the parent wants no more results; die with the parent, however it dies."""
+        parent = multiprocessing.parent_process()
+        assert parent is not None
+        if parent.sentinel not in connection.wait([parent.sentinel, self._alive]):
+            os.kill(os.getpid(), signal.SIGINT)
+            connection.wait([parent.sentinel])
         os._exit(1)
 
-    threading.Thread(target=follow, daemon=True).start()
+
+_WORKER: _Worker | None = None
+
+
+def _begin(work: Work, alive: connection.Connection) -> None:
+    """Make this process a worker. alive: ends where the parent wants no more results."""
+    global _WORKER
+    _WORKER = _Worker(work, alive)
 
 
 def _do(job: Any) -> bytes:
-    assert _WORK is not None
-    return _WORK(job)
+    assert _WORKER is not None
+    return _WORKER.do(job)

@@ -23,6 +23,7 @@ from ..errors import DataError, Notice
 from ..jobs.here import Here
 from ..jobs.processes import Processes
 from ..recording.dataset import Size, empty_splits, generate
+from ..recording.interrupts import saying
 from .set_up import Options, set_up
 
 __all__ = ["record"]
@@ -53,9 +54,15 @@ def record(
 ) -> dict:
     """Record a data set that `hydro train` reads; returns its manifest.
 
+    The robot is driven, pushed and started anyhow; a row has features `x` [n] (joint positions [rad, m] and velocities,
+    quaternion w x y z, angular [rad/s] and linear [m/s] velocity of the base in its own frame, the density [kg/m^3]
+    where it varies) and the label `wrench` [6] (force N, torque N m about the base origin, base frame) of the same
+    state.
+
     Args:
         model: an MJCF, or a spec.
-        out: folder of the data set.
+        out: folder of the data set: shards with `x` [M, T, n], `wrench` and `wrench_clean` [M, T, 6], `time` [T] s, and
+            manifest.json.
         trials: trajectories in all. samples: of each; seed: the same gives the same bytes, whatever `workers`.
         body: the body whose motion is recorded; the first with a free joint by default.
         water: `fluid` (MuJoCo's own), `effects` (of hydro.wrench) or `both`; all that the model has by default.
@@ -71,9 +78,19 @@ def record(
 
     Raises:
         DataError: with one message, naming what was found and the repair.
+        KeyboardInterrupt: finished shards are kept; the same call with resume=True goes on to the same bytes.
 
     Warns:
         Notice: of what a recording leaves out or assumes; also in the manifest's `notes`.
+
+    Source: the label and its frames: docs/any-robot.md; the format `hydro-dataset/1`: docs/train.md.
+
+    >>> import hydro_mujoco
+    >>> manifest = hydro_mujoco.record(hydro_mujoco.scene("fish"), "data", trials=12, samples=40)
+    >>> manifest["outputs"]
+    ['force.x', 'force.y', 'force.z', 'torque.x', 'torque.y', 'torque.z']
+    >>> {split: part["trajectories"] for split, part in manifest["splits"].items()}
+    {'train': 10, 'val': 1, 'test': 1}
     """
     out = Path(out)
     options = Options(
@@ -103,7 +120,8 @@ def record(
     for note in ready.notes:
         warnings.warn(note, Notice, stacklevel=2)
     head = {"schema": "hydro-dataset/1", "name": out.resolve().name} | ready.head
-    with Processes(workers) if workers > 1 else Here() as executor:
+    kept = saying(f"hydro record: stopped; finished shards are kept in {out}: go on with resume=True")
+    with kept, Processes(workers) if workers > 1 else Here() as executor:
         manifest = generate(
             ready.recorder,
             size,

@@ -6,6 +6,8 @@ model.py      what of a model can be mapped
 units.py      units of logs
 frames.py     frames of vectors and attitudes
 clock.py      times of samples
+geodetic.py   latitude, longitude and height as metres
+turning.py    velocities from the world into a body, or back
 signals.py    mapped fields in the model's units and frames
 suspicion/    what looks wrong: frames, units, signs
 windows.py    where trials begin and end
@@ -61,10 +63,11 @@ def from_mcap(
     out: str | os.PathLike | None = None,
     overwrite: bool = False,
 ) -> Conversion:
-    """Trials of an MCAP file: ROS 2 (CDR), JSON and Protobuf messages. Needs the extra `mcap`.
+    """Trials of an MCAP file: ROS 2 (CDR), JSON and Protobuf messages.
 
     Args:
-        path: the log.
+        path: a file .mcap. Log time is when a message was logged; of a file that is cut, what is before the cut is
+            read.
         model: the nominal MJCF, or a spec, whose sensors and actuators the mapping names.
         mapping: path of a TOML file `hydro-mapping/1` (docs/logs.md), or its content as a dict.
         out: folder for NAME-NN.npz, one a trial, which `hydro gap run --trials` reads, and NAME.conversion.json;
@@ -72,12 +75,22 @@ def from_mcap(
         overwrite: replace trials of this log in `out`.
 
     Returns:
-        Conversion: `trials`, arrays in the model's units and frames [SI, radians], and `report`, what was resampled,
-        dropped and is suspected.
+        Conversion: iterates over its trials. Of each, `sensor(NAME)` (rows, dim) in the sensor's unit and frame [SI,
+        radians; by default x east, y north, z up and x forward, y left, z up], `sensor_times` (rows,) [s],
+        `controls` (m, nu); `report`: what was resampled, dropped and is suspected.
 
     Raises:
-        DataError: the log cannot be read or lacks a mapped topic or field, the mapping names what the model lacks, or
-            no trial is long enough. Nothing is written then.
+        DataError: the file cannot be read, the extra `mcap` is missing, a mapped topic or field is not in the log,
+            the mapping names what the model lacks, or no trial is long enough. Nothing is written then.
+        KeyboardInterrupt: nothing is half written then.
+
+    Source: MCAP format specification (mcap.dev/spec); frames of ROS messages: REP 103.
+
+    >>> from hydro_mujoco import trials
+    >>> found = trials.from_mcap("dive.mcap", model="nominal.xml", mapping="ros.toml")
+    >>> trial = found.trials[0]
+    >>> trial.sensor("imu_gyro").shape[1], trial.controls.shape[1]
+    (3, 8)
     """
     return _convert(open_log(path, "mcap"), model, mapping, out, overwrite=overwrite)
 
@@ -90,7 +103,34 @@ def from_rosbag(
     out: str | os.PathLike | None = None,
     overwrite: bool = False,
 ) -> Conversion:
-    """Trials of a ROS 2 bag (its folder, a .db3 or .mcap file) or a ROS 1 .bag; as `from_mcap`. Extra `rosbags`."""
+    """Trials of a ROS 2 bag or a ROS 1 bag.
+
+    Args:
+        path: a ROS 2 bag's folder with metadata.yaml, its .db3 or .mcap file, or a ROS 1 .bag. Log time is when a
+            message was recorded.
+        model: the nominal MJCF, or a spec, whose sensors and actuators the mapping names.
+        mapping: path of a TOML file `hydro-mapping/1` (docs/logs.md), or its content as a dict.
+        out: folder for NAME-NN.npz, one a trial, which `hydro gap run --trials` reads, and NAME.conversion.json;
+            nothing is written without it.
+        overwrite: replace trials of this log in `out`.
+
+    Returns:
+        Conversion: iterates over its trials. Of each, `sensor(NAME)` (rows, dim) in the sensor's unit and frame [SI,
+        radians; by default x east, y north, z up and x forward, y left, z up], `sensor_times` (rows,) [s],
+        `controls` (m, nu); `report`: what was resampled, dropped and is suspected.
+
+    Raises:
+        DataError: the file cannot be read, the extra `rosbags` is missing, a mapped topic or field is not in the log,
+            the mapping names what the model lacks, or no trial is long enough. Nothing is written then.
+        KeyboardInterrupt: nothing is half written then.
+
+    Source: rosbag2 storage formats sqlite3 and MCAP; ROS 1 "Bags/Format/2.0" (wiki.ros.org); frames: REP 103.
+
+    >>> from hydro_mujoco import trials
+    >>> found = trials.from_rosbag("dive_ros2", model="nominal.xml", mapping="ros.toml", out="trials")
+    >>> [trial.name for trial in found]
+    ['dive_ros2-00', 'dive_ros2-01', 'dive_ros2-02']
+    """
     return _convert(open_log(path, "rosbag"), model, mapping, out, overwrite=overwrite)
 
 
@@ -102,7 +142,37 @@ def from_ulog(
     out: str | os.PathLike | None = None,
     overwrite: bool = False,
 ) -> Conversion:
-    """Trials of a PX4 ULog; as `from_mcap`. Extra `ulog`."""
+    """Trials of a PX4 ULog.
+
+    PX4 writes NED and FRD: give `frame`, and the numbers are turned.
+
+    Args:
+        path: a file .ulg. Log time is the field `timestamp`, since boot; instance n of a topic is `NAME[n]`.
+        model: the nominal MJCF, or a spec, whose sensors and actuators the mapping names.
+        mapping: path of a TOML file `hydro-mapping/1` (docs/logs.md), or its content as a dict.
+        out: folder for NAME-NN.npz, one a trial, which `hydro gap run --trials` reads, and NAME.conversion.json;
+            nothing is written without it.
+        overwrite: replace trials of this log in `out`.
+
+    Returns:
+        Conversion: iterates over its trials. Of each, `sensor(NAME)` (rows, dim) in the sensor's unit and frame [SI,
+        radians; by default x east, y north, z up and x forward, y left, z up], `sensor_times` (rows,) [s],
+        `controls` (m, nu); `report`: what was resampled, dropped and is suspected.
+
+    Raises:
+        DataError: the file cannot be read, the extra `ulog` is missing, a mapped topic or field is not in the log,
+            the mapping names what the model lacks, or no trial is long enough. Nothing is written then.
+        KeyboardInterrupt: nothing is half written then.
+
+    Source: PX4 user guide, "ULog File Format"; units and frames: PX4 msg/*.msg.
+
+    >>> from hydro_mujoco import trials
+    >>> rates = {"topic": "vehicle_angular_velocity", "fields": ["xyz[0]", "xyz[1]", "xyz[2]"], "frame": "FRD"}
+    >>> motors = {f"t{n + 1}": {"topic": "actuator_motors", "field": f"control[{n}]"} for n in range(8)}
+    >>> mapping = {"schema": "hydro-mapping/1", "sensors": {"imu_gyro": rates}, "actuators": motors}
+    >>> len(trials.from_ulog("dive.ulg", model="nominal.xml", mapping=mapping))
+    1
+    """
     return _convert(open_log(path, "ulog"), model, mapping, out, overwrite=overwrite)
 
 
@@ -114,9 +184,46 @@ def from_ardupilot(
     out: str | os.PathLike | None = None,
     overwrite: bool = False,
 ) -> Conversion:
-    """Trials of an ArduPilot DataFlash log (.bin), or of telemetry (.tlog); as `from_mcap`. Extra `ardupilot`."""
-    kind = "tlog" if os.fspath(path).lower().endswith(".tlog") else "dataflash"
-    return _convert(open_log(path, kind), model, mapping, out, overwrite=overwrite)
+    """Trials of an ArduPilot DataFlash log, or of its telemetry.
+
+    ArduPilot writes NED and FRD, degrees and widths of pulses: give `frame` and `unit`, and the numbers are converted.
+
+    Args:
+        path: a file .bin (log time TimeUS, since boot; an instance is `IMU[0]`), or a .tlog of MAVLink messages (log
+            time is when they arrived).
+        model: the nominal MJCF, or a spec, whose sensors and actuators the mapping names.
+        mapping: path of a TOML file `hydro-mapping/1` (docs/logs.md), or its content as a dict.
+        out: folder for NAME-NN.npz, one a trial, which `hydro gap run --trials` reads, and NAME.conversion.json;
+            nothing is written without it.
+        overwrite: replace trials of this log in `out`.
+
+    Returns:
+        Conversion: iterates over its trials. Of each, `sensor(NAME)` (rows, dim) in the sensor's unit and frame [SI,
+        radians; by default x east, y north, z up and x forward, y left, z up], `sensor_times` (rows,) [s],
+        `controls` (m, nu); `report`: what was resampled, dropped and is suspected.
+
+    Raises:
+        DataError: the file cannot be read, the extra `ardupilot` is missing, a mapped topic or field is not in the log,
+            the mapping names what the model lacks, or no trial is long enough. Nothing is written then.
+        KeyboardInterrupt: nothing is half written then.
+
+    Source: ArduPilot, "Logging" (AP_Logger: FMT, FMTU, UNIT, MULT); MAVLink common.xml.
+
+    >>> from hydro_mujoco import trials
+    >>> rates = {"topic": "IMU", "fields": ["GyrX", "GyrY", "GyrZ"], "frame": "FRD"}
+    >>> servos = {f"t{n}": {"topic": "RCOU", "field": f"C{n}", "unit": "us"} for n in range(1, 9)}
+    >>> mapping = {"schema": "hydro-mapping/1", "sensors": {"imu_gyro": rates}, "actuators": servos}
+    >>> (trial,) = trials.from_ardupilot("dive.bin", model="nominal.xml", mapping=mapping)
+    >>> bool(abs(trial.controls).max() <= 1)
+    True
+    """
+    return _convert(
+        open_log(path, "tlog" if os.fspath(path).lower().endswith(".tlog") else "dataflash"),
+        model,
+        mapping,
+        out,
+        overwrite=overwrite,
+    )
 
 
 def from_csv(
@@ -127,7 +234,39 @@ def from_csv(
     out: str | os.PathLike | None = None,
     overwrite: bool = False,
 ) -> Conversion:
-    """Trials of a csv file, a column a field; as `from_mcap`. Extra `tables`."""
+    """Trials of a csv file, a column a field.
+
+    Units and frames are those that the mapping says; SI, radians and the frames of the model where it says none.
+
+    Args:
+        path: a file .csv with a line of names. Times are those of the column that `[time] clock` names, else of `time`,
+            `t` or `timestamp`: numbers [s, or the unit that the mapping says] or dates (ISO 8601).
+        model: the nominal MJCF, or a spec, whose sensors and actuators the mapping names.
+        mapping: path of a TOML file `hydro-mapping/1` (docs/logs.md), or its content as a dict.
+        out: folder for NAME-NN.npz, one a trial, which `hydro gap run --trials` reads, and NAME.conversion.json;
+            nothing is written without it.
+        overwrite: replace trials of this log in `out`.
+
+    Returns:
+        Conversion: iterates over its trials. Of each, `sensor(NAME)` (rows, dim) in the sensor's unit and frame [SI,
+        radians; by default x east, y north, z up and x forward, y left, z up], `sensor_times` (rows,) [s],
+        `controls` (m, nu); `report`: what was resampled, dropped and is suspected.
+
+    Raises:
+        DataError: the file cannot be read, the extra `tables` is missing, a mapped topic or field is not in the log,
+            the mapping names what the model lacks, or no trial is long enough. Nothing is written then.
+        KeyboardInterrupt: nothing is half written then.
+
+    Source: RFC 4180.
+
+    >>> from hydro_mujoco import trials
+    >>> rates = {"fields": ["gx", "gy", "gz"], "unit": "deg/s"}
+    >>> mapping = {"schema": "hydro-mapping/1", "sensors": {"imu_gyro": rates}}
+    >>> mapping["actuators"] = {f"t{n}": {"constant": 0} for n in range(1, 9)}
+    >>> (trial,) = trials.from_csv("dive.csv", model="nominal.xml", mapping=mapping)
+    >>> bool(abs(trial.sensor("imu_gyro")).max() < 2)
+    True
+    """
     return _convert(open_log(path, "csv"), model, mapping, out, overwrite=overwrite)
 
 
@@ -139,7 +278,37 @@ def from_parquet(
     out: str | os.PathLike | None = None,
     overwrite: bool = False,
 ) -> Conversion:
-    """Trials of a parquet file, a column a field; as `from_mcap`. Extra `tables`."""
+    """Trials of a parquet file, a column a field.
+
+    Units and frames are those that the mapping says; SI, radians and the frames of the model where it says none.
+
+    Args:
+        path: a file .parquet or .pq. Times as in `from_csv`.
+        model: the nominal MJCF, or a spec, whose sensors and actuators the mapping names.
+        mapping: path of a TOML file `hydro-mapping/1` (docs/logs.md), or its content as a dict.
+        out: folder for NAME-NN.npz, one a trial, which `hydro gap run --trials` reads, and NAME.conversion.json;
+            nothing is written without it.
+        overwrite: replace trials of this log in `out`.
+
+    Returns:
+        Conversion: iterates over its trials. Of each, `sensor(NAME)` (rows, dim) in the sensor's unit and frame [SI,
+        radians; by default x east, y north, z up and x forward, y left, z up], `sensor_times` (rows,) [s],
+        `controls` (m, nu); `report`: what was resampled, dropped and is suspected.
+
+    Raises:
+        DataError: the file cannot be read, the extra `tables` is missing, a mapped topic or field is not in the log,
+            the mapping names what the model lacks, or no trial is long enough. Nothing is written then.
+        KeyboardInterrupt: nothing is half written then.
+
+    Source: Apache Parquet format.
+
+    >>> from hydro_mujoco import trials
+    >>> rates = {"fields": ["gx", "gy", "gz"], "unit": "deg/s"}
+    >>> mapping = {"schema": "hydro-mapping/1", "sensors": {"imu_gyro": rates}}
+    >>> mapping["actuators"] = {f"t{n}": {"constant": 0} for n in range(1, 9)}
+    >>> len(trials.from_parquet("dive.parquet", model="nominal.xml", mapping=mapping))
+    1
+    """
     return _convert(open_log(path, "parquet"), model, mapping, out, overwrite=overwrite)
 
 
@@ -152,9 +321,38 @@ def from_dataframe(
     name: str = "table",
     overwrite: bool = False,
 ) -> Conversion:
-    """Trials of a DataFrame of pandas or polars, a column a field; as `from_mcap`. name: of the trials. Extra `tables`.
+    """Trials of a DataFrame of pandas or polars, a column a field.
 
-    An index of times counts as a column of its name, or `time`.
+    Units and frames are those that the mapping says; SI, radians and the frames of the model where it says none.
+
+    Args:
+        frame: a DataFrame. Its index counts as a column, of its name or `time`, where it is of times. Times as in
+            `from_csv`.
+        model: the nominal MJCF, or a spec, whose sensors and actuators the mapping names.
+        mapping: path of a TOML file `hydro-mapping/1` (docs/logs.md), or its content as a dict.
+        out: folder for NAME-NN.npz, one a trial, which `hydro gap run --trials` reads, and NAME.conversion.json;
+            nothing is written without it.
+        name: of the trials.
+        overwrite: replace trials of this name in `out`.
+
+    Returns:
+        Conversion: iterates over its trials. Of each, `sensor(NAME)` (rows, dim) in the sensor's unit and frame [SI,
+        radians; by default x east, y north, z up and x forward, y left, z up], `sensor_times` (rows,) [s],
+        `controls` (m, nu); `report`: what was resampled, dropped and is suspected.
+
+    Raises:
+        DataError: it is no DataFrame, the extra `tables` is missing, a mapped topic or field is not in the log,
+            the mapping names what the model lacks, or no trial is long enough. Nothing is written then.
+        KeyboardInterrupt: nothing is half written then.
+
+    >>> import pandas
+    >>> from hydro_mujoco import trials
+    >>> table = pandas.read_csv("dive.csv", index_col="time")
+    >>> rates = {"fields": ["gx", "gy", "gz"], "unit": "deg/s"}
+    >>> mapping = {"schema": "hydro-mapping/1", "sensors": {"imu_gyro": rates}}
+    >>> mapping["actuators"] = {f"t{n}": {"constant": 0} for n in range(1, 9)}
+    >>> [trial.name for trial in trials.from_dataframe(table, model="nominal.xml", mapping=mapping, name="noon")]
+    ['noon-00']
     """
     return _convert(FrameLog(frame, name), model, mapping, out, overwrite=overwrite)
 
@@ -172,6 +370,11 @@ def propose(path: str | os.PathLike, model: Model, *, kind: str | None = None) -
         `open`, sensors and actuators for which nothing was found. `str()` of it shows all.
 
     Raises:
-        DataError: the log or the model cannot be read.
+        DataError: the log or the model cannot be read, or the extra for this kind of log is missing.
+
+    >>> from hydro_mujoco import trials
+    >>> proposal = trials.propose("dive_ros2", "nominal.xml")
+    >>> proposal.open
+    ['velocity', 'rov_water']
     """
     return _propose(open_log(path, kind), model)

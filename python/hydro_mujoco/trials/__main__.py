@@ -15,7 +15,7 @@ import warnings
 from pathlib import Path
 
 from ..errors import DataError, Notice
-from .convert import convert
+from .convert import STOPPED, convert
 from .log import KINDS, open_log
 from .proposal import propose
 
@@ -60,7 +60,7 @@ def main(words: list[str] | None = None) -> int:
         print(f"trials: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print("\ntrials: stopped; no half-written file is left", file=sys.stderr)
+        print(f"\ntrials: {STOPPED}", file=sys.stderr)
         return 130
 
 

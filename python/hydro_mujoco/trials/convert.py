@@ -14,10 +14,11 @@ import numpy as np
 
 from ..errors import DataError, Notice
 from ..recording.files import write_beside, write_json
+from ..recording.interrupts import held_back, saying
 from ..recording.lock import locked
 from .assemble import assemble, described, periods
 from .log import Log
-from .mapping import parse
+from .mapping.parse import parse
 from .model import load
 from .report import Report
 from .signals import Signals, gather
@@ -29,6 +30,8 @@ from .words import counted, seconds
 
 #: End of the name of the file that stands while trials are replaced; `hydro gap` refuses a folder that has one.
 UNFINISHED = ".unfinished"
+#: What is said of a conversion that Ctrl-C stops.
+STOPPED = "stopped; no half-written file is left"
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,19 @@ def convert(
 
     Raises:
         DataError: with one message; nothing is written then.
+        KeyboardInterrupt: nothing is half written then.
     """
+    with saying(f"hydro trials: {STOPPED}"):
+        return _convert(log, model, mapping, out, overwrite)
+
+
+def _convert(
+    log: Log,
+    model: str | os.PathLike | mujoco.MjSpec,
+    mapping: str | os.PathLike | Mapping[str, Any],
+    out: str | os.PathLike | None,
+    overwrite: bool,
+) -> Conversion:
     nominal = load(model)
     parsed = parse(mapping, nominal)
     report = Report(str(log.path), log.kind, log.is_table)
@@ -134,13 +149,14 @@ def _write_alone(out: Path, stem: str, trials: list[Trial], report: Report, over
                 path.unlink()
         for trial, path in zip(trials, staged.values()):
             write_beside(path, trial.npz())
-        write_beside(marker, b"")
-        for path, new in staged.items():
-            os.replace(new, path)
-        for path in set(former) - set(paths):
-            path.unlink()
-        write_json(beside, report.json())
-        marker.unlink()
+        with held_back():
+            write_beside(marker, b"")
+            for path, new in staged.items():
+                os.replace(new, path)
+            for path in set(former) - set(paths):
+                path.unlink()
+            write_json(beside, report.json())
+            marker.unlink()
     except OSError as error:
         raise DataError(f"folder {out}: {error.strerror or error}") from error
     finally:

@@ -12,6 +12,8 @@ WORLD = {
     "NWU": np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
 }
 BODY = {"FLU": np.eye(3), "FRD": np.diag([1.0, -1.0, -1.0])}
+#: Latitude, longitude and height: a position in the world, but no axes.
+GEODETIC = "WGS84"
 #: The frame of a body that goes with one of the world.
 PAIRS = {"ENU": "FLU", "NWU": "FLU", "NED": "FRD"}
 
@@ -107,10 +109,15 @@ def attitude(quaternions: np.ndarray, frame: str, into: tuple[str, str]) -> np.n
 def continuous(quaternions: np.ndarray) -> np.ndarray:
     """The same rotations, each quaternion on the side of the one before it; w >= 0 at first. Rows that are NaN stay."""
     found = quaternions.copy()
+    make_continuous(found)
+    return found
+
+
+def make_continuous(found: np.ndarray) -> None:
+    """`continuous`, in place."""
     rows = np.flatnonzero(np.isfinite(found).all(1))
     if rows.size:
         whole = found[rows]
         signs = np.where((whole[1:] * whole[:-1]).sum(1) < 0, -1.0, 1.0)
         first = -1.0 if whole[0, 0] < 0 else 1.0
         found[rows] = whole * (first * np.concatenate([[1.0], np.cumprod(signs)]))[:, None]
-    return found

@@ -48,7 +48,10 @@ _HINGE, _SLIDE, _FREE = (
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor. quantity: None for any unit; frame: `body`, `world`, `attitude`, or None for a single number."""
+    """A sensor. quantity: None for any unit; frame: `body`, `world`, `attitude`, or None for a single number.
+
+    body: that it is on, -1 for none; axes: rotation (3, 3) from its own to those of that body.
+    """
 
     name: str
     type: str
@@ -56,6 +59,13 @@ class Sensor:
     quantity: str | None
     frame: str | None
     noise: float
+    body: int
+    axes: np.ndarray
+
+    @property
+    def turns(self) -> bool:
+        """Whether a log's velocity may be of the world for one of a body, or the other way: an attitude turns it."""
+        return (self.type, self.frame) in (("velocimeter", "body"), ("framelinvel", "world"))
 
 
 @dataclass(frozen=True)
@@ -102,7 +112,9 @@ def load(model: str | os.PathLike | mujoco.MjSpec) -> Model:
     """
     source = read(model)
     compiled = source.compiled()
-    sensors = [_sensor(compiled, number) for number in range(compiled.nsensor)]
+    data = mujoco.MjData(compiled)
+    mujoco.mj_kinematics(compiled, data)
+    sensors = [_sensor(compiled, data, number) for number in range(compiled.nsensor)]
     joints = [_joint(compiled, j) for j in range(compiled.njnt) if compiled.jnt_type[j] in (_HINGE, _SLIDE)]
     actuators = [_actuator(compiled, number) for number in range(compiled.nu)]
     free = {
@@ -120,7 +132,7 @@ def load(model: str | os.PathLike | mujoco.MjSpec) -> Model:
     )
 
 
-def _sensor(model: mujoco.MjModel, number: int) -> Sensor:
+def _sensor(model: mujoco.MjModel, data: mujoco.MjData, number: int) -> Sensor:
     kind, about = _SENSOR(int(model.sensor_type[number])), int(model.sensor_objid[number])
     quantity, frame = _QUANTITIES.get(kind, (None, None))
     if kind in _JOINT_QUANTITIES:
@@ -138,7 +150,26 @@ def _sensor(model: mujoco.MjModel, number: int) -> Sensor:
         quantity,
         frame,
         float(model.sensor_noise[number]),
+        *_mount(model, data, int(model.sensor_objtype[number]), about),
     )
+
+
+def _mount(model: mujoco.MjModel, data: mujoco.MjData, kind: int, about: int) -> tuple[int, np.ndarray]:
+    """The body that an element is on, and the rotation from the element's axes to the body's; -1 where it has none."""
+    objects = mujoco.mjtObj
+    if kind == objects.mjOBJ_XBODY:
+        body, axes = about, data.xmat[about]
+    elif kind == objects.mjOBJ_BODY:
+        body, axes = about, data.ximat[about]
+    elif kind == objects.mjOBJ_GEOM:
+        body, axes = int(model.geom_bodyid[about]), data.geom_xmat[about]
+    elif kind == objects.mjOBJ_SITE:
+        body, axes = int(model.site_bodyid[about]), data.site_xmat[about]
+    elif kind == objects.mjOBJ_CAMERA:
+        body, axes = int(model.cam_bodyid[about]), data.cam_xmat[about]
+    else:
+        return -1, np.eye(3)
+    return body, data.xmat[body].reshape(3, 3).T @ axes.reshape(3, 3)
 
 
 def _joint(model: mujoco.MjModel, number: int) -> Joint:

@@ -1,5 +1,6 @@
 """Mapped fields of a log as signals in the model's units and frames."""
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -7,16 +8,20 @@ import numpy as np
 
 from ..errors import DataError
 from . import frames
-from .clock import LOG, clock_field, ordered, suspect_mixed
+from .clock import LOG, Ordered, clock_field, ordered, suspect_mixed
+from .geodetic import is_fix, local
 from .log import Log, Samples
-from .log.table import TOPIC
+from .log.table import TableLog
 from .mapping.schema import Mapping, Source, Water
 from .report import Report
+from .turning import turned
 from .units import ANGLE, ATTITUDE, LENGTH, PRESSURE, PULSE, UNITS
 from .words import counted, listed, nearest
 
 #: Departure of the median length of quaternions from 1 that is said.
 QUATERNION_TOLERANCE = 0.05
+#: Rows that are converted at a time.
+BLOCK = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -61,7 +66,8 @@ def gather(log: Log, mapping: Mapping, report: Report) -> Signals:
     """
     reader = _Reader(log, mapping, report)
     states = [source for parts in mapping.state.values() for source in parts.values()]
-    sources = [*mapping.sensors.values(), *mapping.actuators.values(), *mapping.joints.values(), *states]
+    turns = [source.turn.attitude for source in mapping.sensors.values() if source.turn]
+    sources = [*mapping.sensors.values(), *mapping.actuators.values(), *mapping.joints.values(), *states, *turns]
     reader.read(source for source in sources if source.constant is None)
     signals = Signals(
         {name: reader.signal(name, source) for name, source in mapping.sensors.items()},
@@ -80,12 +86,18 @@ def gather(log: Log, mapping: Mapping, report: Report) -> Signals:
 
 
 class _Reader:
-    """The samples of all sources, read in one pass."""
+    """The samples of all sources, read in one pass; those of a topic are dropped once the last source has taken them.
+
+    Conversion is by blocks of rows, so that beside samples and signals little is in memory.
+    """
 
     def __init__(self, log: Log, mapping: Mapping, report: Report):
         self._log, self._mapping, self._report = log, mapping, report
         self._samples: dict[str, Samples] = {}
-        self._columns = list(log.topics()[TOPIC].fields) if log.is_table else None
+        self._users: Counter[str] = Counter()
+        self._orders: dict[tuple[str, str | None], Ordered] = {}
+        self._columns = log.columns() if isinstance(log, TableLog) else None
+        self._origin = mapping.origin
 
     def read(self, sources: Iterable[Source]) -> None:
         wanted: dict[str, list[str]] = {}
@@ -95,10 +107,12 @@ class _Reader:
             paths = [*filter(None, source.fields), *([clock] if clock else [])]
             wanted.setdefault(source.topic, []).extend(paths)
             places.setdefault(source.topic, source.where)
+            self._users[source.topic] += 1
         if mode := self._mapping.trials.mode:
             clock = self._clock(LOG)
             wanted.setdefault(mode[0], []).extend([mode[1], *([clock] if clock else [])])
             places.setdefault(mode[0], f"{self._mapping.name}, [trials] mode")
+            self._users[mode[0]] += 1
         wanted = {topic: list(dict.fromkeys(paths)) for topic, paths in wanted.items()}
         self._samples = self._log.read(wanted)
         for topic in wanted:
@@ -113,28 +127,91 @@ class _Reader:
     def signal(self, name: str, source: Source) -> Signal:
         """A source's samples, converted."""
         samples = self._samples[source.topic]
-        order = ordered(source.topic, samples, self._clock(source.clock), self._mapping.time, self._report)
+        order = self._ordered(source.topic, self._clock(source.clock))
         places = [samples.fields.index(path) if path else -1 for path in source.fields]
-        raw = np.full((order.rows.size, len(places)), np.nan)
-        for column, place in enumerate(places):
-            if place >= 0:
-                raw[:, column] = samples.values[order.rows, place]
-        values = _physical(raw, source, self._mapping.water)
+        values = np.empty((order.rows.size, 4 if source.quantity == ATTITUDE else len(places)))
+        if source.frame == frames.GEODETIC:
+            self._set_origin(samples.values[order.rows], places, source)
+        lengths = np.ones(order.rows.size if source.quantity == ATTITUDE else 0)
+        for start in range(0, order.rows.size, BLOCK):
+            block = slice(start, start + BLOCK)
+            raw = _columns(samples.values[order.rows[block]], places)
+            if source.quantity == ATTITUDE:
+                values[block], lengths[block] = self._attitude(_physical(raw, source, self._mapping.water), source)
+            else:
+                values[block] = self._converted(raw, source)
+        self._let_go(source.topic)
         if source.quantity == ATTITUDE:
-            values = self._attitude(values, source)
-        else:
-            if source.frame:
-                into = self._mapping.frames[source.frame in frames.BODY]
-                values = _turned(values, frames.rotation(source.frame, into))
-            if source.quantity == ANGLE:
-                values = self._unwrapped(name, values)
-        logged = values[:, ~np.isnan(values).all(0)]
-        if not np.isfinite(logged).any():
-            raise DataError(f"{source.where}: none of the {len(values)} samples in `{source.topic}` is a number")
-        if lost := int((~np.isfinite(logged)).any(1).sum()):
+            self._check_lengths(lengths, source)
+            frames.make_continuous(values)
+        if source.quantity == ANGLE:
+            self._unwrap(name, values)
+        times = order.times
+        if source.turn:
+            attitude = self.signal(f"attitude of {name}", source.turn.attitude)
+            # In place: the log's velocity is needed no more.
+            for start in range(0, len(values), BLOCK):
+                block = slice(start, start + BLOCK)
+                values[block] = turned(times[block], values[block], attitude.times, attitude.values, source.turn)
+            self._report.note(
+                f"`{name}`: the velocity in {source.frame} is turned into the {source.turn.into} by "
+                f"`{source.turn.attitude.topic}`"
+            )
+        finite = np.isfinite(values)
+        if not finite.any():
+            why = "; the attitude that turns it has no sample at its times" if source.turn else ""
+            raise DataError(f"{source.where}: none of the {len(values)} samples in `{source.topic}` is a number{why}")
+        logged = finite.any(0)
+        if lost := int((~finite[:, logged]).any(1).sum()):
             self._report.note(f"`{name}`: {counted(lost, 'sample')} with a value that is no number")
-        known = np.isfinite(values).any(1)
-        return Signal(name, order.times[known] - source.delay, values[known], source)
+        known = finite.any(1)
+        if not known.all():
+            times, values = times[known], values[known]
+        return Signal(name, times - source.delay if source.delay else times, values, source)
+
+    def _ordered(self, topic: str, clock: str | None) -> Ordered:
+        """Times of a topic by a clock; sources that share both share them."""
+        if (topic, clock) not in self._orders:
+            samples = self._samples[topic]
+            self._orders[topic, clock] = ordered(topic, samples, clock, self._mapping.time, self._report)
+        return self._orders[topic, clock]
+
+    def _let_go(self, topic: str) -> None:
+        """One source less needs the samples of a topic."""
+        self._users[topic] -= 1
+        if not self._users[topic]:
+            del self._samples[topic]
+            self._orders = {key: order for key, order in self._orders.items() if key[0] != topic}
+
+    def _converted(self, raw: np.ndarray, source: Source) -> np.ndarray:
+        """Rows in the model's units and frames."""
+        values = _physical(raw, source, self._mapping.water)
+        if source.frame == frames.GEODETIC:
+            assert self._origin is not None
+            values = _turned(local(values, self._origin), frames.rotation("ENU", self._mapping.frames[0]))
+        elif source.frame:
+            into = self._mapping.frames[source.frame in frames.BODY]
+            values = _turned(values, frames.rotation(source.frame, into))
+        return values
+
+    def _set_origin(self, rows: np.ndarray, places: list[int], source: Source) -> None:
+        """Where the mapping says nothing, the world's zero is at the first fix; what is no fix is said."""
+        chosen = rows[:, [place for place in places if place >= 0]]
+        there = is_fix(chosen)
+        if lost := int((~there).sum()):
+            self._report.note(f"`{source.topic}`: {counted(lost, 'sample')} without a fix")
+        if self._origin is None:
+            if not there.any():
+                raise DataError(f"{source.where}: none of the {len(rows)} samples in `{source.topic}` has a fix")
+            first = _physical(_columns(rows[np.flatnonzero(there)[:1]], places), source, self._mapping.water)[0]
+            height = first[2] if np.isfinite(first[2]) else 0.0
+            self._origin = (float(np.degrees(first[0])), float(np.degrees(first[1])), float(height))
+        latitude, longitude, height = self._origin
+        whose = "`origin`" if self._mapping.origin else "the first fix; `origin` in [model] sets it"
+        self._report.note(
+            f"the world's zero is at latitude {latitude:.7f}, longitude {longitude:.7f} degrees, height {height:.2f} m"
+            f": {whose}"
+        )
 
     def mode(self) -> Signal | None:
         """1 where the mode is one of the trials', else 0."""
@@ -151,35 +228,47 @@ class _Reader:
                 f"{self._mapping.name}, [trials] mode: `{path}` of `{topic}` is never {listed(map(str, values))}; "
                 f"it is {listed(met)}"
             )
-        order = ordered(topic, samples, self._clock(LOG), self._mapping.time, self._report)
+        order = self._ordered(topic, self._clock(LOG))
         return Signal("mode", order.times, np.isin(found[order.rows], wanted)[:, None], Source("", topic=topic))
 
     def _clock(self, clock: str | None) -> str | None:
         return clock_field(clock or self._mapping.time.clock, self._log, self._columns)
 
-    def _attitude(self, values: np.ndarray, source: Source) -> np.ndarray:
+    def _attitude(self, values: np.ndarray, source: Source) -> tuple[np.ndarray, np.ndarray]:
+        """Unit quaternions in the model's frames, and the lengths that they had."""
         if values.shape[1] == 3:
-            found = frames.from_euler(values)
+            found, lengths = frames.from_euler(values), np.ones(len(values))
         else:
             found = values if source.order == "wxyz" else values[:, [3, 0, 1, 2]]
             lengths = np.linalg.norm(found, axis=1)
-            middle = float(np.nanmedian(lengths)) if np.isfinite(lengths).any() else np.nan
-            if not abs(middle - 1) <= QUATERNION_TOLERANCE:
-                self._report.suspect(f"the quaternions of `{source.topic}` have a length of {middle:.4g}, not 1")
             found = np.where((lengths > 0.1)[:, None], found / np.maximum(lengths, 1e-12)[:, None], np.nan)
         if source.inverse:
             found = frames.inverse(found)
         own = "/".join(self._mapping.frames)
-        return frames.attitude(found, source.frame or own, self._mapping.frames)
+        return frames.attitude(found, source.frame or own, self._mapping.frames), lengths
 
-    def _unwrapped(self, name: str, values: np.ndarray) -> np.ndarray:
+    def _check_lengths(self, lengths: np.ndarray, source: Source) -> None:
+        middle = float(np.nanmedian(lengths)) if np.isfinite(lengths).any() else np.nan
+        if not abs(middle - 1) <= QUATERNION_TOLERANCE:
+            self._report.suspect(f"the quaternions of `{source.topic}` have a length of {middle:.4g}, not 1")
+
+    def _unwrap(self, name: str, values: np.ndarray) -> None:
+        """Take jumps by a turn out of angles, in place."""
         column = values[:, 0]
         finite = np.isfinite(column)
-        turned = np.unwrap(column[finite])
-        if jumps := int((np.abs(np.diff(turned - column[finite])) > 1).sum()):
+        unwrapped = np.unwrap(column[finite])
+        if jumps := int((np.abs(np.diff(unwrapped - column[finite])) > 1).sum()):
             self._report.note(f"`{name}`: {counted(jumps, 'jump')} by a turn taken out")
-        values[finite, 0] = turned
-        return values
+        values[finite, 0] = unwrapped
+
+
+def _columns(rows: np.ndarray, places: list[int]) -> np.ndarray:
+    """Columns of rows, NaN where the place is -1."""
+    found = np.full((len(rows), len(places)), np.nan)
+    for column, place in enumerate(places):
+        if place >= 0:
+            found[:, column] = rows[:, place]
+    return found
 
 
 def _physical(raw: np.ndarray, source: Source, water: Water) -> np.ndarray:

@@ -22,6 +22,7 @@ UNITS: dict[str, tuple[str, float]] = {
     "mrad": (ANGLE, 1e-3),
     "deg": (ANGLE, _DEG),
     "cdeg": (ANGLE, 0.01 * _DEG),
+    "degE7": (ANGLE, 1e-7 * _DEG),
     "turn": (ANGLE, 2 * math.pi),
     "rad/s": (RATE, 1.0),
     "mrad/s": (RATE, 1e-3),

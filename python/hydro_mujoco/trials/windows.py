@@ -42,8 +42,8 @@ def windows(signals: Signals, mapping: Mapping, report: Report) -> list[Window]:
     """
     trials = mapping.trials
     measured = {**signals.sensors, **signals.joints}
-    times = np.unique(np.concatenate([signal.times for signal in measured.values()]))
-    pieces = _without_gaps(times, trials.gap)
+    pieces = _without_gaps([signal.times for signal in measured.values()], trials.gap)
+    start, end = pieces[0].start, pieces[-1].stop
     if len(pieces) > 1:
         report.note(
             f"{counted(len(pieces) - 1, 'gap')} of more than {seconds(trials.gap)} in all sensors: trials end there"
@@ -51,7 +51,7 @@ def windows(signals: Signals, mapping: Mapping, report: Report) -> list[Window]:
     commanded = max((signal.times[0] for signal in signals.actuators.values()), default=-np.inf)
     late = [piece for piece in pieces if piece.start < commanded]
     pieces = [Window(max(p.start, commanded), p.stop) for p in pieces if p.stop > commanded]
-    if late and np.isfinite(commanded) and commanded - times[0] > trials.gap:
+    if late and np.isfinite(commanded) and commanded - start > trials.gap:
         name = max(signals.actuators, key=lambda key: signals.actuators[key].times[0])
         report.note(f"dropped what is before {commanded:.3f} s, the first command of `{name}`")
     if trials.windows:
@@ -64,7 +64,7 @@ def windows(signals: Signals, mapping: Mapping, report: Report) -> list[Window]:
             )
         pieces = _both(pieces, asked)
     if signals.mode is not None:
-        pieces = _both(pieces, _on(signals.mode.times, signals.mode.values[:, 0], times[-1]))
+        pieces = _both(pieces, _on(signals.mode.times, signals.mode.values[:, 0], end))
     if trials.length:
         pieces = [part for piece in pieces for part in _cut(piece, trials.length)]
     least = shortest(trials)
@@ -75,7 +75,7 @@ def windows(signals: Signals, mapping: Mapping, report: Report) -> list[Window]:
             f"{counted(dropped, 'piece')} shorter than {seconds(least)} dropped, the longest of {seconds(longest)}"
         )
     if not kept:
-        raise DataError(_nothing(signals, mapping, pieces, times, report))
+        raise DataError(_nothing(signals, mapping, pieces, Window(start, end), report))
     if len(kept) > MOST:
         raise DataError(f"{len(kept)} trials; expected {MOST} at most: set gap, windows or length in [trials]")
     return kept
@@ -86,11 +86,11 @@ def shortest(trials: Trials) -> float:
     return min(trials.shortest, NEARLY * trials.length) if trials.length else trials.shortest
 
 
-def _nothing(signals: Signals, mapping: Mapping, pieces: list[Window], times: np.ndarray, report: Report) -> str:
+def _nothing(signals: Signals, mapping: Mapping, pieces: list[Window], whole: Window, report: Report) -> str:
     longest = f", the longest of {seconds(max(p.seconds for p in pieces))}" if pieces else ""
     text = (
         f"no trial: {counted(len(pieces), 'piece')}{longest}, expected one of {seconds(shortest(mapping.trials))} "
-        f"at least; sensors from {times[0]:.3f} s to {times[-1]:.3f} s"
+        f"at least; sensors from {whole.start:.3f} s to {whole.stop:.3f} s"
     )
     if signals.actuators:
         first = max(signal.times[0] for signal in signals.actuators.values())
@@ -98,10 +98,24 @@ def _nothing(signals: Signals, mapping: Mapping, pieces: list[Window], times: np
     return "\nsuspected: ".join([text, *report.suspicions[:2]])
 
 
-def _without_gaps(times: np.ndarray, gap: float) -> list[Window]:
-    ends = np.flatnonzero(np.diff(times) > gap)
-    starts = np.concatenate([[0], ends + 1])
-    return [Window(float(times[a]), float(times[b])) for a, b in zip(starts, [*ends, times.size - 1])]
+def _without_gaps(series: list[np.ndarray], gap: float) -> list[Window]:
+    """The pieces in which no two neighbours of all times together are more than `gap` apart.
+
+    series: of times, each increasing.
+    """
+    pieces: list[Window] = []
+    for times in series:
+        ends = np.flatnonzero(np.diff(times) > gap)
+        starts = np.concatenate([[0], ends + 1])
+        pieces += [Window(float(times[a]), float(times[b])) for a, b in zip(starts, [*ends, times.size - 1])]
+    pieces.sort(key=lambda piece: piece.start)
+    found = pieces[:1]
+    for piece in pieces[1:]:
+        if piece.start - found[-1].stop > gap:
+            found.append(piece)
+        else:
+            found[-1] = Window(found[-1].start, max(found[-1].stop, piece.stop))
+    return found
 
 
 def _both(one: list[Window], other: list[Window]) -> list[Window]:

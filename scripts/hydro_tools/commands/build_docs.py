@@ -1,9 +1,10 @@
 """Builds the documentation site, its notebooks executed, every link inside it checked.
 
-    .venv-docs/bin/python scripts/build_docs.py [--out out/site] [--no-notebooks]
+    .venv-docs/bin/python scripts/build_docs.py [--out out/site] [--no-notebooks] [--external]
 
 `scripts/setup_venv.sh docs` makes the environment. What MkDocs warns of is an error: a link, a picture or an anchor
-that is not there, a notebook that fails. Links to other sites are not fetched. To look:
+that is not there, a notebook that fails. Links to other sites are fetched with --external: a page that is gone (404,
+410) is an error, one that does not answer is listed, and without a network that is said. To look:
 `python -m http.server -d out/site`.
 """
 
@@ -18,8 +19,9 @@ from pathlib import Path
 from hydro_mujoco.errors import DataError
 
 from ..repository import ROOT
+from ..site import external
 from ..site.notebooks import make_pages
-from ..site.pages import stage
+from ..site.pages import linked, stage
 
 SITE = Path(__file__).parents[1] / "site"
 #: What every site has, by which one that is there is known.
@@ -60,6 +62,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "site", help="folder of the site; it is replaced")
     parser.add_argument("--no-notebooks", action="store_true", help="do not run the notebooks")
+    parser.add_argument("--external", action="store_true", help="fetch the links to other sites too")
     args = parser.parse_args(arguments)
     try:
         status = build(args.out.resolve(), not args.no_notebooks)
@@ -68,4 +71,8 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
     if status == 0:
         print(f"{args.out / 'index.html'}: {sum(1 for _ in args.out.rglob('*.html'))} pages")
+    if status == 0 and args.external:
+        found = external.check(external.external(ROOT, linked(ROOT)))
+        print(found)
+        status = int(bool(found.gone))
     return status

@@ -14,6 +14,8 @@ from ..words import listed
 
 #: Kinds of a field.
 NUMBER, TEXT, TIME = "number", "text", "time"
+#: Numbers of single rows that are gathered before they are put away as an array.
+PIECE = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -102,21 +104,45 @@ class Log(ABC):
 
 
 class Columns:
-    """Numbers that arrive row by row."""
+    """Numbers that arrive row by row, or some rows at a time."""
 
     def __init__(self, fields: Sequence[str]):
         self.fields = tuple(fields)
-        self._times, self._values = array("d"), array("d")
+        self._count = 0
+        self._pieces: list[np.ndarray] = []
+        self._rows = array("d")
 
     def add(self, time: float, values: Iterable[float]) -> None:
         """A row."""
-        self._times.append(time)
-        self._values.extend(values)
+        self._rows.append(time)
+        self._rows.extend(values)
+        if len(self._rows) >= PIECE:
+            self._put_away()
+
+    def extend(self, times: np.ndarray, values: np.ndarray) -> None:
+        """Rows (n, fields)."""
+        self._put_away()
+        self._pieces.append(np.column_stack([times, values]).astype(float, copy=False))
+        self._count += len(times)
 
     def samples(self) -> Samples:
-        """All rows."""
-        times = np.array(self._times)
-        return Samples(self.fields, times, np.array(self._values).reshape(len(times), len(self.fields)))
+        """All rows; they are not kept here any longer."""
+        self._put_away()
+        times, values = np.empty(self._count), np.empty((self._count, len(self.fields)))
+        at, self._count = self._count, 0
+        while self._pieces:
+            piece = self._pieces.pop()
+            rows = slice(at - len(piece), at)
+            times[rows], values[rows] = piece[:, 0], piece[:, 1:]
+            at = rows.start
+        return Samples(self.fields, times, values)
+
+    def _put_away(self) -> None:
+        if self._rows:
+            piece = np.array(self._rows).reshape(-1, 1 + len(self.fields))
+            self._pieces.append(piece)
+            self._count += len(piece)
+            self._rows = array("d")
 
 
 def nanoseconds(value: object) -> int | None:

@@ -8,11 +8,14 @@ from .progress import bar
 
 
 class Stream(io.BufferedIOBase):
-    """A file for reading, with a progress bar. is_cut: it ended within what a read asked for."""
+    """A file for reading, with a progress bar. is_cut: it ended within what a read asked for.
 
-    def __init__(self, path: Path):
+    end: byte before which it is read; the whole file by default.
+    """
+
+    def __init__(self, path: Path, end: int | None = None):
         self._file = open(path, "rb")  # noqa: SIM115
-        self.size = path.stat().st_size
+        self.size = path.stat().st_size if end is None else end
         self.is_cut = False
         self._bar = bar(self.size, "B", path.name)
 
@@ -23,7 +26,8 @@ class Stream(io.BufferedIOBase):
         return True
 
     def read(self, size: int | None = -1) -> bytes:
-        content = self._file.read(size)
+        left = max(self.size - self._file.tell(), 0)
+        content = self._file.read(left if size is None or size < 0 else min(size, left))
         self.is_cut |= size is not None and 0 < len(content) < size
         self._bar.n = max(self._bar.n, self._file.tell())
         self._bar.update(0)

@@ -13,8 +13,10 @@ from .stream import Stream, refuse_empty
 
 #: Name of the one topic.
 TOPIC = "table"
-#: Rows read at a time.
-ROWS = 100_000
+#: Cells of a table read at a time, and rows at least.
+CELLS, LEAST_ROWS = 1 << 18, 1000
+#: Bytes of a csv file's row at most, where the file does not end with one.
+LONGEST_ROW = 1 << 20
 
 
 class TableLog(Log):
@@ -31,6 +33,11 @@ class TableLog(Log):
             kinds = kinds or {str(name): _kind(frame[name]) for name in frame.columns}
         return {TOPIC: Topic(TOPIC, self.kind, count, kinds)}
 
+    def columns(self) -> list[str]:
+        """Names of the columns."""
+        first = next(self._pieces(None), None)
+        return [] if first is None else [str(name) for name in first.columns]
+
     def read(self, wanted: Mapping[str, Sequence[str]]) -> dict[str, Samples]:
         if TOPIC not in wanted:
             return {}
@@ -38,8 +45,7 @@ class TableLog(Log):
         columns = Columns(fields)
         for frame in self._pieces(list(dict.fromkeys(fields))):
             values = [self._numbers(frame[name], name, row) for name in fields]
-            for number, numbers in enumerate(zip(*values)):
-                columns.add(float(row + number), numbers)
+            columns.extend(row + np.arange(len(frame)), np.column_stack(values))
             row += len(frame)
         samples = columns.samples()
         return {TOPIC: samples} if len(samples.times) else {}
@@ -100,15 +106,36 @@ class CsvLog(TableLog):
     def _pieces(self, columns: list[str] | None) -> Iterator[Any]:
         import pandas
 
-        with Stream(self.path) as stream:
-            try:
-                reader = pandas.read_csv(stream, chunksize=ROWS, skipinitialspace=True)
+        try:
+            with Stream(self.path, self._end()) as stream:
+                head = pandas.read_csv(stream, nrows=0, skipinitialspace=True)
+            there = [str(name).strip() for name in head.columns]
+            self._check(columns, there)
+            chosen = [number for number, name in enumerate(there) if columns is None or name in columns]
+            with Stream(self.path, self._end()) as stream:
+                reader = pandas.read_csv(stream, chunksize=_rows(there), usecols=chosen, skipinitialspace=True)
                 for frame in reader:
                     frame.columns = [str(name).strip() for name in frame.columns]
-                    self._check(columns, list(frame.columns))
                     yield frame if columns is None else frame[columns]
-            except (pandas.errors.ParserError, pandas.errors.EmptyDataError, UnicodeDecodeError) as error:
-                raise self.damaged(error) from error
+        except (pandas.errors.ParserError, pandas.errors.EmptyDataError, UnicodeDecodeError) as error:
+            raise self.damaged(error) from error
+
+    def _end(self) -> int:
+        """The bytes that are read: up to the last end of a line, for a row without one may be cut within a number."""
+        size = self.path.stat().st_size
+        with open(self.path, "rb") as file:
+            file.seek(max(size - LONGEST_ROW, 0))
+            tail = file.read()
+        rest = len(tail) - (tail.rfind(b"\n") + 1)
+        if not rest or rest == len(tail):
+            return size
+        fault = (
+            f"the file does not end with the end of a line: its last {rest} bytes may be a row that is cut off and "
+            f"were left out; it was read up to byte {size - rest} of {size}"
+        )
+        if fault not in self.faults:
+            self.faults.append(fault)
+        return size - rest
 
 
 class ParquetLog(TableLog):
@@ -122,14 +149,28 @@ class ParquetLog(TableLog):
         extra("pandas", "tables", self.kind)
         extra("pyarrow.parquet", "tables", self.kind)
 
+    def topics(self) -> dict[str, Topic]:
+        from pyarrow import parquet
+
+        first = next(self._pieces(None), None)
+        kinds = {} if first is None else {str(name): _kind(first[name]) for name in first.columns}
+        return {TOPIC: Topic(TOPIC, self.kind, parquet.read_metadata(self.path).num_rows, kinds)}
+
+    def columns(self) -> list[str]:
+        from pyarrow import parquet
+
+        return list(parquet.read_schema(self.path).names)
+
     def _pieces(self, columns: list[str] | None) -> Iterator[Any]:
         import pyarrow
         from pyarrow import parquet
 
         try:
-            with parquet.ParquetFile(self.path) as file:
-                self._check(columns, file.schema_arrow.names)
-                for batch in file.iter_batches(batch_size=ROWS, columns=columns):
+            with parquet.ParquetFile(self.path, pre_buffer=False) as file:
+                there = file.schema_arrow.names
+                self._check(columns, there)
+                # Threads would decode several groups of rows ahead.
+                for batch in file.iter_batches(batch_size=_rows(there), columns=columns, use_threads=False):
                     frame = batch.to_pandas()
                     yield frame if columns is None else frame[columns]
         except (pyarrow.ArrowException, OSError) as error:
@@ -159,6 +200,11 @@ class FrameLog(TableLog):
     def _pieces(self, columns: list[str] | None) -> Iterator[Any]:
         self._check(columns, list(self._frame.columns))
         yield self._frame if columns is None else self._frame[columns]
+
+
+def _rows(columns: Sequence[Any]) -> int:
+    """Rows of a piece of so many columns."""
+    return max(CELLS // max(len(columns), 1), LEAST_ROWS)
 
 
 def _kind(column: Any) -> str:

@@ -42,12 +42,14 @@ class TlogLog(Log):
         from pymavlink import mavutil
 
         senders: dict[str, tuple[int, int]] = {}
-        file = mavutil.mavlogfile(str(self.path))
-        with contextlib.closing(file), bar(self.path.stat().st_size, "B", self.path.name) as progress:
+        file, size = mavutil.mavlogfile(str(self.path)), self.path.stat().st_size
+        read = lost = 0
+        with contextlib.closing(file), bar(size, "B", self.path.name) as progress:
             while (message := file.recv_msg()) is not None:
-                progress.n = file.f.tell()
+                progress.n = read = file.f.tell()
                 progress.update(0)
                 kind, sender = message.get_type(), (message.get_srcSystem(), message.get_srcComponent())
+                lost += len(message.get_msgbuf()) if kind == "BAD_DATA" else 0
                 if kind == "BAD_DATA" or kind.startswith("UNKNOWN_"):
                     continue
                 first = senders.setdefault(kind, sender)
@@ -55,3 +57,6 @@ class TlogLog(Log):
                 yield topic, round(message._timestamp * 1e9), message
         if not senders:
             raise self.damaged(ValueError("no MAVLink message in it"))
+        faults = [f"{lost} bytes are no message and were left out"] if lost else []
+        faults += [f"the file ends within a message: it was read up to byte {read} of {size}"] if read < size else []
+        self.faults += [fault for fault in faults if fault not in self.faults]

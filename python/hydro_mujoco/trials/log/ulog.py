@@ -1,22 +1,24 @@
 """PX4 ULog files."""
 
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .base import NUMBER, Log, Samples, Topic
+from .base import NUMBER, Columns, Log, Samples, Topic
 from .extras import extra
 from .stream import Stream, refuse_empty
 
 #: Seconds of a microsecond.
 MICRO = 1e-6
+#: Bytes of a topic's messages that are gathered before the wanted fields are taken from them.
+PIECE = 1 << 20
 
 
 class UlogLog(Log):
-    """A ULog file, read by pyulog; of a topic that is asked for all fields are in memory while it is read.
+    """A ULog file, read by pyulog a message at a time; of a topic that is asked for the wanted fields are kept.
 
     A further instance of a topic is `NAME[1]`; the log time is the field `timestamp`, since boot.
     """
@@ -44,19 +46,22 @@ class UlogLog(Log):
         }
 
     def read(self, wanted: Mapping[str, Sequence[str]]) -> dict[str, Samples]:
-        from pyulog import ULog
+        columns: dict[str, Columns] = {}
 
-        names = sorted({topic.split("[")[0] for topic in wanted})
-        parsed = self._parsed(ULog, names)
-        found = {}
-        for data in parsed.data_list:
-            for topic in {_name(data.name, data.multi_id), f"{data.name}[{data.multi_id}]"} & set(wanted):
+        def kept(name: str, instance: int, layout: np.dtype) -> list[tuple[Columns, list[str]]]:
+            found, there = [], layout.names or ()
+            for topic in sorted({_name(name, instance), f"{name}[{instance}]"} & set(wanted)):
                 for path in wanted[topic]:
-                    if path not in data.data:
-                        raise self.no_field(topic, path, data.data)
-                values = np.column_stack([np.asarray(data.data[path], float) for path in wanted[topic]])
-                found[topic] = Samples(tuple(wanted[topic]), data.data["timestamp"] * MICRO, values)
-        return found
+                    if path not in there:
+                        raise self.no_field(topic, path, there)
+                found.append((columns.setdefault(topic, Columns(wanted[topic])), list(wanted[topic])))
+            return found
+
+        parsed = self._parsed(_keeping(kept), sorted({topic.split("[")[0] for topic in wanted}))
+        for messages in parsed.kept:
+            messages.take()
+        samples = {topic: found.samples() for topic, found in columns.items()}
+        return {topic: found for topic, found in samples.items() if len(found.times)}
 
     def _parsed(self, parser: type, names: list[str]) -> Any:
         from pyulog.exceptions import ULogException
@@ -83,6 +88,51 @@ class UlogLog(Log):
 
 def _name(name: str, instance: int) -> str:
     return f"{name}[{instance}]" if instance else name
+
+
+class _Messages:
+    """Stands where pyulog gathers the messages of a topic: keeps the fields that are wanted, a piece at a time."""
+
+    def __init__(self, layout: np.dtype, kept: list[tuple[Columns, list[str]]]):
+        self._layout, self._kept = layout, kept
+        self._piece = bytearray()
+
+    def __iadd__(self, content: bytes) -> "_Messages":
+        if self._kept:
+            self._piece += content
+            if len(self._piece) >= PIECE:
+                self.take()
+        return self
+
+    def __len__(self) -> int:
+        return 0  # pyulog has nothing to unpack.
+
+    def take(self) -> None:
+        """Take the wanted fields from what was gathered."""
+        found = np.frombuffer(bytes(self._piece), self._layout)
+        for columns, paths in self._kept:
+            columns.extend(found["timestamp"] * MICRO, np.column_stack([found[path] for path in paths]))
+        self._piece.clear()
+
+
+def _keeping(kept: Callable[[str, int, np.dtype], list[tuple[Columns, list[str]]]]) -> type:
+    """A parser that keeps what `kept` says of a topic: name, instance, layout -> columns, and their fields."""
+    from pyulog import ULog
+
+    class Keeping(ULog):  # type: ignore[misc]
+        def __init__(self, file: Any, names: list[str]):
+            self.kept: list[_Messages] = []
+            self._names = set(names)
+            super().__init__(file, names)
+
+        def _MessageAddLogged(self, data: bytes, header: Any, formats: Any) -> Any:  # noqa: N802
+            message = ULog._MessageAddLogged(data, header, formats)
+            if message.message_name in self._names:
+                message.buffer = _Messages(message.dtype, kept(message.message_name, message.multi_id, message.dtype))
+                self.kept.append(message.buffer)
+            return message
+
+    return Keeping
 
 
 def _counting() -> type:

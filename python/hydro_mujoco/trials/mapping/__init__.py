@@ -3,6 +3,7 @@
 schema.py   `Mapping` and its parts
 parse.py    TOML into a `Mapping`, checked against the model
 sources.py  one source: topic, fields, unit, frame
+turns.py    velocities that an attitude turns
 values.py   values by key
 """
 

@@ -13,6 +13,7 @@ from ..units import ATTITUDE, LENGTH, RATE, TIMES, VELOCITY
 from ..words import listed, nearest
 from .schema import SCHEMA, Mapping, Source, Time, Trials, Water
 from .sources import SOURCE_KEYS, Target, source
+from .turns import with_turns
 from .values import flag, known, number, numbers, positive, table, text
 
 _PARTS = ("schema", "time", "trials", "water", "model", "sensors", "actuators", "joints", "state")
@@ -59,9 +60,13 @@ def _mapping(content: Dict[str, Any], name: str, model: Model) -> Mapping:
             f"{name}: a trial needs a command for every actuator of the model, and {listed(missing)} are not mapped; "
             "one that stands still: `constant = 0`"
         )
+    read = {
+        key: source(value, f"{name}, [sensors.{key}]", _sensor_target(model, key)) for key, value in sensors.items()
+    }
+    axes = table(content, "model", name)
     return Mapping(
         name,
-        {key: source(value, f"{name}, [sensors.{key}]", _sensor_target(model, key)) for key, value in sensors.items()},
+        with_turns(read, sensors, model),
         {
             key: source(value, f"{name}, [actuators.{key}]", Target(1, None, None, may_be_constant=True))
             for key, value in actuators.items()
@@ -74,7 +79,8 @@ def _mapping(content: Dict[str, Any], name: str, model: Model) -> Mapping:
         _time(table(content, "time", name), f"{name}, [time]"),
         _trials(table(content, "trials", name), f"{name}, [trials]"),
         _water(table(content, "water", name), f"{name}, [water]"),
-        _frames(table(content, "model", name), f"{name}, [model]"),
+        _frames(axes, f"{name}, [model]"),
+        _origin(axes, f"{name}, [model]"),
     )
 
 
@@ -95,7 +101,7 @@ def _named(content: Dict[str, Any], part: str, what: str, there: Dict[str, Any],
 
 def _sensor_target(model: Model, name: str) -> Target:
     sensor = model.sensors[name]
-    return Target(sensor.dim, sensor.quantity, sensor.frame)
+    return Target(sensor.dim, sensor.quantity, sensor.frame, turns=sensor.turns)
 
 
 def _sensors(model: Model) -> str:
@@ -187,9 +193,18 @@ def _water(content: Dict[str, Any], where: str) -> Water:
 
 
 def _frames(content: Dict[str, Any], where: str) -> tuple[str, str]:
-    known(content, ("world", "body"), where)
+    known(content, ("world", "body", "origin"), where)
     world, body = text(content, "world", where, "ENU"), text(content, "body", where, "FLU")
     for value, kind in ((world, frames.WORLD), (body, frames.BODY)):
         if value not in kind:
             raise DataError(f"{where}: frame `{value}`; expected {' or '.join(kind)}")
     return world, body
+
+
+def _origin(content: Dict[str, Any], where: str) -> tuple[float, float, float] | None:
+    if "origin" not in content:
+        return None
+    values = numbers(content, "origin", where)
+    if len(values) != 3 or not (abs(values[0]) <= 90 and abs(values[1]) <= 360):
+        raise DataError(f"{where}: origin is {list(values)}; expected latitude, longitude [degrees] and height [m]")
+    return values[0], values[1], values[2]

@@ -7,13 +7,26 @@ SCHEMA = "hydro-mapping/1"
 
 
 @dataclass(frozen=True)
+class Turn:
+    """What turns a velocity from the world into a body, or back.
+
+    attitude: source of world_from_body; into: `body` or `world`; mount: rotation (3, 3) from the axes of the velocity
+    in the body to those that the attitude is of.
+    """
+
+    attitude: "Source"
+    into: str
+    mount: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
 class Source:
     """Numbers of a log, and how they become the model's: raw -> table or pulse, or unit -> scale, offset -> frame.
 
     quantity: of the model's numbers, None for any; fields: paths, "" for a component that the log lacks; units: of
     each, None where they are SI; frame: that they are in; order, inverse: of a quaternion; table: raw and wanted
     values; pulse: width at -1, 0 and 1 [us]; constant: in place of a topic; clock: field with the time of each sample,
-    None for the mapping's; delay: taken from the times [s].
+    None for the mapping's; delay: taken from the times [s]; turn: of a velocity whose frame is of the other kind.
     """
 
     where: str
@@ -32,6 +45,7 @@ class Source:
     clock: str | None = None
     delay: float = 0.0
     filter: bool = True
+    turn: Turn | None = None
 
 
 @dataclass(frozen=True)
@@ -70,7 +84,11 @@ class Water:
 
 @dataclass(frozen=True)
 class Mapping:
-    """The whole of a mapping file. frames: of the model's world and body; state: body or joint -> part -> source."""
+    """The whole of a mapping file.
+
+    frames: of the model's world and body; state: body or joint -> part -> source; origin: latitude, longitude
+    [degrees] and height [m] of the world's zero, None for that of the first fix.
+    """
 
     name: str
     sensors: Dict[str, Source]
@@ -81,3 +99,4 @@ class Mapping:
     trials: Trials = field(default_factory=Trials)
     water: Water = field(default_factory=Water)
     frames: tuple[str, str] = ("ENU", "FLU")
+    origin: tuple[float, float, float] | None = None

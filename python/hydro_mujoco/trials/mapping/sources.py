@@ -7,7 +7,7 @@ from typing import Any
 from ...errors import DataError
 from .. import frames
 from ..log.table import TOPIC
-from ..units import ATTITUDE, LENGTH, PRESSURE, PULSE, RATIO, quantity, units_of
+from ..units import ANGLE, ATTITUDE, LENGTH, PRESSURE, PULSE, RATIO, quantity, units_of
 from .schema import Source
 from .values import flag, known, number, numbers, text
 
@@ -26,20 +26,26 @@ SOURCE_KEYS = (
         "pulse",
         "constant",
     ),
-    *("clock", "delay", "filter"),
+    *("clock", "delay", "filter", "attitude"),
 )
+#: Units of latitude, longitude and height.
+GEODETIC_UNITS = ("deg", "deg", "m")
 #: Widths of a servo's pulse at -1, 0 and 1 [us], as ArduSub has them.
 USUAL_PULSE = (1100.0, 1500.0, 1900.0)
 
 
 @dataclass(frozen=True)
 class Target:
-    """What numbers are for. quantity: None for any; frame: `world`, `body`, `any` of them, `attitude`, or None."""
+    """What numbers are for. quantity: None for any; frame: `world`, `body`, `any` of them, `attitude`, or None.
+
+    turns: a frame of the other kind is turned by an attitude.
+    """
 
     dim: int
     quantity: str | None
     frame: str | None
     may_be_constant: bool = False
+    turns: bool = False
 
 
 def source(content: Any, where: str, target: Target) -> Source:
@@ -52,8 +58,10 @@ def source(content: Any, where: str, target: Target) -> Source:
             raise DataError(f"{where}: constant is for actuators alone; give topic and fields")
         return Source(where, constant=number(content, "constant", where, 0.0))
     fields = _fields(content, where, target)
-    units = _units(content, where, target, len(fields))
-    frame = _frame(content, where, target)
+    frame = _frame(content, where, target, fields)
+    if "attitude" in content and not target.turns:
+        raise DataError(f"{where}: attitude given, which turns velocities alone")
+    units = _units(content, where, target, len(fields), frame)
     if frame == "NED" and any(unit and quantity(unit, where) == PRESSURE for unit in units):
         raise DataError(f"{where}: frame `NED` given; a pressure becomes a height, which is up: leave frame out")
     order, inverse = _quaternion(content, where, target, len(fields))
@@ -102,10 +110,13 @@ def _fields(content: Dict[str, Any], where: str, target: Target) -> tuple[str, .
     return tuple(fields)
 
 
-def _units(content: Dict[str, Any], where: str, target: Target, count: int) -> tuple[str | None, ...]:
-    """Units of the fields; SI where none is given, radians for roll, pitch and yaw."""
+def _units(
+    content: Dict[str, Any], where: str, target: Target, count: int, frame: str | None
+) -> tuple[str | None, ...]:
+    """Units of the fields; SI where none is given, radians for roll, pitch and yaw, degrees for latitudes."""
+    is_geodetic = frame == frames.GEODETIC
     if "unit" not in content:
-        return (None,) * count
+        return GEODETIC_UNITS if is_geodetic else (None,) * count
     given = content["unit"]
     units = given if isinstance(given, list) else [given] * count
     if len(units) != count or not all(isinstance(unit, str) for unit in units):
@@ -115,6 +126,13 @@ def _units(content: Dict[str, Any], where: str, target: Target, count: int) -> t
         raise DataError(
             f"{where}: unit `{given}` given, and a quaternion has none; roll, pitch and yaw are three fields"
         )
+    if is_geodetic:
+        if [quantity(unit, where) for unit in units] != [ANGLE, ANGLE, LENGTH]:
+            raise DataError(
+                f"{where}: unit is {given!r}; latitude, longitude and height have three, such as "
+                '["degE7", "degE7", "mm"]'
+            )
+        return tuple(units)
     for unit in units:
         measured = quantity(unit, where)
         if wanted is None or measured in (wanted, RATIO) or (wanted, measured) == (LENGTH, PRESSURE):
@@ -126,11 +144,17 @@ def _units(content: Dict[str, Any], where: str, target: Target, count: int) -> t
     return tuple(units)
 
 
-def _frame(content: Dict[str, Any], where: str, target: Target) -> str | None:
+def _frame(content: Dict[str, Any], where: str, target: Target, fields: tuple[str, ...]) -> str | None:
     if "frame" not in content:
         return None
     frame = text(content, "frame", where)
     kind = target.frame
+    if frame == frames.GEODETIC and (target.quantity, target.frame) == (LENGTH, "world"):
+        if not all(fields[:2]):
+            raise DataError(f'{where}: frame `{frame}` needs latitude and longitude; the height alone may be ""')
+        return frame
+    if target.turns and frame in {**frames.WORLD, **frames.BODY}:
+        return frame
     if kind == "any":
         kind = "body" if frame in frames.BODY else "world"
     frames.check(frame, kind, where)

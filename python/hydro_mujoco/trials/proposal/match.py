@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ..log import Topic
 from ..model import Model, Sensor
-from ..units import ATTITUDE, LENGTH, PRESSURE
+from ..units import ATTITUDE, LENGTH, PRESSURE, VELOCITY
 from .messages import COMMAND, Group, groups
 from .shapes import shapes
 
@@ -37,6 +37,10 @@ def sensors(model: Model, topics: dict[str, Topic]) -> dict[str, Match]:
             matches = _by_shape(sensor, topics.values())
         if matches:
             found[sensor.name] = max(matches, key=lambda match: _score(sensor.name, match))
+    for sensor in model.sensors.values():
+        turned = _turned(sensor, model, found, topics.values()) if sensor.name not in found else []
+        if turned:
+            found[sensor.name] = max(turned, key=lambda match: _score(sensor.name, match))
     return found
 
 
@@ -49,6 +53,10 @@ def actuators(model: Model, topics: dict[str, Topic]) -> dict[str, Match]:
             if len(group.fields) > 1 or group.quantity not in ("", COMMAND) or group.fields[0] not in topic.fields:
                 continue
             for name in names:
+                if group.names:
+                    if name.lower() in group.names and name not in found:
+                        found[name] = Match(topic, group, group.fields, f"by the channels of {topic.type}")
+                    continue
                 close = max(similarity(name, topic.name), similarity(name, group.fields[0]))
                 exact = _same(name, group.fields[0]) or _same(name, topic.name.strip("/").split("/")[-1])
                 if exact or (close > 0.85 and name not in found and group.quantity == COMMAND):
@@ -89,6 +97,25 @@ def _by_type(sensor: Sensor, topics: Iterable[Topic]) -> list[Match]:
     return whole or matches
 
 
+def _turned(sensor: Sensor, model: Model, found: dict[str, Match], topics: Iterable[Topic]) -> list[Match]:
+    """Velocities in the world for a sensor of a body, or the other way.
+
+    One attitude of that body is matched, and no velocity yet: the same one twice would count as two measurements.
+    """
+    same = [model.sensors[name] for name in found if model.sensors[name].body == sensor.body]
+    attitudes = sum(other.type == "framequat" for other in same)
+    if not sensor.turns or attitudes != 1 or any(other.quantity == VELOCITY for other in same):
+        return []
+    other = "world" if sensor.frame == "body" else "body"
+    return [
+        Match(topic, group, group.fields, f"velocity in the {other} of {topic.type}, turned by the attitude")
+        for topic in topics
+        for group in groups(topic.type) or ()
+        if all(field in topic.fields for field in group.fields)
+        and (group.quantity, group.frame_kind) == (VELOCITY, other)
+    ]
+
+
 def _joints(sensor: Sensor, model: Model, topics: Iterable[Topic]) -> list[Match]:
     """The element of a sensor's joint in messages of joints."""
     if sensor.type not in JOINT_FIELDS:
@@ -117,7 +144,8 @@ def _by_shape(sensor: Sensor, topics: Iterable[Topic]) -> list[Match]:
 
 def _score(name: str, match: Match) -> tuple[float, float]:
     near = max(similarity(name, match.topic.name), similarity(name, _stem(match.group)))
-    return near, match.topic.rate or 0.0
+    # Names that are hardly alike say nothing: the faster one then.
+    return near if near >= SIMILAR else 0.0, match.topic.rate or 0.0
 
 
 def _stem(group: Group) -> str:
@@ -127,7 +155,9 @@ def _stem(group: Group) -> str:
 
 
 def _commands(topic: Topic) -> list[Group]:
-    return [g for g in groups(topic.type) or () if g.quantity == COMMAND and g.fields[0] in topic.fields]
+    return [
+        g for g in groups(topic.type) or () if g.quantity == COMMAND and not g.names and g.fields[0] in topic.fields
+    ]
 
 
 def _is_command(name: str) -> bool:

@@ -15,14 +15,19 @@ MOST_COMMANDS = 32
 
 @dataclass(frozen=True)
 class Group:
-    """Fields that belong together. frame_kind: `body`, `world`, `attitude` or None, as of the model's sensors."""
+    """Fields that belong together. frame_kind: `body`, `world`, `attitude` or None, as of the model's sensors.
+
+    unit: of all, or of each; names: of the actuator that a single field commands, where the message's definition says
+    it, and then no other.
+    """
 
     quantity: str
     frame_kind: str | None
     fields: tuple[str, ...]
-    unit: str | None = None
+    unit: str | tuple[str, ...] | None = None
     frame: str | None = None
     order: str | None = None
+    names: tuple[str, ...] = ()
 
 
 def _xyz(prefix: str, form: str = "{}.{}", axes: str = "xyz") -> tuple[str, ...]:
@@ -36,6 +41,28 @@ def _array(prefix: str, size: int = 3) -> tuple[str, ...]:
 def _commands(form: str, unit: str | None, first: int = 0) -> tuple[Group, ...]:
     numbers = range(first, first + MOST_COMMANDS)
     return tuple(Group(COMMAND, None, (form.format(number),), unit) for number in numbers)
+
+
+#: What the channels of a pilot's remote control move, from the first on (ArduSub, "RC Input and Output").
+_PILOT = (
+    ("pitch",),
+    ("roll",),
+    ("throttle", "heave", "vertical"),
+    ("yaw",),
+    ("forward", "surge"),
+    ("lateral", "sway"),
+)
+
+
+def _pilot(form: str, first: int = 0) -> tuple[Group, ...]:
+    return tuple(
+        Group(COMMAND, None, (form.format(first + number),), "us", names=names) for number, names in enumerate(_PILOT)
+    )
+
+
+def _geodetic(*fields: str, unit: tuple[str, str, str] | None = None) -> Group:
+    """A position by latitude, longitude and height."""
+    return Group(LENGTH, "world", fields, unit, "WGS84")
 
 
 def _pose(prefix: str) -> tuple[Group, ...]:
@@ -78,6 +105,7 @@ _ROS = {
         Group(FORCE, "body", _xyz("wrench.force"), None, "FLU"),
         Group(TORQUE, "body", _xyz("wrench.torque"), None, "FLU"),
     ),
+    "sensor_msgs/NavSatFix": (_geodetic("latitude", "longitude", "altitude"),),
     "sensor_msgs/FluidPressure": (Group(PRESSURE, None, ("fluid_pressure",), "Pa"),),
     "sensor_msgs/MagneticField": (Group(FIELD, "body", _xyz("magnetic_field"), "T", "FLU"),),
     "std_msgs/Float64MultiArray": _commands("data[{}]", None),
@@ -85,7 +113,15 @@ _ROS = {
     "std_msgs/Float64": (Group(COMMAND, None, ("data",)),),
     "std_msgs/Float32": (Group(COMMAND, None, ("data",)),),
     "mavros_msgs/RCOut": _commands("channels[{}]", "us"),
+    "mavros_msgs/RCIn": _pilot("channels[{}]"),
+    "mavros_msgs/OverrideRCIn": _pilot("channels[{}]"),
 }
+#: Before PX4 1.15 integers of 1e-7 degrees and millimetres.
+_PX4_GPS = (
+    _geodetic("latitude_deg", "longitude_deg", "altitude_msl_m"),
+    _geodetic("lat", "lon", "alt", unit=("degE7", "degE7", "mm")),
+    Group(VELOCITY, "world", ("vel_n_m_s", "vel_e_m_s", "vel_d_m_s"), None, "NED"),
+)
 _PX4 = {
     "sensor_combined": (
         Group(RATE, "body", _array("gyro_rad"), None, "FRD"),
@@ -98,6 +134,9 @@ _PX4 = {
         Group(LENGTH, "world", ("x", "y", "z"), None, "NED"),
         Group(VELOCITY, "world", ("vx", "vy", "vz"), None, "NED"),
     ),
+    "vehicle_global_position": (_geodetic("lat", "lon", "alt"),),
+    "vehicle_gps_position": _PX4_GPS,
+    "sensor_gps": _PX4_GPS,
     "vehicle_odometry": (
         Group(LENGTH, "world", _array("position"), None, "NED"),
         Group(ATTITUDE, "attitude", _array("q", 4), None, "NED/FRD", "wxyz"),
@@ -122,9 +161,12 @@ _ARDUPILOT = {
     "ATT": (Group(ATTITUDE, "attitude", ("Roll", "Pitch", "Yaw"), "deg", "NED/FRD"),),
     "XKF1": _XKF1,
     "NKF1": _XKF1,
+    "GPS": (_geodetic("Lat", "Lng", "Alt"),),
+    "POS": (_geodetic("Lat", "Lng", "Alt"),),
     "BARO": (Group(PRESSURE, None, ("Press",), "Pa"),),
     "MAG": (Group(FIELD, "body", _xyz("Mag", "{}{}", "XYZ"), "mG", "FRD"),),
     "RCOU": _commands("C{}", "us", 1),
+    "RCIN": _pilot("C{}", 1),
 }
 
 
@@ -139,10 +181,17 @@ _MAVLINK = {
         Group(RATE, "body", ("rollspeed", "pitchspeed", "yawspeed"), None, "FRD"),
     ),
     "LOCAL_POSITION_NED": _PX4["vehicle_local_position"],
+    "GLOBAL_POSITION_INT": (
+        _geodetic("lat", "lon", "alt", unit=("degE7", "degE7", "mm")),
+        Group(VELOCITY, "world", ("vx", "vy", "vz"), "cm/s", "NED"),
+    ),
+    "GPS_RAW_INT": (_geodetic("lat", "lon", "alt", unit=("degE7", "degE7", "mm")),),
     "SCALED_IMU": _SCALED_IMU,
     "SCALED_IMU2": _SCALED_IMU,
     "SCALED_PRESSURE": (Group(PRESSURE, None, ("press_abs",), "hPa"),),
     "SCALED_PRESSURE2": (Group(PRESSURE, None, ("press_abs",), "hPa"),),
+    "RC_CHANNELS": _pilot("chan{}_raw", 1),
+    "RC_CHANNELS_OVERRIDE": _pilot("chan{}_raw", 1),
     "SERVO_OUTPUT_RAW": _commands("servo{}_raw", "us", 1),
 }
 _KNOWN = {**_ROS, **_PX4, **_ARDUPILOT, **_MAVLINK}

@@ -81,7 +81,7 @@ def _source(match: Match, stamped: bool | None) -> list[str]:
     group = match.group
     for key, value in (("unit", group.unit), ("frame", group.frame), ("order", group.order)):
         if value is not None:
-            lines.append(f'{key} = "{value}"')
+            lines.append(f"{key} = {json.dumps(value)}")
     if stamped and STAMP not in match.topic.fields:
         lines.append('clock = "log"')
     return lines

@@ -1,0 +1,81 @@
+"""From the logs of a swimming vehicle to a named effect and a patched model, by the commands that docs/logs.md shows."""
+
+import json
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import mujoco
+import pytest
+
+import dive
+import hydro_mujoco_entry
+import writers
+from hydro_mujoco import plugin
+
+try:
+    hydro_mujoco_entry.find_program()
+except FileNotFoundError as error:
+    pytest.skip(f"{error}", allow_module_level=True)
+pytestmark = pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release")
+#: Length of the dive and of its trials [s]; seconds for `hydro gap`.
+SECONDS, LENGTH, PATIENCE = 30.0, 5.0, 240
+TRUTH = dive.LACKING["quadratic_drag"]
+
+
+@pytest.fixture(scope="module")
+def made():
+    """A vehicle that has quadratic drag, and readings of it as instruments give them."""
+    swum = dive.swim(SECONDS, 1)
+    return swum, dive.noisy(swum, 2)
+
+
+@pytest.mark.parametrize("kind", ["ROS 2 bag", "DataFlash"])
+def test_a_log_becomes_a_named_effect_and_a_patched_model(made, tmp_path, kind):
+    swum, readings = made
+    nominal = dive.vehicle(dive.KNOWN)
+    nominal.compile()
+    (tmp_path / "nominal.xml").write_text(nominal.to_xml())
+    if kind == "DataFlash":
+        writers.dataflash(tmp_path / "dive.bin", swum.times, swum.commands, readings)
+    else:
+        writers.rosbag(tmp_path / "dive_ros2", swum.times, swum.commands, readings, dive.EPOCH)
+    log = "dive.bin" if kind == "DataFlash" else "dive_ros2"
+
+    def run(*words, patience=60):
+        found = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path, timeout=patience)
+        assert found.returncode == 0, found.stderr
+        return found.stdout
+
+    convert = [sys.executable, "-m", "hydro_mujoco.trials", "convert", log, "--model", "nominal.xml"]
+    # The proposed mapping, with shorter trials.
+    proposed = run(*convert, "--dry-run")
+    assert tomllib.loads(proposed)["trials"]["length"] == 10
+    (tmp_path / "map.toml").write_text(proposed.replace("length = 10.0", f"length = {LENGTH}"))
+    report = run(*convert, "--mapping", "map.toml", "--out", "trials")
+    assert "6 trials written to trials" in report and "SUSPECT" not in report, report
+    program = hydro_mujoco_entry.find_program()
+    words = ["--model", "nominal.xml", "--trials", "trials", "--out", "gap", "--medium", "water", "--no-residual"]
+    said = run(program, "gap", "run", *words, patience=PATIENCE)
+
+    verdict = json.loads((tmp_path / "gap" / "verdict.json").read_text())
+    assert (verdict["verdict"], verdict["named"], verdict["verified"]) == ("named", ["quadratic_drag"], True), said
+    assert verdict["gap"]["reduction"] > 0.8
+    (effect,) = [each for each in verdict["effects"] if each["effect"] == "quadratic_drag"]
+    assert effect["target"] == "rov" and effect["probability"] > 0.9
+    found = {each["name"]: each for each in effect["parameters"]}
+    for name, value in TRUTH.items():
+        low, high = found[name]["ci95"]
+        assert low < value < high, f"{name}: {low:.3g} to {high:.3g}, truth {value:g}"
+    for name in ("surge", "sway"):
+        assert found[name]["value"] == pytest.approx(TRUTH[name], rel=0.1)
+    # The patched model swims as the truth does: it starts with more drag, here pushed along x.
+    forces = []
+    for path in ("nominal.xml", str(Path("gap", "patched.xml"))):
+        model = mujoco.MjModel.from_xml_path(str(tmp_path / path))
+        data = mujoco.MjData(model)
+        data.qvel[0] = 1.0
+        mujoco.mj_forward(model, data)
+        forces.append(float(data.qfrc_passive[0]))
+    assert forces[1] - forces[0] == pytest.approx(-TRUTH["surge"], rel=0.1)
