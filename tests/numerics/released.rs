@@ -45,6 +45,9 @@ fn split(checkpoint: &Checkpoint) -> Split {
         sample_period: rollouts.index.sample_period,
         samples: rollouts.runs[0].time.len(),
         kinematics: None,
+        generalised: None,
+        water: None,
+        added_mass: Vec::new(),
         splits: BTreeMap::new(),
         provenance: BTreeMap::new(),
     };
