@@ -64,10 +64,8 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         );
     }
     let other_water = other_water(
-        &checkpoint.card,
-        &args.checkpoint,
-        manifest.water.as_ref(),
-        &args.data,
+        (&args.checkpoint, checkpoint.card.water.as_ref()),
+        (&args.data, manifest.water.as_ref()),
     );
     if let Some(warning) = &other_water {
         eprintln!("{warning}");

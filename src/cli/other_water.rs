@@ -1,26 +1,22 @@
-//! A checkpoint beside data of another water than it was trained in.
+//! A checkpoint, or what one is trained on, beside data of another water.
 
 use std::path::Path;
 
-use hydro_model::{checkpoint::Card, water::water_in_words};
+use hydro_model::water::water_in_words;
 use serde_json::Value;
 
-/// The warning that what lies at `place` was made in another water than the checkpoint's training data; nothing where the two
-/// are the same.
-pub(super) fn other_water(
-    card: &Card,
-    checkpoint: &Path,
-    water: Option<&Value>,
-    place: &Path,
-) -> Option<String> {
-    (card.water.as_ref() != water).then(|| {
+/// A folder, and the water that it is of.
+pub(super) type Of<'a> = (&'a Path, Option<&'a Value>);
+
+/// The warning that `data` is of another water than what is `trained`; nothing where the two are the same.
+pub(super) fn other_water(trained: Of<'_>, data: Of<'_>) -> Option<String> {
+    (trained.1 != data.1).then(|| {
+        let place = |of: Of<'_>| format!("{}: {}", of.0.display(), water_in_words(of.1));
         format!(
-            "WARNING: ANOTHER WATER. {} was trained in: {};\n{} was made in: {}.\nThe errors are those of a force that the \
-             checkpoint was never shown.",
-            checkpoint.display(),
-            water_in_words(card.water.as_ref()),
-            place.display(),
-            water_in_words(water)
+            "WARNING: ANOTHER WATER. Trained in that of {};\ntold the errors in that of {}.\nThey are errors of a force that \
+             the model was never shown.",
+            place(trained),
+            place(data)
         )
     })
 }

@@ -180,8 +180,10 @@ fn read(args: &Args) -> anyhow::Result<Setup> {
             card.outputs.join(", ")
         );
     }
-    let water = rollouts.index.water.as_ref();
-    let other_water = other_water(card, &args.checkpoint, water, &args.rollouts);
+    let other_water = other_water(
+        (&args.checkpoint, card.water.as_ref()),
+        (&args.rollouts, rollouts.index.water.as_ref()),
+    );
     if let Some(warning) = &other_water {
         eprintln!("{warning}");
     }
@@ -192,7 +194,7 @@ fn read(args: &Args) -> anyhow::Result<Setup> {
     let data = args
         .data
         .as_deref()
-        .map(|folder| read_data(folder, &checkpoint))
+        .map(|folder| read_data(folder, &checkpoint, &args.checkpoint))
         .transpose()?;
     Ok(Setup {
         subject: card.model.kind().to_owned(),
@@ -207,7 +209,7 @@ fn read(args: &Args) -> anyhow::Result<Setup> {
 }
 
 /// The test split, and the drag laws fitted on the training split.
-fn read_data(folder: &Path, checkpoint: &Checkpoint) -> anyhow::Result<Data> {
+fn read_data(folder: &Path, checkpoint: &Checkpoint, from: &Path) -> anyhow::Result<Data> {
     let dataset = Dataset::open(folder)?;
     let layout = &dataset.manifest().features;
     if *layout != checkpoint.card.features {
@@ -215,6 +217,10 @@ fn read_data(folder: &Path, checkpoint: &Checkpoint) -> anyhow::Result<Data> {
             "{}: its features are not those of the checkpoint",
             folder.display()
         );
+    }
+    let water = dataset.manifest().water.as_ref();
+    if let Some(warning) = other_water((from, checkpoint.card.water.as_ref()), (folder, water)) {
+        eprintln!("{warning}");
     }
     let drags = fitted_drags(&dataset)?;
     let dataset = dataset.with_outputs(Outputs::of(&checkpoint.card.outputs))?;
