@@ -104,10 +104,12 @@ fn read_run(folder: &Path, entry: &Entry, index: &Index) -> Result<Rollout, Roll
     }
     let steps = (index.sample_period / index.timestep).round().max(1.0) as usize;
     let width = steps.saturating_mul(qvel.columns());
-    let step_force = match reader.has("step_force") {
-        true => Some(reader.read("step_force", Some(samples - 1), width)?),
-        false => None,
+    let mut optional = |array, rows, columns| match reader.has(array) {
+        true => reader.read(array, Some(rows), columns).map(Some),
+        false => Ok(None),
     };
+    let generalised = optional("generalised", samples, qvel.columns())?;
+    let step_force = optional("step_force", samples - 1, width)?;
     Ok(Rollout {
         name: entry.file.trim_end_matches(".npz").to_owned(),
         density: entry.density,
@@ -118,6 +120,7 @@ fn read_run(folder: &Path, entry: &Entry, index: &Index) -> Result<Rollout, Roll
         x: reader.read("x", Some(samples), index.features.len())?,
         wrench,
         hydrostatic: reader.read("hydrostatic", Some(samples), 6)?,
+        generalised,
         step_force,
         time: time.values,
     })

@@ -26,6 +26,8 @@ pub struct Rollout {
     pub wrench: Table,
     /// The buoyancy part of `wrench`, `[N + 1, 6]`.
     pub hydrostatic: Table,
+    /// The water's generalised force as a data set of the same water has it, `[N + 1, nv]`, where it was recorded.
+    pub generalised: Option<Table>,
     /// The water's whole generalised force in each physics step of an interval, added mass included, `[N, steps * nv]`, where
     /// it was recorded.
     pub step_force: Option<Table>,
@@ -46,7 +48,10 @@ impl Rollout {
             &mut self.x,
             &mut self.wrench,
             &mut self.hydrostatic,
-        ] {
+        ]
+        .into_iter()
+        .chain(self.generalised.as_mut())
+        {
             table.truncate(samples);
         }
     }

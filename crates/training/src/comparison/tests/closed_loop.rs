@@ -31,6 +31,7 @@ fn run() -> Rollout {
         x: table(vec![1000.0; samples], 1),
         wrench: table([1.0, 0.0, 0.0, 0.0, 0.0, 0.0].repeat(samples), 6),
         hydrostatic: table(vec![0.0; 6 * samples], 6),
+        generalised: None,
         step_force: Some(table(
             [1.0, 0.0, 0.0, 0.0, 0.0, 0.0].repeat(5 * (samples - 1)),
             30,
