@@ -119,7 +119,6 @@ fn outputs_that_the_robot_or_the_card_lacks_are_refused() {
 }
 
 /// 8 kg in heave and some of it coupled to the pitch, over the density of fresh water.
-#[cfg(mujoco_plugins)]
 fn heavy(body: &str) -> BodyAddedMass {
     let mut matrix = vec![0.0; 36];
     for (at, value) in [
@@ -137,6 +136,16 @@ fn heavy(body: &str) -> BodyAddedMass {
         body: body.to_owned(),
         matrix,
     }
+}
+
+/// A passive callback cannot change the inertia: the refusal is a warning, and no force acts.
+#[cfg(not(mujoco_plugins))]
+#[test]
+fn an_added_mass_in_the_inertia_needs_the_engine_plugin() {
+    let mut recipe = constant_with_fin();
+    recipe.added_mass = vec![heavy("hull")];
+    let (_folder, card) = saved(&recipe);
+    near(&force(&mut scene(&card, &[]).unwrap()), &[0.0; 7]);
 }
 
 #[cfg(mujoco_plugins)]
