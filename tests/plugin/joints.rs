@@ -5,7 +5,6 @@ use std::{path::Path, sync::Arc};
 
 #[cfg(not(mujoco_plugins))]
 use hydro_model::checkpoint::Checkpoint;
-#[cfg(mujoco_plugins)]
 use hydro_model::water::BodyAddedMass;
 use hydro_plugin::mujoco::simulator::{Data, Model, SimulatorError};
 
