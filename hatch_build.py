@@ -12,7 +12,15 @@ from pathlib import Path
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 #: Folders that are data of the package, in the checkout and there.
-DATA = ("mjcf", "examples", "models/b1-relaxation", "models/b1-task2", "models/robots", "models/README.md")
+DATA = (
+    "mjcf",
+    "examples",
+    "models/b1-relaxation",
+    "models/b1-strip",
+    "models/b1-task2",
+    "models/robots",
+    "models/README.md",
+)
 PACKAGE = "hydro_mujoco"
 #: Environment variable: cargo's profile; `dev` makes a wheel for tests of what is compiled already.
 PROFILE = "HYDRO_WHEEL_PROFILE"

@@ -3,11 +3,12 @@
 import json
 import os
 from pathlib import Path
+from typing import Literal
 
 import mujoco
 
 from .errors import DataError
-from .plugin import declare, load_plugin
+from .plugin import WRENCH, declare, load_plugin
 from .record import scene
 from .record import water as waters
 from .recording.kinematics import below, name_of
@@ -20,16 +21,44 @@ def with_checkpoint(
     body: str | None = None,
     water: str | None = None,
     buoyancy: bool = False,
+    outputs: Literal["wrench", "generalised"] | None = None,
     plugin: str | os.PathLike | None = None,
 ) -> mujoco.MjSpec:
     """The model's spec with a trained checkpoint instead of the water that `record` learned; compile it and step.
 
     MuJoCo's fluid is switched off where it was the label, and so are the learned effects; all other effects, a current
     and a waterline stay beside the checkpoint. The arguments `body`, `water` and `buoyancy` are those of the recording.
+
+    Args:
+        outputs: which of the checkpoint's outputs act: `wrench`, on the base alone, or `generalised`, the torques on
+            the joints too; all that it has by default.
+
+    Raises:
+        DataError: the checkpoint has no torques of joints, though `outputs` asks for them; it is no checkpoint; or the
+            body carries another plugin. A joint or body that its card names and the model lacks is refused when the
+            spec is compiled, by a ValueError that lists what exists.
     """
-    return _with_checkpoint(
-        model, Path(checkpoint), body, water, buoyancy, Path(plugin) if plugin is not None else None
-    )
+    library = Path(plugin) if plugin is not None else None
+    spec = _with_checkpoint(model, Path(checkpoint), body, water, buoyancy, library)
+    if outputs is None:
+        return spec
+    _check_outputs(Path(checkpoint), outputs)
+    for instance in spec.plugins:
+        if instance.plugin_name == WRENCH and "checkpoint" in instance.config:
+            instance.config = dict(instance.config) | {"outputs": outputs}
+    return spec
+
+
+def _check_outputs(checkpoint: Path, outputs: str) -> None:
+    """Refuse torques of joints that a card does not have."""
+    if outputs not in ("wrench", "generalised"):
+        raise DataError(f"outputs={outputs!r}: expected 'wrench' or 'generalised'")
+    names = json.loads((checkpoint / "card.json").read_text(encoding="utf-8"))["outputs"]
+    if outputs == "generalised" and not any(name.startswith("joint_torque.") for name in names):
+        raise DataError(
+            f"outputs='generalised': {checkpoint} gives the wrench on the base alone ({', '.join(names)}); train one "
+            "with outputs='generalised'"
+        )
 
 
 def _with_checkpoint(

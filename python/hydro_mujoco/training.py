@@ -36,6 +36,7 @@ def train(
     epochs: int | None = None,
     seed: int = 0,
     hidden: Sequence[int] | None = None,
+    outputs: Literal["wrench", "generalised"] = "wrench",
     resume: bool = False,
     overwrite: bool = False,
     progress: bool = True,
@@ -54,6 +55,8 @@ def train(
             an hour, `full` hours.
         epochs: passes over the data; the preset's by default. seed: of the first weights and the order of the data.
         hidden: widths of the field's hidden layers, or of an LSTM's layers.
+        outputs: `wrench` on the base, or `generalised`, with the torque of the water on every joint, where the data
+            have it (shard `generalised`).
         resume: go on with the training in `out`. overwrite: replace it.
         progress: show a bar.
         options: further flags of `hydro train --help`, by their names with underscores: `learning_rate=2e-3`,
@@ -82,6 +85,7 @@ def train(
         "epochs": epochs,
         "seed": seed,
         "hidden": None if hidden is None else list(hidden),
+        "outputs": outputs,
         "resume": resume,
         "overwrite": overwrite,
         **options,
@@ -107,9 +111,10 @@ def evaluate(
         solver: another than the checkpoint's.
 
     Returns:
-        What `hydro evaluate --json` prints: `trajectories`, `outputs` (names [f]), and `errors`: `mae` and `rmse` [f]
-        in N and N m, base frame; `nrmse` [f] and `pooled` over the label's standard deviation; `nrmse_hydrodynamic`
-        [f] and `pooled_hydrodynamic` without buoyancy.
+        What `hydro evaluate --json` prints: `trajectories`, `outputs` (names [f]; torques of joints too where the
+        checkpoint has them), `other_water` (None, or what to say where the data were made in another water than the
+        checkpoint's), and `errors`: `mae` and `rmse` [f] in N and N m, base frame; `nrmse` [f] and `pooled` over the
+        label's standard deviation; `nrmse_hydrodynamic` [f] and `pooled_hydrodynamic` without buoyancy.
 
     Raises:
         DataError: they do not fit each other, or the split is empty; the message is the program's.

@@ -116,10 +116,10 @@ class Checkpoint(Recorder):
     def setUpClass(cls):
         plugin.load_plugin(LIBRARY)
 
-    def folder_with_card(self, features=()):
+    def folder_with_card(self, features=(), outputs=("force.x",)):
         folder = self.folder / "checkpoint"
         folder.mkdir()
-        (folder / "card.json").write_text(json.dumps({"features": list(features)}))
+        (folder / "card.json").write_text(json.dumps({"features": list(features), "outputs": list(outputs)}))
         return folder
 
     def config(self, xml, **options):
@@ -128,6 +128,22 @@ class Checkpoint(Recorder):
         plugins = [one for one in spec.plugins if one.plugin_name == plugin.WRENCH]
         self.assertEqual(len(plugins), 1)
         return spec, {key: value for key, value in dict(plugins[0].config).items() if value}
+
+    def test_outputs_are_chosen_by_name(self):
+        joints = self.folder_with_card(outputs=("force.x", "joint_torque.fin"))
+        path = self.write(models.vehicle(models.DRAG))
+        for outputs in ("wrench", "generalised"):
+            spec = hydro_mujoco.with_checkpoint(path, joints, outputs=outputs)
+            (instance,) = (one for one in spec.plugins if one.plugin_name == plugin.WRENCH)
+            self.assertEqual(instance.config["outputs"], outputs)
+        with self.assertRaisesRegex(DataError, "expected 'wrench' or 'generalised'"):
+            hydro_mujoco.with_checkpoint(path, joints, outputs="joints")
+
+    def test_joints_are_not_asked_of_a_checkpoint_of_the_base(self):
+        base = self.folder_with_card()
+        with self.assertRaisesRegex(DataError, r"on the base alone \(force\.x\)") as refused:
+            hydro_mujoco.with_checkpoint(self.write(models.vehicle(models.DRAG)), base, outputs="generalised")
+        self.assertEqual(len(str(refused.exception).splitlines()), 1)
 
     def test_learned_effects_go_and_the_others_stay(self):
         effects = (models.DRAG, models.FIN_DRAG, models.BUOYANCY, models.ADDED_MASS, models.CURRENT)

@@ -285,7 +285,7 @@ def test_the_checkpoint_is_the_one_named(tmp_path):
 
 REFUSALS = [
     (lambda: B1SwimEnv(task="fly"), "task is 'fly'; there are: swim, hold, waypoint"),
-    (lambda: B1SwimEnv(checkpoint="b1-lost"), "no checkpoint is called `b1-lost`; there are: b1-relaxation, b1-task2"),
+    (lambda: B1SwimEnv(checkpoint="b1-lost"), "no checkpoint is called `b1-lost`; there are: b1-relaxation, b1-strip"),
     (lambda: RovStationEnv(seas=0), "seas is 0; expected 1 to 1000"),
     (lambda: RovStationEnv(sea_seed=-1), "sea_seed is -1; expected 0 to "),
     (lambda: RovStationEnv(current=float("nan")), "current is nan; expected 0 to 2"),

@@ -4,14 +4,18 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from dataclasses import replace
 from pathlib import Path
+from unittest import mock
 
 import mujoco
 import numpy as np
 
 from hydro_mujoco.recording import features
-from hydro_tools.datasets import DataError, rollouts, scene
+from hydro_mujoco.recording import plan as recording_plan
+from hydro_tools.datasets import DataError, plan, rollouts, scene, waters
 from hydro_tools.repository import ROOT, SCRIPTS
+from hydro_tools.strip_water import forces, simulation, strips, wake
 
 RECORDED = ROOT / "tests/data/rollouts"
 
@@ -62,6 +66,107 @@ class Recorded(unittest.TestCase):
         for run in self.runs:
             density = np.full(len(run["time"]), run["density"])
             np.testing.assert_array_equal(scene.load().layout.features(run["qpos"], run["qvel"], density), run["x"])
+
+
+class Strips(unittest.TestCase):
+    """A run of 4 s in strip water, whose generalised force is the oracle of all joints."""
+
+    SECONDS = 4.0
+
+    @classmethod
+    def setUpClass(cls):
+        cls.scene = scene.load()
+        # A warm-up of 8 s would be most of this test.
+        with mock.patch.object(recording_plan, "WARM_UP", 0.3):
+            cls.run_ = rollouts.record(
+                cls.scene,
+                5,
+                0,
+                duration=cls.SECONDS,
+                density_range=plan.DENSITY_RANGE,
+                water=replace(waters.STRIP, added_mass=waters.IN_INERTIA),
+            )
+
+    def driven(self, force):
+        """Positions [N+1,19] of plain MuJoCo without water, given `force(data, k, step)` in every physics step."""
+        model = simulation.dry(self.scene.model)
+        data = mujoco.MjData(model)
+        data.qpos[:], data.qvel[:] = self.run_["qpos"][0], self.run_["qvel"][0]
+        out = [data.qpos.copy()]
+        for k, (ctrl, push) in enumerate(zip(self.run_["ctrl"], self.run_["push"])):
+            data.ctrl[:], data.xfrc_applied[1] = ctrl, push
+            for step in range(self.scene.system.substeps):
+                data.qfrc_applied[:] = force(data, k, step)
+                mujoco.mj_step(model, data)
+            out.append(data.qpos.copy())
+        return np.array(out)
+
+    def test_arrays(self):
+        n = round(self.SECONDS / scene.SAMPLE_PERIOD)
+        shapes = {name: self.run_[name].shape for name in rollouts.STRIPS_ALONE}
+        self.assertEqual(shapes, {"generalised": (n + 1, 18), "gyroscopic": (n + 1, 6), "step_force": (n, 90)})
+        wrench = features.base_wrench(self.run_["qpos"][:, 3:7], self.run_["generalised"][:, :6])
+        np.testing.assert_allclose(wrench, self.run_["wrench_clean"], atol=1e-9)
+        self.assertGreater(np.abs(self.run_["gyroscopic"]).max(), 0.1)
+
+    def test_the_recorded_force_on_all_joints_gives_the_motion_back(self):
+        steps = self.run_["step_force"].reshape(len(self.run_["ctrl"]), -1, 18)
+        found = self.driven(lambda data, k, step: steps[k, step])
+        moved = np.linalg.norm(self.run_["qpos"][-1, :3] - self.run_["qpos"][0, :3])
+        self.assertGreater(moved, 0.05)
+        np.testing.assert_allclose(found, self.run_["qpos"], atol=1e-9)
+        # On the base alone it does not.
+        base = self.driven(lambda data, k, step: np.concatenate((steps[k, step, :6], np.zeros(12))))
+        self.assertGreater(np.linalg.norm(base[-1, :3] - self.run_["qpos"][-1, :3]), 1e-3)
+
+    def test_the_true_force_at_its_own_state_stays_within_a_millimetre(self):
+        """The oracle of all joints: its wakes follow its own motion, not the recorded one."""
+        truth = forces.water(self.scene.model, strips.b1())
+        shadow = simulation.Simulation(simulation.dry(self.scene.model), truth, 1)
+        shadow.density[:] = self.run_["density"]
+        told = []
+
+        def force(data, k, step):
+            if told:
+                wakes = wake.follow(
+                    truth.strips, shadow.wakes, told[0].velocity, told[0].pace, shadow.model.opt.timestep
+                )
+                shadow.wakes[:] = wakes
+            own = shadow.datas[0]
+            own.qpos[:], own.qvel[:], own.ctrl[:] = data.qpos, data.qvel, data.ctrl
+            own.xfrc_applied[:] = data.xfrc_applied
+            if not told:
+                shadow.wakes[:] = self.first_wakes(truth)
+            now = shadow.evaluate([0])
+            told[:] = [now]
+            return (now.drag + now.lift + now.added(shadow.accelerations([0])))[0]
+
+        found = self.driven(force)
+        distance = np.linalg.norm(found[:, :3] - self.run_["qpos"][:, :3], axis=1)
+        self.assertLess(distance[-1], 1e-3)
+        self.assertLess(distance.max(), 1e-3)
+
+    def first_wakes(self, truth):
+        """Wakes at the first sample, from the drag that they led to in the first physics step: found by replaying the warm-up."""
+        with mock.patch.object(recording_plan, "WARM_UP", 0.3):
+            drawn = plan.rollout(
+                5,
+                0,
+                samples=len(self.run_["time"]),
+                density_range=plan.DENSITY_RANGE,
+                joint_range=self.scene.joint_range,
+            )
+        run = simulation.Simulation(simulation.dry(self.scene.model), truth, 1)
+        run.density[:] = self.run_["density"]
+        data = run.datas[0]
+        data.qpos[:], data.qvel[:] = drawn.qpos, drawn.qvel
+        run.settle([0])
+        for row in range(drawn.warm_up):
+            data.ctrl[:], data.xfrc_applied[1] = drawn.ctrl[row], drawn.push[row]
+            for _ in range(self.scene.system.substeps):
+                run.step([0])
+        np.testing.assert_array_equal(data.qpos, self.run_["qpos"][0])
+        return run.wakes
 
 
 class Recorder(unittest.TestCase):

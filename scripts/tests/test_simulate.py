@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -11,7 +12,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from hydro_tools.datasets import replay, rollouts, scene
+from hydro_tools.datasets import DataError, replay, rollouts, scene
 from hydro_tools.repository import ROOT, SCRIPTS
 
 
@@ -50,6 +51,34 @@ class Simulate(unittest.TestCase):
         run = script("simulate.py", "--rollouts", self.folder, "--scene", "mjcf/b1_box_fluid.xml", "--json")
         worst = max(e["position_m"] for r in json.loads(run.stdout)["rollouts"] for e in r["errors"])
         self.assertGreater(worst, 0.01)
+
+    def test_another_water_is_said(self):
+        strip = Path(self.temporary.name, "strip")
+        shutil.copytree(ROOT / "tests/data/rollouts-strip", strip)
+        run = script("simulate.py", "--rollouts", strip, "--scene", "mjcf/b1_box_fluid.xml")
+        self.assertIn("ANOTHER WATER", run.stderr)
+        self.assertIn("strip (added mass in the inertia)", run.stderr)
+        self.assertIn("ANOTHER WATER", script("simulate.py", "--rollouts", self.folder, "--water", "strip").stderr)
+        for arguments in (
+            ("--rollouts", strip, "--water", "strip"),
+            ("--rollouts", self.folder, "--scene", scene.TRUTH),
+        ):
+            self.assertNotIn("ANOTHER WATER", script("simulate.py", *arguments).stderr)
+
+    def test_the_water_of_a_checkpoint_is_that_of_its_card(self):
+        self.assertIsNone(replay.water_of("mjcf/b1_swim.xml"))
+        self.assertEqual(replay.water_of("mjcf/b1_swim.xml", Path("models/b1-strip"))["name"], "strip")
+        with self.assertRaisesRegex(DataError, "card.json"):
+            replay.water_of("mjcf/b1_swim.xml", Path("models/none"))
+
+    def test_strips_replay_themselves_but_for_the_wakes_at_the_start(self):
+        index, runs = rollouts.read(ROOT / "tests/data/rollouts-strip")
+        for run in runs:
+            states = [data.qpos.copy() for data in replay.replay_in_strips(scene.load(), run)]
+            distance = np.linalg.norm(states[-1][:3] - run["qpos"][-1, :3])
+            travelled = np.linalg.norm(run["qpos"][-1, :3] - run["qpos"][0, :3])
+            self.assertLess(distance, 0.2 * travelled)
+            self.assertGreater(distance, 0.0)
 
     def test_missing_plugin_is_told(self):
         run = script("simulate.py", "--rollouts", self.folder, "--plugin", "nowhere/libhydro_plugin.so")

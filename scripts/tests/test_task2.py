@@ -247,6 +247,40 @@ class Strips(unittest.TestCase):
         for name in ("x", "wrench", "generalised", "added_mass"):
             np.testing.assert_array_equal(np.concatenate([part[name] for part in parts]), whole[name])
 
+    def test_buoyancy_is_told_on_every_degree_of_freedom(self):
+        shard = load_file(self.out / "train-00000-of-00001.safetensors")
+        turn = shard["x"][..., 24:28].astype(float)
+        lift = shard["generalised_hydrostatic"].astype(float)
+        np.testing.assert_allclose(
+            features.base_wrench(turn, lift[..., :6]), shard["hydrostatic"], rtol=1e-4, atol=1e-3
+        )
+        self.assertGreater(np.abs(lift[..., 6:]).max(), 0.1)
+
+    def test_an_added_mass_in_the_inertia_is_no_part_of_the_label(self):
+        out = Path(self.temporary.name, "inertia")
+        water = replace(waters.STRIP, added_mass=waters.IN_INERTIA)
+        manifest = dataset.generate(replace(self.SETTINGS, water=water), out, executor=Here())
+        apart, whole = (load_file(folder / "train-00000-of-00001.safetensors") for folder in (out, self.out))
+        np.testing.assert_array_equal(apart["x"], whole["x"])
+        np.testing.assert_array_equal(apart["added_mass"], whole["added_mass"])
+        np.testing.assert_allclose(
+            whole["wrench_clean"] - apart["wrench_clean"], whole["added_mass"], rtol=1e-4, atol=2e-3
+        )
+        turn = apart["x"][..., 24:28].astype(float)
+        wrench = features.base_wrench(turn, apart["generalised"][..., :6].astype(float))
+        np.testing.assert_allclose(wrench, apart["wrench_clean"], rtol=1e-4, atol=1e-3)
+
+        self.assertEqual(manifest["water"], self.manifest["water"] | {"added_mass": "inertia"})
+        np.testing.assert_allclose(manifest["added_mass_share"], self.manifest["added_mass_share"], rtol=1e-9)
+        self.assertNotIn("added_mass", self.manifest)
+        bodies = {entry["body"]: np.reshape(entry["matrix"], (6, 6)) for entry in manifest["added_mass"]}
+        self.assertEqual(len(bodies), 13)
+        for body, matrix in bodies.items():
+            np.testing.assert_allclose(matrix, matrix.T, atol=1e-15, err_msg=body)
+            self.assertGreater(np.linalg.eigvalsh(matrix).min(), -1e-12, body)
+        # Heave of the trunk: 91 kg of fresh water.
+        self.assertAlmostEqual(bodies["trunk"][2, 2] * 1000, 91.1, places=1)
+
     def test_another_water_is_not_resumed(self):
         with self.assertRaisesRegex(DataError, "water was .*strip"):
             dataset.generate(
@@ -268,6 +302,13 @@ class Strips(unittest.TestCase):
             self.assertTrue(held[at - 1].any(), f"the push does not begin to change at {at}")
         mixed = plan.task2(5, plan.Stream.TEST, 3, samples=400, joint_range=loaded.joint_range)
         self.assertTrue((np.diff(mixed.push, axis=0)[sample - 1] == 0).all(axis=1).any())
+
+    def test_an_added_mass_in_the_inertia_wants_strips_without_a_surface(self):
+        strip = ["--water", "strip", "--added-mass", "inertia", "--waterline", "1"]
+        for flags, words in ((strip, "expected no --waterline"), (strip[2:4], "expected --water strip")):
+            run = subprocess.run(command("--out", self.temporary.name, *flags), capture_output=True, text=True)
+            self.assertEqual(run.returncode, 2)
+            self.assertIn(words, run.stderr)
 
     def test_a_waterline_wants_strips_and_a_number(self):
         for flags in (["--waterline", "1"], ["--water", "strip", "--waterline", "nan"]):

@@ -3,7 +3,7 @@
 use std::{convert::Infallible, path::PathBuf};
 
 use anyhow::bail;
-use hydro_model::{EngineKind, Solver, checkpoint::Checkpoint};
+use hydro_model::{EngineKind, Outputs, Solver, checkpoint::Checkpoint};
 use hydro_training::{
     InitialForce,
     comparison::{Predict, open_loop, precomputed},
@@ -11,7 +11,9 @@ use hydro_training::{
     metrics::predict_by_engine,
 };
 
-use super::{output::print_json, table::table, yardsticks::without_learning};
+use super::{
+    other_water::other_water, output::print_json, table::table, yardsticks::without_learning,
+};
 
 /// Flags of `hydro evaluate`.
 #[derive(Debug, clap::Args)]
@@ -42,7 +44,8 @@ pub(super) struct Args {
 /// Runs the command.
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     let checkpoint = Checkpoint::load(&args.checkpoint)?;
-    let data = Dataset::open(&args.data)?;
+    let outputs = Outputs::of(&checkpoint.card.outputs);
+    let data = Dataset::open(&args.data)?.with_outputs(outputs)?;
     let manifest = data.manifest();
     if manifest.features != checkpoint.card.features || manifest.outputs != checkpoint.card.outputs
     {
@@ -59,6 +62,13 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             args.data.display(),
             args.checkpoint.display()
         );
+    }
+    let other_water = other_water(
+        (&args.checkpoint, checkpoint.card.water.as_ref()),
+        (&args.data, manifest.water.as_ref()),
+    );
+    if let Some(warning) = &other_water {
+        eprintln!("{warning}");
     }
     let split = data.split(&args.split, None)?;
     if split.is_empty() {
@@ -99,7 +109,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         return print_json(&serde_json::json!({
             "checkpoint": args.checkpoint.display().to_string(), "data": args.data.display().to_string(), "split": args.split, "start": args.start,
             "trajectories": result.trajectories, "outputs": result.outputs, "errors": row.errors,
-            "yardsticks": &result.rows[1..],
+            "yardsticks": &result.rows[1..], "other_water": other_water,
             "halves": rounding.map(|(rms, largest)| serde_json::json!({"rms": rms, "largest": largest})),
         }));
     }

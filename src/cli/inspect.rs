@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use hydro_model::{checkpoint::Checkpoint, robot::Robot};
+use hydro_model::{checkpoint::Checkpoint, robot::Robot, water::water_in_words};
 use hydro_training::{dataset::Dataset, rollouts::Rollouts};
 
 use super::{
@@ -65,6 +65,14 @@ fn dataset(data: &Dataset) -> anyhow::Result<()> {
         ("data set", manifest.name.clone()),
         ("features", manifest.features.len().to_string()),
         ("outputs", manifest.outputs.join(" ")),
+        (
+            "torques of joints",
+            match &manifest.generalised {
+                Some(columns) => columns[manifest.outputs.len()..].join(" "),
+                None => "none".to_owned(),
+            },
+        ),
+        ("water", water_in_words(manifest.water.as_ref())),
         (
             "samples",
             format!(

@@ -7,6 +7,7 @@
     reason = "only the command line prints"
 )]
 
+mod other_water;
 #[macro_use]
 mod output;
 

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
 use hydro_frames::Wrench;
+use hydro_model::water::water_in_words;
 use hydro_plugin::mujoco::simulator::{Model, SimulatorError, Swimmer};
 use hydro_training::{
-    comparison::{Method, ORACLE, Water, WrenchAtState},
+    comparison::{Method, ORACLE, ORACLE_OF_ALL, ORACLE_OF_THE_BASE, Water, WrenchAtState},
     dataset::Dataset,
     drag::{Drag, fit_drag},
     rollouts::{Rollout, Rollouts},
@@ -24,7 +25,15 @@ pub(super) const BOX_FLUID: &str = "box fluid";
 pub(super) struct Scenes {
     pub(super) box_fluid: PathBuf,
     bare: PathBuf,
-    truth: PathBuf,
+    truth: Truth,
+}
+
+/// What tells the true wrench.
+enum Truth {
+    /// MuJoCo's own fluid in this scene, at any state.
+    Scene(PathBuf),
+    /// The recorded force of every physics step alone.
+    Recorded,
 }
 
 impl Scenes {
@@ -50,6 +59,14 @@ impl Scenes {
         }
         // Loaded once here, so that a fault in the scene is an error and not a panic in the loop.
         buoyant_model(&truth, 1000.0, true)?;
+        let truth = match &index.water {
+            None => Truth::Scene(truth),
+            Some(water) if rollouts.runs.iter().any(|run| run.step_force.is_none()) => bail!(
+                "the rollouts are of the water {}, which MuJoCo does not have, and hold no `step_force`: record them again",
+                water_in_words(Some(water))
+            ),
+            Some(_) => Truth::Recorded,
+        };
         Ok(Self {
             box_fluid: folder.join("b1_box_fluid.xml"),
             bare: folder.join("b1.xml"),
@@ -72,11 +89,16 @@ pub(super) fn fitted_drags(data: &Dataset) -> anyhow::Result<Vec<(&'static str, 
     ])
 }
 
-/// The baselines, and the true wrench, both at the simulator's own state and as recorded.
+/// The baselines, and the true wrench: at the simulator's own state and as recorded, or the recorded force of every step.
+/// Laws of drag stand in a model without added mass: none where the truth has it.
 pub(super) fn reference_methods<'a>(
     scenes: &'a Scenes,
     drags: &'a [(&'static str, Drag)],
 ) -> Vec<Method<'a, anyhow::Error>> {
+    let drags = match scenes.truth {
+        Truth::Scene(_) => drags,
+        Truth::Recorded => &[],
+    };
     let mut all: Vec<_> = drags
         .iter()
         .map(|(name, drag)| Method {
@@ -95,15 +117,23 @@ pub(super) fn reference_methods<'a>(
             Ok(Box::new(Swimmer::new(Model::load(&scenes.bare)?)?) as Box<dyn Simulator>)
         })
     };
-    all.push(Method {
-        name: ORACLE.to_owned(),
+    let oracle = |name: &str, water| Method {
+        name: name.to_owned(),
         simulator: bare(),
-        water: Water::Truth(Box::new(|run| true_wrench(&scenes.truth, run.density))),
-    });
-    all.push(Method {
-        name: "oracle, replayed".to_owned(),
-        simulator: bare(),
-        water: Water::Replayed,
+        water,
+    };
+    all.extend(match &scenes.truth {
+        Truth::Scene(truth) => [
+            oracle(
+                ORACLE,
+                Water::Truth(Box::new(|run| true_wrench(truth, run.density))),
+            ),
+            oracle("oracle, replayed", Water::Replayed),
+        ],
+        Truth::Recorded => [
+            oracle(ORACLE_OF_THE_BASE, Water::Steps { joints: false }),
+            oracle(ORACLE_OF_ALL, Water::Steps { joints: true }),
+        ],
     });
     all
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
 use hydro_files::FolderLock;
-use hydro_model::{Adjoint, Solver, checkpoint::Checkpoint, kinematics::Kinematics};
+use hydro_model::{Adjoint, Outputs, Solver, checkpoint::Checkpoint, kinematics::Kinematics};
 use hydro_training::{
     Evaluation, InitialForce, LogRecord, Observer, TrainConfig, TrainDevice, TrainOutcome,
     TrainProgress, Trainer, dataset::Dataset, evaluate,
@@ -36,6 +36,10 @@ pub(super) struct Args {
     name: Option<String>,
     #[command(flatten)]
     model: ModelFlags,
+    /// wrench, on the base; or generalised, the torques of the water on the joints too, where the data set has them
+    /// (gen_task2.py --water strip).
+    #[arg(long, default_value_t)]
+    outputs: Outputs,
     /// Sizes and length of training to start from.
     #[arg(long, value_enum, default_value_t = Preset::Full)]
     preset: Preset,
@@ -83,7 +87,7 @@ pub(super) struct Args {
 
 /// Runs the command.
 pub(super) fn run(args: &Args) -> anyhow::Result<()> {
-    let data = Dataset::open(&args.data)?;
+    let data = Dataset::open(&args.data)?.with_outputs(args.outputs)?;
     let config = configuration(args, data.manifest().kinematics.as_ref())?;
     let mut trainer = Trainer::on(args.device, config, &data)?;
     let folder = RunFolder::new(&args.out)?;
@@ -186,6 +190,7 @@ fn configuration(args: &Args, kinematics: Option<&Kinematics>) -> anyhow::Result
     config.model = args.model.config(args.preset, kinematics)?;
     config.solver = args.solver.unwrap_or_else(|| args.model.usual_solver());
     config.seed = args.seed;
+    config.outputs = args.outputs;
     config.trajectories = args.trajectories;
     let set = |target: &mut usize, flag: Option<usize>| {
         if let Some(value) = flag {

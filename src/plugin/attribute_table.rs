@@ -17,7 +17,7 @@ pub struct Attribute {
 }
 
 /// Attributes of `hydro.wrench`.
-pub const WRENCH: [Attribute; 15] = [
+pub const WRENCH: [Attribute; 16] = [
     Attribute {
         name: c"checkpoint",
         unit: "",
@@ -118,6 +118,13 @@ pub const WRENCH: [Attribute; 15] = [
         meaning: "six factors > 0 on the checkpoint's wrench, force x y z, then torque x y z, in the body's frame; effects \
                   are not scaled, nor is `initial_force`. Needs `checkpoint`",
         default: "1 1 1 1 1 1",
+    },
+    Attribute {
+        name: c"outputs",
+        unit: "",
+        meaning: "which of the checkpoint's outputs act: `wrench`, on the body that carries it, or `generalised`, the torques \
+                  on the joints too, which the card must have. Needs `checkpoint`",
+        default: "all of the card's",
     },
 ];
 

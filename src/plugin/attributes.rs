@@ -10,7 +10,7 @@ use hydro_effects::{
     potential_flow::PotentialFlow,
     sea::{CurrentField, SeaNote, WaveField},
 };
-use hydro_model::{EngineKind, Solver};
+use hydro_model::{EngineKind, Outputs, Solver};
 
 use super::{attribute_error::AttributeError, sea::Sea, search_path::SearchPath};
 
@@ -68,6 +68,8 @@ pub struct Settings {
     /// Factors on the wrench of the checkpoint, force x y z, torque x y z in the body's frame; what the
     /// network carries from sample to sample stays unscaled.
     pub wrench_scale: [f64; 6],
+    /// Which of the card's outputs act; `None`: all.
+    pub outputs: Option<Outputs>,
 }
 
 impl Settings {
@@ -104,6 +106,16 @@ impl Settings {
                 });
             }
             Some(found) => factors("wrench_scale", found)?,
+        };
+        let outputs = match value("outputs") {
+            None => None,
+            Some(found) if checkpoint.is_none() => {
+                return Err(AttributeError::WithoutCheckpoint {
+                    attribute: "outputs",
+                    found,
+                });
+            }
+            Some(found) => Some(choice("outputs", found, "`wrench` or `generalised`")?),
         };
         let waterline = match value("waterline") {
             None => None,
@@ -191,6 +203,7 @@ impl Settings {
                 }
             },
             wrench_scale,
+            outputs,
         })
     }
 }

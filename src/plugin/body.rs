@@ -126,16 +126,14 @@ pub enum BodyError {
         exists: Vec<String>,
     },
     /// A joint that is no single number.
-    #[error(
-        "joint `{name}` is a {kind:?} joint; the card's feature `{feature}` needs a hinge or a slide"
-    )]
+    #[error("joint `{name}` is a {kind:?} joint; the card's `{asker}` needs a hinge or a slide")]
     NotScalar {
         /// Its name.
         name: String,
         /// Its kind.
         kind: JointKind,
-        /// The feature that reads it.
-        feature: String,
+        /// The feature that reads it, or the output that acts on it.
+        asker: String,
     },
     /// Attribute `joints` has another length than the card's list.
     #[error(
@@ -165,11 +163,22 @@ pub enum BodyError {
     },
     /// The card predicts something that is no part of a wrench.
     #[error(
-        "the card's output `{found}` is unknown; expected one of force.x force.y force.z torque.x torque.y torque.z, each once"
+        "the card's output `{found}` is unknown; expected one of force.x force.y force.z torque.x torque.y torque.z \
+         joint_torque.JOINT, each once"
     )]
     Output {
         /// The name found.
         found: String,
+    },
+    /// Torques of joints are asked for, and the card has none.
+    #[error(
+        "attribute `outputs` is `generalised`, but the checkpoint gives the wrench on the base alone ({}); train one with \
+         `hydro train --outputs generalised`, or set it to `wrench`",
+        .outputs.join(", ")
+    )]
+    NoJointTorques {
+        /// The card's outputs.
+        outputs: Vec<String>,
     },
     /// `initial_force` has another length than the card's outputs.
     #[error(

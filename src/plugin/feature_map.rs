@@ -6,7 +6,7 @@
 use hydro_frames as frames;
 use hydro_model::features::{Feature, FeatureLayout};
 
-use super::body::{Base, Body, BodyError, JointKind};
+use super::body::{Base, Body, BodyError, Joint, JointKind};
 
 /// Source of one feature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,42 +126,45 @@ impl FeatureMap {
     }
 }
 
+/// The hinge or slide of a card's joint. `names`: the card's joints, and what they are called in this model; `asker`: the
+/// feature or output of the card that wants it.
+pub(super) fn scalar_joint<'a>(
+    card: &str,
+    (card_joints, names): (&[String], Option<&[String]>),
+    body: &'a Body,
+    asker: &str,
+) -> Result<&'a Joint, BodyError> {
+    let wanted = match (names, card_joints.iter().position(|known| known == card)) {
+        (Some(names), Some(at)) => names[at].as_str(),
+        _ => card,
+    };
+    let joints = || body.joints.iter();
+    let found = joints().find(|joint| joint.name == wanted).ok_or_else(|| {
+        let exists = joints().map(|joint| joint.name.clone());
+        BodyError::NoJoint {
+            card: card.to_owned(),
+            wanted: wanted.to_owned(),
+            exists: exists.filter(|name| !name.is_empty()).collect(),
+        }
+    })?;
+    match found.kind {
+        JointKind::Hinge | JointKind::Slide => Ok(found),
+        kind => Err(BodyError::NotScalar {
+            name: wanted.to_owned(),
+            kind,
+            asker: asker.to_owned(),
+        }),
+    }
+}
+
 fn source(
     feature: &Feature,
     card_joints: &[String],
     names: Option<&[String]>,
     body: &Body,
 ) -> Result<Source, BodyError> {
-    let joint = |card: &String| {
-        let wanted = match (names, card_joints.iter().position(|known| known == card)) {
-            (Some(names), Some(at)) => &names[at],
-            _ => card,
-        };
-        let found = body
-            .joints
-            .iter()
-            .find(|joint| joint.name == *wanted)
-            .ok_or_else(|| {
-                let exists = body
-                    .joints
-                    .iter()
-                    .map(|joint| joint.name.clone())
-                    .filter(|name| !name.is_empty());
-                BodyError::NoJoint {
-                    card: card.clone(),
-                    wanted: wanted.clone(),
-                    exists: exists.collect(),
-                }
-            })?;
-        match found.kind {
-            JointKind::Hinge | JointKind::Slide => Ok(found),
-            kind => Err(BodyError::NotScalar {
-                name: wanted.clone(),
-                kind,
-                feature: feature.to_string(),
-            }),
-        }
-    };
+    let joint =
+        |card: &String| scalar_joint(card, (card_joints, names), body, &feature.to_string());
     // A body that never moves has no velocity to read, and an attitude that a moving parent changes
     // is not in qpos.
     let moving_base = || match &body.base {
@@ -191,7 +194,6 @@ fn source(
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::plugin::body::Joint;
 
     fn swimmer() -> Body {
         Body {

@@ -35,5 +35,5 @@ pub use bound::{Afloat, BodyHull, Bound};
 pub use feature_map::FeatureMap;
 pub use handle::Handle;
 pub use instance::Instance;
-pub use learned_wrench::{LearnedWrench, Moment, Notice};
+pub use learned_wrench::{LearnedForce, LearnedWrench, Moment, Notice};
 pub use registry::{InstanceKey, Registry, SetupError};

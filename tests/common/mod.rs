@@ -13,6 +13,7 @@ use hydro_model::{
     Network, Normaliser, Parameters, RelaxationOdeConfig, Solver,
     checkpoint::{Card, Checkpoint, SCHEMA},
     features::{Feature, FeatureLayout},
+    water::BodyAddedMass,
 };
 
 pub const WRENCH: [&str; 6] = [
@@ -29,6 +30,8 @@ pub struct Recipe {
     pub model: ModelConfig,
     pub mean: Vec<f64>,
     pub deviation: Vec<f64>,
+    /// What the card leaves to the inertia.
+    pub added_mass: Vec<BodyAddedMass>,
 }
 
 /// An Attention-ODE of a window of four samples.
@@ -52,6 +55,7 @@ pub fn lively(joints: &[&str]) -> Recipe {
         model: attention(),
         mean: vec![2.0, 1.0, 3.0, 0.1, -0.1, 0.05],
         deviation: vec![4.0, 4.0, 4.0, 0.2, 0.2, 0.2],
+        added_mass: Vec::new(),
     }
 }
 
@@ -62,6 +66,18 @@ pub fn constant() -> Recipe {
         deviation: vec![1e-13; 6],
         ..lively(&[])
     }
+}
+
+/// Torque on the fin of [`constant_with_fin`].
+pub const FIN_TORQUE: f64 = 0.7;
+
+/// As [`constant`], with a constant torque on the joint `fin`, which is no feature.
+pub fn constant_with_fin() -> Recipe {
+    let mut recipe = constant();
+    recipe.outputs.push("joint_torque.fin");
+    recipe.mean.push(FIN_TORQUE);
+    recipe.deviation.push(1e-13);
+    recipe
 }
 
 /// One of every kind of model, for the joints given.
@@ -127,6 +143,7 @@ pub fn towing() -> Recipe {
         model: attention(),
         mean: vec![-3.0, 1.0],
         deviation: vec![2.0, 2.0],
+        added_mass: Vec::new(),
     }
 }
 
@@ -179,6 +196,8 @@ impl Recipe {
             frames: BTreeMap::from([("wrench".to_owned(), "base".to_owned())]),
             sample_period: 0.01,
             residual: false,
+            water: None,
+            added_mass: self.added_mass.clone(),
             envelope: None,
             solver: Solver::Euler,
             normaliser,

@@ -144,6 +144,9 @@ fn relaxation(folder: &Path) -> Dataset {
         sample_period: 0.01,
         samples: 80,
         kinematics: None,
+        generalised: None,
+        water: None,
+        added_mass: Vec::new(),
         splits: BTreeMap::new(),
         provenance: BTreeMap::new(),
     };

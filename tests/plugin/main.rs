@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod fish;
+mod joints;
 mod native_fluid;
 mod python;
 mod reference;

@@ -9,7 +9,8 @@ use std::{
 };
 
 /// Each a file of its own, in a process of its own.
-const SUBJECTS: [&str; 13] = [
+const SUBJECTS: [&str; 14] = [
+    "added_mass",
     "afloat",
     "effects",
     "examples",

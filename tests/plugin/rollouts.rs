@@ -7,7 +7,10 @@ use crate::reference::Reference;
 use hydro_frames as frames;
 use hydro_model::EngineKind;
 use hydro_plugin::{
-    mujoco::simulator::{Data, Integrator, Model},
+    mujoco::{
+        scene::with_attribute,
+        simulator::{Data, Integrator, Model, Swimmer},
+    },
     plugin::FeatureMap,
 };
 use hydro_training::rollouts::{Rollout, Rollouts};
@@ -226,4 +229,46 @@ fn a_rollout_goes_on_bit_for_bit_from_a_copy_and_from_a_saved_state() {
     assert_eq!(drive(&mut fresh, 123, 300), want);
     // A state that is another's would not pass unseen.
     assert!(fresh.set_state(&saved[1..]).is_err());
+}
+
+/// In strip water whose added mass is in the inertia, a run's wrench is what the passive stage holds: the label, and the
+/// gyroscopic part of the added mass, which the plugin makes of the card's matrices.
+#[test]
+fn the_gyroscopic_part_of_a_recorded_run_is_the_plugin_s() {
+    let rollouts = Rollouts::load(&root().join("tests/data/rollouts-strip")).unwrap();
+    let joints: Vec<&str> = rollouts.index.joints.iter().map(String::as_str).collect();
+    let mut recipe = crate::common::lively(&joints);
+    recipe.mean = vec![0.0; 6];
+    recipe.deviation = vec![1e-13; 6];
+    recipe.added_mass = rollouts.index.added_mass.clone();
+    let folder = tempfile::tempdir().unwrap();
+    let checkpoint = recipe.save(folder.path(), "silent");
+    let mut greatest = 0.0_f64;
+    for run in &rollouts.runs {
+        let mut scene = fs::read_to_string(root().join("mjcf/b1_swim.xml")).unwrap();
+        for (key, value) in [
+            ("checkpoint", checkpoint.display().to_string()),
+            ("density", run.density.to_string()),
+        ] {
+            scene = with_attribute(&scene, "hydro.wrench", key, &value).unwrap();
+        }
+        let mut robot = Swimmer::new(Model::from_xml(&scene).unwrap()).unwrap();
+        let label = run.generalised.as_ref().unwrap();
+        for k in (0..run.x.len()).step_by(10) {
+            let (q, force) = (run.qpos.row(k), label.row(k));
+            let attitude = [q[3], q[4], q[5], q[6]];
+            let base = frames::base_from_world(attitude, [force[0], force[1], force[2]]);
+            let found = robot.passive_wrench_at(q, run.qvel.row(k)).to_array();
+            let label = base.iter().chain(&force[3..6]);
+            for ((found, whole), label) in found.iter().zip(run.wrench.row(k)).zip(label) {
+                assert!(
+                    (found - (whole - label)).abs() < 1e-6,
+                    "{}: {found}",
+                    run.name
+                );
+                greatest = greatest.max(found.abs());
+            }
+        }
+    }
+    assert!(greatest > 0.1, "{greatest} N");
 }

@@ -14,6 +14,9 @@ pub fn output_units_fault(outputs: &[String], units: &[String]) -> Option<String
         let expected = match output.split_once('.')?.0 {
             "force" => "N",
             "torque" => "N m",
+            // Of a slide.
+            "joint_torque" if found == "N" => "N",
+            "joint_torque" => "N m",
             _ => return None,
         };
         (found != expected)

@@ -19,7 +19,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::features::{Feature, FeatureLayout};
+use crate::{
+    features::{Feature, FeatureLayout},
+    outputs::Output,
+};
 
 /// Least and greatest values in a training split.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -233,14 +236,13 @@ fn is_velocity(feature: &Feature) -> bool {
     )
 }
 
-/// Velocity along a component of the wrench: `force.x` to linear velocity x, `torque.x` to angular velocity x.
+/// Velocity along an output: `force.x` to linear velocity x, `torque.x` to angular velocity x, the torque of a joint to the
+/// joint's velocity.
 fn velocity_along(output: &str) -> Option<Feature> {
-    let (kind, axis) = output.split_once('.')?;
-    let axis = ["x", "y", "z"].iter().position(|known| *known == axis)?;
-    match kind {
-        "force" => Some(Feature::LinearVelocity(axis)),
-        "torque" => Some(Feature::AngularVelocity(axis)),
-        _ => None,
+    match output.parse().ok()? {
+        Output::Component(axis @ 0..3) => Some(Feature::LinearVelocity(axis)),
+        Output::Component(axis) => Some(Feature::AngularVelocity(axis - 3)),
+        Output::Joint(name) => Some(Feature::JointVelocity(name)),
     }
 }
 

@@ -74,12 +74,14 @@ mod kernel;
 pub mod kinematics;
 pub mod normaliser;
 mod operations;
+pub mod outputs;
 pub mod parameters;
 mod perceptron;
 pub mod robot;
 pub mod solver;
 #[cfg(test)]
 mod testing;
+pub mod water;
 
 pub use self::{
     adjoint::Adjoint,
@@ -93,6 +95,7 @@ pub use self::{
     error::ModelError,
     force_model::ForceModel,
     normaliser::Normaliser,
+    outputs::{Output, Outputs},
     parameters::Parameters,
     solver::Solver,
 };

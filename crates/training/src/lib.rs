@@ -40,6 +40,9 @@
 //!     sample_period: 0.05,
 //!     samples: 20,
 //!     kinematics: None,
+//!     generalised: None,
+//!     water: None,
+//!     added_mass: Vec::new(),
 //!     splits: BTreeMap::new(),
 //!     provenance: BTreeMap::new(),
 //! };

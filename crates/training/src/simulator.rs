@@ -14,6 +14,9 @@ pub trait Simulator {
     fn set_push(&mut self, push: &[f64]);
     /// Wrench on the base beyond the model's own, held until set again.
     fn set_base_wrench(&mut self, wrench: Wrench);
+    /// Force on the first degrees of freedom beyond the model's own, as MuJoCo has it (the base's: force in the world, torque
+    /// in the base), held until set again.
+    fn set_generalised_force(&mut self, force: &[f64]);
     /// One step.
     fn step(&mut self);
     /// Positions; the floating base's position and quaternion `w x y z` come first.

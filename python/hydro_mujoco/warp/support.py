@@ -33,6 +33,7 @@ WITHOUT = (
     "engine",
     "initial_force",
     "wrench_scale",
+    "outputs",
 )
 #: Keys of the attribute `current` where it is JSON.
 CURRENTS = ("schema", "velocity", "profile", "random")

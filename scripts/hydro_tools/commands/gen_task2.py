@@ -8,8 +8,9 @@ water's wrench on the base at the same state as the features, in the base frame 
 origin [N, N m], clean and with 10 % noise. --regime speeds, densities or gaits draws these from
 outside the usual ranges, to test what was trained inside them. --water strip is strip theory with
 added mass and wakes: water that remembers; its shards also hold `generalised` [M,T,18], the water's
-force on every degree of freedom (world force, base torque, joint torques), and `added_mass` [M,T,6],
-that part of the wrench. The same seed gives the same bytes
+force on every degree of freedom (world force, base torque, joint torques), `generalised_hydrostatic`,
+the buoyancy in it, and `added_mass` [M,T,6], that part of the wrench. With --added-mass inertia the
+label is without that part, and the manifest lists the matrices. The same seed gives the same bytes
 at any number of workers, here or on the nodes of a Ray cluster (--ray). Needs pip install -e
 python -e scripts, and scripts[ray] for --ray.
 """
@@ -29,7 +30,7 @@ from hydro_mujoco.jobs.processes import Processes
 from hydro_mujoco.recording import arguments
 from hydro_mujoco.recording.dataset import empty_splits
 from hydro_tools.datasets import DataError, dataset, plan, regime
-from hydro_tools.datasets.waters import ELLIPSOID, STRIP, WATERS
+from hydro_tools.datasets.waters import ADDED_MASS, ELLIPSOID, IN_INERTIA, IN_LABEL, STRIP, WATERS
 from hydro_tools.jobs.cluster import Cluster
 
 
@@ -83,6 +84,13 @@ def parse() -> argparse.Namespace:
         help="with --water strip: the surface, above the base's start [m] (default: the robot is deep; the features "
         "hold no depth)",
     )
+    parser.add_argument(
+        "--added-mass",
+        choices=ADDED_MASS,
+        default=IN_LABEL,
+        help="with --water strip: its force is in the label, or it is left to the inertia of the model that a "
+        "checkpoint drives, which is stable there (default: %(default)s)",
+    )
     parser.add_argument("--model", help="another scene of that water (default: its own)")
     clash = parser.add_mutually_exclusive_group()
     clash.add_argument("--resume", action="store_true", help="finish what a former run left")
@@ -92,6 +100,10 @@ def parse() -> argparse.Namespace:
         parser.error("--samples: a trajectory has at least 2")
     if args.waterline is not None and (args.water != STRIP.name or not math.isfinite(args.waterline)):
         parser.error(f"--waterline {args.waterline}: expected a height [m], with --water {STRIP.name}")
+    if args.added_mass == IN_INERTIA and args.water != STRIP.name:
+        parser.error(f"--added-mass {args.added_mass}: the water {args.water} has none; expected --water strip")
+    if args.added_mass == IN_INERTIA and args.waterline is not None:
+        parser.error("--added-mass inertia: it changes at the surface; expected no --waterline")
     args.switch = args.switch or WATERS[args.water].switch
     args.splits = args.splits or ((0.8, 0.1, 0.1) if args.regime == regime.USUAL.name else (0.0, 0.0, 1.0))
     return args
@@ -117,7 +129,7 @@ def main() -> int:
         shard_size=args.shard_size,
         model=args.model or WATERS[args.water].model,
         regime=regime.REGIMES[args.regime],
-        water=replace(WATERS[args.water], waterline=args.waterline),
+        water=replace(WATERS[args.water], waterline=args.waterline, added_mass=args.added_mass),
         switch=args.switch,
     )
     if empty := empty_splits(settings.size):

@@ -2,6 +2,7 @@
 
     python scripts/record_rollouts.py --out out/rollouts --count 20 --duration 4 --seed 0
     python scripts/record_rollouts.py --out out/long --count 1 --minutes 10 --seed 1
+    python scripts/record_rollouts.py --out out/strip --water strip --added-mass inertia
 
 The closed loop is compared on them: same start, same controls and pushes, the water exchanged.
 Needs mujoco and numpy (pip install -e . -e scripts).
@@ -10,10 +11,12 @@ Needs mujoco and numpy (pip install -e . -e scripts).
 import argparse
 import shlex
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from hydro_mujoco.recording.progress import Progress
 from hydro_tools.datasets import DataError, plan, rollouts, scene
+from hydro_tools.datasets.waters import ADDED_MASS, ELLIPSOID, IN_INERTIA, IN_LABEL, STRIP, WATERS
 
 
 def _range(text: str) -> tuple[float, float]:
@@ -47,7 +50,19 @@ def parse() -> argparse.Namespace:
         metavar="LOW,HIGH",
         help="kg/m^3 (default: 990,1030)",
     )
-    parser.add_argument("--model", default=scene.TRUTH, help="truth scene (default: %(default)s)")
+    parser.add_argument(
+        "--water",
+        choices=WATERS,
+        default=ELLIPSOID.name,
+        help="truth, as in gen_task2.py (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--added-mass",
+        choices=ADDED_MASS,
+        default=IN_LABEL,
+        help="with --water strip, as in gen_task2.py (default: %(default)s)",
+    )
+    parser.add_argument("--model", help="another scene of that water (default: its own)")
     parser.add_argument("--overwrite", action="store_true", help="replace the rollouts in --out")
     args = parser.parse_args()
     if args.minutes is not None:
@@ -58,12 +73,16 @@ def parse() -> argparse.Namespace:
         parser.error(f"--duration {args.duration}: expected at least a sample period, {scene.SAMPLE_PERIOD} s")
     if args.seed < 0:
         parser.error(f"--seed {args.seed}: expected 0 or more")
+    if args.added_mass == IN_INERTIA and args.water != STRIP.name:
+        parser.error(f"--added-mass {args.added_mass}: the water {args.water} has none; expected --water strip")
+    args.model = args.model or WATERS[args.water].model
     return args
 
 
 def run(args: argparse.Namespace) -> None:
     """Record the folder."""
     loaded = scene.load(args.model)
+    water = replace(WATERS[args.water], added_mass=args.added_mass)
     if args.out.exists() and not args.out.is_dir():
         raise DataError(f"{args.out} is a file: choose a folder for --out")
     args.out.mkdir(parents=True, exist_ok=True)
@@ -77,7 +96,9 @@ def run(args: argparse.Namespace) -> None:
         path.unlink(missing_ok=True)
     progress, entries = Progress(args.count, "rollouts"), []
     for index in range(args.count):
-        arrays = rollouts.record(loaded, args.seed, index, duration=args.duration, density_range=args.density_range)
+        arrays = rollouts.record(
+            loaded, args.seed, index, duration=args.duration, density_range=args.density_range, water=water
+        )
         entries.append(rollouts.write_run(args.out, index, arrays))
         progress.advance()
     low, high = args.density_range
@@ -86,7 +107,9 @@ def run(args: argparse.Namespace) -> None:
         f"--duration {args.duration:g} --seed {args.seed} --density-range {low:g},{high:g} "
         f"--model {shlex.quote(args.model)}"
     )
-    rollouts.write_index(args.out, loaded, args.seed, command, entries)
+    if args.water != ELLIPSOID.name:
+        command += f" --water {args.water} --added-mass {args.added_mass}"
+    rollouts.write_index(args.out, loaded, args.seed, command, entries, water)
 
 
 def main() -> int:

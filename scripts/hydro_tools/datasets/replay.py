@@ -1,7 +1,9 @@
 """Drive a scene, whatever its water, with the start, controls and pushes of a recorded rollout."""
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
+from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
@@ -9,6 +11,7 @@ import numpy as np
 from hydro_mujoco.plugin import WRENCH
 
 from ..repository import ROOT
+from ..strip_water import forces, simulation, strips
 from . import DataError, scene
 
 #: Sensor that the plugin fills: force and torque in the base frame.
@@ -23,12 +26,8 @@ def compile_scene(path: str, *, density: float, checkpoint: Path | None = None) 
         plugins = [plugin for plugin in spec.plugins if plugin.plugin_name == WRENCH]
         for plugin in plugins:
             config = dict(plugin.config) | {"density": repr(float(density))}
-            folder = Path(config.get("checkpoint", "")) if checkpoint is None else checkpoint
-            # The plugin cannot know where the scene stands: it is given an absolute path.
-            if config.get("checkpoint") and not folder.is_absolute():
-                folder = next((place for base in (Path.cwd(), ROOT) if (place := base / folder).is_dir()), folder)
             if config.get("checkpoint"):
-                config["checkpoint"] = str(folder)
+                config["checkpoint"] = str(_folder(config["checkpoint"] if checkpoint is None else checkpoint))
             plugin.config = config
         model = spec.compile()
     except ValueError as error:
@@ -36,6 +35,48 @@ def compile_scene(path: str, *, density: float, checkpoint: Path | None = None) 
     if not plugins:
         scene.set_density(model, density)
     return model
+
+
+def _folder(checkpoint: str | Path) -> Path:
+    """An absolute path, where it can be found: the plugin cannot know where the scene stands."""
+    folder = Path(checkpoint)
+    if folder.is_absolute():
+        return folder
+    return next((place for base in (Path.cwd(), ROOT) if (place := base / folder).is_dir()), folder)
+
+
+def water_of(path: str, checkpoint: Path | None = None) -> dict | None:
+    """The water that the checkpoint of a scene was trained in, as its card says; None for MuJoCo's own."""
+    file = scene.find(path)
+    try:
+        # MuJoCo reads a plugin's attributes only where the plugin is loaded.
+        plugins = [node for node in ElementTree.parse(file).iter("plugin") if node.get("plugin") == WRENCH]
+    except ElementTree.ParseError as error:
+        raise DataError(f"{path}: {error}") from error
+    configs = [config for node in plugins for config in node.iter("config") if config.get("key") == "checkpoint"]
+    named = next((value for config in configs if (value := config.get("value"))), None)
+    if named is None:
+        return None
+    card = _folder(checkpoint or named) / "card.json"
+    try:
+        return json.loads(card.read_text(encoding="utf-8")).get("water")
+    except (OSError, ValueError) as error:
+        raise DataError(f"{card}: {error}") from error
+
+
+def replay_in_strips(loaded: scene.Scene, run: dict[str, np.ndarray]) -> Iterator[mujoco.MjData]:
+    """As `replay`, in the truth of strips. A recording holds no wakes: they begin as in steady motion."""
+    sim = simulation.Simulation(simulation.dry(loaded.model), forces.water(loaded.model, strips.b1()), 1)
+    sim.density[:] = run["density"]
+    base, (data,) = loaded.model.body(scene.BASE).id, sim.datas
+    data.qpos[:], data.qvel[:] = run["qpos"][0], run["qvel"][0]
+    sim.settle([0])
+    yield data
+    for ctrl, push in zip(run["ctrl"], run["push"]):
+        data.ctrl[:], data.xfrc_applied[base] = ctrl, push
+        for _ in range(loaded.system.substeps):
+            sim.step([0])
+        yield data
 
 
 def replay(model: mujoco.MjModel, run: dict[str, np.ndarray], sample_period: float) -> Iterator[mujoco.MjData]:

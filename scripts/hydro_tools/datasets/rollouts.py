@@ -4,7 +4,9 @@
 time [N+1] s; qpos [N+1,19]; qvel [N+1,18]; ctrl [N,12] rad and push [N,6] (world force [N] and
 torque [N m] on the base body, as xfrc_applied), both held over a sample period; x [N+1,35];
 wrench_clean, hydrostatic [N+1,6]; density [] kg/m^3. Features and wrench belong to the qpos and qvel
-of their own row.
+of their own row. Those of strip water (`water` in the index) also have generalised [N+1,18], as in a data
+set; gyroscopic [N+1,6], the force of the added mass at qacc = 0 as a wrench on the base; and step_force
+[N, steps 18], the whole generalised force in each physics step of a period.
 """
 
 import json
@@ -14,21 +16,29 @@ import mujoco
 import numpy as np
 
 from hydro_mujoco.recording.files import npz_bytes, sha256, write_beside, write_json
-from hydro_mujoco.recording.simulation import simulate
 
 from . import DataError, plan, scene
+from .waters import ELLIPSOID, Water
 
 SCHEMA = "hydro-rollouts/1"
 INDEX = "rollouts.json"
+#: Arrays of runs in strip water alone.
+STRIPS_ALONE = ("generalised", "gyroscopic", "step_force")
 
 
 def record(
-    loaded: scene.Scene, seed: int, index: int, *, duration: float, density_range: tuple[float, float]
+    loaded: scene.Scene,
+    seed: int,
+    index: int,
+    *,
+    duration: float,
+    density_range: tuple[float, float],
+    water: Water = ELLIPSOID,
 ) -> dict[str, np.ndarray]:
-    """Run number `index` of `seed`, `duration` seconds long."""
+    """Run number `index` of `seed` in a water, `duration` seconds long."""
     periods = round(duration / scene.SAMPLE_PERIOD)
     drawn = plan.rollout(seed, index, samples=periods + 1, density_range=density_range, joint_range=loaded.joint_range)
-    run = simulate(loaded.system, [drawn])
+    run = water.simulate(loaded, [drawn], every_step=True)
     if run.fault[0]:
         raise DataError(f"run {index} diverged ({run.fault[0]})")
     return {
@@ -41,7 +51,7 @@ def record(
         "wrench_clean": run.wrench[0],
         "hydrostatic": run.hydrostatic[0],
         "density": np.float64(drawn.density[-1]),
-    }
+    } | {name: run.extra[name][0] for name in STRIPS_ALONE if name in run.extra}
 
 
 def write_run(out: Path, index: int, arrays: dict[str, np.ndarray]) -> dict:
@@ -56,7 +66,9 @@ def write_run(out: Path, index: int, arrays: dict[str, np.ndarray]) -> dict:
     }
 
 
-def write_index(out: Path, loaded: scene.Scene, seed: int, command: str, entries: list[dict]) -> None:
+def write_index(
+    out: Path, loaded: scene.Scene, seed: int, command: str, entries: list[dict], water: Water = ELLIPSOID
+) -> None:
     """Write `rollouts.json`, last: a folder without it is unfinished."""
     write_json(
         out / INDEX,
@@ -72,7 +84,8 @@ def write_index(out: Path, loaded: scene.Scene, seed: int, command: str, entries
             "features": loaded.layout.names(),
             "joints": list(loaded.joints),
             "rollouts": entries,
-        },
+        }
+        | water.recorded(),
     )
 
 

@@ -14,7 +14,7 @@ from hydro_mujoco.recording.system import System
 from . import plan
 from .regime import Regime
 from .scene import Scene
-from .waters import ELLIPSOID, Water
+from .waters import ELLIPSOID, IN_INERTIA, Water
 
 #: Noise added at each step, as a share of the standard deviation of each clean component.
 PERTURBATION = 0.1
@@ -71,8 +71,10 @@ class Task2:
         return shards.deviation([self._pilot], self.system.outputs)
 
     def added_mass_share(self) -> np.ndarray:
-        """Standard deviation [6] of the added mass's part of that wrench, over that of the wrench without buoyancy."""
+        """Standard deviation [6] of the added mass's force on the base, over that of the wrench without buoyancy."""
         moving = self._pilot.wrench - self._pilot.hydrostatic
+        if self.water.added_mass == IN_INERTIA:
+            moving = moving + self._pilot.extra["added_mass"]
         parts = (self._pilot.extra["added_mass"], moving)
         added, whole = (values.reshape(-1, moving.shape[-1]).std(axis=0) for values in parts)
         return added / whole

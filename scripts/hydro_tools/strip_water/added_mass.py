@@ -24,6 +24,15 @@ def matrices(strips: Strips, share: np.ndarray | None = None) -> np.ndarray:
     return strips.on_bodies(share[..., None, None] * single)
 
 
+def by_body(strips: Strips) -> dict[str, np.ndarray]:
+    """A over the density of each body by name [6,6]: kg, kg m, kg m^2 in water of 1 kg/m^3.
+
+    About the body's origin in its frame; rows and columns surge, sway, heave, roll, pitch, yaw, as in `hydro.wrench`.
+    """
+    order = [3, 4, 5, 0, 1, 2]
+    return {name: matrix[np.ix_(order, order)] for name, matrix in zip(strips.names, matrices(strips))}
+
+
 def joint_space(matrix: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
     """sum J^T A J [m,nv,nv] of A [(m,)L,6,6] and J [m,L,6,nv]."""
     m, bodies, _, dofs = jacobian.shape

@@ -7,6 +7,7 @@ stages of one simulation are used, so its numbers do not depend on its neighbour
 
 import copy
 from collections.abc import Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -89,20 +90,34 @@ class Simulation:
 
 
 def simulate(
-    model: mujoco.MjModel, water: Water, plans: Sequence[Plan], *, base: int, layout: Layout, substeps: int
+    model: mujoco.MjModel,
+    water: Water,
+    plans: Sequence[Plan],
+    *,
+    base: int,
+    layout: Layout,
+    substeps: int,
+    apart: bool = False,
+    every_step: bool = False,
 ) -> Recording:
     """Run the plans in a model; every plan must have the same number of samples after its warm-up.
 
-    base: the body that plans push; substeps: physics steps a sample. Besides the usual arrays `extra` has
-    `generalised` [M,T,nv], the water's force on every degree of freedom [N, N m], and `added_mass` [M,T,6], the part of
-    the wrench that is added mass times acceleration and its gyroscopic terms.
+    base: the body that plans push; substeps: physics steps a sample; apart: the force of the added mass, -(M_a qacc +
+    gyroscopic terms), is no part of `wrench` and `generalised`, since another model has M_a in its inertia.
+
+    Besides the usual arrays `extra` has `generalised` [M,T,nv], the water's force on every degree of freedom [N, N m];
+    `generalised_hydrostatic` [M,T,nv], the buoyancy in it; `added_mass` [M,T,6], the force of the added mass on the
+    base as a wrench; with every_step also `gyroscopic` [M,T,6], the part of that which remains at qacc = 0, and
+    `step_force` [M,T-1,substeps nv], the whole generalised force in each physics step, added mass included.
     """
     run = Simulation(dry(model), water, len(plans))
     samples = len(plans[0].condition)
     longest = max(plan.warm_up for plan in plans)
     joins = np.array([longest - plan.warm_up for plan in plans])
-    widths = {"qpos": model.nq, "qvel": model.nv, "total": model.nv, "lift": model.nv, "added": model.nv}
+    names = ("qvel", "total", "lift", "added", "drift")
+    widths = {"qpos": model.nq} | dict.fromkeys(names, model.nv)
     record = {name: np.zeros((len(plans), samples, width)) for name, width in widths.items()}
+    steps = np.zeros((len(plans), samples - 1, substeps, model.nv)) if every_step else None
     fault = np.full(len(plans), "", dtype=object)
     for i, plan in enumerate(plans):
         run.datas[i].qpos[:], run.datas[i].qvel[:] = plan.qpos, plan.qvel
@@ -123,26 +138,37 @@ def simulate(
             _note(record, row - longest, ids, run, forces)
         if row + 1 == longest + samples:
             break
-        run.advance(ids, forces)
-        for _ in range(substeps - 1):
-            run.step(ids)
+        for step in range(substeps):
+            if step > 0:
+                forces = run.evaluate(ids)
+            if steps is not None and row >= longest:
+                steps[ids, row - longest, step] = forces.drag + forces.lift + forces.added(run.accelerations(ids))
+            run.advance(ids, forces)
         for i in ids:
             if not np.abs(run.datas[i].qvel).max() < EXPLODED:
                 fault[i] = f"quicker than {EXPLODED:.0f} m/s or rad/s, or not a number"
-    return _recording(layout, plans, record, fault)
+    recording = _recording(layout, plans, record, fault, apart)
+    if steps is not None:
+        gyroscopic = layout.base.wrench(record["qpos"], record["drift"])
+        more = {"gyroscopic": gyroscopic, "step_force": steps.reshape(len(plans), samples - 1, -1)}
+        recording = replace(recording, extra={**recording.extra, **more})
+    return recording
 
 
 def _note(record: dict[str, np.ndarray], k: int, ids: list[int], run: Simulation, forces: Forces) -> None:
     added = forces.added(run.accelerations(ids))
     record["qpos"][ids, k] = [run.datas[i].qpos for i in ids]
     record["qvel"][ids, k] = [run.datas[i].qvel for i in ids]
-    record["lift"][ids, k], record["added"][ids, k] = forces.lift, added
+    record["lift"][ids, k], record["added"][ids, k], record["drift"][ids, k] = forces.lift, added, forces.drift
     record["total"][ids, k] = forces.drag + forces.lift + added
 
 
-def _recording(layout: Layout, plans: Sequence[Plan], record: dict[str, np.ndarray], fault: np.ndarray) -> Recording:
+def _recording(
+    layout: Layout, plans: Sequence[Plan], record: dict[str, np.ndarray], fault: np.ndarray, apart: bool
+) -> Recording:
     along = np.stack([plan.density[plan.warm_up :] for plan in plans])
-    wrench, lift, added = (layout.base.wrench(record["qpos"], record[name]) for name in ("total", "lift", "added"))
+    label = record["total"] - record["added"] if apart else record["total"]
+    wrench, lift, added = (layout.base.wrench(record["qpos"], v) for v in (label, record["lift"], record["added"]))
     return Recording(
         record["qpos"],
         record["qvel"],
@@ -150,5 +176,5 @@ def _recording(layout: Layout, plans: Sequence[Plan], record: dict[str, np.ndarr
         wrench,
         lift,
         fault,
-        {"generalised": record["total"], "added_mass": added},
+        {"generalised": label, "generalised_hydrostatic": record["lift"], "added_mass": added},
     )

@@ -14,7 +14,7 @@ use hydro_training::{
 };
 
 use super::args::Args;
-use crate::cli::files::sha256;
+use crate::cli::{files::sha256, other_water::other_water};
 
 /// Opened inputs; splits are not yet read.
 pub(super) struct Inputs {
@@ -69,7 +69,9 @@ impl Inputs {
             }
             beyond.push((name.to_owned(), set));
         }
-        let features = &data[names[0]].manifest().features;
+        let first = &data[names[0]];
+        let features = &first.manifest().features;
+        let water = first.manifest().water.as_ref();
         let rollouts = |flag: &str, folder: Option<&Path>| -> anyhow::Result<Option<Rollouts>> {
             let Some(folder) = folder else {
                 return Ok(None);
@@ -83,6 +85,10 @@ impl Inputs {
                     "{flag} {}: its features are not those of --data",
                     folder.display()
                 );
+            }
+            let trained = (first.folder(), water);
+            if let Some(warning) = other_water(trained, (folder, found.index.water.as_ref())) {
+                eprintln!("{warning}");
             }
             Ok(Some(found))
         };

@@ -22,7 +22,7 @@ use crate::cli::{
 pub(super) fn swim(args: &Args, inputs: &Inputs, checkpoint: &Path) -> anyhow::Result<Swimming> {
     let path = args.scenes.join("b1_swim.xml");
     let scene = fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
-    let method = in_plugin("learned", checkpoint, EngineKind::Fused, &scene)?;
+    let method = in_plugin("learned", checkpoint, EngineKind::Fused, None, &scene)?;
     let runs = inputs
         .rollouts
         .as_ref()

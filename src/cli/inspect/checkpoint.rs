@@ -1,6 +1,10 @@
 //! Description of a checkpoint: sizes, provenance, and ranges and errors axis by axis.
 
-use hydro_model::checkpoint::{Card, Checkpoint};
+use hydro_model::{
+    Outputs,
+    checkpoint::{Card, Checkpoint},
+    water::water_in_words,
+};
 use hydro_plugin::report::gap::number;
 use serde_json::Value;
 
@@ -26,6 +30,9 @@ pub(super) fn show(checkpoint: &Checkpoint) -> anyhow::Result<()> {
         ("solver", card.solver.to_string()),
         ("sample period", format!("{} s", card.sample_period)),
         ("trained on", trained_on),
+        ("water", water_in_words(card.water.as_ref())),
+        ("outputs", Outputs::of(&card.outputs).to_string()),
+        ("added mass", added_mass(card)),
         ("weights sha256", card.weights_sha256.clone()),
         ("command", card.command.clone()),
     ])?;
@@ -57,6 +64,14 @@ fn kind(card: &Card) -> String {
     match card.residual {
         true => format!("{kind}, of what another model of the water lacks"),
         false => kind.to_owned(),
+    }
+}
+
+/// Where the added mass is, as far as the card says.
+fn added_mass(card: &Card) -> String {
+    match card.added_mass.len() {
+        0 => "in the force, if anywhere".to_owned(),
+        bodies => format!("of {bodies} bodies in the model's inertia, not in the force"),
     }
 }
 

@@ -7,7 +7,6 @@ use std::{
 };
 
 use hydro_effects::hydrostatics::{Hull, Mesh, MeshError, Shape, Solid};
-use hydro_frames::Wrench;
 use nalgebra::Isometry3;
 
 use super::joint_space::{pose, rotation, vector};
@@ -246,22 +245,12 @@ pub(crate) fn hulls(model: ModelView<'_>, root: usize, named: Option<&[String]>)
     hulls
 }
 
-/// A wrench of a fully submerged robot, less what is lost above the surface.
-pub(crate) fn below_surface(
-    data: &DataView<'_>,
-    hulls: &[BodyHull],
-    sea: &Sea,
-    mut wrench: Wrench,
-) -> Wrench {
-    if sea.waterline.is_some() {
-        let part = submerged_fraction(data, hulls, sea);
-        wrench
-            .force
-            .iter_mut()
-            .chain(&mut wrench.torque)
-            .for_each(|component| *component *= part);
+/// Part (0..=1) of a fully submerged robot's force that is left: that of its volume below the surface, if there is one.
+pub(crate) fn submerged_part(data: &DataView<'_>, hulls: &[BodyHull], sea: &Sea) -> f64 {
+    match sea.waterline {
+        Some(_) => submerged_fraction(data, hulls, sea),
+        None => 1.0,
     }
-    wrench
 }
 
 /// Submerged part (0..=1) of hulls; 1 where they have no volume.

@@ -57,6 +57,13 @@ pub(crate) fn add_to_passive(data: &mut DataView<'_>, body: usize, base: &Base, 
     }
 }
 
+/// Adds torques on degrees of freedom to `qfrc_passive`.
+pub(crate) fn add_torques(data: &mut DataView<'_>, torques: &[(usize, f64)]) {
+    for (dof, torque) in torques {
+        data.qfrc_passive_mut()[*dof] += torque;
+    }
+}
+
 /// The last degree of freedom of a body or of the nearest ancestor that has one; -1: none.
 pub(crate) fn last_dof(model: ModelView<'_>, mut body: usize) -> i32 {
     while body != 0 && model.body_dofnum()[body] == 0 {

@@ -84,6 +84,10 @@ impl Simulator for Swimmer {
         applied[3..].copy_from_slice(&wrench.torque);
     }
 
+    fn set_generalised_force(&mut self, force: &[f64]) {
+        self.data.qfrc_applied_mut()[..force.len()].copy_from_slice(force);
+    }
+
     fn step(&mut self) {
         if self.diverged {
             return;

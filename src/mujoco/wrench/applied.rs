@@ -1,4 +1,4 @@
-//! The wrench of an instance at a state.
+//! The force of an instance at a state.
 
 use hydro_frames::Wrench;
 
@@ -13,22 +13,24 @@ use crate::{
         effects::{active_effects, forces},
         ffi::{DataView, ModelView},
     },
-    plugin::{Base, Bound, Handle},
+    plugin::{Base, Bound, Handle, LearnedForce},
 };
 
-/// The wrench of an instance's checkpoint, with its body.
+/// The force of an instance's checkpoint, with its body.
 pub(crate) struct Applied {
     pub(crate) body: usize,
     pub(crate) wrench: Wrench,
+    /// Degree of freedom and torque on it [N m; N of a slide].
+    pub(crate) joints: Vec<(usize, f64)>,
     pub(crate) instance: Handle,
 }
 
-/// The wrench of an instance's checkpoint at the state of `data`: pure but for a note on a cold start.
+/// The force of an instance's checkpoint at the state of `data`: pure but for a note on a cold start.
 /// Zero where there are effects alone.
 pub(crate) fn applied(data: &mut DataView<'_>, id: usize) -> Option<Applied> {
     let instance = held(data, id)?;
     let body = carrying_body(data.model(), id)?;
-    let mut wrench = Wrench::default();
+    let mut force = LearnedForce::default();
     if let Some(learned) = instance.learned() {
         let mut moment_water = [0.0; 3];
         if water_moves(data) {
@@ -37,19 +39,20 @@ pub(crate) fn applied(data: &mut DataView<'_>, id: usize) -> Option<Applied> {
         let mut moment = data.moment();
         moment.water = moment_water;
         let state = &data.instance_state(id)[..instance.learned_len()];
-        wrench = learned.wrench(state, moment);
-        wrench = hull::below_surface(data, instance.hulls(), instance.sea(), wrench);
+        let wet = hull::submerged_part(data, instance.hulls(), instance.sea());
+        force = learned.force(state, moment).scaled(wet);
         if let Some(scale) = active_effects::current().and_then(|active| active.wrench_scale) {
-            let mut scaled = wrench.to_array();
+            let mut scaled = force.wrench.to_array();
             for (value, factor) in scaled.iter_mut().zip(scale) {
                 *value *= factor;
             }
-            wrench = Wrench::from_array(scaled);
+            force.wrench = Wrench::from_array(scaled);
         }
     }
     Some(Applied {
         body,
-        wrench,
+        wrench: force.wrench,
+        joints: force.joints,
         instance,
     })
 }

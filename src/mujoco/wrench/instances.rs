@@ -5,7 +5,8 @@ use std::sync::{
     atomic::{AtomicI32, Ordering},
 };
 
-use hydro_effects::{EffectSet, Entry};
+use hydro_effects::{EffectSet, Entry, Id};
+use hydro_model::water::BodyAddedMass;
 use nalgebra::Vector3;
 
 use super::origins;
@@ -144,8 +145,8 @@ pub(crate) fn set_up(
     };
     let settings = settings(model, id).map_err(|fault| refused(fault.to_string()))?;
     let around = surroundings(model, &settings, body).map_err(refused)?;
-    let effects = entries(model, &settings, &around)
-        .and_then(|entries| bound(model, &around, &entries))
+    let entries = entries(model, &settings, &around).map_err(refused)?;
+    let effects = bound(model, &around, &entries)
         .map_err(|fault| refused(format!("attribute `effects`: {fault}")))?;
     let afloat = Afloat {
         hulls: match (&settings.checkpoint, around.sea.waterline) {
@@ -167,18 +168,45 @@ pub(crate) fn set_up(
         .map_err(|fault| refused(fault.to_string()))
 }
 
-/// The effects that an instance's attributes name.
+/// The effects that an instance's attributes name, then the added mass that its checkpoint's card leaves to the inertia.
 pub(crate) fn entries(
     model: ModelView<'_>,
     settings: &Settings,
     around: &Surroundings,
 ) -> Result<Vec<Entry>, String> {
-    let Some(text) = &settings.effects else {
+    let targets = bind::ModelTargets { model, around };
+    let mut set = match &settings.effects {
+        Some(text) => EffectSet::parse(text, &targets)
+            .map_err(|fault| format!("attribute `effects`: {fault}"))?,
+        None => EffectSet::default(),
+    };
+    let added = added_mass(settings)?;
+    if !added.is_empty() {
+        set.entries.extend(added);
+        set.check(&targets)
+            .map_err(|fault| format!("the added mass of the checkpoint's card: {fault}"))?;
+    }
+    Ok(set.entries)
+}
+
+/// The added mass of a checkpoint's card, in water of the instance's density.
+fn added_mass(settings: &Settings) -> Result<Vec<Entry>, String> {
+    let Some(folder) = &settings.checkpoint else {
         return Ok(Vec::new());
     };
-    let targets = bind::ModelTargets { model, around };
-    let set = EffectSet::parse(text, &targets).map_err(|fault| fault.to_string())?;
-    Ok(set.entries)
+    let loaded = Registry::global().checkpoint(folder);
+    let loaded = loaded.map_err(|fault| fault.to_string())?;
+    let bodies = loaded.checkpoint.card.added_mass.iter();
+    let entry = |of: &BodyAddedMass| {
+        let matrix = of.matrix.iter().map(|element| element * settings.density);
+        Entry {
+            effect: Id::AddedMass,
+            target: of.body.clone(),
+            // About the body's origin.
+            parameters: matrix.chain([0.0; 3]).collect(),
+        }
+    };
+    Ok(bodies.map(entry).collect())
 }
 
 /// The water around an instance that a body carries.

@@ -136,11 +136,12 @@ fn act(data: &mut DataView<'_>, instance: &Instance, learned: &LearnedWrench, bo
     let (state, moment) = data.userdata_and_moment(learned.state_len());
     let starts = LearnedWrench::is_cold(state);
     let notice = learned.follow_clock(state, moment);
-    let wrench = learned.wrench(state, moment);
-    let wrench = hull::below_surface(data, instance.hulls(), instance.sea(), wrench);
-    if wrench != Wrench::default() {
-        joint_space::add_to_passive(data, body, learned.features().base(), wrench);
+    let force = learned.force(state, moment);
+    let force = force.scaled(hull::submerged_part(data, instance.hulls(), instance.sea()));
+    if force.wrench != Wrench::default() {
+        joint_space::add_to_passive(data, body, learned.features().base(), force.wrench);
     }
+    joint_space::add_torques(data, &force.joints);
     // There is no hook at a load, and what is said while a model compiles may never be shown: what a
     // load would tell is told at each start.
     let model = data.model();
@@ -239,6 +240,15 @@ fn set_up(model: ModelView<'_>) -> Made {
         return Err(format!(
             "custom text `hydro.{name}`: water that changes needs the engine plugin of a newer MuJoCo; give `current` three numbers"
         ));
+    }
+    if let Some(folder) = &settings.checkpoint {
+        let loaded = Registry::global().checkpoint(folder);
+        let loaded = loaded.map_err(|fault| format!("custom texts `hydro.*`: {fault}"))?;
+        if !loaded.checkpoint.card.added_mass.is_empty() {
+            return Err("custom text `hydro.checkpoint`: its card leaves the added mass to the inertia, which needs the engine \
+                        plugin of a newer MuJoCo"
+                .to_owned());
+        }
     }
     let described = base_body::body(model, body);
     let sea = Sea {

@@ -229,6 +229,7 @@ unsafe extern "C" fn compute(m: *const mjModel, d: *mut mjData, id: c_int, capab
             if let Some(learned) = now.instance.learned() {
                 let base = learned.features().base();
                 joint_space::add_to_passive(&mut data, now.body, base, now.wrench);
+                joint_space::add_torques(&mut data, &now.joints);
             }
             if now.instance.effects().is_some() {
                 instance_effects::add_once(&mut data, Some(id as usize));

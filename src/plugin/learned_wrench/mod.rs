@@ -1,19 +1,21 @@
-//! A checkpoint's wrench on one body of a model: a state slice in, a wrench out.
+//! A checkpoint's force on a model, a wrench on one body and torques on joints: a state slice in, a force out.
 //!
 //! ```text
 //! state       the memory, number by number
 //! moment      time and state of the model
+//! force       a wrench and torques, and where a card's outputs act
 //! cold_start  the first sample of a run, from `compute` to `advance`
 //! network     the network, held to its training range
 //! notice      what a user is told
 //! ```
 //!
 //! All memory is in the state slice; a [`LearnedWrench`] is immutable. The force between two samples is the linear
-//! interpolation of the forces at them, so [`LearnedWrench::wrench`] is pure and right at every stage of every
+//! interpolation of the forces at them, so [`LearnedWrench::force`] is pure and right at every stage of every
 //! integrator; [`LearnedWrench::advance`] alone evaluates the network, once a sample. Where the clock was moved by
 //! hand, or the state was replaced without the plugin's, the run starts anew from there.
 
 mod cold_start;
+mod force;
 mod moment;
 mod network;
 mod notice;
@@ -21,27 +23,22 @@ mod state;
 
 use std::{cell::RefCell, sync::Arc};
 
-use hydro_frames::Wrench;
 use hydro_model::{Engine, Scratch, checkpoint::Checkpoint};
 
 use self::{
     cold_start::{Place, Start},
+    force::{Place as OutputPlace, output_places},
     moment::finite,
     network::{Forces, Network, NotFinite},
     notice::density_notice,
     state::{FORCES, OUT_OF_RANGE, Phase, SAMPLE_TIME, SAMPLES, STEP_TIME, place},
 };
-pub use self::{moment::Moment, notice::Notice, state::state_len};
+pub use self::{force::LearnedForce, moment::Moment, notice::Notice, state::state_len};
 use super::{
     attributes::{InitialForce, Settings},
     body::{Body, BodyError},
     feature_map::FeatureMap,
 };
-
-/// Names of the outputs a card may have, in the order of a wrench.
-const COMPONENTS: [&str; 6] = [
-    "force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z",
-];
 
 /// Largest distance of a step from a sample that still counts as on it, as a part of the sample period.
 const ON_SAMPLE: f64 = 1e-6;
@@ -58,8 +55,8 @@ pub struct LearnedWrench {
     settings: Settings,
     features: FeatureMap,
     network: Network,
-    /// Component of the wrench for each output [f].
-    components: Vec<usize>,
+    /// Where each output acts [f].
+    places: Vec<OutputPlace>,
     sample_period: f64,
     /// True where the wrench acts beside another model of the water.
     residual: bool,
@@ -97,19 +94,10 @@ impl LearnedWrench {
             settings.density,
             settings.current,
         )?;
-        let mut components = Vec::with_capacity(card.outputs.len());
-        for output in &card.outputs {
-            match COMPONENTS.iter().position(|known| known == output) {
-                Some(at) if !components.contains(&at) => components.push(at),
-                _ => {
-                    return Err(BodyError::Output {
-                        found: output.clone(),
-                    });
-                }
-            }
-        }
+        let names = (&card.joints[..], settings.joints.as_deref());
+        let places = output_places(&card.outputs, settings.outputs, names, body)?;
         if let InitialForce::Given(force) = &settings.initial_force
-            && force.len() != components.len()
+            && force.len() != places.len()
         {
             return Err(BodyError::InitialForce {
                 found: force.len(),
@@ -121,7 +109,7 @@ impl LearnedWrench {
             settings,
             features,
             network: Network::new(engine, card),
-            components,
+            places,
             sample_period: card.sample_period,
             residual: card.residual,
             density_notice,
@@ -172,16 +160,16 @@ impl LearnedWrench {
             .chain(self.control_notice.clone())
     }
 
-    /// The wrench at a moment, of a fully submerged robot; changes nothing. Zero where the moment is no
+    /// The force at a moment, of a fully submerged robot; changes nothing. Zero where the moment is no
     /// number, though only a step's end makes that a fault.
-    pub fn wrench(&self, state: &[f64], moment: Moment<'_>) -> Wrench {
+    pub fn force(&self, state: &[f64], moment: Moment<'_>) -> LearnedForce {
         if state.len() != self.state_len()
             || Phase::read(state) == Phase::Faulted
             || !moment.is_finite()
         {
-            return Wrench::default();
+            return LearnedForce::default();
         }
-        let outputs = self.components.len();
+        let outputs = self.places.len();
         if Phase::read(state) == Phase::Warm && within_step(state[STEP_TIME], moment) {
             let (forces, rest) = state[FORCES..].split_at(2 * outputs);
             let (now, next) = forces.split_at(outputs);
@@ -194,16 +182,16 @@ impl LearnedWrench {
                 && cold_start::is_inner_stage(start.time, moment.time, moment.timestep))
             .then(|| self.after(start, moment.time))
         };
-        if let Some(wrench) = cold_start::with(place, inner).flatten() {
-            return wrench;
+        if let Some(force) = cold_start::with(place, inner).flatten() {
+            return force;
         }
         match self.first_sample(place, moment) {
             Some(start) => {
-                let wrench = self.after(&start, moment.time);
+                let force = self.after(&start, moment.time);
                 cold_start::remember(place, start);
-                wrench
+                force
             }
-            None => Wrench::default(),
+            None => LearnedForce::default(),
         }
     }
 
@@ -267,7 +255,7 @@ impl LearnedWrench {
 
     /// The cold start of a moment, or `None` where its features or its forces are not finite.
     fn first_sample(&self, place: Place, moment: Moment<'_>) -> Option<Start> {
-        let (inputs, outputs) = (self.features.len(), self.components.len());
+        let (inputs, outputs) = (self.features.len(), self.places.len());
         let mut sample = vec![0.0; inputs];
         self.features
             .sample(moment.qpos, moment.qvel, moment.water, None, &mut sample);
@@ -322,7 +310,7 @@ impl LearnedWrench {
 
     /// Takes the samples between the latest step's end and `moment`.
     fn follow(&self, state: &mut [f64], moment: Moment<'_>) -> Option<Notice> {
-        let (inputs, outputs) = (self.features.len(), self.components.len());
+        let (inputs, outputs) = (self.features.len(), self.places.len());
         WORKSPACE.with_borrow_mut(|work| {
             let Workspace {
                 sample,
@@ -389,12 +377,12 @@ impl LearnedWrench {
         })
     }
 
-    /// The wrench at `time`, after a cold start.
-    fn after(&self, start: &Start, time: f64) -> Wrench {
+    /// The force at `time`, after a cold start.
+    fn after(&self, start: &Start, time: f64) -> LearnedForce {
         self.between(start.time, &start.now, &start.next, &start.drag, time)
     }
 
-    /// The wrench at `time`, between the forces at two samples [f], with the drag [f] at the first. Here alone `wrench_scale`
+    /// The force at `time`, between the forces at two samples [f], with the drag [f] at the first. Here alone `wrench_scale`
     /// counts: what the network carries from sample to sample is its own.
     fn between(
         &self,
@@ -403,14 +391,11 @@ impl LearnedWrench {
         next: &[f64],
         drag: &[f64],
         time: f64,
-    ) -> Wrench {
+    ) -> LearnedForce {
         let fraction = ((time - sample_time) / self.sample_period).clamp(0.0, 1.0);
-        let mut wrench = [0.0; 6];
-        for (output, component) in self.components.iter().enumerate() {
-            let learned = now[output] + fraction * (next[output] - now[output]);
-            wrench[*component] = self.settings.wrench_scale[*component] * (learned + drag[output]);
-        }
-        Wrench::from_array(wrench)
+        let at =
+            |output: usize| now[output] + fraction * (next[output] - now[output]) + drag[output];
+        LearnedForce::of(&self.places, &self.settings.wrench_scale, at)
     }
 }
 

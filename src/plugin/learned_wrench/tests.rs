@@ -88,7 +88,7 @@ fn pump(limits: Limits, initial_force: InitialForce) -> LearnedWrench {
             engine: Arc::new(Pump),
             limits,
         },
-        components: vec![0],
+        places: vec![OutputPlace::Component(0)],
         sample_period: 0.01,
         residual: false,
         density_notice: None,
@@ -104,7 +104,7 @@ fn run(learned: &LearnedWrench, speeds: &[f64]) -> (Vec<f64>, f64) {
         let qvel = [*speed];
         let moment = at(sample, &qvel);
         learned.follow_clock(&mut state, moment);
-        learned.wrench(&state, moment).force[0]
+        learned.force(&state, moment).wrench.force[0]
     });
     (forces.collect(), state[FORCES + 1])
 }
@@ -209,7 +209,10 @@ fn an_infinite_force_is_a_fault_and_no_great_one() {
         learned.follow_clock(&mut state, at(0, &[1e307])),
         Some(Notice::NotFinite)
     );
-    assert_eq!(learned.wrench(&state, at(0, &[1e307])), Wrench::default());
+    assert_eq!(
+        learned.force(&state, at(0, &[1e307])),
+        LearnedForce::default()
+    );
 }
 
 #[test]

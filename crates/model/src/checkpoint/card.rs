@@ -15,6 +15,7 @@ use crate::{
     features::FeatureLayout,
     normaliser::Normaliser,
     solver::Solver,
+    water::{BodyAddedMass, added_mass_fault},
 };
 
 /// Data set that a model was trained on.
@@ -42,7 +43,7 @@ pub struct Card {
     pub features: FeatureLayout,
     /// Their units.
     pub feature_units: Vec<String>,
-    /// Force components, in order.
+    /// Components of the wrench and torques of joints, in order; see [`crate::outputs`].
     pub outputs: Vec<String>,
     /// Their units.
     pub output_units: Vec<String>,
@@ -62,6 +63,12 @@ pub struct Card {
     /// Range of the training split, to which the plugin clamps inputs and forces; `None` for no limits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub envelope: Option<Envelope>,
+    /// Water that the training data were made in, as their manifest says; `None` where it says nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub water: Option<serde_json::Value>,
+    /// Added mass that the force leaves out: the plugin puts it into the model's inertia.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub added_mass: Vec<BodyAddedMass>,
     /// Training data.
     pub dataset: Option<DatasetNote>,
     /// Errors on the test split, as reported by training.
@@ -176,7 +183,8 @@ pub(super) fn check_card(card: &Card, path: &Path) -> Result<(), CheckpointError
         .features
         .units_fault(&card.feature_units)
         .or_else(|| output_units_fault(&card.outputs, &card.output_units))
-        .or_else(|| frames_fault(&card.frames));
+        .or_else(|| frames_fault(&card.frames))
+        .or_else(|| added_mass_fault(&card.added_mass));
     if let Some(reason) = fault {
         return refuse(reason);
     }

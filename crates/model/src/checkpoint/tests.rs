@@ -39,6 +39,8 @@ fn checkpoint(model: ModelConfig) -> Checkpoint {
         frames: BTreeMap::from([("wrench".to_owned(), "base".to_owned())]),
         sample_period: 0.01,
         residual: false,
+        water: None,
+        added_mass: Vec::new(),
         envelope: None,
         solver: Solver::Euler,
         normaliser: Normaliser::identity(inputs, 2),

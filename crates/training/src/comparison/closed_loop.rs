@@ -32,6 +32,9 @@ pub struct ClosedLoopRow {
     pub position: Vec<Spread>,
     /// Angle between base attitudes [deg], one entry a horizon.
     pub attitude: Vec<Spread>,
+    /// Root mean square over the joints of their distance from the truth [deg], one entry a horizon.
+    #[serde(default)]
+    pub joints: Vec<Spread>,
     /// Runs that blew up before the last horizon; their errors count as infinite.
     pub diverged: usize,
     /// Position errors behind `position`: `[horizon][run]` [m].
@@ -57,6 +60,7 @@ pub fn closed_loop<E>(
     for method in methods {
         let mut position = vec![Vec::new(); horizons.len()];
         let mut attitude = vec![Vec::new(); horizons.len()];
+        let mut joints = vec![Vec::new(); horizons.len()];
         let mut path = Vec::new();
         let mut diverged = 0;
         for (index, run) in runs.iter().enumerate() {
@@ -69,6 +73,7 @@ pub fn closed_loop<E>(
                 let (distance, angle) = pose_error(&driven[k], run.qpos.row(k));
                 position[h].push(distance);
                 attitude[h].push(angle);
+                joints[h].push(joint_error(&driven[k], run.qpos.row(k)));
             }
             diverged += usize::from(driven.iter().any(|pose| !pose[0].is_finite()));
             if index == 0 {
@@ -80,6 +85,7 @@ pub fn closed_loop<E>(
             name: method.name.clone(),
             position: position.iter().map(|v| Spread::from_values(v)).collect(),
             attitude: attitude.iter().map(|v| Spread::from_values(v)).collect(),
+            joints: joints.iter().map(|v| Spread::from_values(v)).collect(),
             diverged,
             position_by_run: position,
             path,
@@ -110,7 +116,7 @@ fn base_position(qpos: &(impl AsRef<[f64]> + ?Sized)) -> [f64; 3] {
 }
 
 /// Distance [m] and angle [deg] between two base poses; infinite where one is not finite.
-fn pose_error(pose: &[f64; 7], truth: &[f64]) -> (f64, f64) {
+fn pose_error(pose: &[f64], truth: &[f64]) -> (f64, f64) {
     let attitude = |q: &[f64]| -> UnitQuaternion<f64> { world_from_base([q[3], q[4], q[5], q[6]]) };
     let distance = (Vector3::new(pose[0], pose[1], pose[2])
         - Vector3::new(truth[0], truth[1], truth[2]))
@@ -120,6 +126,20 @@ fn pose_error(pose: &[f64; 7], truth: &[f64]) -> (f64, f64) {
         (distance, angle)
     } else {
         (f64::INFINITY, f64::INFINITY)
+    }
+}
+
+/// Root mean square of the distances of all joints [deg]; infinite where one is not finite, 0 without a joint.
+fn joint_error(qpos: &[f64], truth: &[f64]) -> f64 {
+    let (joints, truth) = (&qpos[7..], &truth[7..]);
+    if joints.is_empty() {
+        return 0.0;
+    }
+    let squares = joints.iter().zip(truth).map(|(a, b)| (a - b).powi(2));
+    let error = (squares.sum::<f64>() / joints.len() as f64).sqrt();
+    match error.is_finite() {
+        true => error.to_degrees(),
+        false => f64::INFINITY,
     }
 }
 

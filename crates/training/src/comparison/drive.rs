@@ -5,7 +5,7 @@ use hydro_frames::{Twist, Wrench, base_from_world};
 use super::method::Water;
 use crate::{rollouts::Rollout, simulator::Simulator};
 
-/// Drives a simulator through a run; returns its base pose (7 numbers) at every sample.
+/// Drives a simulator through a run; returns its positions [nq] at every sample, NaN once it has blown up.
 ///
 /// `watch` sees the simulator after every sample, and the water's wrench on the base in the last step.
 pub fn drive(
@@ -13,9 +13,9 @@ pub fn drive(
     run: &Rollout,
     water: &Water<'_>,
     watch: &mut dyn FnMut(&dyn Simulator, Wrench),
-) -> Vec<[f64; 7]> {
+) -> Vec<Vec<f64>> {
     simulator.restart(run.qpos.row(0), run.qvel.row(0));
-    let mut poses = vec![base_pose(simulator.qpos())];
+    let mut positions = vec![simulator.qpos().to_vec()];
     let mut given = None;
     let mut truth = match water {
         Water::Truth(build) => Some(build(run)),
@@ -37,20 +37,29 @@ pub fn drive(
                     let part = step as f64 / steps as f64;
                     Some(recorded_wrench(run, k, part))
                 }
+                Water::Steps { joints } => {
+                    let dofs = if *joints { simulator.qvel().len() } else { 6 };
+                    let force = step_force(run, k, step, simulator.qvel().len());
+                    let force = force.and_then(|force| force.get(..dofs));
+                    if let Some(force) = force {
+                        simulator.set_generalised_force(force);
+                    }
+                    None
+                }
             };
             if let Some(wrench) = given {
                 simulator.set_base_wrench(wrench);
             }
             simulator.step();
         }
-        poses.push(if simulator.diverged() {
-            [f64::NAN; 7]
+        positions.push(if simulator.diverged() {
+            vec![f64::NAN; simulator.qpos().len()]
         } else {
-            base_pose(simulator.qpos())
+            simulator.qpos().to_vec()
         });
         watch(simulator, given.unwrap_or_else(|| simulator.water_wrench()));
     }
-    poses
+    positions
 }
 
 /// The base's twist in the base frame, still water.
@@ -72,8 +81,7 @@ fn recorded_wrench(run: &Rollout, k: usize, part: f64) -> Wrench {
     Wrench::from_array(between)
 }
 
-fn base_pose(qpos: &[f64]) -> [f64; 7] {
-    let mut pose = [0.0; 7];
-    pose.copy_from_slice(&qpos[..7]);
-    pose
+/// The recorded force [nv] of a physics step of interval `k`.
+fn step_force(run: &Rollout, k: usize, step: usize, dofs: usize) -> Option<&[f64]> {
+    run.step_force.as_ref()?.row(k).chunks_exact(dofs).nth(step)
 }

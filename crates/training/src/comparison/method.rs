@@ -7,6 +7,11 @@ use crate::{rollouts::Rollout, simulator::Simulator};
 /// Name of the method with the true base wrench at its own state: nobody who gives a base wrench can do better.
 pub const ORACLE: &str = "oracle, at its own state";
 
+/// Names of the methods that are given the recorded force of every physics step: on the base alone, and on the joints too.
+pub const ORACLE_OF_THE_BASE: &str = "oracle of the base, every step replayed";
+/// See [`ORACLE_OF_THE_BASE`].
+pub const ORACLE_OF_ALL: &str = "oracle of all joints, every step replayed";
+
 /// One row of the comparison.
 pub struct Method<'a, E> {
     /// Name in the table.
@@ -37,6 +42,12 @@ pub enum Water<'a> {
     /// The recorded true wrench, interpolated between samples. Nothing feeds back: once the motion differs,
     /// the wrench is that of another motion.
     Replayed,
+    /// The recorded generalised force of every physics step, on all degrees of freedom or on the base's six alone. Where the
+    /// model is the truth's and all are given, the motion is the truth's.
+    Steps {
+        /// True for all degrees of freedom.
+        joints: bool,
+    },
 }
 
 impl std::fmt::Debug for Water<'_> {
@@ -46,6 +57,8 @@ impl std::fmt::Debug for Water<'_> {
             Self::Law(_) => "Law",
             Self::Truth(_) => "Truth",
             Self::Replayed => "Replayed",
+            Self::Steps { joints: true } => "Steps of all degrees of freedom",
+            Self::Steps { joints: false } => "Steps of the base",
         })
     }
 }

@@ -17,7 +17,10 @@ pub use self::{
     closed_loop::{ClosedLoop, ClosedLoopRow, closed_loop},
     drive::drive,
     long_run::{BOUND, LongRun, LongRunPeaks, Peak, Ratios, long_run_peaks, within},
-    method::{MakeSimulator, MakeTruth, Method, ORACLE, Water, WrenchAtState, WrenchFunction},
+    method::{
+        MakeSimulator, MakeTruth, Method, ORACLE, ORACLE_OF_ALL, ORACLE_OF_THE_BASE, Water,
+        WrenchAtState, WrenchFunction,
+    },
     open_loop::{Example, OpenLoop, OpenLoopRow, Predict, open_loop, precomputed},
     spread::Spread,
     step_time::{StepTime, step_times},

@@ -53,6 +53,19 @@ pub enum DatasetError {
         /// Names of the splits that exist.
         found: Vec<String>,
     },
+    /// Torques of joints are asked for, and the data have none.
+    #[error(
+        "{}: no `generalised`: the data set has the wrench on the base alone ({}), no torques of joints; expected one of \
+         gen_task2.py --water strip, or `--outputs wrench`",
+        path.display(),
+        listed(found)
+    )]
+    NoGeneralised {
+        /// The manifest.
+        path: PathBuf,
+        /// Its outputs.
+        found: Vec<String>,
+    },
     /// Shards that the manifest names and the folder lacks.
     #[error("{}: {} of {expected} shards missing: {}", folder.display(), missing.len(), listed(missing))]
     MissingShards {

@@ -6,7 +6,12 @@ use std::{
 };
 
 use hydro_frames::{frames_fault, output_units_fault};
-use hydro_model::{features::FeatureLayout, kinematics::Kinematics};
+use hydro_model::{
+    features::FeatureLayout,
+    kinematics::Kinematics,
+    outputs::COMPONENTS,
+    water::{BodyAddedMass, added_mass_fault},
+};
 use serde::{Deserialize, Serialize};
 
 /// The schema that this version reads.
@@ -56,6 +61,15 @@ pub struct Manifest {
     /// The robot's links, where the generator knows them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kinematics: Option<Kinematics>,
+    /// Columns of the shards' `generalised`, where they have it: the six components of the wrench, then the joints.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub generalised: Option<Vec<String>>,
+    /// The water that they were made in; nothing where it is MuJoCo's own fluid or that of a recorded model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub water: Option<serde_json::Value>,
+    /// Added mass that the wrench leaves out, because it belongs into the inertia.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub added_mass: Vec<BodyAddedMass>,
     /// The splits by name.
     pub splits: BTreeMap<String, SplitEntry>,
     /// Seed, versions, model, perturbation.
@@ -83,7 +97,9 @@ impl Manifest {
             .units_fault(&self.feature_units)
             .or_else(|| output_units_fault(&self.outputs, &self.output_units))
             .or_else(|| frames_fault(&self.frames))
-            .or_else(|| self.kinematics.as_ref()?.fault(&self.features));
+            .or_else(|| self.kinematics.as_ref()?.fault(&self.features))
+            .or_else(|| added_mass_fault(&self.added_mass))
+            .or_else(|| self.generalised_fault());
         if conventions.is_some() {
             return conventions;
         }
@@ -117,10 +133,30 @@ impl Manifest {
         })
     }
 
+    /// The fault in the columns of `generalised`, if there is one.
+    fn generalised_fault(&self) -> Option<String> {
+        let columns = self.generalised.as_ref()?;
+        let (base, joints) = columns.split_at(COMPONENTS.len().min(columns.len()));
+        if base != COMPONENTS || joints.is_empty() || self.outputs != COMPONENTS {
+            return Some(format!(
+                "generalised is {}, expected {} and the joints, beside the same six outputs",
+                columns.join(" "),
+                COMPONENTS.join(" ")
+            ));
+        }
+        let known = self.features.joints();
+        let unknown = joints.iter().find(|joint| !known.contains(joint))?;
+        Some(format!(
+            "generalised names the joint `{unknown}`, the features: {}",
+            known.join(", ")
+        ))
+    }
+
     /// Bytes that the numbers of a shard take at least; `None` beyond what can be counted.
     pub(super) fn bytes(&self, shard: &ShardEntry) -> Option<u64> {
-        // x, two wrenches, the condition; the times are one row for all.
-        let row = (self.features.len() + 2 * self.outputs.len() + 1) as u64;
+        // x, two wrenches, the condition, forces on all degrees of freedom; the times are one row for all.
+        let generalised = self.generalised.as_ref().map_or(0, Vec::len);
+        let row = (self.features.len() + 2 * self.outputs.len() + 1 + generalised) as u64;
         let rows = (shard.trajectories as u64).checked_mul(self.samples as u64)?;
         let numbers = rows.checked_mul(row)?.checked_add(self.samples as u64)?;
         numbers.checked_mul(4).filter(|bytes| *bytes < 1 << 60)

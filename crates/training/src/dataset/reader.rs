@@ -2,7 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use hydro_model::document::{self, Fault, hexadecimal, names_in};
+use hydro_model::{
+    Output, Outputs,
+    document::{self, Fault, hexadecimal, names_in},
+};
 use sha2::{Digest as _, Sha256};
 
 use super::{
@@ -26,6 +29,8 @@ pub struct Dataset {
     folder: PathBuf,
     manifest: Manifest,
     sha256: String,
+    /// Joints whose torques follow the wrench in every row of forces.
+    joints: usize,
 }
 
 impl Dataset {
@@ -69,7 +74,34 @@ impl Dataset {
             folder: folder.to_owned(),
             sha256: hexadecimal(&Sha256::digest(&bytes)),
             manifest,
+            joints: 0,
         })
+    }
+
+    /// The same data with these outputs: with [`Outputs::Generalised`] the torques of the joints follow the wrench. They
+    /// come from the shards' `generalised`, without perturbation.
+    ///
+    /// # Errors
+    /// A data set without `generalised`.
+    pub fn with_outputs(mut self, outputs: Outputs) -> Result<Self, DatasetError> {
+        if outputs == Outputs::Wrench || self.joints > 0 {
+            return Ok(self);
+        }
+        let columns = self.manifest.generalised.as_ref();
+        let joints = columns.map_or(&[][..], |columns| &columns[self.manifest.outputs.len()..]);
+        if joints.is_empty() {
+            return Err(DatasetError::NoGeneralised {
+                path: self.folder.join("manifest.json"),
+                found: self.manifest.outputs.clone(),
+            });
+        }
+        self.joints = joints.len();
+        for joint in joints {
+            let name = Output::Joint(joint.clone()).to_string();
+            self.manifest.outputs.push(name);
+            self.manifest.output_units.push("N m".to_owned());
+        }
+        Ok(self)
     }
 
     /// The manifest.
@@ -119,7 +151,7 @@ impl Dataset {
         Ok(split
             .shards
             .iter()
-            .map(|shard| Split::read(&self.folder, shard, &self.manifest)))
+            .map(|shard| Split::read(&self.folder, shard, &self.manifest, self.joints)))
     }
 }
 

@@ -130,11 +130,12 @@ impl Split {
         self.condition.truncate(rows);
     }
 
-    /// Reads and checks one shard.
+    /// Reads and checks one shard. The last `joints` outputs of the manifest are torques of joints.
     pub(super) fn read(
         folder: &Path,
         entry: &ShardEntry,
         manifest: &Manifest,
+        joints: usize,
     ) -> Result<Self, DatasetError> {
         let path = folder.join(&entry.file);
         // Twice what its numbers take, and its header: a safetensors file holds nothing else.
@@ -167,26 +168,67 @@ impl Split {
             .map(ToString::to_string)
             .collect();
         let (n, f) = (features.len(), manifest.outputs.len());
-        let hydrostatic = if shard.tensors.names().contains(&"hydrostatic") {
-            shard.rows("hydrostatic", [m, t, f], &manifest.outputs)?
-        } else {
-            // As many as the wrench has: its size is known to be there.
-            vec![0.0; shard.rows("wrench", [m, t, f], &manifest.outputs)?.len()]
+        let forces = Forces {
+            shard: &shard,
+            shape: [m, t],
+            outputs: &manifest.outputs,
+            joints,
         };
         Ok(Self {
             samples: t,
             inputs: n,
             outputs: f,
             x: shard.rows("x", [m, t, n], &features)?,
-            wrench: shard.rows("wrench", [m, t, f], &manifest.outputs)?,
-            clean: shard.rows("wrench_clean", [m, t, f], &manifest.outputs)?,
-            hydrostatic,
+            wrench: forces.rows("wrench", "generalised")?,
+            clean: forces.rows("wrench_clean", "generalised")?,
+            hydrostatic: forces.rows_or_zero("hydrostatic", "generalised_hydrostatic")?,
             time: shard.rows("time", [1, t, 1], &["time".to_owned()])?,
             condition: shard
                 .words("condition", Dtype::I32, &[m, t])?
                 .map(i32::from_le_bytes)
                 .collect(),
         })
+    }
+}
+
+/// The forces of a shard: components of the wrench, then torques of joints from a tensor of all degrees of freedom.
+struct Forces<'a> {
+    shard: &'a Shard<'a>,
+    /// M, T.
+    shape: [usize; 2],
+    outputs: &'a [String],
+    joints: usize,
+}
+
+impl Forces<'_> {
+    /// Rows [M, T, f] of a tensor of wrenches and one of generalised forces.
+    fn rows(&self, wrench: &str, generalised: &str) -> Result<Vec<f32>, DatasetError> {
+        let ([m, t], base) = (self.shape, self.outputs.len() - self.joints);
+        let wrench = self
+            .shard
+            .rows(wrench, [m, t, base], &self.outputs[..base])?;
+        if self.joints == 0 {
+            return Ok(wrench);
+        }
+        let all = self.outputs.len();
+        let whole = self.shard.rows(generalised, [m, t, all], self.outputs)?;
+        let rows = wrench.chunks_exact(base).zip(whole.chunks_exact(all));
+        Ok(rows
+            .flat_map(|(wrench, whole)| wrench.iter().chain(&whole[base..]).copied())
+            .collect())
+    }
+
+    /// The same, with zeros for a tensor that is not there.
+    fn rows_or_zero(&self, wrench: &str, generalised: &str) -> Result<Vec<f32>, DatasetError> {
+        let names = self.shard.tensors.names();
+        let is_there = |name: &str| names.contains(&name);
+        if is_there(wrench) && (self.joints == 0 || is_there(generalised)) {
+            return self.rows(wrench, generalised);
+        }
+        // As many as the wrench has: its size is known to be there.
+        let mut rows = self.rows("wrench", "generalised")?;
+        rows.fill(0.0);
+        Ok(rows)
     }
 }
 

@@ -219,6 +219,9 @@ fn manifest(data: &ResidualData, axes: &[usize], samples: usize) -> Manifest {
         sample_period: data.sample_period,
         samples,
         kinematics: None,
+        generalised: None,
+        water: None,
+        added_mass: Vec::new(),
         splits: BTreeMap::new(),
         provenance: BTreeMap::from([("seed".to_owned(), json!(data.seed))]),
     }

@@ -2,7 +2,10 @@
 
 use std::path::{Component, Path};
 
-use hydro_model::features::FeatureLayout;
+use hydro_model::{
+    features::FeatureLayout,
+    water::{BodyAddedMass, added_mass_fault},
+};
 use serde::{Deserialize, Serialize};
 
 /// The schema this build reads.
@@ -31,6 +34,12 @@ pub struct Index {
     pub features: FeatureLayout,
     /// Joint names, in the order of the features.
     pub joints: Vec<String>,
+    /// The water that the runs were recorded in; nothing where it is MuJoCo's own fluid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub water: Option<serde_json::Value>,
+    /// Added mass that the runs' wrench leaves out, because it belongs into the inertia.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub added_mass: Vec<BodyAddedMass>,
     /// The runs.
     pub rollouts: Vec<Entry>,
 }
@@ -50,6 +59,9 @@ impl Index {
                     hydro_files::number(seconds)
                 ));
             }
+        }
+        if let Some(fault) = added_mass_fault(&self.added_mass) {
+            return Some(fault);
         }
         self.rollouts.iter().find_map(|run| {
             let mut parts = Path::new(&run.file).components();

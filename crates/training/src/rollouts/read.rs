@@ -58,14 +58,14 @@ impl Rollouts {
         let runs = index
             .rollouts
             .iter()
-            .map(|entry| read_run(folder, entry, index.features.len()))
+            .map(|entry| read_run(folder, entry, &index))
             .collect::<Result<_, _>>()?;
         Ok(Self { index, runs })
     }
 }
 
 /// Reads one `.npz` after checking its digest.
-fn read_run(folder: &Path, entry: &Entry, features: usize) -> Result<Rollout, RolloutError> {
+fn read_run(folder: &Path, entry: &Entry, index: &Index) -> Result<Rollout, RolloutError> {
     let path = folder.join(&entry.file);
     let unreadable = |reason: String| RolloutError::Unreadable {
         path: path.clone(),
@@ -95,16 +95,33 @@ fn read_run(folder: &Path, entry: &Entry, features: usize) -> Result<Rollout, Ro
             "{samples} samples; a run holds at least two"
         )));
     }
+    let qvel = reader.read("qvel", Some(samples), 0)?;
+    let mut wrench = reader.read("wrench_clean", Some(samples), 6)?;
+    if !index.added_mass.is_empty() {
+        let gyroscopic = reader.read("gyroscopic", Some(samples), 6)?;
+        let pairs = wrench.values.iter_mut().zip(&gyroscopic.values);
+        pairs.for_each(|(sum, part)| *sum += part);
+    }
+    let steps = (index.sample_period / index.timestep).round().max(1.0) as usize;
+    let width = steps.saturating_mul(qvel.columns());
+    let mut optional = |array, rows, columns| match reader.has(array) {
+        true => reader.read(array, Some(rows), columns).map(Some),
+        false => Ok(None),
+    };
+    let generalised = optional("generalised", samples, qvel.columns())?;
+    let step_force = optional("step_force", samples - 1, width)?;
     Ok(Rollout {
         name: entry.file.trim_end_matches(".npz").to_owned(),
         density: entry.density,
         qpos: reader.read("qpos", Some(samples), 0)?,
-        qvel: reader.read("qvel", Some(samples), 0)?,
+        qvel,
         ctrl: reader.read("ctrl", Some(samples - 1), 0)?,
         push: reader.read("push", Some(samples - 1), 6)?,
-        x: reader.read("x", Some(samples), features)?,
-        wrench: reader.read("wrench_clean", Some(samples), 6)?,
+        x: reader.read("x", Some(samples), index.features.len())?,
+        wrench,
         hydrostatic: reader.read("hydrostatic", Some(samples), 6)?,
+        generalised,
+        step_force,
         time: time.values,
     })
 }
@@ -116,6 +133,11 @@ struct ArrayReader<'a> {
 }
 
 impl ArrayReader<'_> {
+    /// True where the archive has the array.
+    fn has(&self, array: &str) -> bool {
+        self.archive.names().iter().any(|name| name == array)
+    }
+
     /// Reads `[rows, columns]` (or `[rows]` where `columns` is 1); `None` and 0 stand for any.
     fn read(
         &mut self,

@@ -21,10 +21,16 @@ pub struct Rollout {
     pub push: Table,
     /// Features, `[N + 1, n]`.
     pub x: Table,
-    /// True fluid wrench on the base, base frame, `[N + 1, 6]`.
+    /// True fluid wrench on the base, base frame, `[N + 1, 6]`, as MuJoCo's passive forces hold it: where the added mass is in
+    /// the inertia, without what is in proportion to the acceleration.
     pub wrench: Table,
     /// The buoyancy part of `wrench`, `[N + 1, 6]`.
     pub hydrostatic: Table,
+    /// The water's generalised force as a data set of the same water has it, `[N + 1, nv]`, where it was recorded.
+    pub generalised: Option<Table>,
+    /// The water's whole generalised force in each physics step of an interval, added mass included, `[N, steps * nv]`, where
+    /// it was recorded.
+    pub step_force: Option<Table>,
 }
 
 impl Rollout {
@@ -32,7 +38,8 @@ impl Rollout {
     pub fn truncate(&mut self, samples: usize) {
         let samples = samples.max(2);
         self.time.truncate(samples);
-        for table in [&mut self.ctrl, &mut self.push] {
+        let steps = self.step_force.as_mut();
+        for table in [&mut self.ctrl, &mut self.push].into_iter().chain(steps) {
             table.truncate(samples - 1);
         }
         for table in [
@@ -41,7 +48,10 @@ impl Rollout {
             &mut self.x,
             &mut self.wrench,
             &mut self.hydrostatic,
-        ] {
+        ]
+        .into_iter()
+        .chain(self.generalised.as_mut())
+        {
             table.truncate(samples);
         }
     }

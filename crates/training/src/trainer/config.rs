@@ -1,6 +1,6 @@
 //! Settings of a training run.
 
-use hydro_model::{Adjoint, AttentionOdeConfig, ModelConfig, Solver};
+use hydro_model::{Adjoint, AttentionOdeConfig, ModelConfig, Outputs, Solver};
 use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
@@ -58,6 +58,8 @@ pub struct TrainConfig {
     pub labels: Labels,
     /// Training trajectories used; all without a number.
     pub trajectories: Option<usize>,
+    /// The wrench on the base, or the torques of the joints too.
+    pub outputs: Outputs,
 }
 
 impl Default for TrainConfig {
@@ -79,6 +81,7 @@ impl Default for TrainConfig {
             patience: 20,
             labels: Labels::Perturbed,
             trajectories: None,
+            outputs: Outputs::Wrench,
         }
     }
 }

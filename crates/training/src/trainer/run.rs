@@ -10,7 +10,7 @@ use std::{
 
 use candle_core::{Device, Tensor, backprop::GradStore};
 use hydro_model::{
-    Adjoint, Encoder, ForceModel, Network, Parameters, Solver,
+    Adjoint, Encoder, ForceModel, Network, Outputs, Parameters, Solver,
     architectures::check_count,
     checkpoint::{Card, Checkpoint, DatasetNote, SCHEMA},
 };
@@ -125,6 +125,7 @@ impl Trainer {
             });
         }
         let device = (device, device.open()?);
+        let dataset = &dataset.clone().with_outputs(config.outputs)?;
         let train = dataset.split("train", config.trajectories)?;
         let validation = dataset.split("val", None)?;
         for (name, split) in [("train", &train), ("val", &validation)] {
@@ -208,6 +209,11 @@ impl Trainer {
                 "solver",
                 self.config.solver.to_string(),
                 card.solver.to_string(),
+            ),
+            (
+                "kind of outputs",
+                Outputs::of(&self.manifest.outputs).to_string(),
+                Outputs::of(&card.outputs).to_string(),
             ),
             ("data set", self.dataset_sha256.clone(), data.to_owned()),
         ];
@@ -424,6 +430,8 @@ impl Trainer {
             joints: manifest.features.joints(),
             sample_period: manifest.sample_period,
             residual: false,
+            water: manifest.water.clone(),
+            added_mass: manifest.added_mass.clone(),
             envelope: Some(training_range(&self.train, self.config.labels)),
             solver: self.config.solver,
             normaliser: self.model.normaliser.clone(),

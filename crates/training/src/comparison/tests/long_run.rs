@@ -18,6 +18,8 @@ fn a_simulator_that_blew_up_and_calmed_down_is_out_of_bounds() {
         x: still(3, 1).expect("whole rows"),
         wrench: still(3, 6).expect("whole rows"),
         hydrostatic: still(3, 6).expect("whole rows"),
+        generalised: None,
+        step_force: None,
     };
     let calm = long_run_peaks(&mut PointMass::new(1.0, 0.002), &Water::Scene, &run);
     assert_eq!(calm.speed.reached, 0.0);

@@ -62,6 +62,11 @@ impl Simulator for PointMass {
         self.wrench = wrench;
     }
 
+    fn set_generalised_force(&mut self, force: &[f64]) {
+        // It does not turn: base and world are one.
+        self.wrench.force.copy_from_slice(&force[..3]);
+    }
+
     fn step(&mut self) {
         let h = self.timestep;
         self.time += h;

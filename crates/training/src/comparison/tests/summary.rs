@@ -9,6 +9,7 @@ fn summary(distances: &[(&str, f64)]) -> Summary {
         name: (*name).to_owned(),
         position: vec![Spread::from_values(&[*distance])],
         attitude: vec![Spread::from_values(&[0.0])],
+        joints: vec![Spread::from_values(&[0.0])],
         diverged: 0,
         position_by_run: Vec::new(),
         path: Vec::new(),

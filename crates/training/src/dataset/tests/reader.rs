@@ -321,3 +321,118 @@ fn malformed_manifests_say_what_is_wrong() {
         "{error}"
     );
 }
+
+/// One output of each component, and two joints; (M, T, f) as [`SIZE`] has M and T.
+fn with_joints(generalised: bool, hydrostatic: bool) -> Fixture {
+    let (m, t, n, _) = SIZE;
+    let mut tensors = vec![
+        floats("x", &[m, t, n], 0.0),
+        floats("wrench", &[m, t, 6], 100.0),
+        floats("wrench_clean", &[m, t, 6], 200.0),
+        floats("hydrostatic", &[m, t, 6], 300.0),
+        floats("time", &[t], 0.0),
+        Raw(
+            "condition",
+            Dtype::I32,
+            vec![m, t],
+            (0..6i32).map(i32::to_le_bytes).collect(),
+        ),
+    ];
+    if generalised {
+        tensors.push(floats("generalised", &[m, t, 7], 1000.0));
+    }
+    if hydrostatic {
+        tensors.push(floats("generalised_hydrostatic", &[m, t, 7], 2000.0));
+    }
+    let mut fixture = Fixture::new();
+    let file = "train-00000-of-00002.safetensors";
+    let entry = write_shard(fixture.root.path(), file, &tensors);
+    let outputs = [
+        "force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z",
+    ];
+    fixture.manifest["outputs"] = json!(outputs);
+    fixture.manifest["output_units"] = json!(["N", "N", "N", "N m", "N m", "N m"]);
+    fixture.manifest["splits"]["train"] = json!({"trajectories": m, "shards": [entry]});
+    if generalised {
+        fixture.manifest["generalised"] = json!([&outputs[..], &["a"]].concat());
+    }
+    fixture
+}
+
+#[test]
+fn torques_of_joints_follow_the_wrench() {
+    let open = |fixture: &Fixture, outputs| {
+        let dataset = fixture.open().and_then(|data| data.with_outputs(outputs));
+        let dataset = dataset.expect("has them");
+        let split = dataset.split("train", None).expect("read");
+        (dataset, split)
+    };
+    let fixture = with_joints(true, true);
+    let (dataset, split) = open(&fixture, Outputs::Generalised);
+    assert_eq!(dataset.manifest().outputs[6], "joint_torque.a");
+    assert_eq!(dataset.manifest().output_units[6], "N m");
+    assert_eq!(split.outputs(), 7);
+    // Row 1 of trajectory 1: row 4 of all.
+    let row = |values: &[f32]| values[7..14].to_vec();
+    let of = |base: f32, joint: f32| -> Vec<f32> {
+        (0..6)
+            .map(|at| base + 24.0 + at as f32)
+            .chain([joint])
+            .collect()
+    };
+    assert_eq!(row(split.wrench(1)), of(100.0, 1000.0 + 34.0));
+    assert_eq!(row(split.clean(1)), of(200.0, 1000.0 + 34.0));
+    assert_eq!(row(split.hydrostatic(1)), of(300.0, 2000.0 + 34.0));
+
+    let (dataset, split) = open(&fixture, Outputs::Wrench);
+    assert_eq!((dataset.manifest().outputs.len(), split.outputs()), (6, 6));
+    let (_, split) = open(&with_joints(true, false), Outputs::Generalised);
+    assert!(split.hydrostatic(0).iter().all(|value| *value == 0.0));
+}
+
+#[test]
+fn torques_that_are_not_there_are_refused() {
+    let refusal = |fixture: Fixture| {
+        let opened = fixture
+            .open()
+            .and_then(|data| data.with_outputs(Outputs::Generalised));
+        let read = opened.and_then(|data| data.split("train", None));
+        read.expect_err("refused").to_string()
+    };
+    let message = refusal(with_joints(false, false));
+    assert!(
+        message.contains("no `generalised`") && message.contains("--water strip"),
+        "{message}"
+    );
+    for (columns, expected) in [
+        (
+            json!(["force.x", "a"]),
+            "generalised is force.x a, expected force.x",
+        ),
+        (
+            json!([
+                "force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z", "b"
+            ]),
+            "generalised names the joint `b`, the features: a",
+        ),
+    ] {
+        let mut fixture = with_joints(true, true);
+        fixture.manifest["generalised"] = columns;
+        let message = refusal(fixture);
+        assert!(message.contains(expected), "{message}");
+    }
+    // The manifest names columns that the shard lacks.
+    let mut fixture = with_joints(false, false);
+    fixture.manifest["generalised"] = json!([
+        "force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z", "a"
+    ]);
+    let message = refusal(fixture);
+    assert!(message.contains("`generalised` is missing"), "{message}");
+    let mut fixture = with_joints(true, true);
+    fixture.manifest["added_mass"] = json!([{"body": "hull", "matrix": [1.0]}]);
+    let message = refusal(fixture);
+    assert!(
+        message.contains("added_mass of `hull` has 1 numbers"),
+        "{message}"
+    );
+}

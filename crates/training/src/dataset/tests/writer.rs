@@ -18,6 +18,9 @@ fn what_is_written_is_read_back_and_a_wrong_length_refused() {
         sample_period: 0.02,
         samples: 3,
         kinematics: None,
+        generalised: None,
+        water: None,
+        added_mass: Vec::new(),
         splits: BTreeMap::new(),
         provenance: BTreeMap::new(),
     };
