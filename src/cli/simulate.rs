@@ -60,7 +60,7 @@ pub(super) struct Args {
     /// Folder of the scenes b1_swim.xml, b1_box_fluid.xml, b1.xml, and of the one that the rollouts were recorded in.
     #[arg(long, default_value = "mjcf")]
     scenes: PathBuf,
-    /// The plugin's engine for the network: fused, fused-f16 or candle.
+    /// The plugin's engine for the network: fused, fused-f16, fused-i16 or candle.
     #[arg(long, default_value_t = EngineKind::Fused)]
     engine: EngineKind,
     /// Write the page with plots here (HTML, self-contained).
