@@ -6,14 +6,13 @@ use pulp::Arch;
 
 use crate::error::ModelError;
 
-/// Environment variable; its value `portable` keeps engines from the vector unit.
+/// Environment variable that keeps engines from some of the processor's instructions.
 const VARIABLE: &str = "HYDRO_INSTRUCTIONS";
-const PORTABLE: &str = "portable";
 
-/// Those of this processor; plain ones where the environment asks for them.
+/// Those of this processor; plain ones, or AVX2 of a processor with AVX-512, where the environment asks for them.
 ///
 /// # Errors
-/// If the environment asks for others.
+/// If the environment asks for others, or for what the processor lacks.
 pub(super) fn instructions() -> Result<Arch, ModelError> {
     static ASKED: LazyLock<Option<String>> =
         LazyLock::new(|| env::var_os(VARIABLE).map(|value| value.to_string_lossy().into_owned()));
@@ -22,12 +21,18 @@ pub(super) fn instructions() -> Result<Arch, ModelError> {
 
 fn chosen(asked: Option<&str>) -> Result<Arch, ModelError> {
     match asked {
-        None | Some("") => Ok(Arch::new()),
-        Some(PORTABLE) => Ok(Arch::Scalar),
-        Some(other) => Err(ModelError::Config {
-            reason: format!("{VARIABLE} is `{other}`, expected `{PORTABLE}` or nothing"),
-        }),
+        None | Some("") => Some(Arch::new()),
+        Some("portable") => Some(Arch::Scalar),
+        #[cfg(target_arch = "x86_64")]
+        Some("avx2") => pulp::x86::V3::try_new().map(Arch::V3),
+        Some(_) => None,
     }
+    .ok_or_else(|| ModelError::Config {
+        reason: format!(
+            "{VARIABLE} is `{}`, expected `portable`, `avx2` on a processor with it, or nothing",
+            asked.unwrap_or_default()
+        ),
+    })
 }
 
 #[cfg(test)]
@@ -35,8 +40,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_environment_can_ask_for_plain_instructions_and_no_others() {
-        assert!(matches!(chosen(Some(PORTABLE)), Ok(Arch::Scalar)));
+    fn the_environment_can_ask_for_fewer_instructions_and_for_no_others() {
+        assert!(matches!(chosen(Some("portable")), Ok(Arch::Scalar)));
+        #[cfg(target_arch = "x86_64")]
+        assert!(!matches!(
+            chosen(Some("avx2")),
+            Ok(Arch::V4(_) | Arch::Scalar)
+        ));
         for none in [None, Some("")] {
             assert_eq!(
                 format!("{:?}", chosen(none).expect("this machine's")),
@@ -46,7 +56,7 @@ mod tests {
         let error = chosen(Some("avx9")).expect_err("no such").to_string();
         assert_eq!(
             error,
-            "model configuration: HYDRO_INSTRUCTIONS is `avx9`, expected `portable` or nothing"
+            "model configuration: HYDRO_INSTRUCTIONS is `avx9`, expected `portable`, `avx2` on a processor with it, or nothing"
         );
     }
 }
