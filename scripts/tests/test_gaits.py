@@ -326,3 +326,30 @@ class Table(unittest.TestCase):
         lines = table.markdown(rows)
         self.assertIn("| drag | 1 | 0.200 | 0.050 | 25% | 0.30 | 12 | 5 | - | 30 | -0.100 | -50% |", lines)
         self.assertIn("| drag | **mean** | 0.200 | 0.050 | 25% |", lines[-1])
+
+
+class FittedDrag(unittest.TestCase):
+    def test_the_drag_of_each_axis_is_found_without_buoyancy_and_written(self):
+        from safetensors.numpy import save_file
+
+        random, folder = np.random.default_rng(0), tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        axes = [f"{kind}.{axis}" for kind in ("linear_velocity", "angular_velocity") for axis in "xyz"]
+        outputs = [f"{kind}.{axis}" for kind in ("force", "torque") for axis in "xyz"]
+        linear, quadratic = np.arange(1.0, 7.0), np.array([0.0, 4.0, 0.5, 2.0, 0.0, 1.0])
+        for split in ("train", "test"):
+            speed = random.normal(size=(4, 50, 6))
+            lift = random.normal(size=speed.shape) * 100
+            wrench = lift - linear * speed - quadratic * np.abs(speed) * speed
+            arrays = {"x": speed, "wrench_clean": wrench, "hydrostatic": lift}
+            arrays = {name: array.astype(np.float32) for name, array in arrays.items()}
+            save_file(arrays, Path(folder.name, f"{split}-00000-of-00001.safetensors"))
+        manifest = {"features": [{"name": name} for name in axes], "outputs": outputs, "seed": 7}
+        Path(folder.name, "manifest.json").write_text(json.dumps(manifest))
+        out = Path(folder.name, "drag.json")
+        command = [sys.executable, str(SCRIPTS / "fit_drag.py"), "--data", folder.name, "--out", str(out)]
+        subprocess.run(command, check=True, capture_output=True)
+        found = json.loads(out.read_text())
+        np.testing.assert_allclose(found["linear"], linear, atol=1e-3)
+        np.testing.assert_allclose(found["quadratic"], quadratic, atol=1e-3)
+        self.assertEqual(found["source"], {"seed": 7, "rows": 200})

@@ -39,8 +39,8 @@ def starts(model: mujoco.MjModel, random: np.random.Generator, number: int) -> S
 class Track:
     """T moments, `PERIOD` apart, of n robots: qpos [T, n, nq], ctrl [T, n, nu], power of the servos [T, n] W.
 
-    swims [T, n]: until its end, which is more than 1.5 m from its depth, the trunk's z axis below the horizon, or a
-    simulation that blew up.
+    swims [T, n]: until its end, which is too far from its depth, the trunk's z axis below the horizon, or a simulation
+    that blew up.
     """
 
     qpos: np.ndarray
@@ -65,8 +65,8 @@ class Track:
         return rotation(self.qpos[..., 3:7].reshape(-1, 4)).reshape(moments, robots, 3, 3)
 
 
-def swim(pool: Pool, values: np.ndarray, begin: Starts, seconds: float) -> Track:
-    """Swim gaits `values` [n, P] from the same number of starts."""
+def swim(pool: Pool, values: np.ndarray, begin: Starts, seconds: float, deepest: float = DEEPEST) -> Track:
+    """Swim gaits `values` [n, P] from as many starts; `deepest` [m] from its depth a way comes to its end."""
     generator, count = Generator(values), round(seconds / PERIOD)
     pool.start(begin.qpos, begin.qvel, begin.ctrl)
     ctrl, swims = begin.ctrl.copy(), np.ones(len(values), bool)
@@ -87,7 +87,7 @@ def swim(pool: Pool, values: np.ndarray, begin: Starts, seconds: float) -> Track
         # MuJoCo starts a simulation that blew up anew: its clock is then behind.
         whole = np.abs(pool.time - (step + 1) * PERIOD) < PERIOD / 2
         upright = rotation(pool.qpos[:, 3:7])[:, 2, 2] > 0
-        swims = swims & whole & upright & (np.abs(pool.qpos[:, 2] - begin.qpos[:, 2]) < DEEPEST)
+        swims = swims & whole & upright & (np.abs(pool.qpos[:, 2] - begin.qpos[:, 2]) < deepest)
         record["qpos"].append(pool.qpos.copy())
         record["ctrl"].append(ctrl)
         record["power"].append(np.abs(pool.force * pool.qvel[:, 6:]).sum(axis=1))

@@ -1,5 +1,6 @@
 """Gaits swum again: in another water than the one they were learnt in, and for longer."""
 
+import math
 from dataclasses import asdict
 
 import numpy as np
@@ -17,10 +18,10 @@ SEED = (35, 12)
 
 
 def replay(gait: Gait, water: Water, *, seconds: float, starts: int, threads: int) -> episode.Track:
-    """The gait from some starts in a water."""
+    """The gait from some starts in a water, which is as deep as it goes."""
     begin = episode.starts(water.model(), np.random.default_rng(SEED), starts)
     values = np.tile(gait.values, (starts, 1))
-    return episode.swim(water.robots(starts, threads), values, begin, seconds)
+    return episode.swim(water.robots(starts, threads), values, begin, seconds, math.inf)
 
 
 def summary(track: episode.Track) -> dict[str, float | None]:
@@ -42,7 +43,7 @@ def as_run(gait: Gait, water: Water, seconds: float) -> dict:
     Start, commands and the foam's lift, a row each `scene.SAMPLE_PERIOD`.
     """
     begin = episode.starts(water.model(), np.random.default_rng(SEED), 1)
-    track = episode.swim(water.robots(1, 1), gait.values[None], begin, seconds)
+    track = episode.swim(water.robots(1, 1), gait.values[None], begin, seconds, math.inf)
     ctrl = np.repeat(track.ctrl[:, 0], round(PERIOD / scene.SAMPLE_PERIOD), axis=0)
     push = np.tile([0.0, 0.0, TRIM, 0.0, 0.0, 0.0], (len(ctrl), 1))
     return {"qpos": begin.qpos, "qvel": begin.qvel, "ctrl": ctrl, "push": push, "density": 1000.0}
