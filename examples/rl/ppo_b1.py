@@ -40,5 +40,5 @@ def judged(model, robots=ROBOTS, steps=750):
 if __name__ == "__main__":
     steps = int(sys.argv[1]) if len(sys.argv) > 1 else 2_000_000
     total, ahead, lasted = judged(trained(steps, verbose=1))
-    ended = f"{(lasted == 750).sum()} of {ROBOTS} to the end"
-    print(f"return {total.mean():.0f} +- {total.std():.0f}, {ahead.mean():.2f} m ahead in 15 s, {ended}")
+    ended = f"{lasted.mean() * 0.02:.1f} s until an end, {(lasted == 750).sum()} of {ROBOTS} to the last"
+    print(f"return {total.mean():.0f} +- {total.std():.0f}, {ahead.mean():.2f} m ahead, {ended}")
