@@ -321,11 +321,15 @@ class Learning(unittest.TestCase):
 class Table(unittest.TestCase):
     def test_a_row_a_gait_and_a_mean_a_water(self):
         way = {"speed": 0.2, "depth_worst": 0.3, "tilt_worst": 12.0, "heading_drift": 5.0, "cost": None, "swam": 30.0}
-        own = {"water": "drag", "seed": 1, "episodes": 10, "score": 0.1}
-        rows = [own | {"drag": way, "truth": way | {"speed": 0.05}, "strip": way | {"speed": -0.1}}]
-        lines = table.markdown(rows)
-        self.assertIn("| drag | 1 | 0.200 | 0.050 | 25% | 0.30 | 12 | 5 | - | 30 | -0.100 | -50% |", lines)
-        self.assertIn("| drag | **mean** | 0.200 | 0.050 | 25% |", lines[-1])
+        drag = {"water": "drag", "seed": 1, "drag": way, "truth": way | {"speed": 0.05}, "strip": way | {"speed": -0.1}}
+        truth = {"water": "truth", "seed": 0, "truth": way | {"speed": 0.1, "cost": 0.25}, "strip": way}
+        lines = table.markdown([drag, truth])
+        self.assertEqual(lines[2], "| drag | 1 | 0.200 | 0.050 | 25% | 50% | 0.30 | 12 | 5 | - | 30 | -0.100 |")
+        self.assertIn("| drag | **mean** | **0.200** | **0.050** | **25%** | **50%** |", lines[3])
+        self.assertEqual(lines[4], "| truth | 0 | 0.100 | 0.100 | 100% | 100% | 0.30 | 12 | 5 | 0.25 | 30 | 0.200 |")
+        drag["drag"] = way | {"speed": 0.01}
+        self.assertIn("| 0.010 | 0.050 | - | 50% |", table.markdown([drag, truth])[2])
+        self.assertIn("| 25% | - |", table.markdown([drag | {"drag": way}])[2])
 
 
 class FittedDrag(unittest.TestCase):

@@ -10,6 +10,8 @@ from .waters import LEARNT_IN, WATERS
 
 #: Waters in which every gait is swum, besides the one that it was learnt in.
 JUDGED_IN = ("truth", "strip")
+#: Speed below which a share of it says nothing [m/s].
+SLOWEST = 0.05
 #: Name -> what it is, its unit, digits.
 MEASURES = {
     "speed": ("speed", "m/s", 3),
@@ -45,29 +47,45 @@ def rows(paths: list[Path], *, seconds: float, starts: int, threads: int) -> lis
 
 
 def markdown(rows: list[dict[str, Any]]) -> list[str]:
-    """The table of single gaits, then that of their means by water; share: of the speed where it was learnt."""
-    head = ["learnt in", "seed", "speed there", "in the truth", "kept", "depth worst", "tilt worst", "heading", "cost"]
-    head += ["swam", "in strip theory", "kept"]
+    """A row a gait, and one of the means of those of a water."""
+    best = [row["truth"]["speed"] for row in rows if row["water"] == "truth"]
+    able = float(np.mean(best)) if best else 0.0
+    head = [
+        "learnt in",
+        "seed",
+        "speed there",
+        "in the truth",
+        "kept",
+        "of the truth's",
+        "depth",
+        "tilt",
+        "heading",
+        "cost",
+    ]
+    head += ["swam", "in strip theory"]
     table = [head, ["---"] * len(head)]
-    for row in rows:
-        there, truth, strip = row[row["water"]], row["truth"], row["strip"]
-        cells = [row["water"], str(row["seed"]), _number(there["speed"], 3), _number(truth["speed"], 3)]
-        cells += [kept(truth, there), _number(truth["depth_worst"], 2), _number(truth["tilt_worst"], 0)]
-        cells += [_number(truth["heading_drift"], 0), _number(truth["cost"], 2), _number(truth["swam"], 0)]
-        cells += [_number(strip["speed"], 3), kept(strip, there)]
-        table.append(cells)
     for name in LEARNT_IN:
         own = [row for row in rows if row["water"] == name]
+        for row in own:
+            truth = row["truth"]
+            cells = [name, str(row["seed"]), *_speeds(row[name]["speed"], truth["speed"], able)]
+            cells += [_number(truth["depth_worst"], 2), _number(truth["tilt_worst"], 0)]
+            cells += [_number(truth["heading_drift"], 0), _number(truth["cost"], 2), _number(truth["swam"], 0)]
+            table.append([*cells, _number(row["strip"]["speed"], 3)])
         if own:
-            means = [np.mean([row[water]["speed"] for row in own]) for water in (name, "truth", "strip")]
-            ends = ["**mean**", f"{means[0]:.3f}", f"{means[1]:.3f}", f"{means[1] / means[0]:.0%}"]
-            table.append([name, *ends, "", "", "", "", "", f"{means[2]:.3f}", f"{means[2] / means[0]:.0%}"])
+            there, truth, strip = (float(np.mean([row[water]["speed"] for row in own])) for water in (name, *JUDGED_IN))
+            means = [f"**{cell}**" for cell in _speeds(there, truth, able)]
+            table.append([name, "**mean**", *means, "", "", "", "", "", f"**{strip:.3f}**"])
     return [f"| {' | '.join(cells)} |" for cells in table]
 
 
-def kept(found: dict[str, Any], there: dict[str, Any]) -> str:
-    """Share of the speed where a gait was learnt."""
-    return f"{found['speed'] / there['speed']:.0%}" if there["speed"] > 0 else "-"
+def _speeds(there: float, truth: float, able: float) -> list[str]:
+    """Speeds where a gait was learnt and in the truth; the share kept, and the share of a gait learnt in the truth."""
+    return [f"{there:.3f}", f"{truth:.3f}", _share(truth, there), _share(truth, able)]
+
+
+def _share(part: float, whole: float) -> str:
+    return f"{part / whole:.0%}" if whole >= SLOWEST else "-"
 
 
 def _number(value: float | None, digits: int) -> str:
