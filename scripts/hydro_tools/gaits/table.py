@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from hydro_mujoco.recording.progress import Progress
+
 from . import gait_file, replay
 from .waters import LEARNT_IN, WATERS
 
@@ -36,6 +38,7 @@ def rows(paths: list[Path], *, seconds: float, starts: int, threads: int) -> lis
     """Each gait's water, seed and its summaries by water."""
     found = []
     model = WATERS["truth"].model()
+    progress = Progress(len(paths), "gaits")
     for path in paths:
         gait = gait_file.read(path, model)
         row: dict[str, Any] = {"water": gait.water, "seed": gait.seed, "episodes": gait.episodes, "score": gait.score}
@@ -43,6 +46,7 @@ def rows(paths: list[Path], *, seconds: float, starts: int, threads: int) -> lis
             track = replay.replay(gait, WATERS[name], seconds=seconds, starts=starts, threads=threads)
             row[name] = replay.summary(track)
         found.append(row)
+        progress.advance()
     return sorted(found, key=lambda row: (LEARNT_IN.index(row["water"]), row["seed"]))
 
 
