@@ -120,6 +120,13 @@ class Worth(unittest.TestCase):
         track = straight(0.0)
         track.qpos[1:, 0, 2] = -0.5
         self.assertAlmostEqual(episode.score(track)[0], -episode.DEPTH_PRICE * 0.5 * 99 / 100)
+        # About x the nose stays ahead, about y it dips too, about z the trunk stays upright.
+        tilt, heading = episode.TILT_PRICE, episode.HEADING_PRICE
+        for axis, price in ((1, tilt), (2, tilt + heading), (3, heading)):
+            track = straight(0.0)
+            track.qpos[:, 0, 3:7] = 0.0
+            track.qpos[:, 0, 3], track.qpos[:, 0, 3 + axis] = np.cos(0.2), np.sin(0.2)
+            self.assertAlmostEqual(episode.score(track)[0], -price * (1 - np.cos(0.4)))
         half = np.ones((100, 1), bool)
         half[50:] = False
         worst = episode.DEPTH_PRICE * 1.5 + episode.TILT_PRICE + 2 * episode.HEADING_PRICE
