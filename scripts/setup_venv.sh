@@ -10,7 +10,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 usage='usage: scripts/setup_venv.sh main|bench|baselines|docs|ray [FOLDER]'
 case ${1:?$usage} in
-main) folder=.venv extras=tank,sysid,film,logs,warp,dev imports='matplotlib, mujoco, mujoco_warp, pandas, rosbags, safetensors, scipy' ;;
+main) folder=.venv extras=tank,sysid,film,gaits,logs,warp,dev imports='cma, matplotlib, mujoco, mujoco_warp, pandas, rosbags, safetensors, scipy' ;;
 bench) folder=.venv-bench extras=bench imports='matplotlib, mujoco, onnxruntime, torch, torchdiffeq' ;;
 baselines) folder=.venv-rivals extras=baselines,dev imports='pysindy, sklearn, mujoco.sysid' ;;
 docs) folder=.venv-docs extras=docs imports='ipykernel, jupytext, material, matplotlib, nbconvert' ;;

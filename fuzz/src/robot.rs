@@ -216,6 +216,7 @@ fn plant_joint(at: usize) -> PlantJoint {
         dof: 6 + at,
         start: 0.0,
         scale: joint(at == 1),
+        pushes: Vec::new(),
         stiffness: 3.0,
         damping: 0.1,
     }

@@ -105,3 +105,14 @@ def test_the_controller_of_the_example_keeps_station_and_random_commands_do_not(
         if command is station.pd:
             assert distance.max() < 0.2
     assert returns[0] > 4 * returns[1]
+
+
+def test_ppo_of_the_example_learns_for_a_moment(monkeypatch):
+    pytest.importorskip("stable_baselines3", reason="pip install 'hydro-mujoco[rl]'")
+    monkeypatch.syspath_prepend(f"{packaged.examples()}/rl")
+    import ppo_b1
+
+    model = ppo_b1.trained(256, robots=4, rounds=32)
+    assert model.num_timesteps == 256
+    total, ahead, lasted = ppo_b1.judged(model, robots=4, steps=20)
+    assert np.isfinite(total).all() and np.abs(ahead).max() < 1.0 and (lasted == 20).all()

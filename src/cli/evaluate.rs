@@ -12,7 +12,10 @@ use hydro_training::{
 };
 
 use super::{
-    other_water::other_water, output::print_json, table::table, yardsticks::without_learning,
+    other_water::other_water,
+    output::{print_json, print_note_of},
+    table::table,
+    yardsticks::without_learning,
 };
 
 /// Flags of `hydro evaluate`.
@@ -33,7 +36,7 @@ pub(super) struct Args {
     /// Solver other than the card's: euler, rk4 or dopri5.
     #[arg(long)]
     solver: Option<Solver>,
-    /// fused, fused-f16 or candle.
+    /// fused, fused-f16, fused-i16 or candle.
     #[arg(long, default_value_t = EngineKind::Fused)]
     engine: EngineKind,
     /// Print one JSON value and nothing else.
@@ -79,10 +82,11 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         );
     }
     let engine = checkpoint.engine(args.engine, args.solver)?;
+    print_note_of(args.engine);
     let name = checkpoint.card.model.kind().to_owned();
     let forces = predict_by_engine(engine.as_ref(), &split, args.start)?;
     let rounding = match args.engine {
-        EngineKind::FusedF16 => {
+        EngineKind::FusedF16 | EngineKind::FusedI16 => {
             let single = checkpoint.engine(EngineKind::Fused, args.solver)?;
             let single = predict_by_engine(single.as_ref(), &split, args.start)?;
             let std = &checkpoint.card.normaliser.output_std;
@@ -106,11 +110,15 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         );
     }
     if args.json {
+        let rounding_of = |kind| {
+            let (rms, largest) = rounding.filter(|_| args.engine == kind)?;
+            Some(serde_json::json!({"rms": rms, "largest": largest}))
+        };
         return print_json(&serde_json::json!({
             "checkpoint": args.checkpoint.display().to_string(), "data": args.data.display().to_string(), "split": args.split, "start": args.start,
             "trajectories": result.trajectories, "outputs": result.outputs, "errors": row.errors,
             "yardsticks": &result.rows[1..], "other_water": other_water,
-            "halves": rounding.map(|(rms, largest)| serde_json::json!({"rms": rms, "largest": largest})),
+            "halves": rounding_of(EngineKind::FusedF16), "int16": rounding_of(EngineKind::FusedI16),
         }));
     }
     say!(
@@ -160,8 +168,12 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     say!("{}", table(&["", "nRMSE", "nRMSE, no buoyancy"], &beside));
     if let Some((rms, largest)) = rounding {
         say!(
-            "halves instead of single precision: {rms:.1e} rms, {largest:.1e} at most, in standard deviations of the \
-             output, worst axis"
+            "{} instead of single precision: {rms:.1e} rms, {largest:.1e} at most, in standard deviations of the output, worst \
+             axis",
+            match args.engine {
+                EngineKind::FusedI16 => "int16",
+                _ => "halves",
+            }
         );
     }
     Ok(())

@@ -19,6 +19,13 @@ pub(crate) fn print_error(error: &anyhow::Error) {
     eprintln!("hydro: {}", message(error));
 }
 
+/// Prints what a user should know of the engine on this processor, if there is anything.
+pub(super) fn print_note_of(engine: hydro_model::EngineKind) {
+    if let Some(note) = engine.note() {
+        eprintln!("hydro: {note}");
+    }
+}
+
 /// An error and its causes: as they are, or on one line and cut where they are long.
 fn message(error: &anyhow::Error) -> String {
     let text = format!("{error:#}");

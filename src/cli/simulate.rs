@@ -61,7 +61,7 @@ pub(super) struct Args {
     /// Folder of the scenes b1_swim.xml, b1_box_fluid.xml, b1.xml, and of the one that the rollouts were recorded in.
     #[arg(long, default_value = "mjcf")]
     scenes: PathBuf,
-    /// The plugin's engine for the network: fused, fused-f16 or candle.
+    /// The plugin's engine for the network: fused, fused-f16, fused-i16 or candle.
     #[arg(long, default_value_t = EngineKind::Fused)]
     engine: EngineKind,
     /// Outputs of the checkpoint that act: wrench, on the base alone, or generalised, on the joints too [default: all that it

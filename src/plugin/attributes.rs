@@ -192,7 +192,11 @@ impl Settings {
             },
             engine: match value("engine") {
                 None => EngineKind::Fused,
-                Some(found) => choice("engine", found, "`fused`, `fused-f16` or `candle`")?,
+                Some(found) => choice(
+                    "engine",
+                    found,
+                    "`fused`, `fused-f16`, `fused-i16` or `candle`",
+                )?,
             },
             initial_force: match value("initial_force") {
                 None => InitialForce::Estimate,

@@ -460,7 +460,7 @@ fn a_checkpoints_wrench_is_scaled_and_its_effects_are_not() {
         .map(|name| format!("\"{name}\":2.0"))
         .collect();
     let push = push.replace("PARAMETERS", &parameters.join(","));
-    for engine in ["fused", "fused-f16", "candle"] {
+    for engine in ["fused", "fused-f16", "fused-i16", "candle"] {
         let engine = format!("<config key=\"engine\" value=\"{engine}\"/>");
         let plain = reading(&with(&engine));
         let scaled = reading(&with(&format!("{engine}{scale}")));

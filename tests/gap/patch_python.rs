@@ -84,6 +84,7 @@ fn description() -> PlantDescription {
             slides,
             driven: true,
         },
+        pushes: Vec::new(),
         stiffness: 0.0,
         damping: 0.0,
     };

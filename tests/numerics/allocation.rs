@@ -42,7 +42,11 @@ fn samples_are_taken_and_evaluated_without_allocation() {
         let model = &checkpoint.card.model;
         let fits = |solver: &Solver| model.check_solver(*solver).is_ok();
         for solver in Solver::ALL.into_iter().filter(fits) {
-            for kind in [EngineKind::Fused, EngineKind::FusedF16] {
+            for kind in [
+                EngineKind::Fused,
+                EngineKind::FusedF16,
+                EngineKind::FusedI16,
+            ] {
                 assert_eq!(allocations(&checkpoint, kind, solver), 0, "{name} {kind}");
             }
             // What is counted is there to be counted.

@@ -1,4 +1,4 @@
-//! The released checkpoint on recorded motion: every engine against Candle.
+//! The released checkpoints on recorded motion: every engine against Candle.
 
 use std::path::Path;
 
@@ -47,29 +47,35 @@ fn errors(checkpoint: &Checkpoint, a: &[Vec<f64>], b: &[Vec<f64>]) -> (f64, f64)
 #[test]
 fn every_engine_follows_candle_along_recorded_motion() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let checkpoint = Checkpoint::load(&root.join("models/b1-task2")).unwrap();
-    for solver in Solver::ALL {
-        let candle = forces(&checkpoint, EngineKind::Candle, solver);
-        let (rms, most) = errors(
-            &checkpoint,
-            &forces(&checkpoint, EngineKind::Fused, solver),
-            &candle,
-        );
-        // The lengths of adaptive steps differ by rounding too, within the solver's tolerance.
-        let bound = match solver {
-            Solver::DormandPrince => 2e-4,
-            Solver::Euler | Solver::Rk4 => 2e-5,
-        };
-        assert!(most < bound, "{solver}: {rms} rms, {most} at most");
-        // Halves: under 0.5 % of a standard deviation at every sample, and far from exact.
-        let (rms, most) = errors(
-            &checkpoint,
-            &forces(&checkpoint, EngineKind::FusedF16, solver),
-            &candle,
-        );
+    for (name, solvers) in [
+        ("b1-task2", &Solver::ALL[..]),
+        ("b1-relaxation", &[Solver::Euler]),
+    ] {
+        let checkpoint = Checkpoint::load(&root.join("models").join(name)).unwrap();
+        for solver in solvers {
+            follows_candle(&checkpoint, *solver);
+        }
+    }
+}
+
+fn follows_candle(checkpoint: &Checkpoint, solver: Solver) {
+    let name = checkpoint.card.model.kind();
+    let candle = forces(checkpoint, EngineKind::Candle, solver);
+    let found = |kind| errors(checkpoint, &forces(checkpoint, kind, solver), &candle);
+    let (rms, most) = found(EngineKind::Fused);
+    // The lengths of adaptive steps differ by rounding too, within the solver's tolerance.
+    let bound = match solver {
+        Solver::DormandPrince => 2e-4,
+        Solver::Euler | Solver::Rk4 => 2e-5,
+    };
+    assert!(most < bound, "{name} {solver}: {rms} rms, {most} at most");
+    // Halves and int16: under 0.5 % of a standard deviation at every sample, and far from exact.
+    for kind in [EngineKind::FusedF16, EngineKind::FusedI16] {
+        let (rms, most) = found(kind);
+        println!("{name} {solver} {kind}: {rms:.1e} rms, {most:.1e} at most");
         assert!(
             most < 5e-3 && rms > 1e-6,
-            "{solver}: {rms} rms, {most} at most"
+            "{name} {solver} {kind}: {rms} rms, {most} at most"
         );
     }
 }

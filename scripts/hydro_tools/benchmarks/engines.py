@@ -7,7 +7,8 @@ ENGINES = {
     "fused": ("hydro, f32", 1e-4),
     # Over 64 samples of a random field, which forgets nothing, the rounding adds up; `evaluate` reports what it is.
     "fused-f16": ("hydro, f16", 1e-1),
+    "fused-i16": ("hydro, int16", 1e-1),
 }
 #: The reference among ours, timed as an implementation of its own.
 CANDLE = ("candle", "hydro, Candle engine", 1e-4)
-F32, F16 = "hydro, f32", "hydro, f16"
+F32, F16, I16 = "hydro, f32", "hydro, f16", "hydro, int16"

@@ -57,6 +57,8 @@ def checkpoint(folder: Path, tensors: dict[str, np.ndarray], **card) -> Path:
     content = save(tensors)
     write_beside(folder / "weights.safetensors", content)
     released = json.loads((ROOT / "models/b1-task2/card.json").read_text())
+    # The range of the training data is that of the released one's features.
+    released.pop("envelope", None)
     whole = released | {"name": folder.name, "dataset": None, "metrics": None, "command": "scripts/bench.sh"} | card
     whole["weights_sha256"] = hashlib.sha256(content).hexdigest()
     (folder / "card.json").write_text(json.dumps(whole, indent=1))

@@ -3,6 +3,7 @@ r"""Film the swimming robot offscreen, with the water's force drawn as arrows.
     python scripts/film.py --out out/swim.mp4                               # the plugin's water
     python scripts/film.py --out out/truth.mp4 --scene mjcf/b1_truth.xml
     python scripts/film.py --out out/run.mp4 --rollouts out/rollouts --index 3
+    python scripts/film.py --out out/gait.mp4 --gait out/gaits/learned-0/gait.json       # in the truth
     python scripts/film.py --out docs/swim.webp --checkpoint models/b1-relaxation --seconds 6 --skip 1 --loop 0.5 \
         --arrows motion --distance 1.85 --size 600x400                       # the front page's
 
@@ -30,6 +31,8 @@ try:
     from hydro_tools.film.choreography import choreography
     from hydro_tools.film.frames import frames
     from hydro_tools.film.webp import WebpWriter
+    from hydro_tools.gaits import gait_file, waters
+    from hydro_tools.gaits import replay as gait_replay
     from hydro_tools.repository import ROOT
 except (ImportError, AttributeError) as error:
     IMPORT_FAULT: Exception | None = error
@@ -41,10 +44,11 @@ def parse() -> argparse.Namespace:
     """The command line, checked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True, help="film: .mp4, .webm, .gif or .webp")
-    parser.add_argument("--scene", default="mjcf/b1_swim.xml", help="default: %(default)s")
+    parser.add_argument("--scene", help="default: mjcf/b1_swim.xml")
     parser.add_argument("--plugin", type=Path, help="plugin library (default: target/release/...)")
     parser.add_argument("--checkpoint", type=Path, help="checkpoint folder, instead of the scene's")
     parser.add_argument("--rollouts", type=Path, help="film a recorded rollout instead of the built-in gaits")
+    parser.add_argument("--gait", type=Path, help="film a gait of learn_gait.py in the truth, mjcf/b1_truth.xml")
     parser.add_argument("--index", type=int, default=0, help="which one (default: %(default)s)")
     parser.add_argument("--seconds", type=float, default=8.0, help="default: %(default)s")
     parser.add_argument(
@@ -76,6 +80,9 @@ def parse() -> argparse.Namespace:
         args.width, args.height = (int(part) for part in args.size.split("x"))
     except ValueError:
         parser.error(f"--size {args.size}: expected WIDTHxHEIGHT, such as 640x480")
+    if args.gait and (args.scene or args.rollouts or args.checkpoint):
+        parser.error("--gait is filmed in the truth: not together with --scene, --rollouts or --checkpoint")
+    args.scene = args.scene or ("mjcf/b1_truth.xml" if args.gait else "mjcf/b1_swim.xml")
     if args.out.suffix not in (".mp4", ".webm", ".gif", ".webp"):
         parser.error(f"--out {args.out}: expected .mp4, .webm, .gif or .webp")
     if args.loop < 0 or not 0 <= args.quality <= 100:
@@ -97,7 +104,10 @@ def writer(path: Path, args: argparse.Namespace):
 
 def film(args: argparse.Namespace) -> int:
     """Render and encode; returns the number of frames."""
-    if args.rollouts is None:
+    if args.gait:
+        truth = waters.water("truth")
+        run = gait_replay.as_run(gait_file.read(args.gait, truth.model()), truth, args.seconds)
+    elif args.rollouts is None:
         run = choreography(args.seconds, args.density)
     else:
         _, runs = rollouts.read(args.rollouts)

@@ -7,7 +7,8 @@ Open loop: every output is a sum of the base's velocities and of their signed sq
 to the training split and judged on the test split. nRMSE as `hydro evaluate` has it: each output by its own
 standard deviation on the training split. Closed loop: the model is stepped in its own water, in the
 checkpoint's and in fitted drag (never negative, an axis by itself), with the same sinusoidal commands from the
-same start; printed is how far the bases are apart.
+same start; printed is how far the bases are apart. --out writes that drag as JSON, `linear` and `quadratic` [6] of
+surge, sway, heave, roll, pitch, yaw; buoyancy is taken out first where the data set tells it.
 """
 
 import argparse
@@ -22,6 +23,7 @@ from scipy.optimize import nnls
 
 import hydro_mujoco
 from hydro_mujoco.plugin import load_plugin
+from hydro_mujoco.recording.files import write_json
 
 START, AMPLITUDE, FREQUENCY = (0.5, 0.2, 0.1), 0.3, 0.3
 
@@ -33,6 +35,15 @@ def split(folder: Path, name: str) -> tuple[np.ndarray, np.ndarray]:
         raise OSError(f"{folder}: no shard of the split `{name}`")
     rows = [np.concatenate([shard[key] for shard in shards]) for key in ("x", "wrench_clean")]
     return tuple(part.reshape(-1, part.shape[-1]).astype(float) for part in rows)
+
+
+def buoyancy(folder: Path, name: str) -> np.ndarray | float:
+    """Buoyancy in the labels of a split [rows, f]; 0 where the data set does not tell it."""
+    shards = [load_file(path) for path in sorted(folder.glob(f"{name}-*.safetensors"))]
+    if not all("hydrostatic" in shard for shard in shards):
+        return 0.0
+    rows = np.concatenate([shard["hydrostatic"] for shard in shards])
+    return rows.reshape(-1, rows.shape[-1]).astype(float)
 
 
 def names(items: list) -> list[str]:
@@ -97,6 +108,7 @@ def main() -> int:
     parser.add_argument("--data", type=Path, required=True, help="folder of a data set")
     parser.add_argument("--model", help="MJCF that was recorded, in MuJoCo's own fluid: compares the closed loop")
     parser.add_argument("--checkpoint", help="checkpoint trained on the data, for the closed loop")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="write the drag of each axis as JSON")
     parser.add_argument("--steps", type=int, default=1000, help="of the closed loop (default: %(default)s)")
     args = parser.parse_args()
     if bool(args.model) != bool(args.checkpoint):
@@ -106,6 +118,11 @@ def main() -> int:
         train, test = split(args.data, "train"), split(args.data, "test")
         error = open_loop(manifest, train, test)
         print(f"fitted drag: nRMSE {np.sqrt((error**2).mean()):.3f}; by output {np.round(error, 3).tolist()}")
+        if args.out:
+            train_drag = (train[0], train[1] - buoyancy(args.data, "train"))
+            pair = zip(("linear", "quadratic"), by_axis(manifest, train_drag))
+            source = {"seed": manifest.get("seed"), "rows": len(train[0])}
+            write_json(args.out, {"source": source} | {name: values.tolist() for name, values in pair})
         if args.model:
             load_plugin()
             true = way(mujoco.MjModel.from_xml_path(args.model), args.steps)

@@ -1,8 +1,12 @@
 """The force that a model adds: frames, water, timing."""
 
+import ast
 import json
+import os
 import pathlib
 import shutil
+import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -221,11 +225,39 @@ class Force(unittest.TestCase):
         ends = {solver: end(engine="fused", solver=solver) for solver in ("euler", "rk4")}
         for solver, expected in ends.items():
             np.testing.assert_allclose(end(engine="candle", solver=solver), expected, rtol=1e-4, atol=1e-4)
-            halves = end(engine="fused-f16", solver=solver)
-            np.testing.assert_allclose(halves, expected, rtol=1e-2, atol=1e-2)
-            self.assertGreater(np.abs(halves - expected).max(), 0)
+            for rounding in ("fused-f16", "fused-i16"):
+                rounded = end(engine=rounding, solver=solver)
+                np.testing.assert_allclose(rounded, expected, rtol=1e-2, atol=1e-2)
+                self.assertGreater(np.abs(rounded - expected).max(), 0)
         self.assertGreater(np.abs(ends["euler"] - ends["rk4"]).max(), 1e-3)
         np.testing.assert_array_equal(end(), ends["euler"])  # the card's
+
+    def test_int16_without_its_instructions_says_so_once_and_gives_the_same_numbers(self):
+        code = (
+            "import mujoco, scene\n"
+            "with scene.Warnings() as texts:\n"
+            "    for _ in range(2):\n"
+            "        model = scene.fish({'engine': 'fused-i16'}); data = scene.start(model); scene.steps(model, data, 50)\n"
+            "print([text for text in texts if 'i16' in text]); print(data.plugin_state[5:17].tolist())"
+        )
+        found = {}
+        for instructions in ("", "portable"):
+            environment = os.environ | {"HYDRO_INSTRUCTIONS": instructions}
+            run = subprocess.run(
+                [sys.executable, "-c", code],
+                cwd=pathlib.Path(__file__).parent,
+                env=environment,
+                capture_output=True,
+                text=True,
+            )
+            self.assertEqual(run.returncode, 0, run.stderr)
+            found[instructions] = [ast.literal_eval(line) for line in run.stdout.splitlines()[-2:]]
+        (silent, fast), (told, plain) = found[""], found["portable"]
+        self.assertEqual(len(told), 1)
+        self.assertIn("this processor has no AVX2", told[0])
+        np.testing.assert_allclose(fast, plain, rtol=1e-4, atol=1e-4)
+        # A processor without AVX2 says it in both.
+        self.assertIn(len(silent), (0, 1))
 
     def test_a_memoryless_checkpoint_holds_its_force(self):
         model = fish({"checkpoint": str(CHECKPOINTS / "memoryless")})

@@ -8,6 +8,7 @@
 //! submerged         how much of a body is under water, for callers outside MuJoCo
 //! origins           the attributes that an instance was made from, held against those of a model
 //! memory_fit        an instance's memory held against what its model was compiled for
+//! told_once         warnings that are given once in a process
 //! warned_once       simulations that were warned already
 //! arrows            what a viewer draws
 //! passive_callback  the same force in Debian's MuJoCo 2.2.2, which has no engine plugins
@@ -31,5 +32,6 @@ pub(crate) mod passive_callback;
 pub(crate) mod plugin;
 #[cfg(mujoco_plugins)]
 pub(crate) mod submerged;
+mod told_once;
 #[cfg(mujoco_plugins)]
 mod warned_once;

@@ -27,6 +27,7 @@ use std::{
 
 use hydro_frames::Wrench;
 
+use super::told_once::tell_once;
 use crate::{
     mujoco::{
         bodies::{base_body, hull, joint_space},
@@ -145,6 +146,9 @@ fn act(data: &mut DataView<'_>, instance: &Instance, learned: &LearnedWrench, bo
     // There is no hook at a load, and what is said while a model compiles may never be shown: what a
     // load would tell is told at each start.
     let model = data.model();
+    if let Some(note) = learned.settings().engine.note().filter(|_| starts) {
+        tell_once(model.api(), note);
+    }
     let at_load = starts.then(|| learned.notices_at_load(model.has_fluid()));
     for notice in at_load.into_iter().flatten().chain(notice) {
         warn(

@@ -5,11 +5,7 @@
 //! [`LearnedWrench::wrench`] and the effects from the plugin state. The sensor belongs to the velocity stage,
 //! since it needs positions, velocities and time only.
 
-use std::{
-    collections::BTreeSet,
-    ffi::{CStr, c_char, c_int, c_void},
-    sync::{Mutex, PoisonError},
-};
+use std::ffi::{CStr, c_char, c_int, c_void};
 
 use hydro_frames::Wrench;
 
@@ -20,6 +16,7 @@ use super::{
     instances::{self, BROKEN, carrying_body, set_up, settings},
     memory_fit::{self, held},
     origins, submerged,
+    told_once::tell_once,
     warned_once::{self, Cause},
 };
 use crate::{
@@ -149,9 +146,12 @@ unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int
                     .into_iter()
                     .flat_map(|bound| &bound.notes)
                 {
-                    tell_once(model, note);
+                    tell_once(model.api(), note);
                 }
                 if let Some(learned) = instance.learned() {
+                    if let Some(note) = learned.settings().engine.note() {
+                        tell_once(model.api(), note);
+                    }
                     for notice in learned.notices_at_load(model.has_fluid()) {
                         tell(model, learned, notice, 0.0);
                     }
@@ -167,18 +167,6 @@ unsafe extern "C" fn init(m: *const mjModel, d: *mut mjData, id: c_int) -> c_int
             }
         }
     })
-}
-
-/// Warns of what a load finds, once in this process: every `mjData` of a batch would say it again.
-fn tell_once(model: ModelView<'_>, note: &str) {
-    static TOLD: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
-    let news = {
-        let mut told = TOLD.lock().unwrap_or_else(PoisonError::into_inner);
-        told.insert(note.to_owned())
-    };
-    if news {
-        warn(model.api(), &format!("plugin hydro.wrench: {note}"));
-    }
 }
 
 /// Warns of a notice.

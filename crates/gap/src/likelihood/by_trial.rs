@@ -5,6 +5,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::{plant::Quantity, problem::problem::Problem};
+
 /// Change of the parameters for a deviation of one standard deviation: parameters, and by how much each.
 pub(crate) type Deviation = Vec<(usize, f64)>;
 
@@ -80,6 +82,20 @@ pub(crate) fn marginal(
         response,
     };
     Some((marginal, deviations, half_log_determinant))
+}
+
+/// Directions in which the uncertain numbers of the nominal deviate from trial to trial: the gain of all actuators together.
+pub(super) fn uncertain(problem: &Problem<'_>) -> Vec<Deviation> {
+    let gain = problem.settings.uncertainty.gain_by_trial;
+    let numbers = problem.nuisances.iter().enumerate();
+    let gains: Deviation = numbers
+        .filter(|(_, (of, _))| problem.model.nuisances[*of].quantity == Quantity::Gain)
+        .map(|(at, (_, sd))| (at, gain / sd))
+        .collect();
+    match gain > 0.0 && !gains.is_empty() {
+        true => vec![gains],
+        false => Vec::new(),
+    }
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::{
     error::GapError,
     likelihood::{
-        by_trial::Deviation,
+        by_trial,
         columns::{self, LinkColumns, Sweep},
         directions::Direction,
         disturbances::Disturbances,
@@ -21,7 +21,6 @@ use crate::{
         starts::{move_starts, on_the_way},
         track::{self, Track},
     },
-    plant::Quantity,
     problem::{point::Point, problem::Problem},
     progress::Watch,
     rollout::state_estimation,
@@ -231,7 +230,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         )?;
         let Some(links) = links else { return Ok(None) };
         let own = match directions {
-            Some(_) => uncertain_by_trial(problem),
+            Some(_) => by_trial::uncertain(problem),
             None => Vec::new(),
         };
         let is_searched = |of: &Sizes| settled == parameters || self.levels.near.contains(of);
@@ -545,20 +544,6 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 }
             }
         }
-    }
-}
-
-/// Directions in which the uncertain numbers of the nominal deviate from trial to trial: the gain of all actuators together.
-fn uncertain_by_trial(problem: &Problem<'_>) -> Vec<Deviation> {
-    let gain = problem.settings.uncertainty.gain_by_trial;
-    let numbers = problem.nuisances.iter().enumerate();
-    let gains: Deviation = numbers
-        .filter(|(_, (of, _))| problem.model.nuisances[*of].quantity == Quantity::Gain)
-        .map(|(at, (_, sd))| (at, gain / sd))
-        .collect();
-    match gain > 0.0 && !gains.is_empty() {
-        true => vec![gains],
-        false => Vec::new(),
     }
 }
 

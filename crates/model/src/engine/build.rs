@@ -3,20 +3,35 @@
 use pulp::Arch;
 
 use super::{
-    candle_engine::CandleEngine, cnode_engine::CnodeEngine, interface::Engine, kind::EngineKind,
-    lstm_engine::LstmEngine, mlp_engine::MlpEngine, ode_engine::OdeEngine,
-    packed_perceptron::Precision, relaxation_engine::RelaxationEngine,
+    candle_engine::CandleEngine, cnode_engine::CnodeEngine, instructions::instructions,
+    interface::Engine, kind::EngineKind, lstm_engine::LstmEngine, mlp_engine::MlpEngine,
+    ode_engine::OdeEngine, packed_perceptron::Precision, relaxation_engine::RelaxationEngine,
 };
-use crate::{architectures::Network, error::ModelError, force_model::ForceModel};
+use crate::{
+    architectures::Network, error::ModelError, force_model::ForceModel, kernel::has_int16,
+};
 
 impl ForceModel {
     /// An evaluator of single samples.
     pub fn engine(&self, kind: EngineKind) -> Result<Box<dyn Engine>, ModelError> {
+        let arch = instructions()?;
         Ok(match kind {
-            EngineKind::Fused => fused(self, Precision::Single, Arch::new())?,
-            EngineKind::FusedF16 => fused(self, Precision::Half, Arch::new())?,
+            EngineKind::Fused => fused(self, Precision::Single, arch)?,
+            EngineKind::FusedF16 => fused(self, Precision::Half, arch)?,
+            EngineKind::FusedI16 => fused(self, Precision::Int16, arch)?,
             EngineKind::Candle => Box::new(CandleEngine(self.clone())),
         })
+    }
+}
+
+impl EngineKind {
+    /// What a user should know who chose this engine on this processor.
+    pub fn note(self) -> Option<&'static str> {
+        let arch = instructions().unwrap_or(Arch::Scalar);
+        (self == Self::FusedI16 && !has_int16(arch)).then_some(
+            "engine `fused-i16`: this processor has no AVX2, for which its products are written; plain loops give the same \
+             numbers, and `fused` may be faster",
+        )
     }
 }
 

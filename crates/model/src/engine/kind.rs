@@ -12,13 +12,16 @@ pub enum EngineKind {
     Fused,
     /// [`EngineKind::Fused`] with the field's weights rounded to IEEE half precision: half the memory traffic.
     FusedF16,
+    /// [`EngineKind::Fused`] with the field's weights and activations in whole numbers of 16 bits: half the traffic, nothing
+    /// to widen.
+    FusedI16,
     /// Candle at batch 1: the reference.
     Candle,
 }
 
 impl EngineKind {
     /// Every kind, for error messages and help texts.
-    pub const ALL: [Self; 3] = [Self::Fused, Self::FusedF16, Self::Candle];
+    pub const ALL: [Self; 4] = [Self::Fused, Self::FusedF16, Self::FusedI16, Self::Candle];
 }
 
 impl fmt::Display for EngineKind {
@@ -26,6 +29,7 @@ impl fmt::Display for EngineKind {
         f.write_str(match self {
             Self::Fused => "fused",
             Self::FusedF16 => "fused-f16",
+            Self::FusedI16 => "fused-i16",
             Self::Candle => "candle",
         })
     }
@@ -33,7 +37,7 @@ impl fmt::Display for EngineKind {
 
 /// A name that is not that of an engine.
 #[derive(Debug, Error, PartialEq, Eq)]
-#[error("unknown engine `{0}`: there are fused, fused-f16 and candle")]
+#[error("unknown engine `{0}`: there are fused, fused-f16, fused-i16 and candle")]
 pub struct UnknownEngine(pub String);
 
 impl FromStr for EngineKind {

@@ -99,9 +99,10 @@ impl LstmEngine {
         self.most(|layer| layer.inputs + layer.width)
     }
 
-    /// Numbers of scratch: a layer's input, its gates, its new h; and a force.
+    /// Numbers of scratch: a layer's input, its gates, its new h, what its product takes; and a force.
     fn scratch(&self) -> usize {
-        self.input_len() + self.most(|layer| 5 * layer.width) + self.output.1.len()
+        let of_layer = |layer: &Layer| 5 * layer.width + layer.weight.scratch();
+        self.input_len() + self.most(of_layer) + self.output.1.len()
     }
 }
 
@@ -140,13 +141,13 @@ impl Engine for LstmEngine {
             memory = others;
             let (h, c) = own.split_at_mut(layer.width);
             let (gates, rest) = rest.split_at_mut(4 * layer.width);
-            let new = &mut rest[..layer.width];
+            let (new, work) = rest.split_at_mut(layer.width);
             for (slot, h) in input[layer.inputs..].iter_mut().zip(h.iter()) {
                 *slot = *h as f32;
             }
             gates.copy_from_slice(&layer.bias);
             let seen = &input[..layer.inputs + layer.width];
-            layer.weight.multiply_row(self.arch, gates, seen);
+            layer.weight.multiply_row(self.arch, gates, seen, work);
             activate(gates, layer.width, |values| sigmoid(self.arch, values));
             for (i, (c, new)) in c.iter_mut().zip(new.iter_mut()).enumerate() {
                 let gate = |index: usize| gates[index * layer.width + i];

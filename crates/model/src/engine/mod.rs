@@ -8,6 +8,7 @@ mod candle_engine;
 mod cnode_engine;
 mod feature_latent;
 mod field_stepper;
+mod instructions;
 mod interface;
 mod kind;
 mod latent;

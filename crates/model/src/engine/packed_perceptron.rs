@@ -1,4 +1,4 @@
-//! The field's layers, evaluated for one row or for many, with weights in f32 or in halves.
+//! The field's layers, evaluated for one row or for many, with weights in f32, in halves or in int16.
 
 use std::borrow::Cow;
 
@@ -7,8 +7,8 @@ use pulp::Arch;
 
 use crate::{
     kernel::{
-        BeyondHalf, HalfPanels, Panels, multiply_row, multiply_row_half, multiply_rows, pack_rows,
-        silu,
+        BeyondHalf, HalfPanels, Int16Panels, Panels, multiply_int16, multiply_row,
+        multiply_row_half, multiply_rows, pack_rows, silu,
     },
     perceptron::{PackedLayers, Perceptron, PerceptronConfig},
 };
@@ -18,6 +18,8 @@ use crate::{
 pub(crate) enum Precision {
     Single,
     Half,
+    /// Activations too.
+    Int16,
 }
 
 /// W^T of a layer.
@@ -25,6 +27,7 @@ pub(crate) enum Precision {
 pub(super) enum Weight {
     Single(Panels<f32>),
     Half(HalfPanels),
+    Int16(Int16Panels),
 }
 
 impl Weight {
@@ -35,6 +38,7 @@ impl Weight {
         Ok(match precision {
             Precision::Single => Self::Single(panels),
             Precision::Half => Self::Half(HalfPanels::new(&panels)?),
+            Precision::Int16 => Self::Int16(Int16Panels::new(&panels)),
         })
     }
 
@@ -42,20 +46,62 @@ impl Weight {
         match self {
             Self::Single(panels) => panels.columns(),
             Self::Half(panels) => panels.columns(),
+            Self::Int16(panels) => panels.columns(),
         }
     }
 
-    pub(super) fn multiply_row(&self, arch: Arch, y: &mut [f32], x: &[f32]) {
+    /// Numbers of scratch that [`Weight::multiply_row`] takes.
+    pub(super) fn scratch(&self) -> usize {
+        match self {
+            Self::Single(_) | Self::Half(_) => 0,
+            Self::Int16(panels) => panels.scratch(),
+        }
+    }
+
+    pub(super) fn multiply_row(&self, arch: Arch, y: &mut [f32], x: &[f32], scratch: &mut [f32]) {
         match self {
             Self::Single(panels) => multiply_row(arch, y, x, panels),
             Self::Half(panels) => multiply_row_half(arch, y, x, panels),
+            Self::Int16(panels) => multiply_int16(arch, y, x, panels, scratch),
         }
     }
 
-    fn widened(&self) -> Cow<'_, Panels<f32>> {
+    fn batched(&self) -> BatchedWeight<'_> {
         match self {
-            Self::Single(panels) => Cow::Borrowed(panels),
-            Self::Half(panels) => Cow::Owned(panels.widened()),
+            Self::Single(panels) => BatchedWeight::Single(Cow::Borrowed(panels)),
+            Self::Half(panels) => BatchedWeight::Single(Cow::Owned(panels.widened())),
+            Self::Int16(panels) => BatchedWeight::Int16(panels),
+        }
+    }
+}
+
+/// [`Weight`] for many rows at once.
+#[derive(Debug)]
+enum BatchedWeight<'a> {
+    Single(Cow<'a, Panels<f32>>),
+    Int16(&'a Int16Panels),
+}
+
+impl BatchedWeight<'_> {
+    fn columns(&self) -> usize {
+        match self {
+            Self::Single(panels) => panels.columns(),
+            Self::Int16(panels) => panels.columns(),
+        }
+    }
+
+    /// Y [rows, outputs] += X [rows, inputs] W^T; `work` is overwritten.
+    fn multiply(&self, arch: Arch, rows: usize, y: &mut [f32], x: &[f32], work: &mut Vec<f32>) {
+        match self {
+            Self::Single(panels) => {
+                let inputs = x.len() / rows;
+                pack_rows(work, x, (rows, inputs), (inputs, 1));
+                multiply_rows(arch, y, rows, work, panels);
+            }
+            Self::Int16(panels) => {
+                work.resize(rows * panels.scratch(), 0.0);
+                multiply_int16(arch, y, x, panels, work);
+            }
         }
     }
 }
@@ -74,15 +120,16 @@ pub(crate) struct PackedPerceptron {
 #[derive(Debug)]
 pub(super) struct Batched<'a> {
     config: &'a PerceptronConfig,
-    layers: Vec<(Cow<'a, Panels<f32>>, &'a [f32])>,
+    layers: Vec<(BatchedWeight<'a>, &'a [f32])>,
     skip: Option<&'a Panels<f32>>,
 }
 
 /// Buffers of [`Batched::evaluate`].
 #[derive(Debug, Default)]
 pub(super) struct Buffers {
-    packed: Vec<f32>,
+    work: Vec<f32>,
     values: Vec<f32>,
+    next: Vec<f32>,
 }
 
 impl PackedPerceptron {
@@ -116,12 +163,15 @@ impl PackedPerceptron {
 
     /// Numbers of scratch that [`PackedPerceptron::evaluate`] takes.
     pub(super) fn scratch(&self) -> usize {
-        2 * self.width()
+        let products = self.layers.iter().map(|(weight, _)| weight.scratch());
+        2 * self.width() + products.max().unwrap_or(0)
     }
 
     /// y [outputs] of x [inputs].
     pub(super) fn evaluate(&self, arch: Arch, x: &[f32], y: &mut [f32], scratch: &mut [f32]) {
-        let (mut source, mut target) = scratch.split_at_mut(self.width());
+        let width = self.width();
+        let (hidden, work) = scratch.split_at_mut(2 * width);
+        let (mut source, mut target) = hidden.split_at_mut(width);
         let last = self.layers.len() - 1;
         let mut depth = 0;
         for (index, (weight, bias)) in self.layers.iter().enumerate() {
@@ -132,7 +182,7 @@ impl PackedPerceptron {
                 &mut target[..weight.columns()]
             };
             out.copy_from_slice(bias);
-            weight.multiply_row(arch, out, input);
+            weight.multiply_row(arch, out, input, work);
             if index < last {
                 silu(arch, out);
             }
@@ -150,7 +200,7 @@ impl PackedPerceptron {
         Batched {
             config: &self.config,
             layers: layers
-                .map(|(weight, bias)| (weight.widened(), bias.as_slice()))
+                .map(|(weight, bias)| (weight.batched(), bias.as_slice()))
                 .collect(),
             skip: self.skip.as_ref(),
         }
@@ -160,28 +210,27 @@ impl PackedPerceptron {
 impl Batched<'_> {
     /// Y [rows, outputs] of X [rows, inputs]; each row as [`PackedPerceptron::evaluate`] gives it, bit for bit.
     pub(super) fn evaluate(&self, arch: Arch, x: &[f32], y: &mut [f32], buffers: &mut Buffers) {
-        let Buffers { packed, values } = buffers;
+        let Buffers { work, values, next } = buffers;
         let inputs = self.config.inputs;
         let rows = x.len() / inputs;
-        pack_rows(packed, x, (rows, inputs), (inputs, 1));
-        if let Some((last, hidden)) = self.layers.split_last() {
+        if let Some(((weight, bias), hidden)) = self.layers.split_last() {
+            values.clear();
+            values.extend_from_slice(x);
             for (weight, bias) in hidden {
-                let width = weight.columns();
-                values.clear();
-                values.extend((0..rows).flat_map(|_| bias.iter().copied()));
-                multiply_rows(arch, values, rows, packed, weight);
-                silu(arch, values);
-                pack_rows(packed, values, (rows, width), (width, 1));
+                next.clear();
+                next.extend((0..rows).flat_map(|_| bias.iter().copied()));
+                weight.multiply(arch, rows, next, values, work);
+                silu(arch, next);
+                std::mem::swap(values, next);
             }
-            let (weight, bias) = last;
             for y in y.chunks_exact_mut(weight.columns()) {
                 y.copy_from_slice(bias);
             }
-            multiply_rows(arch, y, rows, packed, weight);
+            weight.multiply(arch, rows, y, values, work);
         }
         if let Some(skip) = self.skip {
-            pack_rows(packed, x, (rows, inputs), (inputs, 1));
-            multiply_rows(arch, y, rows, packed, skip);
+            pack_rows(work, x, (rows, inputs), (inputs, 1));
+            multiply_rows(arch, y, rows, work, skip);
         }
     }
 }

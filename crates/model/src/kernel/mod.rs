@@ -9,6 +9,7 @@
 
 mod activation;
 mod half;
+mod int16;
 mod panels;
 mod real;
 mod row;
@@ -23,6 +24,7 @@ pub(crate) use self::tests::instruction_sets;
 pub(crate) use self::{
     activation::{sigmoid, silu, softmax},
     half::{BeyondHalf, HalfPanels, multiply_row_half},
+    int16::{Int16Panels, has_int16, multiply_int16},
     panels::{Panels, pack_rows},
     real::{Real, dot, sum_in_order},
     row::multiply_row,

@@ -9,7 +9,7 @@ from ...repository import ROOT
 from .. import WORK, commands, data, networks, weights
 from ..accuracy import axis_error
 from ..alternation import Entry, run
-from ..engines import CANDLE, ENGINES, F16, F32
+from ..engines import CANDLE, ENGINES, F16, F32, I16
 from ..markdown import named, timings
 from ..spread import ratio
 from ..target import Target
@@ -158,13 +158,11 @@ def targets(groups: dict) -> list[Target]:
         Target("one evaluation, f32, of ONNX Runtime", median_ratio(F32, ORT), 0.65),
         Target("one evaluation, f32, of the bandwidth limit", median_ratio(F32, LIMIT), 1.3),
     ]
-    if named(field, F16):
-        found += [
-            Target("one evaluation, f16, of ONNX Runtime", median_ratio(F16, ORT), 0.45),
-            Target(
-                "wrench error of f16, released model [standard deviations]",
-                named(groups["sample"], F16)["error"],
-                0.005,
-            ),
-        ]
+    for name, short, most in ((F16, "f16", 0.45), (I16, "int16", 0.40)):
+        if named(field, name):
+            error = named(groups["sample"], name)["error"]
+            found += [
+                Target(f"one evaluation, {short}, of ONNX Runtime", median_ratio(name, ORT), most),
+                Target(f"wrench error of {short}, released model [standard deviations]", error, 0.005),
+            ]
     return found

@@ -1,0 +1,20 @@
+//! Warnings that are given once in a process: every `mjData` of a batch would say them again.
+
+use std::{
+    collections::BTreeSet,
+    sync::{Mutex, PoisonError},
+};
+
+use crate::mujoco::ffi::{Api, warn};
+
+/// Warns, unless it was said before.
+pub(super) fn tell_once(api: &Api, note: &str) {
+    static TOLD: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    let news = {
+        let mut told = TOLD.lock().unwrap_or_else(PoisonError::into_inner);
+        told.insert(note.to_owned())
+    };
+    if news {
+        warn(api, &format!("plugin hydro.wrench: {note}"));
+    }
+}
