@@ -136,7 +136,9 @@ class Packaged(unittest.TestCase):
     def test_refusals_list_what_there_is(self):
         with self.assertRaisesRegex(DataError, "no scene is called `b2`; there are: .*b1_swim.*boat.*gap/vehicle"):
             hydro_mujoco.scene("b2")
-        with self.assertRaisesRegex(DataError, "no checkpoint is called `b2`; there are: b1-relaxation, b1-strip, b1-task2"):
+        with self.assertRaisesRegex(
+            DataError, "no checkpoint is called `b2`; there are: b1-relaxation, b1-strip, b1-task2"
+        ):
             hydro_mujoco.checkpoint("b2")
 
     def test_a_mujoco_that_is_too_old(self):

@@ -74,7 +74,8 @@ class B1SwimEnv(WaterEnv, EzPickle):
 
     ## Arguments
     `task`: `"swim"`, `"hold"` or `"waypoint"`. `checkpoint`: name of a released one, `"b1-relaxation"`, `"b1-strip"`
-    (water that remembers, and acts on the legs) or `"b1-task2"`, or a folder. Others are MujocoEnv's: `render_mode`, `width`, `height`, `camera_name`, ...
+    (water that remembers, and acts on the legs) or `"b1-task2"`, or a folder. Others are MujocoEnv's: `render_mode`,
+    `width`, `height`, `camera_name`, ...
 
     ```python
     import gymnasium, hydro_mujoco.envs
