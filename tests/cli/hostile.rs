@@ -161,7 +161,7 @@ fn names_that_are_no_utf8_work() {
 #[test]
 fn one_sigint_ends_a_step_that_takes_longer() {
     let (_folder, data, out) = place();
-    let flags = ["--hidden", "8192,8192,512", "--solver", "rk4"];
+    let flags = ["--hidden", "7168,7168,512", "--solver", "rk4"];
     let mut child = Command::new(env!("CARGO_BIN_EXE_hydro"))
         .args(train(&data, &out, &flags))
         .stderr(Stdio::piped())
@@ -169,6 +169,7 @@ fn one_sigint_ends_a_step_that_takes_longer() {
         .unwrap();
     // The first step of this model takes longer than the patience of anybody.
     while !out.with_file_name(".model.lock").exists() {
+        assert_eq!(child.try_wait().unwrap(), None, "refused");
         std::thread::sleep(Duration::from_millis(20));
     }
     std::thread::sleep(Duration::from_millis(500));

@@ -1,0 +1,66 @@
+"""Time and memory of `hydro gap run` against the number of trials of a case.
+
+    python scripts/gen_hidden.py --out out/full --seed 1 --system vehicle --count 1
+    python scripts/bench_gap.py --cases out/full/cases --trials 3 5 10
+
+One row a case and number of trials, the first ones of the case: seconds of the wall clock, of both together of the
+processor, of each stage, and the peak memory. The cases are not kept apart from other work: run it on an idle machine.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+from hydro_tools.hidden_cases.gap import write_uncertainty
+from hydro_tools.repository import ROOT
+
+#: Stages, in their order.
+STAGES = ("find", "name", "add", "verify")
+
+
+def measured(hydro: Path, case: Path, trials: int) -> str:
+    """The table's row of one case with its first trials."""
+    described = json.loads((case / "case.json").read_text())
+    files = sorted((case / "trials").iterdir())
+    if len(files) < trials:
+        raise SystemExit(f"{case}: {len(files)} trials, {trials} are asked for")
+    with tempfile.TemporaryDirectory() as scratch:
+        some = Path(scratch) / "trials"
+        some.mkdir()
+        for file in files[:trials]:
+            (some / file.name).symlink_to(file.resolve())
+        toml, out = Path(scratch) / "nominal.toml", Path(scratch) / "out"
+        write_uncertainty(case, toml)
+        command = [hydro, "gap", "run", "--model", case / described["nominal"], "--trials", some, "--out", out]
+        before, start = os.times(), time.perf_counter()
+        done = subprocess.run([*command, "--uncertainty", toml], capture_output=True, text=True)
+        wall, after = time.perf_counter() - start, os.times()
+        if done.returncode:
+            raise SystemExit(f"{case}, {trials} trials: {done.stderr.strip()}")
+        timing = json.loads((out / "timing.json").read_text())
+    processor = sum(after[2:4]) - sum(before[2:4])
+    stages = " | ".join(f"{timing['seconds'][stage]:.1f}" for stage in STAGES)
+    memory = timing["peak_memory"] / 1e6
+    return f"| {described['system']} | {trials} | {wall:.0f} | {processor:.0f} | {stages} | {memory:.0f} |"
+
+
+def main() -> int:
+    """Parse, run one after the other, print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cases", type=Path, required=True, help="OUT/cases of gen_hidden.py")
+    parser.add_argument("--trials", type=int, nargs="+", default=[3, 5, 10], help="numbers of trials (default 3 5 10)")
+    parser.add_argument("--hydro", type=Path, default=ROOT / "target/release/hydro", help="the program")
+    args = parser.parse_args()
+    cases = [file.parent for file in sorted(args.cases.glob("*/case.json"))]
+    if not cases:
+        parser.error(f"{args.cases}: no case; make some with scripts/gen_hidden.py")
+    print(f"| system | trials | seconds | of the processor | {' | '.join(STAGES)} | peak memory [MB] |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    for case in cases:
+        for trials in args.trials:
+            print(measured(args.hydro, case, trials), flush=True)
+    return 0
