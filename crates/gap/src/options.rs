@@ -363,6 +363,11 @@ options! {
         /// Behind the best set of a look, how far the sets stand whose effects further looks are along [nat]; the last one is along
         /// all.
         worth_within: f64 = 50.0,
+        /// Log posterior that a rival may still gain while it settles [gains of its last sweep]: one that stays far behind even so
+        /// is not settled to the end.
+        hoped: f64 = 10.0,
+        /// Effects that two sets share at least, and more than half of all theirs, where what one lost about itself the other loses.
+        shared: usize = 3,
         /// Loss of log likelihood with which a step of the fit has gone too far [nat]: from one linearisation to the next that of a
         /// good step may fall by some ten.
         too_far: f64 = 30.0,

@@ -1,4 +1,4 @@
-//! What a card says of the water that its training data were made in.
+//! The water that training data were made in, as a card has it.
 //!
 //! `water` is what the data set's manifest says: a name (`strip`) and its settings, or nothing where it was MuJoCo's own fluid
 //! or that of a recorded model. `added_mass` lists, body by body, the added mass that the force leaves out because it belongs

@@ -1,4 +1,4 @@
-//! What nobody modelled, as the filter takes it to be distributed.
+//! Unmodelled forces and drifts of sensors, as the filter takes them to be distributed.
 
 /// Prior of the disturbances of a track: unmodelled forces, piece by piece, and slow drifts of sensors, linear between the
 /// starts of the segments.

@@ -46,15 +46,9 @@ pub fn explain<'p>(
     let expected = (problem.priors.iter().zip(0..)).filter(|(prior, _)| prior.is_expected);
     let mut seen = Seen::beside(expected.map(|of| of.1).collect());
     // No effect with the numbers refitted: what effects, refitted too, have to be likelier than.
-    let mut alone = working.clone();
-    let refitted = match alone.settle(None)? {
-        true => alone.posterior()?,
-        false => None,
-    };
-    let mut alone = refitted.map(|_| alone);
-    seen.learn(&[], refitted.unwrap_or(best.own()));
+    let mut alone = refitted(working.clone())?;
+    seen.learn(&[], alone.as_ref().map_or(best.own(), |of| of.1));
     seen.keep(&best.found);
-    let mut worth = best.worth();
     let mut expected = best.expected();
     let rounds = problem.settings.options.likelihood.rounds;
     for round in 0..rounds {
@@ -72,30 +66,30 @@ pub fn explain<'p>(
             }
             best = best.along_all(problem, &mut working, none)?;
             seen.keep(&best.found);
-            worth.extend(best.worth());
             continue;
         };
         seen.go(best.point.set(), &next.set);
         let before = working.clone();
-        best.go(&mut working, &next);
         let is_same = next.set == best.point.set();
         let leader = seen.log(&best.point.set());
         let behind = problem.settings.options.likelihood.far_behind;
         let least = (!is_same).then_some(leader - behind);
-        let is_settled = match next.set.is_empty() {
-            true => alone.take().map(|alone| working = alone).is_some(),
-            false => false,
-        };
+        let worth = seen.worth(problem.settings.options.likelihood.worth_within);
         let how = How::Some(&worth);
-        let looked = match is_settled {
-            true => look(problem, &mut working, Some(none), &how)?
-                .map_or(Looked::NOWHERE, Looked::there),
-            false => look_if(problem, &mut working, none, &how, least)?,
+        let looked = match alone.take_if(|_| next.set.is_empty()) {
+            Some((settled, _)) => {
+                working = settled;
+                let there = look(problem, &mut working, Some(none), &how)?;
+                there.map_or(Looked::NOWHERE, Looked::there)
+            }
+            None => {
+                best.go(&mut working, &next);
+                look_if(problem, &mut working, none, &how, least)?
+            }
         };
         let (there, own) = match looked {
             Looked::There(there) => {
                 seen.keep(&there.found);
-                worth.extend(there.worth());
                 let own = there.own();
                 (Some(*there), own)
             }
@@ -114,6 +108,7 @@ pub fn explain<'p>(
                     true => None,
                     // Numbers that are not refitted favour whatever stands for them.
                     false => {
+                        let worth = seen.worth(problem.settings.options.likelihood.worth_within);
                         match look_if(problem, &mut working, none, &How::Some(&worth), None)? {
                             Looked::There(there) => Some(*there),
                             Looked::Behind(_) => None,
@@ -142,6 +137,17 @@ pub fn explain<'p>(
         None => Vec::new(),
     };
     Ok(best.explanation(followed, predictions))
+}
+
+/// The empty set with the numbers of the nominal refitted, and its log posterior; `None` where a trial blows up.
+fn refitted<'p, 'a>(
+    mut alone: WorkingPoint<'p, 'a>,
+) -> Result<Option<(WorkingPoint<'p, 'a>, f64)>, GapError> {
+    let log = match alone.settle(None)? {
+        true => alone.posterior()?,
+        false => None,
+    };
+    Ok(log.map(|log| (alone, log)))
 }
 
 /// One sweep about a point, and what was found from there.
@@ -265,14 +271,6 @@ impl<'p> Look<'p> {
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Candidates in sets that are near the best: those worth another look.
-    fn worth(&self) -> BTreeSet<usize> {
-        let options = self.choices.options();
-        let best = likeliest(&self.found).map_or(f64::NEG_INFINITY, |of| of.log_posterior);
-        let near = (self.found.iter()).filter(|of| of.log_posterior > best - options.worth_within);
-        near.flat_map(|of| of.set.iter().copied()).collect()
-    }
-
     /// The same look along all candidates; as it is where a trial blows up.
     fn along_all(
         mut self,
@@ -376,7 +374,7 @@ impl<'p> Look<'p> {
 
     /// The set about which there was no sweep and which may be as likely as the best, as it is from here.
     fn rival(&self, seen: &Seen) -> Option<Found> {
-        let set = seen.rival(self.choices.options().rival_within)?;
+        let set = seen.rival(self.choices.options())?;
         self.whole(set)
     }
 

@@ -67,7 +67,7 @@ pub(crate) struct Smoothed {
     pub(crate) forces: Vec<DVector<f64>>,
 }
 
-/// What the readings of one segment tell of its latents.
+/// Latents of one segment as its readings have them.
 pub(super) struct Update {
     /// Prior mean of (start, forces) [latents, 1 + parameters], affine in the parameters: the first column and the others
     /// times the parameters.
@@ -78,7 +78,7 @@ pub(super) struct Update {
     lower: DMatrix<f64>,
     /// Square root of the latents' posterior covariance, transposed [sources, latents].
     spread: DMatrix<f64>,
-    /// What the readings move the mean by, in that root [sources, 1 + parameters]; the first column is turned round.
+    /// Shift of the mean by the readings, in that root [sources, 1 + parameters]; the first column is turned round.
     half: DMatrix<f64>,
 }
 

@@ -2,10 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::likelihood::found::Found;
-
-/// Effects that two large sets share at least.
-const SHARED: usize = 3;
+use crate::{likelihood::found::Found, options::LikelihoodOptions};
 
 /// Log posteriors of sets, by where the readings were linearised.
 #[derive(Debug, Default)]
@@ -62,16 +59,16 @@ impl Seen {
         self.ways.contains(&[from.to_vec(), to.to_vec()])
     }
 
-    /// True for large sets that share more than half of all their effects, expected ones aside: what first order gets wrong of one
-    /// it gets wrong of the other.
-    fn is_alike(&self, one: &[usize], other: &[usize]) -> bool {
+    /// True for large sets that share `least` effects and more than half of all, expected ones aside: what first order gets
+    /// wrong of one it gets wrong of the other.
+    fn is_alike(&self, one: &[usize], other: &[usize], least: usize) -> bool {
         let of = |set: &[usize]| -> BTreeSet<usize> {
             let all = set.iter().copied();
             all.filter(|of| !self.expected.contains(of)).collect()
         };
         let (one, other) = (of(one), of(other));
         let shared = one.intersection(&other).count();
-        shared >= SHARED && 2 * shared > one.union(&other).count()
+        shared >= least && 2 * shared > one.union(&other).count()
     }
 
     /// Keeps what is found from one point.
@@ -100,11 +97,20 @@ impl Seen {
         lagging.map(|of| of.1)
     }
 
-    /// The likeliest set about which there was no sweep, if it may come `within` so much of the best. What holds all of the best is
+    /// Candidates worth another look: those in sets `within` so much of the best of what was seen from some point.
+    pub(super) fn worth(&self, within: f64) -> BTreeSet<usize> {
+        let near = self.elsewhere.iter().flat_map(|logs| {
+            let best = logs.values().copied().fold(f64::NEG_INFINITY, f64::max);
+            logs.iter().filter(move |of| *of.1 > best - within)
+        });
+        near.flat_map(|of| of.0.iter().copied()).collect()
+    }
+
+    /// The likeliest set about which there was no sweep, if it may come near the best. What holds all of the best is
     /// left out: the sweep about the best tells of it. From each point a set is as likely as first order has it, less what a part
     /// of it, or a large set that is most of it, lost about itself; where none lost, more by what the point's likeliest set gained
     /// about itself.
-    pub(super) fn rival(&self, within: f64) -> Option<&[usize]> {
+    pub(super) fn rival(&self, options: &LikelihoodOptions) -> Option<&[usize]> {
         let best = self.about().max_by(|a, b| a.1.total_cmp(&b.1))?;
         let mut rival: Option<(&[usize], f64)> = None;
         for logs in &self.elsewhere {
@@ -116,11 +122,11 @@ impl Seen {
             for (set, log) in logs.iter().filter(|of| is_open(of.0)) {
                 let parts = self
                     .about()
-                    .filter(|of| is_part(of.0, set) || self.is_alike(of.0, set));
+                    .filter(|of| is_part(of.0, set) || self.is_alike(of.0, set, options.shared));
                 let lost = parts.filter_map(|(part, there)| Some(logs.get(part)? - there));
                 let lost = lost.fold(0.0, f64::max);
                 let hoped = log - if lost > 0.0 { lost } else { -gained };
-                if hoped > best.1 - within && rival.is_none_or(|of| hoped > of.1) {
+                if hoped > best.1 - options.rival_within && rival.is_none_or(|of| hoped > of.1) {
                     rival = Some((set, hoped));
                 }
             }
@@ -145,6 +151,14 @@ mod tests {
 
     use super::*;
     use crate::likelihood::truncated_evidence::Truncated;
+
+    /// The rival within 3 nats.
+    fn rival(seen: &Seen) -> Option<&[usize]> {
+        seen.rival(&LikelihoodOptions {
+            rival_within: 3.0,
+            ..LikelihoodOptions::default()
+        })
+    }
 
     fn found(set: &[usize], log_posterior: f64) -> Found {
         Found {
@@ -181,9 +195,9 @@ mod tests {
             found(&[1, 3], -580.0),
             found(&[2], -600.0),
         ]);
-        assert_eq!(seen.rival(3.0), Some(&[2][..]));
+        assert_eq!(rival(&seen), Some(&[2][..]));
         seen.learn(&[2], -570.0);
-        assert_eq!(seen.rival(3.0), None);
+        assert_eq!(rival(&seen), None);
         assert_eq!(seen.log(&[2]), -570.0);
     }
 
@@ -193,13 +207,13 @@ mod tests {
         let mut seen = Seen::default();
         seen.keep(&[found(&[1], -612.0), found(&[2], -615.0)]);
         seen.learn(&[1], -621.0);
-        assert_eq!(seen.rival(3.0), Some(&[2][..]));
+        assert_eq!(rival(&seen), Some(&[2][..]));
         // A trial blew up about it: nor are sets that hold it.
         seen.learn(&[2], f64::NEG_INFINITY);
-        assert_eq!(seen.rival(3.0), None);
+        assert_eq!(rival(&seen), None);
     }
 
-    /// Of two large sets that are most of each other the second is not tried where the first lost; small ones are.
+    /// A large set that is most of one that lost is not tried; a small one is.
     #[test]
     fn what_most_of_a_large_set_lost_it_loses() {
         let mut seen = Seen::beside([9].into());
@@ -210,7 +224,7 @@ mod tests {
         ]);
         seen.learn(&[7], -560.0);
         seen.learn(&[1, 2, 3, 4, 9], -600.0);
-        assert_eq!(seen.rival(3.0), Some(&[1, 5, 9][..]));
+        assert_eq!(rival(&seen), Some(&[1, 5, 9][..]));
     }
 
     /// Nothing settled 20 nats below what it is from the best's point: it is fitted again from there, once.
@@ -245,8 +259,8 @@ mod tests {
             found(&[3], -708.0),
         ]);
         seen.learn(&[], -840.0);
-        assert_eq!(seen.rival(3.0), Some(&[1, 2][..]));
+        assert_eq!(rival(&seen), Some(&[1, 2][..]));
         seen.learn(&[1], -1242.0);
-        assert_eq!(seen.rival(3.0), Some(&[3][..]));
+        assert_eq!(rival(&seen), Some(&[3][..]));
     }
 }

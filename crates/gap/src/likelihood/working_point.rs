@@ -29,8 +29,6 @@ use crate::{
 /// Sweeps that let a working point settle, at most, and the change of the log likelihood that ends them [nat].
 const SETTLING: usize = 5;
 const SETTLED: f64 = 0.5;
-/// All that a point may still gain, in gains of its last sweep.
-const HOPED: f64 = 10.0;
 /// Sweeps that let starts and forces follow the readings, at most: from the estimated motion, and again at other values.
 const FOLLOWING: usize = 10;
 const FOLLOWING_AGAIN: usize = 2;
@@ -480,7 +478,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             let now = best.log_posterior;
             let is_settled = last.is_some_and(|last| (now - last).abs() < SETTLED);
             let is_hopeless = (last.zip(least))
-                .is_some_and(|(last, least)| now + HOPED * (now - last).abs() < least);
+                .is_some_and(|(last, least)| now + options.hoped * (now - last).abs() < least);
             last = Some(now);
             if part < 1.0 {
                 self.tracks = on_the_way(self.problem, &from.0, &self.tracks, part)?;

@@ -25,7 +25,7 @@ impl ForceModel {
 }
 
 impl EngineKind {
-    /// What a user should know who chose this engine on this processor.
+    /// Note for a user of this engine on a processor that lacks its instructions.
     pub fn note(self) -> Option<&'static str> {
         let arch = instructions().unwrap_or(Arch::Scalar);
         (self == Self::FusedI16 && !has_int16(arch)).then_some(
