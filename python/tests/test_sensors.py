@@ -184,7 +184,7 @@ def test_a_gps_without_pymap3d_says_what_to_install(monkeypatch):
     def missing(name):
         raise ImportError(name)
 
-    monkeypatch.setattr("hydro_mujoco.sensors.gps.import_module", missing)
+    monkeypatch.setattr("hydro_mujoco.extras.import_module", missing)
     with pytest.raises(DataError, match=r"Gps needs the package pymap3d: pip install 'hydro-mujoco\[gps\]'"):
         Gps(model, "rov", origin=(41.7, -8.9, 60.0))
 

@@ -23,9 +23,9 @@ from rosbags.typesys import Stores, get_typestore
 import dive
 import writers
 from hydro_mujoco.errors import DataError
+from hydro_mujoco.extras import extra
 from hydro_mujoco.trials.log import FrameLog, open_log
 from hydro_mujoco.trials.log.base import nanoseconds
-from hydro_mujoco.trials.log.extras import extra
 from hydro_mujoco.trials.log.fields import getter, kinds
 from ulog import Ulog
 

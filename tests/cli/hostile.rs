@@ -6,11 +6,14 @@ use std::{
     fs,
     os::unix::{ffi::OsStrExt as _, fs::symlink},
     path::{Path, PathBuf},
-    process::{Command, Output, Stdio},
+    process::{Command, Stdio},
     time::{Duration, Instant},
 };
 
-use crate::common::tiny::dataset;
+use crate::{
+    common::tiny::dataset,
+    run::{hydro, message},
+};
 use hydro_files::FolderLock;
 use hydro_model::checkpoint::Checkpoint;
 use rustix::process::{Pid, Signal, kill_process};
@@ -25,17 +28,6 @@ const SHORT: [&str; 8] = [
     "--horizon",
     "20",
 ];
-
-fn hydro(words: &[&OsStr]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hydro"))
-        .args(words)
-        .output()
-        .unwrap()
-}
-
-fn message(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
 
 /// The message of a command that must be refused in three lines, without a panic or an abort.
 fn refusal(words: &[&OsStr]) -> String {
@@ -155,7 +147,11 @@ fn names_that_are_no_utf8_work() {
     let output = hydro(&train(&data, &out, &[&SHORT[..], &["--json"]].concat()));
     assert!(output.status.success(), "{}", message(&output));
     Checkpoint::load(&out).unwrap();
-    assert!(hydro(&["inspect".as_ref(), out.as_ref()]).status.success());
+    assert!(
+        hydro(&[OsStr::new("inspect"), out.as_ref()])
+            .status
+            .success()
+    );
 }
 
 #[test]

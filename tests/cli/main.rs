@@ -7,5 +7,6 @@ mod compare;
 mod corpus;
 mod hostile;
 mod program;
+mod run;
 mod simulate;
 mod strip_water;

@@ -4,21 +4,16 @@
 use std::{
     fs,
     path::{Path, PathBuf},
-    process::{Command, Output, Stdio},
+    process::{Command, Stdio},
     time::Duration,
 };
 
-use crate::common::tiny::{FEATURES, T, dataset, sha256};
+use crate::{
+    common::tiny::{FEATURES, T, dataset, sha256},
+    run::hydro,
+};
 use hydro_model::checkpoint::Checkpoint;
 use safetensors::{SafeTensors, tensor::TensorView};
-
-fn hydro(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hydro"))
-        .args(arguments)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .unwrap()
-}
 
 /// The message of a command that must fail without a panic.
 fn refusal(arguments: &[&str]) -> String {

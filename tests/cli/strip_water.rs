@@ -4,7 +4,6 @@
 use std::{
     fs,
     path::{Path, PathBuf},
-    process::{Command, Output},
 };
 
 use hydro_model::{checkpoint::Checkpoint, features::FeatureLayout};
@@ -12,28 +11,19 @@ use hydro_training::rollouts::Rollouts;
 use safetensors::{Dtype, tensor::TensorView};
 use serde_json::{Value, json};
 
-use crate::common::{
-    Recipe, WRENCH, attention, lively,
-    tiny::{bytes, sha256},
+use crate::{
+    common::{
+        Recipe, WRENCH, attention, lively,
+        tiny::{bytes, sha256},
+    },
+    run::{hydro, message},
 };
 
 const ROLLOUTS: &str = "tests/data/rollouts-strip";
 
-fn hydro(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hydro"))
-        .args(arguments)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .unwrap()
-}
-
-fn words(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
 fn succeeded(arguments: &[&str]) -> (Value, String) {
     let output = hydro(arguments);
-    let told = words(&output);
+    let told = message(&output);
     assert!(output.status.success(), "{told}");
     (serde_json::from_slice(&output.stdout).unwrap(), told)
 }
@@ -41,7 +31,7 @@ fn succeeded(arguments: &[&str]) -> (Value, String) {
 /// The message of a command that must fail without a panic.
 fn refusal(arguments: &[&str]) -> String {
     let output = hydro(arguments);
-    let told = words(&output);
+    let told = message(&output);
     assert!(!output.status.success(), "{arguments:?} succeeded");
     assert!(!told.contains("panicked"), "{told}");
     told
@@ -201,7 +191,7 @@ fn another_water_is_said_loudly() {
     assert_eq!(warning.lines().count(), 3);
     assert!(told.contains(warning), "{told}");
     // Said without --json too.
-    assert!(words(&hydro(&arguments)).contains("ANOTHER WATER"));
+    assert!(message(&hydro(&arguments)).contains("ANOTHER WATER"));
 }
 
 /// A checkpoint for the recorded robot; with `joints` its outputs are those of all joints.

@@ -1,12 +1,12 @@
 """GPS receiver: latitude, longitude and height, above the surface only."""
 
 from dataclasses import dataclass
-from importlib import import_module
 
 import mujoco
 import numpy as np
 
 from ..errors import DataError
+from ..extras import extra
 from .arguments import at_least, numbers
 from .mount import Mount
 from .noise import Noise
@@ -72,10 +72,7 @@ class Gps:
         Raises:
             DataError: there is no such place, no water about it, a number is out of bounds, or pymap3d is missing.
         """
-        try:
-            self._geodesy = import_module("pymap3d")
-        except ImportError as error:
-            raise DataError("Gps needs the package pymap3d: pip install 'hydro-mujoco[gps]'") from error
+        self._geodesy = extra("pymap3d", "gps", "Gps")
         latitude, longitude, height = numbers("origin", origin, 3)
         if not (abs(latitude) <= 90 and abs(longitude) <= 360 and np.isfinite(height)):
             raise DataError(

@@ -5,7 +5,7 @@ By way of earth-centred coordinates, exactly: pymap3d (M. Hirsch, "PyMap3D", J. 
 
 import numpy as np
 
-from .log.extras import extra
+from ..extras import extra
 
 
 def is_fix(values: np.ndarray) -> np.ndarray:

@@ -6,16 +6,12 @@ import subprocess
 from pathlib import Path
 
 
-def write_uncertainty(case: Path, file: Path) -> None:
-    """How well the nominal is known, which stands in the open half of a case, as `hydro gap` reads it."""
-    uncertainty = json.loads((case / "case.json").read_text()).get("uncertainty", {})
-    file.write_text("".join(f"{name} = {deviation}\n" for name, deviation in uncertainty.items()))
-
-
 def run(program: Path, case: Path, out: Path, limit: float, threads: int) -> str | None:
     """One case on so many threads; returns what went wrong."""
     log, known = out.with_suffix(".log"), out.with_suffix(".toml")
-    write_uncertainty(case, known)
+    # How well the nominal is known stands in the open half of a case.
+    uncertainty = json.loads((case / "case.json").read_text()).get("uncertainty", {})
+    known.write_text("".join(f"{name} = {deviation}\n" for name, deviation in uncertainty.items()))
     command = [
         program,
         "gap",

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from ...extras import extra
 from .base import NUMBER, TEXT, Log, Samples, Topic
 from .extract import Extractor
-from .extras import extra
 from .stream import Stream, refuse_empty
 
 #: Time fields of a message: name -> nanoseconds.

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any, cast
 
+from ...extras import extra
 from .base import Log, Samples, Topic
 from .extract import Extractor, Lister
-from .extras import extra
 from .stream import Stream, refuse_empty
 
 #: The last bytes of a whole file.

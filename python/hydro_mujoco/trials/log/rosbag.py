@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import DataError
+from ...extras import extra
 from .base import Log, Samples, Topic
 from .extract import Extractor, Lister
-from .extras import extra
 from .progress import bar
 from .stream import refuse_empty
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from ...errors import DataError
+from ...extras import extra
 from .base import NUMBER, TEXT, TIME, Columns, Log, Samples, Topic
-from .extras import extra
 from .stream import Stream, refuse_empty
 
 #: Name of the one topic.

@@ -5,9 +5,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from ...extras import extra
 from .base import Log, Samples, Topic
 from .extract import Extractor, Lister
-from .extras import extra
 from .progress import bar
 from .stream import refuse_empty
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ...extras import extra
 from .base import NUMBER, Columns, Log, Samples, Topic
-from .extras import extra
 from .stream import Stream, refuse_empty
 
 #: Seconds of a microsecond.

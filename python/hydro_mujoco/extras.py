@@ -3,11 +3,11 @@
 from importlib import import_module
 from types import ModuleType
 
-from ...errors import DataError
+from .errors import DataError
 
 
 def extra(module: str, name: str, what: str) -> ModuleType:
-    """Import `module`, or refuse with the command that installs it. what: that it reads."""
+    """Import `module`, or refuse with the command that installs it. what: that needs it."""
     try:
         return import_module(module)
     except ImportError as error:
