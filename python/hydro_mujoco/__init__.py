@@ -17,6 +17,7 @@ jobs/          independent jobs, here or in processes
 boundary_elements.py  results of Capytaine and other programs, for the attribute `potential_flow`
 plugin.py      the plugin library: where it is, how it is loaded
 program.py     the program `hydro`, run for a function
+extras.py      modules of optional dependencies, or the command that installs them
 doctor.py      `python -m hydro_mujoco`: whether the plugin acts here
 """
 
