@@ -215,6 +215,8 @@ options! {
         named: f64 = 0.9,
         /// Part of the excess that a set explains at least, or the gap is unknown.
         explained: f64 = 0.5,
+        /// Part of a parameter's range beside its bounds in which it is at the edge of what is plausible: its set is not named.
+        edge: f64 = 0.02,
         /// Probability above which an effect that is not named is one of those that it could be.
         error: f64 = 0.05,
         /// Probability up to which an effect is not listed.

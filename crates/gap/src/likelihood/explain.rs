@@ -155,6 +155,8 @@ struct Look<'p> {
     point: Point,
     /// True where the point's values have settled.
     settled: bool,
+    /// True where a step of the point's fit went too far: its set counts by what the point has reached.
+    went_too_far: bool,
     /// True where it was along all candidates.
     is_whole: bool,
     directions: Vec<Direction>,
@@ -240,6 +242,7 @@ fn look<'p>(
     let mut look = Look {
         point: working.point.clone(),
         settled: !matches!(how, How::Unsettled),
+        went_too_far: working.went_too_far,
         is_whole: !matches!(how, How::Some(_)),
         directions,
         choices,
@@ -298,6 +301,12 @@ impl<'p> Look<'p> {
             if !self.found.iter().any(is_it) {
                 let choices = &self.choices;
                 (self.found).extend(Search { level, choices }.whole(&self.point.candidates));
+            }
+        }
+        if self.went_too_far {
+            let problem = self.choices.problem;
+            for of in self.found.iter_mut().filter(|of| of.set == own) {
+                *of = self.levels[of.level].reached(problem, &self.point, of.clone());
             }
         }
         self.sort();

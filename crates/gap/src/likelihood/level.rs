@@ -167,7 +167,7 @@ impl Level {
                 empty: given.empty,
             });
         }
-        let beside = self.columns.columns(&self.columns.present(set));
+        let beside = self.beside(set);
         let (joint, half) = self.joint(&beside, own, columns)?;
         let (quadratic, logs) = joint.marginal(beside.len())?;
         Some(Given {
@@ -177,7 +177,12 @@ impl Level {
     }
 
     /// The likelihood of what stands beside a set, then of some of its columns, and half its log determinant.
-    fn joint(&self, beside: &[usize], own: &Own, columns: &[usize]) -> Option<(Quadratic, f64)> {
+    pub(super) fn joint(
+        &self,
+        beside: &[usize],
+        own: &Own,
+        columns: &[usize],
+    ) -> Option<(Quadratic, f64)> {
         let all: Vec<usize> = self.places(beside, columns);
         if own.is_empty() {
             return Some((self.whole.select(&all), self.half_log_determinant));
@@ -196,8 +201,13 @@ impl Level {
         Some((Quadratic::from_gram(&sum?), half))
     }
 
+    /// Columns of what stands beside a set: uncertain numbers, and errors of its form.
+    pub(super) fn beside(&self, set: &[usize]) -> Vec<usize> {
+        self.columns.columns(&self.columns.present(set))
+    }
+
     /// Places among all parameters: those beside a set, then some columns.
-    fn places(&self, beside: &[usize], columns: &[usize]) -> Vec<usize> {
+    pub(super) fn places(&self, beside: &[usize], columns: &[usize]) -> Vec<usize> {
         let own = columns.iter().map(|column| self.columns.len() + column);
         beside.iter().copied().chain(own).collect()
     }
@@ -261,7 +271,7 @@ impl Level {
     /// Standard deviations of the uncertain numbers beside a found set, in those of their priors; `own`: precision of the
     /// priors of the set's columns.
     pub(crate) fn spread(&self, found: &Found, own: &[f64]) -> Option<Vec<f64>> {
-        let beside = self.columns.columns(&self.columns.present(&found.set));
+        let beside = self.beside(&found.set);
         let mut precision = vec![1.0; beside.len()];
         precision.extend(own);
         let mut joint = self.joint(&beside, &found.own, &found.columns)?.0.a;
@@ -319,7 +329,7 @@ impl Level {
 
     /// All parameters of the sweep at a found set, common and in each trial; the uncertain numbers and errors of form that go
     /// with them within bounds.
-    fn parameters(
+    pub(super) fn parameters(
         &self,
         problem: &Problem<'_>,
         found: &Found,
@@ -328,7 +338,7 @@ impl Level {
         for (column, value) in found.columns.iter().zip(found.posterior.mean.iter()) {
             z[self.columns.len() + column] = *value;
         }
-        let beside = self.columns.columns(&self.columns.present(&found.set));
+        let beside = self.beside(&found.set);
         if let Some(best) = self.numbers(problem, &beside, found) {
             for (column, value) in beside.iter().zip(best.iter()) {
                 z[*column] = *value;
@@ -371,7 +381,7 @@ impl Level {
         found: &Found,
         bounds: impl Iterator<Item = Bounds>,
     ) -> Option<f64> {
-        let beside = self.columns.columns(&self.columns.present(&found.set));
+        let beside = self.beside(&found.set);
         let (joint, half) = self.joint(&beside, &found.own, &found.columns)?;
         let all: Vec<Bounds> = number_bounds(problem, beside.len()).chain(bounds).collect();
         let z = joint.best(&all)?;

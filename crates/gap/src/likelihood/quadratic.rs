@@ -132,6 +132,25 @@ impl Quadratic {
         Some(z)
     }
 
+    /// Values of the least quadratic, no prior counted, where some are known: places and values.
+    pub(crate) fn best_beside(&self, known: &[(usize, f64)]) -> Option<DVector<f64>> {
+        let n = self.b.len();
+        let mut z = DVector::zeros(n);
+        for (at, value) in known {
+            z[*at] = *value;
+        }
+        let free: Vec<usize> = (0..n)
+            .filter(|at| known.iter().all(|of| of.0 != *at))
+            .collect();
+        let slope = &self.b - &self.a * &z;
+        let rest = self.select(&free);
+        let moved = rest.factor()?.solve(&slope.select_rows(&free));
+        for (at, value) in free.iter().zip(moved.iter()) {
+            z[*at] = *value;
+        }
+        Some(z)
+    }
+
     /// Mean of the free parameters, the others held.
     fn conditional(&self, free: &[usize], held: &[Option<f64>]) -> Option<DVector<f64>> {
         let precision = DMatrix::from_fn(free.len(), free.len(), |row, column| {
@@ -171,6 +190,16 @@ mod tests {
         let found = quadratic.best(&[Bounds::POSITIVE; 2]).unwrap();
         assert_eq!(found[0], 0.0);
         assert!((found[1] - 1.0).abs() < 1e-12, "{}", found[1]);
+    }
+
+    /// Beside a known value the rest lies where the slope along it vanishes.
+    #[test]
+    fn what_is_beside_known_values_is_the_least() {
+        let quadratic = leaning();
+        let z = quadratic.best_beside(&[(1, 0.5)]).unwrap();
+        assert_eq!(z[1], 0.5);
+        // 4 z - 2 (-5) / 2 + 0.5 = 0 along the first.
+        assert!((z[0] + 5.5 / 4.0).abs() < 1e-8, "{z}");
     }
 
     /// Fitting nuisances away first or with the rest gives the same values.

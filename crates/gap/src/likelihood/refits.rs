@@ -50,8 +50,7 @@ impl WorkingPoint<'_, '_> {
         let Some(swept) = swept? else {
             return Ok(None);
         };
-        let found = swept.levels.iter().filter_map(|level| self.own_set(level));
-        let found: Vec<Found> = found.collect();
+        let found = self.reached(&swept.levels);
         Ok(likeliest(&found).cloned())
     }
 

@@ -13,12 +13,10 @@ use crate::{
         filter::{self, Filtered},
         force_scale::force_scale,
         form_error::{self, Beside},
-        found::{Found, likeliest},
         level::{Level, Sizes},
-        levels::{self, Grid, Levels},
+        levels::{Grid, Levels},
         scale_slope::{self, ScaleColumn},
-        search::{Choices, Search},
-        starts::{move_starts, on_the_way},
+        starts::move_starts,
         track::{self, Track},
     },
     problem::{point::Point, problem::Problem},
@@ -26,9 +24,8 @@ use crate::{
     rollout::state_estimation,
 };
 
-/// Sweeps that let a working point settle, at most, and the change of the log likelihood that ends them [nat].
-const SETTLING: usize = 5;
-const SETTLED: f64 = 0.5;
+/// Change of the log likelihood that ends the sweeps that let a point settle, or starts and forces follow [nat].
+pub(super) const SETTLED: f64 = 0.5;
 /// Sweeps that let starts and forces follow the readings, at most: from the estimated motion, and again at other values.
 const FOLLOWING: usize = 10;
 const FOLLOWING_AGAIN: usize = 2;
@@ -45,6 +42,8 @@ pub(crate) struct WorkingPoint<'p, 'a> {
     pub(crate) point: Point,
     /// True where it is known which readings rows resolve.
     is_weighed: bool,
+    /// True where a step of the last fit went too far.
+    pub(super) went_too_far: bool,
 }
 
 /// Part of a sweep that is kept beside the likelihood.
@@ -129,6 +128,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             levels,
             point: problem.origin(),
             is_weighed: true,
+            went_too_far: false,
         }
     }
 
@@ -313,7 +313,12 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
     }
 
     /// Moves starts and unmodelled forces to where all readings have them, the parameters of every trial known.
-    fn smooth(&mut self, swept: &Swept, z: &[DVector<f64>], sizes: Sizes) -> Result<(), GapError> {
+    pub(super) fn smooth(
+        &mut self,
+        swept: &Swept,
+        z: &[DVector<f64>],
+        sizes: Sizes,
+    ) -> Result<(), GapError> {
         let noise = swept.noise(sizes);
         let priors: Vec<Disturbances> = (self.tracks.iter())
             .map(|track| self.disturbances(track, sizes))
@@ -407,126 +412,6 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
     /// Looks at the least unmodelled forces alone.
     pub(crate) fn keep_least(&mut self) {
         self.levels.keep_least(Grid::of(self.problem));
-    }
-
-    /// Lets starts, numbers, the set's values and the sizes of the disturbances settle, no other effect in sight; not to the end
-    /// where it will hardly be as likely as `least`. False where a track blows up.
-    pub(crate) fn settle(&mut self, least: Option<f64>) -> Result<bool, GapError> {
-        let levels = self.levels.clone();
-        let least_force = self.problem.settings.options.likelihood.forces[0];
-        let chooses = levels.near.iter().any(|of| of.force > least_force);
-        self.levels.all = levels.nearest(Grid::of(self.problem));
-        let settled = self.settle_there(chooses, least);
-        let found = std::mem::replace(&mut self.levels, levels);
-        if chooses && settled.as_ref().is_ok_and(Option::is_some) {
-            self.levels.settled(&found);
-        }
-        Ok(settled?.is_some())
-    }
-
-    /// The sizes at which it has settled.
-    fn settle_there(
-        &mut self,
-        chooses: bool,
-        least: Option<f64>,
-    ) -> Result<Option<Sizes>, GapError> {
-        let mut last: Option<f64> = None;
-        let mut sizes = None;
-        let options = &self.problem.settings.options.likelihood;
-        let mut before: Option<(Vec<Track>, Point)> = None;
-        let mut part = 1.0;
-        for _ in 0..SETTLING {
-            let Some(swept) = self.sweep(Some(&[]), Keep::Columns, None)? else {
-                return Ok(None);
-            };
-            let levels = swept.levels.iter();
-            let found: Vec<Found> = levels.filter_map(|level| self.own_set(level)).collect();
-            let Some(best) = likeliest(&found) else {
-                return Ok(None);
-            };
-            // Where first order goes too far, a part of the way, and no more from here on.
-            if let Some(last) = last
-                && best.log_posterior < last - options.too_far
-                && let Some((tracks, point)) = &before
-            {
-                part *= options.shorter;
-                self.tracks = on_the_way(self.problem, tracks, &self.tracks, options.shorter)?;
-                self.point = point.on_the_way(&self.point, options.shorter);
-                continue;
-            }
-            let from = (self.tracks.clone(), self.point.clone());
-            let level = &swept.levels[best.level];
-            let forms = self.likeliest_forms(level);
-            let (point, z) = level.moved(self.problem, &self.point, &[], best);
-            self.smooth(&swept, &z, level.sizes)?;
-            self.point = point;
-            for (candidate, form) in forms {
-                let row = self.point.candidates.iter().position(|of| *of == candidate);
-                if let Some(row) = row {
-                    self.point.forms[row] = form;
-                }
-            }
-            let logs = found
-                .iter()
-                .map(|of| (swept.levels[of.level].sizes, of.log_likelihood));
-            let logs: Vec<(Sizes, f64)> = logs.collect();
-            sizes = levels::likeliest(Grid::of(self.problem), &logs);
-            if let Some(sizes) = sizes.filter(|_| chooses) {
-                self.levels.settle_about(Grid::of(self.problem), sizes);
-                self.levels.all.clone_from(&self.levels.near);
-            }
-            let now = best.log_posterior;
-            let is_settled = last.is_some_and(|last| (now - last).abs() < SETTLED);
-            let is_hopeless = (last.zip(least))
-                .is_some_and(|(last, least)| now + options.hoped * (now - last).abs() < least);
-            last = Some(now);
-            if part < 1.0 {
-                self.tracks = on_the_way(self.problem, &from.0, &self.tracks, part)?;
-                self.point = from.1.on_the_way(&self.point, part);
-            }
-            before = Some(from);
-            if is_settled || is_hopeless {
-                break;
-            }
-        }
-        // A step that was not looked at may have been too far again.
-        if let Some((tracks, point)) = before.filter(|_| part < 1.0) {
-            (self.tracks, self.point) = (tracks, point);
-        }
-        Ok(sizes)
-    }
-
-    /// Sizes of the errors of form, by candidate, with which the point's set is likeliest, one candidate after the other.
-    fn likeliest_forms(&self, level: &Level) -> Vec<(usize, [f64; 2])> {
-        let log = |level: &Level| {
-            self.own_set(level)
-                .map_or(f64::NEG_INFINITY, |of| of.log_posterior)
-        };
-        let mut best = log(level);
-        let mut at_best: Option<Level> = None;
-        let of_candidate = self.point.candidates.iter().zip(&self.point.forms);
-        let likeliest = of_candidate.map(|(candidate, form)| {
-            let mut now = *form;
-            for (error, now) in now.iter_mut().enumerate() {
-                for other in self.problem.settings.options.likelihood.form_sizes {
-                    let from = at_best.as_ref().unwrap_or(level);
-                    let tried = from.with_form(*candidate, error, other / *now);
-                    let found = log(&tried);
-                    if found > best {
-                        (best, at_best, *now) = (found, Some(tried), other);
-                    }
-                }
-            }
-            (*candidate, now)
-        });
-        likeliest.collect()
-    }
-
-    /// The point's set on the likelihood of a sweep without directions.
-    pub(super) fn own_set(&self, level: &Level) -> Option<Found> {
-        let choices = Choices::new(self.problem, &self.point, &[]);
-        let choices = &choices;
-        Search { level, choices }.whole(&self.point.candidates)
     }
 
     /// Goes half the way back to the nominal.

@@ -9,7 +9,9 @@ use crate::{
         columns::{self, LinkColumns, Sweep},
         explain::explain,
         followed::Followed,
+        found::likeliest,
         track::Track,
+        working_point::{Keep, WorkingPoint},
     },
     problem::point::Point,
 };
@@ -91,6 +93,44 @@ fn columns_are_the_changes_of_rollouts() {
                 "{expected} {found}"
             );
         }
+    });
+}
+
+/// A point counts by what it has reached: first order promises it what settling then gives, and nothing once it has settled.
+#[test]
+fn a_point_that_settles_reaches_what_was_promised() {
+    let drag = on_hull(Id::QuadraticDrag, vec![20.0, 30.0, 40.0, 1.0, 1.0, 1.0]);
+    let trials = vec![trial("one", &[drag], &[0.02, -0.03], 3, 1.0)];
+    on_prepared(&RigidBody::new(), trials, |problem, watch| {
+        let drag = (0..problem.candidates.len())
+            .find(|at| problem.candidates[*at].effect == Id::QuadraticDrag)
+            .unwrap();
+        let followed = Followed::new(problem, watch).unwrap();
+        let mut working = followed.working_point(watch);
+        working.point.candidates = vec![drag];
+        working.point.values = vec![problem.candidates[drag].null()];
+        working.point.forms = vec![[1.0; 2]];
+        working.point.by_trial = vec![Default::default()];
+        let reached = |working: &WorkingPoint<'_, '_>| {
+            let swept = working.sweep(Some(&[]), Keep::Likelihood, None).unwrap();
+            let levels = swept.unwrap().levels;
+            let found: Vec<_> = (levels.iter())
+                .filter_map(|level| working.own_set(level))
+                .collect();
+            let best = likeliest(&found).unwrap();
+            let promised = levels[best.level].promised(problem, &working.point, best);
+            (best.log_posterior - promised, promised)
+        };
+        let (before, promised) = reached(&working);
+        assert!(promised > 20.0, "{promised}");
+        assert!(working.settle(None).unwrap());
+        let (after, left) = reached(&working);
+        assert!(left < 1.0, "{left}");
+        let gained = after - before;
+        assert!(
+            (gained - promised).abs() < 0.1 * promised,
+            "{gained} {promised}"
+        );
     });
 }
 

@@ -126,6 +126,30 @@ fn quadratic_drag_is_named() {
     assert_eq!(named.chosen[0].effect, Id::QuadraticDrag);
 }
 
+/// A sensor's scale that runs to the end of what is plausible stands for something else.
+#[test]
+fn a_value_at_the_edge_of_what_is_plausible_is_no_name() {
+    let scaled = |scale: f64| {
+        let trials = (0..2).map(|at| {
+            let mut trial = trial(&format!("trial {at}"), &[], &[0.02, -0.02], at, 1.0);
+            let columns = trial.sensors.columns.len();
+            for row in trial.sensors.data.chunks_mut(columns) {
+                row[7..10].iter_mut().for_each(|value| *value *= scale);
+            }
+            trial
+        });
+        let mut found = None;
+        on_prepared(&RigidBody::new(), trials.collect(), |problem, watch| {
+            let followed = Followed::new(problem, watch).unwrap();
+            let explanation = explain(&followed, watch).unwrap();
+            found = Some(name(&explanation, watch).unwrap().named.outcome);
+        });
+        found.unwrap()
+    };
+    assert_eq!(scaled(1.2), Outcome::Named);
+    assert_eq!(scaled(2.2), Outcome::Unknown);
+}
+
 /// The run does not end with it.
 #[test]
 fn an_addition_that_blows_up_is_refused() {

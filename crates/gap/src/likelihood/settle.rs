@@ -1,0 +1,159 @@
+//! A working point settles: sweeps, each followed by a step to the best values.
+//!
+//! Where the point gets less likely and promises less, first order went too far, and a part of the step is gone. What it promises is
+//! not reached there, so that such a point counts by what it has reached (`promised.rs`).
+
+use crate::{
+    error::GapError,
+    likelihood::{
+        found::{Found, likeliest},
+        level::{Level, Sizes},
+        levels::{self, Grid},
+        search::{Choices, Search},
+        starts::on_the_way,
+        track::Track,
+        working_point::{Keep, SETTLED, WorkingPoint},
+    },
+    problem::point::Point,
+};
+
+/// Sweeps that let a working point settle, at most.
+const SETTLING: usize = 5;
+
+impl WorkingPoint<'_, '_> {
+    /// Lets starts, numbers, the set's values and the sizes of the disturbances settle, no other effect in sight; not to the end
+    /// where it will hardly be as likely as `least`. False where a track blows up.
+    pub(crate) fn settle(&mut self, least: Option<f64>) -> Result<bool, GapError> {
+        let levels = self.levels.clone();
+        let least_force = self.problem.settings.options.likelihood.forces[0];
+        let chooses = levels.near.iter().any(|of| of.force > least_force);
+        self.levels.all = levels.nearest(Grid::of(self.problem));
+        let settled = self.settle_there(chooses, least);
+        let found = std::mem::replace(&mut self.levels, levels);
+        if chooses && settled.as_ref().is_ok_and(Option::is_some) {
+            self.levels.settled(&found);
+        }
+        Ok(settled?.is_some())
+    }
+
+    /// The sizes at which it has settled.
+    fn settle_there(
+        &mut self,
+        chooses: bool,
+        least: Option<f64>,
+    ) -> Result<Option<Sizes>, GapError> {
+        let mut last: Option<(f64, f64)> = None;
+        let mut sizes = None;
+        let options = &self.problem.settings.options.likelihood;
+        let mut before: Option<(Vec<Track>, Point)> = None;
+        let mut part = 1.0;
+        for _ in 0..SETTLING {
+            let Some(swept) = self.sweep(Some(&[]), Keep::Columns, None)? else {
+                return Ok(None);
+            };
+            let levels = swept.levels.iter();
+            let found: Vec<Found> = levels.filter_map(|level| self.own_set(level)).collect();
+            let Some(best) = likeliest(&found) else {
+                return Ok(None);
+            };
+            let level = &swept.levels[best.level];
+            let reached = best.log_posterior - level.promised(self.problem, &self.point, best);
+            let now = best.log_posterior;
+            // Where first order went too far, a part of the way, and no more from here on.
+            if let Some((last, last_reached)) = last
+                && now < last - options.too_far
+                && reached < last_reached
+                && let Some((tracks, point)) = &before
+            {
+                part *= options.shorter;
+                self.tracks = on_the_way(self.problem, tracks, &self.tracks, options.shorter)?;
+                self.point = point.on_the_way(&self.point, options.shorter);
+                continue;
+            }
+            let from = (self.tracks.clone(), self.point.clone());
+            let forms = self.likeliest_forms(level);
+            let (point, z) = level.moved(self.problem, &self.point, &[], best);
+            self.smooth(&swept, &z, level.sizes)?;
+            self.point = point;
+            for (candidate, form) in forms {
+                let row = self.point.candidates.iter().position(|of| *of == candidate);
+                if let Some(row) = row {
+                    self.point.forms[row] = form;
+                }
+            }
+            let logs = found
+                .iter()
+                .map(|of| (swept.levels[of.level].sizes, of.log_likelihood));
+            let logs: Vec<(Sizes, f64)> = logs.collect();
+            sizes = levels::likeliest(Grid::of(self.problem), &logs);
+            if let Some(sizes) = sizes.filter(|_| chooses) {
+                self.levels.settle_about(Grid::of(self.problem), sizes);
+                self.levels.all.clone_from(&self.levels.near);
+            }
+            let change = last.map(|(last, _)| (now - last).abs());
+            let is_settled = change.is_some_and(|change| change < SETTLED);
+            let is_hopeless = (change.zip(least))
+                .is_some_and(|(change, least)| now + options.hoped * change < least);
+            last = Some((now, reached));
+            if part < 1.0 {
+                self.tracks = on_the_way(self.problem, &from.0, &self.tracks, part)?;
+                self.point = from.1.on_the_way(&self.point, part);
+            }
+            before = Some(from);
+            if is_settled || is_hopeless {
+                break;
+            }
+        }
+        // A step that was not looked at may have been too far again.
+        self.went_too_far = part < 1.0;
+        if let Some((tracks, point)) = before.filter(|_| part < 1.0) {
+            (self.tracks, self.point) = (tracks, point);
+        }
+        Ok(sizes)
+    }
+
+    /// Sizes of the errors of form, by candidate, with which the point's set is likeliest, one candidate after the other.
+    fn likeliest_forms(&self, level: &Level) -> Vec<(usize, [f64; 2])> {
+        let log = |level: &Level| {
+            self.own_set(level)
+                .map_or(f64::NEG_INFINITY, |of| of.log_posterior)
+        };
+        let mut best = log(level);
+        let mut at_best: Option<Level> = None;
+        let of_candidate = self.point.candidates.iter().zip(&self.point.forms);
+        let likeliest = of_candidate.map(|(candidate, form)| {
+            let mut now = *form;
+            for (error, now) in now.iter_mut().enumerate() {
+                for other in self.problem.settings.options.likelihood.form_sizes {
+                    let from = at_best.as_ref().unwrap_or(level);
+                    let tried = from.with_form(*candidate, error, other / *now);
+                    let found = log(&tried);
+                    if found > best {
+                        (best, at_best, *now) = (found, Some(tried), other);
+                    }
+                }
+            }
+            (*candidate, now)
+        });
+        likeliest.collect()
+    }
+
+    /// The point's set on the likelihood of a sweep without directions.
+    pub(crate) fn own_set(&self, level: &Level) -> Option<Found> {
+        let choices = Choices::new(self.problem, &self.point, &[]);
+        let choices = &choices;
+        Search { level, choices }.whole(&self.point.candidates)
+    }
+
+    /// The point's set at every level, as likely as the point is where a step of its fit went too far.
+    pub(super) fn reached(&self, levels: &[Level]) -> Vec<Found> {
+        let found = levels.iter().filter_map(|level| {
+            let found = self.own_set(level)?;
+            Some(match self.went_too_far {
+                true => level.reached(self.problem, &self.point, found),
+                false => found,
+            })
+        });
+        found.collect()
+    }
+}
