@@ -1,5 +1,7 @@
 """Long logs by blocks: the numbers are those of one block, and a disk that is full is said."""
 
+import gc
+import os
 import resource
 import signal
 
@@ -89,6 +91,19 @@ def test_a_table_is_what_was_appended():
     assert len(found) == 1000
     np.testing.assert_array_equal(found.array(), rows)
     assert scratch.Table(2).array().shape == (0, 2)
+
+
+@pytest.mark.filterwarnings("error::ResourceWarning", "error::pytest.PytestUnraisableExceptionWarning")
+def test_a_table_that_nobody_reads_closes_its_file():
+    def opened():
+        return len(os.listdir("/proc/self/fd"))
+
+    before = opened()
+    found = scratch.Table(1)
+    assert opened() == before + 1
+    del found
+    gc.collect()
+    assert opened() == before
 
 
 def test_a_long_series_is_looked_at_in_part(monkeypatch):

@@ -6,6 +6,7 @@ The files have no name and vanish with the last array of them, or with the proce
 
 import os
 import tempfile
+import weakref
 from collections.abc import Iterator
 
 import numpy as np
@@ -29,6 +30,8 @@ class Table:
             self._file = tempfile.TemporaryFile(dir=self._folder)  # noqa: SIM115
         except OSError as error:
             raise self._full(error) from error
+        # Of a conversion that fails too.
+        weakref.finalize(self, self._file.close)
 
     def __len__(self) -> int:
         return self._count
