@@ -20,17 +20,21 @@ version=$("$python" -c 'import hydro_mujoco; print(hydro_mujoco.__version__)')
 
 scripts/test_wheel.sh --out "$out"
 
-PYTHON=$python scripts/setup_venv.sh docs
-.venv-docs/bin/python scripts/build_docs.py --out out/site --external
-tar --create --gzip --sort=name --owner=0 --group=0 --mtime="@$(git log -1 --format=%ct)" --file "$out/site.tar.gz" --directory out site
-
 tools=$(mktemp -d)
 trap 'rm -rf "$tools"' EXIT
+"$python" -m venv "$tools/installed"
+"$tools/installed/bin/pip" install --quiet --disable-pip-version-check "$out"/*.whl
+
+# The notebooks run on what the wheel holds; target/ may be empty.
+installed=$(echo "$tools"/installed/lib/python3*/site-packages/hydro_mujoco)
+PYTHON=$python scripts/setup_venv.sh docs
+HYDRO_PLUGIN=$installed/libhydro_plugin.so HYDRO_PROGRAM=$installed/bin/hydro \
+  .venv-docs/bin/python scripts/build_docs.py --out out/site --external
+tar --create --gzip --sort=name --owner=0 --group=0 --mtime="@$(git log -1 --format=%ct)" --file "$out/site.tar.gz" --directory out site
+
 "$python" -m venv "$tools/venv"
 "$tools/venv/bin/pip" install --quiet --disable-pip-version-check twine cyclonedx-bom
 "$tools/venv/bin/twine" check --strict "$out"/*.whl "$out"/hydro_mujoco-*.tar.gz
-"$python" -m venv "$tools/installed"
-"$tools/installed/bin/pip" install --quiet --disable-pip-version-check "$out"/*.whl
 "$tools/venv/bin/cyclonedx-py" environment "$tools/installed/bin/python" --output-format JSON --output-file "$out/sbom.json"
 sed -i "s|file://$out/||" "$out/sbom.json" # where this machine keeps the wheel
 cargo tree --locked --package hydro --edges normal --prefix none --format '{p} {l}' | sed 's/ ([^)]*)//g' | sort -u >"$out/crates.txt"

@@ -42,13 +42,14 @@ die() {
 if [ -n "$dev" ]; then
   "$python" -m pip wheel --quiet --no-deps --wheel-dir "$place/dist" .
 else
-  # What cargo has compiled of others' crates serves again; those of the workspace are compiled in each place.
-  export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$checkout/target}
-  "$python" -m venv "$place/tools"
-  "$place/tools/bin/pip" install --quiet build
+  # What cargo has compiled of others' crates serves again; those of the workspace are compiled in each place. Not target/ itself:
+  # the program there would look for the MuJoCo of pip's build environment, which is gone afterwards.
+  export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$checkout/target/wheel}
+  "$python" -m venv "$place/build"
+  "$place/build/bin/pip" install --quiet build
   mkdir "$place/checkout"
   git ls-files -z --cached --others --exclude-standard | tar --create --null --files-from - | tar --extract --directory "$place/checkout"
-  "$place/tools/bin/python" -m build --sdist --outdir "$place/dist" "$place/checkout" >"$place/sdist.log" || die "$(cat "$place/sdist.log")"
+  "$place/build/bin/python" -m build --sdist --outdir "$place/dist" "$place/checkout" >"$place/sdist.log" || die "$(cat "$place/sdist.log")"
   sdist=$(echo "$place"/dist/hydro_mujoco-*.tar.gz)
   say "sdist $(basename "$sdist"), $(du -k "$sdist" | awk '{printf "%.1f", $1 / 1024}') MB"
   "$python" -m pip wheel --quiet --no-deps --wheel-dir "$place/dist" "$place/checkout"
@@ -142,7 +143,8 @@ run env PYTHONPATH="$place/tests:$place/tools" PYTHONWARNINGS=default HYPOTHESIS
   --rootdir "$place/tests" "$place/tests" |
   tail -n 30 | sed 's/^/        /'
 say 'the tests of the package'
-HYDRO_DOCS_BIN=$bin "$python" -m pytest --quiet -p no:cacheprovider "$checkout/python/tests/test_docs.py" | sed 's/^/        /'
+HYDRO_DOCS_BIN=$bin HYDRO_PROGRAM=$packages/hydro_mujoco/bin/hydro HYDRO_PLUGIN=$packages/hydro_mujoco/libhydro_plugin.so \
+  "$python" -m pytest --quiet -p no:cacheprovider "$checkout/python/tests/test_docs.py" | sed 's/^/        /'
 say 'the code of README.md and docs/'
 
 # Logs and environments with their extras, still without HOME, in site-packages that are read-only.

@@ -174,16 +174,16 @@ def test_an_interrupt_while_trials_are_written(tmp_path, monkeypatch, at, before
     if before:
         from_ardupilot(tmp_path / "a.bin", **parts)
     there = {path.name: path.read_bytes() for path in (tmp_path / "out").glob("*")}
-    write, replace, seen = convert.write_beside, os.replace, []
+    write, replace, seen = convert.write_npz, os.replace, []
 
     def interrupt(name):
         seen.append(name)
         if len(seen) == 2:
             signal.raise_signal(signal.SIGINT)
 
-    def written(path, content):
+    def written(path, arrays):
         interrupt(path.name)
-        write(path, content)
+        write(path, arrays)
 
     def renamed(new, path):
         if str(new).endswith(".tmp"):
@@ -192,7 +192,7 @@ def test_an_interrupt_while_trials_are_written(tmp_path, monkeypatch, at, before
         return replace(new, path)
 
     if at == "trial":
-        monkeypatch.setattr(convert, "write_beside", written)
+        monkeypatch.setattr(convert, "write_npz", written)
     else:
         monkeypatch.setattr(convert.os, "replace", renamed)
     (tmp_path / "map.toml").write_text(MAP.replace("10", "20"))

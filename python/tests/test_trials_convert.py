@@ -331,12 +331,14 @@ def test_trials_are_not_replaced_unasked(folder, tmp_path):
 def test_a_disk_that_fills_leaves_no_trial(folder, tmp_path, monkeypatch):
     import hydro_mujoco.trials.convert as convert
 
-    def fails(path, content):
+    write = convert.write_npz
+
+    def fails(path, arrays):
         if path.name.startswith(".a-01.npz"):
             raise OSError(28, "No space left on device")
-        path.write_bytes(content)
+        write(path, arrays)
 
-    monkeypatch.setattr(convert, "write_beside", fails)
+    monkeypatch.setattr(convert, "write_npz", fails)
     with pytest.raises(DataError, match="No space left"):
         trials.from_mcap(folder / "a.mcap", model=nominal(), mapping=ros() | {"trials": {"length": 4.0}}, out=tmp_path)
     assert not list(tmp_path.iterdir())
@@ -353,12 +355,12 @@ def test_a_conversion_that_was_cut_short_is_made_again_unasked(folder, tmp_path,
     whole, replace, moved = content(), convert.os.replace, []
 
     def once(new, path):
-        if "a-" in path.name and ".tmp" not in str(new) and len(moved) == 1:
-            raise OSError(28, "No space left on device")
-        moved.append(path.name)
+        if not str(new).endswith(".tmp"):
+            if len(moved) == 1:
+                raise OSError(28, "No space left on device")
+            moved.append(path.name)
         replace(new, path)
 
-    monkeypatch.setattr(convert, "write_beside", lambda path, content: path.write_bytes(content))
     monkeypatch.setattr(convert.os, "replace", once)
     with pytest.raises(DataError, match="No space left"):
         trials.from_mcap(folder / "a.mcap", **parts, overwrite=True)

@@ -1,18 +1,21 @@
 """Signals on other times, and the pieces of a log, against what they are by definition."""
 
+from unittest import mock
+
 import mujoco
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydro_mujoco.trials import resample, windows
+from hydro_mujoco.trials import resample, scratch, windows
 
 
-@given(st.lists(st.lists(st.integers(0, 60), min_size=1, max_size=12, unique=True), min_size=1, max_size=4), st.integers(1, 9))  # fmt: skip
+@given(st.lists(st.lists(st.integers(0, 60), min_size=1, max_size=12, unique=True), min_size=1, max_size=4), st.integers(1, 9), st.sampled_from([8, 24, 1000]))  # fmt: skip
 @settings(max_examples=120, deadline=None)
-def test_pieces_are_those_of_all_times_together(series, gap):
-    found = windows._without_gaps([np.sort(np.array(times, float)) for times in series], gap)
+def test_pieces_are_those_of_all_times_together(series, gap, numbers):
+    with mock.patch.object(scratch, "NUMBERS", numbers):
+        found = windows._without_gaps([np.sort(np.array(times, float)) for times in series], gap)
     times = np.unique(np.concatenate(series))
     ends = np.flatnonzero(np.diff(times) > gap)
     expected = zip(times[[0, *(ends + 1)]], times[[*ends, len(times) - 1]])

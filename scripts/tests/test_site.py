@@ -97,3 +97,10 @@ def test_a_folder_that_holds_something_else_is_left_alone(tmp_path, capsys):
     assert build_docs.main(["--out", str(tmp_path)]) == 1
     assert "is there and holds no site; name another folder by --out" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_every_page_of_docs_is_in_the_navigation():
+    navigation = (ROOT / "scripts/hydro_tools/site/mkdocs.yml").read_text()
+    pages = [path for path in linked(ROOT) if path.startswith("docs/") and path.endswith(".md")]
+    assert len(pages) > 20
+    assert [page for page in [*pages, "SECURITY.md"] if page not in navigation] == []

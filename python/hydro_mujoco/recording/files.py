@@ -6,23 +6,42 @@ import json
 import os
 import secrets
 import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 
+#: Bytes of an array from which on an entry of an archive has sizes of 64 bits.
+ZIP64 = 1 << 30
 
-def write_beside(path: Path, content: bytes) -> None:
-    """Write `content` to a new file of a random name and rename it: never half a file, never through a link."""
+
+@contextmanager
+def written_beside(path: Path) -> Iterator[IO[bytes]]:
+    """A new file of a random name, which is renamed at the end: never half a file, never through a link."""
     beside = path.with_name(f"{path.name}.{secrets.token_hex(6)}.tmp")
     try:
         with open(beside, "xb") as file:
-            file.write(content)
+            yield file
             file.flush()
             os.fsync(file.fileno())
         os.replace(beside, path)
     except BaseException:  # Ctrl-C too
         beside.unlink(missing_ok=True)
         raise
+
+
+def write_beside(path: Path, content: bytes) -> None:
+    """Write `content` by way of `written_beside`."""
+    with written_beside(path) as file:
+        file.write(content)
+
+
+def write_npz(path: Path, arrays: dict[str, np.ndarray]) -> None:
+    """A file of what `npz_bytes` gives, with a part of an array in memory at a time."""
+    with written_beside(path) as file:
+        _archive(file, arrays)
 
 
 def write_json(path: Path, value: object) -> None:
@@ -39,11 +58,14 @@ def sha256(path: Path) -> str:
 def npz_bytes(arrays: dict[str, np.ndarray]) -> bytes:
     """As `numpy.savez_compressed`, without the time of day: the same arrays give the same bytes."""
     file = io.BytesIO()
-    with zipfile.ZipFile(file, "w") as archive:
-        for name, array in arrays.items():
-            content = io.BytesIO()
-            np.lib.format.write_array(content, np.asarray(array), allow_pickle=False)
-            entry = zipfile.ZipInfo(f"{name}.npy", date_time=(1980, 1, 1, 0, 0, 0))
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, content.getvalue(), compresslevel=9)
+    _archive(file, arrays)
     return file.getvalue()
+
+
+def _archive(file: IO[bytes], arrays: dict[str, np.ndarray]) -> None:
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for name, array in arrays.items():
+            array = np.asarray(array)
+            # Entries that are opened by name are of 1980.
+            with archive.open(f"{name}.npy", "w", force_zip64=array.nbytes > ZIP64) as entry:
+                np.lib.format.write_array(entry, array, allow_pickle=False)

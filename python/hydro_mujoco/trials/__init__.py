@@ -8,12 +8,15 @@ frames.py     frames of vectors and attitudes
 clock.py      times of samples
 geodetic.py   latitude, longitude and height as metres
 turning.py    velocities from the world into a body, or back
-signals.py    mapped fields in the model's units and frames
+scratch.py    long tables of numbers, on disk
+signals.py    samples of sensors, actuators, joints and states
+gather.py     mapped fields as signals, in the model's units and frames
+continuity.py attitudes and angles that go on from block to block
 suspicion/    what looks wrong: frames, units, signs
 windows.py    where trials begin and end
 resample.py   signals on other times
 start.py      the state that a trial starts from
-assemble.py   a window as a trial
+assemble.py   windows as trials
 trial.py      a trial, and its file
 convert.py    a log into trials
 report.py     what a conversion did

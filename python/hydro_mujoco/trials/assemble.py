@@ -1,14 +1,16 @@
-"""Signals of a window as a trial: rows, controls, start."""
+"""Signals of windows as trials: rows, controls, start."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..errors import DataError
+from .continuity import Continuity
 from .mapping.schema import Mapping
 from .model import Model
 from .report import Report
-from .resample import CUTOFF, FASTER, GAP, SLOWER, SNAP, hold, linear, low_pass, near, slerp
+from .resample import CUTOFF, FASTER, GAP, HALF_LENGTH, SLOWER, SNAP, hold, linear, low_pass, near, slerp
+from .scratch import Table, blocks
 from .signals import Signal, Signals
 from .start import initial_state
 from .trial import Trial
@@ -44,54 +46,134 @@ def periods(signals: Signals, mapping: Mapping, model: Model, report: Report) ->
     return Periods(rows, mapping.time.control_period or model.timestep)
 
 
-def assemble(
-    name: str, window: Window, signals: Signals, mapping: Mapping, model: Model, spacing: Periods, report: Report
-) -> Trial | None:
-    """The trial of a window; None where no row has a reading. A command is held until the next."""
-    measured = {**signals.sensors, **signals.joints}
-    first = min(measured.values(), key=lambda signal: signal.period)
-    inside = first.times[window.within(first.times)]
-    # A row on a sample of the fastest signal needs no interpolation there.
-    start = float(inside[0]) if inside.size else window.start
-    count = int(np.floor((window.stop - start) / spacing.rows + 1e-6)) + 1
-    times = start + spacing.rows * np.arange(count)
-    columns, places, at = [], {}, 0
-    for key, signal in measured.items():
-        values = readings(signal, times, spacing.rows)
-        places[key] = list(range(at, at + values.shape[1]))
-        at += values.shape[1]
-        columns.append(values)
-    table = np.concatenate(columns, axis=1)
-    known = np.flatnonzero(np.isfinite(table).any(1))
-    if known.size < 2:
-        return None
-    table, times = table[known[0] : known[-1] + 1], times[known[0] : known[-1] + 1]
-    controls, control_times = _controls(times, signals, mapping, model, spacing, report)
-    return Trial(
-        name,
-        float(times[0]),
-        control_times,
-        controls,
-        tuple(model.actuators),
-        times - times[0] + model.timestep,
-        table,
-        places,
-        initial_state(model, signals, float(times[0])),
-    )
+class Assembly:
+    """The trials of a log, built on disk a block of rows at a time. A command is held until the next."""
+
+    def __init__(self, signals: Signals, mapping: Mapping, model: Model, spacing: Periods, report: Report):
+        self._signals, self._mapping, self._model = signals, mapping, model
+        self._spacing, self._report = spacing, report
+        self._measured = {**signals.sensors, **signals.joints}
+        self._places: dict[str, list[int]] = {}
+        for name, signal in self._measured.items():
+            at = sum(map(len, self._places.values()))
+            self._places[name] = list(range(at, at + signal.values.shape[1]))
+        # Time in the trial, then readings, or commands.
+        self._rows = Table(1 + sum(map(len, self._places.values())))
+        self._controls = Table(1 + len(model.actuators))
+        self._drafts: list[_Draft] = []
+
+    def __len__(self) -> int:
+        return len(self._drafts)
+
+    def add(self, name: str, window: Window) -> None:
+        """Build the trial of a window; none where fewer than two rows have a reading."""
+        start, count = self._grid(window)
+        first, known = len(self._rows), []
+        endings = {name: Continuity(signal.source.quantity) for name, signal in self._measured.items()}
+        for block in blocks(count, self._rows.columns):
+            # With the rows beside the block: a slow sample counts in the row nearest to it.
+            wide = np.arange(max(block.start - 1, 0), min(block.stop + 1, count))
+            times, own = start + self._spacing.rows * wide, (wide >= block.start) & (wide < block.stop)
+            columns = [times[own, None]]
+            for key, signal in self._measured.items():
+                values = readings(signal, times, self._spacing.rows)[own]
+                if signal.is_attitude:
+                    endings[key].go_on(values)
+                columns.append(values)
+            table = np.concatenate(columns, axis=1)
+            found = block.start + np.flatnonzero(np.isfinite(table[:, 1:]).any(1))
+            known += [*found[:2], *found[-1:]]
+            self._rows.append(table)
+        if len(set(known)) < 2:
+            return
+        start, stop = (start + self._spacing.rows * np.array([known[0], known[-1]])).tolist()
+        rows = slice(first + int(known[0]), first + int(known[-1]) + 1)
+        controls = self._command(start, stop)
+        self._drafts.append(_Draft(name, start, rows, controls, initial_state(self._model, self._signals, start)))
+
+    def trials(self) -> list[Trial]:
+        """All that were built."""
+        rows, controls = self._rows.array(), self._controls.array()
+        for draft in self._drafts:
+            times = rows[draft.rows, 0]
+            for block in blocks(len(times)):
+                times[block] = times[block] - draft.start + self._model.timestep
+        return [
+            Trial(
+                draft.name,
+                draft.start,
+                controls[draft.controls, 0],
+                controls[draft.controls, 1:],
+                tuple(self._model.actuators),
+                rows[draft.rows, 0],
+                rows[draft.rows, 1:],
+                dict(self._places),
+                draft.initial_state,
+            )
+            for draft in self._drafts
+        ]
+
+    def _grid(self, window: Window) -> tuple[float, int]:
+        """Time of the first row in the log [s], and the number of rows."""
+        fastest = min(self._measured.values(), key=lambda signal: signal.period)
+        # A row on a sample of the fastest signal needs no interpolation there.
+        at = int(np.searchsorted(fastest.times, window.start - SNAP))
+        inside = at < fastest.times.size and fastest.times[at] <= window.stop + SNAP
+        start = float(fastest.times[at]) if inside else window.start
+        return start, int(np.floor((window.stop - start) / self._spacing.rows + 1e-6)) + 1
+
+    def _command(self, start: float, stop: float) -> slice:
+        """Controls from the first row to the last; their rows."""
+        spacing, first = self._spacing.controls, len(self._controls)
+        oldest: dict[str, tuple[float, float]] = {}
+        for block in blocks(int(np.ceil((stop - start) / spacing - 1e-6)) + 1, self._controls.columns):
+            away = spacing * np.arange(block.start, block.stop)
+            at = start + away
+            table = np.zeros((len(at), 1 + len(self._model.actuators)))
+            table[:, 0] = at - start
+            for column, name in enumerate(self._model.actuators, start=1):
+                constant = self._mapping.actuators[name].constant
+                if constant is not None:
+                    table[:, column] = constant
+                    continue
+                times, values = self._signals.actuators[name].within(at[0], at[-1] + SNAP)
+                table[:, column] = hold(times, values, at + SNAP)[:, 0]
+                age = at - times[(np.searchsorted(times, at, side="right") - 1).clip(0)]
+                worst = int(age.argmax())
+                oldest[name] = max(oldest.get(name, (-np.inf, 0.0)), (float(age[worst]), float(at[worst])))
+            self._controls.append(table)
+        for name, (age, when) in oldest.items():
+            period = self._signals.actuators[name].period
+            if age > max(OLD, 5 * period if np.isfinite(period) else OLD):
+                self._report.note(f"`{name}`: no command for {seconds(age)} at {when:.3f} s of the log; held")
+        return slice(first, len(self._controls))
 
 
-def readings(signal: Signal, times: np.ndarray, period: float) -> np.ndarray:
+@dataclass(frozen=True)
+class _Draft:
+    """A trial whose numbers are on disk."""
+
+    name: str
+    start: float
+    rows: slice
+    controls: slice
+    initial_state: np.ndarray | None
+
+
+def readings(signal: Signal, rows: np.ndarray, period: float) -> np.ndarray:
     """A signal at the rows, (n, dim): low-passed if it is faster; if slower, in the rows next to its samples."""
     longest = GAP * max(signal.period, period)
+    margin = max(longest, HALF_LENGTH * period) + SNAP
+    times, logged = signal.within(rows[0] - margin, rows[-1] + margin)
     if signal.is_attitude:
-        values = slerp(signal.times, signal.values, times, longest)
+        values = slerp(times, logged, rows, longest)
     else:
-        values = linear(signal.times, signal.values, times, longest)
+        values = linear(times, logged, rows, longest)
         if signal.source.filter and signal.period < FASTER * period:
-            smooth, _ = low_pass(signal.times, signal.values, times, period)
+            smooth, _ = low_pass(times, logged, rows, period)
             values = np.where(np.isfinite(values), smooth, np.nan)
     if signal.period > SLOWER * period:
-        values[~near(signal.times, times, 0.5 * period)] = np.nan
+        values[~near(times, rows, 0.5 * period)] = np.nan
     return values
 
 
@@ -113,25 +195,3 @@ def described(signal: Signal, period: float) -> str:
 
 def _way(signal: Signal) -> str:
     return "spherical" if signal.is_attitude else "linear"
-
-
-def _controls(
-    times: np.ndarray, signals: Signals, mapping: Mapping, model: Model, spacing: Periods, report: Report
-) -> tuple[np.ndarray, np.ndarray]:
-    """Controls (m, nu) from the first row to the last, and their times from 0."""
-    count = int(np.ceil((times[-1] - times[0]) / spacing.controls - 1e-6)) + 1
-    at = times[0] + spacing.controls * np.arange(count)
-    table = np.zeros((count, len(model.actuators)))
-    for column, name in enumerate(model.actuators):
-        constant = mapping.actuators[name].constant
-        if constant is not None:
-            table[:, column] = constant
-            continue
-        signal = signals.actuators[name]
-        table[:, column] = hold(signal.times, signal.values, at + SNAP)[:, 0]
-        last = np.searchsorted(signal.times, at, side="right") - 1
-        age = at - signal.times[last.clip(0)]
-        if age.max() > max(OLD, 5 * signal.period if np.isfinite(signal.period) else OLD):
-            worst = int(age.argmax())
-            report.note(f"`{name}`: no command for {seconds(float(age[worst]))} at {at[worst]:.3f} s of the log; held")
-    return table, at - times[0]

@@ -9,6 +9,7 @@ from ..errors import DataError
 from .log import Log, Samples
 from .mapping.schema import Time
 from .report import Report
+from .scratch import Table, blocks, some, steps
 from .units import TIMES
 from .words import counted, listed, seconds
 
@@ -28,7 +29,7 @@ SPREAD, UNEVEN = 0.1, 0.5
 
 @dataclass(frozen=True)
 class Ordered:
-    """Times of a topic's samples, strictly increasing, and the rows of the samples that they belong to."""
+    """Times of a topic's samples, strictly increasing, (n,), and the rows of the samples that they belong to, (n,)."""
 
     times: np.ndarray
     rows: np.ndarray
@@ -50,45 +51,67 @@ def clock_field(clock: str, log: Log, columns: Collection[str] | None) -> str | 
 
 def ordered(topic: str, samples: Samples, field: str | None, time: Time, report: Report) -> Ordered:
     """Times of the samples by the clock `field`, put in order; what was wrong goes into the report."""
-    times = samples.times
-    if field is None and not report.is_table:
-        report.offsets[topic] = 0.0
-    if field is not None:
-        times = samples.values[:, samples.fields.index(field)] * TIMES[time.unit]
-        if np.isfinite(times).any() and not report.is_table:
-            times = _compared(topic, times, samples.times, field, time, report)
-    rows = np.flatnonzero(np.isfinite(times))
-    if rows.size < times.size:
-        report.note(f"`{topic}`: {counted(times.size - rows.size, 'sample')} without a time dropped")
-    if not rows.size:
+    if field is None:
+        times, factor = samples.times, 1.0
+        if not report.is_table:
+            report.offsets[topic] = 0.0
+    else:
+        times, factor = samples.values[:, samples.fields.index(field)], TIMES[time.unit]
+    shift = 0.0
+    if field is not None and not report.is_table:
+        shift = _compared(topic, times, factor, samples.times, field, time, report)
+    table, last, back, worst = Table(2), -np.inf, 0, 0.0
+    for block in blocks(len(times)):
+        rows = block.start + np.flatnonzero(np.isfinite(times[block]))
+        found = times[rows] * factor + shift
+        later = np.diff(found, prepend=last)
+        back, worst = back + int((later < 0).sum()), min(worst, float(later.min(initial=0.0)))
+        last = float(found[-1]) if found.size else last
+        table.append(np.column_stack([found, rows]))
+    if len(table) < len(times):
+        report.note(f"`{topic}`: {counted(len(times) - len(table), 'sample')} without a time dropped")
+    if not len(table):
         raise DataError(f"topic `{topic}`: no sample has a time in `{field}`")
-    times = times[rows]
-    back = np.diff(times) < 0
-    if back.any():
-        worst = float(np.diff(times).min())
+    pairs = table.array()
+    if back:
         report.suspect(
-            f"the times of `{topic}` run back {back.sum()} times, by up to {seconds(-worst)}: samples were put in "
+            f"the times of `{topic}` run back {back} times, by up to {seconds(-worst)}: samples were put in "
             "order; clocks that were set, or messages of several senders"
         )
-        order = np.argsort(times, kind="stable")
-        times, rows = times[order], rows[order]
-    new = np.concatenate([[True], np.diff(times) > 0])
-    if not new.all():
-        report.note(
-            f"`{topic}`: {counted(int((~new).sum()), 'sample')} of {new.size} have the stamp of another, dropped"
-        )
-        if (~new).mean() > 0.05:
-            report.suspect(f"{100 * (~new).mean():.0f} % of the stamps of `{topic}` are the same as the one before")
-    times, rows = times[new], rows[new]
-    _suspect_unit(topic, times, time, report)
+        # Complex numbers are sorted by their real part, then by the imaginary one, in place.
+        pairs.view(complex).sort(axis=0)
+    found = _distinct(topic, pairs, report)
+    _suspect_unit(topic, found.times, time, report)
     if field is None:
-        _suspect_uneven(topic, times, report)
-    return Ordered(times, rows)
+        _suspect_uneven(topic, found.times, report)
+    return found
 
 
-def _compared(topic: str, times: np.ndarray, logged: np.ndarray, field: str, time: Time, report: Report) -> np.ndarray:
-    """Times beside the log's: their offset is said, or taken away where they are to be aligned."""
-    late = (logged - times)[np.isfinite(times)]
+def _distinct(topic: str, pairs: np.ndarray, report: Report) -> Ordered:
+    """Of times and rows in order, the first of each time."""
+    times, rows, last = Table(1), Table(1), -np.inf
+    for block in blocks(len(pairs)):
+        found = pairs[block]
+        found = found[np.diff(found[:, 0], prepend=last) > 0]
+        last = float(found[-1, 0]) if len(found) else last
+        times.append(found[:, 0])
+        rows.append(found[:, 1])
+    if same := len(pairs) - len(times):
+        report.note(f"`{topic}`: {counted(same, 'sample')} of {len(pairs)} have the stamp of another, dropped")
+        if same > 0.05 * len(pairs):
+            report.suspect(f"{100 * same / len(pairs):.0f} % of the stamps of `{topic}` are the same as the one before")
+    return Ordered(times.array()[:, 0], rows.array()[:, 0])
+
+
+def _compared(
+    topic: str, times: np.ndarray, factor: float, logged: np.ndarray, field: str, time: Time, report: Report
+) -> float:
+    """Times beside the log's: their offset is said, or returned [s] where they are to be aligned."""
+    at = some(len(times))
+    late = logged[at] - times[at] * factor
+    late = late[np.isfinite(late)]
+    if not late.size:
+        return 0.0
     middle, spread = float(np.median(late)), float(np.ptp(np.percentile(late, [2, 98])))
     if spread > SPREAD:
         report.suspect(
@@ -96,15 +119,17 @@ def _compared(topic: str, times: np.ndarray, logged: np.ndarray, field: str, tim
             "messages held up, or two clocks"
         )
     if time.align:
-        least = float(late.min())
+        least = min(
+            float(np.nanmin(logged[block] - times[block] * factor, initial=np.inf)) for block in blocks(len(times))
+        )
         report.note(f"`{topic}`: `{field}` moved by {seconds(least)}, its least delay against the log")
-        return times + least
+        return least
     if abs(middle) > SAID_OFFSET:
         report.note(
             f"`{topic}`: `{field}` is {seconds(abs(middle))} {'before' if middle > 0 else 'after'} the log's time"
         )
     report.offsets[topic] = middle
-    return times
+    return 0.0
 
 
 def suspect_mixed(report: Report) -> None:
@@ -125,7 +150,7 @@ def suspect_mixed(report: Report) -> None:
 def _suspect_unit(topic: str, times: np.ndarray, time: Time, report: Report) -> None:
     if times.size < 3:
         return
-    step = float(np.median(np.diff(times)))
+    step = float(np.median(steps(times)))
     if SHORTEST_STEP <= step <= LONGEST_STEP:
         return
     raw = step / TIMES[time.unit]
@@ -135,11 +160,11 @@ def _suspect_unit(topic: str, times: np.ndarray, time: Time, report: Report) -> 
 
 
 def _suspect_uneven(topic: str, times: np.ndarray, report: Report) -> None:
-    steps = np.diff(times)
-    if steps.size < 20 or report.is_table:
+    found = steps(times)
+    if found.size < 20 or report.is_table:
         return
-    middle = float(np.median(steps))
-    share = float((np.abs(steps - middle) > UNEVEN * middle).mean())
+    middle = float(np.median(found))
+    share = float((np.abs(found - middle) > UNEVEN * middle).mean())
     if share > 0.2:
         report.note(
             f"`{topic}`: {100 * share:.0f} % of its log times are uneven by more than half a step; stamps of the "

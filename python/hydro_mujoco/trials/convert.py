@@ -13,15 +13,17 @@ import mujoco
 import numpy as np
 
 from ..errors import DataError, Notice
-from ..recording.files import write_beside, write_json
+from ..recording.files import write_beside, write_json, write_npz
 from ..recording.interrupts import held_back, saying
 from ..recording.lock import locked
-from .assemble import assemble, described, periods
+from .assemble import Assembly, described, periods
+from .gather import gather
 from .log import Log
 from .mapping.parse import parse
 from .model import load
 from .report import Report
-from .signals import Signals, gather
+from .scratch import blocks
+from .signals import Signals
 from .start import refuse_unmapped
 from .suspicion import suspect
 from .trial import Trial
@@ -82,11 +84,10 @@ def _convert(
     pieces = windows(signals, parsed, report)
     spacing = periods(signals, parsed, nominal, report)
     stem = re.sub(r"[^\w.+-]+", "_", log.path.stem) or "log"
-    trials: list[Trial] = []
+    assembly = Assembly(signals, parsed, nominal, spacing, report)
     for window in pieces:
-        name = f"{stem}-{len(trials):02}"
-        if trial := assemble(name, window, signals, parsed, nominal, spacing, report):
-            trials.append(trial)
+        assembly.add(f"{stem}-{len(assembly):02}", window)
+    trials = assembly.trials()
     if not trials:
         raise DataError(f"{log.path}: no row of a trial has a reading, {seconds(spacing.rows)} apart")
     report.signals = _described(signals, spacing.rows)
@@ -110,12 +111,13 @@ def _described(signals: Signals, period: float) -> list[dict[str, Any]]:
 
 
 def _listed(trial: Trial, period: float) -> dict[str, Any]:
-    missing = np.isnan(trial.readings).mean(0)
+    count = len(trial.sensor_times)
+    missing = sum(np.isnan(trial.readings[block]).sum(0) for block in blocks(*trial.readings.shape)) / count
     return {
         "name": trial.name,
         "start": trial.start,
         "seconds": float(trial.sensor_times[-1] - trial.sensor_times[0]),
-        "rows": len(trial.sensor_times),
+        "rows": count,
         "period": period,
         "initial_state": trial.initial_state is not None,
         "missing": {name: float(missing[columns].mean()) for name, columns in trial.signals.items()},
@@ -148,7 +150,7 @@ def _write_alone(out: Path, stem: str, trials: list[Trial], report: Report, over
             if killed.fullmatch(path.name):
                 path.unlink()
         for trial, path in zip(trials, staged.values()):
-            write_beside(path, trial.npz())
+            write_npz(path, trial.arrays())
         with held_back():
             write_beside(marker, b"")
             for path, new in staged.items():

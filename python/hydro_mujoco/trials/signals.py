@@ -1,32 +1,18 @@
-"""Mapped fields of a log as signals in the model's units and frames."""
+"""Samples of sensors, actuators, joints and states, in the model's units and frames."""
 
-from collections import Counter
-from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from ..errors import DataError
-from . import frames
-from .clock import LOG, Ordered, clock_field, ordered, suspect_mixed
-from .geodetic import is_fix, local
-from .log import Log, Samples
-from .log.table import TableLog
-from .mapping.schema import Mapping, Source, Water
-from .report import Report
-from .turning import turned
-from .units import ANGLE, ATTITUDE, LENGTH, PRESSURE, PULSE, UNITS
-from .words import counted, listed, nearest
-
-#: Departure of the median length of quaternions from 1 that is said.
-QUATERNION_TOLERANCE = 0.05
-#: Rows that are converted at a time.
-BLOCK = 1 << 16
+from .mapping.schema import Source
+from .scratch import blocks, some, steps
+from .units import ATTITUDE
 
 
 @dataclass(frozen=True)
 class Signal:
-    """Samples of a sensor, actuator, joint or state.
+    """Samples of a sensor, actuator, joint or state. The arrays are on disk: a part of them is read at a time.
 
     times: [s] of the log, increasing, (n,); values: (n, dim), NaN where the log has none.
     """
@@ -36,15 +22,34 @@ class Signal:
     values: np.ndarray
     source: Source
 
-    @property
+    @cached_property
     def period(self) -> float:
         """Median time between samples [s]; of fewer than two, infinite."""
-        return float(np.median(np.diff(self.times))) if self.times.size > 1 else np.inf
+        return float(np.median(steps(self.times))) if self.times.size > 1 else np.inf
 
     @property
     def is_attitude(self) -> bool:
         """True for quaternions."""
         return self.source.quantity == ATTITUDE
+
+    @cached_property
+    def range(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and largest value of each component, (dim,) each; NaN of one that has none."""
+        found = [self.values[block] for block in blocks(len(self.values))]
+        return (
+            np.fmin.reduce([np.fmin.reduce(values) for values in found]),
+            np.fmax.reduce([np.fmax.reduce(values) for values in found]),
+        )
+
+    def some(self) -> np.ndarray:
+        """Values (m, dim): all, or of a long signal some of them, drawn at random."""
+        return self.values[some(len(self.values))]
+
+    def within(self, start: float, stop: float) -> tuple[np.ndarray, np.ndarray]:
+        """Times and values from `start` to `stop` [s], and the sample on either side of these."""
+        first = max(int(np.searchsorted(self.times, start)) - 1, 0)
+        last = int(np.searchsorted(self.times, stop, side="right")) + 1
+        return self.times[first:last], self.values[first:last]
 
 
 @dataclass(frozen=True)
@@ -56,247 +61,3 @@ class Signals:
     joints: dict[str, Signal]
     state: dict[str, dict[str, Signal]]
     mode: Signal | None
-
-
-def gather(log: Log, mapping: Mapping, report: Report) -> Signals:
-    """Read what a mapping names and bring it into the model's units and frames.
-
-    Raises:
-        DataError: the log lacks a topic or a field, or a topic has no sample.
-    """
-    reader = _Reader(log, mapping, report)
-    states = [source for parts in mapping.state.values() for source in parts.values()]
-    turns = [source.turn.attitude for source in mapping.sensors.values() if source.turn]
-    sources = [*mapping.sensors.values(), *mapping.actuators.values(), *mapping.joints.values(), *states, *turns]
-    reader.read(source for source in sources if source.constant is None)
-    signals = Signals(
-        {name: reader.signal(name, source) for name, source in mapping.sensors.items()},
-        {name: reader.signal(name, source) for name, source in mapping.actuators.items() if source.constant is None},
-        {name: reader.signal(name, source) for name, source in mapping.joints.items()},
-        {
-            key: {part: reader.signal(f"{key} {part}", source) for part, source in parts.items()}
-            for key, parts in mapping.state.items()
-        },
-        reader.mode(),
-    )
-    suspect_mixed(report)
-    for fault in log.faults:
-        report.suspect(fault)
-    return signals
-
-
-class _Reader:
-    """The samples of all sources, read in one pass; those of a topic are dropped once the last source has taken them.
-
-    Conversion is by blocks of rows, so that beside samples and signals little is in memory.
-    """
-
-    def __init__(self, log: Log, mapping: Mapping, report: Report):
-        self._log, self._mapping, self._report = log, mapping, report
-        self._samples: dict[str, Samples] = {}
-        self._users: Counter[str] = Counter()
-        self._orders: dict[tuple[str, str | None], Ordered] = {}
-        self._columns = log.columns() if isinstance(log, TableLog) else None
-        self._origin = mapping.origin
-
-    def read(self, sources: Iterable[Source]) -> None:
-        wanted: dict[str, list[str]] = {}
-        places: dict[str, str] = {}
-        for source in sources:
-            clock = self._clock(source.clock)
-            paths = [*filter(None, source.fields), *([clock] if clock else [])]
-            wanted.setdefault(source.topic, []).extend(paths)
-            places.setdefault(source.topic, source.where)
-            self._users[source.topic] += 1
-        if mode := self._mapping.trials.mode:
-            clock = self._clock(LOG)
-            wanted.setdefault(mode[0], []).extend([mode[1], *([clock] if clock else [])])
-            places.setdefault(mode[0], f"{self._mapping.name}, [trials] mode")
-            self._users[mode[0]] += 1
-        wanted = {topic: list(dict.fromkeys(paths)) for topic, paths in wanted.items()}
-        self._samples = self._log.read(wanted)
-        for topic in wanted:
-            if topic not in self._samples:
-                there = self._log.topics()
-                raise DataError(
-                    f"{places[topic]}: the log {self._log.path} has no message of topic "
-                    f"`{topic}`{nearest(topic, there)}; "
-                    f"it holds {listed(there)}"
-                )
-
-    def signal(self, name: str, source: Source) -> Signal:
-        """A source's samples, converted."""
-        samples = self._samples[source.topic]
-        order = self._ordered(source.topic, self._clock(source.clock))
-        places = [samples.fields.index(path) if path else -1 for path in source.fields]
-        values = np.empty((order.rows.size, 4 if source.quantity == ATTITUDE else len(places)))
-        if source.frame == frames.GEODETIC:
-            self._set_origin(samples.values[order.rows], places, source)
-        lengths = np.ones(order.rows.size if source.quantity == ATTITUDE else 0)
-        for start in range(0, order.rows.size, BLOCK):
-            block = slice(start, start + BLOCK)
-            raw = _columns(samples.values[order.rows[block]], places)
-            if source.quantity == ATTITUDE:
-                values[block], lengths[block] = self._attitude(_physical(raw, source, self._mapping.water), source)
-            else:
-                values[block] = self._converted(raw, source)
-        self._let_go(source.topic)
-        if source.quantity == ATTITUDE:
-            self._check_lengths(lengths, source)
-            frames.make_continuous(values)
-        if source.quantity == ANGLE:
-            self._unwrap(name, values)
-        times = order.times
-        if source.turn:
-            attitude = self.signal(f"attitude of {name}", source.turn.attitude)
-            # In place: the log's velocity is needed no more.
-            for start in range(0, len(values), BLOCK):
-                block = slice(start, start + BLOCK)
-                values[block] = turned(times[block], values[block], attitude.times, attitude.values, source.turn)
-            self._report.note(
-                f"`{name}`: the velocity in {source.frame} is turned into the {source.turn.into} by "
-                f"`{source.turn.attitude.topic}`"
-            )
-        finite = np.isfinite(values)
-        if not finite.any():
-            why = "; the attitude that turns it has no sample at its times" if source.turn else ""
-            raise DataError(f"{source.where}: none of the {len(values)} samples in `{source.topic}` is a number{why}")
-        logged = finite.any(0)
-        if lost := int((~finite[:, logged]).any(1).sum()):
-            self._report.note(f"`{name}`: {counted(lost, 'sample')} with a value that is no number")
-        known = finite.any(1)
-        if not known.all():
-            times, values = times[known], values[known]
-        return Signal(name, times - source.delay if source.delay else times, values, source)
-
-    def _ordered(self, topic: str, clock: str | None) -> Ordered:
-        """Times of a topic by a clock; sources that share both share them."""
-        if (topic, clock) not in self._orders:
-            samples = self._samples[topic]
-            self._orders[topic, clock] = ordered(topic, samples, clock, self._mapping.time, self._report)
-        return self._orders[topic, clock]
-
-    def _let_go(self, topic: str) -> None:
-        """One source less needs the samples of a topic."""
-        self._users[topic] -= 1
-        if not self._users[topic]:
-            del self._samples[topic]
-            self._orders = {key: order for key, order in self._orders.items() if key[0] != topic}
-
-    def _converted(self, raw: np.ndarray, source: Source) -> np.ndarray:
-        """Rows in the model's units and frames."""
-        values = _physical(raw, source, self._mapping.water)
-        if source.frame == frames.GEODETIC:
-            assert self._origin is not None
-            values = _turned(local(values, self._origin), frames.rotation("ENU", self._mapping.frames[0]))
-        elif source.frame:
-            into = self._mapping.frames[source.frame in frames.BODY]
-            values = _turned(values, frames.rotation(source.frame, into))
-        return values
-
-    def _set_origin(self, rows: np.ndarray, places: list[int], source: Source) -> None:
-        """Where the mapping says nothing, the world's zero is at the first fix; what is no fix is said."""
-        chosen = rows[:, [place for place in places if place >= 0]]
-        there = is_fix(chosen)
-        if lost := int((~there).sum()):
-            self._report.note(f"`{source.topic}`: {counted(lost, 'sample')} without a fix")
-        if self._origin is None:
-            if not there.any():
-                raise DataError(f"{source.where}: none of the {len(rows)} samples in `{source.topic}` has a fix")
-            first = _physical(_columns(rows[np.flatnonzero(there)[:1]], places), source, self._mapping.water)[0]
-            height = first[2] if np.isfinite(first[2]) else 0.0
-            self._origin = (float(np.degrees(first[0])), float(np.degrees(first[1])), float(height))
-        latitude, longitude, height = self._origin
-        whose = "`origin`" if self._mapping.origin else "the first fix; `origin` in [model] sets it"
-        self._report.note(
-            f"the world's zero is at latitude {latitude:.7f}, longitude {longitude:.7f} degrees, height {height:.2f} m"
-            f": {whose}"
-        )
-
-    def mode(self) -> Signal | None:
-        """1 where the mode is one of the trials', else 0."""
-        if (mode := self._mapping.trials.mode) is None:
-            return None
-        topic, path, values = mode
-        samples = self._samples[topic]
-        wanted = [self._log.words.get(v, np.nan) if isinstance(v, str) else float(v) for v in values]
-        found = samples.values[:, samples.fields.index(path)]
-        if not np.isin(found, wanted).any():
-            words = {number: word for word, number in self._log.words.items()}
-            met = sorted({str(words.get(value, f"{value:g}")) for value in np.unique(found)})
-            raise DataError(
-                f"{self._mapping.name}, [trials] mode: `{path}` of `{topic}` is never {listed(map(str, values))}; "
-                f"it is {listed(met)}"
-            )
-        order = self._ordered(topic, self._clock(LOG))
-        return Signal("mode", order.times, np.isin(found[order.rows], wanted)[:, None], Source("", topic=topic))
-
-    def _clock(self, clock: str | None) -> str | None:
-        return clock_field(clock or self._mapping.time.clock, self._log, self._columns)
-
-    def _attitude(self, values: np.ndarray, source: Source) -> tuple[np.ndarray, np.ndarray]:
-        """Unit quaternions in the model's frames, and the lengths that they had."""
-        if values.shape[1] == 3:
-            found, lengths = frames.from_euler(values), np.ones(len(values))
-        else:
-            found = values if source.order == "wxyz" else values[:, [3, 0, 1, 2]]
-            lengths = np.linalg.norm(found, axis=1)
-            found = np.where((lengths > 0.1)[:, None], found / np.maximum(lengths, 1e-12)[:, None], np.nan)
-        if source.inverse:
-            found = frames.inverse(found)
-        own = "/".join(self._mapping.frames)
-        return frames.attitude(found, source.frame or own, self._mapping.frames), lengths
-
-    def _check_lengths(self, lengths: np.ndarray, source: Source) -> None:
-        middle = float(np.nanmedian(lengths)) if np.isfinite(lengths).any() else np.nan
-        if not abs(middle - 1) <= QUATERNION_TOLERANCE:
-            self._report.suspect(f"the quaternions of `{source.topic}` have a length of {middle:.4g}, not 1")
-
-    def _unwrap(self, name: str, values: np.ndarray) -> None:
-        """Take jumps by a turn out of angles, in place."""
-        column = values[:, 0]
-        finite = np.isfinite(column)
-        unwrapped = np.unwrap(column[finite])
-        if jumps := int((np.abs(np.diff(unwrapped - column[finite])) > 1).sum()):
-            self._report.note(f"`{name}`: {counted(jumps, 'jump')} by a turn taken out")
-        values[finite, 0] = unwrapped
-
-
-def _columns(rows: np.ndarray, places: list[int]) -> np.ndarray:
-    """Columns of rows, NaN where the place is -1."""
-    found = np.full((len(rows), len(places)), np.nan)
-    for column, place in enumerate(places):
-        if place >= 0:
-            found[:, column] = rows[:, place]
-    return found
-
-
-def _physical(raw: np.ndarray, source: Source, water: Water) -> np.ndarray:
-    """Raw numbers in SI, scaled and moved."""
-    values = raw.copy()
-    for column, unit in enumerate(source.units):
-        if source.table:
-            points, wanted = zip(*source.table)
-            values[:, column] = np.interp(raw[:, column], points, wanted)
-        elif unit is not None:
-            measured, factor = UNITS[unit]
-            values[:, column] *= factor
-            if measured == PULSE:
-                assert source.pulse is not None
-                order = np.argsort(source.pulse)
-                widths, ends = np.array(source.pulse)[order], np.array([-1.0, 0.0, 1.0])[order]
-                values[:, column] = np.interp(raw[:, column], widths, ends)
-            if measured == PRESSURE and source.quantity == LENGTH:
-                height = (water.surface_pressure - values[:, column]) / (water.density * water.gravity)
-                values[:, column] = height + water.surface
-    return values * np.array(source.scale) + np.array(source.offset)
-
-
-def _turned(values: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Vectors turned; a component is NaN only where one that it is made of is."""
-    turned = np.zeros_like(values)
-    for row in range(3):
-        for column in range(3):
-            if abs(matrix[row, column]) > 1e-12:
-                turned[:, row] += matrix[row, column] * values[:, column]
-    return turned

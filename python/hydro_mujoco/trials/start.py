@@ -54,4 +54,4 @@ def refuse_unmapped(model: Model, signals: Signals, name: str) -> None:
 def _at(signal: Signal, time: float) -> np.ndarray:
     longest = max(GAP * signal.period, LONGEST)
     method = slerp if signal.is_attitude else linear
-    return method(signal.times, signal.values, np.array([time]), longest)[0]
+    return method(*signal.within(time - longest, time + longest), np.array([time]), longest)[0]

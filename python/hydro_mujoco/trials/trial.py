@@ -1,4 +1,4 @@
-"""Trials as arrays, and the file that `hydro gap` and `mujoco.sysid` read.
+"""Trials as arrays, and what stands in the file that `hydro gap` and `mujoco.sysid` read.
 
 Time, as in `mujoco.sysid`'s `sysid_rollout`: `mj_step` reads sensors at the start of a step and labels the row with the
 time at its end. So a reading of time t is the row labelled t + timestep; commands and start keep their time.
@@ -8,8 +8,6 @@ import json
 from dataclasses import dataclass, field
 
 import numpy as np
-
-from ..recording.files import npz_bytes
 
 #: `SignalType` of mujoco.sysid.
 SENSOR, CONTROL = 0, 5
@@ -38,8 +36,8 @@ class Trial:
         """Readings of a sensor or prescribed joint, (n, dim)."""
         return self.readings[:, self.signals[name]]
 
-    def npz(self) -> bytes:
-        """The archive of `SystemTrajectory.save_to_disk`; without `initial_state` where it is not known."""
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Content of the archive of `SystemTrajectory.save_to_disk`; without `initial_state` where it is not known."""
         mapping = {f"{name}_ctrl": [CONTROL, [column]] for column, name in enumerate(self.actuators)}
         signals = {name: [SENSOR, columns] for name, columns in self.signals.items()}
         arrays = {
@@ -52,4 +50,4 @@ class Trial:
         }
         if self.initial_state is not None:
             arrays["initial_state"] = self.initial_state
-        return npz_bytes(arrays)
+        return arrays

@@ -7,7 +7,7 @@ import numpy as np
 from ..errors import DataError
 from .mapping.schema import Mapping, Trials
 from .report import Report
-from .resample import SNAP
+from .scratch import blocks
 from .signals import Signals
 from .words import counted, seconds
 
@@ -28,10 +28,6 @@ class Window:
     def seconds(self) -> float:
         """Its length."""
         return self.stop - self.start
-
-    def within(self, times: np.ndarray) -> np.ndarray:
-        """Which times lie in it."""
-        return (times >= self.start - SNAP) & (times <= self.stop + SNAP)
 
 
 def windows(signals: Signals, mapping: Mapping, report: Report) -> list[Window]:
@@ -105,7 +101,8 @@ def _without_gaps(series: list[np.ndarray], gap: float) -> list[Window]:
     """
     pieces: list[Window] = []
     for times in series:
-        ends = np.flatnonzero(np.diff(times) > gap)
+        at = [np.flatnonzero(np.diff(times[b.start : b.stop + 1]) > gap) + b.start for b in blocks(len(times))]
+        ends = np.concatenate(at)
         starts = np.concatenate([[0], ends + 1])
         pieces += [Window(float(times[a]), float(times[b])) for a, b in zip(starts, [*ends, times.size - 1])]
     pieces.sort(key=lambda piece: piece.start)
@@ -126,13 +123,17 @@ def _both(one: list[Window], other: list[Window]) -> list[Window]:
 
 def _on(times: np.ndarray, values: np.ndarray, end: float) -> list[Window]:
     """Where a held signal is not zero."""
-    found, start = [], None
-    for time, value in zip(times, values):
-        if value and start is None:
-            start = float(time)
-        elif not value and start is not None:
-            found.append(Window(start, float(time)))
-            start = None
+    found: list[Window] = []
+    start = None
+    for block in blocks(len(times)):
+        is_on = values[block] != 0
+        for place in np.flatnonzero(np.diff(is_on, prepend=start is not None)):
+            time = float(times[block.start + place])
+            if start is None:
+                start = time
+            else:
+                found.append(Window(start, time))
+                start = None
     return [*found, Window(start, float(end))] if start is not None else found
 
 

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from ...errors import DataError
+from ..scratch import Table
 from ..words import listed
 
 #: Kinds of a field.
 NUMBER, TEXT, TIME = "number", "text", "time"
-#: Numbers of single rows that are gathered before they are put away as an array.
+#: Numbers of single rows that are gathered before they are put away.
 PIECE = 1 << 16
 
 
@@ -45,7 +46,7 @@ class Samples:
 
 @dataclass
 class Log(ABC):
-    """A log file. Readers stream: what they keep are the numbers of the fields asked for, 8 bytes each.
+    """A log file. Readers stream: the numbers of the fields asked for are put away on disk, 8 bytes each.
 
     start: log time zero [ns], known after the first message; faults: what is wrong with the file;
     words: number that stands for each text of a field.
@@ -104,12 +105,11 @@ class Log(ABC):
 
 
 class Columns:
-    """Numbers that arrive row by row, or some rows at a time."""
+    """Numbers that arrive row by row, or some rows at a time, and are put away on disk."""
 
     def __init__(self, fields: Sequence[str]):
         self.fields = tuple(fields)
-        self._count = 0
-        self._pieces: list[np.ndarray] = []
+        self._table = Table(1 + len(self.fields))
         self._rows = array("d")
 
     def add(self, time: float, values: Iterable[float]) -> None:
@@ -122,26 +122,17 @@ class Columns:
     def extend(self, times: np.ndarray, values: np.ndarray) -> None:
         """Rows (n, fields)."""
         self._put_away()
-        self._pieces.append(np.column_stack([times, values]).astype(float, copy=False))
-        self._count += len(times)
+        self._table.append(np.column_stack([times, values]))
 
     def samples(self) -> Samples:
-        """All rows; they are not kept here any longer."""
+        """All rows; none can come any longer."""
         self._put_away()
-        times, values = np.empty(self._count), np.empty((self._count, len(self.fields)))
-        at, self._count = self._count, 0
-        while self._pieces:
-            piece = self._pieces.pop()
-            rows = slice(at - len(piece), at)
-            times[rows], values[rows] = piece[:, 0], piece[:, 1:]
-            at = rows.start
-        return Samples(self.fields, times, values)
+        rows = self._table.array()
+        return Samples(self.fields, rows[:, 0], rows[:, 1:])
 
     def _put_away(self) -> None:
         if self._rows:
-            piece = np.array(self._rows).reshape(-1, 1 + len(self.fields))
-            self._pieces.append(piece)
-            self._count += len(piece)
+            self._table.append(np.array(self._rows).reshape(-1, 1 + len(self.fields)))
             self._rows = array("d")
 
 

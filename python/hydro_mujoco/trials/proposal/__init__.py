@@ -1,6 +1,7 @@
 """What a log holds, and a mapping for it.
 
 messages.py  known messages: quantity, unit and frame of their fields
+names.py     units and times in the names of columns
 shapes.py    fields of unknown messages, grouped by name
 match.py     fields for the sensors and actuators of a model
 toml.py      the mapping's text

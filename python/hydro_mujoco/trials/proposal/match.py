@@ -3,16 +3,27 @@
 import difflib
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..log import Topic
 from ..model import Model, Sensor
-from ..units import ATTITUDE, LENGTH, PRESSURE, VELOCITY
+from ..units import ANGLE, ATTITUDE, LENGTH, PRESSURE, PULSE, RATIO, UNITS, VELOCITY
 from .messages import COMMAND, Group, groups
+from .names import unit_of
 from .shapes import shapes
 
 #: Similarity of names that is enough where the message's type says nothing.
 SIMILAR = 0.6
+#: What instruments are called, by type of sensor.
+CALLED = {
+    "velocimeter": ("dvl", "velocity", "vel"),
+    "framelinvel": ("velocity", "vel"),
+    "gyro": ("gyro", "gyr", "omega", "rates"),
+    "accelerometer": ("acc", "accel"),
+    "framepos": ("position", "pos"),
+    "framequat": ("attitude", "orientation", "quat", "q"),
+    "magnetometer": ("mag", "compass"),
+}
 #: Type of a ROS message of joints, and its field for a type of sensor.
 JOINT_STATE = "sensor_msgs/JointState"
 JOINT_FIELDS = {"jointpos": "position", "jointvel": "velocity", "jointactuatorfrc": "effort"}
@@ -60,7 +71,8 @@ def actuators(model: Model, topics: dict[str, Topic]) -> dict[str, Match]:
                 close = max(similarity(name, topic.name), similarity(name, group.fields[0]))
                 exact = _same(name, group.fields[0]) or _same(name, topic.name.strip("/").split("/")[-1])
                 if exact or (close > 0.85 and name not in found and group.quantity == COMMAND):
-                    found[name] = Match(topic, group, group.fields, "by name")
+                    unit = group.unit if group.unit is None or UNITS[str(group.unit)][0] in (PULSE, RATIO) else None
+                    found[name] = Match(topic, replace(group, unit=unit), group.fields, "by name")
     missing = [name for name in names if name not in found]
     if missing:
         arrays = [(topic, _commands(topic)) for topic in topics.values()]
@@ -110,7 +122,7 @@ def _turned(sensor: Sensor, model: Model, found: dict[str, Match], topics: Itera
     return [
         Match(topic, group, group.fields, f"velocity in the {other} of {topic.type}, turned by the attitude")
         for topic in topics
-        for group in groups(topic.type) or ()
+        for group in groups(topic.type) or shapes(topic.fields)
         if all(field in topic.fields for field in group.fields)
         and (group.quantity, group.frame_kind) == (VELOCITY, other)
     ]
@@ -130,16 +142,29 @@ def _joints(sensor: Sensor, model: Model, topics: Iterable[Topic]) -> list[Match
 
 
 def _by_shape(sensor: Sensor, topics: Iterable[Topic]) -> list[Match]:
+    """Fields of unknown messages, by what their names say."""
     sizes = {3, 4} if sensor.quantity == ATTITUDE else {sensor.dim}
     matches = []
     for topic in topics:
         if groups(topic.type) is not None:
             continue
         for group in shapes(topic.fields):
-            near = max(similarity(sensor.name, _stem(group)), similarity(sensor.name, topic.name))
-            if len(group.fields) in sizes and near >= SIMILAR:
-                matches.append(Match(topic, group, group.fields, "by name"))
+            if len(group.fields) not in sizes:
+                continue
+            if group.quantity:
+                if (group.quantity, group.frame_kind) == (sensor.quantity, sensor.frame):
+                    matches.append(Match(topic, group, group.fields, "by the ends of the names"))
+                continue
+            if max(_near(sensor, _stem(group)), _near(sensor, topic.name)) >= SIMILAR:
+                measured = ANGLE if sensor.quantity == ATTITUDE else sensor.quantity
+                fits = group.unit is None or UNITS[str(group.unit)][0] == measured
+                matches.append(Match(topic, group if fits else replace(group, unit=None), group.fields, "by name"))
     return matches
+
+
+def _near(sensor: Sensor, name: str) -> float:
+    """Likeness of a name to a sensor's, or to what instruments of its type are called."""
+    return max(similarity(word, name) for word in (sensor.name, *CALLED.get(sensor.type, ())))
 
 
 def _score(name: str, match: Match) -> tuple[float, float]:
@@ -150,7 +175,7 @@ def _score(name: str, match: Match) -> tuple[float, float]:
 
 def _stem(group: Group) -> str:
     """What the names of a group's fields have in common."""
-    first = group.fields[0]
+    first = unit_of(group.fields[0])[0]
     return first if len(group.fields) == 1 else re.sub(r"[._\[ ]?(roll|0|[xw])\]?$", "", first)
 
 
@@ -168,7 +193,7 @@ def _is_command(name: str) -> bool:
 
 
 def _same(one: str, other: str) -> bool:
-    return re.sub(r"_(ctrl|cmd|command)$", "", other.lower()) == one.lower()
+    return one.lower() in {re.sub(r"_(ctrl|cmd|command)$", "", name.lower()) for name in (other, unit_of(other)[0])}
 
 
 def _words(name: str) -> set[str]:

@@ -6,12 +6,16 @@ import re
 from ..assemble import LEAST_PERIOD
 from ..log import Topic
 from ..mapping import SCHEMA
-from ..model import Model
+from ..model import Model, Sensor
+from ..units import ACCELERATION, ANGLE, ATTITUDE, RATE
 from .match import Match
+from .names import time_of
 
 #: Length of a trial that is proposed, and the trials that it should leave at least.
 LENGTH, LEAST_TRIALS = 10.0, 4
 STAMP = "header.stamp"
+#: Quantity -> a unit that is common in logs, and the one that is meant where none is given.
+UNSAID = {ANGLE: ("deg", "rad"), ATTITUDE: ("deg", "rad"), RATE: ("deg/s", "rad/s"), ACCELERATION: ("g", "m/s^2")}
 
 
 def text(model: Model, sensors: dict[str, Match], actuators: dict[str, Match], is_table: bool) -> str:
@@ -21,7 +25,7 @@ def text(model: Model, sensors: dict[str, Match], actuators: dict[str, Match], i
     lines = [
         f'schema = "{SCHEMA}"',
         "",
-        *_time(sensors, model, stamped),
+        *(_time_of_table(used) if is_table else _time(sensors, model, stamped)),
         "",
         *_trials(used),
         "",
@@ -35,6 +39,7 @@ def text(model: Model, sensors: dict[str, Match], actuators: dict[str, Match], i
                 "",
                 f"[sensors.{_key(name)}]  # {sensor.type}: {sensors[name].why}",
                 *_source(sensors[name], stamped),
+                *(_asked(sensor, sensors[name]) if is_table else ()),
             ]
         else:
             what = f"{sensor.type}, {sensor.quantity or 'any quantity'}"
@@ -61,6 +66,24 @@ def _time(sensors: dict[str, Match], model: Model, stamped: bool | None) -> list
     if rates:
         period = max(round(max(1 / max(rates), LEAST_PERIOD) / model.timestep), 1) * model.timestep
         lines.append(f"period = {period:.6g}  # seconds between rows; the fastest sensor has {max(rates):.4g} Hz")
+    return lines
+
+
+def _time_of_table(used: dict[str, Topic]) -> list[str]:
+    found = time_of(name for topic in used.values() for name in topic.fields)
+    if found is None:
+        return ["[time]", '# clock = "..."  # which column is the time?']
+    return ["[time]", f"clock = {json.dumps(found[0])}", f"unit = {json.dumps(found[1])}"]
+
+
+def _asked(sensor: Sensor, match: Match) -> list[str]:
+    """What names of columns do not say, as comments."""
+    lines = []
+    if match.group.unit is None and (examples := UNSAID.get(sensor.quantity or "")) and len(match.fields) < 4:
+        lines.append(f"# unit = {json.dumps(examples[0])}  # if it is not {examples[1]}")
+    if match.group.frame is None and sensor.frame:
+        other, own = {"body": ("FRD", "FLU"), "world": ("NED", "ENU")}.get(sensor.frame, ("NED/FRD", "ENU/FLU"))
+        lines.append(f"# frame = {json.dumps(other)}  # if it is not {own}")
     return lines
 
 

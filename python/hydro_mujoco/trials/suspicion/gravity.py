@@ -26,18 +26,19 @@ def suspect_up(signals: Signals, model: Model, report: Report) -> None:
         kind, place = model.sensors[name].type, int(compiled.sensor(name).objid[0])
         if kind == "accelerometer":
             up = data.site_xmat[place].reshape(3, 3)[2]
-            _accelerometer(name, np.nanmean(signal.values, axis=0), up, gravity, report)
+            _accelerometer(name, np.nanmean(signal.some(), axis=0), up, gravity, report)
         elif kind == "framequat":
-            finite = signal.values[np.isfinite(signal.values).all(1)]
+            quaternions = signal.some()
+            finite = quaternions[np.isfinite(quaternions).all(1)]
             up = float(np.median(matrices(finite)[:, 2, 2]))
             if up < UPSIDE_DOWN:
                 report.suspect(
                     f"by `{name}` the vehicle is upside down most of the time (its z axis points {up:.2f} up): "
                     "NED/FRD taken for ENU/FLU, xyzw for wxyz, or one of the two frames alone"
                 )
-        elif kind == "framepos" and np.isfinite(signal.values[:, 2]).any():
+        elif kind == "framepos" and np.isfinite(signal.range[0][2]):
             start = data.xpos[1:, 2].min(initial=0.0)
-            low, high = float(np.nanmin(signal.values[:, 2])), float(np.nanmax(signal.values[:, 2]))
+            low, high = (float(bound[2]) for bound in signal.range)
             if start < -ABOVE and low > ABOVE:
                 report.suspect(
                     f"by `{name}` the vehicle is {low:.2f} to {high:.2f} m above z = 0, and the model starts at "

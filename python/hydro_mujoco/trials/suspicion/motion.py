@@ -14,6 +14,8 @@ from ..signals import Signal, Signals
 
 #: Rows a second on which motions are compared; seconds of a log that are looked at.
 RATE, LONGEST = 10.0, 600.0
+#: Samples further apart than this are not compared [s].
+MARGIN = 1.0
 #: Explained part of a gyro below which a reading of the attitude is doubted, and above which another is believed.
 DOUBTED, BELIEVED = 0.5, 0.8
 #: Least size of what is compared: rates [rad/s], speeds [m/s], heave thrust as a share of the largest.
@@ -48,11 +50,12 @@ def _rows(*signals: Signal) -> np.ndarray:
 
 
 def _at(signal: Signal, rows: np.ndarray) -> np.ndarray:
+    times, values = signal.within(rows[0] - MARGIN, rows[-1] + MARGIN)
     if signal.is_attitude:
-        return slerp(signal.times, signal.values, rows, 1.0)
+        return slerp(times, values, rows, MARGIN)
     if signal.period < 0.5 / RATE:
-        return low_pass(signal.times, signal.values, rows, 1 / RATE)[0]
-    return linear(signal.times, signal.values, rows, 1.0)
+        return low_pass(times, values, rows, 1 / RATE)[0]
+    return linear(times, values, rows, MARGIN)
 
 
 def _gyro(attitude: Signal, gyro: Signal, report: Report) -> None:
@@ -156,12 +159,12 @@ def _heave(position: Signal, signals: Signals, model: Model, report: Report) -> 
     """Thrust upwards moves a vehicle up, against the drag of water."""
     gains = _lift(model)
     thrust = [(gains[name], signal) for name, signal in signals.actuators.items() if abs(gains[name]) > 0]
-    if not thrust or not np.isfinite(position.values[:, 2]).any():
+    if not thrust or not np.isfinite(position.range[0][2]):
         return
     rows = _rows(position, *(signal for _, signal in thrust))
     if rows.size < LEAST_ROWS:
         return
-    pushes = (gain * hold(signal.times, signal.values, rows)[:, 0] for gain, signal in thrust)
+    pushes = (gain * hold(*signal.within(rows[0], rows[-1]), rows)[:, 0] for gain, signal in thrust)
     upwards = sum(pushes, np.zeros(rows.size))
     climb = np.gradient(_at(position, rows)[:, 2], 1 / RATE)
     if (np.isfinite(climb) & np.isfinite(upwards)).sum() < LEAST_ROWS:

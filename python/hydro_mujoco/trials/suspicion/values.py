@@ -6,6 +6,7 @@ import numpy as np
 
 from ..model import Model
 from ..report import Report
+from ..scratch import blocks
 from ..signals import Signals
 from ..units import ANGLE, RATE
 
@@ -18,18 +19,19 @@ BEYOND, PULSE = 0.02, 800.0
 def suspect_values(signals: Signals, model: Model, report: Report) -> None:
     """Say degrees taken for radians, commands out of range, signals that never change."""
     for name, signal in {**signals.sensors, **signals.joints}.items():
-        largest = float(np.nanmax(np.abs(signal.values)))
+        least, most = signal.range
+        largest = float(np.nanmax(np.abs([least, most])))
         quantity = signal.source.quantity
-        if quantity == ANGLE and largest > LARGEST_ANGLE and not _revolves(signal.values[:, 0]):
+        if quantity == ANGLE and largest > LARGEST_ANGLE and not _revolves(signal.values):
             report.suspect(f'`{name}` swings to {largest:.4g} rad: degrees? `unit = "deg"`')
         if quantity == RATE and largest > LARGEST_RATE:
             report.suspect(f'`{name}` reaches {largest:.4g} rad/s: degrees? `unit = "deg/s"`')
-        finite = signal.values[np.isfinite(signal.values).all(1)]
-        if len(finite) > 10 and not signal.is_attitude and not np.ptp(finite, axis=0).any():
-            report.suspect(f"`{name}` never changes: {np.round(finite[0], 6).tolist()} in all {len(finite)} samples")
+        count = len(signal.values)
+        if count > 10 and not signal.is_attitude and not (most - least).any():
+            report.suspect(f"`{name}` never changes: {np.round(least, 6).tolist()} in all {count} samples")
     for name, signal in signals.actuators.items():
         actuator = model.actuators[name]
-        low, high = float(np.nanmin(signal.values)), float(np.nanmax(signal.values))
+        low, high = (float(bound[0]) for bound in signal.range)
         if not math.isfinite(actuator.low + actuator.high):
             continue
         slack = BEYOND * (actuator.high - actuator.low)
@@ -42,6 +44,6 @@ def suspect_values(signals: Signals, model: Model, report: Report) -> None:
 
 
 def _revolves(angles: np.ndarray) -> bool:
-    """True where an angle only grows, as that of a wheel."""
-    angles = angles[np.isfinite(angles)]
-    return abs(angles[-1] - angles[0]) > 0.9 * np.abs(np.diff(angles)).sum()
+    """True where an angle (n, 1) only grows, as that of a wheel."""
+    way = sum(float(np.abs(np.diff(angles[b.start : b.stop + 1, 0])).sum()) for b in blocks(len(angles)))
+    return bool(abs(angles[-1, 0] - angles[0, 0]) > 0.9 * way)
