@@ -182,7 +182,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         .collect();
     say!("{}", table(&["", "nRMSE", "nRMSE, no buoyancy"], &beside));
     if let Some(attention) = &attention {
-        say_attention(attention);
+        say_attention(attention)?;
     }
     if let Some((rms, largest)) = rounding {
         say!(
@@ -198,7 +198,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 /// Total variations by head, and errors with other weights.
-fn say_attention(attention: &AttentionUse) {
+fn say_attention(attention: &AttentionUse) -> anyhow::Result<()> {
     let of_head = |head: usize| {
         let slopes = attention.from_slopes.as_ref().map(|apart| apart[head]);
         let numbers = [
@@ -233,6 +233,7 @@ fn say_attention(attention: &AttentionUse) {
         "{}",
         table(&["weights", "nRMSE", "nRMSE, no buoyancy"], &rows)
     );
+    Ok(())
 }
 
 /// Root mean square of the worst axis, and the largest, of a - b [standard deviations of the output].
