@@ -39,7 +39,7 @@ class Curve:
 def read(run: Path) -> Curve:
     """The curve of a folder of `hydro train`, named as the training (`out/ours.run` is `ours`).
 
-    `hydro compare` keeps its trainings in ROW/seed-N/run: `ROW/seed-N`.
+    Those of `hydro compare` and strip_models.sh, ROW/seed-N/run, are `ROW/seed-N`.
     """
     path = run / LOG
     if not path.is_file():
@@ -56,5 +56,6 @@ def read(run: Path) -> Curve:
     if not rows:
         raise DataError(f"{path}: empty; no pass of this training is done yet")
     place = run.resolve()
-    name = "/".join(place.parts[-3:-1]) if place.name == "run" else place.name.removesuffix(".run")
+    seeded = place.parent.name.startswith("seed-")
+    name = "/".join(place.parts[-3:-1]) if seeded else place.name.removesuffix(".run")
     return Curve(name, rows)
