@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Checkpoints of water that remembers, wrench and joint torques, the added mass in the inertia: the paper's four, a memoryless
 # perceptron and ours; each evaluated, swum in the plugin for 4 s and ten minutes, its curve drawn. Stopped at any time, it goes on where
-# it was. One process at a time: about three hours of a free core.
+# it was. One process at a time; hours.
 #
 #   scripts/strip_models.sh                   # every row
 #   scripts/strip_models.sh lstm mlp-ode      # these rows
