@@ -58,7 +58,7 @@ report "$out/first.html" "$out/first.mp4" --checkpoint models/b1-relaxation
 printf '\nThe first picture, after %d s: open %s/first.html\n' $((SECONDS - started)) "$out"
 
 step 'data to train on: 600 trajectories of 400 samples'
-"$python" scripts/gen_task2.py --out "$out/task2" --trials 600 --seed 0 --resume
+"$python" scripts/gen_task2.py --water ellipsoid --out "$out/task2" --trials 600 --seed 0 --resume
 
 step 'training a small Relaxation-ODE'
 "$hydro" train --data "$out/task2" --out "$out/model" --model relaxation-ode --preset demo --resume

@@ -154,6 +154,8 @@ with Cluster({self.nodes.address!r}, packages=[jobs]) as executor:
         command = [
             sys.executable,
             str(SCRIPTS / "gen_task2.py"),
+            "--water",
+            "ellipsoid",
             "--out",
             str(out),
             "--trials",

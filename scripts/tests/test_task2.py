@@ -19,6 +19,7 @@ from hydro_mujoco.jobs.here import Here
 from hydro_mujoco.jobs.processes import Processes
 from hydro_mujoco.recording import features, files, shards, simulation
 from hydro_mujoco.recording import plan as recording_plan
+from hydro_tools.commands import gen_task2
 from hydro_tools.datasets import DataError, dataset, gait, plan, scene, task2, waters
 from hydro_tools.datasets.regime import DENSITIES, GAITS, REGIMES, SPEEDS, USUAL
 from hydro_tools.repository import ROOT, SCRIPTS
@@ -151,7 +152,7 @@ class Bytes(unittest.TestCase):
 
 
 class AsBefore(unittest.TestCase):
-    """`--trials 6 --samples 50 --seed 3`, noted down at commit 49ee539, before the generator was built on `hydro_mujoco`.
+    """`--water ellipsoid --trials 6 --samples 50 --seed 3`, noted down at commit 49ee539, before the generator was built on `hydro_mujoco`.
 
     Where processor and packages are those of that time the shards have these sha256; elsewhere the sums are close.
     """
@@ -188,9 +189,11 @@ class AsBefore(unittest.TestCase):
     }
 
     def test_bytes(self):
-        settings = dataset.Settings("ref", 6, 3, 50, (0.8, 0.1, 0.1), 50, waters.ELLIPSOID.model)
         with tempfile.TemporaryDirectory() as folder:
-            manifest = dataset.generate(settings, Path(folder, "ref"), executor=Here())
+            arguments = ("--water", "ellipsoid", "--trials", 6, "--samples", 50, "--seed", 3, "--workers", 1)
+            run = subprocess.run(command("--out", Path(folder, "ref"), *arguments), capture_output=True, text=True)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            manifest = json.loads(Path(folder, "ref", "manifest.json").read_text())
             for split, sha256 in self.SHARDS.items():
                 (entry,) = manifest["splits"][split]["shards"]
                 if entry["sha256"] != sha256:
@@ -304,14 +307,15 @@ class Strips(unittest.TestCase):
         self.assertTrue((np.diff(mixed.push, axis=0)[sample - 1] == 0).all(axis=1).any())
 
     def test_an_added_mass_in_the_inertia_wants_strips_without_a_surface(self):
-        strip = ["--water", "strip", "--added-mass", "inertia", "--waterline", "1"]
-        for flags, words in ((strip, "expected no --waterline"), (strip[2:4], "expected --water strip")):
+        strip = ["--added-mass", "inertia", "--waterline", "1"]
+        ellipsoid = ["--water", "ellipsoid", "--added-mass", "inertia"]
+        for flags, words in ((strip, "expected no --waterline"), (ellipsoid, "expected --water strip")):
             run = subprocess.run(command("--out", self.temporary.name, *flags), capture_output=True, text=True)
             self.assertEqual(run.returncode, 2)
             self.assertIn(words, run.stderr)
 
     def test_a_waterline_wants_strips_and_a_number(self):
-        for flags in (["--waterline", "1"], ["--water", "strip", "--waterline", "nan"]):
+        for flags in (["--water", "ellipsoid", "--waterline", "1"], ["--waterline", "nan"]):
             run = subprocess.run(command("--out", self.temporary.name, *flags), capture_output=True, text=True)
             self.assertEqual(run.returncode, 2)
             self.assertIn("expected a height [m], with --water strip", run.stderr)
@@ -498,12 +502,22 @@ class CommandLine(unittest.TestCase):
     def test_bad_splits(self):
         self.assertIn("sum to 1", self.refused("--splits", "0.5,0.1,0.1", code=2))
 
+    def test_strips_are_the_default_and_each_water_switches_in_its_way(self):
+        for flags, water, switch in (
+            ([], "strip", plan.ALL),
+            (["--water", "ellipsoid"], "ellipsoid", plan.MIXED),
+            (["--switch", "mixed"], "strip", plan.MIXED),
+        ):
+            with mock.patch.object(sys, "argv", ["gen_task2.py", *flags]):
+                args = gen_task2.parse()
+            self.assertEqual((args.water, args.switch, args.added_mass), (water, switch, waters.IN_LABEL))
+
     def test_unknown_regime(self):
         self.assertIn("choose from 'usual', 'speeds', 'densities', 'gaits'", self.refused("--regime", "fast", code=2))
 
     def test_other_regimes_are_for_the_test_split(self):
         with tempfile.TemporaryDirectory() as folder:
-            arguments = ("--regime", "densities", "--trials", 2, "--samples", 5, "--workers", 1)
+            arguments = ("--regime", "densities", "--trials", 2, "--samples", 5, "--workers", 1, "--water", "ellipsoid")
             run = subprocess.run(command("--out", Path(folder, "out"), *arguments), capture_output=True, text=True)
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertIn("train 0, val 0, test 2 trajectories", run.stdout)
@@ -527,7 +541,8 @@ class CommandLine(unittest.TestCase):
     def test_killed_and_resumed(self):
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder, "out")
-            arguments = ("--out", out, "--trials", 12, "--samples", 30, "--shard-size", 1, "--workers", 2)
+            sizes = ("--trials", 12, "--samples", 30, "--shard-size", 1)
+            arguments = ("--out", out, *sizes, "--workers", 2, "--water", "ellipsoid")
             run = subprocess.Popen(command(*arguments), stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
             until = time.monotonic() + 30
             while not list(out.glob("*.safetensors")) and time.monotonic() < until:

@@ -2,13 +2,13 @@
 
 use std::{convert::Infallible, path::PathBuf};
 
-use anyhow::bail;
+use anyhow::{Context as _, bail};
 use hydro_model::{EngineKind, Outputs, Solver, checkpoint::Checkpoint};
 use hydro_training::{
     InitialForce,
     comparison::{Predict, open_loop, precomputed},
     dataset::Dataset,
-    metrics::predict_by_engine,
+    metrics::{AttentionUse, attention_use, predict_by_engine},
 };
 
 use super::{
@@ -39,6 +39,9 @@ pub(super) struct Args {
     /// fused, fused-f16, fused-i16 or candle.
     #[arg(long, default_value_t = EngineKind::Fused)]
     engine: EngineKind,
+    /// Of an Attention-ODE: how far its weights are from uniform, and its error with other weights in their place.
+    #[arg(long)]
+    attention: bool,
     /// Print one JSON value and nothing else.
     #[arg(long)]
     json: bool,
@@ -81,6 +84,18 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             args.split
         );
     }
+    let attention = if args.attention {
+        let found = attention_use(&checkpoint, &split)?;
+        Some(found.with_context(|| {
+            format!(
+                "--attention: {} is of the kind {}, which has none; expected attention-ode",
+                args.checkpoint.display(),
+                checkpoint.card.model.kind()
+            )
+        })?)
+    } else {
+        None
+    };
     let engine = checkpoint.engine(args.engine, args.solver)?;
     print_note_of(args.engine);
     let name = checkpoint.card.model.kind().to_owned();
@@ -118,7 +133,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             "checkpoint": args.checkpoint.display().to_string(), "data": args.data.display().to_string(), "split": args.split, "start": args.start,
             "trajectories": result.trajectories, "outputs": result.outputs, "errors": row.errors,
             "yardsticks": &result.rows[1..], "other_water": other_water,
-            "halves": rounding_of(EngineKind::FusedF16), "int16": rounding_of(EngineKind::FusedI16),
+            "halves": rounding_of(EngineKind::FusedF16), "int16": rounding_of(EngineKind::FusedI16), "attention": attention,
         }));
     }
     say!(
@@ -166,6 +181,9 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
         })
         .collect();
     say!("{}", table(&["", "nRMSE", "nRMSE, no buoyancy"], &beside));
+    if let Some(attention) = &attention {
+        say_attention(attention)?;
+    }
     if let Some((rms, largest)) = rounding {
         say!(
             "{} instead of single precision: {rms:.1e} rms, {largest:.1e} at most, in standard deviations of the output, worst \
@@ -176,6 +194,45 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
             }
         );
     }
+    Ok(())
+}
+
+/// Total variations by head, and errors with other weights.
+fn say_attention(attention: &AttentionUse) -> anyhow::Result<()> {
+    let of_head = |head: usize| {
+        let slopes = attention.from_slopes.as_ref().map(|apart| apart[head]);
+        let numbers = [
+            Some(attention.from_uniform[head]),
+            slopes,
+            Some(attention.from_mean[head]),
+        ];
+        let words = numbers
+            .map(|apart| apart.map_or_else(|| "-".to_owned(), |apart| format!("{apart:.3}")));
+        std::iter::once((head + 1).to_string())
+            .chain(words)
+            .collect()
+    };
+    let heads: Vec<Vec<String>> = (0..attention.mean.len()).map(of_head).collect();
+    say!(
+        "Total variation of the attention's weights, mean over samples: from uniform, from the fixed slopes' alone, from their \
+         own mean"
+    );
+    say!("{}", table(&["head", "uniform", "slopes", "mean"], &heads));
+    let rows: Vec<Vec<String>> = attention
+        .ablations
+        .iter()
+        .map(|row| {
+            let errors = [row.nrmse, row.nrmse_hydrodynamic].map(|error| format!("{error:.4}"));
+            std::iter::once(row.weights.to_owned())
+                .chain(errors)
+                .collect()
+        })
+        .collect();
+    say!("From the true first force, with these weights:");
+    say!(
+        "{}",
+        table(&["weights", "nRMSE", "nRMSE, no buoyancy"], &rows)
+    );
     Ok(())
 }
 

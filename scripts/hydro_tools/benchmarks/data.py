@@ -24,6 +24,8 @@ def task2(trials: int = TRIALS, samples: int = SAMPLES) -> Path:
         command = [
             sys.executable,
             "scripts/gen_task2.py",
+            "--water",
+            "ellipsoid",
             "--out",
             str(folder),
             "--trials",

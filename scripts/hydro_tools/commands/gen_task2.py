@@ -6,13 +6,13 @@ Writes `hydro-dataset/1`: shards `{train,val,test}-*.safetensors` and `manifest.
 has 400 samples at 10 ms (five 2 ms physics steps) and 40 switches of condition; its label is the
 water's wrench on the base at the same state as the features, in the base frame about the base
 origin [N, N m], clean and with 10 % noise. --regime speeds, densities or gaits draws these from
-outside the usual ranges, to test what was trained inside them. --water strip is strip theory with
+outside the usual ranges, to test what was trained inside them. The water is strip theory with
 added mass and wakes: water that remembers; its shards also hold `generalised` [M,T,18], the water's
 force on every degree of freedom (world force, base torque, joint torques), `generalised_hydrostatic`,
 the buoyancy in it, and `added_mass` [M,T,6], that part of the wrench. With --added-mass inertia the
-label is without that part, and the manifest lists the matrices. The same seed gives the same bytes
-at any number of workers, here or on the nodes of a Ray cluster (--ray). Needs pip install -e
-python -e scripts, and scripts[ray] for --ray.
+label is without that part, and the manifest lists the matrices. --water ellipsoid is MuJoCo's own
+fluid, without memory. The same seed gives the same bytes at any number of workers, here or on the
+nodes of a Ray cluster (--ray). Needs pip install -e . -e scripts, and scripts[ray] for --ray.
 """
 
 import argparse
@@ -30,7 +30,7 @@ from hydro_mujoco.jobs.processes import Processes
 from hydro_mujoco.recording import arguments
 from hydro_mujoco.recording.dataset import empty_splits
 from hydro_tools.datasets import DataError, dataset, plan, regime
-from hydro_tools.datasets.waters import ADDED_MASS, ELLIPSOID, IN_INERTIA, IN_LABEL, STRIP, WATERS
+from hydro_tools.datasets.waters import ADDED_MASS, IN_INERTIA, IN_LABEL, STRIP, WATERS
 from hydro_tools.jobs.cluster import Cluster
 
 
@@ -67,9 +67,9 @@ def parse() -> argparse.Namespace:
     parser.add_argument(
         "--water",
         choices=WATERS,
-        default=ELLIPSOID.name,
-        help="truth: ellipsoid is MuJoCo's own fluid, as identified; strip is strip theory with added mass in the "
-        "inertia and a wake a strip (default: %(default)s)",
+        default=STRIP.name,
+        help="truth: strip is strip theory with added mass in the inertia and a wake a strip; ellipsoid is MuJoCo's "
+        "own fluid, as identified (default: %(default)s)",
     )
     parser.add_argument(
         "--switch",

@@ -39,7 +39,8 @@ class Run:
         # The name of a data set stands in its manifest: the same for every run.
         out = folder / "task2"
         began, self.first_mib, self.own_mib, self.shared_mib = time.monotonic(), 0.0, 0.0, 0.0
-        command = [sys.executable, GENERATOR, "--out", out, "--trials", trials, "--shard-size", shard_size, *where]
+        command = [sys.executable, GENERATOR, "--water", "ellipsoid", "--out", out, "--trials", trials]
+        command += ["--shard-size", shard_size, *where]
         with subprocess.Popen(
             [*map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
         ) as run:

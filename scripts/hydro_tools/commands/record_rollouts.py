@@ -54,7 +54,7 @@ def parse() -> argparse.Namespace:
         "--water",
         choices=WATERS,
         default=ELLIPSOID.name,
-        help="truth, as in gen_task2.py (default: %(default)s)",
+        help="truth, as in gen_task2.py, whose default is strip (here: %(default)s)",
     )
     parser.add_argument(
         "--added-mass",

@@ -79,7 +79,9 @@ def make(folder: Path, program: Path) -> dict[str, Job]:
     resume = ("--resume",)
     going_on = re.compile(r"going on after [1-9]\d*")
     return {
-        "gen_task2.py": Job(python(SCRIPTS / "gen_task2.py", "--out", "out", *sizes), resume, going_on, _has_shards),
+        "gen_task2.py": Job(
+            python(SCRIPTS / "gen_task2.py", "--water=ellipsoid", "--out", "out", *sizes), resume, going_on, _has_shards
+        ),
         "hydro_mujoco.record": Job(
             python("-m", "hydro_mujoco.record", "--model", model, "--out", "out", *sizes), resume, going_on, _has_shards
         ),

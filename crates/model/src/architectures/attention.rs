@@ -11,7 +11,7 @@
 //! 4^(1-head): the first head starts out with the newest sample, the others look further back (after
 //! O. Press, N. Smith, M. Lewis, "Train Short, Test Long", arXiv:2108.12409); `bias` is learned.
 
-use candle_core::{D, DType, Result, Tensor};
+use candle_core::{D, Result, Tensor};
 use candle_nn::{Init, VarBuilder};
 
 use crate::operations::{
@@ -71,12 +71,9 @@ impl Attention {
         qkv.reshape((batch, samples, 3 * width))
     }
 
-    /// Mean weight of each lag, newest first, `[H][W]`, over all samples of embeddings [B, W-1+S, E].
-    pub(crate) fn mean_weights(&self, embeddings: &Tensor) -> Result<Vec<Vec<f64>>> {
-        softmax_weights(&self.config, &self.projected(embeddings)?, &self.lag_bias)?
-            .mean((0, 1))?
-            .to_dtype(DType::F64)?
-            .to_vec2()
+    /// Weight of each lag, newest first, [B S, H, W], of embeddings [B, W-1+S, E].
+    pub(crate) fn weights(&self, embeddings: &Tensor) -> Result<Tensor> {
+        softmax_weights(&self.config, &self.projected(embeddings)?, &self.lag_bias)?.flatten(0, 1)
     }
 
     /// One window of embeddings [W, E] -> [1, E], by Candle's own operations and without threads.
@@ -126,7 +123,7 @@ impl Attention {
 
 #[cfg(test)]
 mod tests {
-    use candle_core::{Device, Var};
+    use candle_core::{DType, Device, Var};
 
     use super::*;
     use crate::testing::ramp;

@@ -6,6 +6,7 @@ use super::bounds::MOST_TOKENS;
 use crate::{
     encoding::{Encoder, Encoding},
     features::FeatureLayout,
+    operations::attention::slope,
 };
 
 /// Tokens of the attention.
@@ -71,6 +72,11 @@ impl Default for AttentionOdeConfig {
 }
 
 impl AttentionOdeConfig {
+    /// What the score of a past sample loses by the fixed slope of a head, for each sample of lag: 4^(1-head).
+    pub fn slope(head: usize) -> f64 {
+        slope(head)
+    }
+
     /// Reason why a model of these sizes cannot be built, if there is one.
     pub(crate) fn fault(&self) -> Option<String> {
         let sizes = [self.window, self.heads, self.embedding, self.latent];

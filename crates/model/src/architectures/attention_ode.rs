@@ -81,12 +81,12 @@ impl AttentionOde {
         }
     }
 
-    /// Mean weight of each token `[H][..]` over all samples of z [B, W-1+S, n]: of each lag, or of each number of the window,
-    /// newest sample first.
-    pub fn mean_weights(&self, z: &Tensor) -> Result<Vec<Vec<f64>>> {
+    /// Weight of each token [B S, H, N] at every sample of z [B, W-1+S, n]: of each lag, or of each number of the window (mean
+    /// over the attending numbers), newest sample first.
+    pub fn weights(&self, z: &Tensor) -> Result<Tensor> {
         match &self.sight {
-            Sight::Samples(attention) => attention.mean_weights(z),
-            Sight::Features(attention) => attention.mean_weights(z),
+            Sight::Samples(attention) => attention.weights(z),
+            Sight::Features(attention) => attention.weights(z),
         }
     }
 

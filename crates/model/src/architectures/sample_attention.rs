@@ -61,9 +61,9 @@ impl SampleAttention {
         affine(&mixed, &self.latent)?.reshape((batch, steps, ()))
     }
 
-    /// Mean weight of each lag, newest first, `[H][W]`, over all samples of z [B, W-1+S, n].
-    pub(super) fn mean_weights(&self, z: &Tensor) -> Result<Vec<Vec<f64>>> {
-        self.attention.mean_weights(&self.embeddings(z)?)
+    /// Weight of each lag, newest first, [B S, H, W], of z [B, W-1+S, n].
+    pub(super) fn weights(&self, z: &Tensor) -> Result<Tensor> {
+        self.attention.weights(&self.embeddings(z)?)
     }
 
     /// h [1, l] of one window z [W, n], by Candle's own operations and without threads.

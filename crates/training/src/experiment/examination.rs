@@ -6,7 +6,6 @@ use hydro_model::checkpoint::Checkpoint;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    attention::attention_by_lag,
     detail::{Detail, detail},
     energy::{Energy, energy},
     fluctuation::fluctuation,
@@ -17,7 +16,7 @@ use crate::{
     TrainError,
     comparison::Ratios,
     dataset::Split,
-    metrics::{ErrorSums, Errors, InitialForce},
+    metrics::{ErrorSums, Errors, InitialForce, mean_attention},
 };
 
 /// Forces from which trajectories are integrated. The paper starts from the true one, which a simulation does not have.
@@ -161,7 +160,7 @@ pub fn examine(
         fluctuation: fluctuation(test, &from_truth),
         noise,
         beyond,
-        attention: attention_by_lag(predictor.model(), test)?,
+        attention: mean_attention(predictor.model(), test)?,
         example: from_truth.first().map_or_else(Vec::new, |forces| {
             let rows = forces.chunks_exact(test.outputs());
             rows.map(|row| row.iter().map(|value| *value as f32).collect())

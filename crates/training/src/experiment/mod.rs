@@ -9,7 +9,6 @@
 //! C. Wang, A. Liang, F. Han, X. Zeng, Z. Li, D. Fan, J. Kober, "Learning Adaptive Hydrodynamic Models Using
 //! Neural ODEs in Complex Conditions", section Experiments.
 
-mod attention;
 mod budget;
 mod claims;
 mod cost;
@@ -32,7 +31,6 @@ mod tests;
 mod yardsticks;
 
 pub use self::{
-    attention::attention_by_lag,
     budget::Budget,
     cost::{Cost, ROUNDS, Timed, time_engines},
     detail::Detail,

@@ -1,5 +1,6 @@
 //! Errors of a model on recorded inputs: open loop, over whole trajectories, against the clean wrench.
 
+mod attention;
 mod errors;
 mod evaluation;
 mod initial_force;
@@ -8,6 +9,7 @@ mod yardsticks;
 
 pub(crate) use self::evaluation::evaluate_model;
 pub use self::{
+    attention::{Ablation, AttentionUse, attention_use, mean_attention},
     errors::{ErrorSums, Errors},
     evaluation::{Evaluation, evaluate},
     initial_force::{InitialForce, UnknownInitialForce},
