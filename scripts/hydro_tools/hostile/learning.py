@@ -6,20 +6,18 @@ import random
 import shutil
 from pathlib import Path
 
-from ..repository import SCRIPTS
 from . import odd
 from .bases import MODELS, SCENE, Bases
-from .running import Case
+from .running import Case, SceneCase
 
 SIZES = ("config", "sample_period", "normaliser", "envelope", "features", "outputs")
 
 
-def plugin(bases: Bases, folder: Path, xml: str) -> Case:
+def plugin(bases: Bases, folder: Path, xml: str) -> SceneCase:
     """The scene, compiled and stepped in Python."""
     scene = folder / "scene.xml"
     odd.put(scene, xml)
-    command = [bases.python, "-m", "hydro_tools.hostile.plugin_case", bases.library, scene]
-    return Case(command, environment={"PYTHONPATH": str(SCRIPTS), "MUJOCO_LOG": "", "OMP_NUM_THREADS": "1"})
+    return SceneCase(bases.library, scene)
 
 
 def config(**attributes: object) -> str:
@@ -37,7 +35,7 @@ def _checkpoint(bases: Bases, folder: Path, rng: random.Random) -> Path:
     return out
 
 
-def _use(bases: Bases, folder: Path, rng: random.Random, out: Path) -> Case:
+def _use(bases: Bases, folder: Path, rng: random.Random, out: Path) -> Case | SceneCase:
     """A checkpoint in one of its uses."""
     use = rng.choice(("inspect", "evaluate", "evaluate", "plugin"))
     if use == "inspect":
@@ -50,14 +48,14 @@ def _use(bases: Bases, folder: Path, rng: random.Random, out: Path) -> Case:
     return Case([bases.program, "evaluate", "--checkpoint", out, "--data", bases.data, *flags])
 
 
-def card(bases: Bases, folder: Path, rng: random.Random) -> Case:
+def card(bases: Bases, folder: Path, rng: random.Random) -> Case | SceneCase:
     """Values of card.json."""
     out = _checkpoint(bases, folder, rng)
     odd.in_json(rng, out / "card.json", SIZES)
     return _use(bases, folder, rng, out)
 
 
-def weights(bases: Bases, folder: Path, rng: random.Random) -> Case:
+def weights(bases: Bases, folder: Path, rng: random.Random) -> Case | SceneCase:
     """weights.safetensors torn, with a card that vouches for it."""
     out = _checkpoint(bases, folder, rng)
     path = out / "weights.safetensors"
