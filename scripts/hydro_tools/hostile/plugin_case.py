@@ -21,7 +21,8 @@ from .limits import Limits
 #: Steps of a scene.
 STEPS = 30
 _FORKS = multiprocessing.get_context("forkserver")
-_FORKS.set_forkserver_preload([__name__])
+# What the main module of a campaign imports too, for every fork looks into that.
+_FORKS.set_forkserver_preload([__name__, "hydro_tools.commands.hostile"])
 
 
 class Scene:
