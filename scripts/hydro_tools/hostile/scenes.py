@@ -1,10 +1,12 @@
 """Hostile inputs of the plugin and of URDF, and files that are no files: pipes, devices, folders, odd names."""
 
+import functools
 import os
 import random
 import shutil
 from pathlib import Path
 
+from ..soak import catalogue
 from . import odd
 from .bases import EFFECTS, SCENE, Bases, gap_flags
 from .learning import config, plugin
@@ -24,9 +26,18 @@ ATTRIBUTES = (
 )
 
 
+@functools.cache
+def _catalogue() -> tuple[dict, ...]:
+    """Every effect of the catalogue with typical values, on the parts of the scene."""
+    parts = {"hull": "hull", "fin": "fin", "hinge": "thigh", "tail": "fin"}
+    return tuple(each.entry() | {"target": parts[each.target]} for each in catalogue.effects())
+
+
 def effects(bases: Bases, folder: Path, rng: random.Random) -> SceneCase:
     """Named effects in an MJCF."""
-    text = odd.json_bytes(rng, EFFECTS, ("parameters", "parameters")).decode("utf-8", "replace").replace("\0", "")
+    some = {**EFFECTS, "effects": rng.sample(_catalogue(), rng.choice((1, 1, 2, 3)))}
+    document = some if rng.random() < 0.7 else EFFECTS
+    text = odd.json_bytes(rng, document, ("parameters", "parameters")).decode("utf-8", "replace").replace("\0", "")
     if rng.random() < 0.3:
         path = folder / "effects.json"
         path.write_text(text)
