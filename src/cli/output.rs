@@ -86,6 +86,9 @@ mod tests {
             source: std::io::Error::other("is a pipe; expected a file"),
         };
         let text = message(&anyhow::Error::from(error).context("--checkpoint"));
-        assert_eq!(text, "--checkpoint: model/card.json: is a pipe; expected a file");
+        assert_eq!(
+            text,
+            "--checkpoint: model/card.json: is a pipe; expected a file"
+        );
     }
 }
