@@ -213,9 +213,9 @@ fn an_interrupted_comparison_goes_on_to_the_same_results() {
     // A very fast machine may finish first, and then there is nothing to go on with, which must hold too.
     if !child.wait().unwrap().success() {
         assert!(!job.join("result.json").exists());
-        assert!(words.contains("goes on where it was"), "{words}");
+        assert!(words.contains("the same command goes on"), "{words}");
     }
-    let begun = !job.join("result.json").exists();
+    let begun = !job.join("result.json").exists() && job.join("run/state.safetensors").exists();
     let again = cut.compare(&flags);
     let words = String::from_utf8_lossy(&again.stderr);
     assert!(again.status.success(), "{words}");
@@ -246,16 +246,13 @@ fn a_killed_comparison_leaves_no_job_at_work() {
     let job = place.out().join("jobs/2/relaxation-ode/seed-0");
     wait_until(|| job.join("run/state.safetensors").exists());
     let holder = fs::read_to_string(job.join(".lock")).unwrap();
-    let child = holder.split_once(' ').unwrap().0.to_owned();
-    assert_ne!(child, parent.id().to_string());
+    assert!(
+        !holder.starts_with(&format!("{} ", parent.id())),
+        "{holder}"
+    );
     parent.kill().unwrap();
     parent.wait().unwrap();
-    // One that has ended stays in the table of processes until somebody waits for it.
-    wait_until(|| {
-        let status = fs::read_to_string(format!("/proc/{child}/stat"));
-        status.map_or(true, |text| text.contains(") Z "))
-    });
-    FolderLock::take(&job.join(".lock"), "test").unwrap();
+    wait_until(|| FolderLock::take(&job.join(".lock"), "test").is_ok());
 }
 
 /// Waits for a condition, a minute at most.

@@ -13,7 +13,7 @@ from pathlib import Path
 from .jobs import environment
 
 #: Seconds that a command may take, and that its workers may outlive it.
-PATIENCE, WORKERS = 120.0, 10.0
+PATIENCE, WORKERS = 600.0, 10.0
 _ABORT = re.compile(r"panicked at|Traceback \(most|memory allocation of")
 
 #: What the one says that is refused: the other one is at work, or was.
