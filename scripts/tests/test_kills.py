@@ -112,8 +112,14 @@ def test_times_and_commands_may_differ_and_nothing_else(tmp_path: Path):
     row = b"| LSTM | 792 | 2.0 (1 to 3) | 5 | 57 |"
     assert plain("README.md", row) == plain("README.md", row.replace(b"| 5 | 57 |", b"| 14 | 9 |"))
     assert plain("README.md", row) != plain("README.md", row.replace(b"792", b"793"))
-    result = {"training": {"epochs": 3, "seconds": 1.5, "peak_memory_mib": 9.0}, "rows": [{"train_seconds": 1}]}
-    other = {"training": {"epochs": 3, "seconds": 2.5, "peak_memory_mib": 8.0}, "rows": [{"train_seconds": 2}]}
+    result = {
+        "training": {"epochs": 3, "seconds": 1.5, "threads": 1, "peak_memory_mib": 9.0},
+        "rows": [{"train_seconds": 1}],
+    }
+    other = {
+        "training": {"epochs": 3, "seconds": 2.5, "threads": 2, "peak_memory_mib": 8.0},
+        "rows": [{"train_seconds": 2}],
+    }
     for name, alike in (("result.json", True), ("find.json", False)):
         assert (plain(name, json.dumps(result).encode()) == plain(name, json.dumps(other).encode())) == alike
     other["training"]["epochs"] = 4

@@ -9,9 +9,9 @@ from pathlib import Path
 FREE = {"timing.json"}
 #: Members of JSON objects that name the last command, and digests over them.
 COMMANDS = ("command", "card_sha256")
-#: Files of `hydro compare`, and their members, at any depth, that are times and memory.
+#: Files of `hydro compare`, and their members, at any depth, of what a training cost: fewer jobs have more threads.
 COMPARISON = {"compare.json", "result.json", "training.json"}
-COSTS = {"seconds", "train_seconds", "peak_memory", "peak_memory_mib"}
+COSTS = {"seconds", "train_seconds", "threads", "peak_memory", "peak_memory_mib"}
 _TIMES = re.compile(rb'<p class="note">Time: [^<]*</p>')
 #: The last two columns of the table of what a training costs [s], [MiB].
 _COLUMNS = re.compile(rb"\| \d+ \| \d+ \|$", re.MULTILINE)
