@@ -43,22 +43,25 @@ fuzz() {
   target=$1
   mkdir -p "out/fuzz/$target" "fuzz/artifacts/$target"
   # 10 s and 2 GB for an input of 16 kB; no single allocation above 1 GB.
-  "fuzz/target/x86_64-unknown-linux-gnu/release/$target" "out/fuzz/$target" "fuzz/corpus/$target" \
+  TIMEFORMAT='%U %S'
+  { time "fuzz/target/x86_64-unknown-linux-gnu/release/$target" "out/fuzz/$target" "fuzz/corpus/$target" \
     -artifact_prefix="fuzz/artifacts/$target/" -max_total_time="$SECONDS_EACH" -max_len=16384 -timeout=10 \
-    -rss_limit_mb=2048 -malloc_limit_mb=1024 -print_final_stats=1 >"out/fuzz/$target.log" 2>&1 || true
+    -rss_limit_mb=2048 -malloc_limit_mb=1024 -print_final_stats=1 >"out/fuzz/$target.log" 2>&1; } \
+    2>"out/fuzz/$target.seconds" || true
 }
 export -f fuzz
 printf '%s\n' "${targets[@]}" | xargs -P "${JOBS:-2}" -I{} bash -c 'fuzz {}'
 
 findings=0
-echo '| target | seconds | executions | findings | inputs that reach something new |'
-echo '|---|---|---|---|---|'
+echo '| target | processor seconds | executions | a processor second | findings | inputs that reach something new |'
+echo '|---|---|---|---|---|---|'
 for target in "${targets[@]}"; do
   executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "out/fuzz/$target.log")
-  seconds=$(sed -n 's/^Done [0-9]* runs in \([0-9]*\) second.*/\1/p' "out/fuzz/$target.log")
+  seconds=$(awk '{ print int($1 + $2 + 0.5) }' "out/fuzz/$target.seconds")
   count=$(find "fuzz/artifacts/$target" -type f | wc -l)
   corpus=$(find "out/fuzz/$target" -type f | wc -l)
-  echo "| \`$target\` | ${seconds:-stopped} | ${executions:-0} | $count | $corpus |"
+  rate=$((${executions:-0} / (seconds > 0 ? seconds : 1)))
+  echo "| \`$target\` | $seconds | ${executions:-0} | $rate | $count | $corpus |"
   findings=$((findings + count))
 done
 [ "$findings" -eq 0 ]

@@ -1,15 +1,21 @@
 """The campaign of hostile inputs judges what it sees, repeats itself from its seed, and goes on where it was."""
 
 import json
+import os
 import random
 import subprocess
 import sys
 from pathlib import Path
 
+import mujoco
 import pytest
 
+from hydro_mujoco.plugin import built_library
 from hydro_tools.hostile import campaign, odd
-from hydro_tools.hostile.running import Case, Limits, judge, run
+from hydro_tools.hostile.bases import EFFECTS, SCENE
+from hydro_tools.hostile.learning import config
+from hydro_tools.hostile.limits import Limits
+from hydro_tools.hostile.running import Case, Outcome, SceneCase, judge, run
 
 LIMITS = Limits(1 << 30, 0.5)
 
@@ -37,7 +43,8 @@ def test_the_end_of_a_command_is_judged(status: int, text: str, stopped: float |
 def test_what_has_no_end_is_stopped(tmp_path: Path):
     endless = [sys.executable, "-c", "import time\ntry:\n    time.sleep(60)\nexcept KeyboardInterrupt:\n    pass"]
     assert run(Case(endless, may_run_on=True), LIMITS, tmp_path).result == "accepted"
-    assert run(Case(endless), LIMITS, tmp_path).why.startswith("not at an end in time")
+    busy = ["sh", "-c", "while :; do :; done"]
+    assert run(Case(busy), LIMITS, tmp_path).why.startswith("not at an end in time")
     deaf = [sys.executable, "-c", "import signal, time\nsignal.signal(2, signal.SIG_IGN)\ntime.sleep(60)"]
     assert run(Case(deaf, may_run_on=True), LIMITS, tmp_path).why.startswith("SIGINT took")
 
@@ -45,6 +52,28 @@ def test_what_has_no_end_is_stopped(tmp_path: Path):
 def test_memory_has_a_limit(tmp_path: Path):
     greedy = [sys.executable, "-c", "bytearray(1 << 31)"]
     assert "Traceback" in run(Case(greedy), LIMITS, tmp_path).why
+
+
+@pytest.mark.skipif(not built_library().is_file(), reason="no plugin is built: cargo build")
+def test_a_scene_has_a_process_of_its_own(tmp_path: Path):
+    """Accepted, refused, aborted and endless, one after another."""
+    whole = SCENE.format(config=config(effects=json.dumps(EFFECTS), density=1000))
+    scene, library = tmp_path / "scene.xml", built_library()
+
+    def outcome(xml: str, library: Path = library) -> Outcome:
+        scene.write_text(xml)
+        return run(SceneCase(library, scene), Limits(3 << 30, 20.0), tmp_path)
+
+    assert outcome(whole).result == "accepted"
+    refused = outcome(whole.replace("1000", "-1"))
+    assert refused.result == "refused" and "density" in refused.why
+    # That library loads nothing, so the plugin is unknown: what an earlier scene loaded is not there.
+    other = Path(mujoco.__file__).parent / f"libmujoco.so.{mujoco.mj_versionString()}"
+    assert "hydro.wrench" in outcome(whole, other).why
+    assert outcome(whole, tmp_path / "none.so").result == "broken"
+    os.mkfifo(tmp_path / "endless.xml")
+    endless = run(SceneCase(library, tmp_path / "endless.xml"), Limits(3 << 30, 1.0), tmp_path)
+    assert endless.why.startswith("not at an end in time")
 
 
 def test_changes_repeat_from_their_seed():

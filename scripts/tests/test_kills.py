@@ -5,6 +5,8 @@ import random
 import re
 import subprocess
 import sys
+import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -66,10 +68,28 @@ def test_one_of_two_is_refused_by_the_others_name(tmp_path: Path):
         assert [case[2] for case in found] == [broken] * 2
 
 
-def test_workers_that_stay_are_killed_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+@pytest.mark.parametrize("group", ["", ", process_group=0"])
+def test_workers_that_stay_are_killed_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, group: str):
     monkeypatch.setattr(trouble, "WORKERS", 0.3)
-    leaves = "import subprocess, sys; subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)'])"
+    leaves = (
+        "import pathlib, subprocess, sys\n"
+        f"worker = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)']{group})\n"
+        "pathlib.Path('worker').write_text(str(worker.pid))"
+    )
     assert "workers live" in trouble.alone((sys.executable, "-c", leaves), tmp_path).broken
+    state = Path("/proc", (tmp_path / "worker").read_text(), "stat")
+    for _ in range(100):
+        if not state.exists() or ") Z " in state.read_text():
+            return
+        time.sleep(0.01)
+    pytest.fail("the worker lives")
+
+
+def test_a_job_begins_with_what_it_is_given(tmp_path: Path):
+    (tmp_path / "given/out").mkdir(parents=True)
+    (tmp_path / "given/out/cost").write_text("1")
+    reads = replace(job("print(open('out/cost').read())"), given=tmp_path / "given")
+    assert set(campaign.undisturbed(reads, tmp_path / "undisturbed").content) == {"out", "out/cost"}
 
 
 def test_a_command_that_differs_from_itself_is_no_yardstick(tmp_path: Path):
@@ -89,6 +109,21 @@ def test_times_and_commands_may_differ_and_nothing_else(tmp_path: Path):
     assert plain("card.json", json.dumps(card).encode()) == plain("card.json", json.dumps(same).encode())
     for other in ({"sizes": [2]}, {"written": {"report.html": ["a"], "x": ["c"]}}):
         assert plain("card.json", json.dumps(card).encode()) != plain("card.json", json.dumps(card | other).encode())
+    row = b"| LSTM | 792 | 2.0 (1 to 3) | 5 | 57 |"
+    assert plain("README.md", row) == plain("README.md", row.replace(b"| 5 | 57 |", b"| 14 | 9 |"))
+    assert plain("README.md", row) != plain("README.md", row.replace(b"792", b"793"))
+    result = {
+        "training": {"epochs": 3, "seconds": 1.5, "threads": 1, "peak_memory_mib": 9.0},
+        "rows": [{"train_seconds": 1}],
+    }
+    other = {
+        "training": {"epochs": 3, "seconds": 2.5, "threads": 2, "peak_memory_mib": 8.0},
+        "rows": [{"train_seconds": 2}],
+    }
+    for name, alike in (("result.json", True), ("find.json", False)):
+        assert (plain(name, json.dumps(result).encode()) == plain(name, json.dumps(other).encode())) == alike
+    other["training"]["epochs"] = 4
+    assert plain("result.json", json.dumps(result).encode()) != plain("result.json", json.dumps(other).encode())
     for name, text in (("a", "1"), ("b", "2")):
         (tmp_path / name).write_text(text)
     before = content(tmp_path)

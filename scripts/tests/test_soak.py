@@ -1,14 +1,16 @@
 """The soak: what it runs, what it calls broken, what the table counts."""
 
 from collections import Counter
+from pathlib import Path
 
 import mujoco
 import pytest
 
-from hydro_mujoco.plugin import built_library
-from hydro_tools.soak import campaign, catalogue, energy, threads
+import hydro_mujoco as hydro
+from hydro_mujoco.plugin import built_library, load_plugin
+from hydro_tools.soak import SoakError, campaign, catalogue, energy, threads
 from hydro_tools.soak.case import Case, Outcome, run
-from hydro_tools.soak.scenes import INTEGRATORS
+from hydro_tools.soak.scenes import INTEGRATORS, allows, robot
 
 pytestmark = pytest.mark.skipif(not built_library().is_file(), reason="no plugin is built: cargo build")
 
@@ -32,12 +34,29 @@ def test_every_effect_of_the_plugin_is_there_and_all_pairs_come(effects):
     kinds = Counter(kind for kind, _ in campaign.cases(two, 0))
     ways = len(INTEGRATORS) * 2
     assert kinds == {
-        "checkpoint": 2 * ways,
+        "checkpoint": 3 * ways,
         "effect": 2 * ways,
         "pair": ways,
-        "checkpoint and effect": 4 * ways,
+        "checkpoint and effect": 6 * ways,
         "energy": len(INTEGRATORS),
     }
+
+
+def test_every_checkpoint_that_is_shipped_is_there_with_the_effects_that_it_allows(effects):
+    """Added mass on the trunk of one whose card has it already is refused."""
+    load_plugin()
+    models = Path(hydro.checkpoint("b1-task2")).parent
+    assert sorted(campaign.CHECKPOINTS) == sorted(
+        folder.name for folder in models.glob("*") if (folder / "card.json").is_file()
+    )
+    beside = effects["added_mass"]
+    assert [name for name in campaign.CHECKPOINTS if not allows(name, beside)] == ["b1-strip"]
+    for name in campaign.CHECKPOINTS:
+        if allows(name, beside):
+            robot(name, [beside], "Euler")
+        else:
+            with pytest.raises(SoakError, match="added mass"):
+                robot(name, [beside], "Euler")
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
@@ -91,6 +110,7 @@ def test_the_table_counts():
 def test_threads_get_the_run_of_one(effects, monkeypatch):
     few = [effects["linear_drag"], effects["wake_memory"]]
     found = threads.stress(few, 4, 0.5)
-    assert found.models > 4 and found.runs == found.models + 8 * 3 and not found.broken
+    models = len(campaign.CHECKPOINTS) + 1
+    assert found.models > 4 and found.runs == found.models + 8 * models and not found.broken
     monkeypatch.setattr(threads, "_together", lambda model, count, expected: [expected == b"another run"])
-    assert threads.stress(few, 1, 0.0).broken == 3
+    assert threads.stress(few, 1, 0.0).broken == models

@@ -28,7 +28,7 @@ pub(super) fn print_note_of(engine: hydro_model::EngineKind) {
 
 /// An error and its causes: as they are, or on one line and cut where they are long.
 fn message(error: &anyhow::Error) -> String {
-    let text = format!("{error:#}");
+    let text = with_causes(error);
     let text = text.trim();
     let lines = text.lines().count();
     let plain = !text.chars().any(|c| c.is_control() && c != '\n');
@@ -36,6 +36,17 @@ fn message(error: &anyhow::Error) -> String {
         return text.to_owned();
     }
     hydro_files::one_line(text, LONGEST)
+}
+
+/// An error and its causes on one line, but for causes that it tells itself.
+fn with_causes(error: &anyhow::Error) -> String {
+    let mut text = error.to_string();
+    for cause in error.chain().skip(1).map(ToString::to_string) {
+        if !text.contains(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
 }
 
 /// Prints one machine-readable result.
@@ -55,6 +66,8 @@ pub(super) fn write_line(line: &str) -> anyhow::Result<()> {
 
 #[cfg(test)]
 mod tests {
+    use hydro_model::checkpoint::CheckpointError;
+
     use super::*;
 
     #[test]
@@ -64,5 +77,18 @@ mod tests {
         assert_eq!(text("at\n  |\n1 | x\n  | ^"), "at | 1 | x | ^");
         assert!(text(&"y".repeat(100_000)).len() < LONGEST + 50);
         assert_eq!(text("a\u{1b}[2J"), "a\u{fffd}[2J");
+    }
+
+    #[test]
+    fn a_cause_is_told_once() {
+        let error = CheckpointError::Io {
+            path: "model/card.json".into(),
+            source: std::io::Error::other("is a pipe; expected a file"),
+        };
+        let text = message(&anyhow::Error::from(error).context("--checkpoint"));
+        assert_eq!(
+            text,
+            "--checkpoint: model/card.json: is a pipe; expected a file"
+        );
     }
 }

@@ -10,6 +10,7 @@ use std::{
 };
 
 use crate::common::tiny::dataset;
+use hydro_files::FolderLock;
 use serde_json::Value;
 
 /// Rows that are trained quickly.
@@ -212,13 +213,70 @@ fn an_interrupted_comparison_goes_on_to_the_same_results() {
     // A very fast machine may finish first, and then there is nothing to go on with, which must hold too.
     if !child.wait().unwrap().success() {
         assert!(!job.join("result.json").exists());
-        assert!(words.contains("goes on where it was"), "{words}");
+        assert!(words.contains("the same command goes on"), "{words}");
     }
-    cut.succeeds(&flags);
+    let begun = !job.join("result.json").exists() && job.join("run/state.safetensors").exists();
+    let again = cut.compare(&flags);
+    let words = String::from_utf8_lossy(&again.stderr);
+    assert!(again.status.success(), "{words}");
+    assert_eq!(words.contains("0 done already, 1 begun"), begun, "{words}");
     let of = |place: &Place| json(&place.out().join("jobs/2/relaxation-ode/seed-0/result.json"));
     let (whole, cut) = (of(&whole), of(&cut));
     assert_eq!(whole["examination"], cut["examination"]);
     assert_eq!(whole["training"]["epochs"], cut["training"]["epochs"]);
+}
+
+/// Killed, the command takes its jobs with it: a second one would train beside them in the same folder.
+#[test]
+fn a_killed_comparison_leaves_no_job_at_work() {
+    let place = Place::timed();
+    let mut parent = place
+        .command(&[
+            "--seeds",
+            "0",
+            "--epochs",
+            "100000",
+            "--entries",
+            "relaxation-ode",
+        ])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let job = place.out().join("jobs/2/relaxation-ode/seed-0");
+    wait_until(|| job.join("run/state.safetensors").exists());
+    let holder = fs::read_to_string(job.join(".lock")).unwrap();
+    assert!(
+        !holder.starts_with(&format!("{} ", parent.id())),
+        "{holder}"
+    );
+    parent.kill().unwrap();
+    parent.wait().unwrap();
+    wait_until(|| FolderLock::take(&job.join(".lock"), "test").is_ok());
+}
+
+/// Waits for a condition, a minute at most.
+fn wait_until(condition: impl Fn() -> bool) {
+    for _ in 0..6000 {
+        if condition() {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    panic!("not within a minute");
+}
+
+#[test]
+fn a_job_that_another_process_does_is_refused_with_its_name() {
+    let place = Place::timed();
+    let job = place.out().join("jobs/2/lstm/seed-0");
+    fs::create_dir_all(&job).unwrap();
+    let _lock = FolderLock::take(&job.join(".lock"), "another").unwrap();
+    let text = place.refusal(&["--seeds", "0", "--only", "2/lstm/seed-0"]);
+    let holder = format!("process {} (another) is at work there", std::process::id());
+    assert!(text.contains(&holder), "{text}");
+    let text = place.refusal(&["--seeds", "0", "--only", "2/lstm/seed-0", "--parent", "1"]);
+    assert!(text.contains("process 1 began it"), "{text}");
 }
 
 #[test]

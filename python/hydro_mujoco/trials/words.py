@@ -3,8 +3,14 @@
 import difflib
 from collections.abc import Iterable
 
-#: Names that a message lists at most.
-LISTED = 24
+#: Names that a message lists at most, and characters of a text of others that it repeats.
+LISTED, REPEATED = 24, 80
+
+
+def cut(text: object) -> str:
+    """A text of others in a message: on one line, and not all of a long one."""
+    line = " ".join(str(text).split())
+    return line if len(line) <= REPEATED else f"{line[:REPEATED]}... ({len(line)} characters)"
 
 
 def listed(names: Iterable[str]) -> str:

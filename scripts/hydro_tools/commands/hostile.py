@@ -5,9 +5,10 @@
     python scripts/hostile.py --out out/hostile --table
 
 Every case is made from --seed, its kind and its number, and runs in a process of its own under a limit of memory and
-of time. Refused: a status other than 0 and a message of at most three lines. Broken: a signal, a panic, a traceback, a
-long or no message, no end in time, a SIGINT that takes more than a second. The folder of a broken case stays in
-OUT/cases with its command. Run again, it goes on where it was. Exits with 1 where a case is broken.
+of processor time; that of a scene is forked from one that has imported MuJoCo and loaded nothing. Refused: a status
+other than 0 and a message of at most three lines. Broken: a signal, a panic, a traceback, a long or no message, no end
+in time, a SIGINT that takes more than a second. The folder of a broken case stays in OUT/cases with its command. Run
+again, it goes on where it was. Exits with 1 where a case is broken.
 """
 
 import argparse
@@ -16,7 +17,7 @@ from pathlib import Path
 
 from hydro_mujoco.recording.progress import Progress
 from hydro_tools.hostile import HostileError, bases, campaign
-from hydro_tools.hostile.running import Limits
+from hydro_tools.hostile.limits import Limits
 from hydro_tools.repository import ROOT
 
 
@@ -31,7 +32,7 @@ def arguments() -> argparse.Namespace:
         "--build", type=Path, default=ROOT / "target/release", help="folder of hydro and libhydro_plugin.so"
     )
     parser.add_argument("--memory", type=float, default=3.0, help="address space of a case [GB]")
-    parser.add_argument("--seconds", type=float, default=20.0, help="time of a case [s]")
+    parser.add_argument("--seconds", type=float, default=20.0, help="processor time of a case [s]")
     parser.add_argument("--jobs", type=int, default=2, help="cases side by side")
     parser.add_argument("--table", action="store_true", help="print the table of the outcomes so far, run nothing")
     return parser.parse_args()
@@ -46,7 +47,7 @@ def main() -> int:
     try:
         if not args.table:
             build = args.build.resolve()
-            made = bases.make(out / "bases", build / "hydro", build / "libhydro_plugin.so", sys.executable)
+            made = bases.make(out / "bases", build / "hydro", build / "libhydro_plugin.so")
             progress = Progress(len(plan.cases()), "cases")
             for record in campaign.go(made, out, plan):
                 progress.advance()

@@ -84,10 +84,9 @@ class Bases:
     rollouts: Path
     urdf: Path
     own_effects: Path
-    python: str
 
 
-def make(folder: Path, program: Path, library: Path, python: str) -> Bases:
+def make(folder: Path, program: Path, library: Path) -> Bases:
     """Make what `folder` does not hold yet."""
     bases = Bases(
         program,
@@ -99,7 +98,6 @@ def make(folder: Path, program: Path, library: Path, python: str) -> Bases:
         ROOT / "tests/data/rollouts",
         ROOT / "models/robots/b1.urdf",
         ROOT / "examples/tether/effects.d",
-        python,
     )
     if (folder / "made").is_file():
         return bases

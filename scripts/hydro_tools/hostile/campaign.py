@@ -12,7 +12,8 @@ from pathlib import Path
 from .. import outcomes
 from . import finding, learning, scenes
 from .bases import Bases
-from .running import Limits, Outcome, run
+from .limits import Limits
+from .running import Outcome, run
 
 #: What makes a case, by the name of its kind.
 KINDS = {**learning.KINDS, **finding.KINDS, **scenes.KINDS}
@@ -53,14 +54,18 @@ def records(path: Path) -> list[Record]:
 def one(bases: Bases, work: Path, plan: Plan, kind: str, number: int) -> Record:
     """Make and run a case. The folder of one that is broken stays."""
     folder = work / "cases" / f"{kind.replace(' ', '-')}-{number}"
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-    case = KINDS[kind](bases, folder, random.Random(f"{plan.seed}/{kind}/{number}"))
-    try:
-        outcome = run(case, plan.limits, folder)
-    except (ValueError, OSError) as error:
-        # A word that no command line can hold never reaches the program.
-        outcome = Outcome("refused", f"by the system: {error}")
+    # On a busy machine the second that SIGINT may take is soon over: such a case is made and run again.
+    for _ in range(2):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        case = KINDS[kind](bases, folder, random.Random(f"{plan.seed}/{kind}/{number}"))
+        try:
+            outcome = run(case, plan.limits, folder)
+        except (ValueError, OSError) as error:
+            # A word that no command line can hold never reaches the program.
+            outcome = Outcome("refused", f"by the system: {error}")
+        if "SIGINT took" not in outcome.why:
+            break
     if outcome.result == "broken":
         words = [part.decode("utf-8", "replace") if isinstance(part, bytes) else str(part) for part in case.command]
         (folder / "command.json").write_text(json.dumps([word.encode("utf-8", "replace").decode() for word in words]))

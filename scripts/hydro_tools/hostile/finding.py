@@ -1,5 +1,6 @@
 """Hostile inputs of `hydro gap`: trials, nominals, effects of one's own, uncertainty, results of stages."""
 
+import hashlib
 import io
 import json
 import random
@@ -215,6 +216,11 @@ def stage(bases: Bases, folder: Path, rng: random.Random) -> Case:
         path.write_bytes(odd.json_bytes(rng, json.loads(content)))
     else:
         path.write_bytes(odd.torn(rng, content))
+    if path.name != "run.json" and rng.random() < 0.7:
+        # The digest is right, so that more than the digest is tried.
+        run = json.loads((out / "run.json").read_text())
+        run["written"][path.name] = [hashlib.sha256(path.read_bytes()).hexdigest()]
+        (out / "run.json").write_text(json.dumps(run))
     if rng.random() < 0.6:
         return Case([bases.program, "gap", "report", "--out", out])
     return Case([bases.program, "gap", "run", *gap_flags(bases.gap, "trials", out)])

@@ -6,20 +6,22 @@ import random
 import shutil
 from pathlib import Path
 
-from ..repository import SCRIPTS
+from ..repository import ROOT
 from . import odd
 from .bases import MODELS, SCENE, Bases
-from .running import Case
+from .running import Case, SceneCase
 
 SIZES = ("config", "sample_period", "normaliser", "envelope", "features", "outputs")
+RELEASED = ("b1-relaxation", "b1-strip", "b1-task2")
+#: What a released card has and the small ones have not.
+RICH = ("config", "added_mass", "outputs", "joints", "water", "envelope", "normaliser")
 
 
-def plugin(bases: Bases, folder: Path, xml: str) -> Case:
+def plugin(bases: Bases, folder: Path, xml: str) -> SceneCase:
     """The scene, compiled and stepped in Python."""
     scene = folder / "scene.xml"
     odd.put(scene, xml)
-    command = [bases.python, "-m", "hydro_tools.hostile.plugin_case", bases.library, scene]
-    return Case(command, environment={"PYTHONPATH": str(SCRIPTS), "MUJOCO_LOG": "", "OMP_NUM_THREADS": "1"})
+    return SceneCase(bases.library, scene)
 
 
 def config(**attributes: object) -> str:
@@ -37,7 +39,7 @@ def _checkpoint(bases: Bases, folder: Path, rng: random.Random) -> Path:
     return out
 
 
-def _use(bases: Bases, folder: Path, rng: random.Random, out: Path) -> Case:
+def _use(bases: Bases, folder: Path, rng: random.Random, out: Path) -> Case | SceneCase:
     """A checkpoint in one of its uses."""
     use = rng.choice(("inspect", "evaluate", "evaluate", "plugin"))
     if use == "inspect":
@@ -50,14 +52,34 @@ def _use(bases: Bases, folder: Path, rng: random.Random, out: Path) -> Case:
     return Case([bases.program, "evaluate", "--checkpoint", out, "--data", bases.data, *flags])
 
 
-def card(bases: Bases, folder: Path, rng: random.Random) -> Case:
-    """Values of card.json."""
+def card(bases: Bases, folder: Path, rng: random.Random) -> Case | SceneCase:
+    """Values of card.json; mostly without its digest, which would find the change first."""
     out = _checkpoint(bases, folder, rng)
+    _without_digest(rng, out / "card.json")
     odd.in_json(rng, out / "card.json", SIZES)
     return _use(bases, folder, rng, out)
 
 
-def weights(bases: Bases, folder: Path, rng: random.Random) -> Case:
+def _without_digest(rng: random.Random, path: Path) -> None:
+    if rng.random() < 0.8:
+        whole = json.loads(path.read_text())
+        whole.pop("card_sha256", None)
+        path.write_text(json.dumps(whole))
+
+
+def released(bases: Bases, folder: Path, rng: random.Random) -> Case | SceneCase:
+    """Card of a released checkpoint: its encoding by links, added mass, torques of joints, kinematics, water."""
+    out = folder / "checkpoint"
+    shutil.copytree(ROOT / "models" / rng.choice(RELEASED), out)
+    _without_digest(rng, out / "card.json")
+    odd.in_json(rng, out / "card.json", RICH)
+    if rng.random() < 0.3:
+        return Case([bases.program, "inspect", out])
+    scene = (ROOT / "mjcf/b1_swim.xml").read_text()
+    return plugin(bases, folder, scene.replace('value="models/b1-task2"', f'value="{out}"'))
+
+
+def weights(bases: Bases, folder: Path, rng: random.Random) -> Case | SceneCase:
     """weights.safetensors torn, with a card that vouches for it."""
     out = _checkpoint(bases, folder, rng)
     path = out / "weights.safetensors"
@@ -159,8 +181,17 @@ def flags(bases: Bases, folder: Path, rng: random.Random) -> Case:
     return Case(command, may_run_on=True)
 
 
+def _state_digest(state: str, header: dict, content: bytes) -> str:
+    """Digest that a training state has of itself: of the header, then of names and tensors, each after its length."""
+    tensors = sorted((name, about["data_offsets"]) for name, about in header.items() if name != "__metadata__")
+    parts = [state.encode("utf-8", "surrogatepass")]
+    for name, (start, end) in tensors:
+        parts += [name.encode(), content[start:end]]
+    return hashlib.sha256(b"".join(len(part).to_bytes(8, "little") + part for part in parts)).hexdigest()
+
+
 def state(bases: Bases, folder: Path, rng: random.Random) -> Case:
-    """The state of a run in progress, damaged, then resumed."""
+    """The state of a run in progress, its digest right where its header was changed, then resumed."""
     model = rng.choice(MODELS)
     out = folder / "out"
     shutil.copytree(bases.checkpoints / f"{model}.run", folder / "out.run")
@@ -170,9 +201,8 @@ def state(bases: Bases, folder: Path, rng: random.Random) -> Case:
     if rng.random() < 0.5:
         header = json.loads(content[8 : 8 + size])
         inner = json.loads(header["__metadata__"]["state"])
-        header["__metadata__"]["state"] = json.dumps(
-            odd.json_document(rng, inner, ("place", "optimiser_step", "config"))
-        )
+        state = json.dumps(odd.json_document(rng, inner, ("place", "optimiser_step", "config")))
+        header["__metadata__"] |= {"state": state, "sha256": _state_digest(state, header, content[8 + size :])}
         text = json.dumps(header).encode("utf-8", "surrogatepass")
         path.write_bytes(len(text).to_bytes(8, "little") + text + content[8 + size :])
     else:
@@ -185,6 +215,7 @@ def state(bases: Bases, folder: Path, rng: random.Random) -> Case:
 
 KINDS = {
     "card": card,
+    "released card": released,
     "weights": weights,
     "manifest": manifest,
     "shard": shard,

@@ -1,13 +1,16 @@
-"""One command under a limit of memory and of time, and what its end says."""
+"""One command, or one scene, under a limit of memory and of time, and what its end says."""
 
 import os
 import re
-import resource
 import signal
 import subprocess
+import sys
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+
+from .limits import Limits
+from .plugin_case import Scene
 
 #: Lines of a message at most.
 LINES = 3
@@ -21,21 +24,45 @@ _OUTPUT = 1 << 20
 
 
 @dataclass(frozen=True)
-class Limits:
-    """Address space [byte] and time [s] of a command."""
-
-    memory: int
-    seconds: float
-
-
-@dataclass(frozen=True)
 class Case:
     """A command and what may come of it."""
 
     command: list
     #: A run that has not ended when its time is over is stopped by SIGINT and counts as accepted.
     may_run_on: bool = False
-    environment: dict = field(default_factory=dict)
+
+    def start(self, limits: Limits, folder: Path) -> subprocess.Popen:
+        """Start it in a folder, its output in the files `stdout` and `stderr` there."""
+        words = [part if isinstance(part, bytes) else os.fsencode(str(part)) for part in self.command]
+        with open(folder / "stdout", "wb") as out, open(folder / "stderr", "wb") as err:
+            return subprocess.Popen(
+                words,
+                stdin=subprocess.DEVNULL,
+                stdout=out,
+                stderr=err,
+                cwd=folder,
+                env={**os.environ, "RUST_BACKTRACE": "0"},
+                preexec_fn=limits.set,
+                start_new_session=True,
+            )
+
+
+@dataclass(frozen=True)
+class SceneCase:
+    """An MJCF that is compiled and stepped with the plugin."""
+
+    library: Path
+    scene: Path
+    may_run_on: bool = False
+
+    @property
+    def command(self) -> list:
+        """What does the same by hand."""
+        return [sys.executable, "-m", "hydro_tools.hostile.plugin_case", self.library, self.scene]
+
+    def start(self, limits: Limits, folder: Path) -> Scene:
+        """As that of `Case`."""
+        return Scene(self.library, self.scene, limits, folder)
 
 
 @dataclass(frozen=True)
@@ -46,46 +73,46 @@ class Outcome:
     why: str
 
 
-def run(case: Case, limits: Limits, folder: Path) -> Outcome:
-    """Run a command in a folder and judge its end."""
-
-    def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_AS, (limits.memory, limits.memory))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        # A campaign in the background of a shell ignores SIGINT, and its children would inherit that.
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-    out, err = folder / "stdout", folder / "stderr"
-    with open(out, "wb") as out_file, open(err, "wb") as err_file:
-        process = subprocess.Popen(
-            [os.fsencode(part) if not isinstance(part, bytes) else part for part in map(_plain, case.command)],
-            stdin=subprocess.DEVNULL,
-            stdout=out_file,
-            stderr=err_file,
-            cwd=folder,
-            env={**os.environ, "RUST_BACKTRACE": "0", **case.environment},
-            preexec_fn=limit,
-            start_new_session=True,
-        )
-        stopped = None
+def run(case: Case | SceneCase, limits: Limits, folder: Path) -> Outcome:
+    """Run a case in a folder and judge its end."""
+    process = case.start(limits, folder)
+    stopped = None
+    if not _ends(process, limits.seconds):
+        stopped = time.monotonic()
+        process.send_signal(signal.SIGINT)
         try:
-            process.wait(limits.seconds)
+            process.wait(4 * PATIENCE)
         except subprocess.TimeoutExpired:
-            stopped = time.monotonic()
-            process.send_signal(signal.SIGINT)
-            try:
-                process.wait(4 * PATIENCE)
-            except subprocess.TimeoutExpired:
-                os.killpg(process.pid, signal.SIGKILL)
-                process.wait()
-            stopped = time.monotonic() - stopped
-    with open(err, "rb") as file:
+            process.kill()
+            process.wait()
+        stopped = time.monotonic() - stopped
+    with open(folder / "stderr", "rb") as file:
         text = file.read(_OUTPUT).decode("utf-8", "replace")
+    assert process.returncode is not None
     return judge(process.returncode, text, stopped, case.may_run_on)
 
 
-def _plain(part: object) -> object:
-    return part if isinstance(part, (bytes, str)) else str(part)
+def _ends(process: subprocess.Popen | Scene, seconds: float) -> bool:
+    """Wait for its end; false where it has taken that much of a processor [s], or none for as long."""
+    before = -1.0
+    while True:
+        try:
+            process.wait(seconds)
+            return True
+        except subprocess.TimeoutExpired:
+            used = _processor_time(process.pid)
+        if used >= seconds or used == before:
+            return False
+        before = used
+
+
+def _processor_time(pid: int) -> float:
+    """Time that a process has had of a processor [s]; of one that has ended, none."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return 0.0
+    return sum(map(int, fields[11:13])) / os.sysconf("SC_CLK_TCK")
 
 
 def judge(status: int, text: str, stopped: float | None, may_run_on: bool) -> Outcome:

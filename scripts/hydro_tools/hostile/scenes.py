@@ -1,14 +1,16 @@
 """Hostile inputs of the plugin and of URDF, and files that are no files: pipes, devices, folders, odd names."""
 
+import functools
 import os
 import random
 import shutil
 from pathlib import Path
 
+from ..soak import catalogue
 from . import odd
 from .bases import EFFECTS, SCENE, Bases, gap_flags
 from .learning import config, plugin
-from .running import Case
+from .running import Case, SceneCase
 
 ATTRIBUTES = (
     "checkpoint",
@@ -24,9 +26,18 @@ ATTRIBUTES = (
 )
 
 
-def effects(bases: Bases, folder: Path, rng: random.Random) -> Case:
+@functools.cache
+def _catalogue() -> tuple[dict, ...]:
+    """Every effect of the catalogue with typical values, on the parts of the scene."""
+    parts = {"hull": "hull", "fin": "fin", "hinge": "thigh", "tail": "fin"}
+    return tuple(each.entry() | {"target": parts[each.target]} for each in catalogue.effects())
+
+
+def effects(bases: Bases, folder: Path, rng: random.Random) -> SceneCase:
     """Named effects in an MJCF."""
-    text = odd.json_bytes(rng, EFFECTS, ("parameters", "parameters")).decode("utf-8", "replace").replace("\0", "")
+    some = {**EFFECTS, "effects": rng.sample(_catalogue(), rng.choice((1, 1, 2, 3)))}
+    document = some if rng.random() < 0.7 else EFFECTS
+    text = odd.json_bytes(rng, document, ("parameters", "parameters")).decode("utf-8", "replace").replace("\0", "")
     if rng.random() < 0.3:
         path = folder / "effects.json"
         path.write_text(text)
@@ -34,7 +45,7 @@ def effects(bases: Bases, folder: Path, rng: random.Random) -> Case:
     return plugin(bases, folder, SCENE.format(config=config(effects=text)))
 
 
-def attributes(bases: Bases, folder: Path, rng: random.Random) -> Case:
+def attributes(bases: Bases, folder: Path, rng: random.Random) -> SceneCase:
     """Attributes of the plugin."""
     given: dict = {"checkpoint": bases.checkpoints / rng.choice(("attention-ode", "mlp", "cnode"))}
     for name in rng.sample(ATTRIBUTES, rng.choice((1, 1, 2, 3))):
@@ -43,7 +54,7 @@ def attributes(bases: Bases, folder: Path, rng: random.Random) -> Case:
     return plugin(bases, folder, SCENE.format(config=config(**given)))
 
 
-def scene(bases: Bases, folder: Path, rng: random.Random) -> Case:
+def scene(bases: Bases, folder: Path, rng: random.Random) -> SceneCase:
     """Numbers of a scene with a checkpoint: time steps, sizes, gravity."""
     whole = SCENE.format(config=config(checkpoint=bases.checkpoints / "attention-ode", density=1000))
     if rng.random() < 0.3:
@@ -182,7 +193,7 @@ def special(bases: Bases, folder: Path, rng: random.Random) -> Case:
     return Case(command, may_run_on=False)
 
 
-def names(bases: Bases, folder: Path, rng: random.Random) -> Case:
+def names(bases: Bases, folder: Path, rng: random.Random) -> Case | SceneCase:
     """Folders whose names are no UTF-8, hold line breaks, or are long; everything in them is sound."""
     name = rng.choice(
         (

@@ -57,6 +57,14 @@ class Job:
     says: re.Pattern[str]
     #: True where a run left something in its folder for the next one to go on from.
     left: Callable[[Path], bool]
+    #: What stands in its folder before the first run, if anything does.
+    given: Path | None = None
+
+
+#: Times of the row of `hydro compare`, in its folder beforehand, so that none are taken.
+COST = {"entry": "relaxation-ode", "machine": "none"} | {
+    name: {"median": 1.0, "quartiles": [1.0, 1.0]} for name in ("stepped", "one", "many")
+}
 
 
 def make(folder: Path, program: Path) -> dict[str, Job]:
@@ -69,6 +77,9 @@ def make(folder: Path, program: Path) -> dict[str, Job]:
     data, gap = folder / "data", folder / "gap"
     bases.write_dataset(data)
     bases.write_gap(gap)
+    timed = folder / "timed"
+    (timed / "out").mkdir(parents=True, exist_ok=True)
+    (timed / "out/cost.json").write_text(json.dumps({"2": [COST]}))
 
     def python(*words: object) -> tuple[str, ...]:
         return (sys.executable, *map(str, words))
@@ -90,6 +101,16 @@ def make(folder: Path, program: Path) -> dict[str, Job]:
             resume,
             re.compile("going on after|trained already"),
             lambda place: Path(place, "out.run/state.safetensors").exists(),
+        ),
+        "hydro compare": Job(
+            (
+                str(program), "compare", "task2", "--data", str(data), "--out", "out", "--entries=relaxation-ode",
+                "--seeds=0,1", "--epochs=30",
+            ),
+            (),
+            re.compile(r"[1-9]\d* (done already|begun)"),
+            _has_jobs,
+            timed,
         ),
         "hydro gap run": Job(
             tuple(map(str, (program, "gap", "run", *bases.gap_flags(gap, "trials", Path("out"))))),
@@ -118,6 +139,11 @@ def _has_shards(place: Path) -> bool:
     """True where a growing data set lists a shard. One that was written and not yet listed is made again."""
     path = place / "out/generation.json"
     return path.exists() and bool(json.loads(path.read_text())["finished"])
+
+
+def _has_jobs(place: Path) -> bool:
+    """True where a comparison has a job with an epoch behind it."""
+    return any(place.glob("out/jobs/*/*/*/run/state.safetensors")) or any(place.glob("out/jobs/*/*/*/result.json"))
 
 
 def _log() -> str:

@@ -13,7 +13,7 @@ from pathlib import Path
 from .jobs import environment
 
 #: Seconds that a command may take, and that its workers may outlive it.
-PATIENCE, WORKERS = 120.0, 10.0
+PATIENCE, WORKERS = 600.0, 10.0
 _ABORT = re.compile(r"panicked at|Traceback \(most|memory allocation of")
 
 #: What the one says that is refused: the other one is at work, or was.
@@ -111,9 +111,10 @@ class Process:
     def _workers(self) -> str:
         """Wait for what the command started; kill and name it where it stays."""
         end = time.monotonic() + WORKERS
-        while _alive(self.process.pid):
+        while workers := _alive(self.process.pid):
             if time.monotonic() > end:
-                os.killpg(self.process.pid, signal.SIGKILL)
+                for worker in workers:
+                    os.kill(worker, signal.SIGKILL)
                 return f"workers live {WORKERS:g} s after it"
             self._read()
             time.sleep(0.01)
@@ -188,13 +189,14 @@ def _stamps(folder: Path) -> list[tuple[str, int, int]]:
     return sorted(found)
 
 
-def _alive(group: int) -> bool:
-    """True while a process of the group runs; one that ended and that nobody waits for does not count."""
+def _alive(session: int) -> list[int]:
+    """Processes of a session that run; one that ended and that nobody waits for does not count."""
+    found = []
     for path in Path("/proc").glob("[0-9]*/stat"):
         try:
-            state, _, of = path.read_text().rpartition(")")[2].split()[:3]
+            state, _, _, of = path.read_text().rpartition(")")[2].split()[:4]
         except OSError:
             continue
-        if int(of) == group and state not in "ZX":
-            return True
-    return False
+        if int(of) == session and state not in "ZX":
+            found.append(int(path.parent.name))
+    return found

@@ -15,9 +15,9 @@ from . import energy
 from .case import Case, Outcome, run
 from .catalogue import Effect
 from .motion import MOTIONS
-from .scenes import INTEGRATORS
+from .scenes import INTEGRATORS, allows
 
-CHECKPOINTS = ("b1-relaxation", "b1-task2")
+CHECKPOINTS = ("b1-relaxation", "b1-strip", "b1-task2")
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,8 @@ def cases(effects: Sequence[Effect], seed: int) -> Iterator[tuple[str, Case]]:
         pairs.append(("pair", Case("", pair, integrator, motion, False, seed)))
     on_trunk = [effect for effect in effects if effect.target == "hull"]
     for name, effect, (integrator, motion) in itertools.product(CHECKPOINTS, on_trunk, ways):
-        pairs.append(("checkpoint and effect", Case(name, (effect,), integrator, motion, False, seed)))
+        if allows(name, effect):
+            pairs.append(("checkpoint and effect", Case(name, (effect,), integrator, motion, False, seed)))
     for count, listed in ((1, singles), (2, pairs)):
         for chosen, integrator in itertools.product(itertools.combinations(effects, count), INTEGRATORS):
             if energy.only_takes(chosen):

@@ -1,6 +1,7 @@
 """The models of the soak."""
 
 import json
+from pathlib import Path
 
 import mujoco
 
@@ -36,6 +37,12 @@ VEHICLE = """<mujoco model="soak">
   <sensor><gyro site="stern"/><accelerometer site="stern"/></sensor>
 </mujoco>
 """
+
+
+def allows(checkpoint: str, effect: Effect) -> bool:
+    """False where the card has an added mass of the trunk and the effect would be a second one."""
+    card = json.loads((Path(hydro.checkpoint(checkpoint)) / "card.json").read_text())
+    return effect.effect != "added_mass" or not card.get("added_mass")
 
 
 def vehicle(effects: list[Effect], integrator: str, calm: bool) -> mujoco.MjModel:

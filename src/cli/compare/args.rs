@@ -48,6 +48,9 @@ pub(in crate::cli) struct Args {
     /// Do this job alone, such as 2/lstm/seed-0, and write no tables.
     #[arg(long, value_name = "JOB", conflicts_with_all = ["list", "tables"])]
     pub(super) only: Option<JobId>,
+    /// Number of the process that does the jobs; this one ends with it.
+    #[arg(long, hide = true, requires = "only")]
+    pub(super) parent: Option<i32>,
     /// List the jobs, done and not done, and do none.
     #[arg(long, conflicts_with = "tables")]
     pub(super) list: bool,

@@ -6,6 +6,7 @@ use std::{
 };
 
 use anyhow::{Context as _, bail};
+use hydro_files::FolderLock;
 use hydro_training::{
     TrainConfig,
     experiment::{JobId, JobResult, SCHEMA, TrainingNote},
@@ -13,7 +14,7 @@ use hydro_training::{
 use serde::{Deserialize, Serialize};
 
 use super::{inputs::Inputs, plan::Plan};
-use crate::cli::files::write_whole;
+use crate::cli::{command_line::command_line, files::write_whole};
 
 /// `training.json`: settings and data of a job's training, and its cost so far.
 #[derive(Serialize, Deserialize)]
@@ -55,6 +56,33 @@ impl Folder {
     /// Folder in which its training keeps its state.
     pub(super) fn run(&self, job: &JobId) -> PathBuf {
         self.job(job).join("run")
+    }
+
+    /// Keeps other processes from a job, as long as the lock lives.
+    ///
+    /// # Errors
+    /// Another process at work on it.
+    pub(super) fn lock(&self, job: &JobId) -> anyhow::Result<FolderLock> {
+        let folder = self.job(job);
+        let place = || format!("{job} in {}", folder.display());
+        fs::create_dir_all(&folder).with_context(place)?;
+        FolderLock::take(&folder.join(".lock"), &command_line()).with_context(place)
+    }
+
+    /// Removes what killed processes left of jobs on which none is at work now.
+    pub(super) fn remove_abandoned(&self, jobs: &[JobId]) {
+        hydro_files::remove_abandoned(&self.0);
+        for job in jobs.iter().filter(|job| self.job(job).is_dir()) {
+            if let Ok(_lock) = self.lock(job) {
+                hydro_files::remove_abandoned(&self.job(job));
+                hydro_files::remove_abandoned(&self.run(job));
+            }
+        }
+    }
+
+    /// True where an earlier process began a job, which the next one goes on with.
+    pub(super) fn begun(&self, job: &JobId) -> bool {
+        self.run(job).join("state.safetensors").exists() || self.checkpoint(job).exists()
     }
 
     /// The result of a job, if it is done. A model examined on other data or scenes is not: it is examined again.

@@ -9,6 +9,8 @@ use hydro_training::{
     experiment::{JobId, JobResult, SCHEMA, TrainingNote, examine},
 };
 
+use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
+
 use super::{args::Args, folder::Folder, inputs::Inputs, plan::Plan};
 use crate::cli::{cancel::cancel_on_signal, command_line::command_line, progress::Progress};
 
@@ -19,6 +21,10 @@ pub(super) fn run(
     folder: &Folder,
     job: &JobId,
 ) -> anyhow::Result<()> {
+    if let Some(parent) = args.parent {
+        end_with(parent).with_context(|| format!("{job}: process {parent} began it"))?;
+    }
+    let _lock = folder.lock(job)?;
     if folder.done(job, plan, inputs)?.is_some() {
         say!("{job}: done already");
         return Ok(());
@@ -60,6 +66,16 @@ pub(super) fn run(
             .get("clean")
             .map_or(f64::NAN, |errors| errors.pooled)
     );
+    Ok(())
+}
+
+/// Has the system kill this process where its parent ends without it: nobody would know of it.
+fn end_with(parent: i32) -> anyhow::Result<()> {
+    set_parent_process_death_signal(Some(Signal::KILL))?;
+    // It may have ended before.
+    if Pid::as_raw(getppid()) != parent {
+        bail!("it is there no more");
+    }
     Ok(())
 }
 

@@ -42,12 +42,7 @@ pub(super) fn run(args: &Args) -> anyhow::Result<()> {
     std::fs::create_dir_all(&args.out).with_context(|| format!("--out {}", args.out.display()))?;
     let _lock = FolderLock::take(&args.out.join(".lock"), &command_line())
         .with_context(|| format!("--out {}: wait, or choose another", args.out.display()))?;
-    hydro_files::remove_abandoned(&args.out);
-    for job in &plan.jobs {
-        for place in [folder.job(job), folder.run(job)] {
-            hydro_files::remove_abandoned(&place);
-        }
-    }
+    folder.remove_abandoned(&plan.jobs);
     let failed = if args.tables {
         Vec::new()
     } else {

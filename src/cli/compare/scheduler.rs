@@ -39,8 +39,9 @@ pub(super) fn run(
     let places = args.parallel.map_or(cores, usize::from).min(waiting.len());
     let threads = (cores / places).max(1);
     let done = plan.jobs.len() - waiting.len();
+    let begun = waiting.iter().filter(|job| folder.begun(job)).count();
     eprintln!(
-        "{} jobs, {done} done already; {places} at a time with {threads} threads each",
+        "{} jobs, {done} done already, {begun} begun; {places} at a time with {threads} threads each",
         plan.jobs.len()
     );
     let cancel = cancel_on_signal()?;
@@ -172,6 +173,7 @@ fn child(
     }
     command.arg("--scenes").arg(&args.scenes);
     command.arg("--only").arg(job.to_string());
+    command.arg("--parent").arg(std::process::id().to_string());
     command
         .env("RAYON_NUM_THREADS", threads.to_string())
         .stdin(Stdio::null())

@@ -121,8 +121,9 @@ impl Split {
         self.time = other.time;
     }
 
+    /// Keeps the first so many trajectories; all where there are fewer.
     pub(super) fn truncate(&mut self, trajectories: usize) {
-        let rows = trajectories * self.samples;
+        let rows = trajectories.min(self.len()) * self.samples;
         self.x.truncate(rows * self.inputs);
         for values in [&mut self.wrench, &mut self.clean, &mut self.hydrostatic] {
             values.truncate(rows * self.outputs);

@@ -1,5 +1,7 @@
 """MCAP files: ROS 2 (CDR), JSON and, where its package is installed, Protobuf messages."""
 
+import contextlib
+import io
 import json
 import struct
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -121,7 +123,15 @@ class McapLog(Log):
         if channel.message_encoding == "json":
             return json.loads
         for factory in _factories(channel.message_encoding, self.kind):
-            if decoder := factory.decoder_for(channel.message_encoding, schema):
+            try:
+                # Of a definition that it cannot parse the package prints a line before it raises one of its own errors.
+                with contextlib.redirect_stdout(io.StringIO()):
+                    decoder = factory.decoder_for(channel.message_encoding, schema)
+            except Exception as error:
+                said = " ".join(str(error).split())[:200]
+                self.faults.append(f"topic `{channel.topic}`: its schema `{schema.name}` cannot be read ({said})")
+                return None
+            if decoder:
                 return decoder
         encoding = schema.encoding if schema else "none"
         self.faults.append(

@@ -89,4 +89,6 @@ def _parsing() -> tuple[type[Exception], ...]:
     """What a file that cannot be read, or is cut, raises in the readers of rosbags."""
     import struct
 
-    return (OSError, AssertionError, struct.error, UnicodeDecodeError, EOFError, KeyError, IndexError, ValueError)
+    named = (OSError, AssertionError, struct.error, UnicodeDecodeError, EOFError, KeyError, IndexError, ValueError)
+    # Of a database whose cells are of other types than they should be.
+    return (*named, TypeError, AttributeError)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...errors import DataError
 from ...extras import extra
+from ..words import cut
 from .base import NUMBER, TEXT, TIME, Columns, Log, Samples, Topic
 from .stream import Stream, refuse_empty
 
@@ -68,7 +69,7 @@ class TableLog(Log):
             if bad.any():
                 at = int(np.flatnonzero(bad.to_numpy())[0])
                 raise DataError(
-                    f"{self.path}, row {row + at + 1} of data, column `{name}`: `{column.iloc[at]}` is no number; "
+                    f"{self.path}, row {row + at + 1} of data, column `{name}`: `{cut(column.iloc[at])}` is no number; "
                     "an empty cell stands for a sample that is missing"
                 )
             return numbers.to_numpy(float)
@@ -171,9 +172,10 @@ class ParquetLog(TableLog):
                 self._check(columns, there)
                 # Threads would decode several groups of rows ahead.
                 for batch in file.iter_batches(batch_size=_rows(there), columns=columns, use_threads=False):
-                    frame = batch.to_pandas()
+                    # Names and numbers are the file's; what pandas noted beside them is not needed, and may be damaged.
+                    frame = batch.replace_schema_metadata(None).to_pandas()
                     yield frame if columns is None else frame[columns]
-        except (pyarrow.ArrowException, OSError) as error:
+        except (pyarrow.ArrowException, OSError, UnicodeDecodeError) as error:
             raise self.damaged(error) from error
 
 

@@ -1,5 +1,7 @@
 """PX4 ULog files."""
 
+import contextlib
+import io
 import struct
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -68,8 +70,10 @@ class UlogLog(Log):
 
         with Stream(self.path) as stream:
             try:
-                parsed = parser(stream, names)
-            except (ULogException, struct.error, ValueError, KeyError, IndexError, TypeError) as error:
+                # What pyulog prints of a damaged file is said below.
+                with contextlib.redirect_stdout(io.StringIO()):
+                    parsed = parser(stream, names)
+            except (ULogException, struct.error, ValueError, KeyError, IndexError, TypeError, OSError) as error:
                 raise self.damaged(error) from error
             is_cut = stream.is_cut
         notes = [f"{len(parsed.dropouts)} dropouts in the log, {sum(d.duration for d in parsed.dropouts)} ms"]

@@ -146,7 +146,11 @@ fn shards_are_joined_in_order_and_a_limit_cuts_inside_one() {
         (&[3, 4, 5][..], &[0.0, 1.0, 2.0][..])
     );
     let dataset = fixture.open().expect("valid");
-    assert_eq!(dataset.split("train", Some(3)).expect("read").len(), 3);
+    for (limit, kept) in [(3, 3), (4, 4), (usize::MAX / 3 + 1, 4), (usize::MAX, 4)] {
+        let split = dataset.split("train", Some(limit)).expect("read");
+        assert_eq!(split.len(), kept, "{limit}");
+        assert_eq!(split.x(kept - 1).len(), 12);
+    }
     assert!(dataset.split("val", None).expect("read").is_empty());
     assert_eq!(dataset.manifest().provenance["seed"], 7);
 }
