@@ -57,7 +57,7 @@ echo '| target | processor seconds | executions | a processor second | findings 
 echo '|---|---|---|---|---|---|'
 for target in "${targets[@]}"; do
   executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "out/fuzz/$target.log")
-  seconds=$(awk '{ print int($1 + $2 + 0.5) }' "out/fuzz/$target.seconds")
+  seconds=$(awk 'END { print int($1 + $2 + 0.5) }' "out/fuzz/$target.seconds")
   count=$(find "fuzz/artifacts/$target" -type f | wc -l)
   corpus=$(find "out/fuzz/$target" -type f | wc -l)
   rate=$((${executions:-0} / (seconds > 0 ? seconds : 1)))

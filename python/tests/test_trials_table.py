@@ -87,6 +87,16 @@ def test_units_in_names(column, expected):
     assert unit_of(column) == expected
 
 
+def test_n_after_an_underscore_is_north():
+    assert (unit_of("v_n"), unit_of("pos_n_m"), unit_of("push [N]")) == (
+        ("v_n", None),
+        ("pos_n", "m"),
+        ("push", "N"),
+    )
+    [group] = [group for group in shapes(["pos_n_m", "pos_e_m", "pos_d_m"]) if len(group.fields) > 1]
+    assert (group.frame, group.fields) == ("NED", ("pos_n_m", "pos_e_m", "pos_d_m"))
+
+
 def test_a_column_is_in_one_vector():
     found = [
         group for group in shapes(["x", "y", "z", "roll", "pitch", "yaw", "vn", "ve", "vd"]) if len(group.fields) > 1

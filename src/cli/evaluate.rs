@@ -39,7 +39,8 @@ pub(super) struct Args {
     /// fused, fused-f16, fused-i16 or candle.
     #[arg(long, default_value_t = EngineKind::Fused)]
     engine: EngineKind,
-    /// Of an Attention-ODE: how far its weights are from uniform, and its error with other weights in their place.
+    /// Of an Attention-ODE: how far its weights are from uniform, and its error with other weights in their place; by the
+    /// checkpoint's own solver and from the true first force, whatever `--start`, `--solver` and `--engine` say.
     #[arg(long)]
     attention: bool,
     /// Print one JSON value and nothing else.

@@ -1,5 +1,6 @@
 """Rows over seeds, in Markdown."""
 
+import math
 import statistics
 
 from .results import Result
@@ -35,7 +36,9 @@ def _digits(value: float) -> str:
 
 def _spread(values: list[float]) -> str:
     mean = _digits(statistics.fmean(values))
-    return mean if len(values) < 2 else f"{mean} ± {statistics.stdev(values):.2g}"
+    return (
+        mean if len(values) < 2 or not all(map(math.isfinite, values)) else f"{mean} ± {statistics.stdev(values):.2g}"
+    )
 
 
 def _markdown(rows: list[list[str]]) -> str:

@@ -348,7 +348,9 @@ fn unknown(verdict: &Verdict) -> String {
                 on(phrase(effect.effect), &effect.target)
             )
         });
-    let what = format!("Something is missing that no effect of the catalogue explains{nearest}");
+    let what = format!(
+        "Something is missing that no effect of the catalogue explains with plausible values{nearest}"
+    );
     if verdict.patch.is_some() && verdict.verified {
         return format!(
             "{what}. A learned residual was added, which is no name: it {}.",

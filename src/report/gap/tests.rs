@@ -466,15 +466,15 @@ fn every_outcome_has_its_own_honest_sentence() {
          nothing was added.",
         "no_gap: No gap: simulation and measurement agree within sensor noise and the uncertainty of the nominal \
          model.",
-        "unknown: Something is missing that no effect of the catalogue explains; the nearest, linear drag on \
+        "unknown: Something is missing that no effect of the catalogue explains with plausible values; the nearest, linear drag on \
          `hull`, would only stand in for it; nothing was added.",
-        "residual: Something is missing that no effect of the catalogue explains; the nearest, linear drag on \
+        "residual: Something is missing that no effect of the catalogue explains with plausible values; the nearest, linear drag on \
          `hull`, would only stand in for it. A learned residual was added, which is no name: it cuts the error on \
          4 held-out trials by 82 % (95 %: 74 to 88 %).",
-        "tried: Something is missing that no effect of the catalogue explains; the nearest, linear drag on \
+        "tried: Something is missing that no effect of the catalogue explains with plausible values; the nearest, linear drag on \
          `hull`, would only stand in for it. A learned residual was tried, but the held-out trials refuse it: \
          `depth` gets worse by 4 %; nothing was added.",
-        "not offered: Something is missing that no effect of the catalogue explains; the nearest, linear drag on \
+        "not offered: Something is missing that no effect of the catalogue explains with plausible values; the nearest, linear drag on \
          `hull`, would only stand in for it; nothing was added.",
     ];
     assert_eq!(said, expected);

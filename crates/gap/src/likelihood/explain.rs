@@ -304,12 +304,29 @@ impl<'p> Look<'p> {
             }
         }
         if self.went_too_far {
-            let problem = self.choices.problem;
-            for of in self.found.iter_mut().filter(|of| of.set == own) {
-                *of = self.levels[of.level].reached(problem, &self.point, of.clone());
-            }
+            self.keep_to_what_was_reached(&own);
         }
         self.sort();
+    }
+
+    /// Takes what first order promises the point's set beyond what the point has reached from it, and from all sets that hold it.
+    fn keep_to_what_was_reached(&mut self, own: &[usize]) {
+        let (problem, point) = (self.choices.problem, &self.point);
+        let promised: Vec<(usize, f64)> = (self.found.iter())
+            .filter(|of| of.set == own)
+            .map(|of| {
+                let level = &self.levels[of.level];
+                (of.level, level.promised(problem, point, of))
+            })
+            .collect();
+        for of in &mut self.found {
+            let holds = own.iter().all(|member| of.set.contains(member));
+            let lost = promised.iter().find(|(level, _)| *level == of.level);
+            if let Some((_, nats)) = lost.filter(|_| holds) {
+                of.log_likelihood -= nats;
+                of.log_posterior -= nats;
+            }
+        }
     }
 
     fn sort(&mut self) {

@@ -11,16 +11,6 @@ use crate::{
 };
 
 impl Level {
-    /// A found set, which is that of the point, as likely as the point is.
-    pub(crate) fn reached(&self, problem: &Problem<'_>, point: &Point, found: Found) -> Found {
-        let promised = self.promised(problem, point, &found);
-        Found {
-            log_likelihood: found.log_likelihood - promised,
-            log_posterior: found.log_posterior - promised,
-            ..found
-        }
-    }
-
     /// Log likelihood at the values that a found set, which is that of the point, has by first order, less that at the point's
     /// values, the priors of the uncertain numbers and of the errors of form counted [nat]. Nothing where trials have values of
     /// their own.

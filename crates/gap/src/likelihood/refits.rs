@@ -86,8 +86,7 @@ impl WorkingPoint<'_, '_> {
         let Some(swept) = self.sweep(Some(&[]), Keep::Likelihood, None)? else {
             return Ok(None);
         };
-        let found = swept.levels.iter().filter_map(|level| self.own_set(level));
-        let found: Vec<Found> = found.collect();
+        let found = self.own_sets(&swept.levels);
         let level = likeliest(&found).map(|found| &swept.levels[found.level]);
         let forms = form_error::beside(self.problem, &self.point);
         let numbers = forms.numbers;

@@ -1,7 +1,7 @@
 //! A working point settles: sweeps, each followed by a step to the best values.
 //!
-//! Where the point gets less likely and promises less, first order went too far, and a part of the step is gone. What it promises is
-//! not reached there, so that such a point counts by what it has reached (`promised.rs`).
+//! Where both the likelihood that the point has reached and the one that first order promises fall, the step went too far and only a
+//! part of it is taken. First order's promise then does not hold, so the set counts by what its point has reached (`promised.rs`).
 
 use crate::{
     error::GapError,
@@ -51,15 +51,14 @@ impl WorkingPoint<'_, '_> {
             let Some(swept) = self.sweep(Some(&[]), Keep::Columns, None)? else {
                 return Ok(None);
             };
-            let levels = swept.levels.iter();
-            let found: Vec<Found> = levels.filter_map(|level| self.own_set(level)).collect();
+            let found = self.own_sets(&swept.levels);
             let Some(best) = likeliest(&found) else {
                 return Ok(None);
             };
             let level = &swept.levels[best.level];
             let reached = best.log_posterior - level.promised(self.problem, &self.point, best);
             let now = best.log_posterior;
-            // Where first order went too far, a part of the way, and no more from here on.
+            // Too far: a part of the step is taken, and of all later ones.
             if let Some((last, last_reached)) = last
                 && now < last - options.too_far
                 && reached < last_reached
@@ -139,21 +138,26 @@ impl WorkingPoint<'_, '_> {
     }
 
     /// The point's set on the likelihood of a sweep without directions.
-    pub(crate) fn own_set(&self, level: &Level) -> Option<Found> {
+    pub(super) fn own_set(&self, level: &Level) -> Option<Found> {
         let choices = Choices::new(self.problem, &self.point, &[]);
         let choices = &choices;
         Search { level, choices }.whole(&self.point.candidates)
     }
 
-    /// The point's set at every level, as likely as the point is where a step of its fit went too far.
-    pub(super) fn reached(&self, levels: &[Level]) -> Vec<Found> {
-        let found = levels.iter().filter_map(|level| {
-            let found = self.own_set(level)?;
-            Some(match self.went_too_far {
-                true => level.reached(self.problem, &self.point, found),
-                false => found,
-            })
-        });
-        found.collect()
+    /// The same at every level.
+    pub(crate) fn own_sets(&self, levels: &[Level]) -> Vec<Found> {
+        let levels = levels.iter();
+        levels.filter_map(|level| self.own_set(level)).collect()
+    }
+
+    /// The same, as likely as the point is where a step of its fit went too far.
+    pub(crate) fn reached(&self, levels: &[Level]) -> Vec<Found> {
+        let mut found = self.own_sets(levels);
+        for of in found.iter_mut().filter(|_| self.went_too_far) {
+            let promised = levels[of.level].promised(self.problem, &self.point, of);
+            of.log_likelihood -= promised;
+            of.log_posterior -= promised;
+        }
+        found
     }
 }

@@ -43,7 +43,7 @@ pub(crate) struct WorkingPoint<'p, 'a> {
     /// True where it is known which readings rows resolve.
     is_weighed: bool,
     /// True where a step of the last fit went too far.
-    pub(super) went_too_far: bool,
+    pub(crate) went_too_far: bool,
 }
 
 /// Part of a sweep that is kept beside the likelihood.

@@ -19,7 +19,7 @@ pub enum Outcome {
     Confusable,
     /// Simulation and measurement agree within noise and nominal uncertainty.
     NoGap,
-    /// A structured difference that no effect of the catalogue explains.
+    /// A structured difference that no effect of the catalogue explains with plausible values.
     Unknown,
 }
 

@@ -114,14 +114,27 @@ fn a_point_that_settles_reaches_what_was_promised() {
         let reached = |working: &WorkingPoint<'_, '_>| {
             let swept = working.sweep(Some(&[]), Keep::Likelihood, None).unwrap();
             let levels = swept.unwrap().levels;
-            let found: Vec<_> = (levels.iter())
-                .filter_map(|level| working.own_set(level))
-                .collect();
+            let found = working.own_sets(&levels);
             let best = likeliest(&found).unwrap();
             let promised = levels[best.level].promised(problem, &working.point, best);
             (best.log_posterior - promised, promised)
         };
         let (before, promised) = reached(&working);
+        // Where a step went too far, that is what counts.
+        let counted = |working: &WorkingPoint<'_, '_>| {
+            let swept = working.sweep(Some(&[]), Keep::Likelihood, None).unwrap();
+            let found = working.reached(&swept.unwrap().levels);
+            likeliest(&found).unwrap().log_posterior
+        };
+        let trusted = counted(&working);
+        assert!(
+            (trusted - before - promised).abs() < 1e-6 * promised,
+            "{trusted} {before}"
+        );
+        working.went_too_far = true;
+        let distrusted = counted(&working);
+        assert!(distrusted < trusted - 20.0, "{distrusted} {trusted}");
+        working.went_too_far = false;
         assert!(promised > 20.0, "{promised}");
         assert!(working.settle(None).unwrap());
         let (after, left) = reached(&working);

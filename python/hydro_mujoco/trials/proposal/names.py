@@ -31,8 +31,11 @@ _WRITTEN = {
     "%": ("%", "percent"),
 }
 _UNITS = {text: unit for unit, texts in _WRITTEN.items() for text in texts}
-_ANY = "|".join(re.escape(text) for text in sorted(_UNITS, key=len, reverse=True))
-_ENDING = re.compile(rf"(.+?)(?:[_ ]({_ANY})|[_ ]*[\[(]({_ANY})[\])])", re.IGNORECASE)
+_LONGEST_FIRST = sorted(_UNITS, key=len, reverse=True)
+_ANY = "|".join(map(re.escape, _LONGEST_FIRST))
+#: After an underscore `n` is north (`v_n`, `pos_n_m`), not newton.
+_AFTER_UNDERSCORE = "|".join(re.escape(text) for text in _LONGEST_FIRST if text not in ("n", "n_m"))
+_ENDING = re.compile(rf"(.+?)(?:[_ ]({_AFTER_UNDERSCORE})|[_ ]*[\[(]({_ANY})[\])])", re.IGNORECASE)
 _TIME = re.compile(r"(?:time|t|timestamp|stamp)[_ ]*[\[(]?(s|sec|seconds|ms|us|ns)?[\])]?", re.IGNORECASE)
 
 
