@@ -5,21 +5,12 @@ from pathlib import Path
 import matplotlib
 import matplotlib.pyplot as plt
 
+from hydro_tools.figure_style import STYLE
+
 from .parts import scaling, train
 
 matplotlib.use("svg")
-# The same file for the same numbers; text stays text.
-plt.rcParams.update(
-    {
-        "svg.hashsalt": "hydro",
-        "svg.fonttype": "none",
-        "font.size": 9,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.grid": True,
-        "grid.alpha": 0.3,
-    }
-)
+plt.rcParams.update(STYLE)
 COLOURS = ("#1b6ca8", "#d1495b", "#5c946e", "#edae49")
 
 

@@ -9,20 +9,11 @@ import matplotlib.pyplot as plt
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from hydro_mujoco.recording.files import write_beside
+from hydro_tools.figure_style import STYLE
 
 from .curve import FIELDS, Curve
 
 matplotlib.use("svg")
-#: Text stays text; the same file for the same numbers.
-STYLE = {
-    "svg.hashsalt": "hydro",
-    "svg.fonttype": "none",
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.alpha": 0.3,
-}
 
 
 def write_csv(curves: list[Curve], path: Path) -> None:

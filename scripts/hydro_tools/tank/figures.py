@@ -8,22 +8,13 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 
+from hydro_tools.figure_style import STYLE
+
 from . import conditions
 from .recording import Run
 
 matplotlib.use("svg")
-# The same file for the same numbers; text stays text.
-plt.rcParams.update(
-    {
-        "svg.hashsalt": "hydro",
-        "svg.fonttype": "none",
-        "font.size": 9,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.grid": True,
-        "grid.alpha": 0.3,
-    }
-)
+plt.rcParams.update(STYLE)
 COLOURS = {"x": "#1b6ca8", "y": "#d1495b"}
 #: Drawn points a second of a trace.
 DRAWN_RATE = 20.0

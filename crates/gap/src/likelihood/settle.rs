@@ -1,6 +1,6 @@
 //! A working point settles: sweeps, each followed by a step to the best values.
 //!
-//! Where both the likelihood that the point has reached and the one that first order promises fall, the step went too far and only a
+//! A step after which the likelihood that the point has reached falls, and the one that first order promises too, went too far: only a
 //! part of it is taken. First order's promise then does not hold, so the set counts by what its point has reached (`promised.rs`).
 
 use crate::{

@@ -72,7 +72,7 @@ impl Default for AttentionOdeConfig {
 }
 
 impl AttentionOdeConfig {
-    /// What the score of a past sample loses by the fixed slope of a head, for each sample of lag: 4^(1-head).
+    /// Fixed slope of a head, taken off the score of a past sample for each sample of lag: 4^(1-head).
     pub fn slope(head: usize) -> f64 {
         slope(head)
     }

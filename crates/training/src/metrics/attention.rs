@@ -1,4 +1,4 @@
-//! What an Attention-ODE makes of its attention: how far its weights are from uniform, and its error with others in their place.
+//! Attention of a trained Attention-ODE: how far its weights are from uniform, and its error with others in their place.
 
 use candle_core::{DType, Device, Tensor};
 use hydro_model::{

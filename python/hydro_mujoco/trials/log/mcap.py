@@ -124,7 +124,7 @@ class McapLog(Log):
             return json.loads
         for factory in _factories(channel.message_encoding, self.kind):
             try:
-                # Of a definition that it cannot parse the package prints a line before it raises one of its own errors.
+                # The package prints a line of a definition that it cannot parse, before it raises an error of its own.
                 with contextlib.redirect_stdout(io.StringIO()):
                     decoder = factory.decoder_for(channel.message_encoding, schema)
             except Exception as error:

@@ -90,5 +90,5 @@ def _parsing() -> tuple[type[Exception], ...]:
     import struct
 
     named = (OSError, AssertionError, struct.error, UnicodeDecodeError, EOFError, KeyError, IndexError, ValueError)
-    # Of a database whose cells are of other types than they should be.
+    # Raised where the cells of a database are of other types than they should be.
     return (*named, TypeError, AttributeError)

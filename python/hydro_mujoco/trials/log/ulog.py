@@ -70,7 +70,7 @@ class UlogLog(Log):
 
         with Stream(self.path) as stream:
             try:
-                # What pyulog prints of a damaged file is said below.
+                # pyulog prints a line of a damaged file; the error below says it.
                 with contextlib.redirect_stdout(io.StringIO()):
                     parsed = parser(stream, names)
             except (ULogException, struct.error, ValueError, KeyError, IndexError, TypeError, OSError) as error:
