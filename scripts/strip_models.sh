@@ -15,7 +15,6 @@ wanted=("$@")
 [ $# -gt 0 ] || wanted=("${rows[@]}")
 out=${HYDRO_STRIP_OUT:-out/strip}
 epochs=${HYDRO_STRIP_EPOCHS:-40}
-python=.venv/bin/python
 hydro=target/release/hydro
 # The rows' seeds, 0 where none are named, and the flags of `hydro train` in which they differ.
 declare -A seeds=([mlp]='0 1 2' [relaxation-ode]='0 1 2' [relaxation-ode-modes]='0 1 2')
@@ -35,6 +34,7 @@ for row in "${wanted[@]}"; do
   }
 done
 source scripts/setup.sh
+python=.venv/bin/python
 cargo build --release --quiet
 
 truth=(--water strip --added-mass inertia)
