@@ -16,7 +16,8 @@ use crate::{
 };
 
 /// Inputs of a change from every step along the base's motion: of the state the mean over a block, of the readings those at
-/// its start. Both sides have a memory of their own of that motion. `base`: numbers of the nominal and entries of the base.
+/// its start. Both sides have a memory of their own of that motion, and the unmodelled forces: they tell which side of a gap
+/// bears. `base`: numbers of the nominal and entries of the base.
 pub(super) fn inputs(
     problem: &Problem<'_>,
     (track, rolled): (&Track, &[Rolled]),

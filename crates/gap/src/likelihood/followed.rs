@@ -1,10 +1,10 @@
 //! The trials as the nominal follows them: what every stage starts from.
 
-use nalgebra::DVector;
-
 use crate::{
     error::GapError,
-    likelihood::{levels::Levels, track::Track, working_point::WorkingPoint},
+    likelihood::{
+        force_scale::Unmodelled, levels::Levels, track::Track, working_point::WorkingPoint,
+    },
     problem::problem::Problem,
     progress::Watch,
 };
@@ -14,7 +14,7 @@ use crate::{
 pub struct Followed<'p> {
     pub(crate) problem: &'p Problem<'p>,
     tracks: Vec<Track>,
-    scale: DVector<f64>,
+    unmodelled: Unmodelled,
     levels: Levels,
 }
 
@@ -31,14 +31,14 @@ impl<'p> Followed<'p> {
         Ok(Self {
             problem,
             tracks: working.tracks,
-            scale: working.scale,
+            unmodelled: working.unmodelled,
             levels: working.levels,
         })
     }
 
     /// The empty set at the nominal, starts and forces as the nominal follows the trials with them.
     pub(crate) fn working_point<'w>(&'w self, watch: &'w Watch<'w>) -> WorkingPoint<'w, 'w> {
-        let sizes = (self.scale.clone(), self.levels.clone());
+        let sizes = (self.unmodelled.clone(), self.levels.clone());
         WorkingPoint::along(self.problem, watch, self.tracks.clone(), sizes)
     }
 }

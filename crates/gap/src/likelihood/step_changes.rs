@@ -56,6 +56,12 @@ pub(crate) fn stepped(simulation: &mut dyn Simulation, at: &Boundary) -> Stepped
     stepped_under(simulation, at, &at.force)
 }
 
+/// A step without unmodelled forces. Changes with parameters are taken of such steps, for what stays as it is while an inertia
+/// changes is the acceleration that nobody modelled, not its force (`force_scale.rs`).
+fn stepped_unforced(simulation: &mut dyn Simulation, at: &Boundary) -> Stepped {
+    stepped_under(simulation, at, &vec![0.0; at.force.len()])
+}
+
 fn stepped_under(simulation: &mut dyn Simulation, at: &Boundary, force: &[f64]) -> Stepped {
     simulation.set_force(force);
     simulation.set_earlier_control(&at.earlier);
@@ -231,10 +237,10 @@ pub(crate) type References = Vec<Vec<[Stepped; 2]>>;
 pub(crate) fn references(simulation: &mut dyn Simulation, rolled: &[Rolled]) -> References {
     let mut of = |boundary: &Boundary| {
         simulation.load(&boundary.saved);
-        let loaded = stepped(simulation, boundary);
+        let loaded = stepped_unforced(simulation, boundary);
         simulation.rejoin(&boundary.full);
         simulation.set_memory(&boundary.memory);
-        [loaded, stepped(simulation, boundary)]
+        [loaded, stepped_unforced(simulation, boundary)]
     };
     rolled
         .iter()
@@ -293,7 +299,7 @@ pub(crate) fn inputs(
                     simulation.set_memory(own.unwrap_or(&boundary.memory));
                     joined
                 };
-                let to = stepped(simulation.as_mut(), boundary);
+                let to = stepped_unforced(simulation.as_mut(), boundary);
                 difference(
                     problem,
                     simulation.as_ref(),

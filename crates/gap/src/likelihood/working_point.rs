@@ -11,7 +11,7 @@ use crate::{
         directions::Direction,
         disturbances::Disturbances,
         filter::{self, Filtered},
-        force_scale::force_scale,
+        force_scale::Unmodelled,
         form_error::{self, Beside},
         level::{Level, Sizes},
         levels::{Grid, Levels},
@@ -37,7 +37,7 @@ pub(crate) struct WorkingPoint<'p, 'a> {
     watch: &'p Watch<'p>,
     pub(super) tracks: Vec<Track>,
     pub(super) arrival: Vec<DVector<f64>>,
-    pub(super) scale: DVector<f64>,
+    pub(super) unmodelled: Unmodelled,
     pub(super) levels: Levels,
     pub(crate) point: Point,
     /// True where it is known which readings rows resolve.
@@ -103,7 +103,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             })
             .collect();
         let sizes = (
-            force_scale(problem, &tracks)?,
+            Unmodelled::new(problem, &tracks)?,
             Levels::coarse(Grid::of(problem)),
         );
         Ok(Self {
@@ -117,13 +117,13 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         problem: &'p Problem<'a>,
         watch: &'p Watch<'p>,
         tracks: Vec<Track>,
-        (scale, levels): (DVector<f64>, Levels),
+        (unmodelled, levels): (Unmodelled, Levels),
     ) -> Self {
         Self {
             problem,
             watch,
             arrival: arrival(problem),
-            scale,
+            unmodelled,
             tracks,
             levels,
             point: problem.origin(),
@@ -134,7 +134,14 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
 
     /// Weighs the readings by what rows resolve of the motion that starts and unmodelled forces follow.
     fn weigh(&mut self) -> Result<(), GapError> {
-        let (problem, scale) = (self.problem, &self.scale);
+        let problem = self.problem;
+        let Some(scale) = self
+            .unmodelled
+            .forces(problem, &self.tracks, &problem.origin())
+        else {
+            return Ok(());
+        };
+        let scale = &scale;
         let pieces = problem.settings.options.likelihood.pieces;
         let tracks = self.tracks.par_iter_mut();
         tracks.try_for_each(|track| {
@@ -163,12 +170,17 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let scales = directions.map_or_else(Vec::new, |directions| {
             scale_slope::scale_columns(problem, &self.point, beside.len(), directions)
         });
+        let scale = self.unmodelled.forces(problem, &self.tracks, &self.point);
+        let Some(force_scale) = scale else {
+            return Ok(None);
+        };
         let swept: Option<Vec<TrackSwept>> = self
             .tracks
             .par_iter()
             .zip(&self.arrival)
             .map(|(track, arrival)| {
                 self.watch.check()?;
+                let arrival = (arrival, &force_scale);
                 let how = (keep, horizon);
                 self.sweep_track(track, arrival, directions, (parameters, &scales), how)
             })
@@ -200,7 +212,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
     fn sweep_track(
         &self,
         track: &Track,
-        arrival: &DVector<f64>,
+        (arrival, force_scale): (&DVector<f64>, &DVector<f64>),
         directions: Option<&[Direction]>,
         ([settled, parameters], scales): ([usize; 2], &[ScaleColumn]),
         (keep, horizon): (Keep, Option<f64>),
@@ -219,7 +231,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
                 pieces: options.pieces,
                 block,
                 look,
-                force_scale: &self.scale,
+                force_scale,
                 drifts: &drifts,
                 keep_readings: keep == Keep::Readings,
                 scaled: &sources,

@@ -1,7 +1,7 @@
 //! The marginal likelihood on a simulated rigid body.
 
 use hydro_effects::Id;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::{fake::RigidBody, on_hull, on_prepared, trial};
 use crate::{
@@ -9,6 +9,7 @@ use crate::{
         columns::{self, LinkColumns, Sweep},
         explain::explain,
         followed::Followed,
+        force_scale::Unmodelled,
         found::likeliest,
         track::Track,
         working_point::{Keep, WorkingPoint},
@@ -93,6 +94,58 @@ fn columns_are_the_changes_of_rollouts() {
                 "{expected} {found}"
             );
         }
+    });
+}
+
+/// Beside accelerations that nobody modelled a column of the mass is the change of rollouts in which these accelerations stay,
+/// and their forces grow with the mass.
+#[test]
+fn unmodelled_accelerations_stay_while_a_mass_changes() {
+    let trials = vec![trial("one", &[], &[0.02, -0.03], 3, 1.0)];
+    on_prepared(&RigidBody::new(), trials, |problem, _| {
+        let (trial, motion) = (&problem.trials[0], &problem.motions[0]);
+        let step = problem.model.timestep;
+        let mut track = Track::new(0, trial, motion, [1.0, 0.5, 1.0], step);
+        for link in &mut track.links {
+            link.forces = vec![
+                0.6, -0.4, 0.5, 0.3, -0.2, 0.4, 0.5, -0.7, 0.3, -0.3, 0.1, 0.3,
+            ];
+        }
+        let tracks = [track];
+        let unmodelled = Unmodelled::new(problem, &tracks).unwrap();
+        let point = |mass: f64| {
+            let mut point = problem.origin();
+            point.nuisances[0] = mass;
+            point
+        };
+        let swept = |point: &Point| {
+            let how = Sweep {
+                directions: Some(&[]),
+                pieces: 2,
+                block: 0.005,
+                look: 0.005,
+                force_scale: &unmodelled.forces(problem, &tracks, point).unwrap(),
+                drifts: &[0.0],
+                keep_readings: true,
+                scaled: &[],
+                horizon: None,
+            };
+            let links = columns::sweep(problem, &tracks[0], point, how);
+            links.unwrap().unwrap().remove(0).noise.remove(0).readings
+        };
+        // Those of the residual hold what the point's mass and the forces do: the mass is carried back, the forces are not wanted.
+        let forces = DVector::from_column_slice(&tracks[0].links[0].forces);
+        let residual = |readings: &DMatrix<f64>, mass: f64| {
+            let first = readings.ncols() - forces.len();
+            readings.column(0)
+                - mass * readings.column(1)
+                - readings.columns(first, forces.len()) * &forces
+        };
+        let (lighter, heavier) = (swept(&point(-0.5)), swept(&point(0.5)));
+        let expected = residual(&lighter, -0.5) - residual(&heavier, 0.5);
+        let column = swept(&point(0.0)).column(1).into_owned();
+        let off = (&column - &expected).norm() / expected.norm();
+        assert!(off < 0.02, "{off}");
     });
 }
 
