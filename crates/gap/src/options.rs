@@ -217,6 +217,8 @@ options! {
         explained: f64 = 0.5,
         /// Part of a parameter's range beside its bounds in which it is at the edge of what is plausible: its set is not named.
         edge: f64 = 0.02,
+        /// Shift of a number of the nominal from which the reader is warned [prior standard deviations].
+        far: f64 = 3.0,
         /// Probability above which an effect that is not named is one of those that it could be.
         error: f64 = 0.05,
         /// Probability up to which an effect is not listed.

@@ -1,4 +1,4 @@
-//! The verdict on the terminal, in at most ten lines.
+//! The verdict on the terminal, in about ten lines.
 
 use std::path::Path;
 
@@ -71,6 +71,7 @@ pub(super) fn ten_lines(record: &Record, out: &Path) -> String {
     };
     line("values", joined(parameters.take(PARAMETERS)) + &more);
     line("error", error(record));
+    line("doubtful", record.named.remarks.join("; "));
     line("next", verdict.next_experiment.clone().unwrap_or_default());
     let refused = verdict.refused_because.clone();
     let written = verdict.patch.as_ref().map_or_else(

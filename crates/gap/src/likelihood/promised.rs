@@ -30,8 +30,11 @@ impl Level {
         let there = DVector::from_iterator(places.len(), places.iter().map(|at| there[*at]));
         let own = own_values(problem, point);
         let of_columns = found.columns.iter().map(|column| own[*column]);
-        let known: Vec<(usize, f64)> = (point.nuisances.iter().copied().enumerate())
-            .chain((beside.len()..).zip(of_columns))
+        let forms = beside.len() - point.nuisances.len();
+        let numbers = point.nuisances.iter().map(|value| Some(*value));
+        let known: Vec<Option<f64>> = numbers
+            .chain(std::iter::repeat_n(None, forms))
+            .chain(of_columns.map(Some))
             .collect();
         let log = |z: &DVector<f64>| joint.b.dot(z) - 0.5 * (&joint.a * z).dot(z);
         let here = joint.best_beside(&known);

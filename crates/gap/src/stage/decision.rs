@@ -10,7 +10,10 @@ use crate::{
     output::verdict::{Calibration, Outcome},
     problem::point::Point,
     progress::Watch,
-    stage::timing::{self, Timing},
+    stage::{
+        doubts,
+        timing::{self, Timing},
+    },
 };
 
 pub(crate) struct Decision {
@@ -26,6 +29,8 @@ pub(crate) struct Decision {
     pub(crate) stand_ins: Vec<usize>,
     /// Two explanations that an experiment should tell apart.
     pub(crate) apart: Option<(Point, Point)>,
+    /// Sentences for the reader.
+    pub(crate) remarks: Vec<String>,
 }
 
 /// Decides by probabilities: of any gap, of every effect given that there is one, and by what the set explains.
@@ -48,6 +53,7 @@ pub(crate) fn decide(
         confusion: Vec::new(),
         stand_ins: Vec::new(),
         apart: None,
+        remarks: Vec::new(),
     };
     if agreement > options.agreement || calibration.alarm > calibration.alarm_level {
         return Ok(decision);
@@ -64,7 +70,8 @@ pub(crate) fn decide(
     let explained = |without: &[usize]| explanation.explained(best, without);
     let whole = explained(&[]);
     decision.explained = Some(whole);
-    if whole < options.explained || is_at_an_edge(explanation, best, options.edge) {
+    decision.remarks = doubts::values_at_an_edge(explanation, best);
+    if whole < options.explained || !decision.remarks.is_empty() {
         return Ok(decision);
     }
     let mut probabilities = explanation.ids();
@@ -130,22 +137,6 @@ pub(crate) fn decide(
     }
     decision.explained = Some(explained(&others(set, &kept)));
     Ok(decision)
-}
-
-/// True where a value of a set has run to the end of what its effect takes to be plausible: the set stands for something else. Null
-/// and zero are no such ends (a motor may be dead).
-fn is_at_an_edge(explanation: &Explanation<'_>, set: usize, edge: f64) -> bool {
-    let point = explanation.point(set);
-    let mut all = point.candidates.iter().zip(&point.values);
-    all.any(|(candidate, values)| {
-        let parameters = explanation.problem.candidates[*candidate].parameters.iter();
-        parameters.zip(values).any(|(p, value)| {
-            let within = edge * (p.upper - p.lower);
-            let ends = [p.lower, p.upper].into_iter();
-            let mut ends = ends.filter(|end| *end != p.null && *end != 0.0);
-            !p.shapes && within.is_finite() && ends.any(|end| (value - end).abs() <= within)
-        })
-    })
 }
 
 /// Members of a set that are not among some.

@@ -7,6 +7,7 @@ pub(crate) mod calibration;
 pub(crate) mod conclude;
 pub(crate) mod cross_fit;
 pub(crate) mod decision;
+pub(crate) mod doubts;
 pub(crate) mod experiment_design;
 pub(crate) mod locate;
 pub(crate) mod name;

@@ -13,7 +13,7 @@ use crate::{
     stage::{
         calibration::calibrate,
         decision::{Decision, decide},
-        experiment_design,
+        doubts, experiment_design,
     },
 };
 
@@ -46,6 +46,10 @@ pub fn name(explanation: &Explanation<'_>, watch: &Watch<'_>) -> Result<Naming, 
     let apart = decision
         .apart
         .map(|(one, other)| experiment_design::next(explanation.problem, &one, &other, watch));
+    let mut remarks = decision.remarks;
+    if decision.outcome != Outcome::Unknown {
+        remarks.extend(doubts::far_numbers(explanation, decision.chosen));
+    }
     let named = Named {
         schema: SCHEMA.to_owned(),
         outcome: decision.outcome,
@@ -58,7 +62,7 @@ pub fn name(explanation: &Explanation<'_>, watch: &Watch<'_>) -> Result<Naming, 
         nuisances: explanation.nuisances(decision.chosen),
         explained: decision.explained,
         calibration,
-        remarks: Vec::new(),
+        remarks,
     };
     Ok(Naming {
         named,

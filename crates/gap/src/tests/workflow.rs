@@ -7,7 +7,10 @@ use hydro_effects::{Entry, Id};
 use super::{fake::RigidBody, on_hull, on_prepared, settings, trial};
 use crate::{
     likelihood::{explain::explain, followed::Followed},
-    output::verdict::{Outcome, SensorPatch},
+    output::{
+        records::Named,
+        verdict::{Outcome, SensorPatch},
+    },
     problem::problem::Problem,
     progress::Watch,
     stage::{
@@ -20,7 +23,7 @@ use crate::{
     trial::Trial,
 };
 
-fn run(effects: &[Entry]) -> crate::output::records::Named {
+fn run(effects: &[Entry]) -> Named {
     let plant = RigidBody::new();
     let stop = AtomicBool::new(false);
     let watch = Watch::silent(&stop);
@@ -113,6 +116,17 @@ fn run(effects: &[Entry]) -> crate::output::records::Named {
     naming.named
 }
 
+/// What is named of trials of the plain body.
+fn named_of(trials: Vec<Trial>) -> Named {
+    let mut found = None;
+    on_prepared(&RigidBody::new(), trials, |problem, watch| {
+        let followed = Followed::new(problem, watch).unwrap();
+        let explanation = explain(&followed, watch).unwrap();
+        found = Some(name(&explanation, watch).unwrap().named);
+    });
+    found.unwrap()
+}
+
 #[test]
 fn nothing_missing_is_no_gap() {
     assert_eq!(run(&[]).outcome, Outcome::NoGap);
@@ -138,16 +152,32 @@ fn a_value_at_the_edge_of_what_is_plausible_is_no_name() {
             }
             trial
         });
-        let mut found = None;
-        on_prepared(&RigidBody::new(), trials.collect(), |problem, watch| {
-            let followed = Followed::new(problem, watch).unwrap();
-            let explanation = explain(&followed, watch).unwrap();
-            found = Some(name(&explanation, watch).unwrap().named.outcome);
-        });
-        found.unwrap()
+        let named = named_of(trials.collect());
+        (named.outcome, named.remarks.join("; "))
     };
-    assert_eq!(scaled(1.2), Outcome::Named);
-    assert_eq!(scaled(2.2), Outcome::Unknown);
+    assert_eq!(scaled(1.2), (Outcome::Named, String::new()));
+    let (outcome, remarks) = scaled(2.2);
+    assert_eq!(outcome, Outcome::Unknown);
+    assert!(
+        remarks.contains("is not named, for `scale` of"),
+        "{remarks}"
+    );
+    assert!(
+        remarks.contains("the end of what is plausible"),
+        "{remarks}"
+    );
+}
+
+/// A mass that is four standard deviations from the nominal's is said.
+#[test]
+fn a_number_far_from_what_was_said_of_it_is_told() {
+    let of_mass = |mass: f64| {
+        let trials = (0..2).map(|at| trial(&format!("trial {at}"), &[], &[mass, 0.0], at, 1.0));
+        named_of(trials.collect()).remarks.join("; ")
+    };
+    let (near, far) = (of_mass(0.04), of_mass(0.12));
+    assert!(!near.contains("hull.mass"), "{near}");
+    assert!(far.contains("`hull.mass` by +"), "{far}");
 }
 
 /// The run does not end with it.

@@ -1,0 +1,68 @@
+//! What a reader should doubt in a fit: values at the end of what is plausible, numbers of the nominal far from what was said of
+//! them.
+
+use hydro_effects::effect;
+use hydro_files::number;
+
+use crate::likelihood::explanation::Explanation;
+
+/// Values of a set that have run to the end of what their effect takes to be plausible, a sentence each: the set stands for something
+/// else. Null and zero are no such ends (a motor may be dead).
+pub(crate) fn values_at_an_edge(explanation: &Explanation<'_>, set: usize) -> Vec<String> {
+    let edge = explanation.problem.settings.options.name.edge;
+    let point = explanation.point(set);
+    let all = point.candidates.iter().zip(&point.values);
+    all.flat_map(|(candidate, values)| {
+        let candidate = &explanation.problem.candidates[*candidate];
+        let parameters = candidate.parameters.iter().zip(values);
+        parameters.filter_map(move |(p, value)| {
+            let within = edge * (p.upper - p.lower);
+            let ends = [p.lower, p.upper].into_iter();
+            let mut ends = ends.filter(|end| *end != p.null && *end != 0.0);
+            let is_at = !p.shapes && within.is_finite() && ends.any(|end| (value - end).abs() <= within);
+            is_at.then(|| {
+                format!(
+                    "the likeliest explanation is not named, for `{}` of {} on `{}` is {} {}, the end of what is plausible ({} to {})",
+                    p.name,
+                    effect(candidate.effect).card().phrase,
+                    candidate.targets.join("`, `"),
+                    short(*value),
+                    p.unit,
+                    short(p.lower),
+                    short(p.upper),
+                )
+            })
+        })
+    })
+    .collect()
+}
+
+/// Numbers of the nominal that the fit of a set moves far beyond their uncertainty, the farthest first, as one sentence; none
+/// where all are near.
+pub(crate) fn far_numbers(explanation: &Explanation<'_>, set: usize) -> Option<String> {
+    let problem = explanation.problem;
+    let least = problem.settings.options.name.far;
+    let point = explanation.point(set);
+    let all = problem.nuisances.iter().zip(point.nuisances.iter());
+    let mut far: Vec<(&str, f64)> = all
+        .filter(|(_, shift)| shift.abs() >= least)
+        .map(|((of, _), shift)| (problem.model.nuisances[*of].name.as_str(), *shift))
+        .collect();
+    far.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    let told = far
+        .iter()
+        .map(|(name, shift)| format!("`{name}` by {shift:+.1}"));
+    let told: Vec<String> = told.collect();
+    (!told.is_empty()).then(|| {
+        format!(
+            "the fit moves numbers of the nominal farther than they are uncertain, in standard deviations: {}; what acts like them may \
+             be wrong by more than its interval",
+            told.join(", ")
+        )
+    })
+}
+
+/// A number in three digits.
+fn short(value: f64) -> String {
+    number(format!("{value:.2e}").parse().unwrap_or(value))
+}
