@@ -173,6 +173,8 @@ options! {
         arrival_sd: [f64; 2] = [0.1, 0.5],
         /// Prior standard deviation of the first start where the log gives no initial state, likewise.
         first_arrival_sd: [f64; 2] = [1.0, 2.0],
+        /// Headings in which the start of a free body is tried where no sensor reads its attitude.
+        first_headings: usize = 8,
     }
 }
 

@@ -21,8 +21,9 @@ use crate::{
 
 /// Steps of the difference quotients: positions [m or rad], velocities.
 pub(crate) const STEP: [f64; 2] = [1e-5, 1e-4];
-/// Gauss-Newton steps at most a window.
-const ITERATIONS: usize = 4;
+/// Gauss-Newton steps at most a window, and the part of a step that is taken where a whole one made the fit worse.
+const ITERATIONS: usize = 8;
+const SHORTER: f64 = 0.25;
 
 /// Sensitivity of a segment to its start: minus the derivative of the whitened residuals
 /// by the tangent [rows * channels, 2 nv]; none where a rollout blew up.
@@ -79,6 +80,68 @@ fn start_sensitivity(
     Some(matrix)
 }
 
+/// Squared whitened residuals of a segment, which are left in `residual`; none where it blew up.
+#[expect(clippy::too_many_arguments)]
+fn misfit(
+    simulation: &mut dyn Simulation,
+    trial: &MeasuredTrial,
+    segment: &Segment,
+    motion: &EstimatedMotion,
+    warm_up: WarmUp,
+    channels: &Channels,
+    corrections: &[Correction],
+    model: &PlantDescription,
+    residual: &mut Vec<f64>,
+) -> Option<f64> {
+    let (mut trace, step) = (Trace::default(), model.timestep);
+    let whole = shooting::run(
+        simulation, trial, segment, motion, warm_up, step, None, &mut trace,
+    );
+    if !whole {
+        return None;
+    }
+    sensor_correction::residuals(
+        &trace,
+        trial,
+        segment,
+        channels,
+        corrections,
+        step,
+        residual,
+    );
+    whiten(channels, residual);
+    Some(residual.iter().map(|value| value * value).sum())
+}
+
+/// Turns a first guess about the vertical to where a compass, or whatever else tells the heading, fits it best: from the opposite
+/// heading no slope leads there.
+fn face(guess: &mut Segment, turns: usize, mut misfit: impl FnMut(&Segment) -> Option<f64>) {
+    let mut best = misfit(guess).unwrap_or(f64::INFINITY);
+    let from = guess.clone();
+    for turn in 1..turns {
+        let half = std::f64::consts::PI * turn as f64 / turns as f64;
+        let (cos, sin) = (half.cos(), half.sin());
+        let [w, x, y, z] = [3, 4, 5, 6].map(|at| from.qpos[at]);
+        let mut turned = from.clone();
+        let attitude = [
+            cos * w - sin * z,
+            cos * x - sin * y,
+            cos * y + sin * x,
+            cos * z + sin * w,
+        ];
+        turned.qpos[3..7].copy_from_slice(&attitude);
+        let (cos, sin) = ((2.0 * half).cos(), (2.0 * half).sin());
+        let (east, north) = (from.qvel[0], from.qvel[1]);
+        (turned.qvel[0], turned.qvel[1]) = (cos * east - sin * north, sin * east + cos * north);
+        // Headings that fit alike, for nothing tells them, are left alone.
+        let found = misfit(&turned).unwrap_or(f64::INFINITY);
+        if found < best * (1.0 - 1e-6) {
+            best = found;
+            guess.clone_from(&turned);
+        }
+    }
+}
+
 /// Precision of a start about its guess, by tangent axis.
 pub(crate) fn arrival_precision(nv: usize, sd: [f64; 2]) -> DVector<f64> {
     DVector::from_fn(2 * nv, |axis, _| sd[axis / nv].powi(-2))
@@ -110,7 +173,7 @@ pub(crate) fn estimate_motion(
     }
     let mut simulation = system.simulation()?;
     let mut cheaper = system.cheaper()?;
-    let (mut qpos, mut qvel) = first_guess(simulation.as_mut(), trial, model);
+    let (mut qpos, mut qvel, has_heading) = first_guess(simulation.as_mut(), trial, model);
     if let Some(prescribed) = &trial.prescribed {
         let start = on_the_grid(trial, trial.times[0] - model.timestep, model.timestep);
         prescribed.impose(start, &mut qpos, &mut qvel);
@@ -126,6 +189,23 @@ pub(crate) fn estimate_motion(
     while first < rows {
         let end = segments::window_end(trial, first, states.window, states.least_rows);
         guess.rows = first..end;
+        if first == 0 && !has_heading {
+            let mut residual = Vec::new();
+            face(&mut guess, states.first_headings, |guess| {
+                let simulation = simulation.as_mut();
+                misfit(
+                    simulation,
+                    trial,
+                    guess,
+                    &motion,
+                    warm_up,
+                    channels,
+                    corrections,
+                    model,
+                    &mut residual,
+                )
+            });
+        }
         let sd = if first == 0 && trial.initial_state.is_none() {
             states.first_arrival_sd
         } else {
@@ -206,39 +286,28 @@ fn settle(
 ) -> Result<(), GapError> {
     let precision = arrival_precision(model.nv, sd);
     let mut moved = DVector::zeros(2 * model.nv);
-    let mut trace = Trace::default();
+    let mut step = DVector::zeros(2 * model.nv);
     let mut residual = Vec::new();
     let mut sensitivity: Option<DMatrix<f64>> = None;
-    let mut best: Option<(f64, Segment)> = None;
-    for _ in 0..ITERATIONS {
-        let whole = shooting::run(
+    let mut best: Option<(f64, Segment, DVector<f64>)> = None;
+    let mut went_too_far = false;
+    for left in (0..=ITERATIONS).rev() {
+        let misfit = misfit(
             simulation,
             trial,
             guess,
             motion,
             warm_up,
-            model.timestep,
-            None,
-            &mut trace,
+            channels,
+            none,
+            model,
+            &mut residual,
         );
-        let cost = if whole {
-            sensor_correction::residuals(
-                &trace,
-                trial,
-                guess,
-                channels,
-                none,
-                model.timestep,
-                &mut residual,
-            );
-            whiten(channels, &mut residual);
-            residual.iter().map(|value| value * value).sum::<f64>()
-                + moved.component_mul(&moved).dot(&precision)
-        } else {
-            f64::INFINITY
-        };
+        let cost = misfit.map_or(f64::INFINITY, |misfit| {
+            misfit + moved.component_mul(&moved).dot(&precision)
+        });
         match &best {
-            None if !whole => {
+            None if misfit.is_none() => {
                 return Err(GapError::NominalDiverges {
                     trial: trial.name.clone(),
                     start: guess.start,
@@ -247,32 +316,38 @@ fn settle(
                     timestep: model.timestep,
                 });
             }
-            Some((before, state)) if cost >= before * (1.0 - 1e-4) => {
-                if cost > *before {
-                    *guess = state.clone();
-                }
-                return Ok(());
+            Some((before, state, from)) if cost > *before => {
+                (*guess, moved) = (state.clone(), from.clone());
+                step *= SHORTER;
+                went_too_far = true;
             }
-            _ => best = Some((cost, guess.clone())),
+            Some((before, ..)) if cost >= before * (1.0 - 1e-4) => return Ok(()),
+            _ => {
+                best = Some((cost, guess.clone(), moved.clone()));
+                if sensitivity.is_none() || went_too_far {
+                    sensitivity = start_sensitivity(
+                        cheaper, trial, guess, motion, warm_up, channels, none, model,
+                    );
+                }
+                went_too_far = false;
+                let Some(matrix) = &sensitivity else {
+                    return Ok(());
+                };
+                let mut normal = matrix.tr_mul(matrix);
+                for axis in 0..2 * model.nv {
+                    normal[(axis, axis)] += precision[axis];
+                }
+                let gradient = matrix.tr_mul(&DVector::from_column_slice(&residual))
+                    - moved.component_mul(&precision);
+                let Some(factor) = normal.cholesky() else {
+                    return Ok(());
+                };
+                step = factor.solve(&gradient);
+            }
         }
-        if sensitivity.is_none() {
-            sensitivity = start_sensitivity(
-                cheaper, trial, guess, motion, warm_up, channels, none, model,
-            );
-        }
-        let Some(matrix) = &sensitivity else {
+        if left == 0 {
             return Ok(());
-        };
-        let mut normal = matrix.tr_mul(matrix);
-        for axis in 0..2 * model.nv {
-            normal[(axis, axis)] += precision[axis];
         }
-        let gradient =
-            matrix.tr_mul(&DVector::from_column_slice(&residual)) - moved.component_mul(&precision);
-        let Some(factor) = normal.cholesky() else {
-            return Ok(());
-        };
-        let step = factor.solve(&gradient);
         moved += &step;
         simulation.set_motion(guess.start, &guess.qpos, &guess.qvel);
         simulation.retract(step.as_slice());
@@ -325,19 +400,23 @@ fn follow(
 }
 
 /// A first state: the log's, else what position, attitude, joint and velocity sensors say of it directly,
-/// and the model's own for the rest.
+/// and the model's own for the rest; and false where it is that of a free body whose heading is the model's own.
 fn first_guess(
     simulation: &mut dyn Simulation,
     trial: &MeasuredTrial,
     model: &PlantDescription,
-) -> (Vec<f64>, Vec<f64>) {
+) -> (Vec<f64>, Vec<f64>, bool) {
     if let Some(state) = &trial.initial_state {
         let (qpos, qvel) = (
             state[1..1 + model.nq].to_vec(),
             state[1 + model.nq..1 + model.nq + model.nv].to_vec(),
         );
-        return (qpos, qvel);
+        return (qpos, qvel, true);
     }
+    let is_free = model.nq == model.nv + 1
+        && model.nv >= 6
+        && model.joints.iter().all(|joint| joint.qpos >= 7);
+    let mut has_heading = !is_free;
     simulation.reset();
     let mut qpos = simulation.qpos().to_vec();
     let mut qvel = simulation.qvel().to_vec();
@@ -361,10 +440,58 @@ fn first_guess(
             (SensorKind::JointPosition, Some(joint)) => qpos[joint.qpos] = reading[0],
             (SensorKind::JointVelocity, Some(joint)) => qvel[joint.dof] = reading[0],
             (SensorKind::Position, _) if free => qpos[..3].copy_from_slice(reading),
-            (SensorKind::Quaternion, _) if free => qpos[3..7].copy_from_slice(reading),
+            (SensorKind::Quaternion, _) if free => {
+                qpos[3..7].copy_from_slice(reading);
+                has_heading = true;
+            }
             (SensorKind::AngularVelocity, _) if free => qvel[3..6].copy_from_slice(reading),
             _ => {}
         }
     }
-    (qpos, qvel)
+    (qpos, qvel, has_heading)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A start whose body heads west where the model heads east; nothing but the heading counts.
+    #[test]
+    fn a_start_faces_where_its_compass_says() {
+        let heading = |segment: &Segment| {
+            let [w, x, y, z] = [3, 4, 5, 6].map(|at| segment.qpos[at]);
+            (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z))
+        };
+        let start = Segment {
+            rows: 0..1,
+            start: 0.0,
+            // Pitched by 0.2 rad.
+            qpos: vec![1.0, 2.0, -3.0, 0.1f64.cos(), 0.0, 0.1f64.sin(), 0.0],
+            qvel: vec![1.0, 0.0, 0.5, 0.1, 0.2, 0.3],
+        };
+        for wanted in [0.0, 1.5, 3.1, -2.4] {
+            let mut guess = start.clone();
+            face(&mut guess, 8, |segment| {
+                Some(1.0 - (heading(segment) - wanted).cos())
+            });
+            let off = (heading(&guess) - wanted).sin().abs();
+            assert!(
+                off <= (std::f64::consts::TAU / 16.0).sin() + 1e-9,
+                "{wanted}: {off}"
+            );
+            assert_eq!(guess.qpos[..3], start.qpos[..3]);
+            let pitch = |segment: &Segment| {
+                segment.qpos[3] * segment.qpos[5] - segment.qpos[6] * segment.qpos[4]
+            };
+            assert!((pitch(&guess) - pitch(&start)).abs() < 1e-12);
+            // The velocity turns with it.
+            let (east, north) = (guess.qvel[0], guess.qvel[1]);
+            assert!((north.atan2(east) - heading(&guess)).sin().abs() < 1e-12);
+            assert_eq!(guess.qvel[2..], start.qvel[2..]);
+        }
+        // Nothing tells the heading: it is left alone.
+        let mut guess = start.clone();
+        face(&mut guess, 8, |_| Some(3.0));
+        assert_eq!(guess.qpos, start.qpos);
+    }
 }
