@@ -6,18 +6,18 @@
 #   scripts/strip_models.sh                   # every row
 #   scripts/strip_models.sh lstm mlp-ode      # these rows
 #
-# HYDRO_STRIP_OUT (out/strip): folder of data and results, table.md and curves.svg among them. HYDRO_STRIP_EPOCHS (40): most passes over the
-# training split; another number wants another folder.
+# HYDRO_STRIP_OUT (out/strip): folder of data and results, table.md and curves.svg among them. HYDRO_STRIP_SEEDS (0 1 2).
+# HYDRO_STRIP_EPOCHS (40): most passes over the training split; another number wants another folder.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-rows=(mlp-ode attention-ode cnode lstm mlp relaxation-ode relaxation-ode-modes)
+rows=(mlp-ode attention-ode cnode lstm mlp relaxation-ode relaxation-ode-memory)
 wanted=("$@")
 [ $# -gt 0 ] || wanted=("${rows[@]}")
 out=${HYDRO_STRIP_OUT:-out/strip}
 epochs=${HYDRO_STRIP_EPOCHS:-40}
 hydro=target/release/hydro
-# The rows' seeds, 0 where none are named, and the flags of `hydro train` in which they differ.
-declare -A seeds=([mlp]='0 1 2' [relaxation-ode]='0 1 2' [relaxation-ode-modes]='0 1 2')
+read -ra seeds <<<"${HYDRO_STRIP_SEEDS:-0 1 2}"
+# The flags of `hydro train` in which the rows differ.
 declare -A flags=(
   [mlp-ode]='--model mlp-ode'
   [attention-ode]='--model attention-ode'
@@ -25,7 +25,7 @@ declare -A flags=(
   [lstm]='--model lstm --learning-rate 4e-3'
   [mlp]='--model mlp --encoding links --hidden 256,256 --learning-rate 4e-3'
   [relaxation-ode]='--model relaxation-ode --learning-rate 4e-3'
-  [relaxation-ode-modes]='--model relaxation-ode --modes 3'
+  [relaxation-ode-memory]='--model relaxation-ode --memory 64 --learning-rate 3e-3'
 )
 for row in "${wanted[@]}"; do
   [ -n "${flags[$row]:-}" ] || {
@@ -54,7 +54,7 @@ told() {
 }
 for row in "${wanted[@]}"; do
   read -ra own <<<"${flags[$row]}"
-  for seed in ${seeds[$row]:-0}; do
+  for seed in "${seeds[@]}"; do
     place=$out/jobs/$row/seed-$seed
     mkdir -p "$place"
     "$hydro" train --data "$data" --out "$place/b1-strip-$row" --outputs generalised --preset release "${own[@]}" --epochs "$epochs" \

@@ -23,6 +23,9 @@ pub(super) struct ModelFlags {
     /// need several.
     #[arg(long)]
     modes: Option<usize>,
+    /// Numbers of a Relaxation-ODE's memory, each relaxing at its own learned rate; the force reads them. For water that remembers.
+    #[arg(long)]
+    memory: Option<usize>,
     /// What the attention attends to: past samples, or, as the paper says it, the numbers of the condition vector (the present
     /// sample's; with --window those of past samples too).
     #[arg(long, value_enum)]
@@ -210,6 +213,7 @@ impl ModelFlags {
                     encoding: encoding(sizes.encoding)?,
                     skip: !self.without_skip,
                     modes: self.modes.unwrap_or(sizes.modes),
+                    memory: self.memory.unwrap_or(sizes.memory),
                     hidden,
                 })
             }
@@ -237,13 +241,14 @@ impl ModelFlags {
 
     fn refuse_idle_flags(&self) -> anyhow::Result<()> {
         use Kind::{AttentionOde, Cnode, Lstm, Mlp, MlpOde, RelaxationOde};
-        let flags: [(&str, bool, &[Kind]); 10] = [
+        let flags: [(&str, bool, &[Kind]); 11] = [
             (
                 "--window",
                 self.window.is_some(),
                 &[AttentionOde, RelaxationOde],
             ),
             ("--modes", self.modes.is_some(), &[RelaxationOde]),
+            ("--memory", self.memory.is_some(), &[RelaxationOde]),
             ("--tokens", self.tokens.is_some(), &[AttentionOde]),
             ("--end-of-step", self.end_of_step, &[AttentionOde]),
             ("--heads", self.heads.is_some(), &[AttentionOde]),

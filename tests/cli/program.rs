@@ -390,6 +390,10 @@ fn flags_out_of_range_are_named() {
             ["--modes", "2"],
             "--modes is not used by the model attention-ode; it is for relaxation-ode",
         ),
+        (
+            ["--memory", "64"],
+            "--memory is not used by the model attention-ode; it is for relaxation-ode",
+        ),
     ];
     for (flags, expected) in cases {
         let message = refusal(&train(text(data), text(out), &flags));

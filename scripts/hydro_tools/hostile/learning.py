@@ -138,7 +138,7 @@ def _data_use(bases: Bases, folder: Path, rng: random.Random, data: Path) -> Cas
 
 
 FLAGS = (
-    "hidden", "window", "modes", "heads", "embedding", "latent", "epochs", "batch", "horizon", "learning-rate",
+    "hidden", "window", "modes", "memory", "heads", "embedding", "latent", "epochs", "batch", "horizon", "learning-rate",
     "patience", "trajectories", "seed", "solver", "adjoint", "encoding", "control", "device", "name", "preset",
 )  # fmt: skip
 
@@ -146,6 +146,7 @@ NUMBERS = (
     "hidden",
     "window",
     "modes",
+    "memory",
     "heads",
     "embedding",
     "latent",

@@ -123,9 +123,12 @@ impl ModelConfig {
                 &[("latent", config.latent)],
                 &[&config.latent_hidden, &config.hidden],
             ),
-            Self::RelaxationOde(RelaxationOdeConfig { hidden, .. })
-            | Self::Lstm(LstmConfig { hidden, .. })
-            | Self::Mlp(MlpConfig { hidden, .. }) => bounds::fault(window, &[], &[hidden]),
+            Self::RelaxationOde(RelaxationOdeConfig { hidden, memory, .. }) => {
+                bounds::fault(window, &[("memory", *memory)], &[hidden])
+            }
+            Self::Lstm(LstmConfig { hidden, .. }) | Self::Mlp(MlpConfig { hidden, .. }) => {
+                bounds::fault(window, &[], &[hidden])
+            }
             Self::Cnode(config) => bounds::fault(
                 window,
                 &[("hidden_state", config.hidden_state)],

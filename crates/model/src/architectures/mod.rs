@@ -15,6 +15,7 @@ pub mod mlp;
 pub mod mlp_ode;
 mod network;
 pub mod relaxation_ode;
+pub(crate) mod relaxing_memory;
 pub(crate) mod sample_attention;
 pub(crate) mod shapes;
 

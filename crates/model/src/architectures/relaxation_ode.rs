@@ -15,6 +15,9 @@
 //! motion sets; each mode begins training five to seven times slower than the one before. At the start the slower modes are
 //! taken to have settled, and the first has the rest of F_0; where they had not, that is forgotten at their own rates.
 //!
+//! A memory (`relaxing_memory.rs`) stands beside the motion: [T; kappa] = A [h; m] + network([h; m]), where the force depends on wakes in
+//! another way than as a sum.
+//!
 //! With [`Encoding::Hydrodynamic`] or [`Encoding::Links`] z holds the closed forms of buoyancy, drag and constant added mass,
 //! and A their learned coefficients; the network has what they leave.
 //!
@@ -25,6 +28,7 @@ use candle_nn::{VarBuilder, ops::sigmoid};
 use serde::{Deserialize, Serialize};
 
 use crate::{
+    architectures::relaxing_memory::RelaxingMemory,
     encoding::Encoding,
     kinematics::Kinematics,
     operations::{Backend, relaxation_op::relax},
@@ -45,6 +49,8 @@ pub struct RelaxationOdeConfig {
     pub skip: bool,
     /// J, modes whose sum is the force.
     pub modes: usize,
+    /// M, numbers of the memory that targets and rates read; absent in a card means none.
+    pub memory: usize,
 }
 
 impl Default for RelaxationOdeConfig {
@@ -55,6 +61,7 @@ impl Default for RelaxationOdeConfig {
             encoding: Encoding::Hydrodynamic,
             skip: true,
             modes: 1,
+            memory: 0,
         }
     }
 }
@@ -93,7 +100,8 @@ pub(crate) fn kappa_offset(mode: usize) -> f32 {
 pub struct RelaxationOde {
     pub(crate) window: usize,
     pub(crate) modes: usize,
-    /// h [W n] -> [T; kappa], kappa as it is before modes are told apart [2 J f].
+    pub(crate) memory: Option<RelaxingMemory>,
+    /// h [W n], m [M] -> [T; kappa], kappa as it is before modes are told apart [2 J f].
     pub(crate) field: Perceptron,
 }
 
@@ -105,8 +113,11 @@ impl RelaxationOde {
         outputs: usize,
         vb: VarBuilder,
     ) -> Result<Self> {
+        let h = config.window * inputs;
+        let memory = (config.memory > 0)
+            .then(|| RelaxingMemory::new(config.memory, h, config.skip, vb.pp("memory")));
         let field = PerceptronConfig {
-            inputs: config.window * inputs,
+            inputs: h + config.memory,
             outputs: 2 * config.modes * outputs,
             hidden: config.hidden.clone(),
             skip: config.skip,
@@ -115,6 +126,7 @@ impl RelaxationOde {
         Ok(Self {
             window: config.window,
             modes: config.modes,
+            memory: memory.transpose()?,
             field: Perceptron::new(field, vb.pp("field"))?,
         })
     }
@@ -133,6 +145,10 @@ impl RelaxationOde {
         let rows = batch * (steps + 1);
         let lagged = |lag: usize| z.narrow(1, self.window - 1 - lag, steps + 1);
         let h = differences(self.window, lagged)?.reshape((rows, self.window * inputs))?;
+        let h = match &self.memory {
+            Some(memory) => Tensor::cat(&[&h, &memory.forward(operations, &h, batch)?], 1)?,
+            None => h,
+        };
         let (share, target) = self.share_and_target(&h)?;
         let width = target.dim(1)?;
         let per_sample = |rows: Tensor| rows.reshape((batch, steps + 1, width));
@@ -143,7 +159,7 @@ impl RelaxationOde {
         self.force(&states)
     }
 
-    /// h [rows, W n] -> sigmoid(kappa), the fraction of the way to the target that a step goes, and the target, both
+    /// h and m [rows, W n + M] -> sigmoid(kappa), the fraction of the way to the target that a step goes, and the target, both
     /// [rows, J f].
     fn share_and_target(&self, h: &Tensor) -> Result<(Tensor, Tensor)> {
         let found = self.field.forward(h)?;
@@ -181,30 +197,62 @@ impl RelaxationOde {
         Ok(force)
     }
 
+    /// Numbers M of the memory.
+    fn numbers(&self) -> usize {
+        self.memory.as_ref().map_or(0, |memory| memory.numbers)
+    }
+
+    /// Numbers of the state of [`RelaxationOde::start`] where the force has `outputs`.
+    pub(crate) fn state_len(&self, outputs: usize) -> usize {
+        self.numbers() + (self.modes + 1) * outputs
+    }
+
+    /// h [1, W n] of one window z [W, n]; and m [1, M], the first numbers of a state `before` one sample on, or without one settled.
+    fn latent_and_memory(
+        &self,
+        z: &Tensor,
+        before: Option<&Tensor>,
+    ) -> Result<(Tensor, Option<Tensor>)> {
+        let h = self.latent(z)?;
+        let Some(memory) = &self.memory else {
+            return Ok((h, None));
+        };
+        let m = match before {
+            Some(state) => memory.follow(&state.narrow(1, 0, memory.numbers)?, &h)?,
+            None => memory.settled(&h)?,
+        };
+        Ok((Tensor::cat(&[&h, &m], 1)?, Some(m)))
+    }
+
     /// h [1, W n] of one window z [W, n].
     fn latent(&self, z: &Tensor) -> Result<Tensor> {
         differences(self.window, |lag| z.narrow(0, self.window - 1 - lag, 1))
     }
 
-    /// State [1, (J + 1) f] at a first sample with the window z [W, n]: S_2 .. S_J, a = 1 and b = 0 of F_0 = a F_0 + b.
+    /// State [1, M + (J + 1) f] at a first sample with the window z [W, n]: m, S_2 .. S_J, a = 1 and b = 0 of F_0 = a F_0 + b.
     pub(crate) fn start(&self, z: &Tensor) -> Result<Tensor> {
-        let (_, target) = self.share_and_target(&self.latent(z)?)?;
+        let (h, memory) = self.latent_and_memory(z, None)?;
+        let (_, target) = self.share_and_target(&h)?;
         let outputs = target.dim(1)? / self.modes;
         let settled = target.narrow(1, outputs, (self.modes - 1) * outputs)?;
         let first = target.narrow(1, 0, outputs)?;
-        Tensor::cat(&[settled, first.ones_like()?, first.zeros_like()?], 1)
+        let mut state: Vec<Tensor> = memory.into_iter().collect();
+        state.extend([settled, first.ones_like()?, first.zeros_like()?]);
+        Tensor::cat(&state, 1)
     }
 
-    /// The state one sample later, with the window z [W, n] that ends there: S_2 .. S_J, a and b of F_k = a F_{k-1} + b.
+    /// The state one sample later, with the window z [W, n] that ends there: m, S_2 .. S_J, a and b of F_k = a F_{k-1} + b.
     pub(crate) fn follow(&self, state: &Tensor, z: &Tensor) -> Result<Tensor> {
-        let (share, target) = self.share_and_target(&self.latent(z)?)?;
+        let (h, memory) = self.latent_and_memory(z, Some(state))?;
+        let state = state.narrow(1, self.numbers(), state.dim(1)? - self.numbers())?;
+        let (share, target) = self.share_and_target(&h)?;
         let outputs = target.dim(1)? / self.modes;
         let part = |of: &Tensor, at: usize| of.narrow(1, at * outputs, outputs);
         let first = part(&share, 0)?;
         let (a, mut b) = (first.affine(-1.0, 1.0)?, (&first * part(&target, 0)?)?);
-        let mut after = Vec::with_capacity(self.modes + 1);
+        let mut after: Vec<Tensor> = memory.into_iter().collect();
         for mode in 1..self.modes {
-            let before = part(state, mode - 1)?;
+            let before = part(&state, mode - 1)?;
             let step = (part(&share, mode)? * (part(&target, mode)? - &before)?)?;
             let now = (&before + step)?;
             b = ((b + &now)? - (&a * before)?)?;
@@ -217,13 +265,15 @@ impl RelaxationOde {
     /// F_k [1, f] of F_{k-1} and a state of [`RelaxationOde::start`] or [`RelaxationOde::follow`].
     pub(crate) fn step(&self, state: &Tensor, force: &Tensor) -> Result<Tensor> {
         let outputs = force.dim(1)?;
-        let part = |of: usize| state.narrow(1, (self.modes - 1 + of) * outputs, outputs);
+        let map = self.numbers() + (self.modes - 1) * outputs;
+        let part = |of: usize| state.narrow(1, map + of * outputs, outputs);
         (part(0)? * force)? + part(1)?
     }
 
     /// F [1, f] to which a constant window z [W, n] leads.
     pub(crate) fn settled(&self, z: &Tensor) -> Result<Tensor> {
-        self.force(&self.share_and_target(&self.latent(z)?)?.1)
+        let (h, _) = self.latent_and_memory(z, None)?;
+        self.force(&self.share_and_target(&h)?.1)
     }
 }
 
@@ -246,9 +296,18 @@ mod tests {
     use crate::testing::{in_f64, numbers, ramp, weighted};
 
     fn model(window: usize, modes: usize) -> (RelaxationOde, Vec<(String, Var)>) {
+        with_memory(window, modes, 0)
+    }
+
+    fn with_memory(
+        window: usize,
+        modes: usize,
+        memory: usize,
+    ) -> (RelaxationOde, Vec<(String, Var)>) {
         let config = RelaxationOdeConfig {
             window,
             modes,
+            memory,
             hidden: vec![9, 7],
             ..RelaxationOdeConfig::default()
         };
@@ -256,15 +315,15 @@ mod tests {
     }
 
     #[test]
-    fn a_card_that_names_no_modes_has_one() {
+    fn a_card_that_names_no_modes_has_one_and_no_memory() {
         let config: RelaxationOdeConfig = serde_json::from_str("{\"window\": 3}").expect("parses");
-        assert_eq!((config.window, config.modes), (3, 1));
+        assert_eq!((config.window, config.modes, config.memory), (3, 1, 0));
     }
 
     #[test]
     fn the_gradient_agrees_with_finite_differences() {
-        for modes in [1, 3] {
-            let (model, vars) = model(2, modes);
+        for (modes, memory) in [(1, 0), (3, 0), (1, 5)] {
+            let (model, vars) = with_memory(2, modes, memory);
             let (z, start) = (ramp(&[3, 1 + 12, 4], 0.53), ramp(&[3, 2], 0.9));
             check_gradient(&vars, || {
                 weighted(&model.forward(&z, &start).expect("runs"))
@@ -275,8 +334,8 @@ mod tests {
     /// For one motion, whatever the forces at the start: they approach each other at every step.
     #[test]
     fn the_start_is_forgotten() {
-        for (window, modes) in [(1, 1), (2, 1), (2, 3), (3, 2)] {
-            let (model, _) = model(window, modes);
+        for (window, modes, memory) in [(1, 1, 0), (2, 1, 0), (2, 3, 0), (3, 2, 0), (2, 1, 5)] {
+            let (model, _) = with_memory(window, modes, memory);
             let z = ramp(&[1, window - 1 + 60, 4], 0.53);
             let run = |value: f64| {
                 let start = Tensor::full(value, (1, 2), &Device::Cpu).expect("made");
@@ -331,10 +390,54 @@ mod tests {
         }
     }
 
+    /// The memory sample by sample, each number at its own rate; the force relaxes to what is read from it.
+    #[test]
+    fn targets_read_a_memory_that_relaxes() {
+        let (steps, width, outputs) = (20, 5, 2);
+        let (model, _) = with_memory(2, 1, width);
+        let z = ramp(&[1, 1 + steps + 1, 4], 0.53);
+        let start = [0.9, -1.7];
+        let found = model
+            .forward(&z, &Tensor::new(&[start], &Device::Cpu).expect("made"))
+            .map(|forces| numbers(&forces))
+            .expect("runs");
+        let z = numbers(&z);
+        let (mut memory, mut force) = (vec![0.0; width], start);
+        for k in 0..=steps {
+            let (before, newest) = (&z[4 * k..][..4], &z[4 * (k + 1)..][..4]);
+            let mut h = newest.to_vec();
+            h.extend(newest.iter().zip(before).map(|(new, old)| new - old));
+            let row = |field: &Perceptron, h: &[f64]| {
+                let h = Tensor::from_slice(h, (1, h.len()), &Device::Cpu).expect("made");
+                numbers(&field.forward(&h).expect("runs"))
+            };
+            let led = row(&model.memory.as_ref().expect("a memory").field, &h);
+            for (i, number) in memory.iter_mut().enumerate() {
+                let lambda = led[width + i] - 7.0 * i as f64 / width as f64;
+                let kept = if k > 0 {
+                    1.0 / (1.0 + lambda.exp())
+                } else {
+                    0.0
+                };
+                *number = led[i] + kept * (*number - led[i]);
+            }
+            h.extend(&memory);
+            let read = row(&model.field, &h);
+            for axis in 0..outputs {
+                if k > 0 {
+                    let kept = 1.0 / (1.0 + read[outputs + axis].exp());
+                    force[axis] = read[axis] + kept * (force[axis] - read[axis]);
+                }
+                let error = (found[k * outputs + axis] - force[axis]).abs();
+                assert!(error < 1e-6, "sample {k}, axis {axis}: {error}");
+            }
+        }
+    }
+
     #[test]
     fn in_tensor_operations_it_is_the_same() {
-        for modes in [1, 3] {
-            let (model, vars) = model(2, modes);
+        for (modes, memory) in [(1, 0), (3, 0), (1, 5)] {
+            let (model, vars) = with_memory(2, modes, memory);
             let (z, start) = (ramp(&[3, 1 + 12, 4], 0.53), ramp(&[3, 2], 0.9));
             let run = |operations| {
                 let forces = model.forward_by(operations, &z, &start).expect("runs");
@@ -350,7 +453,7 @@ mod tests {
             for (a, b) in kernels.iter().zip(&tensors) {
                 assert!(
                     (a - b).abs() < 1e-10 * (1.0 + a.abs()),
-                    "{modes} modes: {a} against {b}"
+                    "{modes} modes, memory {memory}: {a} against {b}"
                 );
             }
         }

@@ -154,6 +154,15 @@ mod tests {
                 assert!(message.contains(&size.to_string()), "{message}");
             }
         }
+        let remembers = ModelConfig::RelaxationOde(RelaxationOdeConfig {
+            memory: most,
+            ..RelaxationOdeConfig::default()
+        });
+        let message = remembers.check().expect_err("refused").to_string();
+        assert!(
+            message.contains("memory is 18446744073709551615"),
+            "{message}"
+        );
         let long = ModelConfig::RelaxationOde(RelaxationOdeConfig {
             window: most,
             ..RelaxationOdeConfig::default()

@@ -153,7 +153,7 @@ impl Engine for CandleEngine {
         self.state_at()
             + match &self.0.network {
                 Network::AttentionOde(network) => usize::from(network.config().end_of_step),
-                Network::RelaxationOde(network) => (network.modes + 1) * self.0.outputs(),
+                Network::RelaxationOde(network) => network.state_len(self.0.outputs()),
                 Network::Lstm(network) => network.memory_len(),
                 Network::Cnode(network) => network.field.config().inputs,
                 _ => 0,

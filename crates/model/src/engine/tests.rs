@@ -86,6 +86,12 @@ fn configs() -> Vec<ModelConfig> {
             modes: 3,
             ..RelaxationOdeConfig::default()
         }),
+        ModelConfig::RelaxationOde(RelaxationOdeConfig {
+            hidden: vec![33, 200],
+            modes: 2,
+            memory: 11,
+            ..RelaxationOdeConfig::default()
+        }),
         ModelConfig::Cnode(CnodeConfig {
             hidden: vec![33, 200],
             // The path that a simulation has; the other needs the whole trajectory.
@@ -267,7 +273,8 @@ fn halves_are_the_rounded_weights_and_nothing_else() {
         assert!(error > 1e-6 && error < 5e-3, "{config:?}: {error}");
 
         for (name, var) in parameters.iter() {
-            let halved = name.starts_with("field") || name.starts_with("layer");
+            let parts = ["field", "layer", "memory"];
+            let halved = parts.iter().any(|part| name.starts_with(part));
             if !halved || !name.ends_with("weight") || name.contains("skip") {
                 continue;
             }
