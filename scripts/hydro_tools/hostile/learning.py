@@ -138,8 +138,9 @@ def _data_use(bases: Bases, folder: Path, rng: random.Random, data: Path) -> Cas
 
 
 FLAGS = (
-    "hidden", "window", "modes", "memory", "heads", "embedding", "latent", "epochs", "batch", "horizon", "learning-rate",
-    "patience", "trajectories", "seed", "solver", "adjoint", "encoding", "control", "device", "name", "preset",
+    "hidden", "window", "modes", "memory", "heads", "embedding", "latent", "epochs", "batch", "horizon",
+    "learning-rate", "patience", "trajectories", "seed", "solver", "adjoint", "encoding", "control", "device",
+    "name", "preset",
 )  # fmt: skip
 
 NUMBERS = (
