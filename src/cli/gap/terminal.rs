@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hydro_gap::{
     records::{Added, Found, Named, Record},
-    verdict::Verdict,
+    verdict::{FittedParameter, Verdict},
 };
 use hydro_plugin::report::gap::{
     VerdictKind, by_trial, effect_name, effect_on, headline, interval, number, part_of_excess,
@@ -42,34 +42,7 @@ pub(super) fn ten_lines(record: &Record, out: &Path) -> String {
     });
     line("likeliest", joined(effects));
     line("explained", explained(verdict));
-    let added = record.named.added();
-    let several = added.len() > 1;
-    let parameters = added.iter().flat_map(|effect| {
-        let of = effect.parameters.iter().enumerate();
-        of.map(move |(at, parameter)| {
-            let own = match parameter.by_trial.is_empty() {
-                true => String::new(),
-                false => format!("; {}", by_trial(parameter)),
-            };
-            let whose = match several && at == 0 {
-                true => format!("{}: ", effect_name(effect.effect)),
-                false => String::new(),
-            };
-            format!(
-                "{whose}{} {} ({}{own})",
-                parameter.name,
-                with_unit(parameter.value, &parameter.unit),
-                interval(parameter.ci95)
-            )
-        })
-    });
-    let count = parameters.clone().count();
-    let more = if count > PARAMETERS {
-        format!(", and {} more", count - PARAMETERS)
-    } else {
-        String::new()
-    };
-    line("values", joined(parameters.take(PARAMETERS)) + &more);
+    line("values", values(record));
     line("error", error(record));
     line("doubtful", record.named.remarks.join("; "));
     line("next", verdict.next_experiment.clone().unwrap_or_default());
@@ -108,6 +81,49 @@ fn explained(verdict: &Verdict) -> String {
         part_of_excess(whole),
         part_of_excess(left)
     )
+}
+
+/// Parameters of what was added, those first whose interval leaves zero out.
+fn values(record: &Record) -> String {
+    let added = record.named.added();
+    let all = added.iter().flat_map(|effect| &effect.parameters);
+    let held = all.clone().filter(|of| !is_told(of)).count();
+    let only_told = held < all.count();
+    let told = added.iter().flat_map(|effect| {
+        let of = effect.parameters.iter();
+        let of = of.filter(|parameter| !only_told || is_told(parameter));
+        of.enumerate().map(|(at, parameter)| {
+            let own = match parameter.by_trial.is_empty() {
+                true => String::new(),
+                false => format!("; {}", by_trial(parameter)),
+            };
+            let whose = match added.len() > 1 && at == 0 {
+                true => format!("{}: ", effect_name(effect.effect)),
+                false => String::new(),
+            };
+            format!(
+                "{whose}{} {} ({}{own})",
+                parameter.name,
+                with_unit(parameter.value, &parameter.unit),
+                interval(parameter.ci95)
+            )
+        })
+    });
+    let count = told.clone().count();
+    let mut words = joined(told.take(PARAMETERS));
+    if count > PARAMETERS {
+        words += &format!(", and {} more", count - PARAMETERS);
+    }
+    if only_told && held > 0 {
+        words += &format!("; of {held} more the interval holds 0");
+    }
+    words
+}
+
+/// True where the interval leaves zero out.
+fn is_told(parameter: &FittedParameter) -> bool {
+    let [low, high] = parameter.ci95;
+    low > 0.0 || high < 0.0
 }
 
 /// Errors on held-out trials.

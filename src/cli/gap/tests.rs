@@ -309,6 +309,35 @@ fn not_offered() -> Candidate {
     made
 }
 
+/// Of a drag that one axis tells, that axis is shown.
+#[test]
+fn values_of_which_the_data_tell_nothing_are_counted() {
+    let shown = |intervals: &[[f64; 2]]| {
+        let mut effect = added_mass();
+        let of = |(at, ci95): (usize, &[f64; 2])| FittedParameter {
+            name: format!("axis_{at}"),
+            value: (ci95[0] + ci95[1]) / 2.0,
+            ci95: *ci95,
+            ..effect.parameters[0].clone()
+        };
+        effect.parameters = intervals.iter().enumerate().map(of).collect();
+        let Reached::Verdict(mut record) = Fake::new().run(Stage::Verify, &[]).unwrap() else {
+            panic!("no verdict");
+        };
+        record.named.chosen = vec![effect];
+        let text = terminal::ten_lines(&record, Path::new("out"));
+        let line = text.lines().find(|line| line.contains("values"));
+        line.map_or(String::new(), |line| line.trim().to_owned())
+    };
+    let text = shown(&[[0.0, 18.0], [9.0, 19.0], [-1.0, 1.0], [-4.0, -2.0]]);
+    assert_eq!(
+        text,
+        "values  axis_1 14 kg (9 to 19), axis_3 -3 kg (-4 to -2); of 2 more the interval holds 0"
+    );
+    let text = shown(&[[0.0, 2.0], [-1.0, 1.0]]);
+    assert_eq!(text, "values  axis_0 1 kg (0 to 2), axis_1 0 kg (-1 to 1)");
+}
+
 #[test]
 fn a_learned_residual_is_added_without_a_name_or_not_at_all() {
     let mut fake = Fake::new();
