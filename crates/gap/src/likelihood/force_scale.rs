@@ -11,6 +11,7 @@ use nalgebra::DVector;
 use crate::{
     error::GapError,
     likelihood::{felt_forces, track::Track},
+    plant::PlantError,
     problem::{point::Point, problem::Problem},
 };
 
@@ -76,13 +77,16 @@ impl Unmodelled {
         })
     }
 
-    /// Scale of the unmodelled force on every degree of freedom at a point [N, N m]; `None` where the plant refuses it.
+    /// Scale of the unmodelled force on every degree of freedom at a point [N, N m].
+    ///
+    /// # Errors
+    /// The plant refuses the point.
     pub(crate) fn forces(
         &self,
         problem: &Problem<'_>,
         tracks: &[Track],
         point: &Point,
-    ) -> Option<DVector<f64>> {
+    ) -> Result<DVector<f64>, PlantError> {
         let nv = problem.model.nv;
         let step = problem.model.timestep;
         let nuisances = problem.nuisance_values(point);
@@ -90,7 +94,7 @@ impl Unmodelled {
         let adds =
             |of: &Entry| matches!(effect(of.effect).part(), Part::Body(of) if of.has_inertia());
         let entries: Vec<Entry> = problem.entries(point).into_iter().filter(adds).collect();
-        let mut simulation = problem.plant.simulation(&nuisances, &entries).ok()?;
+        let mut simulation = problem.plant.simulation(&nuisances, &entries)?;
         // Inertia from the response to a force.
         let (mut mobility, mut looked) = (DVector::<f64>::zeros(nv), DVector::<f64>::zeros(nv));
         for track in tracks {
@@ -119,7 +123,7 @@ impl Unmodelled {
                 }
             }
         }
-        Some(DVector::from_fn(nv, |axis, _| {
+        Ok(DVector::from_fn(nv, |axis, _| {
             match self.accelerations[axis] {
                 Some(acceleration) => acceleration * looked[axis] / mobility[axis].abs().max(1e-12),
                 None => self.felt[axis],

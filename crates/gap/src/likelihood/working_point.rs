@@ -135,13 +135,8 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
     /// Weighs the readings by what rows resolve of the motion that starts and unmodelled forces follow.
     fn weigh(&mut self) -> Result<(), GapError> {
         let problem = self.problem;
-        let Some(scale) = self
-            .unmodelled
-            .forces(problem, &self.tracks, &problem.origin())
-        else {
-            return Ok(());
-        };
-        let scale = &scale;
+        let origin = problem.origin();
+        let scale = &self.unmodelled.forces(problem, &self.tracks, &origin)?;
         let pieces = problem.settings.options.likelihood.pieces;
         let tracks = self.tracks.par_iter_mut();
         tracks.try_for_each(|track| {
@@ -170,8 +165,9 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         let scales = directions.map_or_else(Vec::new, |directions| {
             scale_slope::scale_columns(problem, &self.point, beside.len(), directions)
         });
+        // A point that the plant refuses has no likelihood.
         let scale = self.unmodelled.forces(problem, &self.tracks, &self.point);
-        let Some(force_scale) = scale else {
+        let Ok(force_scale) = scale else {
             return Ok(None);
         };
         let swept: Option<Vec<TrackSwept>> = self

@@ -21,9 +21,10 @@ use crate::{
 
 /// Steps of the difference quotients: positions [m or rad], velocities.
 pub(crate) const STEP: [f64; 2] = [1e-5, 1e-4];
-/// Gauss-Newton steps at most a window, and the part of a step that is taken where a whole one made the fit worse.
+/// Gauss-Newton steps at most a window.
 const ITERATIONS: usize = 8;
-const SHORTER: f64 = 0.25;
+/// Relative change of the misfit below which a window is settled.
+const SETTLED: f64 = 1e-4;
 
 /// Sensitivity of a segment to its start: minus the derivative of the whitened residuals
 /// by the tangent [rows * channels, 2 nv]; none where a rollout blew up.
@@ -114,8 +115,12 @@ fn misfit(
 }
 
 /// Turns a first guess about the vertical to where a compass, or whatever else tells the heading, fits it best: from the opposite
-/// heading no slope leads there.
-fn face(guess: &mut Segment, turns: usize, mut misfit: impl FnMut(&Segment) -> Option<f64>) {
+/// heading no slope leads there. `sd` [rad]: of the guess's heading.
+fn face(
+    guess: &mut Segment,
+    (turns, sd): (usize, f64),
+    mut misfit: impl FnMut(&Segment) -> Option<f64>,
+) {
     let mut best = misfit(guess).unwrap_or(f64::INFINITY);
     let from = guess.clone();
     for turn in 1..turns {
@@ -134,8 +139,10 @@ fn face(guess: &mut Segment, turns: usize, mut misfit: impl FnMut(&Segment) -> O
         let (east, north) = (from.qvel[0], from.qvel[1]);
         (turned.qvel[0], turned.qvel[1]) = (cos * east - sin * north, sin * east + cos * north);
         // Headings that fit alike, for nothing tells them, are left alone.
-        let found = misfit(&turned).unwrap_or(f64::INFINITY);
-        if found < best * (1.0 - 1e-6) {
+        let angle = (2.0 * half).min(std::f64::consts::TAU - 2.0 * half);
+        let prior = (angle / sd).powi(2);
+        let found = misfit(&turned).map_or(f64::INFINITY, |misfit| misfit + prior);
+        if found < best {
             best = found;
             guess.clone_from(&turned);
         }
@@ -191,7 +198,8 @@ pub(crate) fn estimate_motion(
         guess.rows = first..end;
         if first == 0 && !has_heading {
             let mut residual = Vec::new();
-            face(&mut guess, states.first_headings, |guess| {
+            let headings = (states.first_headings, states.first_arrival_sd[0]);
+            face(&mut guess, headings, |guess| {
                 let simulation = simulation.as_mut();
                 misfit(
                     simulation,
@@ -286,11 +294,9 @@ fn settle(
 ) -> Result<(), GapError> {
     let precision = arrival_precision(model.nv, sd);
     let mut moved = DVector::zeros(2 * model.nv);
-    let mut step = DVector::zeros(2 * model.nv);
     let mut residual = Vec::new();
     let mut sensitivity: Option<DMatrix<f64>> = None;
-    let mut best: Option<(f64, Segment, DVector<f64>)> = None;
-    let mut went_too_far = false;
+    let mut best: Option<(f64, Segment)> = None;
     for left in (0..=ITERATIONS).rev() {
         let misfit = misfit(
             simulation,
@@ -316,38 +322,36 @@ fn settle(
                     timestep: model.timestep,
                 });
             }
-            Some((before, state, from)) if cost > *before => {
-                (*guess, moved) = (state.clone(), from.clone());
-                step *= SHORTER;
-                went_too_far = true;
-            }
-            Some((before, ..)) if cost >= before * (1.0 - 1e-4) => return Ok(()),
-            _ => {
-                best = Some((cost, guess.clone(), moved.clone()));
-                if sensitivity.is_none() || went_too_far {
-                    sensitivity = start_sensitivity(
-                        cheaper, trial, guess, motion, warm_up, channels, none, model,
-                    );
+            // A step that was too long is not shortened: along what no sensor sees a start would wander from window to window.
+            Some((before, state)) if cost >= before * (1.0 - SETTLED) => {
+                if cost > *before {
+                    guess.clone_from(state);
                 }
-                went_too_far = false;
-                let Some(matrix) = &sensitivity else {
-                    return Ok(());
-                };
-                let mut normal = matrix.tr_mul(matrix);
-                for axis in 0..2 * model.nv {
-                    normal[(axis, axis)] += precision[axis];
-                }
-                let gradient = matrix.tr_mul(&DVector::from_column_slice(&residual))
-                    - moved.component_mul(&precision);
-                let Some(factor) = normal.cholesky() else {
-                    return Ok(());
-                };
-                step = factor.solve(&gradient);
+                return Ok(());
             }
+            _ => best = Some((cost, guess.clone())),
         }
         if left == 0 {
             return Ok(());
         }
+        if sensitivity.is_none() {
+            sensitivity = start_sensitivity(
+                cheaper, trial, guess, motion, warm_up, channels, none, model,
+            );
+        }
+        let Some(matrix) = &sensitivity else {
+            return Ok(());
+        };
+        let mut normal = matrix.tr_mul(matrix);
+        for axis in 0..2 * model.nv {
+            normal[(axis, axis)] += precision[axis];
+        }
+        let gradient =
+            matrix.tr_mul(&DVector::from_column_slice(&residual)) - moved.component_mul(&precision);
+        let Some(factor) = normal.cholesky() else {
+            return Ok(());
+        };
+        let step = factor.solve(&gradient);
         moved += &step;
         simulation.set_motion(guess.start, &guess.qpos, &guess.qvel);
         simulation.retract(step.as_slice());
@@ -469,29 +473,29 @@ mod tests {
             qpos: vec![1.0, 2.0, -3.0, 0.1f64.cos(), 0.0, 0.1f64.sin(), 0.0],
             qvel: vec![1.0, 0.0, 0.5, 0.1, 0.2, 0.3],
         };
+        let nearest = (std::f64::consts::TAU / 16.0).cos() - 1e-9;
         for wanted in [0.0, 1.5, 3.1, -2.4] {
             let mut guess = start.clone();
-            face(&mut guess, 8, |segment| {
-                Some(1.0 - (heading(segment) - wanted).cos())
-            });
-            let off = (heading(&guess) - wanted).sin().abs();
+            let misfit = |of: &Segment| Some(100.0 * (1.0 - (heading(of) - wanted).cos()));
+            face(&mut guess, (8, 1.0), misfit);
             assert!(
-                off <= (std::f64::consts::TAU / 16.0).sin() + 1e-9,
-                "{wanted}: {off}"
+                (heading(&guess) - wanted).cos() >= nearest,
+                "{wanted}: {}",
+                heading(&guess)
             );
             assert_eq!(guess.qpos[..3], start.qpos[..3]);
-            let pitch = |segment: &Segment| {
-                segment.qpos[3] * segment.qpos[5] - segment.qpos[6] * segment.qpos[4]
-            };
+            let pitch = |of: &Segment| of.qpos[3] * of.qpos[5] - of.qpos[6] * of.qpos[4];
             assert!((pitch(&guess) - pitch(&start)).abs() < 1e-12);
             // The velocity turns with it.
             let (east, north) = (guess.qvel[0], guess.qvel[1]);
-            assert!((north.atan2(east) - heading(&guess)).sin().abs() < 1e-12);
+            assert!((north.atan2(east) - heading(&guess)).cos() > 1.0 - 1e-12);
             assert_eq!(guess.qvel[2..], start.qvel[2..]);
         }
         // Nothing tells the heading: it is left alone.
         let mut guess = start.clone();
-        face(&mut guess, 8, |_| Some(3.0));
+        face(&mut guess, (8, 1.0), |of| {
+            Some(3.0 + 1e-3 * heading(of).cos())
+        });
         assert_eq!(guess.qpos, start.qpos);
     }
 }

@@ -70,8 +70,13 @@ pub(crate) fn decide(
     let explained = |without: &[usize]| explanation.explained(best, without);
     let whole = explained(&[]);
     decision.explained = Some(whole);
-    decision.remarks = doubts::values_at_an_edge(explanation, best);
-    if whole < options.explained || !decision.remarks.is_empty() {
+    if whole < options.explained {
+        return Ok(decision);
+    }
+    decision
+        .remarks
+        .extend(doubts::values_at_an_edge(explanation, best));
+    if !decision.remarks.is_empty() {
         return Ok(decision);
     }
     let mut probabilities = explanation.ids();

@@ -1,40 +1,49 @@
-//! What a reader should doubt in a fit: values at the end of what is plausible, numbers of the nominal far from what was said of
-//! them.
+//! Doubts about a fit, for the reader: values at the end of what is plausible, numbers of the nominal far from what was said of them.
 
 use hydro_effects::effect;
 use hydro_files::number;
 
 use crate::likelihood::explanation::Explanation;
 
-/// Values of a set that have run to the end of what their effect takes to be plausible, a sentence each: the set stands for something
-/// else. Null and zero are no such ends (a motor may be dead).
-pub(crate) fn values_at_an_edge(explanation: &Explanation<'_>, set: usize) -> Vec<String> {
+/// Values of a set that have run to the end of what their effect takes to be plausible, as one sentence: the set stands for something
+/// else. Null and zero are no such ends (a motor may be dead). None where all are within.
+pub(crate) fn values_at_an_edge(explanation: &Explanation<'_>, set: usize) -> Option<String> {
     let edge = explanation.problem.settings.options.name.edge;
     let point = explanation.point(set);
     let all = point.candidates.iter().zip(&point.values);
-    all.flat_map(|(candidate, values)| {
+    let told = all.flat_map(|(candidate, values)| {
         let candidate = &explanation.problem.candidates[*candidate];
         let parameters = candidate.parameters.iter().zip(values);
         parameters.filter_map(move |(p, value)| {
             let within = edge * (p.upper - p.lower);
             let ends = [p.lower, p.upper].into_iter();
             let mut ends = ends.filter(|end| *end != p.null && *end != 0.0);
-            let is_at = !p.shapes && within.is_finite() && ends.any(|end| (value - end).abs() <= within);
+            let is_at =
+                !p.shapes && within.is_finite() && ends.any(|end| (value - end).abs() <= within);
+            let unit = match p.unit {
+                "1" => String::new(),
+                unit => format!(" {unit}"),
+            };
             is_at.then(|| {
                 format!(
-                    "the likeliest explanation is not named, for `{}` of {} on `{}` is {} {}, the end of what is plausible ({} to {})",
+                    "`{}` of {} on `{}` is {}{unit} ({} to {})",
                     p.name,
                     effect(candidate.effect).card().phrase,
                     candidate.targets.join("`, `"),
                     short(*value),
-                    p.unit,
                     short(p.lower),
                     short(p.upper),
                 )
             })
         })
+    });
+    let told: Vec<String> = told.collect();
+    (!told.is_empty()).then(|| {
+        format!(
+            "the likeliest explanation is not named, for values are at the end of what is plausible: {}",
+            told.join(", ")
+        )
     })
-    .collect()
 }
 
 /// Numbers of the nominal that the fit of a set moves far beyond their uncertainty, the farthest first, as one sentence; none
