@@ -97,6 +97,7 @@ pub fn zoo(joints: &[&str]) -> Vec<Recipe> {
         ModelConfig::RelaxationOde(RelaxationOdeConfig {
             hidden: hidden(),
             modes: 3,
+            memory: 6,
             ..RelaxationOdeConfig::default()
         }),
         ModelConfig::Cnode(CnodeConfig {

@@ -1,4 +1,4 @@
-//! The verdict on the terminal, in about ten lines.
+//! The verdict on the terminal, in at most ten lines.
 
 use std::path::Path;
 
@@ -13,6 +13,8 @@ use hydro_plugin::report::gap::{
 
 use super::results_folder::{PATCHED, REPORT};
 
+/// Greatest number of lines.
+const LINES: usize = 10;
 /// Greatest number of parameters shown.
 const PARAMETERS: usize = 6;
 /// Greatest number of effects shown.
@@ -21,10 +23,10 @@ const EFFECTS: usize = 4;
 /// The verdict, with the sentence of the page.
 pub(super) fn ten_lines(record: &Record, out: &Path) -> String {
     let verdict = &record.verdict;
-    let mut lines = vec![headline(verdict, &record.named.chosen)];
-    let mut line = |what: &str, words: String| {
+    let mut told = Vec::new();
+    let mut line = |what: &'static str, words: String| {
         if !words.is_empty() {
-            lines.push(format!("{what:>11}  {words}"));
+            told.push((what, words));
         }
     };
     line(
@@ -53,8 +55,18 @@ pub(super) fn ten_lines(record: &Record, out: &Path) -> String {
     );
     line("written", written);
     line("page", out.join(REPORT).display().to_string());
+    // The page has these with pictures.
+    for spare in ["when", "where"] {
+        if told.len() >= LINES {
+            told.retain(|(what, _)| *what != spare);
+        }
+    }
     // Names from the user's files may hold control characters.
-    let lines: Vec<String> = lines.iter().map(|line| one_line(line)).collect();
+    let mut lines = vec![one_line(&headline(verdict, &record.named.chosen))];
+    lines.extend(
+        told.iter()
+            .map(|(what, words)| one_line(&format!("{what:>11}  {words}"))),
+    );
     lines.join("\n")
 }
 

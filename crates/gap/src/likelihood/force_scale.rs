@@ -1,9 +1,9 @@
 //! Scales of the unmodelled forces.
 //!
-//! What nobody modelled is taken to be an acceleration of a size of its own: its force is that times the inertia that the point
-//! has. A factor on all forces and inertias then leaves every reading as it is. Were the force held instead, half of all
-//! forces and inertias would need half of it, and long trials, of thousands of pieces of unmodelled force, would move masses,
-//! gains and drags together until little of it was needed.
+//! An unmodelled acceleration has a size of its own: its force is that times the inertia that the point has. A factor on all
+//! forces and inertias then leaves every reading as it is. Were the force held instead, half of all forces and inertias would
+//! need half of it, and long trials, of thousands of pieces of unmodelled force, would move masses, gains and drags together
+//! until little of it was needed.
 
 use hydro_effects::{Entry, Part, effect};
 use nalgebra::DVector;

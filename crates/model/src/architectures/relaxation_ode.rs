@@ -15,8 +15,8 @@
 //! motion sets; each mode begins training five to seven times slower than the one before. At the start the slower modes are
 //! taken to have settled, and the first has the rest of F_0; where they had not, that is forgotten at their own rates.
 //!
-//! A memory (`relaxing_memory.rs`) stands beside the motion: [T; kappa] = A [h; m] + network([h; m]), where the force depends on wakes in
-//! another way than as a sum.
+//! With a memory (`relaxing_memory.rs`) targets and rates read its numbers m too: [T; kappa] = A [h; m] + network([h; m]). Then the force
+//! need not be a sum of fading parts.
 //!
 //! With [`Encoding::Hydrodynamic`] or [`Encoding::Links`] z holds the closed forms of buoyancy, drag and constant added mass,
 //! and A their learned coefficients; the network has what they leave.

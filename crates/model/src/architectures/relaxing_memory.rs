@@ -5,7 +5,7 @@
 //! m_k = m_{k-1} + sigmoid(lambda_k) (G_k - m_{k-1})                    the exact step, as in `relaxation_ode.rs`
 //! ```
 //!
-//! What wakes are in a strip theory: numbers of the water that follow the motion and that the force reads. Since neither rates nor targets
+//! Such are the wakes of a strip theory: numbers of the water that follow the motion and that the force reads. Since neither rates nor targets
 //! depend on m, a trajectory is one product and a scan; the same holds of the recurrence in L. Feng et al., "Were RNNs All We Needed?",
 //! arXiv:2410.01201 (2024), whose minimal GRU this is with a network in place of its linear maps. At a first sample all have settled.
 
@@ -37,7 +37,7 @@ pub(crate) struct RelaxingMemory {
 }
 
 impl RelaxingMemory {
-    /// Of `numbers`, read from h of `inputs`.
+    /// A memory of `numbers`, led by h of `inputs`.
     pub(crate) fn new(numbers: usize, inputs: usize, skip: bool, vb: VarBuilder) -> Result<Self> {
         let field = PerceptronConfig {
             inputs,

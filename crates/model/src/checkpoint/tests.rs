@@ -110,6 +110,11 @@ fn what_was_saved_is_loaded_bit_by_bit() {
             hidden: vec![6],
             ..RelaxationOdeConfig::default()
         }),
+        ModelConfig::RelaxationOde(RelaxationOdeConfig {
+            hidden: vec![6],
+            memory: 3,
+            ..RelaxationOdeConfig::default()
+        }),
         ModelConfig::Cnode(CnodeConfig {
             hidden: vec![6],
             ..CnodeConfig::default()

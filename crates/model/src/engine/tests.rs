@@ -449,10 +449,11 @@ fn a_broken_memory_is_not_hidden() {
 /// Where the plugin holds a force back, that is what the next one is relaxed from, and every engine leaves the same share of it.
 #[test]
 fn a_relaxation_goes_on_from_the_force_that_it_is_given() {
-    for modes in [1, 3] {
+    for (modes, memory) in [(1, 0), (3, 0), (1, 7)] {
         let config = ModelConfig::RelaxationOde(RelaxationOdeConfig {
             hidden: vec![33, 200],
             modes,
+            memory,
             ..RelaxationOdeConfig::default()
         });
         let model = model(&config, Solver::Euler);

@@ -295,6 +295,11 @@ fn every_kind_of_model_learns_the_lag() {
             hidden: vec![16],
             ..RelaxationOdeConfig::default()
         }),
+        ModelConfig::RelaxationOde(RelaxationOdeConfig {
+            hidden: vec![16],
+            memory: 8,
+            ..RelaxationOdeConfig::default()
+        }),
         ModelConfig::Lstm(LstmConfig {
             hidden: vec![12, 12],
             skip: false,
