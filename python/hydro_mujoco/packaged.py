@@ -39,7 +39,9 @@ def scene(name: str) -> str:
 
 
 def checkpoint(name: str) -> str:
-    """Folder of a released checkpoint: `b1-relaxation`, `b1-strip` or `b1-task2`. In an MJCF the name alone does too.
+    """Folder of a released checkpoint, such as `b1-relaxation`, `b1-task2` or `b1-strip` (`models/README.md` has all).
+
+    In an MJCF the name alone does too.
 
     Raises:
         DataError: there is none of this name; the message lists what there is.

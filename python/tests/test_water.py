@@ -136,9 +136,10 @@ class Packaged(unittest.TestCase):
     def test_refusals_list_what_there_is(self):
         with self.assertRaisesRegex(DataError, "no scene is called `b2`; there are: .*b1_swim.*boat.*gap/vehicle"):
             hydro_mujoco.scene("b2")
-        with self.assertRaisesRegex(
-            DataError, "no checkpoint is called `b2`; there are: b1-relaxation, b1-strip, b1-task2"
-        ):
+        there = (
+            "b1-relaxation, b1-strip, b1-strip-attention-ode, b1-strip-cnode, b1-strip-lstm, b1-strip-mlp-ode, b1-task2"
+        )
+        with self.assertRaisesRegex(DataError, f"no checkpoint is called `b2`; there are: {there}"):
             hydro_mujoco.checkpoint("b2")
 
     def test_a_mujoco_that_is_too_old(self):

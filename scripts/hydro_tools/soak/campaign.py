@@ -17,7 +17,15 @@ from .catalogue import Effect
 from .motion import MOTIONS
 from .scenes import INTEGRATORS, allows
 
-CHECKPOINTS = ("b1-relaxation", "b1-strip", "b1-task2")
+CHECKPOINTS = (
+    "b1-relaxation",
+    "b1-strip",
+    "b1-strip-attention-ode",
+    "b1-strip-cnode",
+    "b1-strip-lstm",
+    "b1-strip-mlp-ode",
+    "b1-task2",
+)
 
 
 @dataclass(frozen=True)
