@@ -332,10 +332,10 @@ fn values_of_which_the_data_tell_nothing_are_counted() {
     let text = shown(&[[0.0, 18.0], [9.0, 19.0], [-1.0, 1.0], [-4.0, -2.0]]);
     assert_eq!(
         text,
-        "values  axis_1 14 kg (9 to 19), axis_3 -3 kg (-4 to -2); of 2 more the interval holds 0"
+        "values  axis_1 14 kg (9 to 19), axis_3 −3 kg (−4 to −2); of 2 more the interval holds 0"
     );
     let text = shown(&[[0.0, 2.0], [-1.0, 1.0]]);
-    assert_eq!(text, "values  axis_0 1 kg (0 to 2), axis_1 0 kg (-1 to 1)");
+    assert_eq!(text, "values  axis_0 1 kg (0 to 2), axis_1 0 kg (−1 to 1)");
 }
 
 #[test]
