@@ -45,6 +45,10 @@ def checkpoint(name: str) -> str:
 
     Raises:
         DataError: there is none of this name; the message lists what there is.
+
+    >>> import hydro_mujoco
+    >>> hydro_mujoco.checkpoint("b1-strip").endswith("b1-strip")
+    True
     """
     models = root() / "models"
     path = models / name

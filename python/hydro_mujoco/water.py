@@ -107,6 +107,15 @@ def wrench(model: mujoco.MjModel, data: mujoco.MjData, body: str) -> np.ndarray:
 
     Raises:
         DataError: there is no such body, it carries no `hydro.wrench`, or no sensor reads its instance.
+
+    Source: the checkpoint's card, and the equations of its effects in docs/reference-effects.md.
+
+    >>> import mujoco, hydro_mujoco
+    >>> model = mujoco.MjModel.from_xml_path(hydro_mujoco.scene("b1_swim"))
+    >>> data = mujoco.MjData(model)
+    >>> mujoco.mj_forward(model, data)
+    >>> hydro_mujoco.wrench(model, data, "trunk").shape
+    (6,)
     """
     number = body_number(model, body)
     instance = int(model.body_plugin[number])
