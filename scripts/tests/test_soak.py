@@ -8,6 +8,7 @@ import pytest
 
 import hydro_mujoco as hydro
 from hydro_mujoco.plugin import built_library, load_plugin
+from hydro_tools.released import RELEASED
 from hydro_tools.soak import SoakError, campaign, catalogue, energy, threads
 from hydro_tools.soak.case import Case, Outcome, run
 from hydro_tools.soak.scenes import INTEGRATORS, allows, robot
@@ -32,7 +33,7 @@ def test_every_effect_of_the_plugin_is_there_and_all_pairs_come(effects):
     assert {effect.target for effect in effects.values()} == {"hull", "fin", "hinge", "tail"}
     two = [effects["linear_drag"], effects["fin"]]
     kinds = Counter(kind for kind, _ in campaign.cases(two, 0))
-    ways, checkpoints = len(INTEGRATORS) * 2, len(campaign.CHECKPOINTS)
+    ways, checkpoints = len(INTEGRATORS) * 2, len(RELEASED)
     assert kinds == {
         "checkpoint": checkpoints * ways,
         "effect": 2 * ways,
@@ -46,13 +47,11 @@ def test_every_checkpoint_that_is_shipped_is_there_with_the_effects_that_it_allo
     """Added mass on the trunk of one whose card has it already is refused."""
     load_plugin()
     models = Path(hydro.checkpoint("b1-task2")).parent
-    assert sorted(campaign.CHECKPOINTS) == sorted(
-        folder.name for folder in models.glob("*") if (folder / "card.json").is_file()
-    )
+    assert sorted(RELEASED) == sorted(folder.name for folder in models.glob("*") if (folder / "card.json").is_file())
     beside = effects["added_mass"]
-    in_strips = [name for name in campaign.CHECKPOINTS if name.startswith("b1-strip")]
-    assert [name for name in campaign.CHECKPOINTS if not allows(name, beside)] == in_strips
-    for name in campaign.CHECKPOINTS:
+    in_strips = [name for name in RELEASED if name.startswith("b1-strip")]
+    assert [name for name in RELEASED if not allows(name, beside)] == in_strips
+    for name in RELEASED:
         if allows(name, beside):
             robot(name, [beside], "Euler")
         else:
@@ -111,7 +110,7 @@ def test_the_table_counts():
 def test_threads_get_the_run_of_one(effects, monkeypatch):
     few = [effects["linear_drag"], effects["wake_memory"]]
     found = threads.stress(few, 4, 0.5)
-    models = len(campaign.CHECKPOINTS) + 1
+    models = len(RELEASED) + 1
     assert found.models > 4 and found.runs == found.models + 8 * models and not found.broken
     monkeypatch.setattr(threads, "_together", lambda model, count, expected: [expected == b"another run"])
     assert threads.stress(few, 1, 0.0).broken == models

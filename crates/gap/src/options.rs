@@ -173,6 +173,10 @@ options! {
         arrival_sd: [f64; 2] = [0.1, 0.5],
         /// Prior standard deviation of the first start where the log gives no initial state, likewise.
         first_arrival_sd: [f64; 2] = [1.0, 2.0],
+        /// Gauss-Newton steps at most a window.
+        steps: usize = 8,
+        /// Relative change of the misfit below which a window is settled.
+        settled: f64 = 1e-4,
         /// Headings in which the start of a free body is tried where no sensor reads its attitude.
         first_headings: usize = 8,
     }

@@ -6,21 +6,13 @@ import random
 import shutil
 from pathlib import Path
 
+from ..released import RELEASED
 from ..repository import ROOT
 from . import odd
 from .bases import MODELS, SCENE, Bases
 from .running import Case, SceneCase
 
 SIZES = ("config", "sample_period", "normaliser", "envelope", "features", "outputs")
-RELEASED = (
-    "b1-relaxation",
-    "b1-strip",
-    "b1-strip-attention-ode",
-    "b1-strip-cnode",
-    "b1-strip-lstm",
-    "b1-strip-mlp-ode",
-    "b1-task2",
-)
 #: What a released card has and the small ones have not.
 RICH = ("config", "added_mass", "outputs", "joints", "water", "envelope", "normaliser")
 

@@ -11,21 +11,12 @@ from pathlib import Path
 
 import mujoco
 
+from ..released import RELEASED
 from . import energy
 from .case import Case, Outcome, run
 from .catalogue import Effect
 from .motion import MOTIONS
 from .scenes import INTEGRATORS, allows
-
-CHECKPOINTS = (
-    "b1-relaxation",
-    "b1-strip",
-    "b1-strip-attention-ode",
-    "b1-strip-cnode",
-    "b1-strip-lstm",
-    "b1-strip-mlp-ode",
-    "b1-task2",
-)
 
 
 @dataclass(frozen=True)
@@ -43,14 +34,14 @@ def cases(effects: Sequence[Effect], seed: int) -> Iterator[tuple[str, Case]]:
     ways = list(itertools.product(INTEGRATORS, MOTIONS))
     chance = random.Random(seed)
     singles, pairs = [], []
-    for name, (integrator, motion) in itertools.product(CHECKPOINTS, ways):
+    for name, (integrator, motion) in itertools.product(RELEASED, ways):
         singles.append(("checkpoint", Case(name, (), integrator, motion, False, seed)))
     for effect, (integrator, motion) in itertools.product(effects, ways):
         singles.append(("effect", Case("", (effect,), integrator, motion, False, seed)))
     for pair, (integrator, motion) in itertools.product(itertools.combinations(effects, 2), ways):
         pairs.append(("pair", Case("", pair, integrator, motion, False, seed)))
     on_trunk = [effect for effect in effects if effect.target == "hull"]
-    for name, effect, (integrator, motion) in itertools.product(CHECKPOINTS, on_trunk, ways):
+    for name, effect, (integrator, motion) in itertools.product(RELEASED, on_trunk, ways):
         if allows(name, effect):
             pairs.append(("checkpoint and effect", Case(name, (effect,), integrator, motion, False, seed)))
     for count, listed in ((1, singles), (2, pairs)):

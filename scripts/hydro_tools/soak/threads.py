@@ -14,8 +14,8 @@ import mujoco
 import numpy as np
 from mujoco import batch, rollout
 
+from ..released import RELEASED
 from . import motion
-from .campaign import CHECKPOINTS
 from .catalogue import Effect
 from .scenes import robot, vehicle
 
@@ -36,7 +36,7 @@ class Count:
 
 def makers(effects: Sequence[Effect]) -> list[Callable[[], mujoco.MjModel]]:
     """Functions that compile a model, each for itself."""
-    made: list[Callable[[], mujoco.MjModel]] = [lambda name=name: robot(name, [], "Euler") for name in CHECKPOINTS]
+    made: list[Callable[[], mujoco.MjModel]] = [lambda name=name: robot(name, [], "Euler") for name in RELEASED]
     for first in range(0, len(effects), AT_ONCE):
         group = list(effects[first : first + AT_ONCE])
         made.append(lambda group=group: vehicle(group, "implicitfast", True))

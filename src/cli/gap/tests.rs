@@ -309,7 +309,7 @@ fn not_offered() -> Candidate {
     made
 }
 
-/// Of a drag that one axis tells, that axis is shown.
+/// A drag of which the data tell one axis is shown by that axis.
 #[test]
 fn values_of_which_the_data_tell_nothing_are_counted() {
     let shown = |intervals: &[[f64; 2]]| {

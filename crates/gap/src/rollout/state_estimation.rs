@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::{
     error::GapError,
-    options::Options,
+    options::{Options, StateOptions},
     plant::{PlantDescription, SensorKind, Simulation},
     problem::{
         channels::{Channels, MeasuredTrial},
@@ -21,97 +21,82 @@ use crate::{
 
 /// Steps of the difference quotients: positions [m or rad], velocities.
 pub(crate) const STEP: [f64; 2] = [1e-5, 1e-4];
-/// Gauss-Newton steps at most a window.
-const ITERATIONS: usize = 8;
-/// Relative change of the misfit below which a window is settled.
-const SETTLED: f64 = 1e-4;
 
-/// Sensitivity of a segment to its start: minus the derivative of the whitened residuals
-/// by the tangent [rows * channels, 2 nv]; none where a rollout blew up.
-#[expect(clippy::too_many_arguments)]
-fn start_sensitivity(
-    simulation: &mut dyn Simulation,
-    trial: &MeasuredTrial,
-    segment: &Segment,
-    motion: &EstimatedMotion,
+/// The rows of a trial by which a start is judged, and how they are predicted from it.
+struct Window<'a> {
+    trial: &'a MeasuredTrial,
+    /// The motion before the start.
+    motion: &'a EstimatedMotion,
     warm_up: WarmUp,
-    channels: &Channels,
-    corrections: &[Correction],
-    model: &PlantDescription,
-) -> Option<DMatrix<f64>> {
-    let nv = model.nv;
-    let mut trace = Trace::default();
-    let mut from = |tangent: &[f64]| -> Option<DVector<f64>> {
-        let step = model.timestep;
+    channels: &'a Channels,
+    corrections: &'a [Correction],
+    model: &'a PlantDescription,
+}
+
+impl Window<'_> {
+    /// Whitened residuals of a segment, its start moved by a tangent; none where it blew up.
+    fn residuals(
+        &self,
+        simulation: &mut dyn Simulation,
+        segment: &Segment,
+        tangent: Option<&[f64]>,
+        trace: &mut Trace,
+    ) -> Option<DVector<f64>> {
+        let step = self.model.timestep;
         let mut residual = Vec::new();
         let whole = shooting::run(
             simulation,
-            trial,
+            self.trial,
             segment,
-            motion,
-            warm_up,
+            self.motion,
+            self.warm_up,
             step,
-            Some(tangent),
-            &mut trace,
+            tangent,
+            trace,
         );
         if !whole {
             return None;
         }
         sensor_correction::residuals(
-            &trace,
-            trial,
+            trace,
+            self.trial,
             segment,
-            channels,
-            corrections,
+            self.channels,
+            self.corrections,
             step,
             &mut residual,
         );
-        whiten(channels, &mut residual);
+        whiten(self.channels, &mut residual);
         Some(DVector::from_vec(residual))
-    };
-    let mut tangent = vec![0.0; 2 * nv];
-    let before = from(&tangent)?;
-    let mut matrix = DMatrix::zeros(before.len(), 2 * nv);
-    for axis in 0..2 * nv {
-        let step = STEP[axis / nv];
-        tangent.fill(0.0);
-        tangent[axis] = step;
-        matrix.set_column(axis, &((&before - from(&tangent)?) / step));
     }
-    Some(matrix)
+
+    /// Sensitivity of a segment to its start: minus the derivative of the whitened residuals
+    /// by the tangent [rows * channels, 2 nv]; none where a rollout blew up.
+    fn sensitivity(
+        &self,
+        simulation: &mut dyn Simulation,
+        segment: &Segment,
+    ) -> Option<DMatrix<f64>> {
+        let nv = self.model.nv;
+        let mut trace = Trace::default();
+        let mut from =
+            |tangent: &[f64]| self.residuals(simulation, segment, Some(tangent), &mut trace);
+        let mut tangent = vec![0.0; 2 * nv];
+        let before = from(&tangent)?;
+        let mut matrix = DMatrix::zeros(before.len(), 2 * nv);
+        for axis in 0..2 * nv {
+            let step = STEP[axis / nv];
+            tangent.fill(0.0);
+            tangent[axis] = step;
+            matrix.set_column(axis, &((&before - from(&tangent)?) / step));
+        }
+        Some(matrix)
+    }
 }
 
-/// Squared whitened residuals of a segment, which are left in `residual`; none where it blew up.
-#[expect(clippy::too_many_arguments)]
-fn misfit(
-    simulation: &mut dyn Simulation,
-    trial: &MeasuredTrial,
-    segment: &Segment,
-    motion: &EstimatedMotion,
-    warm_up: WarmUp,
-    channels: &Channels,
-    corrections: &[Correction],
-    model: &PlantDescription,
-    residual: &mut Vec<f64>,
-) -> Option<f64> {
-    let (mut trace, step) = (Trace::default(), model.timestep);
-    let whole = shooting::run(
-        simulation, trial, segment, motion, warm_up, step, None, &mut trace,
-    );
-    if !whole {
-        return None;
-    }
-    sensor_correction::residuals(
-        &trace,
-        trial,
-        segment,
-        channels,
-        corrections,
-        step,
-        residual,
-    );
-    whiten(channels, residual);
-    Some(residual.iter().map(|value| value * value).sum())
+/// Sum of squares.
+fn squares(residual: &DVector<f64>) -> f64 {
+    residual.iter().map(|value| value * value).sum()
 }
 
 /// Turns a first guess about the vertical to where a compass, or whatever else tells the heading, fits it best: from the opposite
@@ -196,22 +181,20 @@ pub(crate) fn estimate_motion(
     while first < rows {
         let end = segments::window_end(trial, first, states.window, states.least_rows);
         guess.rows = first..end;
+        let window = Window {
+            trial,
+            motion: &motion,
+            warm_up,
+            channels,
+            corrections,
+            model,
+        };
         if first == 0 && !has_heading {
-            let mut residual = Vec::new();
             let headings = (states.first_headings, states.first_arrival_sd[0]);
+            let mut trace = Trace::default();
             face(&mut guess, headings, |guess| {
-                let simulation = simulation.as_mut();
-                misfit(
-                    simulation,
-                    trial,
-                    guess,
-                    &motion,
-                    warm_up,
-                    channels,
-                    corrections,
-                    model,
-                    &mut residual,
-                )
+                let residual = window.residuals(simulation.as_mut(), guess, None, &mut trace);
+                residual.as_ref().map(squares)
             });
         }
         let sd = if first == 0 && trial.initial_state.is_none() {
@@ -220,17 +203,11 @@ pub(crate) fn estimate_motion(
             states.arrival_sd
         };
         settle(
-            simulation.as_mut(),
-            cheaper.as_mut(),
-            trial,
+            (simulation.as_mut(), cheaper.as_mut()),
+            &window,
             &mut guess,
-            &motion,
-            warm_up,
-            channels,
-            corrections,
-            model,
             sd,
-            states.window,
+            states,
         )?;
         follow(
             simulation.as_mut(),
@@ -277,53 +254,37 @@ fn on_the_grid(trial: &MeasuredTrial, time: f64, step: f64) -> f64 {
     origin + ((time - origin) / step).round() * step
 }
 
-/// Fits the start of a window to its rows, by damped Gauss-Newton.
-#[expect(clippy::too_many_arguments)]
+/// Fits the start of a window to its rows, by Gauss-Newton.
 fn settle(
-    simulation: &mut dyn Simulation,
-    cheaper: &mut dyn Simulation,
-    trial: &MeasuredTrial,
+    (simulation, cheaper): (&mut dyn Simulation, &mut dyn Simulation),
+    window: &Window<'_>,
     guess: &mut Segment,
-    motion: &EstimatedMotion,
-    warm_up: WarmUp,
-    channels: &Channels,
-    none: &[Correction],
-    model: &PlantDescription,
     sd: [f64; 2],
-    window: f64,
+    options: &StateOptions,
 ) -> Result<(), GapError> {
+    let (trial, model) = (window.trial, window.model);
     let precision = arrival_precision(model.nv, sd);
     let mut moved = DVector::zeros(2 * model.nv);
-    let mut residual = Vec::new();
+    let mut trace = Trace::default();
     let mut sensitivity: Option<DMatrix<f64>> = None;
     let mut best: Option<(f64, Segment)> = None;
-    for left in (0..=ITERATIONS).rev() {
-        let misfit = misfit(
-            simulation,
-            trial,
-            guess,
-            motion,
-            warm_up,
-            channels,
-            none,
-            model,
-            &mut residual,
-        );
-        let cost = misfit.map_or(f64::INFINITY, |misfit| {
-            misfit + moved.component_mul(&moved).dot(&precision)
+    for left in (0..=options.steps).rev() {
+        let residual = window.residuals(simulation, guess, None, &mut trace);
+        let cost = residual.as_ref().map_or(f64::INFINITY, |residual| {
+            squares(residual) + moved.component_mul(&moved).dot(&precision)
         });
         match &best {
-            None if misfit.is_none() => {
+            None if residual.is_none() => {
                 return Err(GapError::NominalDiverges {
                     trial: trial.name.clone(),
                     start: guess.start,
                     after: trial.times[guess.rows.end - 1] - guess.start,
-                    expected: window,
+                    expected: options.window,
                     timestep: model.timestep,
                 });
             }
             // A step that was too long is not shortened: along what no sensor sees a start would wander from window to window.
-            Some((before, state)) if cost >= before * (1.0 - SETTLED) => {
+            Some((before, state)) if cost >= before * (1.0 - options.settled) => {
                 if cost > *before {
                     guess.clone_from(state);
                 }
@@ -335,19 +296,16 @@ fn settle(
             return Ok(());
         }
         if sensitivity.is_none() {
-            sensitivity = start_sensitivity(
-                cheaper, trial, guess, motion, warm_up, channels, none, model,
-            );
+            sensitivity = window.sensitivity(cheaper, guess);
         }
-        let Some(matrix) = &sensitivity else {
+        let (Some(matrix), Some(residual)) = (&sensitivity, &residual) else {
             return Ok(());
         };
         let mut normal = matrix.tr_mul(matrix);
         for axis in 0..2 * model.nv {
             normal[(axis, axis)] += precision[axis];
         }
-        let gradient =
-            matrix.tr_mul(&DVector::from_column_slice(&residual)) - moved.component_mul(&precision);
+        let gradient = matrix.tr_mul(residual) - moved.component_mul(&precision);
         let Some(factor) = normal.cholesky() else {
             return Ok(());
         };

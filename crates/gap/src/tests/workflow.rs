@@ -116,7 +116,7 @@ fn run(effects: &[Entry]) -> Named {
     naming.named
 }
 
-/// What is named of trials of the plain body.
+/// The name stage on trials of the plain body.
 fn named_of(trials: Vec<Trial>) -> Named {
     let mut found = None;
     on_prepared(&RigidBody::new(), trials, |problem, watch| {

@@ -314,6 +314,13 @@ mod tests {
         in_f64(|vb| RelaxationOde::new(&config, 4, 2, vb))
     }
 
+    /// h of sample k of motions z of four numbers: the sample after the one before it, and their difference.
+    fn in_a_window_of_two(z: &[f64], k: usize) -> Vec<f64> {
+        let (before, newest) = (&z[4 * k..][..4], &z[4 * (k + 1)..][..4]);
+        let change = newest.iter().zip(before).map(|(new, old)| new - old);
+        newest.iter().copied().chain(change).collect()
+    }
+
     #[test]
     fn a_card_that_names_no_modes_has_one_and_no_memory() {
         let config: RelaxationOdeConfig = serde_json::from_str("{\"window\": 3}").expect("parses");
@@ -367,9 +374,7 @@ mod tests {
         let z = numbers(&z);
         let mut states = vec![0.0; modes * outputs];
         for k in 0..=steps {
-            let (before, newest) = (&z[4 * k..][..4], &z[4 * (k + 1)..][..4]);
-            let mut h = newest.to_vec();
-            h.extend(newest.iter().zip(before).map(|(new, old)| new - old));
+            let h = in_a_window_of_two(&z, k);
             let h = Tensor::from_vec(h, (1, 8), &Device::Cpu).expect("made");
             let row = numbers(&model.field.forward(&h).expect("runs"));
             let (target, kappa) = row.split_at(modes * outputs);
@@ -404,9 +409,7 @@ mod tests {
         let z = numbers(&z);
         let (mut memory, mut force) = (vec![0.0; width], start);
         for k in 0..=steps {
-            let (before, newest) = (&z[4 * k..][..4], &z[4 * (k + 1)..][..4]);
-            let mut h = newest.to_vec();
-            h.extend(newest.iter().zip(before).map(|(new, old)| new - old));
+            let mut h = in_a_window_of_two(&z, k);
             let row = |field: &Perceptron, h: &[f64]| {
                 let h = Tensor::from_slice(h, (1, h.len()), &Device::Cpu).expect("made");
                 numbers(&field.forward(&h).expect("runs"))

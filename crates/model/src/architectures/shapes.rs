@@ -154,23 +154,22 @@ mod tests {
                 assert!(message.contains(&size.to_string()), "{message}");
             }
         }
-        let remembers = ModelConfig::RelaxationOde(RelaxationOdeConfig {
+        let config = RelaxationOdeConfig::default;
+        let remembers = RelaxationOdeConfig {
             memory: most,
-            ..RelaxationOdeConfig::default()
-        });
-        let message = remembers.check().expect_err("refused").to_string();
-        assert!(
-            message.contains("memory is 18446744073709551615"),
-            "{message}"
-        );
-        let long = ModelConfig::RelaxationOde(RelaxationOdeConfig {
+            ..config()
+        };
+        let long = RelaxationOdeConfig {
             window: most,
-            ..RelaxationOdeConfig::default()
-        });
-        let message = long.check().expect_err("refused").to_string();
-        assert!(
-            message.contains("window is 18446744073709551615 samples"),
-            "{message}"
-        );
+            ..config()
+        };
+        for (config, said) in [
+            (remembers, "memory is 18446744073709551615"),
+            (long, "window is 18446744073709551615 samples"),
+        ] {
+            let checked = ModelConfig::RelaxationOde(config).check();
+            let message = checked.expect_err("refused").to_string();
+            assert!(message.contains(said), "{message}");
+        }
     }
 }
