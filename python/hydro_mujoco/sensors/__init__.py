@@ -1,19 +1,24 @@
 """Sensors of underwater vehicles, read from a simulation: `sensor = Dvl(model, "dvl"); reading = sensor.read(data)`.
 
-dvl.py            `Dvl`: velocity over the bottom and through the water, by four beams
-pressure.py       `Pressure`: pressure and depth, with that of the waves
-gps.py            `Gps`: latitude, longitude, height, above the surface only
-multibeam.py      `Multibeam`: ranges of a fan of beams
-imaging_sonar.py  `ImagingSonar`: a picture by range and bearing
-side_scan.py      `SideScan`: a line of intensities by range to each side
-camera.py         `UnderwaterCamera`: a camera whose light the water absorbs and scatters
-light.py          `WaterLight`: that change of light
-usbl.py           `Usbl`: range, bearing and elevation of a transponder, late by the sound's way
-backscatter.py    what sonars share
-echoes.py         rays that sound takes
-mount.py          where an instrument is
-noise.py          errors as functions of a seed and of time
-arguments.py      arguments, checked
+dvl.py               `Dvl`: velocity over the bottom and through the water, by four beams
+pressure.py          `Pressure`: pressure and depth, with that of the waves
+gps.py               `Gps`: latitude, longitude, height, above the surface only
+multibeam.py         `Multibeam`: ranges of a fan of beams
+imaging_sonar.py     `ImagingSonar`: a picture by range and bearing
+side_scan.py         `SideScan`: a line of intensities by range to each side
+camera.py            `UnderwaterCamera`: a camera whose light the water absorbs and scatters
+light.py             `WaterLight`: that change of light
+usbl.py              `Usbl`: range, bearing and elevation of a transponder, late by the sound's way
+acoustic_modem.py    `AcousticModem`: packets of bytes, and ranges by their travel time
+acoustic_channel.py  `AcousticChannel`: the water between modems
+acoustic_packet.py   `Message`: a packet that has arrived
+sonar_equation.py    loss and noise on an acoustic link
+travel.py            when sound meets what moves
+backscatter.py       what sonars share
+echoes.py            rays that sound takes
+mount.py             where an instrument is
+noise.py             errors as functions of a seed and of time
+arguments.py         arguments, checked
 
 A sensor sits at a site, or at the origin of a body, in that frame: x forward, y left, z up. It reads the poses and
 velocities that `data` holds: the present ones after `mj_forward`, those of the step's start after `mj_step`, as
@@ -21,6 +26,9 @@ MuJoCo's own sensors do. Errors depend on the seed and the time alone: the same 
 and restored states too; two sensors of other names have other errors. Whoever wants a rate reads at that rate.
 """
 
+from .acoustic_channel import AcousticChannel
+from .acoustic_modem import AcousticModem
+from .acoustic_packet import Message
 from .camera import UnderwaterCamera
 from .dvl import Dvl, DvlReading
 from .gps import Gps, GpsReading
@@ -32,11 +40,14 @@ from .side_scan import SideScan, SideScanLine
 from .usbl import Usbl, UsblFix
 
 __all__ = [
+    "AcousticChannel",
+    "AcousticModem",
     "Dvl",
     "DvlReading",
     "Gps",
     "GpsReading",
     "ImagingSonar",
+    "Message",
     "Multibeam",
     "MultibeamReading",
     "Pressure",

@@ -11,6 +11,7 @@ from .arguments import at_least
 from .echoes import Rays
 from .mount import Mount
 from .noise import Noise
+from .travel import meeting
 
 #: Speed of sound in sea water [m/s].
 SOUND = 1500.0
@@ -174,16 +175,8 @@ class Usbl:
         sent: float,
     ) -> _Arrival | None:
         """Where sound from an origin [m], sent at a time [s], meets one of the two, if it has by now."""
-        before, after = getattr(last, which), getattr(now, which)
-        passed = [
-            self._speed * (epoch.time - sent) - float(np.linalg.norm(place - origin))
-            for epoch, place in ((last, before), (now, after))
-        ]
-        if passed[1] < 0:
-            return None
-        share = -passed[0] / (passed[1] - passed[0]) if passed[0] < 0 else 0.0
-        time = last.time + share * (now.time - last.time)
-        return _Arrival(time, before + share * (after - before), now.axes)
+        met = meeting(origin, sent, self._speed, (last.time, getattr(last, which)), (now.time, getattr(now, which)))
+        return None if met is None else _Arrival(*met, now.axes)
 
     def _fix(self, ping: _Epoch, heard: _Arrival, reply: _Arrival) -> UsblFix | None:
         random = self._noise.generator(reply.time)

@@ -1,0 +1,44 @@
+"""Packets of acoustic modems: as they are sent, as they sound at a modem, as they are understood."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Packet:
+    """A packet: from whom and to whom (None: all), begin [s] and length [s]."""
+
+    sender: str
+    receiver: str | None
+    payload: bytes
+    start: float
+    duration: float
+
+
+@dataclass(frozen=True)
+class Sound:
+    """A packet at a modem: begin and end [s], level [dB re 1 uPa]."""
+
+    packet: Packet
+    receiver: str
+    start: float
+    end: float
+    level: float
+
+
+@dataclass(frozen=True)
+class Message:
+    """A packet that has arrived.
+
+    Attributes:
+        time: at which its end was there [s]. sent: at which its begin left, by the sender's clock [s].
+        sender: name of the modem. payload: as it was sent.
+        range: travel time of its begin by the clocks of both, times the speed of sound [m].
+        snr: signal-to-noise ratio, sounds of other packets being noise [dB].
+    """
+
+    time: float
+    sent: float
+    sender: str
+    payload: bytes
+    range: float
+    snr: float
