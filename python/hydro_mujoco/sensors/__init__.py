@@ -14,6 +14,10 @@ acoustic_channel.py  `AcousticChannel`: the water between modems
 acoustic_packet.py   `Message`: a packet that has arrived
 sonar_equation.py    loss and noise on an acoustic link
 travel.py            when sound meets what moves
+ins.py               `Ins`: inertial navigation, aided by DVL, pressure, GPS and fixes
+error_state.py       its Kalman filter
+aids.py              what its aids measure
+imu.py               its gyros and accelerometers
 backscatter.py       what sonars share
 echoes.py            rays that sound takes
 mount.py             where an instrument is
@@ -33,6 +37,8 @@ from .camera import UnderwaterCamera
 from .dvl import Dvl, DvlReading
 from .gps import Gps, GpsReading
 from .imaging_sonar import ImagingSonar, SonarImage
+from .imu import Imu
+from .ins import Ins, InsReading
 from .light import WaterLight
 from .multibeam import Multibeam, MultibeamReading
 from .pressure import Pressure, PressureReading
@@ -47,6 +53,9 @@ __all__ = [
     "Gps",
     "GpsReading",
     "ImagingSonar",
+    "Imu",
+    "Ins",
+    "InsReading",
     "Message",
     "Multibeam",
     "MultibeamReading",

@@ -86,12 +86,14 @@ class Dvl:
             raise DataError(f"angle is {angle} degrees; expected above 0 and below 90")
         if not 0 <= dropout <= 1:
             raise DataError(f"dropout is {dropout}; expected 0 to 1")
-        self._mount, self._noise = Mount(model, name), Noise(seed, f"dvl {name}")
-        self._rays = Rays(self._mount)
+        self.mount, self._noise = Mount(model, name), Noise(seed, f"dvl {name}")
+        self._rays = Rays(self.mount)
         self._reach, self._layer = span("reach", reach, " m"), span("layer", layer, " m")
-        self._velocity_noise = at_least("velocity_noise", velocity_noise, 0, " m/s")
+        #: Standard deviations of a beam's velocity [m/s] and of the scale [1].
+        self.velocity_noise = at_least("velocity_noise", velocity_noise, 0, " m/s")
+        self.scale_error = at_least("scale_error", scale_error, 0)
         self._range_noise = at_least("range_noise", range_noise, 0, " m")
-        self._scale = 1 + at_least("scale_error", scale_error, 0) * float(self._noise.constant())
+        self._scale = 1 + self.scale_error * float(self._noise.constant())
         self._dropout, self._cosine = dropout, float(np.cos(np.radians(angle)))
         azimuths, sine = np.radians(AZIMUTHS), np.sin(np.radians(angle))
         #: Unit vectors of the beams along the instrument's axes, shape (4, 3).
@@ -101,15 +103,15 @@ class Dvl:
 
     def read(self, data: mujoco.MjData) -> DvlReading:
         """A ping at the state of `data`."""
-        self._mount.check(data)
-        directions = self.beams @ self._mount.axes(data).T
+        self.mount.check(data)
+        directions = self.beams @ self.mount.axes(data).T
         echoes = self._rays.cast(data, directions, self._reach)
         random = self._noise.generator(data.time)
         errors = random.standard_normal((3, len(directions)))
         lost = random.random(len(directions)) < self._dropout
         found = self._over_bottom(data, directions, echoes), self._through_water(data, directions, echoes.distance)
         bottom, water = (
-            self._velocity(np.where(lost, np.nan, self._scale * along + self._velocity_noise * error))
+            self._velocity(np.where(lost, np.nan, self._scale * along + self.velocity_noise * error))
             for along, error in zip(found, errors)
         )
         ranges = np.where(lost, np.nan, echoes.distance + self._range_noise * errors[2])
@@ -119,8 +121,8 @@ class Dvl:
 
     def _over_bottom(self, data: mujoco.MjData, directions: np.ndarray, echoes: Echoes) -> np.ndarray:
         """Velocity over what each beam meets, along the beam [m/s]; not a number without an echo."""
-        model, origin = self._mount.model, self._mount.position(data)
-        own = self.beams @ self._mount.velocity(data)
+        model, origin = self.mount.model, self.mount.position(data)
+        own = self.beams @ self.mount.velocity(data)
         along = np.full(len(directions), np.nan)
         for beam in np.flatnonzero(echoes.geom >= 0):
             point = origin + echoes.distance[beam] * directions[beam]
@@ -130,13 +132,13 @@ class Dvl:
 
     def _through_water(self, data: mujoco.MjData, directions: np.ndarray, distance: np.ndarray) -> np.ndarray:
         """Mean velocity through the water of the layer, along each beam [m/s]; not a number where there is none."""
-        (first, last), water, origin = self._layer, self._mount.water, self._mount.position(data)
+        (first, last), water, origin = self._layer, self.mount.water, self.mount.position(data)
         along = first + (last - first) * (np.arange(SAMPLES) + 0.5) / SAMPLES
         moved = water.velocity(origin + along[:, None] * directions[:, None], data).mean(axis=1)
         # A beam that starts and ends in the water is taken to be in it.
         wet = water.is_wet(origin + last * directions, data.time) & water.is_wet(origin, data.time)
         no_side_lobe = ~(self._cosine * distance < last)
-        own = self.beams @ self._mount.velocity(data)
+        own = self.beams @ self.mount.velocity(data)
         return np.where(wet & no_side_lobe, own - np.einsum("ij,ij->i", directions, moved), np.nan)
 
     def _velocity(self, along: np.ndarray) -> np.ndarray:

@@ -81,20 +81,22 @@ class Gps:
             )
         if not np.isfinite(east):
             raise DataError(f"east is {east} degrees; expected a finite number")
-        self._mount, self._noise = Mount(model, name), Noise(seed, f"gps {name}")
+        self.mount, self._noise = Mount(model, name), Noise(seed, f"gps {name}")
         self._origin, self._turn = (latitude, longitude, height), np.radians(east)
-        self._slow, self._white = _by_axis("slow_noise", slow_noise), _by_axis("noise", noise)
-        self._time_constant = at_least("time_constant", time_constant, 1e-3, " s")
+        #: Standard deviations along x, y and z [m] of the slow and of the white error, shape (3,).
+        self.slow, self.white = _by_axis("slow_noise", slow_noise), _by_axis("noise", noise)
+        #: Of the slow error [s].
+        self.time_constant = at_least("time_constant", time_constant, 1e-3, " s")
         self._margin = at_least("margin", margin, 0, " m")
 
     def read(self, data: mujoco.MjData) -> GpsReading:
         """The fix at the state of `data`."""
-        self._mount.check(data)
-        x, y, z = true = self._mount.position(data)
-        if not z - self._margin > self._mount.water.level(x, y, data.time):
+        self.mount.check(data)
+        x, y, z = true = self.mount.position(data)
+        if not z - self._margin > self.mount.water.level(x, y, data.time):
             return GpsReading(data.time, False, np.nan, np.nan, np.nan, np.full(3, np.nan))
-        slow = self._slow * self._noise.slow(data.time, self._time_constant, 3)
-        position = true + slow + self._white * self._noise.generator(data.time).standard_normal(3)
+        slow = self.slow * self._noise.slow(data.time, self.time_constant, 3)
+        position = true + slow + self.white * self._noise.generator(data.time).standard_normal(3)
         cosine, sine = np.cos(self._turn), np.sin(self._turn)
         to_east, to_north = position[0] * cosine + position[1] * sine, position[1] * cosine - position[0] * sine
         latitude, longitude, height = self._geodesy.enu2geodetic(to_east, to_north, position[2], *self._origin)

@@ -1,6 +1,7 @@
 """Errors of sensors as pure functions of a seed and of time."""
 
 import zlib
+from functools import lru_cache
 
 import numpy as np
 
@@ -48,8 +49,14 @@ class Noise:
         A sum of cosines whose frequencies are drawn from that process's spectrum: M. Shinozuka and G. Deodatis, Applied
         Mechanics Reviews 44(4), 1991. Over one realisation the autocorrelation scatters.
         """
-        draws = np.random.Generator(np.random.Philox(key=self._key, counter=2 << 128)).random((2, COMPONENTS, size))
-        # Frequencies one a stratum of the Cauchy distribution, whose characteristic function is that autocorrelation.
-        share = (np.arange(COMPONENTS)[:, None] + draws[0]) / COMPONENTS
-        frequency = np.tan(0.5 * np.pi * share) / time_constant
-        return np.sqrt(2 / COMPONENTS) * np.cos(frequency * time + 2 * np.pi * draws[1]).sum(axis=0)
+        frequency, phase = _components(self._key, size)
+        return np.sqrt(2 / COMPONENTS) * np.cos(frequency / time_constant * time + phase).sum(axis=0)
+
+
+@lru_cache(maxsize=256)
+def _components(key: int, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies, for a time constant of 1 s, and phases of the cosines of a slow error, each (COMPONENTS, size)."""
+    draws = np.random.Generator(np.random.Philox(key=key, counter=2 << 128)).random((2, COMPONENTS, size))
+    # Frequencies one a stratum of the Cauchy distribution, whose characteristic function is that autocorrelation.
+    share = (np.arange(COMPONENTS)[:, None] + draws[0]) / COMPONENTS
+    return np.tan(0.5 * np.pi * share), 2 * np.pi * draws[1]

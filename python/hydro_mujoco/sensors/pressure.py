@@ -62,18 +62,19 @@ class Pressure:
         Raises:
             DataError: there is no such place, no water about it, or a number is out of bounds.
         """
-        self._mount, self._noise = Mount(model, name), Noise(seed, f"pressure {name}")
+        self.mount, self._noise = Mount(model, name), Noise(seed, f"pressure {name}")
         self._atmosphere = at_least("atmosphere", atmosphere, 0, " Pa")
-        self._deviation = at_least("noise", noise, 0, " Pa")
-        self._bias = at_least("bias", bias, 0, " Pa") * float(self._noise.constant())
+        #: Standard deviations from reading to reading and of the bias [Pa].
+        self.deviations = at_least("noise", noise, 0, " Pa"), at_least("bias", bias, 0, " Pa")
+        self._bias = self.deviations[1] * float(self._noise.constant())
         self._resolution = at_least("resolution", resolution, 0, " Pa")
 
     def read(self, data: mujoco.MjData) -> PressureReading:
         """The reading at the state of `data`."""
-        self._mount.check(data)
-        water = self._mount.water
-        excess = float(water.pressure(self._mount.position(data), data.time))
-        error = self._bias + self._deviation * float(self._noise.generator(data.time).standard_normal())
+        self.mount.check(data)
+        water = self.mount.water
+        excess = float(water.pressure(self.mount.position(data), data.time))
+        error = self._bias + self.deviations[0] * float(self._noise.generator(data.time).standard_normal())
         pressure = self._atmosphere + excess + error
         if self._resolution:
             pressure = self._resolution * round(pressure / self._resolution)
