@@ -259,7 +259,8 @@ def test_the_page_of_it_says_what_works():
     assert names["attached"].bodies == ("head", "trunk", "rear", "tail")
     assert names["attached"].wrench.shape == (64, 4)
     assert names["attached"].numbers.quadratic_drag.shape == (64, 4)
-    assert np.isfinite(names["d"].qpos.numpy()).all()
+    assert np.isfinite(names["attached"].wrench.numpy()).all()
+    assert names["swum"].bodies[0] == "trunk"
 
 
 def test_a_step_in_two_halves_is_the_step(rov):

@@ -7,7 +7,6 @@ import mujoco
 import numpy as np
 import pytest
 
-import hydro_mujoco
 from hydro_mujoco import gap
 from hydro_mujoco.errors import DataError
 from hydro_mujoco.program import run_json
@@ -78,9 +77,7 @@ def test_every_attribute_is_known():
 @pytest.mark.parametrize(
     ("attribute", "value"),
     [
-        ("initial_force", "0 0 0 0 0 0"),
         ("engine", "candle"),
-        ("joints", "a b"),
     ],
 )
 def test_other_attributes_are_refused_by_name(attribute, value):
@@ -88,11 +85,6 @@ def test_other_attributes_are_refused_by_name(attribute, value):
     found = refusal(vehicle(DRAG, **{attribute: text, "waterline": 0}))
     assert f"instance `water` of hydro.wrench: attribute `{attribute}` is not supported" in found
     assert "supported: effects, density" in found
-
-
-def test_a_checkpoint_is_refused_by_name():
-    spec = mujoco.MjSpec.from_file(hydro_mujoco.scene("b1_swim"))
-    assert "attribute `checkpoint` is not supported" in refusal(spec)
 
 
 def test_a_current_on_a_grid_is_refused_by_name():

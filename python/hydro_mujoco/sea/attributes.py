@@ -59,7 +59,7 @@ def document(model: mujoco.MjModel, instance: int, name: str) -> dict[str, Any] 
     if not text:
         return None
     if not text.startswith("{"):
-        path = next((place for place in _places(text) if place.exists()), None)
+        path = find(text)
         if path is None:
             raise DataError(f"attribute `{name}`: {text} is no file any more")
         text = path.read_text(encoding="utf-8")
@@ -67,6 +67,11 @@ def document(model: mujoco.MjModel, instance: int, name: str) -> dict[str, Any] 
         return json.loads(text)
     except ValueError as error:
         raise DataError(f"attribute `{name}`: {error}; expected JSON") from error
+
+
+def find(text: str) -> Path | None:
+    """The file or folder that an attribute names, where the plugin looks for it; None where there is none."""
+    return next((place for place in _places(text) if place.exists()), None)
 
 
 def _is_water(model: mujoco.MjModel, instance: int) -> bool:
@@ -81,3 +86,5 @@ def _places(text: str) -> Iterator[Path]:
     yield library.parent / text
     above = list(library.parents)[: LEVELS + 1]
     yield from (folder / text for folder in above if (folder / "models").is_dir())
+    # A bare name is that of a checkpoint.
+    yield from (folder / "models" / text for folder in above if Path(text).name == text)

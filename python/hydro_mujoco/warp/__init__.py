@@ -16,6 +16,7 @@ sea.py        surface, waves and current at a place: Warp functions
 gusts.py      gusts of each world: Warp kernel
 laws.py       laws of the effects: Warp functions
 kernels.py    loads on bodies, and their way into forces, inertia and sensors: Warp kernels
+checkpoint/   a checkpoint's force
 """
 
 try:

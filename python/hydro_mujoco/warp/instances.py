@@ -1,5 +1,6 @@
 """Instances of `hydro.wrench` in a compiled model: the body that carries each, and what its attributes say."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,11 +12,9 @@ from ..plugin import WRENCH, attribute
 from ..recording.kinematics import name_of
 from ..sea import attributes
 from ..sea.waves import Waves
+from .checkpoint.settings import FRESH_WATER, Settings, settings
 from .current import Current, current
 from .support import ATTRIBUTES, CURRENTS, EFFECTS, WITHOUT, refuse
-
-#: Density of fresh water [kg/m^3].
-FRESH_WATER = 1000.0
 
 
 @dataclass(frozen=True)
@@ -32,6 +31,7 @@ class Instance:
         hull: names of the geoms that displace water; None: those that docs/plugin.md says.
         volume: that the carrying body displaces [m^3], where it is given.
         centre_of_buoyancy: of the carrying body [m, body frame], where it is given.
+        learned: its checkpoint; the added mass that the card leaves to the inertia is among the effects.
     """
 
     name: str
@@ -44,6 +44,7 @@ class Instance:
     hull: list[str] | None
     volume: float | None
     centre_of_buoyancy: np.ndarray | None
+    learned: Settings | None
 
 
 def instances(model: mujoco.MjModel) -> list[Instance]:
@@ -82,6 +83,10 @@ def _instance(model: mujoco.MjModel, number: int, body: int) -> Instance:
             refuse(where, f"effect `{effect['effect']}`", EFFECTS)
     waves = attributes.document(model, number, "waves")
     density = attributes.number(model, number, "density")
+    learned = settings(model, number, where)
+    if learned is not None:
+        _check_beside(model, where, text)
+        effects += _added_mass(learned)
     return Instance(
         name=name,
         body=body,
@@ -93,7 +98,24 @@ def _instance(model: mujoco.MjModel, number: int, body: int) -> Instance:
         hull=text("hull").split() or None,
         volume=attributes.number(model, number, "volume"),
         centre_of_buoyancy=_numbers(text("centre_of_buoyancy")) if text("centre_of_buoyancy") else None,
+        learned=learned,
     )
+
+
+def _check_beside(model: mujoco.MjModel, where: str, text: Callable[[str], str]) -> None:
+    """Refuse what a checkpoint does not get beside it."""
+    if text("waterline"):
+        refuse(where, "attribute `waterline` beside `checkpoint`", ("a checkpoint under water whole",))
+    if np.any(model.opt.wind) and (model.opt.density > 0 or model.opt.viscosity > 0):
+        refuse(where, "option wind with MuJoCo's own fluid beside `checkpoint`", ("attribute `current`",))
+
+
+def _added_mass(learned: Settings) -> list[dict[str, Any]]:
+    """The added mass that a card leaves to the inertia, as effects."""
+    return [
+        {"effect": "added_mass", "target": body, "parameters": {"matrix": learned.density * matrix, "point": [0, 0, 0]}}
+        for body, matrix in learned.card.added_mass.items()
+    ]
 
 
 def _numbers(text: str) -> np.ndarray:

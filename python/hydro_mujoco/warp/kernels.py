@@ -139,6 +139,7 @@ def loads(
     # The water, and what the options say.
     a: Arrays,
     gust: wp.array2d[wp.vec3],
+    learned: wp.array2d[wp.spatial_vector],
     has_gravity: bool,
     is_implicit: bool,
     # Out
@@ -148,8 +149,8 @@ def loads(
 ):
     """The wrench on each row's body without the part in proportion to acceleration, and A + h D beside it.
 
-    wrench: force and torque about the origin, body frame. force, inertia: about the centre of mass of the tree,
-    rotation before translation, world: MuJoCo's spatial vectors.
+    learned: of checkpoints, like wrench. wrench: force and torque about the origin, body frame. force, inertia: about
+    the centre of mass of the tree, rotation before translation, world: MuJoCo's spatial vectors.
     """
     world, row = wp.tid()
     body = a.body[row]
@@ -194,7 +195,7 @@ def loads(
     # Weight of the displaced water, and the pressure that accelerates it (Froude-Krylov), at the wet part's centre.
     displaced = a.displaced[world % a.displaced.shape[0], row]
     pressure = share * ((displaced + a.carried[row]) * swell - displaced * (to_body * gravity))
-    load += wp.spatial_vector(pressure, wp.cross(centre, pressure))
+    load += wp.spatial_vector(pressure, wp.cross(centre, pressure)) + learned[world, row]
 
     implicit = share * mass
     # Acceleration of the origin, as the world sees it, where no degree of freedom accelerates.

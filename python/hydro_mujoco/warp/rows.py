@@ -109,6 +109,8 @@ def water(model: mujoco.MjModel) -> Water:
                 rows[number, body] = Row(body, number, hull(model, body, instance))
             _PUT[effect["effect"]](rows[number, body], values, instance.density)
     for number, instance in enumerate(found):
+        if instance.learned is not None and (number, instance.body) not in rows:
+            rows[number, instance.body] = Row(instance.body, number, hull(model, instance.body, instance))
         if instance.waves is not None:
             _into_waves(model, number, instance, instance.waves, rows)
     if np.any(current) and (model.opt.density > 0 or model.opt.viscosity > 0):

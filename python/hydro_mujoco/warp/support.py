@@ -23,18 +23,12 @@ EFFECTS = (
     "current",
 )
 #: Attributes of an instance of `hydro.wrench`.
-ATTRIBUTES = ("effects", "density", "waterline", "current", "waves", "hull", "volume", "centre_of_buoyancy")
-#: The other attributes.
-WITHOUT = (
-    "checkpoint",
-    "potential_flow",
-    "joints",
-    "solver",
-    "engine",
-    "initial_force",
-    "wrench_scale",
-    "outputs",
+ATTRIBUTES = (
+    *("effects", "density", "waterline", "current", "waves", "hull", "volume", "centre_of_buoyancy"),
+    *("checkpoint", "joints", "solver", "initial_force", "wrench_scale", "outputs"),
 )
+#: The other attributes.
+WITHOUT = ("potential_flow", "engine")
 #: Keys of the attribute `current` where it is JSON.
 CURRENTS = ("schema", "velocity", "profile", "random")
 INTEGRATORS = ("Euler", "implicit", "implicitfast", "RK4")
@@ -55,15 +49,17 @@ def refuse(where: str, what: str, supported: Iterable[str]) -> NoReturn:
     )
 
 
-def check_options(option: mjw.Option, *, has_gusts: bool) -> None:
+def check_options(option: mjw.Option, *, memory: str) -> None:
     """Refuse options of a Warp model under which the water would not act, or not rightly.
+
+    memory: the first part of the water that has one, in words; empty where none has.
 
     Raises:
         DataError: the integrator, sleeping, or passive forces that are disabled.
     """
-    if has_gusts and option.integrator == _INTEGRATOR.mjINT_RK4:
-        # They are brought on once a step, and it asks for forces four times.
-        refuse("option integrator", "`RK4` with the key `random` of attribute `current`", INTEGRATORS[:-1])
+    if memory and option.integrator == _INTEGRATOR.mjINT_RK4:
+        # It is brought on once a step, and RK4 asks for forces four times.
+        refuse("option integrator", f"`RK4` with {memory}", INTEGRATORS[:-1])
     if option.integrator not in _SUPPORTED_INTEGRATORS:
         name = _INTEGRATOR(option.integrator).name.removeprefix("mjINT_").lower()
         refuse("option integrator", f"`{name}`", INTEGRATORS)

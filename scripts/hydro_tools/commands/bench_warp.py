@@ -1,6 +1,7 @@
 """Steps a second in MuJoCo Warp with hydro's water, against the plugin under mujoco.rollout.
 
     python scripts/bench_warp.py [--scene rov] [--worlds 1 64 1024] [--steps 50] [--rounds 5] [--threads 2]
+    python scripts/bench_warp.py --checkpoint b1-strip
 
 Every row is timed in turn, rounds times; printed are medians with quartiles, and the median ratio to the plugin. On a
 GPU a step is a CUDA graph; on a CPU MuJoCo Warp runs one world after the other on one core.
@@ -23,12 +24,17 @@ from hydro_mujoco import warp as water
 from hydro_mujoco.plugin import load_plugin
 
 SCENES = ("rov", "fish")
+#: The scene of released checkpoints.
+SWIMMER = "b1_swim"
 
 
-def models(scene: str) -> tuple[mujoco.MjModel, mujoco.MjModel]:
-    """The scene's model with the plugin, and the one without it."""
+def models(scene: str, checkpoint: str | None) -> tuple[mujoco.MjModel, mujoco.MjModel]:
+    """The scene's model with the plugin, and the one without it; checkpoint: name of the one that B1 swims in."""
     load_plugin()
-    spec = mujoco.MjSpec.from_file(hydro_mujoco.scene(scene))
+    spec = mujoco.MjSpec.from_file(hydro_mujoco.scene(SWIMMER if checkpoint else scene))
+    if checkpoint:
+        folder = hydro_mujoco.checkpoint(checkpoint)
+        spec.plugins[0].config = dict(spec.plugins[0].config) | {"checkpoint": folder}
     return spec.compile(), water.without_plugin(spec).compile()
 
 
@@ -82,7 +88,7 @@ def on_threads(model: mujoco.MjModel, worlds: int, steps: int, threads: int) -> 
 
 def table(args: argparse.Namespace, worlds: int) -> list[str]:
     """Rows for a number of worlds, in Markdown."""
-    model, plain = models(args.scene)
+    model, plain = models(args.scene, args.checkpoint)
     device = wp.get_device(args.device)
     runs = {
         f"plugin, rollout, {args.threads} threads": on_threads(model, worlds, args.steps, args.threads),
@@ -97,7 +103,10 @@ def table(args: argparse.Namespace, worlds: int) -> list[str]:
         for label, run in runs.items():
             rates[label].append(run())
     plugin = np.array(next(iter(rates.values())))
-    rows = [f"| {args.scene}, {worlds} worlds | steps a second | times the plugin |", "|---|---|---|"]
+    rows = [
+        f"| {args.checkpoint or args.scene}, {worlds} worlds | steps a second | times the plugin |",
+        "|---|---|---|",
+    ]
     for label, found in rates.items():
         least, median, most = np.quantile(found, [0.25, 0.5, 0.75])
         ratio = np.median(np.array(found) / plugin)
@@ -109,6 +118,7 @@ def main() -> int:
     """Print the tables; returns the exit status."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scene", choices=SCENES, default="rov", help="scene of the package")
+    parser.add_argument("--checkpoint", help="name of a released checkpoint; the scene is then B1, swimming")
     parser.add_argument("--worlds", type=int, nargs="+", default=[1, 64, 1024], help="worlds at once")
     parser.add_argument("--steps", type=int, default=50, help="steps of a round")
     parser.add_argument("--rounds", type=int, default=5, help="times each row is timed, in turn")
