@@ -124,7 +124,7 @@ def test_a_state_that_is_no_number_has_no_force_until_a_reset():
     pair = Pair(swimmer("b1-relaxation"), nworld=2)
     rollout, broken = Rollout(pair.model, 8), Rollout(pair.model, 8)
     broken.states[4][2][7] = np.nan
-    sensor, _ = replay(pair, [[broken, rollout], [rollout, rollout]])
+    sensor, *_ = replay(pair, [[broken, rollout], [rollout, rollout]])
     assert np.abs(sensor[:4, 0]).min() > 0
     assert not sensor[4:8, 0].any()
     assert np.array_equal(sensor[8:, 0], sensor[8:, 1])

@@ -25,7 +25,7 @@ class Rollout:
     """States of the plugin from a start that turns and drifts, under waves of control, and its forces at them."""
 
     def __init__(self, model, steps, seed=0, speed=0.3):
-        self.states, self.sensor, self.passive = [], [], []
+        self.states, self.sensor, self.passive, self.inertia = [], [], [], []
         data, rng = mujoco.MjData(model), np.random.default_rng(seed)
         data.qvel[:] = rng.normal(0, speed, model.nv)
         turn = rng.normal(size=4)
@@ -36,14 +36,15 @@ class Rollout:
             self.states.append((data.time, data.qpos.copy(), data.qvel.copy()))
             self.sensor.append(data.sensordata[place : place + SIX].copy())
             self.passive.append(data.qfrc_passive.copy())
+            self.inertia.append(data.M.copy())
             data.ctrl[:] = 0.6 * control(model, data.time)
             mujoco.mj_step(model, data)
 
 
 def replay(pair, worlds):
-    """Sensor and passive force in MuJoCo Warp at the states of a list of rollouts in each world, one after the other.
+    """Sensor, passive force and inertia matrix in MuJoCo Warp at the states of a list of rollouts in each world, one after the other.
 
-    Shapes (steps, worlds, 6) and (steps, worlds, nv). A rollout after another is a reset of its world alone.
+    Shapes (steps, worlds, ..). A rollout after another is a reset of its world alone.
     """
     bare = mujoco.MjData(pair.plain)
     mujoco.mj_forward(pair.plain, bare)
@@ -51,7 +52,7 @@ def replay(pair, worlds):
     fields = {name: np.zeros(getattr(d, name).numpy().shape, dtype=np.float32) for name in ("qpos", *FIELDS)}
     times, place = np.zeros(pair.nworld, dtype=np.float32), pair.model.sensor("water").adr[0]
     tracks = [[state for rollout in rollouts for state in rollout.states] for rollouts in worlds]
-    sensor, passive = [], []
+    sensor, passive, inertia = [], [], []
     for now in zip(*tracks, strict=True):
         for world, (time, qpos, qvel) in enumerate(now):
             times[world], bare.time, bare.qpos[:], bare.qvel[:] = time, time, qpos, qvel
@@ -65,18 +66,22 @@ def replay(pair, worlds):
         pair.water.sensor(pair.m, d, mjw._src.types.Stage.VEL)
         sensor.append(d.sensordata.numpy()[:, place : place + SIX].copy())
         passive.append(d.qfrc_passive.numpy().copy())
-    return np.array(sensor), np.array(passive)
+        inertia.append(d.M.numpy().reshape(pair.nworld, -1).copy())
+    return np.array(sensor), np.array(passive), np.array(inertia)
 
 
 def differences(pair, worlds):
-    """Greatest differences of a replay from the rollouts, relative to the greatest of each number: sensor, passive."""
+    """Greatest differences of a replay from the rollouts, relative to the greatest of each number.
+
+    Of sensor, passive force and inertia matrix.
+    """
     found = replay(pair, worlds)
     expected = [
         np.stack([np.concatenate([getattr(each, name) for each in rollouts]) for rollouts in worlds], axis=1)
-        for name in ("sensor", "passive")
+        for name in ("sensor", "passive", "inertia")
     ]
     scale = [np.abs(values).max(axis=(0, 1)) for values in expected]
     return [
-        float((np.abs(ours - theirs).max(axis=(0, 1)) / np.maximum(size, 1e-2 * size.max())).max())
+        float((np.abs(ours - theirs).max(axis=(0, 1)) / np.maximum(size, max(1e-2 * size.max(), 1e-12))).max())
         for ours, theirs, size in zip(found, expected, scale, strict=True)
     ]

@@ -15,6 +15,7 @@ surface.py    shapes below the surface: Warp functions
 sea.py        surface, waves and current at a place: Warp functions
 gusts.py      gusts of each world: Warp kernel
 laws.py       laws of the effects: Warp functions
+wakes.py      water that remembers the motion: Warp kernel and functions
 kernels.py    loads on bodies, and their way into forces, inertia and sensors: Warp kernels
 checkpoint/   a checkpoint's force
 """

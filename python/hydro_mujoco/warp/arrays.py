@@ -57,6 +57,9 @@ class Arrays:
     world_force: wp.array2d[wp.vec3]
     world_torque: wp.array2d[wp.vec3]
     displaced: wp.array2d[float]
+    wake: wp.array2d[wp.spatial_vector]
+    wake_rate: wp.array2d[float]
+    basset: wp.array2d[wp.vec3]
     # By water.
     has_surface: wp.array[bool]
     waterline: wp.array[float]
@@ -98,7 +101,12 @@ BY_WORLD = {
     "world_force": wp.vec3,
     "world_torque": wp.vec3,
     "displaced": float,
+    "wake": wp.spatial_vector,
+    "wake_rate": float,
+    "basset": wp.vec3,
 }
+#: Those of effects that remember the motion.
+REMEMBERING = ("wake", "wake_rate", "basset")
 #: The same by water in place of row.
 BY_WATER = {"current": wp.vec3, "gust_deviation": wp.vec3, "gust_seed": wp.uint64}
 

@@ -10,20 +10,22 @@ import warp as wp
 
 from ..errors import DataError
 from ..recording.kinematics import name_of
-from .arrays import BY_WATER, BY_WORLD, Arrays, arrays, dofs
-from .checkpoint.learned import Carrier, Learned
+from .arrays import BY_WATER, BY_WORLD, REMEMBERING, Arrays, arrays, dofs
+from .checkpoint.learned import checkpoints
 from .gusts import blow
 from .instances import carriers
 from .kernels import into_joints, into_sensors, loads
 from .rows import Row, water
-from .rows import Water as Found
 from .support import check_options
+from .wakes import follow, no_wakes
 
 #: Sizes that a Warp model has in common with the MuJoCo model of its water.
 SIZES = ("nq", "nv", "nbody", "njnt", "ngeom", "nC")
 
 #: Gusts, in words.
 GUSTS = "the key `random` of attribute `current`"
+#: Effects that remember the motion, in words.
+WAKES = "the effects `wake_memory` and `basset_history`"
 
 
 class Water:
@@ -54,7 +56,9 @@ class Water:
         self._draws = wp.zeros(waters, dtype=int, device=device)
         self.has_gusts = any(instance.current.has_gusts for instance in found.instances)
         self._learned_wrench = wp.zeros(shape, dtype=wp.spatial_vector, device=device)
-        self._learned = _learned(m, model, found, nworld)
+        self._learned = checkpoints(m, model, found, nworld)
+        self._wakes = no_wakes(shape, device)
+        self.has_wakes = any(np.any(row.wake) or np.any(row.basset) for row in found.rows)
         self._options = m.opt
         self._rows_start, self._rows_of_dof = _rows_by_dof(model, found.rows, device)
         self._sensor_adr, self._sensor_body = _sensors(m, model, device)
@@ -66,6 +70,8 @@ class Water:
         """The first part of the water that has a memory, in words; empty where none has."""
         if self._learned:
             return "attribute `checkpoint`"
+        if self.has_wakes:
+            return WAKES
         return GUSTS if self.has_gusts else ""
 
     def set(self, name: str, values: np.ndarray) -> None:
@@ -101,6 +107,9 @@ class Water:
         if name == "gust_deviation":
             check_options(self._options, memory=GUSTS if given.any() else "")
             self.has_gusts = bool(given.any())
+        if name in REMEMBERING and given.any():
+            check_options(self._options, memory=WAKES)
+            self.has_wakes = True
         setattr(self.numbers, name, wp.array(given, dtype=types[name], device=known.device))
         self.numbers.may_push.fill_(True)
 
@@ -132,6 +141,9 @@ class Water:
             )
         for learned in self._learned:
             learned.launch(m, d, self.numbers, self.gust, self._learned_wrench)
+        if self.has_wakes:
+            inputs = [m.opt.timestep, d.time, self.numbers, self._wakes]
+            wp.launch(follow, dim=self.wrench.shape, inputs=inputs, device=device)
         has_gravity = not flags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
         is_implicit = kind != mujoco.mjtIntegrator.mjINT_RK4
         wp.launch(
@@ -139,7 +151,7 @@ class Water:
             dim=self.wrench.shape,
             inputs=[m.opt.timestep, m.opt.gravity, m.body_rootid, m.dof_parentid]
             + [d.time, d.qvel, d.xpos, d.xmat, d.subtree_com, d.cvel, d.cdof_dot]
-            + [self.numbers, self.gust, self._learned_wrench, has_gravity, is_implicit],
+            + [self.numbers, self.gust, self._learned_wrench, self._wakes, has_gravity, is_implicit],
             outputs=[self.wrench, self._force, self._inertia],
             device=device,
         )
@@ -197,18 +209,6 @@ def attach(m: mjw.Model, model: mujoco.MjModel, *, nworld: int) -> Water:
     made = Water(m, model, nworld)
     check_options(m.opt, memory=made.memory)
     m.callback.passive, m.callback.sensor = made.passive, made.sensor
-    return made
-
-
-def _learned(m: mjw.Model, model: mujoco.MjModel, found: Found, nworld: int) -> list[Learned]:
-    """The checkpoints of all instances."""
-    made = []
-    for number, instance in enumerate(found.instances):
-        if instance.learned is not None:
-            row = next(at for at, each in enumerate(found.rows) if (each.water, each.body) == (number, instance.body))
-            carrier = Carrier(instance.body, number, row)
-            where = f"instance `{instance.name}`"
-            made.append(Learned(m, model, instance.learned, carrier, where, nworld))
     return made
 
 

@@ -20,6 +20,7 @@ from .laws import (
 from .sea import flow_at, surface_about
 from .solids import CAPSULE, CYLINDER, ELLIPSOID, TRIANGLES
 from .surface import capsule_below, cylinder_below, ellipsoid_below, shifted, triangle_below
+from .wakes import Wakes, remembered
 
 wp.set_module_options({"enable_backward": False})
 
@@ -140,6 +141,7 @@ def loads(
     a: Arrays,
     gust: wp.array2d[wp.vec3],
     learned: wp.array2d[wp.spatial_vector],
+    wakes: Wakes,
     has_gravity: bool,
     is_implicit: bool,
     # Out
@@ -188,7 +190,9 @@ def loads(
         com = to_body * (subtree_com[world, body] - origin)
 
     mass = a.added_mass[world % a.added_mass.shape[0], row]
-    drag = drag_of(a, world, row, motion)
+    step = option_timestep[world % option_timestep.shape[0]]
+    drag = remembered(a, wakes, world, row, motion, step, drag_of(a, world, row, motion))
+    wakes.motion[world, row] = motion
     load = drag.load + added_mass_load(mass, motion, swell)
     load += buoyancy_of(a, world, row, com, to_body * up, magnitude)
     load = share * load + constant_of(a, world, row, com, to_body)
@@ -207,7 +211,6 @@ def loads(
     falling = lower(bias) + wp.cross(upper(bias), arm) + wp.cross(angular, linear)
     load -= implicit * wp.spatial_vector(to_body * falling, to_body * upper(bias))
     if is_implicit:
-        step = option_timestep[world % option_timestep.shape[0]]
         implicit += (step * share) * resisting(drag.damping, a.may_push[row])
 
     if not is_finite(load):

@@ -44,6 +44,8 @@ class Row:
         displaced: mass of the water in the whole hull of hydrostatics [kg]; 0 without.
         floats: True where hydrostatics acts.
         carried: mass of the water that waves push the body with where hydrostatics does not act [kg].
+        wake: drag of what the wake remembers [N s/m, N m s/rad], shape (6,). wake_rate: of forgetting [1/s].
+        basset: of a history force [kg/s^0.5], shape (3,).
     """
 
     body: int
@@ -64,6 +66,9 @@ class Row:
     displaced: float = 0.0
     floats: bool = False
     carried: float = 0.0
+    wake: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    wake_rate: float = 0.0
+    basset: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     @property
     def long_axis(self) -> int:
@@ -207,6 +212,14 @@ def _constant_force(row: Row, values: dict[str, Any], density: float) -> None:
     row.world_torque = np.array([float(values.get(f"torque_{axis}", 0)) for axis in "xyz"])
 
 
+def _wake_memory(row: Row, values: dict[str, Any], density: float) -> None:
+    row.wake, row.wake_rate = np.array([float(values[axis]) for axis in AXES]), float(values["rate"])
+
+
+def _basset_history(row: Row, values: dict[str, Any], density: float) -> None:
+    row.basset = np.array([float(values[axis]) for axis in AXES[:3]])
+
+
 #: Effect on a body -> what puts its values into a row; the plugin takes each once a body.
 _PUT: dict[str, Callable[[Row, dict[str, Any], float], None]] = {
     "added_mass": _added_mass,
@@ -219,4 +232,6 @@ _PUT: dict[str, Callable[[Row, dict[str, Any], float], None]] = {
     "buoyancy_offset": _buoyancy_offset,
     "hydrostatics": _hydrostatics,
     "constant_force": _constant_force,
+    "wake_memory": _wake_memory,
+    "basset_history": _basset_history,
 }

@@ -20,6 +20,8 @@ EFFECTS = (
     "buoyancy_offset",
     "hydrostatics",
     "constant_force",
+    "wake_memory",
+    "basset_history",
     "current",
 )
 #: Attributes of an instance of `hydro.wrench`.

@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 
 from ..arrays import Arrays
+from ..rows import Water
 from ..support import refuse
 from .card import Card
 from .cnode import Cnode
@@ -119,6 +120,17 @@ class Learned:
             outputs=[wrench, d.qfrc_passive],
             device=self._device,
         )
+
+
+def checkpoints(m: mjw.Model, model: mujoco.MjModel, water: Water, nworld: int) -> list[Learned]:
+    """The checkpoints of all instances of a model's water."""
+    made = []
+    for number, instance in enumerate(water.instances):
+        if instance.learned is not None:
+            row = next(at for at, each in enumerate(water.rows) if (each.water, each.body) == (number, instance.body))
+            carrier = Carrier(instance.body, number, row)
+            made.append(Learned(m, model, instance.learned, carrier, f"instance `{instance.name}`", nworld))
+    return made
 
 
 def _check_step(step: float, period: float, where: str) -> None:
