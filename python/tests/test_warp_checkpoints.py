@@ -91,6 +91,23 @@ def test_gusts_and_a_profile_move_the_water_of_a_checkpoint():
     assert max(found) < CLOSE, found
 
 
+WAVES = {"schema": "hydro-waves/1", "components": [{"height": 0.3, "period": 5, "direction": 20}]}
+
+
+@pytest.mark.filterwarnings("ignore:.*act by the effect `hydrostatics`")
+@pytest.mark.parametrize("waves", [None, WAVES], ids=["still", "waves"])
+@pytest.mark.parametrize("name", ["b1-relaxation", "b1-strip"])
+def test_the_force_fades_with_the_submerged_part_of_the_robot(name, waves):
+    # Feet and calves overlap.
+    hull = ["trunk_hull", *(f"{leg}_{part}_hull" for leg in ("FR", "FL", "RR", "RL") for part in PARTS)]
+    sea = {"waterline": -0.1, "hull": " ".join(hull)} | ({} if waves is None else {"waves": json.dumps(waves)})
+    pair = Pair(swimmer(name, **sea), nworld=2)
+    found = differences(pair, [[Rollout(pair.model, 60, seed)] for seed in (0, 1)])
+    assert max(found) < CLOSE, found
+    share = pair.water.share.numpy()
+    assert 0.05 < share.min() < share.max() < 0.95
+
+
 def test_a_state_beyond_the_range_of_the_training_is_held_and_braked():
     pair = Pair(swimmer("b1-strip"))
     rollout = Rollout(pair.model, 30, speed=4)
@@ -135,7 +152,7 @@ def test_a_state_that_is_no_number_has_no_force_until_a_reset():
     [
         ({"solver": "dopri5"}, 0.002, "checkpoint b1-task2: solver `dopri5` is not supported in MuJoCo Warp, only"),
         ({"engine": "fused-f16"}, 0.002, "attribute `engine` is not supported"),
-        ({"waterline": 0}, 0.002, "attribute `waterline` beside `checkpoint` is not supported"),
+        ({"waterline": 0}, 0.002, "hull of body `FR_calf`: boxes round two of its geoms overlap"),
         ({}, 0.02, "a step of 0.02 s, longer than the sample period, is not supported"),
     ],
 )

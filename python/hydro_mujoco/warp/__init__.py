@@ -12,6 +12,7 @@ swell.py      bodies that waves push
 rows.py       effects as numbers, a row a body
 arrays.py     these numbers on the device
 surface.py    shapes below the surface: Warp functions
+wet.py        how much of hulls is under water: Warp functions and kernel
 sea.py        surface, waves and current at a place: Warp functions
 gusts.py      gusts of each world: Warp kernel
 laws.py       laws of the effects: Warp functions

@@ -70,6 +70,12 @@ class Arrays:
     profile_start: wp.array[int]
     wave_start: wp.array[int]
     bed: wp.array[float]  # height above the still level [m]
+    robot_start: wp.array[int]  # number of waters and one more
+    # By body of a robot whose checkpoint fades at the surface.
+    robot_body: wp.array[int]
+    robot_centre: wp.array[wp.vec3]  # of its whole hull
+    robot_volume: wp.array[float]
+    robot_solid_start: wp.array[int]  # number of them and one more
     # By point of a profile, by wave, by solid, by corner of triangles.
     profile_depth: wp.array[float]
     profile_velocity: wp.array[wp.vec3]
@@ -117,7 +123,9 @@ def arrays(model: mujoco.MjModel, water: Water, device: wp.Device) -> Arrays:
     def put(values: object, dtype: type) -> wp.array:
         return wp.array(np.array(values), dtype=dtype, device=device)
 
-    rows, solids = water.rows, [solid for row in water.rows for solid in row.hull.solids]
+    rows, parts = water.rows, [part for robot in water.robots for part in robot]
+    hulls = [row.hull.solids for row in rows] + [part.solids for part in parts]
+    starts = _starts([len(solids) for solids in hulls])
     given = [_centre_is_given(row, water) for row in rows]
     out = Arrays()
     out.body = put([row.body for row in rows], int)
@@ -135,13 +143,19 @@ def arrays(model: mujoco.MjModel, water: Water, device: wp.Device) -> Arrays:
     out.carried = put([row.carried for row in rows], float)
     out.long_axis = put([row.long_axis for row in rows], int)
     out.length = put([row.hull.extent.max() for row in rows], float)
-    out.solid_start = put(_starts([len(row.hull.solids) for row in rows]), int)
+    out.solid_start = put(starts[: len(rows) + 1], int)
     out.quadratic_point = put([row.quadratic_point for row in rows], wp.vec3)
     for name, dtype in BY_WORLD.items():
         setattr(out, name, put([[getattr(row, name) for row in rows]], dtype))
     _put_currents(out, model, water, put)
     _put_waves(out, [instance.waves for instance in water.instances], put)
-    _put_solids(out, solids, put)
+    _put_solids(out, [solid for solids in hulls for solid in solids], put)
+    out.robot_start = put(_starts([len(robot) for robot in water.robots]), int)
+    out.robot_body = put(np.array([part.body for part in parts], dtype=int), int)
+    centres = [hull_centre(part.solids, np.zeros(3)) for part in parts]
+    out.robot_centre = put(np.reshape(centres, (-1, 3)), wp.vec3)
+    out.robot_volume = put([sum(solid.volume for solid in part.solids) for part in parts], float)
+    out.robot_solid_start = put(starts[len(rows) :], int)
     return out
 
 

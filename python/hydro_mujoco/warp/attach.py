@@ -18,6 +18,7 @@ from .kernels import into_joints, into_sensors, loads
 from .rows import Row, water
 from .support import check_options
 from .wakes import follow, no_wakes
+from .wet import wet_robots
 
 #: Sizes that a Warp model has in common with the MuJoCo model of its water.
 SIZES = ("nq", "nv", "nbody", "njnt", "ngeom", "nC")
@@ -37,6 +38,8 @@ class Water:
             proportion to acceleration: array of six numbers, shape (nworld, rows). It is that of the last forward pass.
         gust: velocity of the random part of each instance's current [m/s], shape (nworld, instances). Memory: it starts
             anew in a world whose time goes back.
+        share: part of the robot under water that each checkpoint's force fades with, shape (nworld, instances); 1 where
+            there is no surface or no checkpoint.
         numbers: the coefficients on the device (`arrays.Arrays`); those that `set` knows may differ by world.
     """
 
@@ -56,6 +59,8 @@ class Water:
         self._draws = wp.zeros(waters, dtype=int, device=device)
         self.has_gusts = any(instance.current.has_gusts for instance in found.instances)
         self._learned_wrench = wp.zeros(shape, dtype=wp.spatial_vector, device=device)
+        self._fades = any(found.robots)
+        self.share = wp.ones(waters, dtype=float, device=device)
         self._learned = checkpoints(m, model, found, nworld)
         self._wakes = no_wakes(shape, device)
         self.has_wakes = any(np.any(row.wake) or np.any(row.basset) for row in found.rows)
@@ -139,8 +144,11 @@ class Water:
                 outputs=[self.gust],
                 device=device,
             )
+        if self._fades:
+            inputs = [d.time, d.xpos, d.xmat, self.numbers]
+            wp.launch(wet_robots, dim=self.share.shape, inputs=inputs, outputs=[self.share], device=device)
         for learned in self._learned:
-            learned.launch(m, d, self.numbers, self.gust, self._learned_wrench)
+            learned.launch(m, d, self.numbers, self.gust, self.share, self._learned_wrench)
         if self.has_wakes:
             inputs = [m.opt.timestep, d.time, self.numbers, self._wakes]
             wp.launch(follow, dim=self.wrench.shape, inputs=inputs, device=device)

@@ -39,6 +39,33 @@ class Hull:
     solids: tuple[Solid, ...]
 
 
+#: Of a body that no effect acts on.
+NO_HULL = Hull(np.zeros(3), np.ones(3), np.zeros(3), 0.0, 0.0, ())
+
+
+@dataclass(frozen=True)
+class BodyHull:
+    """The closed shapes of a body of a robot, in its frame."""
+
+    body: int
+    solids: tuple[Solid, ...]
+
+
+def robot_hulls(model: mujoco.MjModel, instance: Instance) -> list[BodyHull]:
+    """The hulls that a checkpoint's force fades with: of the carrying body and of those below it.
+
+    Raises:
+        DataError: shapes of a body overlap.
+    """
+    by_body: dict[int, list[int]] = {}
+    for geom in geoms_of(model, _below(model, instance.body), instance.hull):
+        by_body.setdefault(int(model.geom_bodyid[geom]), []).append(geom)
+    hulls = [BodyHull(body, tuple(_solids(model, body, geoms))) for body, geoms in by_body.items()]
+    for each in hulls:
+        _check_apart(model, each.body, instance, each.solids)
+    return hulls
+
+
 def hull(model: mujoco.MjModel, body: int, instance: Instance, *, is_known: bool = True) -> Hull:
     """The hull of a body in the water of an instance.
 
@@ -149,17 +176,22 @@ def _surfaced(
     model: mujoco.MjModel, body: int, instance: Instance, middle: np.ndarray, extent: np.ndarray
 ) -> tuple[Solid, ...]:
     """The shapes of a hull that a surface cuts; the ellipsoid of its extents where it has no geoms."""
-    where = f"waterline of instance `{instance.name}`, hull of body `{name_of(model, body)}`"
     solids = _solids(model, body, geoms_of(model, _welded(model, body), instance.hull))
+    _check_apart(model, body, instance, solids)
+    return tuple(solids) or (Solid(ELLIPSOID, middle, np.eye(3), extent / 2),)
+
+
+def _check_apart(model: mujoco.MjModel, body: int, instance: Instance, solids: Sequence[Solid]) -> None:
+    """Refuse shapes that overlap."""
     for second, solid in enumerate(solids):
         for other in solids[:second]:
             low, high = np.maximum(solid.bounds[0], other.bounds[0]), np.minimum(solid.bounds[1], other.bounds[1])
             if np.all(high - low > 1e-9):
                 raise DataError(
-                    f"{where}: boxes round two of its geoms overlap, and what they share would count twice in MuJoCo "
-                    "Warp; name geoms that do not in attribute `hull`"
+                    f"waterline of instance `{instance.name}`, hull of body `{name_of(model, body)}`: boxes round two "
+                    "of its geoms overlap, and what they share would count twice in MuJoCo Warp; name geoms that do "
+                    "not in attribute `hull`"
                 )
-    return tuple(solids) or (Solid(ELLIPSOID, middle, np.eye(3), extent / 2),)
 
 
 def _check_centre(model: mujoco.MjModel, body: int, instance: Instance, way: np.ndarray) -> None:

@@ -1,6 +1,5 @@
 """Instances of `hydro.wrench` in a compiled model: the body that carries each, and what its attributes say."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -85,7 +84,7 @@ def _instance(model: mujoco.MjModel, number: int, body: int) -> Instance:
     density = attributes.number(model, number, "density")
     learned = settings(model, number, where)
     if learned is not None:
-        _check_beside(model, where, text)
+        _check_beside(model, where)
         effects += _added_mass(learned)
     return Instance(
         name=name,
@@ -102,10 +101,8 @@ def _instance(model: mujoco.MjModel, number: int, body: int) -> Instance:
     )
 
 
-def _check_beside(model: mujoco.MjModel, where: str, text: Callable[[str], str]) -> None:
+def _check_beside(model: mujoco.MjModel, where: str) -> None:
     """Refuse what a checkpoint does not get beside it."""
-    if text("waterline"):
-        refuse(where, "attribute `waterline` beside `checkpoint`", ("a checkpoint under water whole",))
     if np.any(model.opt.wind) and (model.opt.density > 0 or model.opt.viscosity > 0):
         refuse(where, "option wind with MuJoCo's own fluid beside `checkpoint`", ("attribute `current`",))
 

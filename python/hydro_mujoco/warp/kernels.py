@@ -18,9 +18,8 @@ from .laws import (
     upper,
 )
 from .sea import flow_at, surface_about
-from .solids import CAPSULE, CYLINDER, ELLIPSOID, TRIANGLES
-from .surface import capsule_below, cylinder_below, ellipsoid_below, shifted, triangle_below
 from .wakes import Wakes, remembered
+from .wet import wet_part
 
 wp.set_module_options({"enable_backward": False})
 
@@ -29,34 +28,6 @@ FASTEST = wp.constant(1.0e4)
 #: Gravity [m/s^2] below which a scene counts as weightless, and the standard one, which then counts.
 WEIGHTLESS = wp.constant(1.0e-6)
 STANDARD_GRAVITY = wp.constant(9.81)
-
-
-@wp.func
-def wet_part(a: Arrays, row: int, up: wp.vec3, level: float) -> wp.vec4:
-    """Share of a hull's volume that is under water, and its centre [m, body frame]."""
-    centre = a.centre[row]
-    if not a.has_surface[a.water[row]]:
-        return wp.vec4(1.0, centre[0], centre[1], centre[2])
-    sum = wp.vec4(0.0, 0.0, 0.0, 0.0)
-    for solid in range(a.solid_start[row], a.solid_start[row + 1]):
-        place, axes = a.solid_centre[solid], a.solid_axes[solid]
-        size, kind = a.solid_size[solid], a.solid_kind[solid]
-        over = level - wp.dot(up, place)
-        if kind == TRIANGLES:
-            for at in range(a.triangle_start[solid], a.triangle_start[solid + 1]):
-                first, second, third = a.corners[3 * at], a.corners[3 * at + 1], a.corners[3 * at + 2]
-                sum += triangle_below(place + over * up, first, second, third, up, level)
-        elif kind == ELLIPSOID:
-            sum += shifted(ellipsoid_below(size, wp.transpose(axes) * up, over), axes, place)
-        elif kind == CYLINDER:
-            sum += shifted(cylinder_below(size[0], size[1], wp.transpose(axes) * up, over), axes, place)
-        elif kind == CAPSULE:
-            sum += shifted(capsule_below(size[0], size[1], wp.transpose(axes) * up, over), axes, place)
-    if sum[0] <= 0.0:
-        return wp.vec4(0.0, centre[0], centre[1], centre[2])
-    if not a.centre_is_given[row]:
-        centre = wp.vec3(sum[1], sum[2], sum[3]) / sum[0]
-    return wp.vec4(wp.min(sum[0] / a.hull_volume[row], 1.0), centre[0], centre[1], centre[2])
 
 
 @wp.func

@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import DataError
 from ..recording.kinematics import name_of
 from ..sea.waves import Waves
-from .hull import Hull, hull, own_volume
+from .hull import NO_HULL, BodyHull, Hull, hull, own_volume, robot_hulls
 from .instances import Instance, instances, target_body
 from .support import refuse
 from .swell import bodies_in_waves
@@ -87,11 +87,13 @@ class Water:
     """All that `attach` needs of a model: its instances, a row a body of each, the current of effects.
 
     current: velocity that the effects of that name add everywhere, world [m/s], shape (3,).
+    robots: of each instance, the hulls that its checkpoint's force fades with; none without a surface.
     """
 
     instances: list[Instance]
     rows: list[Row]
     current: np.ndarray
+    robots: list[list[BodyHull]]
 
 
 def water(model: mujoco.MjModel) -> Water:
@@ -114,16 +116,19 @@ def water(model: mujoco.MjModel) -> Water:
                 rows[number, body] = Row(body, number, hull(model, body, instance))
             _PUT[effect["effect"]](rows[number, body], values, instance.density)
     for number, instance in enumerate(found):
-        if instance.learned is not None and (number, instance.body) not in rows:
-            rows[number, instance.body] = Row(instance.body, number, hull(model, instance.body, instance))
         if instance.waves is not None:
             _into_waves(model, number, instance, instance.waves, rows)
+        if instance.learned is not None and (number, instance.body) not in rows:
+            # No effect acts on it, so its sizes do not count.
+            rows[number, instance.body] = Row(instance.body, number, NO_HULL)
     if np.any(current) and (model.opt.density > 0 or model.opt.viscosity > 0):
         raise DataError(
             "effect `current` beside MuJoCo's own fluid (option density or viscosity above 0) is not supported in "
             "MuJoCo Warp; give the attribute `current`, or `option wind`"
         )
-    return Water(found, list(rows.values()), current)
+    fades = [instance.learned is not None and instance.waterline is not None for instance in found]
+    robots = [robot_hulls(model, instance) if fade else [] for instance, fade in zip(found, fades, strict=True)]
+    return Water(found, list(rows.values()), current, robots)
 
 
 def _into_waves(

@@ -83,10 +83,13 @@ class Learned:
         for name in ("origin", "linear", "angular"):
             setattr(self._frames, name, wp.zeros(shape, dtype=wp.vec3, device=device))
 
-    def launch(self, m: mjw.Model, d: mjw.Data, numbers: Arrays, gust: wp.array, wrench: wp.array) -> None:
+    def launch(
+        self, m: mjw.Model, d: mjw.Data, numbers: Arrays, gust: wp.array, share: wp.array, wrench: wp.array
+    ) -> None:
         """Take what samples are due, and add the force of the present time.
 
         Args:
+            gust: of each world and water [m/s]. share: of each one's robot that is under water.
             wrench: of each world and row; that of the carrying body is written. Torques go into `d.qfrc_passive`.
         """
         s = self._sampling
@@ -116,7 +119,8 @@ class Learned:
         wp.launch(
             act,
             dim=self._nworld,
-            inputs=[self._phase, self._since, self._period, *forces, self._drag.numbers, self._places, self._row],
+            inputs=[self._phase, self._since, self._period, *forces, self._drag.numbers, self._places, self._row]
+            + [self._reading.water, share],
             outputs=[wrench, d.qfrc_passive],
             device=self._device,
         )

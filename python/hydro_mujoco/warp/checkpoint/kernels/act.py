@@ -46,11 +46,16 @@ def act(
     drag: wp.array3d[float],
     places: Places,
     row: int,
+    water: int,
+    share: wp.array2d[float],
     # Out
     wrench: wp.array2d[wp.spatial_vector],
     qfrc_passive: wp.array2d[float],
 ):
-    """The force at the present time, on the line between two samples: torques to their joints, the rest to `wrench`."""
+    """The force at the present time, on the line between two samples: torques to their joints, the rest to `wrench`.
+
+    share: of the robot that is under water.
+    """
     world = wp.tid()
     group, lane = world // LANES, world % LANES
     found = wp.spatial_vector()
@@ -59,6 +64,7 @@ def act(
         for i in range(places.dof.shape[0]):
             here = now[group, i, lane]
             value = here + part * (next[group, i, lane] - here) + drag[group, i, lane]
+            value *= share[world, water]
             if places.component[i] >= 0:
                 found[places.component[i]] = places.scale[i] * value
             elif places.dof[i] >= 0:
