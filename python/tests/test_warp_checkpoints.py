@@ -9,7 +9,7 @@ import pytest
 from drawn_checkpoints import LINKS, draw
 from hydro_mujoco.errors import DataError
 from warp_rollouts import Rollout, differences, replay, swimmer
-from warp_scenes import Pair, effect, mjw, together, vehicle, water
+from warp_scenes import Pair, effect, mjw, together, vehicle, water, wp
 
 #: Relative to the greatest value along a rollout, number by number: a network in single precision, sample by sample.
 CLOSE = 3e-5
@@ -126,6 +126,21 @@ def test_many_worlds_are_as_one():
             assert np.array_equal(ours[:, world], theirs[world % 3][:, 0])
 
 
+def test_steps_take_no_memory(monkeypatch):
+    """As a CUDA graph asks for: neither at a start, which settles the first force, nor at samples."""
+    pair = Pair(swimmer("b1-strip-attention-ode"), nworld=2)
+    d, allocator, taken = mjw.make_data(pair.plain, nworld=2), wp.get_device("cpu").get_allocator(), []
+    allocate = allocator.allocate
+    monkeypatch.setattr(allocator, "allocate", lambda *sizes: taken.append(sizes) or allocate(*sizes))
+    for step in range(7):
+        d.time.fill_(0.002 * step)
+        taken.clear()
+        pair.water.passive(pair.m, d)
+        assert not taken
+    wp.zeros(3, dtype=float, device="cpu")
+    assert taken
+
+
 def test_a_robot_goes_where_the_plugins_does_and_again_after_a_reset():
     pair = Pair(swimmer("b1-strip"), nworld=3)
     for _ in range(2):
@@ -135,6 +150,17 @@ def test_a_robot_goes_where_the_plugins_does_and_again_after_a_reset():
             assert d.qpos.numpy()[world] == pytest.approx(data.qpos, abs=1e-5)
             assert d.qvel.numpy()[world] == pytest.approx(data.qvel, abs=1e-4 * np.abs(data.qvel).max())
         assert np.abs(data.qvel).max() > 0.3
+
+
+def test_a_world_that_is_moved_before_its_first_step_or_in_time_starts_anew():
+    pair = Pair(swimmer("b1-strip"))
+    rollout, moved, later = (Rollout(pair.model, 8, seed) for seed in (0, 1, 0))
+    expected, *_ = replay(pair, [[rollout]])
+    del moved.states[1:]
+    later.states = [(time + 5, qpos, qvel) for time, qpos, qvel in later.states]
+    found, *_ = replay(pair, [[moved, rollout, later]])
+    assert not np.allclose(found[0], expected[0])
+    assert np.array_equal(found[1:], np.concatenate([expected, expected]))
 
 
 def test_a_state_that_is_no_number_has_no_force_until_a_reset():
