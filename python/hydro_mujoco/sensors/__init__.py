@@ -11,7 +11,9 @@ light.py             `WaterLight`: that change of light
 usbl.py              `Usbl`: range, bearing and elevation of a transponder, late by the sound's way
 acoustic_modem.py    `AcousticModem`: packets of bytes, and ranges by their travel time
 acoustic_channel.py  `AcousticChannel`: the water between modems
-acoustic_packet.py   `Message`: a packet that has arrived
+packet.py            `Message`: a packet that has arrived
+modem.py             what modems share
+channel.py           what channels share
 sonar_equation.py    loss and noise on an acoustic link
 travel.py            when sound meets what moves
 ins.py               `Ins`: inertial navigation, aided by DVL, pressure, GPS and fixes
@@ -32,7 +34,6 @@ and restored states too; two sensors of other names have other errors. Whoever w
 
 from .acoustic_channel import AcousticChannel
 from .acoustic_modem import AcousticModem
-from .acoustic_packet import Message
 from .camera import UnderwaterCamera
 from .dvl import Dvl, DvlReading
 from .gps import Gps, GpsReading
@@ -41,6 +42,7 @@ from .imu import Imu
 from .ins import Ins, InsReading
 from .light import WaterLight
 from .multibeam import Multibeam, MultibeamReading
+from .packet import Message
 from .pressure import Pressure, PressureReading
 from .side_scan import SideScan, SideScanLine
 from .usbl import Usbl, UsblFix

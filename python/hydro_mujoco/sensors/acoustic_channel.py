@@ -1,17 +1,14 @@
 """Acoustic channel: what modems send, on its way through the water."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
-from ..errors import DataError
 from . import sonar_equation
-from .acoustic_packet import Message, Packet, Sound
 from .arguments import at_least
-from .echoes import Rays
-from .mount import Mount
-from .noise import Noise
+from .channel import Channel, Epoch, Station, off_axis, place_at
+from .packet import Message, Packet, Signal
 from .travel import meeting
 from .usbl import SOUND
 
@@ -20,10 +17,9 @@ DEAFENING = 300.0
 
 
 @dataclass
-class Station:
-    """A modem as the channel knows it: where it is, what it sends and hears; see `AcousticModem` for the units."""
+class AcousticStation(Station):
+    """A modem as the channel knows it: what it sends and hears; see `AcousticModem` for the units."""
 
-    mount: Mount
     source_level: float
     noise_level: float
     threshold: float
@@ -31,14 +27,10 @@ class Station:
     cone: tuple[float, float]
     timing_noise: float
     clock: tuple[float, float]
-    inbox: list[Message] = field(default_factory=list)
-    free: float = -np.inf
 
     def hears(self, axes: np.ndarray, towards: np.ndarray) -> bool:
         """Whether a direction in the world lies in the cone of the modem with these axes."""
-        length = float(np.linalg.norm(towards))
-        angle = np.degrees(np.arccos(np.clip(axes[:, 2] @ towards / length, -1, 1))) if length else 90.0
-        return bool(self.cone[0] <= angle <= self.cone[1])
+        return self.cone[0] <= off_axis(axes, towards) <= self.cone[1]
 
     def stamp(self, time: float) -> float:
         """What the modem's clock shows at a time [s]."""
@@ -55,15 +47,7 @@ class _Front:
     ahead: set[str]
 
 
-@dataclass(frozen=True)
-class _Epoch:
-    """Places of the modems at a time: positions in the world [m]."""
-
-    time: float
-    places: dict[str, np.ndarray]
-
-
-class AcousticChannel:
+class AcousticChannel(Channel[AcousticStation]):
     """The water between modems: sound goes straight, with one speed, and fades by spreading and Thorp's absorption.
 
     SNR = SL - TL - (NL + 10 log10 B) [dB]: source level, transmission loss, noise spectrum level, bandwidth. Packets
@@ -77,6 +61,8 @@ class AcousticChannel:
     Source: R. J. Urick, Principles of Underwater Sound, 3rd ed., McGraw-Hill 1983, chapter 2; M. Stojanovic and J.
     Preisig, IEEE Communications Magazine 47(1), 2009.
     """
+
+    kind, own = "acoustic", DEAFENING
 
     def __init__(
         self,
@@ -102,76 +88,32 @@ class AcousticChannel:
         Raises:
             DataError: a number is out of bounds.
         """
-        Noise(seed, "")
-        self.model, self.seed, self.stations = model, seed, dict[str, Station]()
         self._frequency = at_least("frequency", frequency, 1, " Hz")
         self._band = 10 * np.log10(at_least("bandwidth", bandwidth, 1, " Hz"))
         self._spreading = at_least("spreading", spreading, 0)
-        self._reach = at_least("reach", reach, 1e-3, " m")
         self._speed = at_least("sound_speed", sound_speed, 1, " m/s")
-        self._rays: dict[tuple[str, str], Rays] = {}
-        self.reset()
+        super().__init__(model, reach=reach, seed=seed)
 
     def reset(self) -> None:
         """Forget all packets, under way and arrived."""
-        self._last: _Epoch | None = None
-        self._queue: list[Packet] = []
+        super().reset()
         self._fronts: list[_Front] = []
-        self._heard: list[Sound] = []
-        self._past: list[Sound] = []
-        for station in self.stations.values():
-            station.inbox, station.free = [], -np.inf
 
-    def join(self, station: Station) -> None:
-        """Add a modem.
+    def _launch(self, data: mujoco.MjData, packet: Packet, last: Epoch, now: Epoch) -> None:
+        """Let a packet leave its sender, where that is in the water."""
+        name, mount = packet.sender, self.stations[packet.sender].mount
+        origin = place_at(packet.start, name, last, now)
+        if mount.water.is_wet(origin, packet.start):
+            self._fronts.append(_Front(packet, origin, mount.axes(data), set(self.stations) - {name}))
 
-        Raises:
-            DataError: one of that name is there already.
-        """
-        name = station.mount.name
-        if name in self.stations:
-            raise DataError(f"a modem at `{name}` is on the channel already")
-        self.stations[name] = station
-
-    def send(self, packet: Packet) -> None:
-        """Send a packet at its time."""
-        self.stations[packet.sender].free = packet.start + packet.duration
-        self._queue.append(packet)
-
-    def update(self, data: mujoco.MjData) -> None:
-        """Move sound and modems on to the time of `data`."""
-        for station in self.stations.values():
-            station.mount.check(data)
-        now = _Epoch(data.time, {name: each.mount.position(data) for name, each in self.stations.items()})
-        if self._last is not None and now.time < self._last.time:
-            self.reset()
-        last, self._last = self._last or now, now
-        for packet in [each for each in self._queue if each.start <= now.time]:
-            self._queue.remove(packet)
-            self._launch(data, packet, last, now)
+    def _travel(self, data: mujoco.MjData, last: Epoch, now: Epoch) -> None:
+        """Let modems hear the begins of packets that meet them between two epochs."""
         for front in self._fronts:
             for name in list(front.ahead):
                 self._meet(data, front, name, last, now)
         self._fronts = [each for each in self._fronts if each.ahead]
-        for sound in sorted((each for each in self._heard if each.end <= now.time), key=lambda each: each.end):
-            self._understand(sound)
-        self._past += [each for each in self._heard if each.end <= now.time]
-        self._heard = [each for each in self._heard if each.end > now.time]
-        # What is over is noise only to what began before its end.
-        oldest = min([each.start for each in self._heard] + [now.time])
-        self._past = [each for each in self._past if each.end > oldest]
 
-    def _launch(self, data: mujoco.MjData, packet: Packet, last: _Epoch, now: _Epoch) -> None:
-        """Let a packet leave its sender, where that is in the water."""
-        name, mount = packet.sender, self.stations[packet.sender].mount
-        share = (packet.start - last.time) / (now.time - last.time) if now.time > last.time else 1.0
-        start = last.places.get(name, now.places[name])
-        origin = start + share * (now.places[name] - start)
-        self._past.append(Sound(packet, name, packet.start, packet.start + packet.duration, DEAFENING))
-        if mount.water.is_wet(origin, packet.start):
-            self._fronts.append(_Front(packet, origin, mount.axes(data), set(self.stations) - {name}))
-
-    def _meet(self, data: mujoco.MjData, front: _Front, name: str, last: _Epoch, now: _Epoch) -> None:
+    def _meet(self, data: mujoco.MjData, front: _Front, name: str, last: Epoch, now: Epoch) -> None:
         """Let a modem hear the begin of a packet, where it has arrived between two epochs and nothing prevents it."""
         packet, after = front.packet, now.places[name]
         before = last.places.get(name, after)
@@ -191,33 +133,14 @@ class AcousticChannel:
         if not self._is_open(data, packet.sender, name, front.origin - after):
             return
         level = sender.source_level - sonar_equation.transmission_loss(distance, self._frequency, self._spreading)
-        self._heard.append(Sound(packet, name, time, time + packet.duration, level))
+        self._heard.append(Signal(packet, name, time, time + packet.duration, level))
 
-    def _is_open(self, data: mujoco.MjData, sender: str, receiver: str, way: np.ndarray) -> bool:
-        """Whether nothing stands on the way [m] from a receiver to where a packet was sent."""
-        pair, distance = (sender, receiver), float(np.linalg.norm(way))
-        if distance < 1e-6:
-            return True
-        if pair not in self._rays:
-            self._rays[pair] = Rays(self.stations[receiver].mount)
-            self._rays[pair].pass_tree(self.stations[sender].mount.body)
-        return bool(self._rays[pair].cast(data, way[None] / distance, (0.0, distance)).geom[0] < 0)
-
-    def _understand(self, sound: Sound) -> None:
-        """Put a packet whose end has arrived into the receiver's inbox, if it is addressed and understood."""
-        packet, receiver, sender = sound.packet, self.stations[sound.receiver], self.stations[sound.packet.sender]
-        noise = [receiver.noise_level + self._band]
-        for other in self._heard + self._past:
-            overlaps = other.receiver == sound.receiver and other.start < sound.end and sound.start < other.end
-            # Packets of one sender follow each other, whatever its motion does to their lengths.
-            if overlaps and other.packet.sender != packet.sender:
-                noise.append(other.level)
-        ratio = sound.level - sonar_equation.total(*noise)
-        random = Noise(self.seed, f"acoustic modem {packet.sender} {sound.receiver}").generator(sound.start)
-        understood = random.random() < sonar_equation.success(ratio, receiver.threshold, receiver.width)
-        if not understood or packet.receiver not in (None, sound.receiver):
-            return
+    def _message(self, signal: Signal, noise: list[float], random: np.random.Generator) -> Message | None:
+        """What a modem understands of a sound."""
+        packet, receiver, sender = signal.packet, self.stations[signal.receiver], self.stations[signal.packet.sender]
+        ratio = signal.level - sonar_equation.total(receiver.noise_level + self._band, *noise)
+        if random.random() >= sonar_equation.success(ratio, receiver.threshold, receiver.width):
+            return None
         sent = sender.stamp(packet.start)
-        travel = receiver.stamp(sound.start) + receiver.timing_noise * random.standard_normal() - sent
-        message = Message(sound.end, sent, packet.sender, packet.payload, float(self._speed * travel), ratio)
-        receiver.inbox.append(message)
+        travel = receiver.stamp(signal.start) + receiver.timing_noise * random.standard_normal() - sent
+        return Message(signal.end, sent, packet.sender, packet.payload, float(self._speed * travel), ratio)

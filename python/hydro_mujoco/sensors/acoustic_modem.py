@@ -1,17 +1,15 @@
 """Acoustic modem: packets of bytes through the water, and ranges by their travel time."""
 
-import mujoco
 import numpy as np
 
 from ..errors import DataError
-from .acoustic_channel import AcousticChannel, Station
-from .acoustic_packet import Message, Packet
-from .arguments import at_least, span, whole
-from .mount import Mount
+from .acoustic_channel import AcousticChannel, AcousticStation
+from .arguments import at_least, span
+from .modem import Modem
 from .noise import Noise
 
 
-class AcousticModem:
+class AcousticModem(Modem):
     """A modem at a site, on a channel with others.
 
     A packet lasts preamble + 8 bits a byte / bit rate. The modem sends one at a time, in turn, and hears nothing while
@@ -56,68 +54,26 @@ class AcousticModem:
         Raises:
             DataError: there is no such place, no water about it, another modem there, or a number is out of bounds.
         """
-        first = next(iter(channel.stations.values()), None)
-        mount = Mount(channel.model, name, first.mount.water if first else None)
-        self._channel, self._name = channel, name
-        self._rate, self._preamble = (
-            at_least("bit_rate", bit_rate, 1e-3, " bit/s"),
-            at_least("preamble", preamble, 0, " s"),
-        )
-        self._longest = whole("longest", longest, 1)
+        mount = channel.mount(name)
+        super().__init__(channel, name, bit_rate=bit_rate, preamble=preamble, longest=longest)
         cone = span("cone", cone, " degrees")
         if cone[1] > 180:
             raise DataError(f"cone is {cone[0]:g} to {cone[1]:g} degrees; expected 180 at most")
         offset = at_least("clock_offset", clock_offset, 0, " s")
         drift = at_least("clock_drift", clock_drift, 0)
         turned_on = Noise(channel.seed, f"acoustic modem {name}").constant(2)
-        self._station = Station(
-            mount,
-            _level("source_level", source_level),
-            _level("noise_level", noise_level),
-            _level("threshold", threshold),
-            at_least("width", width, 0, " dB"),
-            cone,
-            at_least("timing_noise", timing_noise, 0, " s"),
-            (offset * float(turned_on[0]), drift * float(turned_on[1])),
+        channel.join(
+            AcousticStation(
+                mount,
+                _level("source_level", source_level),
+                _level("noise_level", noise_level),
+                _level("threshold", threshold),
+                at_least("width", width, 0, " dB"),
+                cone,
+                at_least("timing_noise", timing_noise, 0, " s"),
+                (offset * float(turned_on[0]), drift * float(turned_on[1])),
+            )
         )
-        channel.join(self._station)
-
-    def duration(self, size: int) -> float:
-        """Time that a packet of so many bytes lasts [s]."""
-        return self._preamble + 8 * size / self._rate
-
-    def send(self, data: mujoco.MjData, payload: bytes, *, to: str | None = None) -> float:
-        """Send a packet, when those before it have been sent; returns when its end will have left [s].
-
-        Args:
-            data: state at which it is given to the modem, after `mj_forward` or `mj_step`.
-            payload: bytes, as many as `longest` at most.
-            to: name of the modem that it is for; None: all.
-
-        Raises:
-            DataError: the payload is no bytes or too long, or there is no such modem.
-        """
-        if not isinstance(payload, bytes | bytearray) or len(payload) > self._longest:
-            size = f"{len(payload)} bytes" if isinstance(payload, bytes | bytearray) else repr(payload)
-            raise DataError(f"payload is {size}; expected bytes, {self._longest} at most")
-        others = [name for name in self._channel.stations if name != self._name]
-        if to is not None and to not in others:
-            there = ", ".join(f"`{name}`" for name in others) or "none"
-            raise DataError(f"no other modem at `{to}` is on the channel; there are: {there}")
-        self._channel.update(data)
-        start, duration = max(data.time, self._station.free), self.duration(len(payload))
-        self._channel.send(Packet(self._name, to, bytes(payload), start, duration))
-        return self._station.free
-
-    def poll(self, data: mujoco.MjData) -> list[Message]:
-        """Messages whose end has arrived since the last call, in that order.
-
-        To be called once a step or a few, by one modem of the channel at least: each call is one line of the motion of
-        all.
-        """
-        self._channel.update(data)
-        messages, self._station.inbox = self._station.inbox, []
-        return messages
 
 
 def _level(name: str, level: float) -> float:

@@ -1,4 +1,4 @@
-"""Packets of acoustic modems: as they are sent, as they sound at a modem, as they are understood."""
+"""Packets of modems: as they are sent, as they reach a modem, as they are understood."""
 
 from dataclasses import dataclass
 
@@ -15,8 +15,8 @@ class Packet:
 
 
 @dataclass(frozen=True)
-class Sound:
-    """A packet at a modem: begin and end [s], level [dB re 1 uPa]."""
+class Signal:
+    """A packet at a modem: begin and end [s]; level: of sound [dB re 1 uPa], or power of light [W]."""
 
     packet: Packet
     receiver: str
@@ -32,8 +32,8 @@ class Message:
     Attributes:
         time: at which its end was there [s]. sent: at which its begin left, by the sender's clock [s].
         sender: name of the modem. payload: as it was sent.
-        range: travel time of its begin by the clocks of both, times the speed of sound [m].
-        snr: signal-to-noise ratio, sounds of other packets being noise [dB].
+        range: travel time of its begin by the clocks of both, times the speed of sound [m]; not a number by light.
+        snr: signal-to-noise ratio, other packets being noise [dB].
     """
 
     time: float
