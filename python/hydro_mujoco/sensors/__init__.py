@@ -5,6 +5,7 @@ pressure.py          `Pressure`: pressure and depth, with that of the waves
 gps.py               `Gps`: latitude, longitude, height, above the surface only
 multibeam.py         `Multibeam`: ranges of a fan of beams
 imaging_sonar.py     `ImagingSonar`: a picture by range and bearing
+scanning_sonar.py    `ScanningSonar`: one beam, turned step by step
 side_scan.py         `SideScan`: a line of intensities by range to each side
 camera.py            `UnderwaterCamera`: a camera whose light the water absorbs and scatters
 light.py             `WaterLight`: that change of light
@@ -44,6 +45,7 @@ from .light import WaterLight
 from .multibeam import Multibeam, MultibeamReading
 from .packet import Message
 from .pressure import Pressure, PressureReading
+from .scanning_sonar import ScanBeam, ScanningSonar, ScanSweep
 from .side_scan import SideScan, SideScanLine
 from .usbl import Usbl, UsblFix
 
@@ -63,6 +65,9 @@ __all__ = [
     "MultibeamReading",
     "Pressure",
     "PressureReading",
+    "ScanBeam",
+    "ScanSweep",
+    "ScanningSonar",
     "SideScan",
     "SideScanLine",
     "SonarImage",

@@ -18,16 +18,33 @@ def fan(number: int, width: float) -> np.ndarray:
     return np.radians(width) * (np.linspace(-0.5, 0.5, number) if number > 1 else np.zeros(1))
 
 
-def check_rays(beams: int, rays: int = 1) -> None:
-    """Refuse numbers of beams and of rays of a beam.
+def middles(number: int, width: float) -> np.ndarray:
+    """Angles [rad] at the middles of equal parts of a width [degrees] about 0, shape (number,)."""
+    return np.radians(width) * ((np.arange(number) + 0.5) / number - 0.5)
+
+
+def grid(bearings: np.ndarray, elevations: np.ndarray) -> np.ndarray:
+    """Unit vectors along an instrument's axes, shape (b e, 3), those of a bearing beside each other.
+
+    Args:
+        bearings: from x towards y [rad], shape (b,). elevations: above the x-y plane [rad], shape (e,).
+    """
+    bearing, elevation = (each.ravel() for each in np.meshgrid(bearings, elevations, indexing="ij"))
+    flat = np.cos(elevation)
+    return np.column_stack([flat * np.cos(bearing), flat * np.sin(bearing), np.sin(elevation)])
+
+
+def check_rays(**numbers: int) -> None:
+    """Refuse numbers whose product is that of the rays of a ping, by their names.
 
     Raises:
         DataError: one is no whole number above 0, or there are too many rays.
     """
-    whole("beams", beams, 1)
-    whole("rays", rays, 1)
-    if beams * rays > MOST_RAYS:
-        raise DataError(f"{beams * rays} rays a ping; expected at most {MOST_RAYS}")
+    total = 1
+    for name, number in numbers.items():
+        total *= whole(name, number, 1)
+    if total > MOST_RAYS:
+        raise DataError(f"{total} rays a ping; expected at most {MOST_RAYS}")
 
 
 def check_angle(name: str, angle: float, most: float) -> None:
@@ -115,18 +132,20 @@ class Backscatter:
         Raises:
             DataError: there is no such place, no water about it, or a number is out of bounds.
         """
-        self._mount, self._noise = Mount(model, name), Noise(seed, f"{kind} {name}")
-        self._rays, self._reach = Rays(self._mount), span("reach", reach, " m")
+        self.mount, self._noise = Mount(model, name), Noise(seed, f"{kind} {name}")
+        self._rays, self._reach = Rays(self.mount), span("reach", reach, " m")
         noise = at_least("background", background, 0)
         self._bins = RangeBins(self._reach, bins, speckle=speckle, background=noise)
         self._directions, self._column, self._columns = directions, column, int(column.max()) + 1
         #: Middles of the bins [m], shape (bins,).
         self.ranges = self._bins.ranges
 
-    def read(self, data: mujoco.MjData) -> np.ndarray:
-        """Intensities at the state of `data`, shape (bins, columns)."""
-        self._mount.check(data)
-        directions = self._directions @ self._mount.axes(data).T
+    def read(self, data: mujoco.MjData, turn: float = 0.0) -> np.ndarray:
+        """Intensities at the state of `data`, shape (bins, columns); all rays turned about the instrument's z [rad]."""
+        self.mount.check(data)
+        cosine, sine = np.cos(turn), np.sin(turn)
+        head = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
+        directions = self._directions @ (self.mount.axes(data) @ head).T
         echoes = self._rays.cast(data, directions, self._reach)
         intensity = lambert(echoes, directions) / (len(directions) // self._columns)
         return self._bins.gather(echoes, intensity, self._column, self._columns, self._noise.generator(data.time))

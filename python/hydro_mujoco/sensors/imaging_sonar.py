@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from .backscatter import Backscatter, check_angle, check_rays, fan
+from .backscatter import Backscatter, check_angle, check_rays, fan, grid, middles
 
 
 @dataclass(frozen=True)
@@ -67,19 +67,15 @@ class ImagingSonar:
         Raises:
             DataError: there is no such place, no water about it, or a number is out of bounds.
         """
-        check_rays(beams, rays)
+        check_rays(beams=beams, rays=rays)
         check_angle("width", width, 360)
         check_angle("height", height, 180)
         self._bearings = fan(beams, width)
-        # Rays at the middles of equal parts of the height.
-        elevations = np.radians(height) * ((np.arange(rays) + 0.5) / rays - 0.5)
-        bearing, elevation = (each.ravel() for each in np.meshgrid(self._bearings, elevations, indexing="ij"))
-        flat = np.cos(elevation)
         self._sonar = Backscatter(
             model,
             name,
             "imaging sonar",
-            np.column_stack([flat * np.cos(bearing), flat * np.sin(bearing), np.sin(elevation)]),
+            grid(self._bearings, middles(rays, height)),
             np.repeat(np.arange(beams), rays),
             bins=bins,
             reach=reach,

@@ -68,7 +68,7 @@ class Multibeam:
         Raises:
             DataError: there is no such place, no water about it, or a number is out of bounds.
         """
-        check_rays(beams)
+        check_rays(beams=beams)
         check_angle("swath", swath, 360)
         if not 0 <= weakest <= 1:
             raise DataError(f"weakest is {weakest}; expected 0 to 1")

@@ -69,7 +69,7 @@ class SideScan:
         highest, lowest = span("depression", depression, " degrees")
         if lowest > 90:
             raise DataError(f"depression is {highest:g} to {lowest:g} degrees; expected 90 at most")
-        check_rays(2, rays)
+        check_rays(sides=2, rays=rays)
         # At the middles of equal parts; port first.
         angle = np.radians(highest + (lowest - highest) * (np.arange(rays) + 0.5) / rays)
         side = np.repeat([1.0, -1.0], rays)
