@@ -12,10 +12,13 @@ light.py             `WaterLight`: that change of light
 usbl.py              `Usbl`: range, bearing and elevation of a transponder, late by the sound's way
 acoustic_modem.py    `AcousticModem`: packets of bytes, and ranges by their travel time
 acoustic_channel.py  `AcousticChannel`: the water between modems
+optical_modem.py     `OpticalModem`: packets of bytes by light
+optical_channel.py   `OpticalChannel`: the water between such modems
 packet.py            `Message`: a packet that has arrived
 modem.py             what modems share
 channel.py           what channels share
 sonar_equation.py    loss and noise on an acoustic link
+optical_link.py      power and errors on an optical link
 travel.py            when sound meets what moves
 ins.py               `Ins`: inertial navigation, aided by DVL, pressure, GPS and fixes
 error_state.py       its Kalman filter
@@ -43,6 +46,8 @@ from .imu import Imu
 from .ins import Ins, InsReading
 from .light import WaterLight
 from .multibeam import Multibeam, MultibeamReading
+from .optical_channel import OpticalChannel
+from .optical_modem import OpticalModem
 from .packet import Message
 from .pressure import Pressure, PressureReading
 from .scanning_sonar import ScanBeam, ScanningSonar, ScanSweep
@@ -63,6 +68,8 @@ __all__ = [
     "Message",
     "Multibeam",
     "MultibeamReading",
+    "OpticalChannel",
+    "OpticalModem",
     "Pressure",
     "PressureReading",
     "ScanBeam",

@@ -19,6 +19,9 @@ class WaterLight:
     Source: Y. Y. Schechner and N. Karpel, Recovery of underwater visibility and structure by polarization analysis,
     IEEE J. Oceanic Engineering 30(3), 2005 (attenuation and veiling light); C. D. Mobley, Light and Water, Academic
     Press 1994 (daylight by depth).
+
+    Attributes:
+        attenuation: c of red, green, blue [1/m], shape (3,). daylight: K of each [1/m], shape (3,).
     """
 
     def __init__(
@@ -36,8 +39,8 @@ class WaterLight:
         Raises:
             DataError: a number is out of bounds.
         """
-        self._attenuation = _channels("attenuation", attenuation)
-        self._daylight = _channels("daylight", daylight)
+        self.attenuation = _channels("attenuation", attenuation)
+        self.daylight = _channels("daylight", daylight)
         self._colour = _channels("colour", colour, 1.0)
 
     def through(self, seen: np.ndarray, distance: np.ndarray, depth: np.ndarray, own_depth: float) -> np.ndarray:
@@ -50,9 +53,9 @@ class WaterLight:
         Returns:
             0 to 1, shape (..., 3).
         """
-        through = np.exp(-self._attenuation * np.minimum(distance, ENDLESS)[..., None])
-        lit = seen * np.exp(-self._daylight * depth[..., None])
-        return lit * through + self._colour * np.exp(-self._daylight * own_depth) * (1 - through)
+        through = np.exp(-self.attenuation * np.minimum(distance, ENDLESS)[..., None])
+        lit = seen * np.exp(-self.daylight * depth[..., None])
+        return lit * through + self._colour * np.exp(-self.daylight * own_depth) * (1 - through)
 
 
 def _channels(name: str, values: tuple[float, float, float], most: float = np.inf) -> np.ndarray:
