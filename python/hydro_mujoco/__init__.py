@@ -3,7 +3,7 @@
 water.py       `add_water(spec, body=...)`, `wrench(model, data, body)`
 submersion.py  `submerged(model, data, body)`
 sea/           the sea about a body: `sea.water(model, body)`, and its surface drawn by MuJoCo
-sensors/       sensors of underwater vehicles: DVL, pressure, GPS, sonars, USBL, modems, INS
+sensors/       sensors of underwater vehicles: DVL, pressure, GPS, sonars, USBL, acoustic and optical modems, INS
 packaged.py    scenes, checkpoints, examples and the library that come with the package
 record/        `record(model, out)`, and the command `python -m hydro_mujoco.record`
 trials/        logs of real vehicles as trials for `hydro gap`: `trials.from_mcap(...)`, `python -m hydro_mujoco.trials`
