@@ -250,7 +250,7 @@ fn model_sha256(model: &Path) -> anyhow::Result<String> {
         };
         all.extend_from_slice(text.as_bytes());
         // The stage `add` edits the text: what cannot be edited is refused before hours of fits.
-        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        let text = text.trim_start_matches('\u{feff}');
         let tree = roxmltree::Document::parse(text).map_err(|error| {
             let hint = match error {
                 roxmltree::Error::DtdDetected => {

@@ -63,7 +63,8 @@ fn read(path: &Path, included_by: Option<&Path>) -> Result<String, PatchError> {
             source,
         })?;
     // A byte order mark is not part of the text.
-    Ok(text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned())
+    // One more would be taken off the next time that the text is read.
+    Ok(text.trim_start_matches('\u{feff}').to_owned())
 }
 
 type Parts = Vec<(Range<usize>, PathBuf)>;
