@@ -11,7 +11,7 @@ use std::{
     num::NonZeroU64,
     path::{Path, PathBuf},
     sync::{
-        Arc, Mutex, PoisonError, RwLock, Weak,
+        Arc, Weak,
         atomic::{AtomicU64, Ordering},
     },
     time::SystemTime,
@@ -22,6 +22,7 @@ use hydro_model::{
     checkpoint::{Checkpoint, CheckpointError},
     document::hexadecimal,
 };
+use parking_lot::{Mutex, RwLock};
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
@@ -150,10 +151,7 @@ impl Registry {
         let key = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
         let stamp = stamp(&key);
         {
-            let mut known = self
-                .checkpoints
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner);
+            let mut known = self.checkpoints.lock();
             if let Some(known) = known.get_mut(&key)
                 && known.stamp == stamp
             {
@@ -172,29 +170,20 @@ impl Registry {
             loaded: Arc::clone(&loaded),
             looked: self.looks.fetch_add(1, Ordering::Relaxed),
         };
-        self.checkpoints
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .insert(key, known);
+        self.checkpoints.lock().insert(key, known);
         self.forget_unused();
         Ok(loaded)
     }
 
     /// Forgets the checkpoints that no instance uses, but for the last few that were looked for.
     fn forget_unused(&self) {
-        let known = self
-            .checkpoints
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let known = self.checkpoints.lock();
         if known.len() <= MOST_UNUSED {
             return;
         }
         drop(known);
         let used: HashSet<PathBuf> = {
-            let instances = self
-                .instances
-                .read()
-                .unwrap_or_else(PoisonError::into_inner);
+            let instances = self.instances.read();
             let folders = (instances.held.values())
                 .filter(|held| held.users > 0)
                 .filter_map(|held| held.instance.settings().checkpoint.clone());
@@ -202,10 +191,7 @@ impl Registry {
                 .map(|folder| folder.canonicalize().unwrap_or(folder))
                 .collect()
         };
-        let mut known = self
-            .checkpoints
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut known = self.checkpoints.lock();
         let mut unused: Vec<(u64, PathBuf)> = known
             .iter()
             .filter(|(folder, _)| !used.contains(*folder))
@@ -239,10 +225,7 @@ impl Registry {
             &format!("{afloat:?}"),
         ]);
         {
-            let mut instances = self
-                .instances
-                .write()
-                .unwrap_or_else(PoisonError::into_inner);
+            let mut instances = self.instances.write();
             if let Some(held) = instances.held.get_mut(&key) {
                 held.users += 1;
                 return Ok((key, Arc::clone(&held.instance)));
@@ -262,10 +245,7 @@ impl Registry {
             None => None,
         };
         let instance = Arc::new(Instance::new(settings, learned, effects, afloat));
-        let mut instances = self
-            .instances
-            .write()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut instances = self.instances.write();
         let fresh = Held {
             instance,
             users: 0,
@@ -278,10 +258,7 @@ impl Registry {
 
     /// The instance of a key, where this process has made it.
     pub fn get(&self, key: InstanceKey) -> Option<Arc<Instance>> {
-        let instances = self
-            .instances
-            .read()
-            .unwrap_or_else(PoisonError::into_inner);
+        let instances = self.instances.read();
         instances
             .held
             .get(&key)
@@ -295,10 +272,7 @@ impl Registry {
 
     /// Counts one user less; of the instances without users the latest few are kept.
     pub fn release(&self, key: InstanceKey) {
-        let mut instances = self
-            .instances
-            .write()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut instances = self.instances.write();
         instances.clock += 1;
         let now = instances.clock;
         if let Some(held) = instances.held.get_mut(&key) {
@@ -331,7 +305,7 @@ impl Registry {
         let known = |engines: &HashMap<EngineKey, Weak<dyn Engine>>| {
             engines.get(&key).and_then(Weak::upgrade)
         };
-        if let Some(engine) = known(&self.engines.lock().unwrap_or_else(PoisonError::into_inner)) {
+        if let Some(engine) = known(&self.engines.lock()) {
             return Ok(engine);
         }
         let engine = loaded
@@ -342,7 +316,7 @@ impl Registry {
                 source: Box::new(source),
             })?;
         let engine: Arc<dyn Engine> = Arc::from(engine);
-        let mut engines = self.engines.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut engines = self.engines.lock();
         engines.retain(|_, engine| engine.strong_count() > 0);
         engines.insert(key, Arc::downgrade(&engine));
         Ok(engine)
