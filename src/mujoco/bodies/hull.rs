@@ -3,8 +3,10 @@
 use std::{
     collections::HashMap,
     hash::{DefaultHasher, Hasher},
-    sync::{Arc, Mutex, PoisonError},
+    sync::Arc,
 };
+
+use parking_lot::Mutex;
 
 use hydro_effects::hydrostatics::{Hull, Mesh, MeshError, Shape, Solid};
 use nalgebra::Isometry3;
@@ -132,12 +134,7 @@ fn mesh(model: ModelView<'_>, geom: usize) -> Checked {
         hasher.write_i32(*index);
     }
     let key = hasher.finish();
-    if let Some(mesh) = KNOWN
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
-        .as_ref()
-        .and_then(|known| known.get(&key))
-    {
+    if let Some(mesh) = KNOWN.lock().as_ref().and_then(|known| known.get(&key)) {
         return mesh.clone();
     }
     let vertices: Vec<[f64; 3]> = vertices
@@ -153,7 +150,7 @@ fn mesh(model: ModelView<'_>, geom: usize) -> Checked {
         .map(|face| face.map(|corner| corner as u32))
         .collect();
     let made = Mesh::new(&vertices, &faces).map(Arc::new);
-    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut known = KNOWN.lock();
     let known = known.get_or_insert_default();
     if known.len() >= MOST_MESHES {
         known.clear();
@@ -195,7 +192,7 @@ fn united(solids: Vec<Solid>) -> Hull {
         return Hull::new(solids);
     }
     let key: Vec<u64> = solids.iter().flat_map(numbers_of).collect();
-    let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = || KNOWN.lock();
     if let Some(hull) = known().as_ref().and_then(|known| known.get(&key)) {
         return hull.clone();
     }

@@ -2,25 +2,19 @@
 //!
 //! MuJoCo's own error says only that a plugin refused.
 
-use std::sync::{Mutex, PoisonError};
+use parking_lot::Mutex;
 
 static LAST_REFUSAL: Mutex<Option<String>> = Mutex::new(None);
 
 /// Keeps the reason of a refusal.
 #[cfg(mujoco_plugins)]
 pub(crate) fn remember(reason: &str) {
-    LAST_REFUSAL
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
-        .replace(reason.to_owned());
+    LAST_REFUSAL.lock().replace(reason.to_owned());
 }
 
 /// Takes the reason of the latest refusal.
 pub(crate) fn take() -> Option<String> {
-    LAST_REFUSAL
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
-        .take()
+    LAST_REFUSAL.lock().take()
 }
 
 /// Forgets a refusal of an earlier model.

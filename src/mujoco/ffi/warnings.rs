@@ -6,8 +6,10 @@
 use std::{
     collections::BTreeMap,
     ffi::{CStr, c_char},
-    sync::{Mutex, OnceLock, PoisonError},
+    sync::OnceLock,
 };
+
+use parking_lot::Mutex;
 
 use super::{api::Api, boundary::guard};
 
@@ -28,7 +30,7 @@ pub fn count(show: fn(&str)) {
 
 /// The kinds of MuJoCo's warnings since the last call and their counts, the most frequent first.
 pub fn take_counts() -> Vec<(String, u64)> {
-    let counts = std::mem::take(&mut *COUNTS.lock().unwrap_or_else(PoisonError::into_inner));
+    let counts = std::mem::take(&mut *COUNTS.lock());
     let mut counts: Vec<_> = counts.into_iter().collect();
     counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
     counts
@@ -55,7 +57,7 @@ unsafe extern "C" fn handle(text: *const c_char) {
         match SHOW.get() {
             Some(show) if text.starts_with(OWN) => show(&text),
             _ => {
-                let mut counts = COUNTS.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut counts = COUNTS.lock();
                 *counts.entry(kind(&text)).or_default() += 1;
             }
         }

@@ -6,8 +6,10 @@
 
 use std::{
     path::{Path, PathBuf},
-    sync::{Arc, Mutex, PoisonError},
+    sync::Arc,
 };
+
+use parking_lot::Mutex;
 
 use hydro_effects::{Entry, Id, Part, TargetKind, effect};
 use hydro_gap::plant::{
@@ -192,7 +194,7 @@ impl MujocoPlant {
             });
         }
         {
-            let latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+            let latest = self.latest.lock();
             if let Some((known, copied)) = &*latest
                 && known == key
             {
@@ -212,7 +214,7 @@ impl MujocoPlant {
             model: Arc::new(model),
             moved_centres: beside.moved_centres,
         };
-        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut latest = self.latest.lock();
         *latest = Some((key.clone(), copied.clone()));
         Ok(copied)
     }
@@ -257,10 +259,7 @@ impl MujocoPlant {
 
     /// The model with backlash in these joints, compiled once.
     fn with_backlash(&self, backlashes: &[Backlash]) -> Result<Arc<Self>, PlantError> {
-        let mut compiled = self
-            .with_backlash
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut compiled = self.with_backlash.lock();
         if let Some((_, known)) = compiled.iter().find(|(known, _)| known == backlashes) {
             return Ok(Arc::clone(known));
         }

@@ -7,8 +7,9 @@ use std::{
     cell::RefCell,
     collections::{HashMap, HashSet},
     hash::{DefaultHasher, Hasher},
-    sync::{Mutex, PoisonError},
 };
+
+use parking_lot::Mutex;
 
 use crate::{mujoco::ffi::ModelView, plugin::InstanceKey};
 
@@ -44,7 +45,7 @@ pub(super) fn is_of(model: ModelView<'_>, id: usize, key: InstanceKey) -> bool {
     }
     let digest = digest(model, id);
     let is_known = {
-        let origins = ORIGINS.lock().unwrap_or_else(PoisonError::into_inner);
+        let origins = ORIGINS.lock();
         let of_key = origins.as_ref().and_then(|origins| origins.get(&key));
         of_key.is_some_and(|digests| digests.contains(&digest))
     };
@@ -58,7 +59,7 @@ pub(super) fn is_of(model: ModelView<'_>, id: usize, key: InstanceKey) -> bool {
 pub(super) fn remember(model: ModelView<'_>, id: usize, key: InstanceKey) {
     let digest = digest(model, id);
     {
-        let mut origins = ORIGINS.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut origins = ORIGINS.lock();
         let origins = origins.get_or_insert_default();
         if origins.len() >= MOST && !origins.contains_key(&key) {
             origins.clear();

@@ -20,10 +20,12 @@ use std::{
     cell::RefCell,
     hash::{DefaultHasher, Hasher},
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc,
         atomic::{AtomicPtr, Ordering},
     },
 };
+
+use parking_lot::Mutex;
 
 use hydro_frames::Wrench;
 
@@ -120,7 +122,7 @@ unsafe extern "C" fn passive(m: *const mjModel, d: *mut mjData) {
 fn tell(model: ModelView<'_>, refusal: String, moving: bool) {
     let text = format!("{refusal}. No force is applied");
     let news = {
-        let mut warned = WARNED.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut warned = WARNED.lock();
         let said = (refusal, moving);
         let news = !warned.contains(&said);
         if news {

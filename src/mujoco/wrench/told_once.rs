@@ -1,9 +1,8 @@
 //! Warnings that are given once in a process: every `mjData` of a batch would say them again.
 
-use std::{
-    collections::BTreeSet,
-    sync::{Mutex, PoisonError},
-};
+use std::collections::BTreeSet;
+
+use parking_lot::Mutex;
 
 use crate::mujoco::ffi::{Api, warn};
 
@@ -11,7 +10,7 @@ use crate::mujoco::ffi::{Api, warn};
 pub(super) fn tell_once(api: &Api, note: &str) {
     static TOLD: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     let news = {
-        let mut told = TOLD.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut told = TOLD.lock();
         told.insert(note.to_owned())
     };
     if news {

@@ -2,7 +2,7 @@
 //!
 //! A simulation is known by the address of the instance's entry in `plugin_data` of its `mjData`; `destroy` forgets it.
 
-use std::sync::{Mutex, PoisonError};
+use parking_lot::Mutex;
 
 /// Cause of a warning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +18,7 @@ static WARNED: Mutex<Vec<(usize, Cause)>> = Mutex::new(Vec::new());
 /// True the first time for this entry and cause.
 pub(crate) fn first_time(entry: &usize, cause: Cause) -> bool {
     let one = (std::ptr::from_ref(entry) as usize, cause);
-    let mut warned = WARNED.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut warned = WARNED.lock();
     let first = !warned.contains(&one);
     if first {
         warned.push(one);
@@ -29,7 +29,7 @@ pub(crate) fn first_time(entry: &usize, cause: Cause) -> bool {
 /// Forgets an entry, of a simulation that begins or ends.
 pub(crate) fn forget(entry: &usize) {
     let address = std::ptr::from_ref(entry) as usize;
-    let mut warned = WARNED.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut warned = WARNED.lock();
     warned.retain(|(known, _)| *known != address);
 }
 
