@@ -2,7 +2,7 @@
 # The plugin under sanitizers and valgrind, in a host of C that loads, steps, copies, resets and frees models on threads.
 #   scripts/sanitize.sh [asan] [tsan] [valgrind] [miri]     all by default; logs in out/sanitize
 #   asan      AddressSanitizer in the plugin and the host, leaks too
-#   tsan      ThreadSanitizer in the plugin and the host, 64 threads; MuJoCo is as it is
+#   tsan      ThreadSanitizer in the plugin, 64 threads of the host; MuJoCo and the host are as they are
 #   valgrind  memcheck, of target/release/libhydro_plugin.so
 #   miri      tests of the crates that touch nothing foreign; skipped where cargo-miri is not installed
 # asan and tsan build the plugin anew, in target/asan and target/tsan. Exits with 1 where one reports anything.
@@ -54,8 +54,12 @@ asan() {
 }
 
 tsan() {
-  # The standard library is as it is: its locks are inlined into the plugin, or system calls that the sanitizer knows.
-  plugin_of thread -Cunsafe-allow-abi-mismatch=sanitizer && host_of host-tsan -fsanitize=thread || return 1
+  # The standard library is as it is: of its locks the sanitizer does not see those that had to be waited for, so those of the
+  # registry are of a crate. The host starts the runtime of the plugin's own compiler; the C compiler's knows other functions.
+  local runtime
+  runtime=$(rustc --print sysroot)/lib/rustlib/x86_64-unknown-linux-gnu/lib/librustc-stable_rt.tsan.a
+  plugin_of thread -Cunsafe-allow-abi-mismatch=sanitizer && host_of host-tsan \
+    -rdynamic -Wl,--whole-archive "$runtime" -Wl,--no-whole-archive -ldl -lrt || return 1
   TSAN_OPTIONS=halt_on_error=0:ignore_noninstrumented_modules=1 "$out/host-tsan" \
     target/thread/x86_64-unknown-linux-gnu/release/libhydro_plugin.so 64 2 "${models[@]}"
 }

@@ -82,8 +82,11 @@ def run(library: Path, scene: Path) -> int:
     try:
         model = mujoco.MjModel.from_xml_path(str(scene))
         data = mujoco.MjData(model)
+        starts = 1
         for _ in range(STEPS):
+            before = data.time
             mujoco.mj_step(model, data)
+            starts += data.time <= before
         mujoco.mj_resetData(model, data)
         mujoco.mj_forward(model, data)
         sys.stdout.write(f"{data.qfrc_passive.tolist()[:12]}\n")
@@ -93,7 +96,7 @@ def run(library: Path, scene: Path) -> int:
     often = [
         text
         for text, count in warnings.items()
-        if "panic" in text or ("hydro" in text and count >= STEPS and "until the simulation is reset" not in text)
+        if "panic" in text or ("hydro" in text and count >= STEPS and count > starts)
     ]
     if often:
         sys.stderr.write(f"panicked at each step, or a warning at each: {often[0]}\n")
