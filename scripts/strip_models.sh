@@ -64,5 +64,5 @@ for row in "${wanted[@]}"; do
   done
 done
 "$python" scripts/training_curves.py "$out"/jobs/*/seed-*/*.run --out "$out/curves" >"$out/curves.md"
-"$python" scripts/strip_table.py "$out/jobs" >"$out/table.md"
+"$python" scripts/strip_table.py "$out/jobs" --over relaxation-ode-memory >"$out/table.md"
 cat "$out/table.md" "$out/curves.md"

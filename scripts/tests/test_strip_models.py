@@ -2,6 +2,7 @@
 
 import io
 import json
+import math
 import subprocess
 import sys
 import tempfile
@@ -49,9 +50,9 @@ class Table(unittest.TestCase):
         self.addCleanup(self.temporary.cleanup)
         self.jobs = Path(self.temporary.name, "jobs")
 
-    def command(self):
+    def command(self, *flags):
         said, told = io.StringIO(), io.StringIO()
-        with mock.patch.object(sys, "argv", ["strip_table.py", str(self.jobs)]):
+        with mock.patch.object(sys, "argv", ["strip_table.py", str(self.jobs), *flags]):
             with redirect_stdout(said), redirect_stderr(told):
                 status = strip_table.main()
         self.assertLessEqual(told.getvalue().count("\n"), 3)
@@ -76,6 +77,19 @@ class Table(unittest.TestCase):
         self.assertIn("| mlp | 2 | 7 ± 4.9 | 7.07 ± 5 | 0.2 ± 0.14 | 0.2 ± 0.14 | 2 ± 1.4 |", lines)
         self.assertIn("| lstm | 0.2 | 0.4 | 0.2 | 0.4 | 0.4 | 1.5, 1.5, 1.5, 1.5 |", lines)
         self.assertTrue(lines[-1].endswith("| 2.5, 2.5, 2.5, 2.5 |"), lines[-1])
+
+    def test_a_ratio_has_an_interval_where_both_have_seeds(self):
+        for row, scales in (("ours", (1.0, 1.1, 1.2)), ("lstm", (2.0, 2.2, 2.4)), ("mlp", (4.0,))):
+            for seed, scale in enumerate(scales):
+                result(self.jobs / row / f"seed-{seed}", scale)
+        _, said, _ = self.command("--over", "ours")
+        lines = said.splitlines()
+        # By hand: the logarithms' standard deviation is 0.09127 in both, four degrees of freedom, t = 2.7764.
+        low, high = (0.5 * math.exp(sign * 2.7764 * 0.09127 * (2 / 3) ** 0.5) for sign in (-1, 1))
+        interval = f"0.500 ({low:.3f} to {high:.3f})"
+        self.assertIn(f"| lstm | {interval} | {interval} |", lines)
+        self.assertIn("| mlp | 0.274 | 0.274 |", lines)
+        self.assertNotIn("ours over", self.command()[1])
 
     def test_a_run_that_blew_up_is_infinite(self):
         result(self.jobs / "cnode" / "seed-0", 1.0, reached=None)

@@ -62,8 +62,7 @@ fn read(path: &Path, included_by: Option<&Path>) -> Result<String, PatchError> {
             included_by: included_by.map(Path::to_owned),
             source,
         })?;
-    // A byte order mark is not part of the text.
-    // One more would be taken off the next time that the text is read.
+    // All byte order marks: a second would be taken off when the text is read again.
     Ok(text.trim_start_matches('\u{feff}').to_owned())
 }
 
