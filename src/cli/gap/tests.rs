@@ -114,6 +114,7 @@ fn verified(accepted: bool) -> Verified {
         overlays: vec![],
         accepted,
         refused_because: (!accepted).then(|| "`depth` gets worse".into()),
+        contradicted: false,
         recalibrated: None,
         cross_fitted: false,
         remarks: vec![],

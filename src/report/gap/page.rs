@@ -14,7 +14,7 @@ const STYLE: &str = include_str!("style.css");
 
 /// Renders `report.html`; the policy in its head forbids scripts and outside references.
 pub fn page(record: &Record) -> String {
-    let kind = VerdictKind::from_verdict(&record.verdict);
+    let kind = VerdictKind::from_verdict(&record.verdict, &record.named.chosen);
     let mut html = String::with_capacity(256 * 1024);
     let _ = write!(
         html,
@@ -118,6 +118,6 @@ fn class(kind: VerdictKind) -> &'static str {
         VerdictKind::Refused => "refused",
         VerdictKind::Confusable => "confusable",
         VerdictKind::NoGap => "no_gap",
-        VerdictKind::Unknown => "unknown",
+        VerdictKind::Unknown | VerdictKind::Contradicted => "unknown",
     }
 }

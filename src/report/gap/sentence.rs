@@ -17,6 +17,8 @@ pub enum VerdictKind {
     Unchecked,
     /// Named and refused by held-out trials.
     Refused,
+    /// What fits best predicts held-out trials clearly worse than the nominal.
+    Contradicted,
     /// Several effects explain the difference.
     Confusable,
     /// No effect is missing.
@@ -26,15 +28,16 @@ pub enum VerdictKind {
 }
 
 impl VerdictKind {
-    /// The kind of a verdict.
-    pub fn from_verdict(verdict: &Verdict) -> Self {
+    /// The kind of a verdict; `chosen`: see [`headline`].
+    pub fn from_verdict(verdict: &Verdict, chosen: &[FittedEffect]) -> Self {
         match verdict.verdict {
             Outcome::Named if verdict.verified => Self::Verified,
             Outcome::Named if verdict.gap.n_holdout_trials == 0 => Self::Unchecked,
             Outcome::Named => Self::Refused,
             Outcome::Confusable => Self::Confusable,
             Outcome::NoGap => Self::NoGap,
-            Outcome::Unknown => Self::Unknown,
+            Outcome::Unknown if chosen.is_empty() => Self::Unknown,
+            Outcome::Unknown => Self::Contradicted,
         }
     }
 
@@ -44,6 +47,7 @@ impl VerdictKind {
             Self::Verified => "Named and verified",
             Self::Unchecked => "Named, not verified",
             Self::Refused => "Named, refused by held-out trials",
+            Self::Contradicted => "Unknown: held-out trials contradict the fit",
             Self::Confusable => "Cannot tell apart",
             Self::NoGap => "No gap",
             Self::Unknown => "Outside the catalogue",
@@ -117,10 +121,11 @@ fn listed(words: &[String], last: &str) -> String {
 /// The verdict in one sentence or two. `chosen` are the effects that were fitted together
 /// ([`Named::chosen`](hydro_gap::records::Named)), which a verdict that is not verified does not hold.
 pub fn headline(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
-    match VerdictKind::from_verdict(verdict) {
+    match VerdictKind::from_verdict(verdict, chosen) {
         VerdictKind::Verified => verified(verdict, chosen),
         VerdictKind::Unchecked => unchecked(verdict, chosen),
         VerdictKind::Refused => refused(verdict, chosen),
+        VerdictKind::Contradicted => contradicted(verdict, chosen),
         VerdictKind::Confusable => confusable(verdict),
         VerdictKind::NoGap => no_gap(),
         VerdictKind::Unknown => unknown(verdict),
@@ -287,6 +292,14 @@ fn refused(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
         .map_or(String::new(), |why| format!(": {}", clause(why)));
     format!(
         "The fit asks for {missing}, but the held-out trials refuse {it}{why}; nothing was added."
+    )
+}
+
+fn contradicted(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
+    let (fits, _) = missing(verdict, chosen);
+    format!(
+        "Something is missing, and nothing can be named: what fits best, {fits}, predicts held-out trials clearly worse than \
+         the nominal does; nothing was added."
     )
 }
 

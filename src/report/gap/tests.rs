@@ -300,6 +300,7 @@ pub(super) fn record(sensors: usize, trials: usize) -> Record {
             overlays,
             accepted: true,
             refused_because: None,
+            contradicted: false,
             recalibrated: None,
             cross_fitted: false,
             remarks: vec![],
@@ -367,6 +368,9 @@ fn outcomes() -> Vec<(&'static str, Record)> {
     refused.verdict.verified = false;
     (refused.verdict.named, refused.verdict.patch) = (vec![], None);
     refused.verdict.refused_because = Some("`depth` gets worse by 4 % (95 %: 2.5 to 6 %)".into());
+    let mut contradicted = refused.clone();
+    contradicted.verdict.verdict = Outcome::Unknown;
+    (contradicted.verdict.effects.iter_mut()).for_each(|effect| effect.surrogate = true);
     let mut confusable = base();
     confusable.verdict.verdict = Outcome::Confusable;
     confusable.verdict.named = vec![];
@@ -412,6 +416,7 @@ fn outcomes() -> Vec<(&'static str, Record)> {
         ("residual", residual),
         ("tried", tried),
         ("not offered", not_offered),
+        ("contradicted", contradicted),
     ]
 }
 
@@ -476,6 +481,8 @@ fn every_outcome_has_its_own_honest_sentence() {
          `depth` gets worse by 4 %; nothing was added.",
         "not offered: Something is missing that no effect of the catalogue explains with plausible values; the nearest, linear drag on \
          `hull`, would only stand in for it; nothing was added.",
+        "contradicted: Something is missing, and nothing can be named: what fits best, added mass on `hull` (probability \
+         0.99), predicts held-out trials clearly worse than the nominal does; nothing was added.",
     ];
     assert_eq!(said, expected);
 }

@@ -251,6 +251,10 @@ pub struct Verified {
     pub accepted: bool,
     /// Why not.
     pub refused_because: Option<String>,
+    /// True where the addition predicts trials that were left out clearly worse than the nominal, as it is or with its numbers
+    /// refitted, and no better than it as it is: what fits best is no explanation.
+    #[serde(default)]
+    pub contradicted: bool,
     /// Pooled error of the nominal with its numbers refitted and nothing added: what of the reduction is not
     /// the effects'.
     #[serde(default)]

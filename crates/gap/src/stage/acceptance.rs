@@ -202,6 +202,8 @@ pub(crate) fn summary(
         false => [1.0; 2],
     };
     let numbers_suffice = suffice(ratio, beyond, options);
+    let contradicted = outcomes.len() > 1
+        && (ci95[1] < 0.0 || (after > before && ratio[0] > options.clear_error.recip()));
     let of_file: Vec<usize> = (0..files.min(outcomes.len())).collect();
     let by_file = change(&of_file, &all);
     let refused_because = if outcomes.len() < 2 {
@@ -251,6 +253,7 @@ pub(crate) fn summary(
         horizons,
         accepted: refused_because.is_none(),
         refused_because,
+        contradicted,
         recalibrated,
         cross_fitted: outcomes.len() > files,
         remarks: cross_fit_remark(outcomes.len(), files),
@@ -304,8 +307,11 @@ mod tests {
 
     /// Two files and two trials that were left out, error halved on all; numbers alone leave an error that many times as large.
     fn judged(beyond: Option<f64>, alone: f64) -> Verified {
+        of_each([40.0, 10.0, 100.0, 100.0, 10.0 * alone * alone], beyond)
+    }
+
+    fn of_each(terms: Terms, beyond: Option<f64>) -> Verified {
         let channels = Channels::single(0.01);
-        let terms: Terms = [40.0, 10.0, 100.0, 100.0, 10.0 * alone * alone];
         let outcome = || TrialErrors {
             sums: vec![vec![terms]; 3],
             regimes: [vec![terms], vec![terms]],
@@ -340,6 +346,39 @@ mod tests {
             let why = found.refused_because.unwrap_or_default();
             assert_eq!(why.contains("numbers refitted alone"), !accepted, "{why}");
         }
+    }
+
+    #[test]
+    fn trials_contradict_what_predicts_them_clearly_worse() {
+        let alike = [40.0, 10.0, 100.0, 100.0, 40.0];
+        for (after, alone, contradicted) in [
+            (10.0, 40.0, false),
+            // Better than the nominal as it is, whatever its numbers do.
+            (30.0, 1.0, false),
+            // Every trial says so.
+            (80.0, 40.0, true),
+        ] {
+            let mut terms = alike;
+            (terms[1], terms[4]) = (after, alone);
+            let found = of_each(terms, None);
+            assert_eq!(found.contradicted, contradicted, "{after} {alone}");
+        }
+        // Trials differ, and rollouts of the nominal's refitted numbers leave no doubt.
+        let channels = Channels::single(0.01);
+        let judged = |alone: f64| {
+            let outcome = |after: f64| {
+                let terms: Terms = [40.0, after, 100.0, 100.0, alone];
+                TrialErrors {
+                    sums: vec![vec![terms]; 3],
+                    regimes: [vec![terms], vec![terms]],
+                    overlays: Vec::new(),
+                }
+            };
+            let outcomes = [20.0, 20.0, 120.0, 120.0].map(outcome);
+            let settings = crate::tests::settings();
+            summary(&channels, outcomes.into(), 4, true, None, &settings)
+        };
+        assert!(judged(1.0).contradicted && !judged(40.0).contradicted);
     }
 
     /// Sixteen sensors, of which one grows by chance in three of four trials, or in all.

@@ -7,7 +7,7 @@ use crate::output::{
     verdict::{self, FittedEffect, Gap, Outcome, Patch, Verdict},
 };
 
-/// Puts the answer together. Nothing is added that held-out trials do not confirm.
+/// Puts the answer together. Nothing is added that held-out trials do not confirm, and nothing is named that they contradict.
 pub fn conclude(
     found: &Found,
     named: &Named,
@@ -15,6 +15,11 @@ pub fn conclude(
     verified: Option<&Verified>,
 ) -> Verdict {
     let written = added.filter(|added| added.is_written());
+    let contradicted = verified.is_some_and(|verified| verified.contradicted);
+    let outcome = match named.outcome {
+        Outcome::Named if contradicted => Outcome::Unknown,
+        outcome => outcome,
+    };
     let accepted = verified.is_some_and(|verified| verified.accepted) && written.is_some();
     let refused_because = match (named.outcome, verified) {
         (Outcome::Named, None) if found.held_out_trials.is_empty() => Some(
@@ -39,7 +44,7 @@ pub fn conclude(
         ),
         _ => None,
     };
-    let ids = match named.outcome == Outcome::Named && accepted {
+    let ids = match outcome == Outcome::Named && accepted {
         true => ids_of(&named.chosen),
         false => Vec::new(),
     };
@@ -54,9 +59,12 @@ pub fn conclude(
     };
     Verdict {
         schema: verdict::SCHEMA.to_owned(),
-        verdict: named.outcome,
+        verdict: outcome,
         named: ids,
-        effects: named.effects.clone(),
+        effects: match outcome == named.outcome {
+            true => named.effects.clone(),
+            false => named.effects.iter().map(stand_in).collect(),
+        },
         medium: found.medium,
         explained: named.explained,
         unexplained: match named.outcome {
@@ -78,6 +86,14 @@ pub fn conclude(
                 stand_ins: ids_of(&named.stand_ins),
             })
         }),
+    }
+}
+
+/// An effect that only stands for what is missing.
+fn stand_in(effect: &FittedEffect) -> FittedEffect {
+    FittedEffect {
+        surrogate: true,
+        ..effect.clone()
     }
 }
 

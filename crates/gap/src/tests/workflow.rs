@@ -8,7 +8,7 @@ use super::{fake::RigidBody, on_hull, on_prepared, settings, trial};
 use crate::{
     likelihood::{explain::explain, followed::Followed},
     output::{
-        records::Named,
+        records::{Named, Verified},
         verdict::{Outcome, SensorPatch},
     },
     problem::problem::Problem,
@@ -113,6 +113,17 @@ fn run(effects: &[Entry]) -> Named {
     }
     let verdict = conclude(&found, &naming.named, added.as_ref(), Some(&verified));
     assert!(verdict.named.is_empty() && !verdict.verified);
+    assert_eq!(verdict.verdict, naming.named.outcome);
+    // What held-out trials contradict is no name.
+    let contradicted = Verified {
+        contradicted: true,
+        ..verified
+    };
+    let verdict = conclude(&found, &naming.named, added.as_ref(), Some(&contradicted));
+    if naming.named.outcome == Outcome::Named {
+        assert_eq!(verdict.verdict, Outcome::Unknown);
+        assert!(verdict.effects.iter().all(|effect| effect.surrogate));
+    }
     naming.named
 }
 
