@@ -167,6 +167,8 @@ options! {
     StateOptions {
         /// Length of a window [s]: short, so that a missing effect does not bend the estimate.
         window: f64 = 0.4,
+        /// Misfit of a window from which half of it is looked at instead [noises, root mean square].
+        far_off: f64 = 300.0,
         /// Rows of a window at least.
         least_rows: usize = 8,
         /// Prior standard deviation of the start of a window or segment: positions [m, rad], velocities [m/s, rad/s].

@@ -179,7 +179,7 @@ pub(crate) fn estimate_motion(
     };
     let mut first = 0;
     while first < rows {
-        let end = segments::window_end(trial, first, states.window, states.least_rows);
+        let mut end = segments::window_end(trial, first, states.window, states.least_rows);
         guess.rows = first..end;
         let window = Window {
             trial,
@@ -202,13 +202,28 @@ pub(crate) fn estimate_motion(
         } else {
             states.arrival_sd
         };
-        settle(
-            (simulation.as_mut(), cheaper.as_mut()),
-            &window,
-            &mut guess,
-            sd,
-            states,
-        )?;
+        let from = guess.clone();
+        loop {
+            let misfit = settle(
+                (simulation.as_mut(), cheaper.as_mut()),
+                &window,
+                &mut guess,
+                sd,
+                states,
+            );
+            // What is missing bends it: a shorter one follows the readings. As many rows as a window has must be left.
+            let half = first + ((end - first) / 2).max(states.least_rows);
+            let may_shorten = half < end && half + states.least_rows <= rows;
+            if !may_shorten || misfit.as_ref().is_ok_and(|misfit| *misfit < states.far_off) {
+                misfit?;
+                break;
+            }
+            end = half;
+            guess = Segment {
+                rows: first..end,
+                ..from.clone()
+            };
+        }
         follow(
             simulation.as_mut(),
             trial,
@@ -254,20 +269,24 @@ fn on_the_grid(trial: &MeasuredTrial, time: f64, step: f64) -> f64 {
     origin + ((time - origin) / step).round() * step
 }
 
-/// Fits the start of a window to its rows, by Gauss-Newton.
+/// Fits the start of a window to its rows, by Gauss-Newton; the root mean square of what is left of them, in noises.
 fn settle(
     (simulation, cheaper): (&mut dyn Simulation, &mut dyn Simulation),
     window: &Window<'_>,
     guess: &mut Segment,
     sd: [f64; 2],
     options: &StateOptions,
-) -> Result<(), GapError> {
+) -> Result<f64, GapError> {
     let (trial, model) = (window.trial, window.model);
     let precision = arrival_precision(model.nv, sd);
     let mut moved = DVector::zeros(2 * model.nv);
     let mut trace = Trace::default();
     let mut sensitivity: Option<DMatrix<f64>> = None;
     let mut best: Option<(f64, Segment)> = None;
+    let mut misfit = f64::INFINITY;
+    let rows = guess.rows.clone();
+    let values = rows.flat_map(|row| trial.row(row));
+    let readings = values.filter(|value| value.is_finite()).count().max(1);
     for left in (0..=options.steps).rev() {
         let residual = window.residuals(simulation, guess, None, &mut trace);
         let cost = residual.as_ref().map_or(f64::INFINITY, |residual| {
@@ -288,18 +307,20 @@ fn settle(
                 if cost > *before {
                     guess.clone_from(state);
                 }
-                return Ok(());
+                return Ok(misfit);
             }
             _ => best = Some((cost, guess.clone())),
         }
+        let left_over = residual.as_ref();
+        misfit = left_over.map_or(misfit, |of| (squares(of) / readings as f64).sqrt());
         if left == 0 {
-            return Ok(());
+            return Ok(misfit);
         }
         if sensitivity.is_none() {
             sensitivity = window.sensitivity(cheaper, guess);
         }
         let (Some(matrix), Some(residual)) = (&sensitivity, &residual) else {
-            return Ok(());
+            return Ok(misfit);
         };
         let mut normal = matrix.tr_mul(matrix);
         for axis in 0..2 * model.nv {
@@ -307,7 +328,7 @@ fn settle(
         }
         let gradient = matrix.tr_mul(residual) - moved.component_mul(&precision);
         let Some(factor) = normal.cholesky() else {
-            return Ok(());
+            return Ok(misfit);
         };
         let step = factor.solve(&gradient);
         moved += &step;
@@ -316,7 +337,7 @@ fn settle(
         guess.qpos = simulation.qpos().to_vec();
         guess.qvel = simulation.qvel().to_vec();
     }
-    Ok(())
+    Ok(misfit)
 }
 
 /// Runs a settled window, writes the state at each of its rows into the motion, and leaves the guess where

@@ -4,6 +4,7 @@
 mod by_trial;
 pub(crate) mod fake;
 mod likelihood;
+mod motion;
 mod own_effect;
 mod refusals;
 mod timing;
