@@ -31,9 +31,7 @@ pub(super) fn ten_lines(record: &Record, out: &Path) -> String {
     };
     line(
         "verdict",
-        VerdictKind::from_verdict(verdict, &record.named.chosen)
-            .label()
-            .to_lowercase(),
+        VerdictKind::from_verdict(verdict).label().to_lowercase(),
     );
     line("where", verdict.places.first().map_or(String::new(), place));
     line("when", verdict.regime.first().map_or(String::new(), regime));

@@ -14,7 +14,7 @@ const STYLE: &str = include_str!("style.css");
 
 /// Renders `report.html`; the policy in its head forbids scripts and outside references.
 pub fn page(record: &Record) -> String {
-    let kind = VerdictKind::from_verdict(&record.verdict, &record.named.chosen);
+    let kind = VerdictKind::from_verdict(&record.verdict);
     let mut html = String::with_capacity(256 * 1024);
     let _ = write!(
         html,

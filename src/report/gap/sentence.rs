@@ -17,7 +17,7 @@ pub enum VerdictKind {
     Unchecked,
     /// Named and refused by held-out trials.
     Refused,
-    /// What fits best predicts held-out trials clearly worse than the nominal.
+    /// What fits best predicts held-out trials worse than the nominal.
     Contradicted,
     /// Several effects explain the difference.
     Confusable,
@@ -28,16 +28,16 @@ pub enum VerdictKind {
 }
 
 impl VerdictKind {
-    /// The kind of a verdict; `chosen`: see [`headline`].
-    pub fn from_verdict(verdict: &Verdict, chosen: &[FittedEffect]) -> Self {
+    /// The kind of a verdict.
+    pub fn from_verdict(verdict: &Verdict) -> Self {
         match verdict.verdict {
             Outcome::Named if verdict.verified => Self::Verified,
             Outcome::Named if verdict.gap.n_holdout_trials == 0 => Self::Unchecked,
             Outcome::Named => Self::Refused,
             Outcome::Confusable => Self::Confusable,
             Outcome::NoGap => Self::NoGap,
-            Outcome::Unknown if chosen.is_empty() => Self::Unknown,
-            Outcome::Unknown => Self::Contradicted,
+            Outcome::Unknown if verdict.contradicted => Self::Contradicted,
+            Outcome::Unknown => Self::Unknown,
         }
     }
 
@@ -121,7 +121,7 @@ fn listed(words: &[String], last: &str) -> String {
 /// The verdict in one sentence or two. `chosen` are the effects that were fitted together
 /// ([`Named::chosen`](hydro_gap::records::Named)), which a verdict that is not verified does not hold.
 pub fn headline(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
-    match VerdictKind::from_verdict(verdict, chosen) {
+    match VerdictKind::from_verdict(verdict) {
         VerdictKind::Verified => verified(verdict, chosen),
         VerdictKind::Unchecked => unchecked(verdict, chosen),
         VerdictKind::Refused => refused(verdict, chosen),
@@ -298,8 +298,8 @@ fn refused(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
 fn contradicted(verdict: &Verdict, chosen: &[FittedEffect]) -> String {
     let (fits, _) = missing(verdict, chosen);
     format!(
-        "Something is missing, and nothing can be named: what fits best, {fits}, predicts held-out trials clearly worse than \
-         the nominal does; nothing was added."
+        "Simulation and measurement disagree, and nothing can be named: what fits best, {fits}, {}; nothing was added.",
+        change(&verdict.gap)
     )
 }
 

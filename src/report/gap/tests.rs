@@ -320,6 +320,7 @@ pub(super) fn record(sensors: usize, trials: usize) -> Record {
             regime,
             gap,
             verified: true,
+            contradicted: false,
             refused_because: None,
             patch: Some(Patch { model: "patched.xml".into(), sensors: sensor_patch, stand_ins: vec![] }),
         },
@@ -370,6 +371,11 @@ fn outcomes() -> Vec<(&'static str, Record)> {
     refused.verdict.refused_because = Some("`depth` gets worse by 4 % (95 %: 2.5 to 6 %)".into());
     let mut contradicted = refused.clone();
     contradicted.verdict.verdict = Outcome::Unknown;
+    contradicted.verdict.contradicted = true;
+    (
+        contradicted.verdict.gap.reduction,
+        contradicted.verdict.gap.ci95,
+    ) = (Some(-0.4), Some([-0.7, -0.1]));
     (contradicted.verdict.effects.iter_mut()).for_each(|effect| effect.surrogate = true);
     let mut confusable = base();
     confusable.verdict.verdict = Outcome::Confusable;
@@ -481,8 +487,8 @@ fn every_outcome_has_its_own_honest_sentence() {
          `depth` gets worse by 4 %; nothing was added.",
         "not offered: Something is missing that no effect of the catalogue explains with plausible values; the nearest, linear drag on \
          `hull`, would only stand in for it; nothing was added.",
-        "contradicted: Something is missing, and nothing can be named: what fits best, added mass on `hull` (probability \
-         0.99), predicts held-out trials clearly worse than the nominal does; nothing was added.",
+        "contradicted: Simulation and measurement disagree, and nothing can be named: what fits best, added mass on `hull` \
+         (probability 0.99), raises the error on 4 held-out trials by 40 % (95 %: \u{2212}70 to \u{2212}10 %); nothing was added.",
     ];
     assert_eq!(said, expected);
 }

@@ -237,6 +237,9 @@ pub struct Verdict {
     pub gap: Gap,
     /// True where held-out trials confirm what was added.
     pub verified: bool,
+    /// True where what fitted best was put aside, for it predicts trials that were left out worse than the nominal: `unknown`.
+    #[serde(default)]
+    pub contradicted: bool,
     /// Why it is not verified.
     pub refused_because: Option<String>,
     /// The patched model; `None` where nothing was added.

@@ -15,10 +15,11 @@ pub fn conclude(
     verified: Option<&Verified>,
 ) -> Verdict {
     let written = added.filter(|added| added.is_written());
-    let contradicted = verified.is_some_and(|verified| verified.contradicted);
-    let outcome = match named.outcome {
-        Outcome::Named if contradicted => Outcome::Unknown,
-        outcome => outcome,
+    let contradicted =
+        named.outcome == Outcome::Named && verified.is_some_and(|verified| verified.contradicted);
+    let (outcome, explained) = match contradicted {
+        true => (Outcome::Unknown, None),
+        false => (named.outcome, named.explained),
     };
     let accepted = verified.is_some_and(|verified| verified.accepted) && written.is_some();
     let refused_because = match (named.outcome, verified) {
@@ -61,23 +62,27 @@ pub fn conclude(
         schema: verdict::SCHEMA.to_owned(),
         verdict: outcome,
         named: ids,
-        effects: match outcome == named.outcome {
-            true => named.effects.clone(),
-            false => named.effects.iter().map(stand_in).collect(),
+        effects: match contradicted {
+            true => named.effects.iter().map(stand_in).collect(),
+            false => named.effects.clone(),
         },
         medium: found.medium,
-        explained: named.explained,
+        explained,
         unexplained: match named.outcome {
             Outcome::NoGap => None,
-            _ => Some(1.0 - named.explained.unwrap_or(0.0)),
+            _ => Some(1.0 - explained.unwrap_or(0.0)),
         },
         calibration: named.calibration.clone(),
-        confusion_set: named.confusion_set.clone(),
-        next_experiment: named.next_experiment.clone(),
+        confusion_set: match contradicted {
+            true => Vec::new(),
+            false => named.confusion_set.clone(),
+        },
+        next_experiment: named.next_experiment.clone().filter(|_| !contradicted),
         places: found.places.clone(),
         regime: found.regime.clone(),
         gap: verified.map_or(nothing, |verified| verified.gap.clone()),
         verified: accepted,
+        contradicted,
         refused_because,
         patch: written.filter(|_| accepted).and_then(|added| {
             Some(Patch {

@@ -122,7 +122,8 @@ fn run(effects: &[Entry]) -> Named {
     let verdict = conclude(&found, &naming.named, added.as_ref(), Some(&contradicted));
     if naming.named.outcome == Outcome::Named {
         assert_eq!(verdict.verdict, Outcome::Unknown);
-        assert!(verdict.effects.iter().all(|effect| effect.surrogate));
+        assert!(verdict.contradicted && verdict.effects.iter().all(|effect| effect.surrogate));
+        assert_eq!((verdict.explained, verdict.unexplained), (None, Some(1.0)));
     }
     naming.named
 }
