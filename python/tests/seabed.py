@@ -17,6 +17,9 @@ SCENE = """<mujoco><option timestep="0.01"/><worldbody>
   <body name="buoy" pos="0 0 90"><freejoint/><geom size="0.1"/></body>
   <geom name="marker" type="plane" size="0 0 1" pos="0 0 -2.5" rgba="0 1 0 0.5" contype="0" conaffinity="0"/>
 </worldbody></mujoco>"""
+#: A plane and a wall, each with a site on it that looks off it.
+ON_THE_WORLD = """<geom type="plane" size="0 0 1" pos="0 0 -9"/><site name="floor" pos="3 2 -9"/>
+  <geom type="box" size="0.5 9 9" pos="6.5 0 0"/><site name="wall" pos="6 1 -3" zaxis="-1 0 0"/>"""
 DRAG = dict.fromkeys(("surge", "sway", "heave", "roll", "pitch", "yaw"), 1.0)
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hydro_mujoco import DataError, plugin
 from hydro_mujoco.sensors import AcousticChannel, AcousticModem
 from hydro_mujoco.sensors.sonar_equation import transmission_loss
-from seabed import move, scene
+from seabed import ON_THE_WORLD, move, scene
 
 pytestmark = [
     pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release"),
@@ -254,3 +254,16 @@ def test_refusals_of_messages_and_data():
             rov.send(data, payload, to=to)
     with pytest.raises(DataError, match="the data are not of the model"):
         rov.poll(mujoco.MjData(scene()[0]))
+
+
+@pytest.mark.parametrize("place", ["floor", "wall"])
+def test_a_modem_on_the_floor_or_on_a_wall_hears_and_is_heard(place):
+    model, data = scene(more=ON_THE_WORLD)
+    water = AcousticChannel(model)
+    rov, there = AcousticModem(water, "rov", **PLAIN), AcousticModem(water, place, **PLAIN)
+    still(model, data, [rov], 0, place=(0, 0, -2))
+    rov.send(data, b"1", to=place)
+    _, heard = still(model, data, [rov, there], 0.2, place=(0, 0, -2))
+    there.send(data, b"2", to="rov")
+    answered, _ = still(model, data, [rov, there], 0.2, place=(0, 0, -2), start=0.2)
+    assert [each.payload for each in heard + answered] == [b"1", b"2"]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from hydro_mujoco import DataError, plugin
 from hydro_mujoco.sensors import AcousticChannel, AcousticModem, OpticalChannel, OpticalModem, WaterLight
-from seabed import move, scene
+from seabed import ON_THE_WORLD, move, scene
 
 pytestmark = [
     pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release"),
@@ -277,3 +277,16 @@ def test_refusals_of_messages_names_and_data():
     for call in (rov.poll, lambda d: beacon.power(d, "rov"), lambda d: rov.send(d, b"x")):
         with pytest.raises(DataError, match="the data are not of the model"):
             call(other)
+
+
+@pytest.mark.parametrize("place", ["floor", "wall"])
+def test_a_modem_on_the_floor_or_on_a_wall_is_seen_and_sees(place):
+    model, data = scene(more=ON_THE_WORLD)
+    water = OpticalChannel(model, light=EVEN)
+    wide = {"beam": 180, "view": 90}
+    rov, there = OpticalModem(water, "nose", **wide), OpticalModem(water, place, **wide)
+    way = data.site(place).xpos - (0, 0, -2)
+    # The vehicle's z looks along the way.
+    quat = np.array([np.linalg.norm(way) + way[2], -way[1], way[0], 0])
+    move(model, data, place=(0, 0, -2), quat=quat)
+    assert there.power(data, "nose") > 0 and rov.power(data, place) > 0

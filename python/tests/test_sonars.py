@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from hydro_mujoco import plugin
 from hydro_mujoco.sensors import Dvl, ImagingSonar, Multibeam, Pressure, SideScan, Usbl
-from seabed import move, scene
+from seabed import ON_THE_WORLD, move, scene
 
 pytestmark = [
     pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release"),
@@ -276,3 +276,12 @@ def test_sensors_in_a_gymnasium_environment():
         return np.array(rows)
 
     np.testing.assert_array_equal(episode(), episode())
+
+
+@pytest.mark.parametrize("place", ["floor", "wall"])
+@pytest.mark.parametrize("turned", [False, True])
+def test_usbl_finds_what_is_fixed_to_the_floor_or_to_a_wall(place, turned):
+    model, data = scene(more=ON_THE_WORLD)
+    ends = (place, "rov") if turned else ("rov", place)
+    ((_, fix),) = positions(model, data, Usbl(model, *ends, **PLAIN), 10, lambda t: (0, 0, -2), lambda t: (0, 0, -20))
+    assert fix.range == pytest.approx(np.linalg.norm(data.site(place).xpos - data.body("rov").xpos))

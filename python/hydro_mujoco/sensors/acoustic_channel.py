@@ -130,7 +130,7 @@ class AcousticChannel(Channel[AcousticStation]):
         in_view = sender.hears(front.axes, way) and receiver.hears(mount.axes(data), -way)
         if distance > self._reach or not in_view or not mount.water.is_wet(place, time):
             return
-        if not self._is_open(data, packet.sender, name, front.origin - after):
+        if not self._is_open(data, packet.sender, name, front.origin):
             return
         level = sender.source_level - sonar_equation.transmission_loss(distance, self._frequency, self._spreading)
         self._heard.append(Signal(packet, name, time, time + packet.duration, level))

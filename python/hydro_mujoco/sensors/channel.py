@@ -150,15 +150,13 @@ class Channel(ABC, Generic[StationKind]):
         if message is not None and signal.packet.receiver in (None, name):
             self.stations[name].inbox.append(message)
 
-    def _is_open(self, data: mujoco.MjData, sender: str, receiver: str, way: np.ndarray) -> bool:
-        """Whether nothing stands on the way [m] from a receiver to where a packet was sent."""
-        pair, distance = (sender, receiver), float(np.linalg.norm(way))
-        if distance < 1e-6:
-            return True
+    def _is_open(self, data: mujoco.MjData, sender: str, receiver: str, origin: np.ndarray) -> bool:
+        """Whether nothing stands between a receiver and where a packet was sent, in the world [m]."""
+        pair = sender, receiver
         if pair not in self._rays:
             self._rays[pair] = Rays(self.stations[receiver].mount)
             self._rays[pair].pass_tree(self.stations[sender].mount.body)
-        return bool(self._rays[pair].cast(data, way[None] / distance, (0.0, distance)).geom[0] < 0)
+        return self._rays[pair].is_open(data, origin)
 
 
 def place_at(time: float, name: str, last: Epoch, now: Epoch) -> np.ndarray:

@@ -11,6 +11,8 @@ from .mount import Mount
 BEYOND = 1e-6
 #: Geoms that a ray passes through at most.
 MOST = 64
+#: Part at each end of a way that nothing stands in: what an instrument is fixed to does not hide it [m].
+NEAR = 1e-3
 
 
 @dataclass(frozen=True)
@@ -62,8 +64,25 @@ class Rays:
             directions: unit vectors in the world, shape (n, 3).
             reach: least and greatest distance of an echo [m].
         """
+        return self._cast(data, self._mount.position(data), directions, reach)
+
+    def is_open(self, data: mujoco.MjData, place: np.ndarray) -> bool:
+        """Whether nothing stands between the instrument and a place in the world [m]; `NEAR` to both nothing does."""
+        origin = self._mount.position(data)
+        way = place - origin
+        distance = float(np.linalg.norm(way))
+        if distance <= 2 * NEAR:
+            return True
+        towards = way / distance
+        echo = self._cast(data, origin + NEAR * towards, towards[None], (0.0, distance - 2 * NEAR))
+        return bool(echo.geom[0] < 0)
+
+    def _cast(
+        self, data: mujoco.MjData, origin: np.ndarray, directions: np.ndarray, reach: tuple[float, float]
+    ) -> Echoes:
+        """What rays from an origin in the world [m] meet."""
         model, number = self._mount.model, len(directions)
-        origin, vectors = self._mount.position(data), np.ascontiguousarray(directions, float)
+        vectors = np.ascontiguousarray(directions, float)
         distance, geom, normal = np.full(number, -1.0), np.full(number, -1, np.int32), np.zeros(3 * number)
         if self._mount.water.is_wet(origin, data.time):
             end = reach[1]

@@ -89,7 +89,7 @@ class OpticalChannel(Channel[OpticalStation]):
             return 0.0
         if not eye.mount.water.is_wet(np.array([origin, place]), data.time).all():
             return 0.0
-        if not self._is_open(data, sender, receiver, origin - eye.mount.position(data)):
+        if not self._is_open(data, sender, receiver, origin):
             return 0.0
         angles = np.radians([source.beam, incidence])
         return optical_link.received_power(source.power, distance, self._attenuation, angles[0], eye.area, angles[1])

@@ -197,12 +197,7 @@ class Usbl:
         """Whether both are in the water and nothing stands between."""
         if not (self._is_wet(self._transponder, data) and self._is_wet(self._transceiver, data)):
             return False
-        way = now.transponder - now.transceiver
-        distance = float(np.linalg.norm(way))
-        if distance < 1e-6:
-            return True
-        echo = self._rays.cast(data, (way / distance)[None], (0.0, distance))
-        return bool(echo.geom[0] < 0)
+        return self._rays.is_open(data, now.transponder)
 
     @staticmethod
     def _is_wet(mount: Mount, data: mujoco.MjData) -> bool:
