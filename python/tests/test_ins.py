@@ -167,6 +167,17 @@ def test_the_same_seed_reads_the_same_and_a_state_is_restored():
     assert not np.array_equal(Ins(model, "rov", seed=4).read(data).position, read[0].position)
 
 
+def test_a_body_that_rolls_in_place_is_not_accelerated():
+    model, data = scene()
+    ins = Ins(model, "rov", imu=only(), **ALIGNED)
+    for tick in range(50):
+        angle = 0.02 * tick
+        place = {"place": (0, 0, -5), "quat": (np.cos(angle / 2), np.sin(angle / 2), 0, 0)}
+        reading = ins.read(move(model, data, time=angle, rate=(1, 0, 0), **place))
+        np.testing.assert_allclose(reading.acceleration, 0, atol=1e-9)
+    np.testing.assert_allclose(reading.rate, [1, 0, 0], atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("make", "text"),
     [

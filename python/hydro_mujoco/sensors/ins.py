@@ -25,7 +25,8 @@ class InsReading:
         time: [s]. position, velocity: of the instrument in the world [m], [m/s], shape (3,).
         attitude: quaternion w x y z that turns the instrument's axes to the world's.
         rate: angular velocity along the instrument's axes, mean over the step [rad/s], shape (3,); acceleration: of the
-            accelerometers, less gravity, likewise [m/s^2]; both 0 at the first reading.
+            accelerometers, less gravity, likewise, along the axes half-way through the step [m/s^2]; both 0 at the
+            first reading.
         covariance: of the errors of position [m], velocity [m/s] and attitude (about world axes [rad]), shape (9, 9).
     """
 
@@ -209,7 +210,9 @@ class Ins:
         estimate = predict(state.estimate, measured, gravity, self._instruments)
         bias = estimate.instruments[:6] + estimate.instruments[6:12]
         rate = measured.angle / measured.duration - bias[3:]
-        acceleration = measured.velocity / measured.duration - bias[:3] + matrix(estimate.attitude).T @ gravity
+        acceleration = measured.velocity / measured.duration - bias[:3]
+        # The velocity is along the axes half-way through the turn.
+        acceleration += matrix(turned(estimate.attitude, -0.5 * measured.duration * rate)).T @ gravity
         due = state.due
         if motion.time >= due - 1e-9:
             due = motion.time + self._period
