@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hydro_mujoco import plugin
-from hydro_mujoco.sensors import Dvl, Gps, Ins, Pressure
+from hydro_mujoco.sensors import Dvl, Gps, Imu, Ins, Pressure
 from navigation import circle, error
 from seabed import move, scene
 
@@ -94,3 +94,22 @@ def test_fixes_and_gps_bound_it():
         found = error(reading, np.array([0, 0, 0.3]), np.zeros(3), data.body("rov").xmat)
         squares.append(found @ np.linalg.solve(reading.covariance, found))
     assert np.mean(squares) == pytest.approx(9, abs=3.3 * np.sqrt(2 * 9 / 20))
+
+
+@pytest.mark.parametrize("alignment", [0.0, 0.1])
+@pytest.mark.parametrize("height", [-5.0, 0.5])
+def test_perfect_aids_of_a_perfect_unit_leave_no_error(alignment, height):
+    model, data = scene(depth=30)
+    aids = {"dvl": Dvl(model, "rov", velocity_noise=0, scale_error=0)}
+    if height < 0:
+        aids["pressure"] = Pressure(model, "rov", noise=0, bias=0)
+    else:
+        aids["gps"] = Gps(model, "rov", origin=(0, 0, 0), noise=(0, 0), slow_noise=(0, 0))
+    imu = Imu(**{name: 0.0 for name in vars(Imu()) if name != "memory"})
+    aligned = dict.fromkeys(("position", "velocity", "tilt", "heading"), alignment)
+    ins = Ins(model, "rov", imu=imu, **aids, **aligned)
+    for tick in range(101):
+        reading = ins.read(move(model, data, place=(0, 0, height), time=0.2 * tick))
+    found = error(reading, np.array([0, 0, height]), np.zeros(3), data.body("rov").xmat)
+    assert np.isfinite(reading.covariance).all()
+    assert found[2] == pytest.approx(0, abs=1e-4) and np.abs(found[3:6]).max() < 1e-4

@@ -9,6 +9,8 @@ from .imu import Increments, matrix, turned
 
 #: Rows of the errors of position [m], velocity [m/s] and attitude (rotation vector along world axes [rad]).
 POSITION, VELOCITY, ATTITUDE = slice(0, 3), slice(3, 6), slice(6, 9)
+#: Least variance of a measurement, in its units squared: a perfect aid of a perfect unit leaves no other spread.
+LEAST_NOISE = 1e-12
 #: Errors of motion, before those of instruments.
 MOTION = 9
 
@@ -100,9 +102,10 @@ def correct(estimate: Estimate, residual: np.ndarray, rows: np.ndarray, noise: n
         estimate: before.
         residual: measured less expected, shape (k,).
         rows: derivatives of the measurement by the errors, shape (k, 9 + m).
-        noise: covariance of the measurement's white noise, shape (k, k).
+        noise: covariance of the measurement's white noise, shape (k, k); `LEAST_NOISE` at least on its diagonal.
     """
     covariance = estimate.covariance
+    noise = noise + np.diag(np.maximum(LEAST_NOISE - np.diag(noise), 0))
     spread = rows @ covariance @ rows.T + noise
     gain = np.linalg.solve(spread, rows @ covariance).T
     error = gain @ residual
