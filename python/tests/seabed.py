@@ -55,3 +55,22 @@ def move(model, data, *, place=None, quat=None, velocity=None, rate=None, bottom
         data.time = time
     mujoco.mj_forward(model, data)
     return data
+
+
+#: Two vehicles in waters of their own, and a mast without one.
+TWO_WATERS = """<mujoco><worldbody>
+  <body name="low" pos="0 0 -2"><freejoint/><geom size="0.1"/></body>
+  <body name="high" pos="0 0 {height}"{turn}><freejoint/><geom size="0.1"/></body>
+  <body name="mast" pos="3 0 -2" mocap="true"><geom size="0.1"/></body>
+</worldbody></mujoco>"""
+
+
+def two_waters(height, turn=""):
+    """Model and data of two vehicles, the waterlines at 0 and 5 m."""
+    spec = mujoco.MjSpec.from_string(TWO_WATERS.format(height=height, turn=turn))
+    for body, waterline in (("low", 0.0), ("high", 5.0)):
+        hydro.add_water(spec, body=body, effects={"linear_drag": DRAG}, waterline=waterline)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return model, data

@@ -8,10 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import hydro_mujoco as hydro
 from hydro_mujoco import DataError, plugin
 from hydro_mujoco.sensors import AcousticChannel, AcousticModem
 from hydro_mujoco.sensors.sonar_equation import transmission_loss
-from seabed import ON_THE_WORLD, move, scene
+from seabed import ON_THE_WORLD, move, scene, two_waters
 
 pytestmark = [
     pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release"),
@@ -267,3 +268,17 @@ def test_a_modem_on_the_floor_or_on_a_wall_hears_and_is_heard(place):
     there.send(data, b"2", to="rov")
     answered, _ = still(model, data, [rov, there], 0.2, place=(0, 0, -2), start=0.2)
     assert [each.payload for each in heard + answered] == [b"1", b"2"]
+
+
+@pytest.mark.parametrize(("height", "hears"), [(4.0, True), (6.0, False)])
+def test_a_modem_is_in_its_own_water(height, hears):
+    model, data = two_waters(height)
+    water = AcousticChannel(model)
+    low, high, mast = (AcousticModem(water, name, **PLAIN) for name in ("low", "high", "mast"))
+    high.send(data, b"1")
+    heard = []
+    for tick in range(30):
+        data.time = 0.01 * tick
+        # The mast has no water, and is in that of the first.
+        heard += low.poll(data) + mast.poll(data)
+    assert [each.payload for each in heard] == ([b"1", b"1"] if hears else [])

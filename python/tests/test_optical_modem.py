@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import hydro_mujoco as hydro
 from hydro_mujoco import DataError, plugin
 from hydro_mujoco.sensors import AcousticChannel, AcousticModem, OpticalChannel, OpticalModem, WaterLight
-from seabed import ON_THE_WORLD, move, scene
+from seabed import ON_THE_WORLD, move, scene, two_waters
 
 pytestmark = [
     pytest.mark.skipif(not plugin.built_library().is_file(), reason="no plugin library: cargo build --release"),
@@ -290,3 +291,11 @@ def test_a_modem_on_the_floor_or_on_a_wall_is_seen_and_sees(place):
     quat = np.array([np.linalg.norm(way) + way[2], -way[1], way[0], 0])
     move(model, data, place=(0, 0, -2), quat=quat)
     assert there.power(data, "nose") > 0 and rov.power(data, place) > 0
+
+
+@pytest.mark.parametrize(("height", "sees"), [(4.0, True), (6.0, False)])
+def test_a_modem_is_in_its_own_water(height, sees):
+    model, data = two_waters(height, ' euler="180 0 0"')
+    water = OpticalChannel(model, light=EVEN)
+    low, high = OpticalModem(water, "low"), OpticalModem(water, "high")
+    assert (low.power(data, "high") > 0) == sees and (high.power(data, "low") > 0) == sees

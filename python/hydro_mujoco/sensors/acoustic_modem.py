@@ -41,7 +41,7 @@ class AcousticModem(Modem):
         """Mount the modem.
 
         Args:
-            channel: that it joins. name: of a site, or of a body; with water about it, or about the channel's first.
+            channel: that it joins. name: of a site, or of a body; with water about it, else about the channel's first.
             bit_rate: [bit/s]. preamble: of a packet [s]. longest: payload [bytes].
             source_level: [dB re 1 uPa at 1 m].
             noise_level: spectrum level of the sea and of the vehicle where it listens [dB re 1 uPa^2/Hz].

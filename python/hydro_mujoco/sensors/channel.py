@@ -78,13 +78,18 @@ class Channel(ABC, Generic[StationKind]):
             station.inbox, station.free = [], -np.inf
 
     def mount(self, name: str) -> Mount:
-        """Place of a modem to be, in its own water or in that of the channel's first.
+        """Place of a modem to be, in its own water, else in that of the channel's first.
 
         Raises:
             DataError: there is no such place, or no water.
         """
-        first = next(iter(self.stations.values()), None)
-        return Mount(self.model, name, first.mount.water if first else None)
+        try:
+            return Mount(self.model, name)
+        except DataError:
+            if not self.stations:
+                raise
+            first = next(iter(self.stations.values()))
+            return Mount(self.model, name, first.mount.water)
 
     def join(self, station: StationKind) -> None:
         """Add a modem.

@@ -87,7 +87,7 @@ class OpticalChannel(Channel[OpticalStation]):
         incidence = off_axis(eye.mount.axes(data), -way)
         if distance > self._reach or incidence > eye.view or off_axis(source.mount.axes(data), way) > source.beam:
             return 0.0
-        if not eye.mount.water.is_wet(np.array([origin, place]), data.time).all():
+        if not (source.mount.water.is_wet(origin, data.time) and eye.mount.water.is_wet(place, data.time)):
             return 0.0
         if not self._is_open(data, sender, receiver, origin):
             return 0.0

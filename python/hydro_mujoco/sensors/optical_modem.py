@@ -41,7 +41,7 @@ class OpticalModem(Modem):
         """Mount the modem.
 
         Args:
-            channel: that it joins. name: of a site, or of a body; with water about it, or about the channel's first.
+            channel: that it joins. name: of a site, or of a body; with water about it, else about the channel's first.
             bit_rate: [bit/s]. header: of a packet, with its checksum [bytes]. longest: payload [bytes].
             power: of its light, on average [W].
             beam: half angle of the cone that it lights evenly [degrees], above 0 and at most 180.
