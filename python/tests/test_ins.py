@@ -186,6 +186,9 @@ def test_a_body_that_rolls_in_place_is_not_accelerated():
         (lambda m: Ins(m, "rov", period=-1), "period is -1 s; expected at least 0 s"),
         (lambda m: Ins(m, "rov", heading=np.nan), "heading is nan degrees; expected at least 0 degrees"),
         (lambda m: Ins(m, "rov", imu=Imu(gyro_walk=-1)), "gyro_walk is -1; expected at least 0"),
+        (lambda m: Ins(m, "rov", imu="x"), "imu is 'x'; expected an Imu"),
+        (lambda m: Ins(m, "rov", dvl="x"), "an aid is 'x'; expected a Dvl"),
+        (lambda m: Ins(m, "rov", period="x"), "period is x s; expected at least 0 s"),
         (lambda m: Ins(m, "rov", imu=Imu(memory=0)), "memory is 0; expected at least 0.001"),
         (lambda m: Ins(m, "rov", dvl=Dvl(m, "fin")), "the aid at `fin` moves against `rov`; expected the same body"),
         (lambda m: Ins(m, "rov", dvl=Dvl(scene()[0], "rov")), "the aid at `rov` is of another model"),
@@ -206,6 +209,8 @@ def test_refusals_of_fixes_and_data():
         ins.fix((0, 0, 0), 0)
     with pytest.raises(DataError, match=re.escape("position is (1, 2); expected 3 numbers")):
         ins.fix((1, 2), 1)
+    with pytest.raises(DataError, match=re.escape("position is 5.0; expected 3 numbers")):
+        ins.fix(5.0, 1.0)
     with pytest.raises(DataError, match=re.escape("position is [0.0, nan, 0.0] m; expected finite numbers")):
         ins.fix((0, np.nan, 0), 1)
     with pytest.raises(DataError, match="the data are not of the model"):

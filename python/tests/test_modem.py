@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import hydro_mujoco as hydro
 from hydro_mujoco import DataError, plugin
-from hydro_mujoco.sensors import AcousticChannel, AcousticModem
+from hydro_mujoco.sensors import AcousticChannel, AcousticModem, OpticalChannel
 from hydro_mujoco.sensors.sonar_equation import transmission_loss
 from seabed import ON_THE_WORLD, move, scene, two_waters
 
@@ -233,6 +232,12 @@ def test_the_same_motion_is_heard_the_same_and_time_going_back_forgets():
         (lambda c: AcousticModem(c, "nose", threshold=np.inf), "threshold is inf dB; expected a finite number"),
         (lambda c: AcousticModem(c, "nose", cone=(90, 10)), "cone is 90 to 10 degrees; expected 0 <= least < most"),
         (lambda c: AcousticModem(c, "nose", cone=(0, 190)), "cone is 0 to 190 degrees; expected 180 at most"),
+        (lambda c: AcousticModem(c, "nose", source_level="x"), "source_level is x dB; expected a finite number"),
+        (lambda c: AcousticModem(c, "nose", bit_rate="x"), "bit_rate is x bit/s; expected at least 0.001 bit/s"),
+        (
+            lambda c: AcousticModem(OpticalChannel(c.model), "nose"),
+            "the modem at `nose` does not fit the channel, which is optical",
+        ),
         (lambda c: AcousticModem(c, "nose", clock_drift=-1), "clock_drift is -1; expected at least 0"),
     ],
 )

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import hydro_mujoco as hydro
 from hydro_mujoco import DataError, plugin
 from hydro_mujoco.sensors import AcousticChannel, AcousticModem, OpticalChannel, OpticalModem, WaterLight
 from seabed import ON_THE_WORLD, move, scene, two_waters
@@ -252,6 +251,13 @@ def test_light_and_sound_do_not_meet():
         (lambda c: OpticalModem(c, "nose", longest=0), "longest is 0; expected a whole number, at least 1"),
         (lambda c: OpticalModem(c, "nose", power=-1), "power is -1 W; expected at least 0 W"),
         (lambda c: OpticalModem(c, "nose", beam=0), "beam is 0 degrees; expected above 0 and at most 180"),
+        (lambda c: OpticalModem(c, "nose", beam="x"), "beam is x degrees; expected above 0 and at most 180"),
+        (lambda c: OpticalModem(c, "nose", power=None), "power is None W; expected at least 0 W"),
+        (lambda c: OpticalChannel(c.model, light="blue"), "light is 'blue'; expected a WaterLight"),
+        (
+            lambda c: OpticalModem(AcousticChannel(c.model), "nose"),
+            "the modem at `nose` does not fit the channel, which is acoustic",
+        ),
         (lambda c: OpticalModem(c, "nose", view=91), "view is 91 degrees; expected above 0 and at most 90"),
         (lambda c: OpticalModem(c, "nose", area=0), "area is 0 m^2; expected at least 1e-09 m^2"),
         (lambda c: OpticalModem(c, "nose", noise=0), "noise is 0 W/sqrt(Hz); expected at least 1e-18 W/sqrt(Hz)"),

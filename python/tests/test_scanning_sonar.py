@@ -162,6 +162,8 @@ def test_a_beam_is_a_column_of_the_imaging_sonar():
         ({"across": 1000, "rays": 1000}, "1000000 rays a ping; expected at most 200000"),
         ({"bins": 0}, "bins is 0; expected a whole number, at least 1"),
         ({"reach": (5, 2)}, "reach is 5 to 2 m; expected 0 <= least < most"),
+        ({"reach": ("x", "20")}, "reach is ('x', '20'); expected 2 numbers"),
+        ({"width": "x"}, "width is x degrees; expected above 0 and below 180"),
         ({"reach": 5}, "reach is 5; expected 2 numbers"),
         ({"sound_speed": 0}, "sound_speed is 0 m/s; expected at least 1 m/s"),
         ({"pause": -1}, "pause is -1 s; expected at least 0 s"),
@@ -173,6 +175,12 @@ def test_refusals(given, text):
     model, _ = scene()
     with pytest.raises(DataError, match=re.escape(text)):
         ScanningSonar(model, "rov", **given)
+
+
+def test_reach_may_be_words():
+    model, _ = scene()
+    ranges = [ScanningSonar(model, "rov", reach=reach).sweep().ranges for reach in (("0.5", "20"), (0.5, 20))]
+    np.testing.assert_array_equal(*ranges)
 
 
 def test_refusals_of_places_and_data():

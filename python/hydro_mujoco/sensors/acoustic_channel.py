@@ -62,7 +62,7 @@ class AcousticChannel(Channel[AcousticStation]):
     Preisig, IEEE Communications Magazine 47(1), 2009.
     """
 
-    kind, own = "acoustic", DEAFENING
+    kind, station, own = "acoustic", AcousticStation, DEAFENING
 
     def __init__(
         self,

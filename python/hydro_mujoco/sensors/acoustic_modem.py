@@ -4,7 +4,7 @@ import numpy as np
 
 from ..errors import DataError
 from .acoustic_channel import AcousticChannel, AcousticStation
-from .arguments import at_least, span
+from .arguments import at_least, real, span
 from .modem import Modem
 from .noise import Noise
 
@@ -77,6 +77,7 @@ class AcousticModem(Modem):
 
 
 def _level(name: str, level: float) -> float:
-    if not np.isfinite(level):
+    found = real(level)
+    if not np.isfinite(found):
         raise DataError(f"{name} is {level} dB; expected a finite number")
-    return float(level)
+    return found

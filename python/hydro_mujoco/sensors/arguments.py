@@ -5,15 +5,24 @@ import numpy as np
 from ..errors import DataError
 
 
+def real(value: float) -> float:
+    """The value as a number; not a number where it is none."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return np.nan
+
+
 def at_least(name: str, value: float, least: float, unit: str = "") -> float:
     """The value, a finite number not below `least`.
 
     Raises:
         DataError: it is not.
     """
-    if not np.isfinite(value) or value < least:
+    found = real(value)
+    if not np.isfinite(found) or found < least:
         raise DataError(f"{name} is {value}{unit}; expected at least {least:g}{unit}")
-    return float(value)
+    return found
 
 
 def whole(name: str, value: int, least: int) -> int:
@@ -27,7 +36,7 @@ def whole(name: str, value: int, least: int) -> int:
     return int(value)
 
 
-def numbers(name: str, values: tuple[float, ...], size: int) -> tuple[float, ...]:
+def numbers(name: str, values: tuple[float, ...] | np.ndarray, size: int) -> tuple[float, ...]:
     """The values, `size` numbers.
 
     Raises:

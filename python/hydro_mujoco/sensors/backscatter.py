@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from ..errors import DataError
-from .arguments import at_least, span, whole
+from .arguments import at_least, real, span, whole
 from .echoes import Echoes, Rays
 from .mount import Mount
 from .noise import Noise
@@ -47,14 +47,16 @@ def check_rays(**numbers: int) -> None:
         raise DataError(f"{total} rays a ping; expected at most {MOST_RAYS}")
 
 
-def check_angle(name: str, angle: float, most: float) -> None:
-    """Refuse an angle [degrees].
+def check_angle(name: str, angle: float, most: float) -> float:
+    """The angle [degrees], a number above 0 and below `most`.
 
     Raises:
-        DataError: it is not above 0 and below `most`.
+        DataError: it is not.
     """
-    if not 0 < angle < most:
+    found = real(angle)
+    if not 0 < found < most:
         raise DataError(f"{name} is {angle} degrees; expected above 0 and below {most:g}")
+    return found
 
 
 def lambert(echoes: Echoes, directions: np.ndarray) -> np.ndarray:

@@ -50,6 +50,8 @@ class Channel(ABC, Generic[StationKind]):
 
     #: Way of sending: with it errors are of their own.
     kind: str
+    #: Class of its stations.
+    station: type[StationKind]
     #: Level of what a modem sends itself, as its receiver has it: drowns all else.
     own: float
 
@@ -95,8 +97,10 @@ class Channel(ABC, Generic[StationKind]):
         """Add a modem.
 
         Raises:
-            DataError: one of that name is there already.
+            DataError: one of that name is there already, or the modem is of another kind.
         """
+        if not isinstance(station, self.station):
+            raise DataError(f"the modem at `{station.mount.name}` does not fit the channel, which is {self.kind}")
         name = station.mount.name
         if name in self.stations:
             raise DataError(f"a modem at `{name}` is on the channel already")

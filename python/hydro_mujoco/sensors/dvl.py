@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from ..errors import DataError
-from .arguments import at_least, span
+from .arguments import at_least, real, span
 from .echoes import Echoes, Rays
 from .mount import Mount, velocity_at
 from .noise import Noise
@@ -82,9 +82,9 @@ class Dvl:
         Raises:
             DataError: there is no such place, no water about it, or a number is out of bounds.
         """
-        if not 0 < angle < 90:
+        if not 0 < real(angle) < 90:
             raise DataError(f"angle is {angle} degrees; expected above 0 and below 90")
-        if not 0 <= dropout <= 1:
+        if not 0 <= real(dropout) <= 1:
             raise DataError(f"dropout is {dropout}; expected 0 to 1")
         self.mount, self._noise = Mount(model, name), Noise(seed, f"dvl {name}")
         self._rays = Rays(self.mount)
@@ -94,7 +94,8 @@ class Dvl:
         self.scale_error = at_least("scale_error", scale_error, 0)
         self._range_noise = at_least("range_noise", range_noise, 0, " m")
         self._scale = 1 + self.scale_error * float(self._noise.constant())
-        self._dropout, self._cosine = dropout, float(np.cos(np.radians(angle)))
+        angle = real(angle)
+        self._dropout, self._cosine = real(dropout), float(np.cos(np.radians(angle)))
         azimuths, sine = np.radians(AZIMUTHS), np.sin(np.radians(angle))
         #: Unit vectors of the beams along the instrument's axes, shape (4, 3).
         self.beams = np.column_stack(

@@ -68,8 +68,8 @@ class ImagingSonar:
             DataError: there is no such place, no water about it, or a number is out of bounds.
         """
         check_rays(beams=beams, rays=rays)
-        check_angle("width", width, 360)
-        check_angle("height", height, 180)
+        width = check_angle("width", width, 360)
+        height = check_angle("height", height, 180)
         self._bearings = fan(beams, width)
         self._sonar = Backscatter(
             model,

@@ -103,9 +103,13 @@ class Ins:
         Raises:
             DataError: there is no such place, no water about it, an aid is elsewhere, or a number is out of bounds.
         """
+        if imu is not None and not isinstance(imu, Imu):
+            raise DataError(f"imu is {imu!r}; expected an Imu")
         self._mount, self._noise, self._imu = Mount(model, name), Noise(seed, f"ins {name}"), imu or Imu()
         self._dvl, self._pressure, self._gps = dvl, pressure, gps
-        for aid in (dvl, pressure, gps):
+        for aid, kind in ((dvl, Dvl), (pressure, Pressure), (gps, Gps)):
+            if aid is not None and not isinstance(aid, kind):
+                raise DataError(f"an aid is {aid!r}; expected a {kind.__name__}")
             self._check_aid(model, aid)
         self._period = at_least("period", period, 0, " s")
         self._depth_noise = at_least("depth_noise", depth_noise, 0, " m")
@@ -172,7 +176,7 @@ class Ins:
         """
         if self._state is None:
             raise DataError("a fix came before the first reading; expected `read` once a step")
-        measured = np.array(numbers("position", tuple(position), 3))
+        measured = np.array(numbers("position", position, 3))
         if not np.isfinite(measured).all():
             raise DataError(f"position is {measured.tolist()} m; expected finite numbers")
         variance = at_least("deviation", deviation, 1e-9, " m") ** 2

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from ..errors import DataError
-from .arguments import at_least, span
+from .arguments import at_least, real, span
 from .backscatter import check_angle, check_rays, fan, lambert
 from .echoes import Rays
 from .mount import Mount
@@ -69,11 +69,11 @@ class Multibeam:
             DataError: there is no such place, no water about it, or a number is out of bounds.
         """
         check_rays(beams=beams)
-        check_angle("swath", swath, 360)
-        if not 0 <= weakest <= 1:
+        swath = check_angle("swath", swath, 360)
+        if not 0 <= real(weakest) <= 1:
             raise DataError(f"weakest is {weakest}; expected 0 to 1")
         self._mount, self._noise = Mount(model, name), Noise(seed, f"multibeam {name}")
-        self._rays, self._reach, self._weakest = Rays(self._mount), span("reach", reach, " m"), weakest
+        self._rays, self._reach, self._weakest = Rays(self._mount), span("reach", reach, " m"), real(weakest)
         self._deviation = at_least("range_noise", range_noise, 0, " m")
         self._share = at_least("range_scale_noise", range_scale_noise, 0)
         #: Angles of the beams from -z towards y [rad], shape (n,).

@@ -46,7 +46,7 @@ class OpticalChannel(Channel[OpticalStation]):
     J. W. Giles and I. N. Bankman, Underwater optical communications systems, part 2, MILCOM 2005 (daylight).
     """
 
-    kind, own = "optical", inf
+    kind, station, own = "optical", OpticalStation, inf
 
     def __init__(
         self,
@@ -71,6 +71,8 @@ class OpticalChannel(Channel[OpticalStation]):
         """
         if colour not in COLOURS:
             raise DataError(f"colour is {colour!r}; expected one of {', '.join(COLOURS)}")
+        if light is not None and not isinstance(light, WaterLight):
+            raise DataError(f"light is {light!r}; expected a WaterLight")
         light = light or WaterLight()
         column = COLOURS.index(colour)
         self._attenuation, self._daylight = float(light.attenuation[column]), float(light.daylight[column])

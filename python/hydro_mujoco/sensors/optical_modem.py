@@ -3,7 +3,7 @@
 import mujoco
 
 from ..errors import DataError
-from .arguments import at_least, whole
+from .arguments import at_least, real, whole
 from .modem import Modem
 from .optical_channel import OpticalChannel, OpticalStation
 
@@ -82,6 +82,6 @@ class OpticalModem(Modem):
 
 
 def _half_angle(name: str, angle: float, most: float) -> float:
-    if not 0 < angle <= most:
+    if not 0 < real(angle) <= most:
         raise DataError(f"{name} is {angle} degrees; expected above 0 and at most {most:g}")
     return float(angle)

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from ..errors import DataError
-from .arguments import at_least, numbers
+from .arguments import at_least, numbers, span
 from .backscatter import Backscatter, check_angle, check_rays, grid, middles
 from .usbl import SOUND
 
@@ -108,8 +108,8 @@ class ScanningSonar:
             DataError: there is no such place, no water about it, or a number is out of bounds.
         """
         check_rays(across=across, rays=rays)
-        check_angle("width", width, 180)
-        check_angle("height", height, 180)
+        width = check_angle("width", width, 180)
+        height = check_angle("height", height, 180)
         first, last = numbers("sector", sector, 2)
         if not (abs(first) <= 360 and first < last <= first + 360):
             raise DataError(f"sector is {first:g} to {last:g} degrees; expected least < most, 360 at most apart")
@@ -128,7 +128,7 @@ class ScanningSonar:
             background=background,
             seed=seed,
         )
-        travel = 2 * reach[1] / at_least("sound_speed", sound_speed, 1, " m/s")
+        travel = 2 * span("reach", reach, " m")[1] / at_least("sound_speed", sound_speed, 1, " m/s")
         self._period = travel + at_least("pause", pause, 0, " s")
         self._travel = travel
         self.reset()

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from ..errors import DataError
-from .arguments import at_least
+from .arguments import at_least, real
 from .echoes import Rays
 from .mount import Mount
 from .noise import Noise
@@ -101,7 +101,7 @@ class Usbl:
         Raises:
             DataError: there is no such place, no water about it, or a number is out of bounds.
         """
-        if not 0 <= dropout <= 1:
+        if not 0 <= real(dropout) <= 1:
             raise DataError(f"dropout is {dropout}; expected 0 to 1")
         self._transceiver = Mount(model, transceiver)
         self._transponder = Mount(model, transponder, self._transceiver.water)
@@ -114,7 +114,7 @@ class Usbl:
         self._turnaround = at_least("turnaround", turnaround, 0, " s")
         self._range_noise = at_least("range_noise", range_noise, 0, " m")
         self._angle_noise = np.radians(at_least("angle_noise", angle_noise, 0, " degrees"))
-        self._dropout = dropout
+        self._dropout = real(dropout)
         self.reset()
 
     def reset(self) -> None:
