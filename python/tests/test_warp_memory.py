@@ -18,6 +18,7 @@ CURRENT = {
 }
 REMEMBERING = {
     "wake_memory": [effect("wake_memory", rate=2.5, **dict(zip(SIX, (20, 30, 35, 1, 2, 3))))],
+    "wake_memory that forgets slowly": [effect("wake_memory", rate=0.05, **dict(zip(SIX, (20, 30, 35, 1, 2, 3))))],
     "wake_memory on a link": [effect("wake_memory", "fin", rate=8, **dict(zip(SIX, (2, 3, 3, 0.1, 0.2, 0.3))))],
     "basset_history": [effect("basset_history", surge=12, sway=20, heave=25)],
     "basset_history on a link": [effect("basset_history", "fin", surge=1, sway=3, heave=2)],

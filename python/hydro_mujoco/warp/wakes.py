@@ -55,9 +55,9 @@ def no_wakes(shape: tuple[int, int], device: wp.Device) -> Wakes:
 
 @wp.func
 def mean_of(x: float) -> float:
-    """(1 - exp(-x)) / x."""
-    if x < 1.0e-3:
-        return 1.0 - x * (0.5 - x / 6.0)
+    """(1 - exp(-x)) / x, for small x by its series: the difference loses digits."""
+    if x < 0.1:
+        return 1.0 - x / 2.0 * (1.0 - x / 3.0 * (1.0 - x / 4.0 * (1.0 - x / 5.0)))
     return (1.0 - wp.exp(-x)) / x
 
 
@@ -83,8 +83,8 @@ def follow(option_timestep: wp.array[float], time: wp.array[float], a: Arrays, w
         w.is_started[world, row] = 0
     elif passed > 0.5 * step:
         motion = moved(a.middle[row]) * w.motion[world, row]
-        rate = a.wake_rate[world % a.wake_rate.shape[0], row]
-        arrived = 1.0 - wp.exp(-wp.max(rate, 0.0) * step)
+        x = wp.max(a.wake_rate[world % a.wake_rate.shape[0], row], 0.0) * step
+        arrived = x * mean_of(x)
         w.wake[world, row] += arrived * (motion - w.wake[world, row])
         velocity = upper(motion)
         for i in range(8):
