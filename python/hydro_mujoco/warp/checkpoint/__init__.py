@@ -8,6 +8,10 @@ lanes.py       numbers of worlds side by side
 sampling.py    what a network is given, and what it gives
 perceptron.py  perceptrons
 relaxation.py  the Relaxation-ODE
+force_ode.py   the MLP-ODE and the Attention-ODE
+lstm.py        the LSTM
+cnode.py       the CNODE
+mlp.py         the memoryless perceptron
 learned.py     clock, features, network and force together
 kernels/       Warp kernels
 """

@@ -9,6 +9,7 @@ from .card import Card
 from .kernels.attending import attend
 from .kernels.relaxing import push
 from .kernels.stepping import (
+    SETTLING_STEPS,
     accumulate,
     begin,
     begin_to_settle,
@@ -24,8 +25,6 @@ from .sampling import Sampling
 
 #: Factor of the slope before in each stage, and weight of its own: one step a sample.
 TABLEAUX = {"euler": ((0.0, 1.0),), "rk4": ((0.0, 1 / 6), (0.5, 1 / 3), (0.5, 1 / 3), (1.0, 1 / 6))}
-#: Most steps of a first force; kernels/stepping.py stops there too.
-SETTLING_STEPS = 200
 
 
 class Latent(Protocol):

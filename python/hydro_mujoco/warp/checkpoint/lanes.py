@@ -3,7 +3,7 @@
 import warp as wp
 
 #: Worlds in a group: a product reads each weight once for all of them.
-LANES = 4
+LANES = wp.constant(4)
 
 
 class Lanes:

@@ -2,12 +2,11 @@
 
 import warp as wp
 
+from ..lanes import LANES
 from ..robot import Limits, Places
 from .clock import FAULTED, WARM
 
 wp.set_module_options({"enable_backward": False})
-
-LANES = wp.constant(4)
 
 
 @wp.kernel

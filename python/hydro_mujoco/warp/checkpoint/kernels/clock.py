@@ -8,6 +8,7 @@ import warp as wp
 
 from ...arrays import Arrays
 from ...sea import flow_at
+from ..lanes import LANES
 from ..robot import Reading
 
 wp.set_module_options({"enable_backward": False})
@@ -16,7 +17,6 @@ COLD, WARM, FAULTED = wp.constant(0), wp.constant(1), wp.constant(2)
 #: Kinds of features, as in robot.py.
 POSITION, VELOCITY, QUATERNION = wp.constant(0), wp.constant(1), wp.constant(2)
 ANGULAR, LINEAR = wp.constant(3), wp.constant(4)
-LANES = wp.constant(4)
 #: Distance of a step from a sample that still counts as on it, as a part of the sample period.
 ON_SAMPLE = wp.constant(wp.float64(1e-6))
 

@@ -2,11 +2,11 @@
 
 import warp as wp
 
+from ..lanes import LANES
 from ..robot import Limits
 
 wp.set_module_options({"enable_backward": False})
 
-LANES = wp.constant(4)
 #: Greatest size of a feature in a closed form: no product of three leaves single precision.
 FORM_LIMIT = wp.constant(1.0e9)
 #: Bound of a standardised number [standard deviations] (crates/model/src/normaliser.rs).

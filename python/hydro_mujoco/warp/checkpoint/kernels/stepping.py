@@ -2,11 +2,11 @@
 
 import warp as wp
 
+from ..lanes import LANES
 from .relaxing import chosen
 
 wp.set_module_options({"enable_backward": False})
 
-LANES = wp.constant(4)
 #: Change of a force in one step [standard deviations] below which it has settled, and most steps to get there.
 SETTLED = wp.constant(1.0e-6)
 SETTLING_STEPS = wp.constant(200)
