@@ -64,5 +64,7 @@ for row in "${wanted[@]}"; do
   done
 done
 "$python" scripts/training_curves.py "$out"/jobs/*/seed-*/*.run --out "$out/curves" >"$out/curves.md"
-"$python" scripts/strip_table.py "$out/jobs" --over relaxation-ode-memory >"$out/table.md"
+ratios=()
+! compgen -G "$out/jobs/relaxation-ode-memory/seed-*/open.json" >/dev/null || ratios=(--over relaxation-ode-memory)
+"$python" scripts/strip_table.py "$out/jobs" "${ratios[@]}" >"$out/table.md"
 cat "$out/table.md" "$out/curves.md"

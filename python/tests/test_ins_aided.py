@@ -27,7 +27,7 @@ def aided(model, data, seed, *, seconds=40.0, step=0.5, **given):
 def test_normalised_errors_of_the_filter_are_chi_square():
     model, data = scene(depth=30, mounted="0.96 0 0 0.28")
     runs = [aided(model, data, seed) for seed in range(40)]
-    # Of 40 runs of 9 numbers: chi-square of 360 degrees of freedom, within 3.3 standard deviations.
+    # Chi-square of 360 degrees of freedom (40 runs, 9 numbers), within 3.3 standard deviations.
     squares = np.array([found @ np.linalg.solve(reading.covariance, found) for found, reading in runs])
     assert squares.mean() == pytest.approx(9, abs=3.3 * np.sqrt(2 * 9 / 40))
     # Each of the nine alone: of 40 degrees of freedom.

@@ -148,7 +148,7 @@ def test_snr_by_distance_daylight_depth_and_bit_rate():
 
     for distance, depth, rate in ((2, 3, 1e6), (8, 20, 1e6), (8, 95, 1e6), (15, 95, 1e4)):
         assert ratio(distance, depth, rate) == pytest.approx(expected(distance, depth, rate), abs=1e-6)
-    # By colour; in the dark, without a daylight, at any depth.
+    # Each colour by itself; in the dark, without a daylight, at any depth.
     light = WaterLight((0.5, 0.15, 0.1), (0.3, 0.1, 0.05))
     for column, colour in enumerate(("red", "green", "blue")):
         shown = expected(5, 12, attenuation=light.attenuation[column], daylight=light.daylight[column])

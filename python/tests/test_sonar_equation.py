@@ -21,7 +21,7 @@ def francois_garrison(frequency, temperature, salinity, depth, acidity):
 
 
 def test_absorption_by_thorp():
-    # By hand from the sum of Jensen et al., eq. 1.47, in dB/km.
+    # The sum of Jensen et al., eq. 1.47, worked out by hand, in dB/km.
     by_hand = {0.1: 0.00450, 1: 0.06933, 5: 0.38324, 10: 1.18983, 25: 6.12073, 50: 17.52992, 100: 34.31896}
     for kilohertz, expected in by_hand.items():
         assert 1000 * absorption(1000 * kilohertz) == pytest.approx(expected, rel=1e-3)

@@ -84,12 +84,19 @@ class Table(unittest.TestCase):
                 result(self.jobs / row / f"seed-{seed}", scale)
         _, said, _ = self.command("--over", "ours")
         lines = said.splitlines()
-        # By hand: the logarithms' standard deviation is 0.09127 in both, four degrees of freedom, t = 2.7764.
+        # The logarithms' standard deviation by hand: 0.09127 in both, four degrees of freedom, t = 2.7764.
         low, high = (0.5 * math.exp(sign * 2.7764 * 0.09127 * (2 / 3) ** 0.5) for sign in (-1, 1))
         interval = f"0.500 ({low:.3f} to {high:.3f})"
         self.assertIn(f"| lstm | {interval} | {interval} |", lines)
         self.assertIn("| mlp | 0.274 | 0.274 |", lines)
         self.assertNotIn("ours over", self.command()[1])
+
+    def test_a_ratio_over_a_row_that_is_not_there(self):
+        result(self.jobs / "lstm" / "seed-0", 1.0)
+        status, _, told = self.command("--over", "ours")
+        self.assertEqual(status, 1)
+        self.assertIn("--over ours: no such row", told)
+        self.assertIn("there are lstm", told)
 
     def test_a_run_that_blew_up_is_infinite(self):
         result(self.jobs / "cnode" / "seed-0", 1.0, reached=None)

@@ -130,7 +130,7 @@ class Channel(ABC, Generic[StationKind]):
             self._understand(signal)
         self._past += over
         self._heard = [each for each in self._heard if each.end > now.time]
-        # What is over is noise only to what began before its end.
+        # A packet that is over is noise only to those that began before its end.
         oldest = min([each.start for each in self._heard] + [now.time])
         self._past = [each for each in self._past if each.end > oldest]
 

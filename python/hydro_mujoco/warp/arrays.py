@@ -71,7 +71,7 @@ class Arrays:
     wave_start: wp.array[int]
     bed: wp.array[float]  # height above the still level [m]
     robot_start: wp.array[int]  # number of waters and one more
-    # By body of a robot whose checkpoint fades at the surface.
+    # Bodies of a robot whose checkpoint fades at the surface.
     robot_body: wp.array[int]
     robot_centre: wp.array[wp.vec3]  # of its whole hull
     robot_volume: wp.array[float]

@@ -26,10 +26,13 @@ def main() -> int:
         if not places:
             raise DataError(f"{args.jobs}: no ROW/seed-N/open.json; scripts/strip_models.sh makes them")
         found = [read(place) for place in places]
+        results = [result for result, _ in found]
+        rows = sorted({result.row for result in results})
+        if args.over and args.over not in rows:
+            raise DataError(f"--over {args.over}: no such row in {args.jobs}; there are {', '.join(rows)}")
     except (DataError, OSError) as error:
         print(f"strip_table.py: {error}", file=sys.stderr)
         return 1
-    results = [result for result, _ in found]
     print(table(results, found[0][1]), end="")
     if args.over:
         print()
