@@ -17,10 +17,8 @@ pub fn conclude(
     let written = added.filter(|added| added.is_written());
     let contradicted =
         named.outcome == Outcome::Named && verified.is_some_and(|verified| verified.contradicted);
-    let (outcome, explained) = match contradicted {
-        true => (Outcome::Unknown, None),
-        false => (named.outcome, named.explained),
-    };
+    let aside = contradicted.then(|| put_aside(named));
+    let named = aside.as_ref().unwrap_or(named);
     let accepted = verified.is_some_and(|verified| verified.accepted) && written.is_some();
     let refused_because = match (named.outcome, verified) {
         (Outcome::Named, None) if found.held_out_trials.is_empty() => Some(
@@ -45,7 +43,7 @@ pub fn conclude(
         ),
         _ => None,
     };
-    let ids = match outcome == Outcome::Named && accepted {
+    let ids = match named.outcome == Outcome::Named && accepted {
         true => ids_of(&named.chosen),
         false => Vec::new(),
     };
@@ -60,24 +58,18 @@ pub fn conclude(
     };
     Verdict {
         schema: verdict::SCHEMA.to_owned(),
-        verdict: outcome,
+        verdict: named.outcome,
         named: ids,
-        effects: match contradicted {
-            true => named.effects.iter().map(stand_in).collect(),
-            false => named.effects.clone(),
-        },
+        effects: named.effects.clone(),
         medium: found.medium,
-        explained,
+        explained: named.explained,
         unexplained: match named.outcome {
             Outcome::NoGap => None,
-            _ => Some(1.0 - explained.unwrap_or(0.0)),
+            _ => Some(1.0 - named.explained.unwrap_or(0.0)),
         },
         calibration: named.calibration.clone(),
-        confusion_set: match contradicted {
-            true => Vec::new(),
-            false => named.confusion_set.clone(),
-        },
-        next_experiment: named.next_experiment.clone().filter(|_| !contradicted),
+        confusion_set: named.confusion_set.clone(),
+        next_experiment: named.next_experiment.clone(),
         places: found.places.clone(),
         regime: found.regime.clone(),
         gap: verified.map_or(nothing, |verified| verified.gap.clone()),
@@ -94,12 +86,17 @@ pub fn conclude(
     }
 }
 
-/// An effect that only stands for what is missing.
-fn stand_in(effect: &FittedEffect) -> FittedEffect {
-    FittedEffect {
-        surrogate: true,
-        ..effect.clone()
-    }
+/// The answer where held-out trials contradict the name: its effects only stand for what is missing.
+fn put_aside(named: &Named) -> Named {
+    let mut aside = Named {
+        outcome: Outcome::Unknown,
+        explained: None,
+        confusion_set: Vec::new(),
+        next_experiment: None,
+        ..named.clone()
+    };
+    aside.effects.iter_mut().for_each(|of| of.surrogate = true);
+    aside
 }
 
 /// Effects, each once.
