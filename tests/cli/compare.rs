@@ -220,6 +220,10 @@ fn an_interrupted_comparison_goes_on_to_the_same_results() {
     let words = String::from_utf8_lossy(&again.stderr);
     assert!(again.status.success(), "{words}");
     assert_eq!(words.contains("0 done already, 1 begun"), begun, "{words}");
+    // Killed while it wrote its tables, it has no job left, and says so.
+    let done = cut.compare(&flags);
+    let words = String::from_utf8_lossy(&done.stderr);
+    assert!(words.contains("1 done already"), "{words}");
     let of = |place: &Place| json(&place.out().join("jobs/2/relaxation-ode/seed-0/result.json"));
     let (whole, cut) = (of(&whole), of(&cut));
     assert_eq!(whole["examination"], cut["examination"]);

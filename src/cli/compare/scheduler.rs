@@ -33,6 +33,7 @@ pub(super) fn run(
         }
     }
     if waiting.is_empty() {
+        eprintln!("{0} jobs, {0} done already", plan.jobs.len());
         return Ok(Vec::new());
     }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
