@@ -149,12 +149,14 @@ pub struct JointMotion {
     pub velocity: f64,
     /// Simulation time [s].
     pub time: f64,
+    /// Change of the velocity in a time step under a force of 1 N or N m [rad/(s N m) or m/(s N)]; 0 in continuous time.
+    pub velocity_per_force: f64,
     /// Commands of the actuators of [`Effect::commands`], in that order.
     pub commands: Vec<f64>,
 }
 
 impl JointMotion {
-    /// At a position [rad or m] and velocity [rad/s or m/s], at time zero.
+    /// At a position [rad or m] and velocity [rad/s or m/s], at time zero, in continuous time.
     pub fn new(position: f64, velocity: f64) -> Self {
         Self {
             position,

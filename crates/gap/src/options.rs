@@ -331,6 +331,12 @@ options! {
         slow_drift_time: f64 = 1.0,
         /// Least acceleration that scales an unmodelled force [m/s^2, rad/s^2].
         least_acceleration: f64 = 1e-3,
+        /// Speed of a joint below which it counts as turning round [root mean square of its speed].
+        reversal_speed: f64 = 0.1,
+        /// Factor on the unmodelled force along a joint that turns round.
+        reversal_force: f64 = 50.0,
+        /// Factor on the weight of that joint's readings meanwhile.
+        reversal_weight: f64 = 0.02,
         /// Time constant of unmodelled forces [s].
         force_time: f64 = 0.22,
         /// Largest shift of an uncertain number of the nominal [prior standard deviations]: a gap of hundreds of noises must

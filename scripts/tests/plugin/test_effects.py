@@ -107,6 +107,20 @@ class Physics(unittest.TestCase):
         steps(model, data, 2000)
         self.assertLess(np.abs(data.qvel[:6]).max(), 0.1)
 
+    def test_dry_friction_stops_a_joint_without_trembling(self):
+        friction = document(effect("joint_friction", "fin", coulomb=5.0, stribeck=0.5, stribeck_speed=0.01))
+        for integrator in ("Euler", "implicit", "implicitfast", "RK4"):
+            with self.subTest(integrator):
+                model = load(friction, integrator=integrator)
+                data = mujoco.MjData(model)
+                data.qvel[6] = 3.0
+                speeds = []
+                for _ in range(200):
+                    mujoco.mj_step(model, data)
+                    speeds.append(data.qvel[6])
+                self.assertGreater(min(speeds), -1e-4)
+                self.assertLess(abs(speeds[-1]), 1e-4)
+
     def test_forward_does_not_pile_up(self):
         model = load()
         data = start(model)

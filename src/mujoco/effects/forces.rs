@@ -186,6 +186,8 @@ fn joint_motion(data: &DataView<'_>, joint: &MovedJoint) -> JointMotion {
         position: data.qpos()[joint.qpos],
         velocity: data.qvel()[joint.dof],
         time: data.time(),
+        velocity_per_force: data.model().raw().opt.timestep
+            * data.model().dof_invweight0()[joint.dof],
         commands: commands(data, &joint.acting),
     }
 }

@@ -190,6 +190,7 @@ impl<'a> ModelView<'a> {
         body_subtreemass: f64 = |m| m.nbody as i64;
         dof_M0: f64 = |m| m.nv as i64;
         dof_damping: f64 = |m| m.nv as i64;
+        dof_invweight0: f64 = |m| m.nv as i64;
         jnt_stiffness: f64 = |m| m.njnt as i64;
         dof_armature: f64 = |m| m.nv as i64;
         M_rownnz: i32 = |m| m.nv as i64;

@@ -366,7 +366,10 @@ fn assemble(
             }
         }
         let first = layout.forces() + link.piece(grid, block) * nv;
-        all.columns_mut(first, nv).copy_from(forces);
+        for axis in 0..nv {
+            let factor = link.factor(first - layout.forces() + axis);
+            all.set_column(first + axis, &(forces.column(axis) * factor));
+        }
         all
     };
     let input =

@@ -28,6 +28,8 @@ pub(crate) struct Link {
     /// Factor on each whitened residual, row by row, channel by channel, for what rows cannot resolve; none
     /// before that is known.
     pub(crate) weights: Vec<f64>,
+    /// Factor on the scale of each unmodelled force, likewise [pieces * nv]; none before that is known.
+    pub(crate) factors: Vec<f64>,
 }
 
 /// Blocks of steps between boundaries, and pieces of unmodelled forces made of them.
@@ -58,6 +60,20 @@ impl Link {
         self.weights.get(residual).copied().unwrap_or(1.0)
     }
 
+    /// Factor on the scale of an unmodelled force.
+    pub(crate) fn factor(&self, force: usize) -> f64 {
+        self.factors.get(force).copied().unwrap_or(1.0)
+    }
+
+    /// Gives the unmodelled forces other factors; the forces stay what they are.
+    pub(crate) fn with_factors(&mut self, factors: Vec<f64>) {
+        for (at, force) in self.forces.iter_mut().enumerate() {
+            let before = self.factors.get(at).copied().unwrap_or(1.0);
+            *force *= before / factors.get(at).copied().unwrap_or(1.0);
+        }
+        self.factors = factors;
+    }
+
     /// Number of blocks.
     pub(crate) fn blocks(&self, grid: Grid) -> usize {
         self.steps.div_ceil(grid.block)
@@ -83,10 +99,8 @@ impl Link {
         let nv = scale.len();
         let first = self.piece(grid, step / grid.block) * nv;
         match self.forces.get(first..first + nv) {
-            Some(forces) => forces
-                .iter()
-                .zip(scale.iter())
-                .map(|(a, b)| a * b)
+            Some(forces) => (forces.iter().zip(scale.iter()).enumerate())
+                .map(|(axis, (a, b))| a * b * self.factor(first + axis))
                 .collect(),
             None => vec![0.0; nv],
         }
@@ -135,6 +149,7 @@ impl Track {
                 segment,
                 forces: Vec::new(),
                 weights: Vec::new(),
+                factors: Vec::new(),
             }
         });
         Self {
@@ -145,12 +160,12 @@ impl Track {
 }
 
 /// Weighs the readings of a track by what its rows resolve of the motion that its starts and unmodelled forces give the
-/// nominal. Where that blows up they stay as they are.
+/// nominal, which it returns. Where that blows up they stay as they are.
 pub(crate) fn weigh(
     problem: &Problem<'_>,
     track: &mut Track,
     (grid, scale): (Grid, &DVector<f64>),
-) -> Result<(), GapError> {
+) -> Result<Option<Vec<Rolled>>, GapError> {
     let (trial, motion) = (&problem.trials[track.trial], &problem.motions[track.trial]);
     let step = problem.model.timestep;
     let nominal = vec![0.0; problem.model.nuisances.len()];
@@ -173,7 +188,7 @@ pub(crate) fn weigh(
         let (trace, segment) = (&rolled.trace, &link.segment);
         link.weights = resolution::weights(trace, trial, segment, channels, step, unresolved);
     }
-    Ok(())
+    Ok(rolled)
 }
 
 /// The simulation at a boundary between blocks of steps.

@@ -15,6 +15,7 @@ use crate::{
         form_error::{self, Beside},
         level::{Level, Sizes},
         levels::{Grid, Levels},
+        reversals,
         scale_slope::{self, ScaleColumn},
         starts::move_starts,
         track::{self, Track},
@@ -142,7 +143,10 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         tracks.try_for_each(|track| {
             let grid =
                 track::Grid::new(looks(problem, track.trial), pieces, problem.model.timestep);
-            track::weigh(problem, track, (grid, scale))
+            if let Some(rolled) = track::weigh(problem, track, (grid, scale))? {
+                reversals::discount(problem, track, &rolled, grid);
+            }
+            Ok(())
         })
     }
 
