@@ -365,10 +365,11 @@ fn assemble(
                 }
             }
         }
-        let first = layout.forces() + link.piece(grid, block) * nv;
-        for axis in 0..nv {
-            let factor = link.factor(first - layout.forces() + axis);
-            all.set_column(first + axis, &(forces.column(axis) * factor));
+        let first = link.piece(grid, block) * nv;
+        let mut own = all.columns_mut(layout.forces() + first, nv);
+        own.copy_from(forces);
+        for (axis, mut column) in own.column_iter_mut().enumerate() {
+            column *= link.factor(first + axis);
         }
         all
     };

@@ -6,7 +6,6 @@
 
 use crate::{
     likelihood::track::{Grid, Link, Rolled, Track},
-    options::LikelihoodOptions,
     problem::problem::Problem,
 };
 
@@ -14,7 +13,7 @@ use crate::{
 pub(crate) fn discount(problem: &Problem<'_>, track: &mut Track, rolled: &[Rolled], grid: Grid) {
     let model = problem.model;
     let options = &problem.settings.options.likelihood;
-    let (nq, nv) = (model.nq, model.nv);
+    let (nq, nv, channels) = (model.nq, model.nv, problem.channels.len());
     let trial = &problem.trials[track.trial];
     if trial.steady {
         return;
@@ -25,35 +24,28 @@ pub(crate) fn discount(problem: &Problem<'_>, track: &mut Track, rolled: &[Rolle
             .map(|of| (of.boundaries.iter().map(|at| at.full[1 + nq + joint.dof])).collect())
             .collect();
         let least = options.reversal_speed * root_mean_square(&speeds);
-        let channels: Vec<usize> = (problem.channels.sources.iter())
+        let own: Vec<usize> = (problem.channels.sources.iter())
             .filter(|of| model.sensors[of.sensor].joint.as_deref() == Some(&joint.name))
             .flat_map(|of| of.channel..of.channel + of.channels)
             .collect();
         let links = track.links.iter_mut().zip(&mut factors);
         for ((link, factors), speeds) in links.zip(&speeds) {
-            for piece in slow_pieces(link, speeds, least, grid) {
+            let slow = slow_pieces(link, speeds, least, grid);
+            for piece in &slow {
                 factors[piece * nv + joint.dof] = options.reversal_force;
-                let width = problem.channels.len();
-                for (number, row) in link.segment.rows.clone().enumerate() {
-                    let step = (trial.times[row] - link.segment.start) / model.timestep - 1.0;
-                    let block = step.max(0.0) as usize / grid.block;
-                    if link.piece(grid, block) == piece {
-                        weigh(link, number * width, &channels, options);
+            }
+            for (number, row) in link.segment.rows.clone().enumerate() {
+                let step = (trial.times[row] - link.segment.start) / model.timestep - 1.0;
+                if slow.contains(&link.piece_at(grid, step.max(0.0) as usize)) {
+                    for channel in &own {
+                        link.weights[number * channels + channel] *= options.reversal_weight;
                     }
                 }
             }
         }
     }
     for (link, factors) in track.links.iter_mut().zip(factors) {
-        link.with_factors(factors);
-    }
-}
-
-fn weigh(link: &mut Link, first: usize, channels: &[usize], options: &LikelihoodOptions) {
-    for channel in channels {
-        if let Some(weight) = link.weights.get_mut(first + channel) {
-            *weight *= options.reversal_weight;
-        }
+        link.set_factors(factors);
     }
 }
 
@@ -126,7 +118,7 @@ mod tests {
         let forces = |link: &Link| [0, 15].map(|step| link.force(GRID, step, &scale)[0]);
         let before = forces(&link);
         assert_eq!(before, [1.5, 300.0]);
-        link.with_factors(vec![50.0, 1.0]);
+        link.set_factors(vec![50.0, 1.0]);
         assert_eq!(forces(&link), before);
         assert_eq!(link.factors, [50.0, 1.0]);
     }

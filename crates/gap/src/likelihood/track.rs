@@ -66,7 +66,7 @@ impl Link {
     }
 
     /// Gives the unmodelled forces other factors; the forces stay what they are.
-    pub(crate) fn with_factors(&mut self, factors: Vec<f64>) {
+    pub(crate) fn set_factors(&mut self, factors: Vec<f64>) {
         for (at, force) in self.forces.iter_mut().enumerate() {
             let before = self.factors.get(at).copied().unwrap_or(1.0);
             *force *= before / factors.get(at).copied().unwrap_or(1.0);
@@ -94,10 +94,15 @@ impl Link {
         (block * grid.pieces / self.blocks(grid)).min(grid.pieces - 1)
     }
 
+    /// The piece that a step belongs to.
+    pub(crate) fn piece_at(&self, grid: Grid, step: usize) -> usize {
+        self.piece(grid, step / grid.block)
+    }
+
     /// Unmodelled forces at a step.
     pub(crate) fn force(&self, grid: Grid, step: usize, scale: &DVector<f64>) -> Vec<f64> {
         let nv = scale.len();
-        let first = self.piece(grid, step / grid.block) * nv;
+        let first = self.piece_at(grid, step) * nv;
         match self.forces.get(first..first + nv) {
             Some(forces) => (forces.iter().zip(scale.iter()).enumerate())
                 .map(|(axis, (a, b))| a * b * self.factor(first + axis))
