@@ -144,6 +144,8 @@ options! {
         command_lead_sd: f64 = 0.1,
         /// Least noise of a sensor that declares none, relative to its largest reading: a constant channel shows none.
         least_noise: f64 = 1e-6,
+        /// Least noise of a logged command that is looked at, relative to its standard deviation.
+        least_command_noise: f64 = 1e-3,
         /// Least noise of mean readings in a table of steady states that declares none, in the standard deviation of its
         /// readings: rows are no series, so nothing else tells it but the scatter about a hypothesis.
         least_table_noise: f64 = 1e-3,

@@ -234,12 +234,8 @@ struct Session<'a> {
 impl<'a> Session<'a> {
     fn problem(&self, watch: &Watch<'_>) -> anyhow::Result<Problem<'a>> {
         let trials = self.read(&self.inputs.fit_trials())?;
-        Ok(Problem::prepare(
-            self.plant,
-            trials,
-            self.settings.clone(),
-            watch,
-        )?)
+        let problem = Problem::prepare(self.plant, trials, self.settings.clone(), watch)?;
+        Ok(problem.with_likelier_commands(watch)?)
     }
 
     /// Reads trials by name and keeps the remarks for the report.

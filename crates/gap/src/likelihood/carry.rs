@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use crate::likelihood::disturbances::Disturbances;
 
 /// How a segment's latents follow from the state before it: its start, the forces of its pieces, an autoregression from the
-/// piece before, and the drifts at its start and at the next one's.
+/// piece before, the noise of its commands, and the drifts at its start and at the next one's.
 pub(super) struct Carry {
     prior: Disturbances,
     tangents: usize,
@@ -16,13 +16,21 @@ pub(super) struct Carry {
 
 impl Carry {
     pub(super) fn new(tangents: usize, latents: usize, prior: Disturbances) -> Self {
-        let nv = tangents / 2;
         Self {
             prior,
             tangents,
-            pieces: (latents - tangents - 2 * prior.drifting) / nv.max(1),
+            pieces: prior.pieces(tangents, latents),
             latents,
         }
+    }
+
+    /// First row of the noise of commands, and of the drifts.
+    fn commands(&self) -> usize {
+        self.tangents + self.pieces * (self.tangents / 2)
+    }
+
+    fn drifts(&self) -> usize {
+        self.commands() + self.pieces * self.prior.commands
     }
 
     /// Rows of the latents that follow from a row of the state before, with a factor each.
@@ -39,7 +47,7 @@ impl Carry {
             true => self.prior.drifting,
             false => 0,
         };
-        let first = tangents + self.pieces * nv;
+        let first = self.drifts();
         let left = self.prior.drift_correlation;
         let drifts = (0..drifting).flat_map(move |channel| {
             let (state, row) = (tangents + nv + channel, first + channel);
@@ -78,7 +86,8 @@ impl Carry {
     pub(super) fn fresh(&self) -> DMatrix<f64> {
         let (nv, pieces, drifting) = (self.tangents / 2, self.pieces, self.prior.drifting);
         let moves = self.prior.drift > 0.0;
-        let sources = pieces * nv + if moves { drifting } else { 0 };
+        let noisy = pieces * self.prior.commands;
+        let sources = pieces * nv + noisy + if moves { drifting } else { 0 };
         let mut fresh = DMatrix::zeros(self.latents, sources);
         let innovation = |sd: f64, correlation: f64| sd * (1.0 - correlation * correlation).sqrt();
         let correlation = self.prior.force_correlation;
@@ -92,11 +101,14 @@ impl Carry {
                 }
             }
         }
+        for at in 0..noisy {
+            fresh[(self.commands() + at, pieces * nv + at)] = 1.0;
+        }
         if moves {
             let size = innovation(self.prior.drift, self.prior.drift_correlation);
-            let first = self.tangents + pieces * nv + drifting;
+            let first = self.drifts() + drifting;
             for channel in 0..drifting {
-                fresh[(first + channel, pieces * nv + channel)] = size;
+                fresh[(first + channel, pieces * nv + noisy + channel)] = size;
             }
         }
         fresh

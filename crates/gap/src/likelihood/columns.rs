@@ -13,9 +13,11 @@ use crate::{
     likelihood::{
         changes::{Change, Kind, changes},
         coloured_noise,
+        command_forces::command_forces,
         directions::Direction,
         every_step,
         form_error::{self, Base, Beside},
+        layout::Layout,
         memories, slow_drift,
         step_changes::{Inputs, StateChanges, inputs, references, state_changes},
         symmetric,
@@ -29,43 +31,6 @@ use crate::{
         whitening,
     },
 };
-
-/// Sizes of a sweep.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Layout {
-    /// Degrees of freedom.
-    pub(crate) nv: usize,
-    /// Channels.
-    pub(crate) channels: usize,
-    /// Parameters: nuisance parameters, errors of form, the point's own, directions.
-    pub(crate) parameters: usize,
-    /// Pieces of a segment over which unmodelled forces are constant.
-    pub(crate) pieces: usize,
-    /// Channels that drift.
-    pub(crate) drifting: usize,
-}
-
-impl Layout {
-    /// First column of the start's tangent.
-    pub(crate) fn start(&self) -> usize {
-        1 + self.parameters
-    }
-
-    /// First column of the unmodelled forces: piece by piece, one a degree of freedom.
-    pub(crate) fn forces(&self) -> usize {
-        self.start() + 2 * self.nv
-    }
-
-    /// First column of the drifts: at the segment's start, then at the next one's.
-    pub(crate) fn drifts(&self) -> usize {
-        self.forces() + self.pieces * self.nv
-    }
-
-    /// Columns: residual, parameters, start, forces, drifts.
-    pub(crate) fn columns(&self) -> usize {
-        self.drifts() + 2 * self.drifting
-    }
-}
 
 /// Changes of one segment.
 #[derive(Clone, Debug)]
@@ -201,6 +166,9 @@ pub(crate) fn sweep(
     };
     base.prescribe(trial.prescribed.clone());
     let states = state_changes(problem, base.as_mut(), &rolled, (track, grid), force_scale);
+    let Ok(noises) = command_forces(problem, (track, &rolled), grid, force_scale) else {
+        return Ok(None);
+    };
     let references = references(base.as_mut(), &rolled);
     let defects = defects(base.as_ref(), track, &rolled);
     let about = (&nuisances_at[..], &entries[..]);
@@ -243,6 +211,7 @@ pub(crate) fn sweep(
         channels: problem.channels.len(),
         parameters: inputs.len(),
         pieces,
+        commands: noises.first().map_or(0, DMatrix::ncols),
         drifting: problem.drifting.len(),
     };
     let corrections = corrections(problem, &nuisances_at, &entries);
@@ -255,7 +224,7 @@ pub(crate) fn sweep(
                 &rolled,
                 at,
                 &layout,
-                &states[at],
+                (&states[at], &noises[at]),
                 defects.get(at),
                 (&changes, &beside),
                 &inputs,
@@ -331,7 +300,7 @@ fn assemble(
     rolled: &[Rolled],
     at: usize,
     layout: &Layout,
-    states: &StateChanges,
+    (states, noise): (&StateChanges, &DMatrix<f64>),
     defect: Option<&DVector<f64>>,
     (changes, beside): (&[Change], &Beside),
     inputs: &[Option<Inputs>],
@@ -353,7 +322,7 @@ fn assemble(
         state[(axis, layout.start() + axis)] = 1.0;
     }
     let blocks = of.boundaries.len() - 1;
-    // Columns of one boundary: those of the parameters, and of the forces of the piece that a block belongs to.
+    // Columns of one boundary: those of the parameters, and of forces and noise of the piece that a block belongs to.
     type Part = fn(&(DMatrix<f32>, DMatrix<f32>)) -> &DMatrix<f32>;
     let columns_at = |part: Part, forces: &[DMatrix<f64>], boundary: usize, block: usize| {
         let forces = &forces[boundary];
@@ -365,7 +334,11 @@ fn assemble(
                 }
             }
         }
-        let first = link.piece(grid, block) * nv;
+        let piece = link.piece(grid, block);
+        let first = piece * nv;
+        let noise_at = layout.commands() + piece * layout.commands;
+        all.columns_mut(noise_at, layout.commands)
+            .copy_from(&(forces * noise));
         let mut own = all.columns_mut(layout.forces() + first, nv);
         own.copy_from(forces);
         for (axis, mut column) in own.column_iter_mut().enumerate() {

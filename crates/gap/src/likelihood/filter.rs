@@ -245,9 +245,8 @@ pub(crate) fn smooth(
             before += &passed.before_across * &innovation;
         }
         smoothed.starts[at] = latents.rows(0, tangents).into_owned();
-        smoothed.forces[at] = latents
-            .rows(tangents, latents.len() - tangents - 2 * prior.drifting)
-            .into_owned();
+        let forces = prior.pieces(tangents, latents.len()) * (tangents / 2);
+        smoothed.forces[at] = latents.rows(tangents, forces).into_owned();
         later = Some(before);
     }
     Some(smoothed)
@@ -377,7 +376,7 @@ pub(super) fn predict(
     let drifting = prior.drifting;
     let state = tangents + nv + drifting;
     // Rows of the latents that go on as they are.
-    let last_force = latents - 2 * drifting - nv;
+    let last_force = tangents + (prior.pieces(tangents, latents) - 1) * nv;
     let kept = (last_force..last_force + nv).chain(latents - drifting..latents);
     let kept: Vec<usize> = kept.collect();
     let end = link.end.columns(head, latents);
@@ -415,13 +414,14 @@ mod tests {
 
     use crate::statistics::standard_normal;
 
-    /// Three segments of a system with one degree of freedom, one parameter, a drift and two pieces of force each: the filter gives
-    /// the marginal likelihood of all readings at once, and the smoother their joint mean.
+    /// Three segments of a system with one degree of freedom, one parameter, a drift and two pieces of force and of a noisy command
+    /// each: the filter gives the marginal likelihood of all readings at once, and the smoother their joint mean.
     #[test]
     fn it_agrees_with_all_readings_at_once() {
         let mut rng = ChaCha8Rng::seed_from_u64(2);
         let (rows, tangents, pieces) = (4, 2, 2);
-        let width = 2 + tangents + pieces + 2;
+        let latents_of = tangents + 2 * pieces + 2;
+        let width = 2 + latents_of;
         let mut random = |rows: usize, columns: usize, size: f64| {
             DMatrix::from_fn(rows, columns, |_, _| size * standard_normal(&mut rng))
         };
@@ -447,14 +447,16 @@ mod tests {
         let prior = Disturbances {
             force: 0.6,
             force_correlation: 0.8,
+            commands: 1,
             drifting: 1,
             drift: 0.7,
             drift_correlation: 0.6,
         };
         let z = DVector::from_vec(vec![0.3]);
-        // Sources: first start, the force before it, fresh forces, first drift, fresh drifts. Rows of every latent in them, and
-        // their means.
-        let first_drift = tangents + 1 + 3 * pieces;
+        // Sources: first start, the force before it, fresh forces, noise of the command, first drift, fresh drifts. Rows of every
+        // latent in them, and their means.
+        let first_noise = tangents + 1 + 3 * pieces;
+        let first_drift = first_noise + 3 * pieces;
         let sources = first_drift + 4;
         let mut start = DMatrix::<f64>::zeros(tangents, sources);
         start[(0, 0)] = arrival[0];
@@ -469,7 +471,7 @@ mod tests {
         let mut starts = Vec::new();
         for at in 0..3 {
             starts.push((start.clone(), mean.clone()));
-            let mut latents = DMatrix::<f64>::zeros(tangents + pieces + 2, sources);
+            let mut latents = DMatrix::<f64>::zeros(latents_of, sources);
             latents
                 .view_mut((0, 0), (tangents, sources))
                 .copy_from(&start);
@@ -479,10 +481,11 @@ mod tests {
                 latents
                     .view_mut((tangents + piece, 0), (1, sources))
                     .copy_from(&last);
+                latents[(tangents + pieces + piece, first_noise + at * pieces + piece)] = 1.0;
             }
             let mut put = |row: usize, drift: &DMatrix<f64>| {
                 latents
-                    .view_mut((tangents + pieces + row, 0), (1, sources))
+                    .view_mut((tangents + 2 * pieces + row, 0), (1, sources))
                     .copy_from(drift);
             };
             put(0, &drift);
@@ -490,7 +493,7 @@ mod tests {
             drift[(0, first_drift + 1 + at)] = prior.drift * 0.8;
             put(1, &drift);
             let of = &outputs[at];
-            let of_latents = of.columns(2, tangents + pieces + 2);
+            let of_latents = of.columns(2, latents_of);
             design
                 .view_mut((at * rows, 0), (rows, sources))
                 .copy_from(&(of_latents * &latents));
@@ -498,7 +501,7 @@ mod tests {
             residual.rows_mut(at * rows, rows).copy_from(&left);
             let end = &ends[at];
             mean = end.column(0) + end.column(1) * z[0] + end.columns(2, tangents) * &mean;
-            start = end.columns(2, tangents + pieces + 2) * &latents;
+            start = end.columns(2, latents_of) * &latents;
         }
         let covariance = DMatrix::identity(3 * rows, 3 * rows) + &design * design.transpose();
         let factor = covariance.cholesky().unwrap();
@@ -540,6 +543,7 @@ mod tests {
         let prior = Disturbances {
             force: 0.6,
             force_correlation: 0.8,
+            commands: 0,
             drifting: 0,
             drift: 0.0,
             drift_correlation: 0.0,

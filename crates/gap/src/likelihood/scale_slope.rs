@@ -145,6 +145,7 @@ mod tests {
         let prior = Disturbances {
             force: 2.0,
             force_correlation: 0.6,
+            commands: 0,
             drifting: 1,
             drift: 0.9,
             drift_correlation: 0.8,
@@ -198,6 +199,7 @@ mod tests {
         let prior = Disturbances {
             force: 0.8,
             force_correlation: 0.6,
+            commands: 0,
             drifting: 1,
             drift: 0.9,
             drift_correlation: 0.7,

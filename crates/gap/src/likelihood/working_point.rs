@@ -318,6 +318,7 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
         Disturbances {
             force: sizes.force,
             force_correlation: correlation(piece, options.force_time),
+            commands: self.problem.noisy_commands().count(),
             drifting: self.problem.drifting.len(),
             drift: if steady { 0.0 } else { sizes.slow_drift },
             drift_correlation: correlation(segment, options.slow_drift_time),
@@ -414,6 +415,18 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             last = Some(best.1);
         }
         Ok(true)
+    }
+
+    /// The largest log likelihood once starts and unmodelled forces follow the readings, all parameters as they are. `None` where
+    /// a track blows up.
+    pub(super) fn followed_likelihood(&mut self) -> Result<Option<f64>, GapError> {
+        if !self.follow()? {
+            return Ok(None);
+        }
+        let swept = self.sweep(None, Keep::Likelihood, None)?;
+        let logs = swept.iter().flat_map(|swept| &swept.levels);
+        let logs = logs.filter_map(|level| Some(level.given(&[])?.empty));
+        Ok(logs.reduce(f64::max))
     }
 
     /// Searches sets from now on where these are likely.

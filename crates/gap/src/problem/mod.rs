@@ -2,6 +2,7 @@
 
 pub(crate) mod candidates;
 pub(crate) mod channels;
+pub(crate) mod command_noise;
 pub(crate) mod outliers;
 pub(crate) mod point;
 pub(crate) mod prescribed;

@@ -46,6 +46,9 @@ pub struct Problem<'a> {
     /// Nuisance parameters in use: row of `PlantDescription::nuisances`, and standard deviation of the prior.
     pub(crate) nuisances: Vec<(usize, f64)>,
     pub(crate) settings: Settings,
+    /// Standard deviation of the white noise that each command was logged with, and that was taken off it; zero where a command
+    /// is taken to be exact.
+    pub(crate) command_noise: Vec<f64>,
     /// Largest command of every actuator in the trials.
     pub(crate) commands: Vec<f64>,
     pub(crate) remarks: Vec<String>,
@@ -82,6 +85,12 @@ impl Problem<'_> {
                     .any(|target| other.targets.contains(target))
         };
         !presupposed.is_empty() && !self.model.has_fluid && !set.iter().any(accompanies)
+    }
+
+    /// The commands that were logged with noise, and its standard deviations.
+    pub(crate) fn noisy_commands(&self) -> impl Iterator<Item = (usize, f64)> {
+        let all = self.command_noise.iter().copied().enumerate();
+        all.filter(|(_, sd)| *sd > 0.0)
     }
 
     /// Time constant of the slow error of a sensor that declares no noise, in a trial with rows of a period [s].

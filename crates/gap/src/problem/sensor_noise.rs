@@ -7,7 +7,7 @@ use crate::{
 };
 
 /// Sum of the squared coefficients of a third difference: 1, 3, 3, 1.
-const THIRD_DIFFERENCE: f64 = 20.0;
+pub(crate) const THIRD_DIFFERENCE: f64 = 20.0;
 
 /// A channel that may drift.
 #[derive(Clone, Copy, Debug)]
@@ -58,8 +58,8 @@ pub(crate) fn estimate(
             if channel.declared_noise.is_some() {
                 continue;
             }
-            let mut squares = Vec::new();
             let mut largest: f64 = 0.0;
+            let mut series = Vec::new();
             for trial in trials {
                 let readings: Vec<f64> = (0..trial.times.len())
                     .map(|row| {
@@ -75,16 +75,11 @@ pub(crate) fn estimate(
                     .collect();
                 largest = readings.iter().fold(largest, |m, value| m.max(value.abs()));
                 // Rows of a table are no series.
-                let rows = if trial.steady { &[] } else { &readings[..] };
-                squares.extend(rows.windows(4).map(|w| {
-                    let third = w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0];
-                    third * third
-                }));
+                if !trial.steady {
+                    series.push(readings);
+                }
             }
-            squares.sort_by(f64::total_cmp);
-            // The median of a squared normal is 0.455 of its mean; jumps do not move it.
-            let median = squares.get(squares.len() / 2).copied().unwrap_or(0.0);
-            let sd = (median / 0.455 / THIRD_DIFFERENCE).sqrt();
+            let sd = (third_differences(&series).unwrap_or(0.0) / THIRD_DIFFERENCE).sqrt();
             channel.noise = (sd.max(options.least_noise * largest.max(1e-3)))
                 .max(options.least_table_noise * spread[source.channel + component]);
             if !estimated.contains(&channel.sensor) {
@@ -93,6 +88,19 @@ pub(crate) fn estimate(
         }
     }
     estimated
+}
+
+/// Mean square of the third differences of some series, from their median, which jumps do not move; `None` where there is none.
+pub(crate) fn third_differences(series: &[Vec<f64>]) -> Option<f64> {
+    let mut squares: Vec<f64> = series
+        .iter()
+        .flat_map(|of| of.windows(4))
+        .map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2))
+        .filter(|square| square.is_finite())
+        .collect();
+    squares.sort_by(f64::total_cmp);
+    // The median of a squared normal is 0.455 of its mean.
+    squares.get(squares.len() / 2).map(|median| median / 0.455)
 }
 
 /// Standard deviation of every channel over the rows of tables of steady states; zero where there are none.

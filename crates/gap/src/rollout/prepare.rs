@@ -133,6 +133,7 @@ impl<'a> Problem<'a> {
             motions,
             channels,
             candidates,
+            command_noise: Vec::new(),
             commands: typical.command,
             settings,
             remarks,

@@ -181,6 +181,7 @@ fn distance(
         hulls: problem.hulls.clone(),
         nuisances: problem.nuisances.clone(),
         settings: problem.settings.clone(),
+        command_noise: Vec::new(),
         commands: problem.commands.clone(),
         remarks: Vec::new(),
     };

@@ -5,6 +5,7 @@ mod by_trial;
 pub(crate) mod fake;
 mod likelihood;
 mod motion;
+mod noisy_commands;
 mod own_effect;
 mod refusals;
 mod timing;
