@@ -16,10 +16,10 @@ from hydro_mujoco.recording.interrupts import held_back
 
 #: As on a terminal; a background job of a shell would ignore it.
 HEEDS = {"start_new_session": True, "preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)}
-FISH = ["--trials", "400", "--samples", "200", "--shard-size", "5"]
+FISH = ["--trials", "4000", "--samples", "200", "--shard-size", "5"]
 CALL = """
 import hydro_mujoco
-hydro_mujoco.record("fish.xml", "data", trials=400, samples=200, shard_size=5, workers={workers})
+hydro_mujoco.record("fish.xml", "data", trials=4000, samples=200, shard_size=5, workers={workers})
 """
 
 

@@ -2,9 +2,14 @@
 //!
 //! Logged torques are often measured. Simulated with their noise, a model does what the robot did not, and effects that
 //! smooth a command (a lag) take some of it away. The command is taken to be a random walk of its slope, with steps that are
-//! mostly small and now and then large (a Cauchy distribution's: torques jump where dry friction turns), and as smooth as its
-//! noise allows. Sources: E. T. Whittaker, Proc. Edinburgh Math. Soc. 41 (1923), for the smoother; K. L. Lange, R. J. A. Little
-//! and J. M. G. Taylor, J. Am. Stat. Assoc. 84 (1989), for the weights of steps.
+//! mostly small and now and then large (a Cauchy distribution's: torques jump where dry friction turns); how small,
+//! generalised cross-validation says.
+//!
+//! Sources: E. T. Whittaker, Proc. Edinburgh Math. Soc. 41 (1923), for the smoother; K. L. Lange, R. J. A. Little and
+//! J. M. G. Taylor, J. Am. Stat. Assoc. 84 (1989), for the weights of steps; P. Craven and G. Wahba, Numer. Math. 31 (1979).
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 
 use crate::{
     options::CandidateOptions,
@@ -12,6 +17,7 @@ use crate::{
         channels::MeasuredTrial,
         sensor_noise::{THIRD_DIFFERENCE, third_differences},
     },
+    statistics::standard_normal,
 };
 
 /// Ratios of the noise's variance to that of a step of the slope that are tried: powers of ten, halves of them.
@@ -47,7 +53,7 @@ pub(crate) fn smoothed(trials: &[MeasuredTrial], options: &CandidateOptions) -> 
             continue;
         }
         found.noise[command] = noise.sqrt();
-        let smooth = smoothest(&logged, noise);
+        let smooth = smooth(&logged, noise);
         for (data, smooth) in found.data.iter_mut().zip(&smooth) {
             for (row, value) in smooth.iter().enumerate() {
                 let into = &mut data[row * width + command];
@@ -69,47 +75,68 @@ fn spread(logged: &[Vec<f64>]) -> f64 {
     (all().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()
 }
 
-/// The smoothest series that leave no more than the noise, of a variance. From ratio to ratio each starts from the one before:
-/// a jump that was never smeared is kept.
-fn smoothest(logged: &[Vec<f64>], noise: f64) -> Vec<Vec<f64>> {
-    let mut kept = logged.to_vec();
+/// The smooth series that cross-validation likes best, `noise` the variance of theirs. From ratio to ratio each starts from
+/// the one before: a jump that was never smeared is kept.
+fn smooth(logged: &[Vec<f64>], noise: f64) -> Vec<Vec<f64>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let probes: Vec<Vec<f64>> = logged
+        .iter()
+        .map(|of| {
+            of.iter()
+                .map(|_| 1.0_f64.copysign(standard_normal(&mut rng)))
+                .collect()
+        })
+        .collect();
+    let mut at = logged.to_vec();
+    let mut best = (f64::INFINITY, logged.to_vec());
     for half in RATIOS {
         let ratio = 10.0_f64.powf(0.5 * f64::from(half));
-        let each = logged.iter().zip(&kept);
-        let next: Vec<Vec<f64>> = each
-            .map(|(of, before)| smoother(of, before.clone(), ratio, noise))
-            .collect();
-        let values = logged.iter().flatten().zip(next.iter().flatten());
-        let left = values.map(|(a, b)| (a - b).powi(2));
-        let (sum, count) = (left.filter(|of| of.is_finite()))
-            .fold((0.0, 0_usize), |(sum, count), of| (sum + of, count + 1));
-        if sum > noise * count as f64 {
-            break;
+        let (mut left, mut freedom, mut count) = (0.0, 0.0, 0_usize);
+        for ((of, at), probe) in logged.iter().zip(&mut at).zip(&probes) {
+            let Some(trace) = smoother(of, at, (ratio, noise), probe) else {
+                continue;
+            };
+            freedom += trace;
+            for (a, b) in of.iter().zip(at.iter()).filter(|(a, _)| a.is_finite()) {
+                left += (a - b).powi(2);
+                count += 1;
+            }
         }
-        kept = next;
+        let score = left / (1.0 - freedom / count.max(1) as f64).powi(2);
+        if score < best.0 {
+            best = (score, at.clone());
+        }
     }
-    kept
+    best.1
 }
 
-/// The likeliest series near another whose noise has a variance and whose slope's steps have one `ratio` times smaller; the
-/// other where so few values are there that nothing tells.
-fn smoother(logged: &[f64], mut smooth: Vec<f64>, ratio: f64, noise: f64) -> Vec<f64> {
+/// Brings a series to the likeliest near it whose noise has a variance and whose slope's steps have one `ratio` times smaller,
+/// and estimates the trace of the matrix that smooths from a random vector of ones and minus ones (M. F. Hutchinson, Commun.
+/// Stat. Simul. Comput. 19, 1990). `None`, and as it is, where so few values are there that nothing tells.
+fn smoother(
+    logged: &[f64],
+    smooth: &mut Vec<f64>,
+    (ratio, noise): (f64, f64),
+    probe: &[f64],
+) -> Option<f64> {
     if logged.iter().filter(|value| value.is_finite()).count() < 4 {
-        return smooth;
+        return None;
     }
+    let mut ratios = Vec::new();
     for _ in 0..WEIGHINGS {
         let steps = smooth.windows(3).map(|w| w[2] - 2.0 * w[1] + w[0]);
-        let ratios = steps.map(|step| match step.is_finite() {
+        let weighed = steps.map(|step| match step.is_finite() {
             true => ratio * 2.0 / (1.0 + step * step * ratio / noise),
             false => ratio,
         });
-        let ratios: Vec<f64> = ratios.collect();
-        match least_squares(logged, &ratios) {
-            Some(next) => smooth = next,
-            None => break,
-        }
+        ratios = weighed.collect();
+        *smooth = least_squares(logged, &ratios)?;
     }
-    smooth
+    let probe = logged.iter().zip(probe);
+    let probe: Vec<f64> = probe.map(|(of, probe)| of * 0.0 + probe).collect();
+    let answer = least_squares(&probe, &ratios)?;
+    let product = probe.iter().zip(answer).filter(|(a, _)| a.is_finite());
+    Some(product.map(|(a, b)| a * b).sum())
 }
 
 /// The series with the least sum of squared deviations and of second differences, each squared and times a ratio.
@@ -168,12 +195,8 @@ fn least_squares(logged: &[f64], ratios: &[f64]) -> Option<Vec<f64>> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use nalgebra::{DMatrix, DVector};
-    use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
-
     use super::*;
-    use crate::statistics::standard_normal;
+    use nalgebra::{DMatrix, DVector};
 
     /// The smoother solves the whole normal matrix; a missing value weighs nothing.
     #[test]
@@ -202,7 +225,9 @@ mod tests {
         let expected = normal.lu().solve(&known).unwrap();
         let found = least_squares(&logged, &ratios).unwrap();
         assert!((DVector::from_vec(found) - expected).norm() < 1e-12);
-        assert_eq!(smoother(&logged[..3], vec![7.0; 3], 1.0, 1.0), [7.0; 3]);
+        let (few, mut before) = (&logged[..3], vec![7.0; 3]);
+        assert!(smoother(few, &mut before, (1.0, 1.0), &[1.0; 3]).is_none());
+        assert_eq!(before, [7.0; 3]);
     }
 
     /// Of the noise of a slow sine less than a third is left; a jump of the command stays.
@@ -217,7 +242,7 @@ mod tests {
             .collect();
         let noise = third_differences(std::slice::from_ref(&noisy)).unwrap() / THIRD_DIFFERENCE;
         assert!((noise.sqrt() / 0.2 - 1.0).abs() < 0.1, "{noise}");
-        let smooth = smoothest(std::slice::from_ref(&noisy), noise);
+        let smooth = smooth(std::slice::from_ref(&noisy), noise);
         let errors = || smooth[0].iter().zip(&clean).map(|(a, b)| (a - b).abs());
         let left = (errors().map(|of| of * of).sum::<f64>() / 1500.0).sqrt();
         assert!(left < 0.06, "{left}");
