@@ -13,8 +13,10 @@ import mujoco
 import numpy as np
 
 from hydro_tools.hidden_cases import HiddenCaseError
+from hydro_tools.hidden_cases.case import Case, Spec
 from hydro_tools.hidden_cases.plant import Plant
 from hydro_tools.hidden_cases.systems.base import Schedule
+from hydro_tools.hidden_cases.systems.generic import Generic, Robot
 from hydro_tools.strangers import cases, mend
 from hydro_tools.strangers.robots import ROBOTS, system
 from hydro_tools.strangers.wheels import Wheels
@@ -88,11 +90,30 @@ class WheelFolder(unittest.TestCase):
 
 class Plan(unittest.TestCase):
     def test_a_robot_has_a_null_its_singles_and_a_pair(self):
-        specs = cases.plan("panda", ["joint_damping", "joint_friction", "payload"], 3, small=True)
+        specs = cases.plan("panda", ["joint_damping", "joint_friction", "payload"], 3, (10.0, 100.0), small=True)
         self.assertEqual([spec.kind for spec in specs], ["null", "single", "single", "single", "pair"])
-        self.assertEqual(specs, cases.plan("panda", ["joint_damping", "joint_friction", "payload"], 3, small=True))
-        other = cases.plan("fish", ["current"], 3, small=True)
+        self.assertEqual(specs, cases.plan("panda", ["joint_damping", "joint_friction", "payload"], 3, (10.0, 100.0), small=True))
+        other = cases.plan("fish", ["current"], 3, (10.0, 100.0), small=True)
         self.assertFalse({spec.case_id for spec in specs} & {spec.case_id for spec in other})
+
+
+class NoisyCommands(unittest.TestCase):
+    def test_noise_is_in_the_log_alone(self):
+        spec = mend.bare(mujoco.MjSpec.from_string(TWO_LINKS))
+        mend.encoders(spec, 1e-3, 1e-2)
+        xml, one = spec.to_xml(), np.ones(1)
+        logs = []
+        with tempfile.TemporaryDirectory() as folder:
+            for noise in (0.0, 0.25):
+                robot = Robot(
+                    "links", xml, "upper", np.zeros(2), 0 * one, one, 0.02, seconds=(4.0, 4.0), command_noise=noise
+                )
+                Case(Spec(0, 1, "null", "links", (), (), 1.0, True), Generic(robot)).make(Path(folder))
+                (trial,) = Path(folder).glob("cases/*/trials/trial_00.npz")
+                logs.append(dict(np.load(trial)))
+        noise = logs[1]["control_data"] - logs[0]["control_data"]
+        self.assertAlmostEqual(noise.std(), 0.25, delta=0.04)
+        np.testing.assert_array_equal(logs[1]["sensordata_data"], logs[0]["sensordata_data"])
 
 
 @unittest.skipUnless(WHEELS, "HYDRO_WHEELS names no folder of the wheels: pip download --no-deps, see gen_strangers.py")

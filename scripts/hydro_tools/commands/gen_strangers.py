@@ -44,7 +44,8 @@ def main() -> int:
         parser.error(str(error))
     specs = []
     for name, robot in robots.items():
-        for spec in plan(name, sorted(robot.singles(robot.model)), args.seed, small=args.quick):
+        effects = sorted(robot.singles(robot.model))
+        for spec in plan(name, effects, args.seed, robot.robot.strengths, small=args.quick):
             if not args.effect or set(args.effect) & set(spec.effects or ("none",)):
                 specs.append(spec)
     progress = Progress(len(specs), "cases")

@@ -418,6 +418,7 @@ class Case:
             "twin": self.twin.other if self.twin else None,
             "strength": {"projected": whole.projected, "raw": whole.raw, "asked": list(spec.target)},
             "noise": spec.noise,
+            "command_noise": self.system.command_noise,
             "recorder": asdict(self.recorder),
             "style": self.style,
             "modes": modes,
@@ -447,12 +448,13 @@ class Case:
             lead=self.lead,
         )
         state = self._initial_state(rng, record.qpos[trial, 0], record.qvel[trial, 0], record.act[trial, 0])
+        commands = record.commands[trial]
+        if self.system.command_noise:
+            commands = commands + rng.normal(0, self.system.command_noise, commands.shape)
         if as_csv:
-            trialfile.write_csv(stem.with_suffix(".csv"), self.nominal, times, record.commands[trial], labels, readings)
+            trialfile.write_csv(stem.with_suffix(".csv"), self.nominal, times, commands, labels, readings)
         else:
-            trialfile.write_npz(
-                stem.with_suffix(".npz"), self.nominal, times, record.commands[trial], labels, readings, state
-            )
+            trialfile.write_npz(stem.with_suffix(".npz"), self.nominal, times, commands, labels, readings, state)
 
     def _initial_state(
         self, rng: np.random.Generator, qpos: np.ndarray, qvel: np.ndarray, act: np.ndarray

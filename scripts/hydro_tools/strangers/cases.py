@@ -17,8 +17,8 @@ from .robots import ROBOTS
 PAIRS = (("joint_friction", "joint_damping"), ("joint_friction", "payload"), ("actuator_gain", "joint_damping"))
 
 
-def plan(name: str, effects: list[str], seed: int, *, small: bool) -> list[Spec]:
-    """A null, every effect alone, and one pair, of one robot; strengths from 10 to 100."""
+def plan(name: str, effects: list[str], seed: int, strengths: tuple[float, float], *, small: bool) -> list[Spec]:
+    """A null, every effect alone, and one pair, of one robot; the least and the most strength that is aimed at."""
     rng = np.random.default_rng([seed, list(ROBOTS).index(name)])
     hidden: list[tuple[str, ...]] = [(), *((effect,) for effect in effects)]
     hidden += [pair for pair in PAIRS if set(pair) <= set(effects)][:1]
@@ -30,7 +30,7 @@ def plan(name: str, effects: list[str], seed: int, *, small: bool) -> list[Spec]
             {0: "null", 1: "single", 2: "pair"}[len(kinds)],
             name,
             kinds,
-            tuple(float(np.exp(rng.uniform(np.log(10.0), np.log(100.0)))) for _ in kinds),
+            tuple(float(np.exp(rng.uniform(*np.log(strengths)))) for _ in kinds),
             1.0,
             small,
         )

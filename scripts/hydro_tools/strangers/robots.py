@@ -211,9 +211,65 @@ def hand(wheels: Wheels) -> Robot:
     )  # fmt: skip
 
 
+#: Joints of a UR5e: torque about the middle [N m], rotor inertia [kg m^2], noise of the torque's log [N m].
+_UR5E = {
+    "shoulder_pan_joint": (12.0, 0.1, 0.15),
+    "elbow_joint": (10.0, 0.1, 0.15),
+    "wrist_1_joint": (2.0, 0.02, 0.045),
+}
+
+
+def _one_joint(wheels: Wheels, name: str, joint: str) -> Robot:
+    """One joint of a UR5e of robosuite, driven by torque, the others welded; the torque is logged with noise.
+
+    The file has no rotor inertia; there is one here. Encoders of 17 bits, rows at 125 Hz, as that robot has them.
+    """
+    reach, rotor, noise = _UR5E[joint]
+    spec = mend.load(wheels.path("robosuite/models/assets/robots/ur5e/robot.xml"))
+    for actuator in list(spec.actuators):
+        if actuator.target != joint:
+            spec.delete(actuator)
+    mend.held(spec, *[j.name for j in spec.joints if j.name != joint])
+    spec.joint(joint).armature = rotor
+    base = spec.joint(joint).parent.name
+    mend.bare(spec)
+    spec.option.timestep, spec.option.integrator = 0.002, RK4
+    mend.encoders(spec, 2 * np.pi / 2**17, 2e-3)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[:] = 0.5
+    mujoco.mj_forward(model, data)
+    inertia = np.zeros((1, 1))
+    mujoco.mj_fullM(model, data, inertia)
+    pace = 4.0
+    return _finish(
+        spec, name, base, [0.5], middle=data.qfrc_bias, reach=reach, period=0.008, band=(0.15, 0.7), spread=0.05,
+        hold={0: (joint, inertia[0, 0] * pace**2, inertia[0, 0] * pace)}, command_noise=noise, strengths=(100, 3000),
+        seconds=(12.0, 12.0), effects=(*_JOINTS, "payload"),
+    )  # fmt: skip
+
+
+def ur5e_pan(wheels: Wheels) -> Robot:
+    """The first joint of a UR5e, about the vertical."""
+    return _one_joint(wheels, "ur5e_pan", "shoulder_pan_joint")
+
+
+def ur5e_elbow(wheels: Wheels) -> Robot:
+    """The elbow of a UR5e."""
+    return _one_joint(wheels, "ur5e_elbow", "elbow_joint")
+
+
+def ur5e_wrist(wheels: Wheels) -> Robot:
+    """The first wrist joint of a UR5e."""
+    return _one_joint(wheels, "ur5e_wrist", "wrist_1_joint")
+
+
 ROBOTS: dict[str, Callable[[Wheels], Robot]] = {
     maker.__name__: maker
-    for maker in (cartpole, acrobot, swimmer, fish, fish_dry, quadruped, dog, fetch, hand, panda, iiwa, sawyer)
+    for maker in (
+        cartpole, acrobot, swimmer, fish, fish_dry, quadruped, dog, fetch, hand, panda, iiwa, sawyer,
+        ur5e_pan, ur5e_elbow, ur5e_wrist,
+    )  # fmt: skip
 }
 
 

@@ -68,6 +68,8 @@ class System:
     most_nuisances: int | None = None
     #: Whether analogue sensors pass the recorder's filter.
     filtered = True
+    #: Standard deviation of the white noise that commands are logged with (the robot follows them without it).
+    command_noise = 0.0
     #: Class of a body by its name: uncertainties of bodies of one class are tied in the strength.
     tie: Callable[[str], str] | None = None
 

@@ -54,6 +54,8 @@ class Robot:
     part: int = 4
     runge_kutta: bool = True
     noise_declared: bool = True
+    command_noise: float = 0.0  # standard deviation of the white noise that commands are logged with
+    strengths: tuple[float, float] = (10.0, 100.0)  # least and most that are aimed at
 
 
 class Generic(System):
@@ -64,6 +66,7 @@ class Generic(System):
 
     def __init__(self, robot: Robot):
         self.robot, self.name, self.base, self.com = robot, robot.name, robot.base, robot.com
+        self.command_noise = robot.command_noise
         self.model = self.plain_model(robot.xml)
         self.most_nuisances = 90
         self.bodies = {self.model.body(b).name: b for b in range(1, self.model.nbody)}
