@@ -79,6 +79,7 @@ fn body() -> BodyScale {
 fn joint(slides: bool) -> JointScale {
     JointScale {
         inertia: 0.1,
+        armature: 0.0,
         damping: 0.0,
         torque: 2.0,
         speed: 1.0,

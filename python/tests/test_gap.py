@@ -86,11 +86,11 @@ def test_only_what_was_written_counts_as_named(tmp_path):
     entry = {"effect": "joint_damping", "target": "a", "probability": 0.99, "parameters": [value]}
     rival = entry | {"target": "b", "probability": 0.3}
     error = {"metric": "nrmse", "before": 1.0, "after": None, "reduction": None, "n_holdout_trials": 0}
-    verdict = {"named": ["joint_damping"], "effects": [entry, rival], "gap": error, "patch": None}
+    verdict = {"named": ["joint_damping"], "effects": [entry, rival], "gap": error, "doubts": ["far"], "patch": None}
     (tmp_path / "add.json").write_text(json.dumps({"effects": [entry]}))
     found = case(tmp_path, verdict)
     assert [(each.effect, each.target) for each in found.named] == [("joint_damping", "a")]
-    assert (found.patched, found.gap.ci95) == (None, None)
+    assert (found.patched, found.gap.ci95, found.doubts) == (None, None, ["far"])
     (tmp_path / "add.json").write_text("null")
     assert case(tmp_path, verdict | {"named": []}).named == []
 

@@ -144,6 +144,15 @@ class Patched(unittest.TestCase):
             with self.subTest(case["name"]):
                 self.same(case, run(model))
 
+    def test_armature(self):
+        for case in cases("joint_armature"):
+            model = load(case, "nominal")
+            model.dof_armature[model.joint(case["target"]).dofadr] += case["parameters"][0]
+            # The softness of dry friction goes by it.
+            mujoco.mj_setConst(model, mujoco.MjData(model))
+            with self.subTest(case["name"]):
+                self.same(case, run(model))
+
     def test_stiffness(self):
         for case in cases("joint_stiffness"):
             model = load(case, "nominal")

@@ -90,11 +90,17 @@ class WheelFolder(unittest.TestCase):
 
 class Plan(unittest.TestCase):
     def test_a_robot_has_a_null_its_singles_and_a_pair(self):
-        specs = cases.plan("panda", ["joint_damping", "joint_friction", "payload"], 3, (10.0, 100.0), small=True)
+        specs = cases.plan("panda", ["joint_damping", "joint_friction", "payload"], 3, small=True)
         self.assertEqual([spec.kind for spec in specs], ["null", "single", "single", "single", "pair"])
-        self.assertEqual(specs, cases.plan("panda", ["joint_damping", "joint_friction", "payload"], 3, (10.0, 100.0), small=True))
-        other = cases.plan("fish", ["current"], 3, (10.0, 100.0), small=True)
+        self.assertEqual(specs, cases.plan("panda", ["joint_damping", "joint_friction", "payload"], 3, small=True))
+        other = cases.plan("fish", ["current"], 3, small=True)
         self.assertFalse({spec.case_id for spec in specs} & {spec.case_id for spec in other})
+
+    def test_factors_are_drawn_where_no_strength_is_aimed_at(self):
+        specs = cases.plan("ur5e_pan", ["joint_damping", "joint_friction"], 3, (0.5, 5.0), small=True)
+        self.assertEqual([len(spec.factors) for spec in specs], [0, 1, 1, 2])
+        self.assertTrue(all(0.5 <= factor <= 5.0 for spec in specs for factor in spec.factors))
+        self.assertFalse(any(spec.target for spec in specs))
 
 
 class NoisyCommands(unittest.TestCase):

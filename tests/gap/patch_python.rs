@@ -58,6 +58,7 @@ fn names(_: &PlantDescription, effect: Id, _: &str) -> Vec<String> {
         Id::InflowThrustLoss => &["slope"],
         Id::JointFriction => &["coulomb", "stribeck", "stribeck_speed"],
         Id::JointDamping => &["damping"],
+        Id::JointArmature => &["armature"],
         Id::JointStiffness => &["stiffness", "reference"],
         Id::JointBacklash => &["play"],
         Id::NetBuoyancy => &["force", "moment_x", "moment_y", "moment_z"],
@@ -75,6 +76,7 @@ fn description() -> PlantDescription {
         dof: qpos - 1,
         start: 0.0,
         scale: JointScale {
+            armature: 0.0,
             damping: 0.0,
             inertia,
             torque: 1.0,
@@ -233,12 +235,14 @@ fn joints(cases: &mut Cases<'_>) {
         ] {
             let model = fish(top, joint, ACTUATORS[3]);
             cases.add(&model, Id::JointDamping, "hinge", &[0.2]);
+            cases.add(&model, Id::JointArmature, "hinge", &[0.03]);
             cases.add(&model, Id::JointStiffness, "hinge", &[0.4, 0.3]);
             cases.add(&model, Id::JointFriction, "hinge", &[0.05, 0.0, 0.1]);
             cases.add(&model, Id::JointBacklash, "hinge", &[0.1]);
         }
         let model = fish(top, "", ACTUATORS[3]);
         cases.add(&model, Id::JointDamping, "rail", &[2.0]);
+        cases.add(&model, Id::JointArmature, "rail", &[3.0]);
         cases.add(&model, Id::JointStiffness, "rail", &[20.0, 0.05]);
         cases.add(&model, Id::JointBacklash, "rail", &[0.01]);
         cases.add(&model, Id::JointFriction, "rail", &[1.0, 1.0, 0.1]);

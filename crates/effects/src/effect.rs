@@ -279,6 +279,16 @@ pub trait JointPart {
     /// `-d force / d velocity`, for the implicit step.
     fn damping(&self, p: &[f64], motion: &JointMotion, memory: &[f64]) -> f64;
 
+    /// True where it adds inertia: [`JointPart::inertia`] may then be something.
+    fn has_inertia(&self) -> bool {
+        false
+    }
+
+    /// Inertia [kg m^2 or kg] that the joint has more, applied implicitly.
+    fn inertia(&self, _p: &[f64]) -> f64 {
+        0.0
+    }
+
     /// Advances the memory over a step [s].
     fn advance(&self, _p: &[f64], _motion: &JointMotion, _step: f64, _memory: &mut [f64]) {}
 

@@ -51,6 +51,8 @@ class Case:
         verdict: the whole of verdict.json (`hydro-gap-verdict/1`, docs/gap.md).
         named: the effects that were added; empty unless `verdict["verdict"]` is "named".
         gap: error on held-out trials.
+        doubts: what speaks against the answer, a sentence each: numbers of the nominal that moved far, values at the end
+            of what is plausible.
         patched: MJCF of the nominal with what was added; None where held-out trials did not confirm anything.
         report: the page.
     """
@@ -59,6 +61,7 @@ class Case:
     verdict: dict[str, Any] = field(repr=False)
     named: list[NamedEffect]
     gap: Gap
+    doubts: list[str]
     patched: Path | None
     report: Path
 
@@ -75,6 +78,7 @@ def case(out: Path, verdict: dict[str, Any]) -> Case:
         verdict=verdict,
         named=named,
         gap=_gap(verdict["gap"]),
+        doubts=list(verdict.get("doubts", [])),
         patched=out / patch["model"] if patch else None,
         report=out / "report.html",
     )

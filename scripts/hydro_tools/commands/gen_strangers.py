@@ -45,7 +45,7 @@ def main() -> int:
     specs = []
     for name, robot in robots.items():
         effects = sorted(robot.singles(robot.model))
-        for spec in plan(name, effects, args.seed, robot.robot.strengths, small=args.quick):
+        for spec in plan(name, effects, args.seed, robot.robot.factors, small=args.quick):
             if not args.effect or set(args.effect) & set(spec.effects or ("none",)):
                 specs.append(spec)
     progress = Progress(len(specs), "cases")

@@ -35,7 +35,9 @@ LIKE = 3.0
 
 @dataclass(frozen=True)
 class Spec:
-    """The plan of a case. effects: kinds; target: projected strengths to aim at, one for each effect."""
+    """The plan of a case. effects: kinds; target: projected strengths to aim at, one for each effect, or `factors` on its
+    base parameters that are taken as they are.
+    """
 
     index: int
     seed: int
@@ -45,6 +47,7 @@ class Spec:
     target: tuple[float, ...]
     noise: float
     small: bool = False
+    factors: tuple[float, ...] = ()
 
     @property
     def case_id(self) -> str:
@@ -278,9 +281,9 @@ class Case:
     def make(self, out: Path) -> dict:
         """Write the case; returns its line of the manifest."""
         spec = self.spec
-        scales = [self.aim(effect, target) for effect, target in zip(self.effects, spec.target)]
+        scales = list(spec.factors) or [self.aim(effect, target) for effect, target in zip(self.effects, spec.target)]
         whole = self._whole(scales)
-        if len(scales) == 1 and not self.twin:
+        if len(scales) == 1 and not self.twin and not spec.factors:
             # The pilot saw a few trials only; one correction where it was far off.
             off = spec.target[0] / max(whole.projected, 1e-9)
             if not 0.5 < off < 2.0 and self.effects[0].least < scales[0] * off < self.effects[0].most:

@@ -17,25 +17,21 @@ from .robots import ROBOTS
 PAIRS = (("joint_friction", "joint_damping"), ("joint_friction", "payload"), ("actuator_gain", "joint_damping"))
 
 
-def plan(name: str, effects: list[str], seed: int, strengths: tuple[float, float], *, small: bool) -> list[Spec]:
-    """A null, every effect alone, and one pair, of one robot; the least and the most strength that is aimed at."""
+def plan(
+    name: str, effects: list[str], seed: int, factors: tuple[float, float] | None = None, *, small: bool
+) -> list[Spec]:
+    """A null, every effect alone, and one pair, of one robot; strengths from 10 to 100, or factors in the range given."""
     rng = np.random.default_rng([seed, list(ROBOTS).index(name)])
     hidden: list[tuple[str, ...]] = [(), *((effect,) for effect in effects)]
     hidden += [pair for pair in PAIRS if set(pair) <= set(effects)][:1]
     first = 1000 * list(ROBOTS).index(name)
-    return [
-        Spec(
-            first + i,
-            seed,
-            {0: "null", 1: "single", 2: "pair"}[len(kinds)],
-            name,
-            kinds,
-            tuple(float(np.exp(rng.uniform(*np.log(strengths)))) for _ in kinds),
-            1.0,
-            small,
-        )
-        for i, kinds in enumerate(hidden)
-    ]
+    specs = []
+    for i, kinds in enumerate(hidden):
+        drawn = tuple(float(np.exp(rng.uniform(*np.log(factors or (10.0, 100.0))))) for _ in kinds)
+        kind = {0: "null", 1: "single", 2: "pair"}[len(kinds)]
+        target, taken = ((), drawn) if factors else (drawn, ())
+        specs.append(Spec(first + i, seed, kind, name, kinds, target, 1.0, small, taken))
+    return specs
 
 
 def make(spec: Spec, system: Generic, out: Path) -> None:

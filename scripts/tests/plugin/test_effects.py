@@ -121,6 +121,19 @@ class Physics(unittest.TestCase):
                 self.assertGreater(min(speeds), -1e-4)
                 self.assertLess(abs(speeds[-1]), 1e-4)
 
+    def test_armature_is_that_of_mujoco(self):
+        for integrator in ("Euler", "implicit", "implicitfast", "RK4"):
+            with self.subTest(integrator):
+                ends = []
+                for armature, own in ((0.4, 0.0), (0.0, 0.4)):
+                    given = document(effect("joint_armature", "fin", armature=armature))
+                    model = load(given, gravity=-9.81, integrator=integrator)
+                    model.dof_armature[model.joint("fin").dofadr] += own
+                    data = start(model)
+                    steps(model, data, 300)
+                    ends.append(np.append(data.qpos, data.qvel))
+                np.testing.assert_allclose(ends[0], ends[1], rtol=1e-9, atol=1e-9)
+
     def test_forward_does_not_pile_up(self):
         model = load()
         data = start(model)
@@ -246,6 +259,7 @@ class Refusals(unittest.TestCase):
         self.refused("no effect `added_mas`", "added_mass", effects=document(effect("added_mas", "hull")))
         self.refused("`keel`", "hull, fin", effects=document(on_axes("linear_drag", "keel", [1.0] * 6)))
         self.refused("missing", "damping", effects=document(effect("joint_damping", "fin")))
+        self.refused("armature is -0.4 [kg m^2], expected 0 to", effects=document(effect("joint_armature", "fin", armature=-0.4)))
         self.refused("`speed`", effects=document(effect("joint_damping", "fin", damping=1.0, speed=2.0)))
         self.refused("effects.json", "HYDRO_PATH", effects="no/effects.json")
         self.refused("sensor", effects=document(effect("sensor_bias", "water", bias_0=1.0)))

@@ -102,6 +102,7 @@ fn example(kind: TargetKind) -> Target {
         }),
         TargetKind::Joint => Target::Joint(JointScale {
             inertia: 0.1,
+            armature: 0.0,
             damping: 0.0,
             torque: 5.0,
             speed: 1.0,

@@ -46,7 +46,7 @@ pub(super) fn ten_lines(record: &Record, out: &Path) -> String {
     line("explained", explained(verdict));
     line("values", values(record));
     line("error", error(record));
-    line("doubtful", record.named.remarks.join("; "));
+    line("doubtful", verdict.doubts.join("; "));
     line("next", verdict.next_experiment.clone().unwrap_or_default());
     let refused = verdict.refused_because.clone();
     let written = verdict.patch.as_ref().map_or_else(

@@ -618,7 +618,7 @@ fn the_terminal_has_ten_lines_at_most_and_is_not_steered_by_names() {
             panic!("no verdict");
         };
         record.verdict.next_experiment = Some("a\nb".into());
-        record.named.remarks = vec!["`m\u{1b}` is far".into(), "so is `n`".into()];
+        record.verdict.doubts = vec!["`m\u{1b}` is far".into(), "so is `n`".into()];
         let text = terminal::ten_lines(&record, &fake.out());
         assert!(text.contains("doubtful  `m ` is far; so is `n`"), "{text}");
         assert!(

@@ -216,6 +216,7 @@ pub(crate) fn joint(model: ModelView<'_>, joint: usize) -> JointScale {
     let largest = largest.fold(0.0, f64::max);
     JointScale {
         inertia: model.dof_M0()[dof],
+        armature: model.dof_armature()[dof],
         torque: if largest > 0.0 { largest } else { weight },
         damping: model.dof_damping()[dof]
             + drives

@@ -321,6 +321,7 @@ pub(super) fn record(sensors: usize, trials: usize) -> Record {
             gap,
             verified: true,
             contradicted: false,
+            doubts: Vec::new(),
             refused_because: None,
             patch: Some(Patch { model: "patched.xml".into(), sensors: sensor_patch, stand_ins: vec![] }),
         },

@@ -90,6 +90,8 @@ ids! {
     JointFriction = "joint_friction";
     /// Viscous damping of a joint.
     JointDamping = "joint_damping";
+    /// Rotor inertia of a joint.
+    JointArmature = "joint_armature";
     /// Spring of a joint.
     JointStiffness = "joint_stiffness";
     /// Backlash of a joint.

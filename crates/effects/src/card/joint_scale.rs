@@ -15,8 +15,10 @@ const SUDDEN: f64 = 100.0;
 /// Sizes of a joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointScale {
-    /// Inertia that the joint moves [kg m^2 or kg].
+    /// Inertia that the joint moves, its armature with it [kg m^2 or kg].
     pub inertia: f64,
+    /// Rotor inertia that it has [kg m^2 or kg].
+    pub armature: f64,
     /// Largest torque that gravity or the actuator puts on it [N m or N].
     pub torque: f64,
     /// Viscous damping that it has, its servo's with it [N m s/rad or N s/m].
@@ -39,6 +41,11 @@ impl JointScale {
         positive(self.speed, SLOW)
     }
 
+    /// Inertia that the joint moves [kg m^2 or kg].
+    pub(crate) fn typical_inertia(&self) -> f64 {
+        positive(self.inertia, 1.0)
+    }
+
     /// Typical excursion [rad or m].
     pub(crate) fn typical_travel(&self) -> f64 {
         positive(self.travel, SMALL)
@@ -55,6 +62,11 @@ impl JointScale {
     /// Upper bound of a force [N m or N]: a hundred times that of gravity or the actuator plus that of a sudden stop.
     pub(crate) fn greatest_force(&self) -> f64 {
         GENEROUS * positive(self.torque + self.inertia * SUDDEN, 1.0)
+    }
+
+    /// Unit of an inertia.
+    pub(crate) fn inertia_unit(&self) -> &'static str {
+        if self.slides { "kg" } else { "kg m^2" }
     }
 
     /// Unit of a force on the joint.

@@ -17,6 +17,7 @@ pub mod fin;
 pub mod free_surface;
 pub mod hydrostatics;
 pub mod inflow_thrust_loss;
+pub mod joint_armature;
 pub mod joint_backlash;
 pub mod joint_damping;
 pub mod joint_friction;
@@ -73,6 +74,7 @@ pub fn effect(id: Id) -> &'static dyn Effect {
         Id::InflowThrustLoss => &inflow_thrust_loss::InflowThrustLoss,
         Id::JointFriction => &joint_friction::JointFriction,
         Id::JointDamping => &joint_damping::JointDamping,
+        Id::JointArmature => &joint_armature::JointArmature,
         Id::JointStiffness => &joint_stiffness::JointStiffness,
         Id::JointBacklash => &joint_backlash::JointBacklash,
         Id::SensorBias => &sensor_bias::SensorBias,

@@ -110,6 +110,7 @@ fn targets_of_all_sizes(kind: TargetKind) -> Vec<Target> {
     let joint = |torque: f64| {
         Target::Joint(JointScale {
             inertia: torque,
+            armature: 0.0,
             torque,
             damping: 0.0,
             speed: 1.0,

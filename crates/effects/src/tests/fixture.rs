@@ -113,6 +113,7 @@ pub(crate) fn target(kind: TargetKind) -> Target {
         TargetKind::Body => Target::Body(body_scale(&still())),
         TargetKind::Joint => Target::Joint(JointScale {
             inertia: 0.1,
+            armature: 0.0,
             damping: 0.0,
             torque: 2.0,
             speed: 1.0,

@@ -59,7 +59,7 @@ fn size(wrench: &[f64; 6]) -> f64 {
 
 #[test]
 fn the_catalogue_is_complete_and_each_stands_under_its_own_name() {
-    assert_eq!(all().count(), 33);
+    assert_eq!(all().count(), 34);
     for &id in Id::ALL {
         assert_eq!(effect(id).card().id, id);
     }

@@ -91,8 +91,11 @@ impl Unmodelled {
         let step = problem.model.timestep;
         let nuisances = problem.nuisance_values(point);
         // Those that add inertia: of a joint with play a force would move the rotor alone.
-        let adds =
-            |of: &Entry| matches!(effect(of.effect).part(), Part::Body(of) if of.has_inertia());
+        let adds = |of: &Entry| match effect(of.effect).part() {
+            Part::Body(of) => of.has_inertia(),
+            Part::Joint(of) => of.has_inertia(),
+            _ => false,
+        };
         let entries: Vec<Entry> = problem.entries(point).into_iter().filter(adds).collect();
         let mut simulation = problem.plant.simulation(&nuisances, &entries)?;
         // Inertia from the response to a force.

@@ -6,7 +6,7 @@ use super::{
     mjcf::Mjcf,
     xml_edit::{Edits, attribute, number, numbers},
 };
-use crate::plant::backlash::armature;
+use crate::plant::backlash;
 
 /// Largest Stribeck excess, in parts of Coulomb's friction, that is written as MuJoCo's dry friction.
 const LITTLE_EXCESS: f64 = 0.1;
@@ -52,6 +52,14 @@ pub(super) fn damping<'d>(
     let mut edits = Edits::new(model.text);
     edits.set(joint, "damping", &numbers(&own));
     Some(edits.apply())
+}
+
+/// Rotor inertia [kg m^2 or kg] added to a joint's own.
+pub(super) fn armature<'d>(model: &'d Mjcf<'d>, joint: Node<'d, 'd>, more: f64) -> String {
+    let own = model.attribute_number(joint, "armature");
+    let mut edits = Edits::new(model.text);
+    edits.set(joint, "armature", &number(own + more));
+    edits.apply()
 }
 
 /// A term of a joint's `damping` or `stiffness` times a factor, or every one; `None` where the text gives none.
@@ -203,7 +211,12 @@ pub(super) fn backlash<'d>(
     say("range", &numbers(&[-half, half]));
     say(
         "armature",
-        &number(armature(inertia, rotor, place.damping, place.step)),
+        &number(backlash::armature(
+            inertia,
+            rotor,
+            place.damping,
+            place.step,
+        )),
     );
     // As stiff as the step allows: MuJoCo's usual stop gives way for 20 ms.
     say("solreflimit", &numbers(&[2.0 * place.step, 1.0]));
@@ -273,6 +286,16 @@ mod tests {
             "<joint damping=\"2.5 3\"/>"
         );
         assert_eq!(more("<joint springdamper=\"1 1\"/>"), None);
+    }
+
+    #[test]
+    fn armature_adds_to_that_of_the_class() {
+        let more = |joint| changed("", joint, |model, joint| Some(armature(model, joint, 0.25)));
+        assert_eq!(more("<joint/>").unwrap(), "<joint armature=\"0.25\"/>");
+        assert_eq!(
+            more("<joint armature=\"0.5\"/>").unwrap(),
+            "<joint armature=\"0.75\"/>"
+        );
     }
 
     #[test]

@@ -7,6 +7,7 @@
 //! | `actuator_lag` | `dyntype="filterexact" actearly="true"` |
 //! | `actuator_delay` | `delay`, `nsample`, `interp="linear"` |
 //! | `joint_damping` | `damping` |
+//! | `joint_armature` | `armature` |
 //! | `joint_stiffness` | `stiffness`, `springref` |
 //! | `joint_friction` | `frictionloss`, where the excess at low speed is small |
 //! | `joint_backlash` | an extra limited joint |

@@ -242,7 +242,7 @@ impl<'r> Writer<'r> {
     }
 
     /// Keeps the damping that the compiler would derive anew from the changed inertias.
-    fn keep_what_inertia_tunes(&mut self) -> Result<(), PatchError> {
+    pub(super) fn keep_what_inertia_tunes(&mut self) -> Result<(), PatchError> {
         let description = self.request.description;
         for known in &description.actuators {
             let model = self.model()?;

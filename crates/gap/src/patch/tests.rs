@@ -24,6 +24,7 @@ pub(super) fn names(_: &PlantDescription, effect: Id, _: &str) -> Vec<String> {
         Id::InflowThrustLoss => &["slope"],
         Id::JointFriction => &["coulomb", "stribeck", "stribeck_speed"],
         Id::JointDamping => &["damping"],
+        Id::JointArmature => &["armature"],
         Id::JointStiffness => &["stiffness", "reference"],
         Id::JointBacklash => &["play"],
         Id::NetBuoyancy => &["force", "moment_x", "moment_y", "moment_z"],
@@ -75,6 +76,7 @@ fn description() -> PlantDescription {
             start: 0.0,
             scale: JointScale {
                 inertia: 0.02,
+                armature: 0.0,
                 damping: 0.0,
                 torque: 1.0,
                 speed: 0.0,

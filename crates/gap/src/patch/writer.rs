@@ -160,6 +160,9 @@ impl<'a> Writer<'a> {
         if let Some((text, form)) = changed {
             self.text = text;
             self.forms[index] = Some(form.to_owned());
+            if matches!(entry.effect, Id::JointArmature | Id::Payload) {
+                self.keep_what_inertia_tunes()?;
+            }
         }
         self.remarks.extend(remark);
         Ok(())
@@ -224,6 +227,9 @@ impl<'a> Writer<'a> {
                 joint::damping(model, node, *damping)?,
                 "damping of the joint",
             ),
+            (Id::JointArmature, [more]) => {
+                (joint::armature(model, node, *more), "armature of the joint")
+            }
             (Id::JointStiffness, [stiffness, reference]) => (
                 joint::stiffness(model, node, *stiffness, *reference)?,
                 "spring of the joint",

@@ -116,6 +116,7 @@ mod tests {
                 start,
                 scale: JointScale {
                     inertia: 1.0,
+                    armature: 0.0,
                     damping: 0.0,
                     torque: 1.0,
                     speed: 0.0,

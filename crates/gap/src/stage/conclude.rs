@@ -75,6 +75,7 @@ pub fn conclude(
         gap: verified.map_or(nothing, |verified| verified.gap.clone()),
         verified: accepted,
         contradicted,
+        doubts: named.remarks.clone(),
         refused_because,
         patch: written.filter(|_| accepted).and_then(|added| {
             Some(Patch {

@@ -114,6 +114,7 @@ fn run(effects: &[Entry]) -> Named {
     let verdict = conclude(&found, &naming.named, added.as_ref(), Some(&verified));
     assert!(verdict.named.is_empty() && !verdict.verified);
     assert_eq!(verdict.verdict, naming.named.outcome);
+    assert_eq!(verdict.doubts, naming.named.remarks);
     // What held-out trials contradict is no name.
     let contradicted = Verified {
         contradicted: true,

@@ -26,6 +26,7 @@ IDS = (
     "inflow_thrust_loss",
     "joint_friction",
     "joint_damping",
+    "joint_armature",
     "joint_stiffness",
     "joint_backlash",
     "sensor_bias",

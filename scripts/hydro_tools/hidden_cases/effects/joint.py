@@ -64,3 +64,16 @@ class JointStiffness(_Joint):
         torque = self.scale[:, 0] * self.value("stiffness") * d * (1 + 0.15 * d * d)
         self.note(("stiffness",), d[:, None], torque[:, None])
         plant.qfrc[:, self.dof] -= torque
+
+
+class JointArmature(_Joint):
+    """Inertia of a rotor through its gear, in the engine itself."""
+
+    kind = "joint_armature"
+
+    def __init__(self, target, dof, at, armature: float):
+        super().__init__(target, dof, at, {"armature": (armature, "kg m^2")})
+
+    def begin(self, plant):
+        armature = plant.batch.expand("dof_armature").reshape(plant.members, -1)
+        armature[:, self.dof] += self.scale[:, 0] * self.value("armature")

@@ -55,7 +55,9 @@ class Robot:
     runge_kutta: bool = True
     noise_declared: bool = True
     command_noise: float = 0.0  # standard deviation of the white noise that commands are logged with
-    strengths: tuple[float, float] = (10.0, 100.0)  # least and most that are aimed at
+    #: Least and most factor on the base parameters of an effect, where no strength is aimed at: what disturbs the cases
+    #: most is then another thing than the sensors' noise.
+    factors: tuple[float, float] | None = None
 
 
 class Generic(System):
@@ -185,6 +187,7 @@ class Generic(System):
             pace = 2 * np.pi * np.sqrt(self.robot.band[0] * self.robot.band[1])
             self._sizes = {
                 "force": inertia.diagonal() * rms(qacc),
+                "moved": inertia.diagonal().copy(),
                 "speed": rms(qvel),
                 "travel": qpos.std(0) + 1e-9,
                 "middle": qpos.mean(0),
@@ -220,7 +223,7 @@ class Generic(System):
         if not joints:
             return {}
 
-        def one(rng):
+        def one(rng, joints=joints):
             j = joints[int(rng.integers(len(joints)))]
             dof = int(model.jnt_dofadr[j])
             return model.joint(j).name, dof, int(model.jnt_qposadr[j]), model.jnt_type[j] == SLIDE
@@ -232,7 +235,7 @@ class Generic(System):
                 }
             return effect
 
-        line = {"N m": "N", "N m s/rad": "N s/m", "N m/rad": "N/m", "rad": "m"}
+        line = {"N m": "N", "N m s/rad": "N s/m", "N m/rad": "N/m", "rad": "m", "kg m^2": "kg"}
 
         def friction(rng):
             name, dof, at, slide = one(rng)
@@ -254,12 +257,20 @@ class Generic(System):
             )
 
         out = {"joint_friction": friction, "joint_damping": damping, "joint_stiffness": stiffness}
-        servos = [
+        drives = [
             (i, int(model.actuator_trnid[i, 0]))
             for i in range(model.nu)
-            if model.actuator_trntype[i] == mujoco.mjtTrn.mjTRN_JOINT and model.actuator_biasprm[i, 1] != 0
+            if model.actuator_trntype[i] == mujoco.mjtTrn.mjTRN_JOINT
         ]
-        servos = [(i, j) for i, j in servos if j in joints]
+        drives = [(i, j) for i, j in drives if j in joints]
+        if drives:
+
+            def armature(rng):
+                name, dof, at, slide = one(rng, [j for _, j in drives])
+                return renamed(joint.JointArmature(name, dof, at, 0.1 * size["moved"][dof]), slide, line)
+
+            out["joint_armature"] = armature
+        servos = [(i, j) for i, j in drives if model.actuator_biasprm[i, 1] != 0]
         if servos:
 
             def backlash(rng):

@@ -43,6 +43,7 @@ fn joint(dof: usize, slides: bool) -> PlantJoint {
         start: 0.0,
         scale: JointScale {
             inertia: 1.0,
+            armature: 0.0,
             damping: 0.0,
             torque: 1.0,
             speed: 0.0,
