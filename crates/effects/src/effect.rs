@@ -194,6 +194,17 @@ pub enum Part<'a> {
     Sensor(&'a dyn SensorPart),
 }
 
+impl Part<'_> {
+    /// True where it adds inertia.
+    pub fn adds_inertia(&self) -> bool {
+        match self {
+            Self::Body(part) => part.has_inertia(),
+            Self::Joint(part) => part.has_inertia(),
+            Self::Water(_) | Self::Actuator(_) | Self::Sensor(_) => false,
+        }
+    }
+}
+
 /// A wrench on a body. `p` are the parameters in the order of [`Effect::parameters`].
 pub trait BodyPart {
     /// Length of its memory, which is kept in plugin state.

@@ -225,8 +225,9 @@ options! {
         named: f64 = 0.9,
         /// Part of the excess that a set explains at least, or the gap is unknown.
         explained: f64 = 0.5,
-        /// Part of a parameter's range beside its bounds in which it is at the edge of what is plausible: its set is not named.
-        edge: f64 = 0.02,
+        /// Part of the way from nothing to a parameter's bound, beside the bound, in which a value is at the edge of what is
+        /// plausible: its set is not named.
+        edge: f64 = 0.04,
         /// Shift of a number of the nominal from which the reader is warned [prior standard deviations].
         far: f64 = 3.0,
         /// Probability above which an effect that is not named is one of those that it could be.

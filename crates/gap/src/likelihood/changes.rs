@@ -69,10 +69,10 @@ pub(crate) fn changes(
     let measures = |candidate: usize| matches!(part(candidate), Part::Sensor(_));
     let commands = |candidate: usize| matches!(part(candidate), Part::Actuator(_));
     let plays = |candidate: usize| problem.candidates[candidate].effect == Id::JointBacklash;
-    // Also an effect of the user's own that reads commands.
+    // What acts through accelerations follows the commands too; so does an effect of the user's own that reads them.
     let follows = |candidate: usize| {
         let reads = effect(problem.candidates[candidate].effect).commands();
-        commands(candidate) || !reads.is_empty()
+        commands(candidate) || part(candidate).adds_inertia() || !reads.is_empty()
     };
     let mut changes = Vec::new();
     for (at, (nuisance, sd)) in problem.nuisances.iter().enumerate() {
@@ -97,7 +97,14 @@ pub(crate) fn changes(
             } else {
                 Kind::Loaded
             },
-            fine: matches!(quantity, Quantity::CommandLead | Quantity::Gain),
+            fine: matches!(
+                quantity,
+                Quantity::CommandLead
+                    | Quantity::Gain
+                    | Quantity::Mass
+                    | Quantity::Inertia(_)
+                    | Quantity::CentreOfMass(_)
+            ),
             every_step: false,
             remembers_as: None,
         });

@@ -5,7 +5,7 @@
 //! need half of it, and long trials, of thousands of pieces of unmodelled force, would move masses, gains and drags together
 //! until little of it was needed.
 
-use hydro_effects::{Entry, Part, effect};
+use hydro_effects::{Entry, effect};
 use nalgebra::DVector;
 
 use crate::{
@@ -91,11 +91,7 @@ impl Unmodelled {
         let step = problem.model.timestep;
         let nuisances = problem.nuisance_values(point);
         // Those that add inertia: of a joint with play a force would move the rotor alone.
-        let adds = |of: &Entry| match effect(of.effect).part() {
-            Part::Body(of) => of.has_inertia(),
-            Part::Joint(of) => of.has_inertia(),
-            _ => false,
-        };
+        let adds = |of: &Entry| effect(of.effect).part().adds_inertia();
         let entries: Vec<Entry> = problem.entries(point).into_iter().filter(adds).collect();
         let mut simulation = problem.plant.simulation(&nuisances, &entries)?;
         // Inertia from the response to a force.

@@ -15,11 +15,10 @@ pub(crate) fn values_at_an_edge(explanation: &Explanation<'_>, set: usize) -> Op
         let candidate = &explanation.problem.candidates[*candidate];
         let parameters = candidate.parameters.iter().zip(values);
         parameters.filter_map(move |(p, value)| {
-            let within = edge * (p.upper - p.lower);
             let ends = [p.lower, p.upper].into_iter();
-            let mut ends = ends.filter(|end| *end != p.null && *end != 0.0);
+            let mut ends = ends.filter(|end| end.is_finite() && *end != p.null && *end != 0.0);
             let is_at =
-                !p.shapes && within.is_finite() && ends.any(|end| (value - end).abs() <= within);
+                !p.shapes && ends.any(|end| (value - end).abs() <= edge * (end - p.null).abs());
             let unit = match p.unit {
                 "1" => String::new(),
                 unit => format!(" {unit}"),
@@ -51,7 +50,7 @@ pub(crate) fn values_at_an_edge(explanation: &Explanation<'_>, set: usize) -> Op
 pub(crate) fn numbers_at_an_edge(explanation: &Explanation<'_>, set: usize) -> Option<String> {
     let options = &explanation.problem.settings.options;
     let most = options.likelihood.largest_shift;
-    let told = shifted(explanation, set, most - 2.0 * options.name.edge * most)?;
+    let told = shifted(explanation, set, most - options.name.edge * most)?;
     Some(format!(
         "the likeliest explanation is not named, for numbers of the nominal are moved as far as they may be, in standard deviations: \
          {told}; they are less well known than was said (--uncertainty), or it stands for something else"
