@@ -166,12 +166,12 @@ pub(crate) fn sweep(
     };
     base.prescribe(trial.prescribed.clone());
     let states = state_changes(problem, base.as_mut(), &rolled, (track, grid), force_scale);
-    let Ok(noises) = command_forces(problem, (track, &rolled), grid, force_scale) else {
-        return Ok(None);
-    };
     let references = references(base.as_mut(), &rolled);
     let defects = defects(base.as_ref(), track, &rolled);
     let about = (&nuisances_at[..], &entries[..]);
+    let Ok(noises) = command_forces(problem, (track, &rolled), grid, force_scale, about) else {
+        return Ok(None);
+    };
     let memories = memories::of_changes(problem, (track, &rolled), grid, &changes, about)?;
     let inputs: Vec<Option<Inputs>> = changes
         .par_iter()

@@ -3,25 +3,28 @@
 //! Averaged over a piece of a segment, white noise of the rows is white from piece to piece; what it does within a piece, the
 //! smoothed commands leave out (`problem/command_noise.rs`).
 
+use hydro_effects::Entry;
 use nalgebra::{DMatrix, DVector};
 
 use crate::{
     likelihood::track::{Boundary, Grid, Link, Rolled, Track},
     plant::{PlantError, Simulation},
     problem::problem::Problem,
+    rollout::shooting::remembers,
 };
 
 /// Generalised forces along every segment of a track that one standard deviation of each noisy command makes over a piece, in
-/// the scales of the unmodelled forces [nv, noisy commands]. They are those of the nominal: of a command that a lag holds back
-/// a step tells little.
+/// the scales of the unmodelled forces [nv, noisy commands]. They are those of a point `about` which is linearised, numbers of
+/// the nominal and effects, without effects that remember: of a command that a lag holds back a step tells little.
 ///
 /// # Errors
-/// The plant refuses the nominal.
+/// The plant refuses the point.
 pub(crate) fn command_forces(
     problem: &Problem<'_>,
     (track, rolled): (&Track, &[Rolled]),
     grid: Grid,
     force_scale: &DVector<f64>,
+    about: (&[f64], &[Entry]),
 ) -> Result<Vec<DMatrix<f64>>, PlantError> {
     let noisy: Vec<(usize, f64)> = problem.noisy_commands().collect();
     let trial = &problem.trials[track.trial];
@@ -32,13 +35,14 @@ pub(crate) fn command_forces(
             rolled.len()
         ]);
     }
-    let nominal = vec![0.0; problem.model.nuisances.len()];
-    let mut simulation = problem.plant.simulation(&nominal, &[])?;
+    let step = problem.model.timestep;
+    let mut entries = about.1.to_vec();
+    entries.retain(|entry| !remembers(std::slice::from_ref(entry), step));
+    let mut simulation = problem.plant.simulation(about.0, &entries)?;
     simulation.prescribe(trial.prescribed.clone());
     let axes: Vec<usize> = (0..problem.model.nv)
         .filter(|axis| !trial.imposes(*axis))
         .collect();
-    let step = problem.model.timestep;
     // Of rows closer than a step every step meets one.
     let row = trial
         .control
