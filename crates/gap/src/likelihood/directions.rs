@@ -7,8 +7,9 @@ use crate::problem::{candidates::FREQUENCY, problem::Problem};
 
 /// Step of a difference quotient, in standard deviations of the prior.
 pub(crate) const STEP: f64 = 0.01;
-/// The phase of an oscillation. Two amplitudes a quarter turn apart represent any phase, so they count as one choice.
-pub(crate) const PHASE: &str = "phase";
+/// The phase of an oscillation, and the rest of a spring.
+const PHASE: &str = "phase";
+const REST: &str = "reference";
 
 /// A direction of the screen: one parameter of one candidate, with the others at `base`.
 #[derive(Clone, Debug)]
@@ -19,6 +20,12 @@ pub(crate) struct Direction {
     pub(crate) base: Vec<f64>,
     /// Step in the parameter's unit.
     pub(crate) step: f64,
+}
+
+/// True for a parameter of which two values represent any: amplitudes a quarter turn apart add up to one of any phase, springs
+/// with rests apart to one that rests between them. Their directions are one choice.
+pub(crate) fn adds_up(parameter: &Parameter) -> bool {
+    [PHASE, REST].contains(&parameter.name.as_str())
 }
 
 impl Problem<'_> {
@@ -58,6 +65,10 @@ impl Problem<'_> {
         }
         // Several may have met at one bound.
         bases.dedup();
+        // Springs at the places add up to one at the usual rest.
+        if bases.len() > 1 && of.parameters.iter().any(|p| p.name == REST) {
+            bases.remove(0);
+        }
         if let Some(at) = of.parameters.iter().position(|p| p.name == PHASE) {
             bases = bases
                 .into_iter()
@@ -105,11 +116,25 @@ pub(crate) fn values(
         || problem.candidates[candidate].null(),
         |(direction, _)| direction.base.clone(),
     );
+    let value = |direction: &Direction, z: f64| {
+        let p = &parameters[direction.parameter];
+        (direction.base[direction.parameter] + z * p.prior_sd).clamp(p.lower, p.upper)
+    };
+    if let Some(rest) = parameters.iter().position(|p| p.name == REST) {
+        let springs = found.iter().map(|(of, z)| (value(of, *z), of.base[rest]));
+        let (whole, moment) = springs.fold((0.0, 0.0), |sum, (stiffness, rest)| {
+            (sum.0 + stiffness, sum.1 + stiffness * rest)
+        });
+        if let (Some((first, _)), true) = (found.first(), whole > 0.0) {
+            let p = &parameters[first.parameter];
+            values[first.parameter] = whole.min(p.upper);
+            values[rest] = moment / whole;
+        }
+        return values;
+    }
     let Some(phase) = parameters.iter().position(|p| p.name == PHASE) else {
         for (direction, z) in found {
-            let p = &parameters[direction.parameter];
-            let value = direction.base[direction.parameter] + z * p.prior_sd;
-            values[direction.parameter] = value.clamp(p.lower, p.upper);
+            values[direction.parameter] = value(direction, *z);
         }
         return values;
     };

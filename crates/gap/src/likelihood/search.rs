@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::{
     likelihood::{
         by_trial::Own,
-        directions::{Direction, PHASE},
+        directions::{self, Direction},
         found::{Found, Member, likeliest},
         level::{Given, Level},
         quadratic::Quadratic,
@@ -79,7 +79,7 @@ impl<'p> Choices<'p> {
             let same = |other: &Direction| {
                 let both = other.base.iter().zip(&direction.base).zip(parameters);
                 both.into_iter()
-                    .all(|((a, b), p)| a == b || p.name == PHASE)
+                    .all(|((a, b), p)| a == b || directions::adds_up(p))
             };
             let choices = of.entry(direction.candidate).or_default();
             match choices
