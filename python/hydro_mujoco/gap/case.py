@@ -51,8 +51,8 @@ class Case:
         verdict: the whole of verdict.json (`hydro-gap-verdict/1`, docs/gap.md).
         named: the effects that were added; empty unless `verdict["verdict"]` is "named".
         gap: error on held-out trials.
-        doubts: what speaks against the answer, a sentence each: numbers of the nominal that moved far, values at the end
-            of what is plausible.
+        doubts: what speaks against the answer: numbers of the nominal that moved far, values at the end of what is
+            plausible.
         patched: MJCF of the nominal with what was added; None where held-out trials did not confirm anything.
         report: the page.
     """

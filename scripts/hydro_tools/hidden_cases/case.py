@@ -35,8 +35,8 @@ LIKE = 3.0
 
 @dataclass(frozen=True)
 class Spec:
-    """The plan of a case. effects: kinds; target: projected strengths to aim at, one for each effect, or `factors` on its
-    base parameters that are taken as they are.
+    """The plan of a case. effects: kinds; target: projected strengths to aim at, one for each effect, or `factors` on
+    its base parameters that are taken as they are.
     """
 
     index: int

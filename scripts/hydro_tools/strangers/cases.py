@@ -20,7 +20,7 @@ PAIRS = (("joint_friction", "joint_damping"), ("joint_friction", "payload"), ("a
 def plan(
     name: str, effects: list[str], seed: int, factors: tuple[float, float] | None = None, *, small: bool
 ) -> list[Spec]:
-    """A null, every effect alone, and one pair, of one robot; strengths from 10 to 100, or factors in the range given."""
+    """A null, every effect alone, and one pair, of one robot; strengths from 10 to 100, or factors where given."""
     rng = np.random.default_rng([seed, list(ROBOTS).index(name)])
     hidden: list[tuple[str, ...]] = [(), *((effect,) for effect in effects)]
     hidden += [pair for pair in PAIRS if set(pair) <= set(effects)][:1]

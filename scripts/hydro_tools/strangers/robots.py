@@ -222,9 +222,9 @@ _UR5E = {
 def _one_joint(wheels: Wheels, name: str, joint: str) -> Robot:
     """One joint of a UR5e of robosuite, driven by torque, the others welded; the torque is logged with noise.
 
-    The file has no rotor inertia; there is one here. Its dry friction of 0.01 N m is left away: MuJoCo's constraint differs
-    with the step. Encoders of 17 bits, rows at 125 Hz, as that robot has them. The torque's noise, not the encoders', is
-    what hides an effect: friction and damping are 5 to 50 % of the inertial torque.
+    The file has no rotor inertia; there is one here. Its dry friction of 0.01 N m is left away: MuJoCo's constraint
+    differs with the step. Encoders of 17 bits, rows at 125 Hz, as that robot has them. The torque's noise, not the
+    encoders', is what hides an effect: friction and damping are 5 to 50 % of the inertial torque.
     """
     reach, rotor, noise = _UR5E[joint]
     spec = mend.load(wheels.path("robosuite/models/assets/robots/ur5e/robot.xml"))
@@ -269,8 +269,21 @@ def ur5e_wrist(wheels: Wheels) -> Robot:
 ROBOTS: dict[str, Callable[[Wheels], Robot]] = {
     maker.__name__: maker
     for maker in (
-        cartpole, acrobot, swimmer, fish, fish_dry, quadruped, dog, fetch, hand, panda, iiwa, sawyer,
-        ur5e_pan, ur5e_elbow, ur5e_wrist,
+        cartpole,
+        acrobot,
+        swimmer,
+        fish,
+        fish_dry,
+        quadruped,
+        dog,
+        fetch,
+        hand,
+        panda,
+        iiwa,
+        sawyer,
+        ur5e_pan,
+        ur5e_elbow,
+        ur5e_wrist,
     )  # fmt: skip
 }
 

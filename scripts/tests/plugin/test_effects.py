@@ -259,7 +259,9 @@ class Refusals(unittest.TestCase):
         self.refused("no effect `added_mas`", "added_mass", effects=document(effect("added_mas", "hull")))
         self.refused("`keel`", "hull, fin", effects=document(on_axes("linear_drag", "keel", [1.0] * 6)))
         self.refused("missing", "damping", effects=document(effect("joint_damping", "fin")))
-        self.refused("armature is -0.4 [kg m^2], expected 0 to", effects=document(effect("joint_armature", "fin", armature=-0.4)))
+        self.refused(
+            "armature is -0.4 [kg m^2], expected 0 to", effects=document(effect("joint_armature", "fin", armature=-0.4))
+        )
         self.refused("`speed`", effects=document(effect("joint_damping", "fin", damping=1.0, speed=2.0)))
         self.refused("effects.json", "HYDRO_PATH", effects="no/effects.json")
         self.refused("sensor", effects=document(effect("sensor_bias", "water", bias_0=1.0)))

@@ -6,7 +6,7 @@ use crate::{
 };
 
 /// Prior, in inertias that the joint moves: that of a payload, from which a cart cannot tell it.
-const TYPICAL: f64 = 0.1;
+const TYPICAL: f64 = 0.2;
 /// Bound, in inertias that the joint moves: through a gear of 100 a rotor weighs more than a light link.
 const GREATEST: f64 = 100.0;
 /// Part of what the joint has that a fit may take away.

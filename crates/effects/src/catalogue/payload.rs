@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// Prior, in masses of the body.
-const TYPICAL: f64 = 0.1;
+const TYPICAL: f64 = 0.2;
 /// Bound, in masses of the body.
 const GREATEST: f64 = 5.0;
 /// First value of a fit, in masses of the body: at a mass of zero the position has no influence.

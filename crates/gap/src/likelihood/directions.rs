@@ -122,13 +122,10 @@ pub(crate) fn values(
     };
     if let Some(rest) = parameters.iter().position(|p| p.name == REST) {
         let springs = found.iter().map(|(of, z)| (value(of, *z), of.base[rest]));
-        let (whole, moment) = springs.fold((0.0, 0.0), |sum, (stiffness, rest)| {
-            (sum.0 + stiffness, sum.1 + stiffness * rest)
-        });
-        if let (Some((first, _)), true) = (found.first(), whole > 0.0) {
+        if let (Some((first, _)), Some(one)) = (found.first(), one_spring(springs)) {
             let p = &parameters[first.parameter];
-            values[first.parameter] = whole.min(p.upper);
-            values[rest] = moment / whole;
+            values[first.parameter] = one.0.min(p.upper);
+            values[rest] = one.1;
         }
         return values;
     }
@@ -163,7 +160,31 @@ pub(crate) fn values(
     values
 }
 
+/// Stiffness and rest of the spring that several, each of a stiffness and a rest, are together; `None` of none that pulls.
+fn one_spring(springs: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
+    let (stiffness, moment) = springs.fold((0.0, 0.0), |sum, (stiffness, rest)| {
+        (sum.0 + stiffness, sum.1 + stiffness * rest)
+    });
+    (stiffness > 0.0).then(|| (stiffness, moment / stiffness))
+}
+
 /// A step that does not leave the bounds.
 pub(crate) fn inward(value: f64, step: f64, upper: f64) -> f64 {
     if value + step > upper { -step } else { step }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn springs_together_pull_as_one() {
+        let springs = [(2.0, -0.4), (0.5, 1.0), (0.0, 7.0)];
+        let (stiffness, rest) = one_spring(springs.into_iter()).expect("they pull");
+        for position in [-1.0, 0.2, 3.0] {
+            let all: f64 = springs.iter().map(|(k, at)| k * (position - at)).sum();
+            assert!((stiffness * (position - rest) - all).abs() < 1e-12);
+        }
+        assert_eq!(one_spring([(0.0, 1.0)].into_iter()), None);
+    }
 }
