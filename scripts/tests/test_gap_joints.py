@@ -37,7 +37,7 @@ def trial(path: Path, truth: str, seed: int, roughness: float, noise: float) -> 
     model = mujoco.MjModel.from_xml_string(truth)
     data = mujoco.MjData(model)
     draw = np.random.default_rng(seed)
-    swing = [(a, w, p) for a, w, p in zip((0.5, 0.3), draw.uniform(2, 6, 2), draw.uniform(0, 6, 2))]
+    swing = list(zip((0.5, 0.3), draw.uniform(2, 6, 2), draw.uniform(0, 6, 2)))
     lines = ["time,motor,angle,rate"]
     data.qpos[0] = 0.3
     for _ in range(round(SECONDS / model.opt.timestep)):

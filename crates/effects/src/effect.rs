@@ -290,12 +290,12 @@ pub trait JointPart {
     /// `-d force / d velocity`, for the implicit step.
     fn damping(&self, p: &[f64], motion: &JointMotion, memory: &[f64]) -> f64;
 
-    /// True where it adds inertia: [`JointPart::inertia`] may then be something.
+    /// True where it adds inertia ([`JointPart::inertia`]).
     fn has_inertia(&self) -> bool {
         false
     }
 
-    /// Inertia [kg m^2 or kg] that the joint has more, applied implicitly.
+    /// Inertia added to the joint's [kg m^2 or kg], applied implicitly.
     fn inertia(&self, _p: &[f64]) -> f64 {
         0.0
     }

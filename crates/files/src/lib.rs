@@ -5,7 +5,7 @@
 //! - [`remove_abandoned`]: what a killed process had not finished is removed.
 //! - [`FolderLock`]: one process works in a folder; a second one is told of the first.
 //! - [`Archive`]: arrays of an `.npz` whose headers are not believed.
-//! - [`short`], [`one_line`], [`number`]: texts and numbers of any length in a message.
+//! - [`short`], [`one_line`], [`number`], [`rounded`]: texts and numbers of any length in a message.
 //!
 //! ```
 //! let folder = std::env::temp_dir();
@@ -21,7 +21,7 @@ mod writing;
 
 pub use self::{
     lock::{Busy, FolderLock},
-    message::{number, one_line, short},
+    message::{number, one_line, rounded, short},
     npz::{Archive, Array, NpzError},
     reading::{TEXT, open, read, read_text},
     writing::{remove_abandoned, write_whole},

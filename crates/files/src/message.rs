@@ -32,6 +32,11 @@ pub fn number(value: f64) -> String {
     }
 }
 
+/// A number in three digits.
+pub fn rounded(value: f64) -> String {
+    number(format!("{value:.2e}").parse().unwrap_or(value))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -40,6 +45,12 @@ mod tests {
     fn a_number_is_short() {
         let texts = [0.0, 0.01, -1.0, 1e300, 1e-300, f64::NAN].map(number);
         assert_eq!(texts, ["0", "0.01", "-1", "1e300", "1e-300", "NaN"]);
+    }
+
+    #[test]
+    fn three_digits_are_kept() {
+        let texts = [0.0041349, 12345.6, -0.0].map(rounded);
+        assert_eq!(texts, ["0.00413", "12300", "-0"]);
     }
 
     #[test]

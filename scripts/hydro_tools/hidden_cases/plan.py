@@ -82,6 +82,8 @@ TOO_CLOSE = (
     {"current", "constant_force"},
     {"actuator_lag", "actuator_delay"},
     {"added_mass", "payload"},
+    {"joint_armature", "payload"},
+    {"joint_armature", "actuator_gain"},
     {"waves", "current"},
     {"quadratic_drag", "cross_flow_drag"},
     {"linear_drag", "wake_memory"},

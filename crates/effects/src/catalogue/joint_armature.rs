@@ -9,10 +9,10 @@ use crate::{
 const TYPICAL: f64 = 0.2;
 /// Bound, in inertias that the joint moves: through a gear of 100 a rotor weighs more than a light link.
 const GREATEST: f64 = 100.0;
-/// Part of what the joint has that a fit may take away.
+/// Part of the joint's own that a fit may take away.
 const MOST: f64 = 0.95;
 
-/// Parameter `armature` [kg m^2 or kg]: what is there beyond the joint's own, less where negative.
+/// Parameter `armature` [kg m^2 or kg]: added to the joint's own; a negative one, which a fit may find, takes away.
 #[derive(Debug)]
 pub struct JointArmature;
 
@@ -20,7 +20,7 @@ static CARD: Card = Card {
     id: Id::JointArmature,
     phrase: "joint armature",
     target: TargetKind::Joint,
-    summary: "inertia of the motor's rotor, through the gear",
+    summary: "inertia of the motor's rotor, through the gear, beyond the joint's own",
     equation: "f = -armature a, a the joint's acceleration",
     source: "R. Featherstone, Rigid Body Dynamics Algorithms, Springer 2008, section 9.6 (gears); MuJoCo's `joint armature`",
     idealised: false,
@@ -43,11 +43,12 @@ impl Effect for JointArmature {
                 0.0,
                 TYPICAL * joint.typical_inertia(),
             )
-            .within(-MOST * joint.armature, GREATEST * joint.typical_inertia())
-            .physically(match joint.armature > 0.0 {
-                true => Physical::Between(-joint.armature, crate::card::LARGEST),
-                false => Physical::NotNegative,
-            }),
+            .within(
+                0.0 - MOST * joint.armature,
+                GREATEST * joint.typical_inertia(),
+            )
+            // Less than a model has is said in the model: instances of the plugin do not know of each other.
+            .physically(Physical::NotNegative),
         ]
     }
 
@@ -84,7 +85,7 @@ mod tests {
     use super::*;
     use crate::tests::fixture;
 
-    /// No more is taken away than the joint has, so that its inertia stays positive whatever its links weigh.
+    /// A fit leaves some of what the joint has, so that its inertia stays positive whatever its links weigh; a file takes nothing.
     #[test]
     fn what_is_left_is_positive() {
         for armature in [0.0, 0.2] {
@@ -95,9 +96,11 @@ mod tests {
             let [parameter] = &JointArmature.parameters(&Target::Joint(scale))[..] else {
                 panic!("one parameter")
             };
-            assert!(parameter.lower >= -armature && parameter.lower <= 0.0);
-            assert!(parameter.physical.holds(-armature));
-            assert!(!parameter.physical.holds(-armature - 1e-6));
+            assert_eq!(armature + parameter.lower > 0.0, armature > 0.0);
+            assert!(
+                parameter.lower <= 0.0 && parameter.lower.is_sign_positive() == (armature == 0.0)
+            );
+            assert!(parameter.physical.holds(0.0) && !parameter.physical.holds(-1e-6));
         }
     }
 }

@@ -24,11 +24,12 @@ impl Carry {
         }
     }
 
-    /// First row of the noise of commands, and of the drifts.
+    /// First row of the noise of commands.
     fn commands(&self) -> usize {
         self.tangents + self.pieces * (self.tangents / 2)
     }
 
+    /// First row of the drifts.
     fn drifts(&self) -> usize {
         self.commands() + self.pieces * self.prior.commands
     }

@@ -53,10 +53,9 @@ pub(crate) fn command_forces(
         let sizes = noisy
             .iter()
             .map(|(at, sd)| (*at, sd / rows.max(1.0).sqrt()));
-        let start = (&of.boundaries[0], link);
         forces(
             simulation.as_mut(),
-            start,
+            &of.boundaries[0],
             &axes,
             sizes.collect(),
             force_scale,
@@ -73,13 +72,12 @@ fn piece_seconds(link: &Link, grid: Grid, step: f64) -> f64 {
 /// From what a step does to the velocities under a command, and under forces.
 fn forces(
     simulation: &mut dyn Simulation,
-    (boundary, link): (&Boundary, &Link),
+    boundary: &Boundary,
     axes: &[usize],
     noisy: Vec<(usize, f64)>,
     force_scale: &DVector<f64>,
 ) -> DMatrix<f64> {
     let nv = force_scale.len();
-    let segment = &link.segment;
     let mut after = |axis: Option<usize>, command: Option<(usize, f64)>| {
         let mut force = vec![0.0; nv];
         if let Some(axis) = axis {
@@ -90,7 +88,7 @@ fn forces(
             control[at] += size;
             earlier[at] += size;
         }
-        simulation.set_motion(segment.start, &segment.qpos, &segment.qvel);
+        simulation.rejoin(&boundary.full);
         simulation.set_force(&force);
         simulation.set_earlier_control(&earlier);
         simulation.set_control(&control);

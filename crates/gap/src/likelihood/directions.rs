@@ -1,7 +1,7 @@
 //! Directions along which a candidate effect is looked at: one parameter each, the others held.
 
 use hydro_effects as effects;
-use hydro_effects::Parameter;
+use hydro_effects::{Id, Parameter};
 
 use crate::problem::{candidates::FREQUENCY, problem::Problem};
 
@@ -24,8 +24,13 @@ pub(crate) struct Direction {
 
 /// True for a parameter of which two values represent any: amplitudes a quarter turn apart add up to one of any phase, springs
 /// with rests apart to one that rests between them. Their directions are one choice.
-pub(crate) fn adds_up(parameter: &Parameter) -> bool {
-    [PHASE, REST].contains(&parameter.name.as_str())
+pub(crate) fn adds_up(id: Id, parameter: &Parameter) -> bool {
+    parameter.name == PHASE || is_rest(id, parameter)
+}
+
+/// True for the rest of the catalogue's spring; an effect of the user's own may call anything so.
+fn is_rest(id: Id, parameter: &Parameter) -> bool {
+    id == Id::JointStiffness && parameter.name == REST
 }
 
 impl Problem<'_> {
@@ -66,7 +71,7 @@ impl Problem<'_> {
         // Several may have met at one bound.
         bases.dedup();
         // Springs at the places add up to one at the usual rest.
-        if bases.len() > 1 && of.parameters.iter().any(|p| p.name == REST) {
+        if bases.len() > 1 && of.parameters.iter().any(|p| is_rest(of.effect, p)) {
             bases.remove(0);
         }
         if let Some(at) = of.parameters.iter().position(|p| p.name == PHASE) {
@@ -120,7 +125,8 @@ pub(crate) fn values(
         let p = &parameters[direction.parameter];
         (direction.base[direction.parameter] + z * p.prior_sd).clamp(p.lower, p.upper)
     };
-    if let Some(rest) = parameters.iter().position(|p| p.name == REST) {
+    let id = problem.candidates[candidate].effect;
+    if let Some(rest) = parameters.iter().position(|p| is_rest(id, p)) {
         let springs = found.iter().map(|(of, z)| (value(of, *z), of.base[rest]));
         if let (Some((first, _)), Some(one)) = (found.first(), one_spring(springs)) {
             let p = &parameters[first.parameter];

@@ -376,7 +376,7 @@ pub(super) fn predict(
     let drifting = prior.drifting;
     let state = tangents + nv + drifting;
     // Rows of the latents that go on as they are.
-    let last_force = tangents + (prior.pieces(tangents, latents) - 1) * nv;
+    let last_force = tangents + prior.pieces(tangents, latents).saturating_sub(1) * nv;
     let kept = (last_force..last_force + nv).chain(latents - drifting..latents);
     let kept: Vec<usize> = kept.collect();
     let end = link.end.columns(head, latents);

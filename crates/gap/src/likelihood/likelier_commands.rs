@@ -1,5 +1,7 @@
 //! Whether commands were logged with noise: judged by what the readings say of their fast part.
 
+use hydro_files::rounded;
+
 use crate::{
     error::GapError,
     likelihood::working_point::WorkingPoint,
@@ -8,8 +10,8 @@ use crate::{
 };
 
 impl Problem<'_> {
-    /// The problem with smoothed commands where the readings are likelier under them than under those that were logged. A
-    /// command may be white by design; then the readings follow it. Both are compared with the same noise in between, so that
+    /// The problem with smoothed commands where the readings are likelier under them than under those that were logged, all noisy
+    /// ones together. Commands may be white by design; then the readings follow them. Both are compared with the same noise in between, so that
     /// what a model lacks speaks for neither.
     ///
     /// # Errors
@@ -31,7 +33,7 @@ impl Problem<'_> {
         {
             let names = self.noisy_commands().filter_map(|(at, sd)| {
                 let actuator = self.model.actuators.get(at)?;
-                Some(format!("`{}` ({sd:.2})", actuator.name))
+                Some(format!("`{}` ({})", actuator.name, rounded(sd)))
             });
             let names: Vec<String> = names.collect();
             self.remarks.push(format!(

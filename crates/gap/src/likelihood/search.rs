@@ -66,6 +66,7 @@ impl<'p> Choices<'p> {
         }
         let own = columns.len();
         for (at, direction) in directions.iter().enumerate() {
+            let id = problem.candidates[direction.candidate].effect;
             let parameters = &problem.candidates[direction.candidate].parameters;
             let p = &parameters[direction.parameter];
             let about = direction.base[direction.parameter];
@@ -79,7 +80,7 @@ impl<'p> Choices<'p> {
             let same = |other: &Direction| {
                 let both = other.base.iter().zip(&direction.base).zip(parameters);
                 both.into_iter()
-                    .all(|((a, b), p)| a == b || directions::adds_up(p))
+                    .all(|((a, b), p)| a == b || directions::adds_up(id, p))
             };
             let choices = of.entry(direction.candidate).or_default();
             match choices

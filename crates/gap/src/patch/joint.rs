@@ -166,8 +166,9 @@ pub(super) fn friction<'d>(
 pub(super) struct JointPlace {
     pub(super) qpos: usize,
     pub(super) dof: usize,
-    /// Inertia [kg m^2 or kg].
+    /// Inertia, and the nominal's rotor inertia in it [kg m^2 or kg].
     pub(super) inertia: f64,
+    pub(super) rotor: f64,
     /// Damping, its own and its servo's [N m s/rad or N s/m].
     pub(super) damping: f64,
     /// Step of the model [s].
@@ -188,7 +189,6 @@ pub(super) fn backlash<'d>(
     }
     let name = joint.attribute("name")?;
     let half = 0.5 * width * if turns { angle_unit(model) } else { 1.0 };
-    let rotor = model.attribute_number(joint, "armature");
     let inertia = if place.inertia > 0.0 {
         place.inertia
     } else {
@@ -213,7 +213,7 @@ pub(super) fn backlash<'d>(
         "armature",
         &number(backlash::armature(
             inertia,
-            rotor,
+            place.rotor,
             place.damping,
             place.step,
         )),
@@ -378,6 +378,7 @@ mod tests {
     #[test]
     fn backlash_is_an_extra_limited_joint() {
         let place = JointPlace {
+            rotor: 0.0,
             qpos: 0,
             dof: 0,
             inertia: 0.5,

@@ -13,6 +13,7 @@
 //! They are written before the effects, which add to them. A parameter that the text cannot express stays at its nominal
 //! value, and a remark says which one and why.
 
+use hydro_effects::{Entry, Id};
 use roxmltree::Node;
 
 use super::{
@@ -62,6 +63,11 @@ pub(super) fn write(writer: &mut Writer<'_>) -> Result<(), PatchError> {
 impl<'r> Writer<'r> {
     fn write_nominal_values(&mut self) -> Result<(), PatchError> {
         let request = self.request;
+        // Before gains are scaled: the compiler's damping is the nominal's.
+        let moves = |entry: &Entry| matches!(entry.effect, Id::JointArmature | Id::Payload);
+        if request.entries.iter().any(moves) {
+            self.keep_what_inertia_tunes()?;
+        }
         let (mut turned, mut outcomes) = (Vec::new(), Vec::new());
         for (at, (nuisance, value)) in request.numbers.iter().enumerate() {
             let value = *value;
@@ -242,7 +248,7 @@ impl<'r> Writer<'r> {
     }
 
     /// Keeps the damping that the compiler would derive anew from the changed inertias.
-    pub(super) fn keep_what_inertia_tunes(&mut self) -> Result<(), PatchError> {
+    fn keep_what_inertia_tunes(&mut self) -> Result<(), PatchError> {
         let description = self.request.description;
         for known in &description.actuators {
             let model = self.model()?;

@@ -218,6 +218,21 @@ fn play_shifts_the_key_frame() {
     assert_eq!(added[1], "<key qpos=\"0 0 0 1 0 0 0 0.1 0\"/>");
 }
 
+/// The rotor of the joint with play is the nominal's, as in the fit, whatever is added to it.
+#[test]
+fn armature_leaves_the_joint_of_play_alone() {
+    let play = entry(Id::JointBacklash, "hinge", &[0.02]);
+    let (_, alone) = difference(MODEL, std::slice::from_ref(&play));
+    let armature = entry(Id::JointArmature, "hinge", &[0.3]);
+    let (_, both) = difference(MODEL, &[armature, play]);
+    assert!(both.iter().any(|line| line.contains("armature=\"0.3\"")));
+    let extra = |lines: &[String]| {
+        let extra = lines.iter().find(|line| line.contains("hinge_play"));
+        extra.cloned().unwrap()
+    };
+    assert_eq!(extra(&alone), extra(&both));
+}
+
 #[test]
 fn what_mjcf_cannot_say_is_the_plugins_and_weighed() {
     let entries = [

@@ -35,7 +35,7 @@ fn target_kind(id: Id) -> TargetKind {
 }
 
 /// True where the plugin adds inertia for an effect.
-fn adds_inertia(id: Id) -> bool {
+fn body_adds_inertia(id: Id) -> bool {
     matches!(effect(id).part(), Part::Body(part) if part.has_inertia())
 }
 
@@ -160,9 +160,6 @@ impl<'a> Writer<'a> {
         if let Some((text, form)) = changed {
             self.text = text;
             self.forms[index] = Some(form.to_owned());
-            if matches!(entry.effect, Id::JointArmature | Id::Payload) {
-                self.keep_what_inertia_tunes()?;
-            }
         }
         self.remarks.extend(remark);
         Ok(())
@@ -248,6 +245,7 @@ impl<'a> Writer<'a> {
                     qpos: joint.qpos,
                     dof: joint.dof,
                     inertia: joint.scale.inertia,
+                    rotor: joint.scale.armature,
                     damping: joint.scale.damping,
                     step: description.timestep,
                 };
@@ -328,7 +326,7 @@ impl<'a> Writer<'a> {
             .filter(|density| *density > 0.0);
         let mut text = wrench_plugin::add(&model, body, &[listed], density)?;
         drop(model);
-        if adds_inertia(entry.effect) {
+        if body_adds_inertia(entry.effect) {
             text = wrench_plugin::make_room(&Mjcf::parse(&text, self.request.nominal)?, body);
         }
         self.text = text;

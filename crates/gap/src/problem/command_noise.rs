@@ -20,7 +20,7 @@ use crate::{
     statistics::standard_normal,
 };
 
-/// Ratios of the noise's variance to that of a step of the slope that are tried: powers of ten, halves of them.
+/// Ratios of the noise's variance to that of a step of the slope that are tried, as powers of ten in halves: 0.01 to 1e6.
 const RATIOS: std::ops::RangeInclusive<i32> = -4..=12;
 /// Times that the steps are weighed at each.
 const WEIGHINGS: usize = 8;
@@ -123,18 +123,20 @@ fn smoother(
         return None;
     }
     let mut ratios = Vec::new();
+    let mut at = smooth.clone();
     for _ in 0..WEIGHINGS {
-        let steps = smooth.windows(3).map(|w| w[2] - 2.0 * w[1] + w[0]);
+        let steps = at.windows(3).map(|w| w[2] - 2.0 * w[1] + w[0]);
         let weighed = steps.map(|step| match step.is_finite() {
             true => ratio * 2.0 / (1.0 + step * step * ratio / noise),
             false => ratio,
         });
         ratios = weighed.collect();
-        *smooth = least_squares(logged, &ratios)?;
+        at = least_squares(logged, &ratios)?;
     }
     let probe = logged.iter().zip(probe);
     let probe: Vec<f64> = probe.map(|(of, probe)| of * 0.0 + probe).collect();
     let answer = least_squares(&probe, &ratios)?;
+    *smooth = at;
     let product = probe.iter().zip(answer).filter(|(a, _)| a.is_finite());
     Some(product.map(|(a, b)| a * b).sum())
 }

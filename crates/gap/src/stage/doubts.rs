@@ -1,7 +1,7 @@
 //! Doubts about a fit, for the reader: values at the end of what is plausible, numbers of the nominal far from what was said of them.
 
 use hydro_effects::effect;
-use hydro_files::number;
+use hydro_files::rounded;
 
 use crate::likelihood::explanation::Explanation;
 
@@ -29,9 +29,9 @@ pub(crate) fn values_at_an_edge(explanation: &Explanation<'_>, set: usize) -> Op
                     p.name,
                     effect(candidate.effect).card().phrase,
                     candidate.targets.join("`, `"),
-                    short(*value),
-                    short(p.lower),
-                    short(p.upper),
+                    rounded(*value),
+                    rounded(p.lower),
+                    rounded(p.upper),
                 )
             })
         })
@@ -83,9 +83,4 @@ fn shifted(explanation: &Explanation<'_>, set: usize, least: f64) -> Option<Stri
         .map(|(name, shift)| format!("`{name}` by {shift:+.1}"));
     let told: Vec<String> = told.collect();
     (!told.is_empty()).then(|| told.join(", "))
-}
-
-/// A number in three digits.
-fn short(value: f64) -> String {
-    number(format!("{value:.2e}").parse().unwrap_or(value))
 }
