@@ -125,6 +125,7 @@ class Leg(System):
             "actuator_delay": lambda rng: actuator.ActuatorDelay(*servo(rng), 0.02),
             "joint_friction": lambda rng: joint.JointFriction(*one_joint(rng), 0.8),
             "joint_damping": lambda rng: joint.JointDamping(*one_joint(rng), 0.8),
+            "joint_armature": lambda rng: joint.JointArmature(*one_joint(rng), 0.02),
             "joint_stiffness": lambda rng: joint.JointStiffness(*one_joint(rng), 4.0, rng.uniform(-0.4, 0.4) - 0.5),
             "joint_backlash": backlash,
             "sensor_bias": bias,
