@@ -1,4 +1,4 @@
-"""`hydro gap` on one link that is driven by rough torques: what moves with its acceleration, and a spring that rests anywhere."""
+"""`hydro gap` on one link that is driven by rough torques: inertia, a motor's gain, and a spring that rests anywhere."""
 
 import json
 import subprocess

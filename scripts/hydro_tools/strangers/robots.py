@@ -284,7 +284,7 @@ ROBOTS: dict[str, Callable[[Wheels], Robot]] = {
         ur5e_pan,
         ur5e_elbow,
         ur5e_wrist,
-    )  # fmt: skip
+    )
 }
 
 

@@ -9,9 +9,9 @@
 //! (M + J^T (A + h D) J) v' = forces + J^T (w - A b)            h D not under Runge-Kutta
 //! ```
 //!
-//! A thus acts as effective mass, exactly, whatever it is beside the body's own, and so does the rotor inertia of a joint; the drag is linearly
-//! implicit, so that none is too stiff for a light body. The sum goes into MuJoCo's inertia matrix in
-//! the passive stage, made anew each time, so that constraints, integrators and accelerometers know it.
+//! A thus acts as effective mass, exactly, whatever it is beside the body's own, and so does the rotor
+//! inertia of a joint; the drag is linearly implicit, so that none is too stiff for a light body. The sum
+//! goes into MuJoCo's inertia matrix in the passive stage, made anew each time, so that constraints, integrators and accelerometers know it.
 //! Inverse dynamics, which MuJoCo does without that matrix, does not.
 
 use hydro_effects::{Id, JointMotion};

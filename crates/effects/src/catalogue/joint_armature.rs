@@ -1,12 +1,11 @@
 //! Rotor inertia of a joint: `f = -armature a`.
 
+use super::payload::TYPICAL;
 use crate::{
     Card, Effect, Id, JointMotion, JointPart, Parameter, Part, Physical, Placement, Target,
     TargetKind,
 };
 
-/// Prior, in inertias that the joint moves: that of a payload, from which a cart cannot tell it.
-const TYPICAL: f64 = 0.2;
 /// Bound, in inertias that the joint moves: through a gear of 100 a rotor weighs more than a light link.
 const GREATEST: f64 = 100.0;
 /// Part of the joint's own that a fit may take away.

@@ -10,8 +10,8 @@ use crate::{
     wrench_law::{Parameters, WrenchLaw, about_origin},
 };
 
-/// Prior, in masses of the body.
-const TYPICAL: f64 = 0.2;
+/// Prior, in masses of the body; in inertias of a joint for a rotor, which on a cart is the same thing.
+pub(super) const TYPICAL: f64 = 0.2;
 /// Bound, in masses of the body.
 const GREATEST: f64 = 5.0;
 /// First value of a fit, in masses of the body: at a mass of zero the position has no influence.

@@ -11,8 +11,8 @@ use crate::{
 
 impl Problem<'_> {
     /// The problem with smoothed commands where the readings are likelier under them than under those that were logged, all noisy
-    /// ones together. Commands may be white by design; then the readings follow them. Both are compared with the same noise in between, so that
-    /// what a model lacks speaks for neither.
+    /// ones together. Commands may be white by design; then the readings follow them. Both are compared with the same noise in
+    /// between, so that what a model lacks speaks for neither.
     ///
     /// # Errors
     /// The plant refuses, or a stop was asked for.

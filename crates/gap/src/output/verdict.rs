@@ -240,7 +240,7 @@ pub struct Verdict {
     /// True where what fitted best was put aside, for it predicts trials that were left out worse than the nominal: `unknown`.
     #[serde(default)]
     pub contradicted: bool,
-    /// What speaks against the answer: numbers of the nominal that moved far, values at the end of what is plausible.
+    /// Doubts about the answer: numbers of the nominal that moved far, values at the end of what is plausible.
     #[serde(default)]
     pub doubts: Vec<String>,
     /// Why it is not verified.

@@ -166,8 +166,9 @@ pub(super) fn friction<'d>(
 pub(super) struct JointPlace {
     pub(super) qpos: usize,
     pub(super) dof: usize,
-    /// Inertia, and the nominal's rotor inertia in it [kg m^2 or kg].
+    /// Inertia that the joint moves [kg m^2 or kg].
     pub(super) inertia: f64,
+    /// Rotor inertia of the nominal in it [kg m^2 or kg].
     pub(super) rotor: f64,
     /// Damping, its own and its servo's [N m s/rad or N s/m].
     pub(super) damping: f64,
