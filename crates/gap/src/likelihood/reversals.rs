@@ -28,15 +28,16 @@ pub(crate) fn discount(problem: &Problem<'_>, track: &mut Track, rolled: &[Rolle
             .filter(|of| model.sensors[of.sensor].joint.as_deref() == Some(&joint.name))
             .flat_map(|of| of.channel..of.channel + of.channels)
             .collect();
+        let turns = turning_blocks(&speeds, least);
         let links = track.links.iter_mut().zip(&mut factors);
-        for ((link, factors), speeds) in links.zip(&speeds) {
-            let slow = slow_pieces(link, speeds, least, grid);
-            for piece in &slow {
+        for ((link, factors), turns) in links.zip(&turns) {
+            let turning = pieces_of(link, turns, grid);
+            for piece in &turning {
                 factors[piece * nv + joint.dof] = options.reversal_force;
             }
             for (number, row) in link.segment.rows.clone().enumerate() {
                 let step = (trial.times[row] - link.segment.start) / model.timestep - 1.0;
-                if slow.contains(&link.piece_at(grid, step.max(0.0) as usize)) {
+                if turning.contains(&link.piece_at(grid, step.max(0.0) as usize)) {
                     for channel in &own {
                         link.weights[number * channels + channel] *= options.reversal_weight;
                     }
@@ -49,13 +50,35 @@ pub(crate) fn discount(problem: &Problem<'_>, track: &mut Track, rolled: &[Rolle
     }
 }
 
-/// Pieces at a boundary of which a joint is slow, or between two of which it turns round.
-fn slow_pieces(link: &Link, speeds: &[f64], least: f64, grid: Grid) -> Vec<usize> {
-    let blocks = speeds.windows(2).enumerate();
-    let slow = blocks.filter(|(_, pair)| {
-        pair.iter().any(|speed| speed.abs() < least) || pair[0] * pair[1] <= 0.0
-    });
-    let mut pieces: Vec<usize> = slow.map(|(block, _)| link.piece(grid, block)).collect();
+/// Blocks of each link, true where the joint turns round: runs of blocks in which it is slow or its speed changes sign, along
+/// the whole trial. A run in which the trial begins or ends is none: from rest a joint sets off in one direction.
+fn turning_blocks(speeds: &[Vec<f64>], least: f64) -> Vec<Vec<bool>> {
+    let slow = |pair: &[f64]| pair.iter().any(|of| of.abs() < least) || pair[0] * pair[1] <= 0.0;
+    let mut turning: Vec<Vec<bool>> = (speeds.iter())
+        .map(|of| of.windows(2).map(slow).collect())
+        .collect();
+    let at_rest = |speed: Option<&f64>| speed.is_some_and(|of| of.abs() < least);
+    if at_rest(speeds.iter().flatten().next()) {
+        leave_out(turning.iter_mut().flatten());
+    }
+    if at_rest(speeds.iter().flatten().next_back()) {
+        leave_out(turning.iter_mut().flatten().rev());
+    }
+    turning
+}
+
+/// Takes the run off that blocks begin with.
+fn leave_out<'a>(blocks: impl Iterator<Item = &'a mut bool>) {
+    blocks
+        .map(std::mem::take)
+        .take_while(|turns| *turns)
+        .for_each(drop);
+}
+
+/// Pieces of a link in which one of its blocks turns.
+fn pieces_of(link: &Link, turning: &[bool], grid: Grid) -> Vec<usize> {
+    let blocks = (0..turning.len()).filter(|block| turning[*block]);
+    let mut pieces: Vec<usize> = blocks.map(|block| link.piece(grid, block)).collect();
     pieces.dedup();
     pieces
 }
@@ -94,20 +117,38 @@ mod tests {
 
     /// Eight blocks in two pieces.
     #[test]
-    fn pieces_are_slow_where_the_joint_is_or_turns_round() {
-        let speeds = |of: [f64; 9]| slow_pieces(&link(), &of, 0.1, GRID);
+    fn pieces_turn_where_the_joint_is_slow_or_changes_its_direction() {
+        let turning =
+            |of: [f64; 9]| pieces_of(&link(), &turning_blocks(&[of.into()], 0.1)[0], GRID);
         let fast = [1.0; 9];
-        assert!(speeds(fast).is_empty());
-        let mut turning = fast;
-        turning[7..].fill(-1.0);
-        assert_eq!(speeds(turning), [1]);
+        assert!(turning(fast).is_empty());
+        let mut turned = fast;
+        turned[7..].fill(-1.0);
+        assert_eq!(turning(turned), [1]);
         let mut slow = fast;
         slow[1] = 0.05;
-        assert_eq!(speeds(slow), [0]);
+        assert_eq!(turning(slow), [0]);
         // At the boundary between the pieces both are.
         let mut between = fast;
         between[4] = 0.0;
-        assert_eq!(speeds(between), [0, 1]);
+        assert_eq!(turning(between), [0, 1]);
+    }
+
+    /// Rest before the first motion and after the last is no reversal, whatever sign noise gives it; rest between motions is.
+    #[test]
+    fn rest_at_the_ends_of_a_trial_is_no_reversal() {
+        let turns = |speeds: &[&[f64]]| -> Vec<Vec<bool>> {
+            let speeds: Vec<Vec<f64>> = speeds.iter().map(|of| of.to_vec()).collect();
+            turning_blocks(&speeds, 0.1)
+        };
+        let falls: &[&[f64]] = &[&[0.0, -0.01, 0.02], &[0.02, 0.5, 1.0]];
+        assert_eq!(turns(falls), [[false; 2]; 2]);
+        let stops: &[&[f64]] = &[&[1.0, 0.5, 0.05], &[0.05, -0.01, 0.0]];
+        assert_eq!(turns(stops), [[false; 2]; 2]);
+        let waits: &[&[f64]] = &[&[1.0, 0.05, 0.0], &[0.0, 0.05, 1.0]];
+        assert_eq!(turns(waits), [[true; 2]; 2]);
+        // It turns round in its first block, fast before and after.
+        assert_eq!(turns(&[&[1.0, -1.0, -1.0]]), [[true, false]]);
     }
 
     /// Other factors scale the values that smoothing found, not the forces.
