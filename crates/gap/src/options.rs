@@ -146,6 +146,8 @@ options! {
         least_noise: f64 = 1e-6,
         /// Least noise of a logged command that is looked at, relative to its standard deviation.
         least_command_noise: f64 = 1e-3,
+        /// Length of the trials on which commands are compared with smooth ones [s].
+        command_seconds: f64 = 60.0,
         /// Least noise of mean readings in a table of steady states that declares none, in the standard deviation of its
         /// readings: rows are no series, so nothing else tells it but the scatter about a hypothesis.
         least_table_noise: f64 = 1e-3,

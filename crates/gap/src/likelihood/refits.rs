@@ -74,6 +74,20 @@ impl WorkingPoint<'_, '_> {
         }
     }
 
+    /// Leaves all trials out but the first ones, which together last `seconds` [s] or are all there are.
+    pub(crate) fn keep_trials(&mut self, seconds: f64) {
+        let mut before = 0.0;
+        let first = self.tracks.iter().take_while(|track| {
+            let times = &self.problem.trials[track.trial].times;
+            let is_wanted = before < seconds;
+            before += times.last().zip(times.first()).map_or(0.0, |(a, b)| a - b);
+            is_wanted
+        });
+        let kept = first.count();
+        self.tracks.truncate(kept);
+        self.arrival.truncate(kept);
+    }
+
     /// Uncertain numbers and the point's own parameters of the only trial, the point's values known but for deviations along
     /// some directions of these. `None` where the trial blows up.
     pub(crate) fn own_values(

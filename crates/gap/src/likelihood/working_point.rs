@@ -337,23 +337,25 @@ impl<'p, 'a> WorkingPoint<'p, 'a> {
             .map(|track| self.disturbances(track, sizes))
             .collect();
         let links = swept.links.iter().zip(&self.arrival).zip(priors).zip(z);
-        for (track, (((links, arrival), prior), z)) in self.tracks.iter_mut().zip(links) {
+        let problem = self.problem;
+        let each: Vec<_> = self.tracks.iter_mut().zip(links).collect();
+        (each.into_par_iter()).try_for_each(|(track, (((links, arrival), prior), z))| {
             // A steady state is known, and readings are linear in its forces: about those that explain them a sensor's scale
             // would explain them again.
-            if self.problem.trials[track.trial].steady {
-                continue;
+            if problem.trials[track.trial].steady {
+                return Ok(());
             }
             let Some(smoothed) = filter::smooth(links, noise, z, arrival, prior) else {
-                continue;
+                return Ok(());
             };
-            move_starts(self.problem, track, &smoothed.starts)?;
+            move_starts(problem, track, &smoothed.starts)?;
             for (link, forces) in track.links.iter_mut().zip(smoothed.forces) {
                 if forces.iter().all(|value| value.is_finite()) {
                     link.forces = forces.as_slice().to_vec();
                 }
             }
-        }
-        Ok(())
+            Ok(())
+        })
     }
 
     /// Lets starts and unmodelled forces follow the readings, all parameters as they are. Without effects this tells which

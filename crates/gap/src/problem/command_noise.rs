@@ -13,15 +13,14 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::{
     options::CandidateOptions,
-    problem::{
-        channels::MeasuredTrial,
-        sensor_noise::{THIRD_DIFFERENCE, third_differences},
-    },
+    problem::{channels::MeasuredTrial, sensor_noise::white_noise},
     statistics::standard_normal,
 };
 
 /// Ratios of the noise's variance to that of a step of the slope that are tried, as powers of ten in halves: 0.01 to 1e6.
 const RATIOS: std::ops::RangeInclusive<i32> = -4..=12;
+/// Orders of the differences that must all show noise.
+const ORDERS: [usize; 2] = [3, 6];
 /// Times that the steps are weighed at each.
 const WEIGHINGS: usize = 8;
 
@@ -48,7 +47,7 @@ pub(crate) fn smoothed(trials: &[MeasuredTrial], options: &CandidateOptions) -> 
                 false => trial.control.column_values(command).collect(),
             })
             .collect();
-        let noise = (third_differences(&logged).map(|of| of / THIRD_DIFFERENCE)).unwrap_or(0.0);
+        let noise = logged_noise(&logged);
         if noise.sqrt() <= options.least_command_noise * spread(&logged) {
             continue;
         }
@@ -65,6 +64,12 @@ pub(crate) fn smoothed(trials: &[MeasuredTrial], options: &CandidateOptions) -> 
         }
     }
     found.noise.iter().any(|of| *of > 0.0).then_some(found)
+}
+
+/// Variance of a command's white noise; zero where none shows. What moves fast but smoothly has smaller differences of a high order.
+fn logged_noise(logged: &[Vec<f64>]) -> f64 {
+    let each = ORDERS.map(|order| white_noise(logged, order).unwrap_or(0.0));
+    each.into_iter().fold(f64::INFINITY, f64::min)
 }
 
 /// Root mean square of what a command does about its mean.
@@ -242,7 +247,7 @@ mod tests {
         let noisy: Vec<f64> = (clean.iter())
             .map(|of| of + 0.2 * standard_normal(&mut rng))
             .collect();
-        let noise = third_differences(std::slice::from_ref(&noisy)).unwrap() / THIRD_DIFFERENCE;
+        let noise = logged_noise(std::slice::from_ref(&noisy));
         assert!((noise.sqrt() / 0.2 - 1.0).abs() < 0.1, "{noise}");
         let smooth = smooth(std::slice::from_ref(&noisy), noise);
         let errors = || smooth[0].iter().zip(&clean).map(|(a, b)| (a - b).abs());
@@ -256,9 +261,13 @@ mod tests {
     #[test]
     fn steps_and_smooth_commands_show_none() {
         let steps: Vec<f64> = (0..600).map(|row| f64::from((row / 50) % 3)).collect();
-        assert_eq!(third_differences(&[steps]), Some(0.0));
-        let smooth: Vec<f64> = (0..600).map(|row| (0.01 * f64::from(row)).sin()).collect();
-        let noise = third_differences(std::slice::from_ref(&smooth)).unwrap() / THIRD_DIFFERENCE;
-        assert!(noise.sqrt() < CandidateOptions::default().least_command_noise * spread(&[smooth]));
+        assert_eq!(logged_noise(&[steps]), 0.0);
+        let least = CandidateOptions::default().least_command_noise;
+        for rate in [0.01, 0.3] {
+            let smooth: Vec<f64> = (0..600).map(|row| (rate * f64::from(row)).sin()).collect();
+            let noise = logged_noise(std::slice::from_ref(&smooth)).sqrt();
+            assert!(noise < least * spread(&[smooth]), "{rate}: {noise}");
+        }
+        assert_eq!(logged_noise(&[vec![1.0; 3]]), 0.0);
     }
 }

@@ -6,9 +6,6 @@ use crate::{
     problem::channels::{self, Channels, MeasuredTrial, rotation_between},
 };
 
-/// Sum of the squared coefficients of a third difference: 1, 3, 3, 1.
-pub(crate) const THIRD_DIFFERENCE: f64 = 20.0;
-
 /// A channel that may drift.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Drifting {
@@ -79,7 +76,7 @@ pub(crate) fn estimate(
                     series.push(readings);
                 }
             }
-            let sd = (third_differences(&series).unwrap_or(0.0) / THIRD_DIFFERENCE).sqrt();
+            let sd = white_noise(&series, 3).unwrap_or(0.0).sqrt();
             channel.noise = (sd.max(options.least_noise * largest.max(1e-3)))
                 .max(options.least_table_noise * spread[source.channel + component]);
             if !estimated.contains(&channel.sensor) {
@@ -90,17 +87,27 @@ pub(crate) fn estimate(
     estimated
 }
 
-/// Mean square of the third differences of some series, from their median, which jumps do not move; `None` where there is none.
-pub(crate) fn third_differences(series: &[Vec<f64>]) -> Option<f64> {
-    let mut squares: Vec<f64> = series
-        .iter()
-        .flat_map(|of| of.windows(4))
-        .map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2))
+/// Variance of the white noise that explains the differences of an order of some series, from the median of their squares, which
+/// jumps do not move; `None` where there is none.
+pub(crate) fn white_noise(series: &[Vec<f64>], order: usize) -> Option<f64> {
+    let mut coefficients = vec![1.0];
+    for _ in 0..order {
+        let last = coefficients.iter().chain([&0.0]);
+        let before = [&0.0].into_iter().chain(&coefficients);
+        coefficients = last.zip(before).map(|(a, b)| a - b).collect();
+    }
+    let mut squares: Vec<f64> = (series.iter())
+        .flat_map(|of| of.windows(order + 1))
+        .map(|values| {
+            let terms = values.iter().zip(&coefficients).map(|(of, by)| of * by);
+            terms.sum::<f64>().powi(2)
+        })
         .filter(|square| square.is_finite())
         .collect();
     squares.sort_by(f64::total_cmp);
+    let each: f64 = coefficients.iter().map(|of| of * of).sum();
     // The median of a squared normal is 0.455 of its mean.
-    squares.get(squares.len() / 2).map(|median| median / 0.455)
+    (squares.get(squares.len() / 2)).map(|median| median / 0.455 / each)
 }
 
 /// Standard deviation of every channel over the rows of tables of steady states; zero where there are none.
