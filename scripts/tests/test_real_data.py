@@ -13,6 +13,7 @@ import numpy as np
 from hydro_tools.datasets.measured import MeasuredError, ball_drops, captive, crazyflie, glider, roll_decay
 from hydro_tools.datasets.measured.trial import Trial, write
 from hydro_tools.repository import ROOT, SCRIPTS
+from test_gap import program
 
 DATA = ROOT.parent / "shared" / "data"
 FILES = (roll_decay.FILE, ball_drops.FILE, crazyflie.FILE, captive.FILE, glider.FILE)
@@ -198,6 +199,17 @@ class Measured(unittest.TestCase):
                 dive = np.genfromtxt(path, delimiter=",", names=True)
                 self.assertTrue((dive["height"] < -5).all() and dive["height"].min() > -43)
                 self.assertTrue((np.diff(dive["time"]) > 0).all())
+
+    @unittest.skipUnless(program(), "no `hydro` is built: cargo build")
+    def test_the_nominal_follows_a_dive_though_nothing_measures_how_far_ahead_it_is(self):
+        with tempfile.TemporaryDirectory() as out:
+            nominal = ROOT / "mjcf/gap/glider.xml"
+            dive, trials = glider.trials(DATA)[0], Path(out, "trials")
+            trials.mkdir()
+            glider.write(dive, trials, mujoco.MjModel.from_xml_path(str(nominal)).opt.timestep)
+            command = [program(), "gap", "find", "--model", nominal, "--trials", trials, "--out", f"{out}/gap"]
+            ran = subprocess.run(command, capture_output=True, text=True)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
 
     @unittest.skipIf(reference is None, "scipy is not installed")
     def test_scipy_finds_the_published_quadratic_damping(self):

@@ -20,14 +20,18 @@ pub(crate) fn discount(problem: &Problem<'_>, track: &mut Track, rolled: &[Rolle
     }
     let mut factors = vec![vec![1.0; grid.pieces * nv]; track.links.len()];
     for joint in model.joints.iter().filter(|of| !trial.imposes(of.dof)) {
-        let speeds: Vec<Vec<f64>> = (rolled.iter())
-            .map(|of| (of.boundaries.iter().map(|at| at.full[1 + nq + joint.dof])).collect())
-            .collect();
-        let least = options.reversal_speed * root_mean_square(&speeds);
         let own: Vec<usize> = (problem.channels.sources.iter())
             .filter(|of| model.sensors[of.sensor].joint.as_deref() == Some(&joint.name))
             .flat_map(|of| of.channel..of.channel + of.channels)
             .collect();
+        // Where nothing measures a joint, nothing says that it turns round.
+        if own.is_empty() {
+            continue;
+        }
+        let speeds: Vec<Vec<f64>> = (rolled.iter())
+            .map(|of| (of.boundaries.iter().map(|at| at.full[1 + nq + joint.dof])).collect())
+            .collect();
+        let least = options.reversal_speed * root_mean_square(&speeds);
         let turns = turning_blocks(&speeds, least);
         let links = track.links.iter_mut().zip(&mut factors);
         for ((link, factors), turns) in links.zip(&turns) {
