@@ -77,16 +77,10 @@ class Joints(unittest.TestCase):
         self.assertTrue(low < 0.06 < high, value)
 
     def test_without_gravity_it_may_be_the_gain(self):
-        found = self.verdict(link(**TURNING), link(**TURNING, armature=0.14))
+        # A rotor of a third of the link's inertia. The torque is rough, and the log may be early or late by a part of a step.
+        found = self.verdict(link(**TURNING), link(**TURNING, armature=0.08))
         self.assertEqual(found["verdict"], "confusable", found)
         self.assertLessEqual({"joint_armature", "actuator_gain"}, set(found["confusion_set"]))
-
-    def test_numbers_far_from_what_was_said_are_no_agreement(self):
-        found = self.verdict(link(**TURNING), link(**TURNING, armature=0.08))
-        self.assertNotEqual(found["verdict"], "no_gap", found)
-        if found["verdict"] == "unknown":
-            self.assertIn("without an effect the nominal agrees only with numbers far", found["doubts"][0])
-            self.assertIn("`motor.gain`", found["doubts"][0])
 
     def test_a_spring_is_named_wherever_it_rests(self):
         found = self.verdict(link(**TURNING), link(**TURNING, stiffness=0.8, rest=18.0))

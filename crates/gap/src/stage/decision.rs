@@ -56,11 +56,6 @@ pub(crate) fn decide(
         remarks: Vec::new(),
     };
     if agreement > options.agreement || calibration.alarm > calibration.alarm_level {
-        let level = calibration.alarm_level;
-        if let Some(doubt) = doubts::improbable_numbers(explanation, nothing, level) {
-            decision.outcome = Outcome::Unknown;
-            decision.remarks.push(doubt);
-        }
         return Ok(decision);
     }
     decision.outcome = Outcome::Unknown;

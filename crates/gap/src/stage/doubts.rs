@@ -3,7 +3,7 @@
 use hydro_effects::effect;
 use hydro_files::rounded;
 
-use crate::likelihood::{explanation::Explanation, truncated_normal::cdf};
+use crate::likelihood::explanation::Explanation;
 
 /// Values of a set that have run to the end of what their effect takes to be plausible, as one sentence: the set stands for something
 /// else. Null and zero are no such ends (a motor may be dead). None where all are within.
@@ -65,25 +65,6 @@ pub(crate) fn far_numbers(explanation: &Explanation<'_>, set: usize) -> Option<S
     Some(format!(
         "the fit moves numbers of the nominal farther than they are uncertain, in standard deviations: {told}; what acts like them may \
          be wrong by more than its interval"
-    ))
-}
-
-/// Numbers of the nominal that have to move farther for agreement without an effect than they would by chance, at a `level` for all of
-/// them together, as one sentence; none where all are near.
-pub(crate) fn improbable_numbers(
-    explanation: &Explanation<'_>,
-    set: usize,
-    level: f64,
-) -> Option<String> {
-    let point = explanation.point(set);
-    let shifts = || point.nuisances.iter().map(|shift| shift.abs());
-    let count = point.nuisances.len() as f64;
-    let is_improbable = |shift: &f64| 2.0 * count * cdf(-shift) < level;
-    let least = shifts().filter(is_improbable).reduce(f64::min)?;
-    let told = shifted(explanation, set, least)?;
-    Some(format!(
-        "without an effect the nominal agrees only with numbers far from what was said, in standard deviations: {told}; they are less \
-         well known (--uncertainty), or something acts like them"
     ))
 }
 
