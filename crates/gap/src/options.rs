@@ -64,6 +64,7 @@ impl Options {
             &mut options.rollout.effect_warm_up,
             &mut options.rollout.nominal_warm_up,
             &mut options.states.window,
+            &mut options.candidates.command_seconds,
             &mut options.locate.command_rate_time,
             &mut options.residual.window,
             &mut options.residual.sample_period,
@@ -146,7 +147,7 @@ options! {
         least_noise: f64 = 1e-6,
         /// Least noise of a logged command that is looked at, relative to its standard deviation.
         least_command_noise: f64 = 1e-3,
-        /// Length of the trials on which commands are compared with smooth ones [s].
+        /// Length on which commands are compared with smooth ones, all trials together [s].
         command_seconds: f64 = 60.0,
         /// Least noise of mean readings in a table of steady states that declares none, in the standard deviation of its
         /// readings: rows are no series, so nothing else tells it but the scatter about a hypothesis.

@@ -11,8 +11,8 @@ use crate::{
 
 impl Problem<'_> {
     /// The problem with smoothed commands where the readings are likelier under them than under those that were logged, all noisy
-    /// ones together. Commands may be white by design; then the readings follow them. Both are compared on the first trials, with the
-    /// same noise in between, so that what a model lacks speaks for neither.
+    /// ones together. Commands may be white by design; then the readings follow them. Both are compared on the beginning of every trial,
+    /// with the same noise in between, so that what a model lacks speaks for neither.
     ///
     /// # Errors
     /// The plant refuses, or a stop was asked for.
@@ -58,6 +58,6 @@ impl Problem<'_> {
 /// That of the nominal at the likeliest unmodelled forces; `None` where it diverges.
 fn log_likelihood(problem: &Problem<'_>, watch: &Watch<'_>) -> Result<Option<f64>, GapError> {
     let mut working = WorkingPoint::new(problem, watch)?;
-    working.keep_trials(problem.settings.options.candidates.command_seconds);
+    working.keep_first(problem.settings.options.candidates.command_seconds);
     working.followed_likelihood()
 }

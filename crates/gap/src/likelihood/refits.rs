@@ -74,18 +74,13 @@ impl WorkingPoint<'_, '_> {
         }
     }
 
-    /// Leaves all trials out but the first ones, which together last `seconds` [s] or are all there are.
-    pub(crate) fn keep_trials(&mut self, seconds: f64) {
-        let mut before = 0.0;
-        let first = self.tracks.iter().take_while(|track| {
-            let times = &self.problem.trials[track.trial].times;
-            let is_wanted = before < seconds;
-            before += times.last().zip(times.first()).map_or(0.0, |(a, b)| a - b);
-            is_wanted
-        });
-        let kept = first.count();
-        self.tracks.truncate(kept);
-        self.arrival.truncate(kept);
+    /// Keeps the beginning of every trial, all of them together `seconds` long [s].
+    pub(crate) fn keep_first(&mut self, seconds: f64) {
+        let each = seconds / self.tracks.len().max(1) as f64;
+        for track in &mut self.tracks {
+            let first = track.links.first().map_or(0.0, |of| of.segment.start);
+            (track.links).retain(|of| of.segment.start < first + each);
+        }
     }
 
     /// Uncertain numbers and the point's own parameters of the only trial, the point's values known but for deviations along
@@ -150,5 +145,36 @@ impl WorkingPoint<'_, '_> {
             )
         });
         Ok(by_track.collect())
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::tests::{fake::RigidBody, on_prepared, trial};
+
+    /// Of two trials of 10 s the first two seconds each, and all of them where more is asked for.
+    #[test]
+    fn the_beginning_of_every_trial_is_kept() {
+        let trials = ["one", "two"].map(|name| trial(name, &[], &[0.0, 0.0], 3, 1.0));
+        on_prepared(&RigidBody::new(), trials.to_vec(), |problem, watch| {
+            let seconds = |working: &WorkingPoint<'_, '_>| -> Vec<f64> {
+                let tracks = working.tracks.iter().map(|of| &of.links);
+                tracks
+                    .map(|of| of[of.len() - 1].segment.start - of[0].segment.start)
+                    .collect()
+            };
+            let mut working = WorkingPoint::new(problem, watch).unwrap();
+            let whole = seconds(&working);
+            working.keep_first(100.0);
+            assert_eq!(seconds(&working), whole);
+            working.keep_first(4.0);
+            let kept = seconds(&working);
+            assert!(
+                kept.len() == 2 && kept.iter().all(|of| (1.5..2.0).contains(of)),
+                "{kept:?}"
+            );
+        });
     }
 }

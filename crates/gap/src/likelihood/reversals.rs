@@ -24,7 +24,7 @@ pub(crate) fn discount(problem: &Problem<'_>, track: &mut Track, rolled: &[Rolle
             .filter(|of| model.sensors[of.sensor].joint.as_deref() == Some(&joint.name))
             .flat_map(|of| of.channel..of.channel + of.channels)
             .collect();
-        // Where nothing measures a joint, nothing says that it turns round.
+        // Where no sensor is a joint's own, nothing says that it turns round.
         if own.is_empty() {
             continue;
         }
@@ -54,29 +54,25 @@ pub(crate) fn discount(problem: &Problem<'_>, track: &mut Track, rolled: &[Rolle
     }
 }
 
-/// Blocks of each link, true where the joint turns round: runs of blocks in which it is slow or its speed changes sign, along
-/// the whole trial. A run in which the trial begins or ends is none: from rest a joint sets off in one direction.
+/// Blocks of each link, true where the joint turns round: is slow, or changes its direction. Not the rest with which a trial
+/// begins or ends: from rest a joint sets off in one direction.
 fn turning_blocks(speeds: &[Vec<f64>], least: f64) -> Vec<Vec<bool>> {
-    let slow = |pair: &[f64]| pair.iter().any(|of| of.abs() < least) || pair[0] * pair[1] <= 0.0;
+    let is_slow = |speed: &f64| speed.abs() < least;
+    let turns = |pair: &[f64]| pair.iter().any(is_slow) || pair[0] * pair[1] <= 0.0;
     let mut turning: Vec<Vec<bool>> = (speeds.iter())
-        .map(|of| of.windows(2).map(slow).collect())
+        .map(|of| of.windows(2).map(turns).collect())
         .collect();
-    let at_rest = |speed: Option<&f64>| speed.is_some_and(|of| of.abs() < least);
-    if at_rest(speeds.iter().flatten().next()) {
-        leave_out(turning.iter_mut().flatten());
+    let starts = speeds.iter().flat_map(|of| of.iter().rev().skip(1).rev());
+    let at_first = turning.iter_mut().flatten().zip(starts);
+    for (turns, _) in at_first.take_while(|(_, speed)| is_slow(speed)) {
+        *turns = false;
     }
-    if at_rest(speeds.iter().flatten().next_back()) {
-        leave_out(turning.iter_mut().flatten().rev());
+    let ends = speeds.iter().flat_map(|of| of.iter().skip(1)).rev();
+    let at_last = turning.iter_mut().flatten().rev().zip(ends);
+    for (turns, _) in at_last.take_while(|(_, speed)| is_slow(speed)) {
+        *turns = false;
     }
     turning
-}
-
-/// Takes the run off that blocks begin with.
-fn leave_out<'a>(blocks: impl Iterator<Item = &'a mut bool>) {
-    blocks
-        .map(std::mem::take)
-        .take_while(|turns| *turns)
-        .for_each(drop);
 }
 
 /// Pieces of a link in which one of its blocks turns.
@@ -151,8 +147,10 @@ mod tests {
         assert_eq!(turns(stops), [[false; 2]; 2]);
         let waits: &[&[f64]] = &[&[1.0, 0.05, 0.0], &[0.0, 0.05, 1.0]];
         assert_eq!(turns(waits), [[true; 2]; 2]);
-        // It turns round in its first block, fast before and after.
+        // It turns round in its first block, fast before and after, or soon after it set off, or shortly before it stops.
         assert_eq!(turns(&[&[1.0, -1.0, -1.0]]), [[true, false]]);
+        assert_eq!(turns(&[&[0.0, 0.05, 0.2, -0.2]]), [[false, false, true]]);
+        assert_eq!(turns(&[&[-0.2, 0.2, 0.05, 0.0]]), [[true, false, false]]);
     }
 
     /// Other factors scale the values that smoothing found, not the forces.

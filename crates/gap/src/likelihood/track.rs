@@ -269,10 +269,6 @@ pub(crate) fn roll(
                 if link.is_boundary(grid, at) {
                     trial.control.interpolate(time, &mut control);
                     trial.control.interpolate(time - step, &mut earlier);
-                    // The one that the simulation had last may be this step's own: the segment before went a step further.
-                    if at == 0 {
-                        simulation.set_earlier_control(&earlier);
-                    }
                     boundaries.push(Boundary {
                         step: at,
                         saved: simulation.save(),

@@ -19,7 +19,7 @@ use crate::{
 
 /// Ratios of the noise's variance to that of a step of the slope that are tried, as powers of ten in halves: 0.01 to 1e6.
 const RATIOS: std::ops::RangeInclusive<i32> = -4..=12;
-/// Orders of the differences that must all show noise.
+/// Orders of the differences that must all show noise, where they are.
 const ORDERS: [usize; 2] = [3, 6];
 /// Times that the steps are weighed at each.
 const WEIGHINGS: usize = 8;
@@ -66,10 +66,13 @@ pub(crate) fn smoothed(trials: &[MeasuredTrial], options: &CandidateOptions) -> 
     found.noise.iter().any(|of| *of > 0.0).then_some(found)
 }
 
-/// Variance of a command's white noise; zero where none shows. What moves fast but smoothly has smaller differences of a high order.
+/// Variance of a command's white noise; zero where none shows. What moves fast but smoothly has smaller differences of a high
+/// order; a log too short for these has the others.
 fn logged_noise(logged: &[Vec<f64>]) -> f64 {
-    let each = ORDERS.map(|order| white_noise(logged, order).unwrap_or(0.0));
-    each.into_iter().fold(f64::INFINITY, f64::min)
+    let each = ORDERS
+        .iter()
+        .filter_map(|order| white_noise(logged, *order));
+    each.reduce(f64::min).unwrap_or(0.0)
 }
 
 /// Root mean square of what a command does about its mean.
@@ -269,5 +272,6 @@ mod tests {
             assert!(noise < least * spread(&[smooth]), "{rate}: {noise}");
         }
         assert_eq!(logged_noise(&[vec![1.0; 3]]), 0.0);
+        assert!(logged_noise(&[vec![0.0, 1.0, -1.0, 1.0, 0.0]]) > 0.0);
     }
 }

@@ -187,6 +187,11 @@ pub(crate) fn roll_observed(
     if let Some(tangent) = tangent {
         simulation.retract(tangent);
     }
+    // The one that the simulation had last is of another time.
+    trial
+        .control
+        .interpolate(segment.start - step, &mut control);
+    simulation.set_earlier_control(&control);
     trace.start = segment.start;
     trace.step = step;
     trace.width = trial.width;
