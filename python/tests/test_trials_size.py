@@ -5,6 +5,7 @@ short log may take SLACK more of it for a long one, or fails.
 """
 
 import json
+import os
 import subprocess
 import sys
 
@@ -159,8 +160,12 @@ def converted(tmp_path, write, name, kind, n, bulk, mapping, slack):
         write(tmp_path / folder / name, rows, bulk * rows // n)
     (tmp_path / "model.xml").write_text(model(3 * len(mapping["sensors"])))
     words = [tmp_path / "short" / name, tmp_path / "long" / name, kind, tmp_path / "model.xml", json.dumps(mapping)]
+    # Each thread that happens to allocate would reserve an arena of 64 MiB, which counts as memory here.
     run = subprocess.run(
-        [sys.executable, "-c", CHILD, *words, str(int(slack)), tmp_path / "out"], capture_output=True, text=True
+        [sys.executable, "-c", CHILD, *words, str(int(slack)), tmp_path / "out"],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"MALLOC_ARENA_MAX": "1"},
     )
     assert run.returncode == 0, run.stderr[-2000:]
     return int(run.stdout)
