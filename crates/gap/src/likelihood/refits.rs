@@ -154,7 +154,7 @@ mod tests {
     use super::*;
     use crate::tests::{fake::RigidBody, on_prepared, trial};
 
-    /// Of two trials of 10 s the first two seconds each, and all of them where more is asked for.
+    /// Two trials of 10 s: the first two seconds of each, or all where more is asked for.
     #[test]
     fn the_beginning_of_every_trial_is_kept() {
         let trials = ["one", "two"].map(|name| trial(name, &[], &[0.0, 0.0], 3, 1.0));

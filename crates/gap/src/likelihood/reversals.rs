@@ -57,19 +57,18 @@ pub(crate) fn discount(problem: &Problem<'_>, track: &mut Track, rolled: &[Rolle
 /// Blocks of each link, true where the joint turns round: is slow, or changes its direction. Not the rest with which a trial
 /// begins or ends: from rest a joint sets off in one direction.
 fn turning_blocks(speeds: &[Vec<f64>], least: f64) -> Vec<Vec<bool>> {
-    let is_slow = |speed: &f64| speed.abs() < least;
-    let turns = |pair: &[f64]| pair.iter().any(is_slow) || pair[0] * pair[1] <= 0.0;
+    let is_slow = |speed: f64| speed.abs() < least;
+    let turns = |pair: &[f64]| is_slow(pair[0]) || is_slow(pair[1]) || pair[0] * pair[1] <= 0.0;
+    let pairs = || speeds.iter().flat_map(|of| of.windows(2));
     let mut turning: Vec<Vec<bool>> = (speeds.iter())
         .map(|of| of.windows(2).map(turns).collect())
         .collect();
-    let starts = speeds.iter().flat_map(|of| of.iter().rev().skip(1).rev());
-    let at_first = turning.iter_mut().flatten().zip(starts);
-    for (turns, _) in at_first.take_while(|(_, speed)| is_slow(speed)) {
+    let from_start = turning.iter_mut().flatten().zip(pairs());
+    for (turns, _) in from_start.take_while(|(_, pair)| is_slow(pair[0])) {
         *turns = false;
     }
-    let ends = speeds.iter().flat_map(|of| of.iter().skip(1)).rev();
-    let at_last = turning.iter_mut().flatten().rev().zip(ends);
-    for (turns, _) in at_last.take_while(|(_, speed)| is_slow(speed)) {
+    let from_end = turning.iter_mut().flatten().rev().zip(pairs().rev());
+    for (turns, _) in from_end.take_while(|(_, pair)| is_slow(pair[1])) {
         *turns = false;
     }
     turning
