@@ -34,6 +34,13 @@ print(sum(trial.readings.size + trial.controls.size for trial in found))
 """
 #: Bytes of a number; what a long log may take more than a short one, and where Arrow reads it.
 NUMBER, SLACK, ARROW = 8, 28e6, 60e6
+#: Every large block is mapped for itself and returned when freed, and counts as it is: no arena of 64 MiB for each thread
+#: that happens to allocate, no heap with holes because a freed block was large, no pool of Arrow's own.
+ALLOCATOR = {
+    "MALLOC_ARENA_MAX": "1",
+    "MALLOC_MMAP_THRESHOLD_": "131072",
+    "ARROW_DEFAULT_MEMORY_POOL": "system",
+}
 #: Components of the model's sensors, three each, all of them mapped.
 WIDTH = 240
 AXES = [f"v{k}" for k in range(WIDTH)]
@@ -160,12 +167,11 @@ def converted(tmp_path, write, name, kind, n, bulk, mapping, slack):
         write(tmp_path / folder / name, rows, bulk * rows // n)
     (tmp_path / "model.xml").write_text(model(3 * len(mapping["sensors"])))
     words = [tmp_path / "short" / name, tmp_path / "long" / name, kind, tmp_path / "model.xml", json.dumps(mapping)]
-    # Each thread that happens to allocate would reserve an arena of 64 MiB, which counts as memory here.
     run = subprocess.run(
         [sys.executable, "-c", CHILD, *words, str(int(slack)), tmp_path / "out"],
         capture_output=True,
         text=True,
-        env=os.environ | {"MALLOC_ARENA_MAX": "1"},
+        env=os.environ | ALLOCATOR,
     )
     assert run.returncode == 0, run.stderr[-2000:]
     return int(run.stdout)
