@@ -92,7 +92,7 @@ def finished(
         found = read(generation)
         hashes, std = found.get("finished") or {}, found.get("perturbation_std")
         counts = found.get("planned")
-    elif manifest.is_file():
+    else:
         found = read(manifest)
         listed = found.get("files") or [
             entry for split in found.get("splits", {}).values() for entry in split["shards"]
@@ -100,11 +100,6 @@ def finished(
         hashes = {entry["file"]: entry["sha256"] for entry in listed}
         counts = {entry["file"]: entry.get("trajectories", 1) for entry in listed}
         std = found.get("perturbation_std")
-    else:
-        raise DataError(
-            f"{out} holds no {MANIFEST} or {GENERATION}, so there is nothing to resume: choose "
-            "another --out, or --overwrite"
-        )
     found, head = (unsaid or {}) | found, (unsaid or {}) | head
     unlike = [key for key in head if found.get(key) != head[key]]
     if unlike:
@@ -129,6 +124,28 @@ def working(out: Path) -> Iterator[None]:
         yield
 
 
+def held_in(out: Path) -> list[str]:
+    """What the folder holds, without the lock and what a write that was cut off has left."""
+    names = (path.name for path in out.iterdir()) if out.is_dir() else ()
+    return sorted(name for name in names if name != LOCK and not name.endswith(".tmp"))
+
+
+def check_free(out: Path, *, resume: bool, overwrite: bool) -> None:
+    """Refuses to mix with what the folder holds, and to resume where nothing was begun; changes nothing."""
+    held = held_in(out)
+    if held and not (resume or overwrite):
+        shown = ", ".join(held[:3]) + (", ..." if len(held) > 3 else "")
+        raise DataError(
+            f"{out} is not empty ({shown}): pass --resume to finish it, --overwrite to replace it, "
+            "or choose another --out"
+        )
+    if held and not overwrite and not ((out / MANIFEST).is_file() or (out / GENERATION).is_file()):
+        raise DataError(
+            f"{out} holds no {MANIFEST} or {GENERATION}, so there is nothing to resume: choose "
+            "another --out, or --overwrite"
+        )
+
+
 def prepare(out: Path, *, resume: bool, overwrite: bool, files: tuple[str, ...] = ("*-of-*.safetensors",)) -> bool:
     """True where there is something to resume. Refuses to mix with what the folder holds.
 
@@ -137,18 +154,12 @@ def prepare(out: Path, *, resume: bool, overwrite: bool, files: tuple[str, ...] 
     for leftover in out.glob("*.tmp"):
         if resume or overwrite:
             leftover.unlink()
-    held = sorted(path.name for path in out.iterdir() if path.name != LOCK)
-    if held and not (resume or overwrite):
-        shown = ", ".join(held[:3]) + (", ..." if len(held) > 3 else "")
-        raise DataError(
-            f"{out} is not empty ({shown}): pass --resume to finish it, --overwrite to replace it, "
-            "or choose another --out"
-        )
+    check_free(out, resume=resume, overwrite=overwrite)
     if overwrite:
         for path in (*(path for pattern in files for path in out.glob(pattern)), out / MANIFEST, out / GENERATION):
             path.unlink(missing_ok=True)
         return False
-    return bool(held)
+    return bool(held_in(out))
 
 
 def intact(out: Path, hashes: dict[str, str]) -> dict[str, str]:
