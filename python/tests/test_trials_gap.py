@@ -31,33 +31,42 @@ def made():
     return swum, dive.noisy(swum, 2)
 
 
-@pytest.mark.parametrize("kind", ["ROS 2 bag", "DataFlash"])
-def test_a_log_becomes_a_named_effect_and_a_patched_model(made, tmp_path, kind):
+def run(folder, *words, patience=60):
+    """What a command says, run in a folder."""
+    found = subprocess.run(words, capture_output=True, text=True, cwd=folder, timeout=patience)
+    assert found.returncode == 0, found.stderr
+    return found.stdout
+
+
+def converted(folder, made, kind):
+    """Make trials of a dive's log by the proposed mapping with shorter trials."""
     swum, readings = made
     nominal = dive.vehicle(dive.KNOWN)
     nominal.compile()
-    (tmp_path / "nominal.xml").write_text(nominal.to_xml())
+    (folder / "nominal.xml").write_text(nominal.to_xml())
     if kind == "DataFlash":
-        writers.dataflash(tmp_path / "dive.bin", swum.times, swum.commands, readings)
+        writers.dataflash(folder / "dive.bin", swum.times, swum.commands, readings)
     else:
-        writers.rosbag(tmp_path / "dive_ros2", swum.times, swum.commands, readings, dive.EPOCH)
+        writers.rosbag(folder / "dive_ros2", swum.times, swum.commands, readings, dive.EPOCH)
     log = "dive.bin" if kind == "DataFlash" else "dive_ros2"
-
-    def run(*words, patience=60):
-        found = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path, timeout=patience)
-        assert found.returncode == 0, found.stderr
-        return found.stdout
-
     convert = [sys.executable, "-m", "hydro_mujoco.trials", "convert", log, "--model", "nominal.xml"]
-    # The proposed mapping, with shorter trials.
-    proposed = run(*convert, "--dry-run")
+    proposed = run(folder, *convert, "--dry-run")
     assert tomllib.loads(proposed)["trials"]["length"] == 10
-    (tmp_path / "map.toml").write_text(proposed.replace("length = 10.0", f"length = {LENGTH}"))
-    report = run(*convert, "--mapping", "map.toml", "--out", "trials")
+    (folder / "map.toml").write_text(proposed.replace("length = 10.0", f"length = {LENGTH}"))
+    report = run(folder, *convert, "--mapping", "map.toml", "--out", "trials")
     assert "6 trials written to trials" in report and "SUSPECT" not in report, report
+
+
+@pytest.mark.parametrize("kind", ["ROS 2 bag", "DataFlash"])
+def test_the_proposed_mapping_makes_trials(made, tmp_path, kind):
+    converted(tmp_path, made, kind)
+
+
+def test_a_log_becomes_a_named_effect_and_a_patched_model(made, tmp_path):
+    converted(tmp_path, made, "ROS 2 bag")
     program = hydro_mujoco_entry.find_program()
     words = ["--model", "nominal.xml", "--trials", "trials", "--out", "gap", "--medium", "water", "--no-residual"]
-    said = run(program, "gap", "run", *words, patience=PATIENCE)
+    said = run(tmp_path, program, "gap", "run", *words, patience=PATIENCE)
 
     verdict = json.loads((tmp_path / "gap" / "verdict.json").read_text())
     assert (verdict["verdict"], verdict["named"], verdict["verified"]) == ("named", ["quadratic_drag"], True), said

@@ -1,5 +1,7 @@
 """The Task 1 generator: its bytes, its splits, its resume, its refusals."""
 
+import contextlib
+import io
 import json
 import subprocess
 import sys
@@ -12,6 +14,7 @@ import numpy as np
 from safetensors.numpy import load_file
 
 from hydro_mujoco.recording import files, folder
+from hydro_tools.commands import gen_task1
 from hydro_tools.datasets import DataError
 from hydro_tools.repository import SCRIPTS
 from hydro_tools.tank import campaign, conditions, dataset, force, processing, task1
@@ -303,11 +306,19 @@ class CommandLine(unittest.TestCase):
         self.assertIn("nothing to resume", self.refused("FULL", "--task", "1.2", "--resume", code=1))
 
     def test_bad_values(self):
-        self.assertIn("sum to 1", self.refused("--splits", "0.5,0.1,0.1", code=2))
-        self.assertIn("not a positive number", self.refused("--trials", "0", code=2))
-        self.assertIn("--seed", self.refused("--seed", "-1", code=2))
-        self.assertIn("invalid choice: '1.4'", self.refused("--task", "1.4", code=2))
-        self.assertIn("invalid choice: 'row'", self.refused("--split-by", "row", code=2))
+        for message, *arguments in (
+            ("sum to 1", "--splits", "0.5,0.1,0.1"),
+            ("not a positive number", "--trials", "0"),
+            ("--seed", "--seed", "-1"),
+            ("invalid choice: '1.4'", "--task", "1.4"),
+            ("invalid choice: 'row'", "--split-by", "row"),
+        ):
+            said = io.StringIO()
+            with mock.patch.object(sys, "argv", ["gen_task1.py", *arguments]), contextlib.redirect_stderr(said):
+                with self.assertRaises(SystemExit) as stopped:
+                    gen_task1.parse()
+            self.assertEqual(stopped.exception.code, 2)
+            self.assertIn(message, said.getvalue())
 
     def test_too_few_trials(self):
         self.assertIn("raise --trials", self.refused("--trials", "2", code=1))
