@@ -220,5 +220,6 @@ fn plant_joint(at: usize) -> PlantJoint {
         pushes: Vec::new(),
         stiffness: 3.0,
         damping: 0.1,
+        is_coordinate: false,
     }
 }

@@ -89,6 +89,7 @@ fn description() -> PlantDescription {
         pushes: Vec::new(),
         stiffness: 0.0,
         damping: 0.0,
+        is_coordinate: false,
     };
     PlantDescription {
         timestep: 0.002,

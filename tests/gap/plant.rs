@@ -124,6 +124,53 @@ fn a_joints_sizes_know_its_axis_and_its_servo() {
     assert!(ends.all(|of| of.end == (of.name == "arm")));
 }
 
+/// Joints that only say where a body is in a plane; not a cart's rail, not a spindle along its own axis, not what has a spring, a
+/// damper, friction or a rotor.
+#[test]
+fn coordinates_of_motion_in_a_plane_are_no_mechanisms() {
+    let coordinates = |joints: &str, inside: &str| -> Vec<String> {
+        let text = format!(
+            r#"<mujoco><worldbody><body name="root">{joints}<geom size="0.1" mass="1"/>{inside}</body></worldbody>
+            <sensor><jointpos name="q" joint="a"/></sensor></mujoco>"#
+        );
+        let plant = plant(&text);
+        let joints = plant.description().joints.iter();
+        let found = joints.filter(|joint| joint.is_coordinate);
+        found.map(|joint| joint.name.clone()).collect()
+    };
+    let [x, z] = [
+        r#"<joint name="a" type="slide" axis="1 0 0"/>"#,
+        r#"<joint name="b" type="slide" axis="0 0 1"/>"#,
+    ];
+    let pitch = r#"<joint name="c" axis="0 1 0"/>"#;
+    let limb =
+        r#"<body pos="0 0 -1"><joint name="d" axis="0 1 0"/><geom size="0.1" mass="1"/></body>"#;
+    assert_eq!(coordinates(&[x, z, pitch].concat(), limb), ["a", "b", "c"]);
+    assert_eq!(coordinates(x, limb), [""; 0]);
+    assert_eq!(coordinates(&[x, z].concat(), ""), [""; 0]);
+    assert_eq!(
+        coordinates(&[x, r#"<joint name="c" axis="1 0 0"/>"#].concat(), ""),
+        [""; 0]
+    );
+    for passive in ["stiffness", "damping", "frictionloss", "armature"] {
+        let c = format!(r#"<joint name="c" axis="0 1 0" {passive}="0.1"/>"#);
+        assert_eq!(
+            coordinates(&[x, z, &c].concat(), ""),
+            ["a", "b"],
+            "{passive}"
+        );
+    }
+    let inner = [x, z, pitch]
+        .concat()
+        .replace('"', "'")
+        .replace("name='", "name='inner_");
+    let deeper = format!(r#"<body>{inner}<geom size="0.1" mass="1"/></body>"#);
+    assert_eq!(
+        coordinates(&[x, z, pitch].concat(), &deeper),
+        ["a", "b", "c"]
+    );
+}
+
 /// A body's Jacobian times the velocities is what a velocimeter and a gyro at its origin read; of no body it is zero.
 #[test]
 fn a_jacobian_gives_the_velocities_that_sensors_read() {

@@ -193,6 +193,7 @@ impl<'a> ModelView<'a> {
         dof_invweight0: f64 = |m| m.nv as i64;
         jnt_stiffness: f64 = |m| m.njnt as i64;
         dof_armature: f64 = |m| m.nv as i64;
+        dof_frictionloss: f64 = |m| m.nv as i64;
         M_rownnz: i32 = |m| m.nv as i64;
         M_rowadr: i32 = |m| m.nv as i64;
         geom_bodyid: i32 = |m| m.ngeom as i64;

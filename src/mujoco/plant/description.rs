@@ -2,6 +2,7 @@
 
 use hydro_effects::Medium;
 use hydro_gap::plant::{Inertial, PlantActuator, PlantBody, PlantJoint};
+use nalgebra::Vector3;
 
 use crate::mujoco::{
     bodies::joint_space::last_dof,
@@ -9,11 +10,15 @@ use crate::mujoco::{
     ffi::{
         DataView, ModelView,
         bindings::{
-            mjOBJ_ACTUATOR, mjOBJ_BODY, mjOBJ_JOINT, mjOBJ_SITE, mjSENS_FORCE, mjSENS_TORQUE,
+            mjJNT_HINGE, mjJNT_SLIDE, mjOBJ_ACTUATOR, mjOBJ_BODY, mjOBJ_JOINT, mjOBJ_SITE,
+            mjSENS_FORCE, mjSENS_TORQUE,
         },
         views::NBIAS,
     },
 };
+
+/// Cosine of the angle between axes that are across one another.
+const ACROSS: f64 = 1e-6;
 
 /// True where a body that stands still hangs on a force or torque sensor with more than [`WEIGHTY`] of what
 /// hangs there: its weight is in the readings.
@@ -137,8 +142,37 @@ pub(crate) fn joints(model: ModelView<'_>) -> Vec<PlantJoint> {
             pushes: sizes::pushes(model, joint),
             stiffness: model.jnt_stiffness()[joint],
             damping: model.dof_damping()[model.jnt_dofadr()[joint] as usize],
+            is_coordinate: is_coordinate(model, joint),
         })
         .collect()
+}
+
+/// True for a slide or hinge that only says where a body is: on a body that hangs at the world, among slides and hinges about
+/// axes across them, without spring, damping, friction or armature. So a robot's motion in a plane is modelled.
+fn is_coordinate(model: ModelView<'_>, joint: usize) -> bool {
+    let body = model.jnt_bodyid()[joint];
+    let dof = model.jnt_dofadr()[joint] as usize;
+    let passive = [
+        model.jnt_stiffness()[joint],
+        model.dof_damping()[dof],
+        model.dof_frictionloss()[dof],
+        model.dof_armature()[dof],
+    ];
+    let axes = |kind: u32| -> Vec<Vector3<f64>> {
+        (0..model.jnt_type().len())
+            .filter(|other| {
+                model.jnt_bodyid()[*other] == body && model.jnt_type()[*other] as u32 == kind
+            })
+            .map(|other| Vector3::from(ModelView::triple(model.jnt_axis(), other)))
+            .collect()
+    };
+    let (slides, hinges) = (axes(mjJNT_SLIDE), axes(mjJNT_HINGE));
+    let is_across = |slide: &Vector3<f64>| hinges.iter().all(|of| slide.dot(of).abs() < ACROSS);
+    model.body_parentid()[body as usize] == 0
+        && !slides.is_empty()
+        && !hinges.is_empty()
+        && slides.iter().all(is_across)
+        && passive.iter().all(|value| *value == 0.0)
 }
 
 /// One entry a control; an actuator with several controls has its name with an index.

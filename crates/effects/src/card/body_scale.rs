@@ -7,6 +7,8 @@ use std::f64::consts::PI;
 
 use hydro_frames::STANDARD_GRAVITY;
 
+use crate::catalogue::ellipsoid;
+
 /// Density of water [kg/m^3], where a model says none.
 const WATER: f64 = 1000.0;
 /// Speed [m/s] and rate [rad/s] where no trials are known.
@@ -20,6 +22,10 @@ const DRAG_COEFFICIENT: f64 = 1.0;
 /// Drag of a frame with thrusters, as a multiple of that of an ellipsoid of its extents: 3 to 5 for a BlueROV2 (M. von Benzon
 /// et al., An open-source benchmark simulator, J. Mar. Sci. Eng. 10(12), 2022).
 const OPEN_FRAME: f64 = 3.0;
+/// Expected added mass, as a multiple of that of an ellipsoid of the extents (a sphere's displaced mass), and its least
+/// share of the displaced mass: what wings, fins and thrusters carry along a slender hull.
+const STIRRED: f64 = 2.0;
+const LEAST_STIRRED: f64 = 0.2;
 /// Bounds, as multiples of the reference value.
 const GENEROUS: f64 = 100.0;
 
@@ -185,12 +191,22 @@ impl BodyScale {
         GENEROUS * (self.quadratic_drag(axis) + self.own_inertia(axis))
     }
 
-    /// Added mass along an axis or about one (3 to 5), of the order of the displaced [kg, kg m^2].
-    pub(crate) fn added_mass(&self, axis: usize) -> f64 {
+    /// The displaced mass along an axis, or its moment of inertia about one (3 to 5) [kg, kg m^2].
+    pub(crate) fn displaced_about(&self, axis: usize) -> f64 {
         if axis < 3 {
             self.displaced()
         } else {
             self.displaced_inertia(axis - 3)
+        }
+    }
+
+    /// Expected added mass along an axis or about one (3 to 5): up to [`STIRRED`] times that of an ellipsoid of the extents
+    /// [kg], the moment of inertia of the displaced water [kg m^2].
+    pub(crate) fn expected_added_mass(&self, axis: usize) -> f64 {
+        let (shares, _) = ellipsoid::added_mass(self.typical_extent());
+        match shares.get(axis) {
+            Some(share) => (STIRRED * share).max(LEAST_STIRRED) * self.displaced(),
+            None => self.displaced_about(axis),
         }
     }
 
@@ -227,5 +243,25 @@ mod tests {
             let linear = OPEN_FRAME * scale.linear_drag(axis);
             assert!((scale.expected_linear_drag(axis) - linear).abs() < 1e-12 * linear);
         }
+    }
+
+    /// A sphere stirs half of its displaced mass; a glider's hull along itself a thirtieth, across itself all of it; a plate
+    /// broadside on many times what it displaces.
+    #[test]
+    fn added_mass_is_expected_where_the_hull_is_broad() {
+        let mut scale = fixture::body_scale(&fixture::still());
+        let displaced = scale.displaced();
+        let mut shares = |extent: [f64; 3]| {
+            scale.extent = extent;
+            [0, 1, 2].map(|axis| scale.expected_added_mass(axis) / displaced)
+        };
+        for share in shares([0.4, 0.4, 0.4]) {
+            assert!((share - 1.0).abs() < 1e-6, "{share}");
+        }
+        let [surge, sway, heave] = shares([1.8, 0.21, 0.21]);
+        assert_eq!(surge, super::LEAST_STIRRED);
+        assert!((1.8..2.0).contains(&sway) && (sway - heave).abs() < 1e-9);
+        let [edge, _, broadside] = shares([1.0, 1.0, 0.05]);
+        assert!(edge < 0.3 && broadside > 10.0, "{edge} {broadside}");
     }
 }

@@ -10,8 +10,6 @@ use crate::{
     wrench_law::{Parameters, WrenchLaw, about_origin},
 };
 
-/// Prior: the displaced mass; a plate broadside on carries several times as much.
-const TYPICAL: f64 = 1.0;
 /// Bound, in displaced masses: a thin plate, which displaces next to nothing, has many.
 const GREATEST: f64 = 100.0;
 
@@ -41,8 +39,10 @@ impl Effect for AddedMass {
     fn parameters(&self, target: &Target) -> Vec<Parameter> {
         target.body().map_or_else(Vec::new, |scale| {
             axes::never_negative(["kg", "kg m^2"], |axis| {
-                let displaced = scale.added_mass(axis);
-                (TYPICAL * displaced, GREATEST * displaced)
+                (
+                    scale.expected_added_mass(axis),
+                    GREATEST * scale.displaced_about(axis),
+                )
             })
         })
     }

@@ -88,6 +88,7 @@ fn description() -> PlantDescription {
             pushes: Vec::new(),
             stiffness: 3.0,
             damping: 0.0,
+            is_coordinate: false,
         }],
         actuators: Vec::new(),
         sensors: Vec::new(),

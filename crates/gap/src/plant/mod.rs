@@ -167,6 +167,8 @@ pub struct PlantJoint {
     pub stiffness: f64,
     /// Its damping [N m s/rad or N s/m], the linear term.
     pub damping: f64,
+    /// True for a coordinate of a body that moves freely in a plane: no bearing, no spring and no rotor is there.
+    pub is_coordinate: bool,
 }
 
 /// An actuator of the model.

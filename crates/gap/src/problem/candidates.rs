@@ -10,7 +10,7 @@ use hydro_effects::{
 
 use crate::{
     options::CandidateOptions,
-    plant::{PlantBody, PlantDescription, SensorKind},
+    plant::{PlantBody, PlantDescription, PlantJoint, SensorKind},
     problem::{
         channels::{Channels, MeasuredTrial, Source},
         typical::Typical,
@@ -254,7 +254,10 @@ pub(crate) fn enumerate(
                 }
             }
             TargetKind::Joint => {
-                let free = model.joints.iter().filter(|joint| is_free(joint.dof));
+                let is_asked = !only.is_empty();
+                let is_mechanism = |of: &PlantJoint| is_asked || !of.is_coordinate;
+                let free =
+                    (model.joints.iter()).filter(|joint| is_free(joint.dof) && is_mechanism(joint));
                 let targets = free.map(|joint| {
                     let mut scale = joint.scale.clone();
                     scale.speed = typical.speed[joint.dof].max(options.least_joint_speed);

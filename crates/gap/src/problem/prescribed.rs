@@ -128,6 +128,7 @@ mod tests {
                 pushes: Vec::new(),
                 stiffness: 0.0,
                 damping: 0.0,
+                is_coordinate: false,
             });
         }
         model

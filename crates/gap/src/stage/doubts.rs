@@ -6,19 +6,20 @@ use hydro_files::rounded;
 use crate::likelihood::explanation::Explanation;
 
 /// Values of a set that have run to the end of what their effect takes to be plausible, as one sentence: the set stands for something
-/// else. Null and zero are no such ends (a motor may be dead). None where all are within.
+/// else. A value more than half of the way there whose interval ends there is one of them. Null and zero are no such ends (a motor may be dead). None where all are within.
 pub(crate) fn values_at_an_edge(explanation: &Explanation<'_>, set: usize) -> Option<String> {
     let edge = explanation.problem.settings.options.name.edge;
     let point = explanation.point(set);
     let all = point.candidates.iter().zip(&point.values);
     let told = all.flat_map(|(candidate, values)| {
+        let fitted = explanation.parameters(set, *candidate);
         let candidate = &explanation.problem.candidates[*candidate];
-        let parameters = candidate.parameters.iter().zip(values);
-        parameters.filter_map(move |(p, value)| {
-            let ends = [p.lower, p.upper].into_iter();
-            let mut ends = ends.filter(|end| end.is_finite() && *end != p.null && *end != 0.0);
+        let parameters = candidate.parameters.iter().zip(values).zip(fitted);
+        parameters.filter_map(move |((p, value), fitted)| {
+            let ends = [p.lower, p.upper].into_iter().zip(fitted.ci95);
+            let mut ends = ends.filter(|(end, _)| end.is_finite() && *end != p.null && *end != 0.0);
             let is_at =
-                !p.shapes && ends.any(|end| (value - end).abs() <= edge * (end - p.null).abs());
+                !p.shapes && ends.any(|(end, reach)| runs_to(end, p.null, edge, (*value, reach)));
             let unit = match p.unit {
                 "1" => String::new(),
                 unit => format!(" {unit}"),
@@ -43,6 +44,13 @@ pub(crate) fn values_at_an_edge(explanation: &Explanation<'_>, set: usize) -> Op
             told.join(", ")
         )
     })
+}
+
+/// True for a value beside the end of what is plausible, or more than half of the way from nothing to it with an interval that
+/// ends there. `edge`: part of the way that is beside it; `reach`: the interval's end on that side.
+fn runs_to(end: f64, null: f64, edge: f64, (value, reach): (f64, f64)) -> bool {
+    let (way, left) = ((end - null).abs(), (value - end).abs());
+    left <= edge * way || (reach == end && left < 0.5 * way)
 }
 
 /// Numbers of the nominal that the fit of a set moves as far as it may, as one sentence: the set stands for something else, or they are
@@ -83,4 +91,22 @@ fn shifted(explanation: &Explanation<'_>, set: usize, least: f64) -> Option<Stri
         .map(|(name, shift)| format!("`{name}` by {shift:+.1}"));
     let told: Vec<String> = told.collect();
     (!told.is_empty()).then(|| told.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::runs_to;
+
+    #[test]
+    fn a_value_runs_to_an_end_that_it_is_beside_or_that_its_interval_reaches() {
+        let to_half = |value, reach| runs_to(0.5, 1.0, 0.04, (value, reach));
+        assert!(to_half(0.515, 0.51));
+        assert!(to_half(0.55, 0.5));
+        assert!(!to_half(0.55, 0.53));
+        // An interval may be wide: less than half of the way is not far.
+        assert!(!to_half(0.8, 0.5));
+        let to_ten = |value, reach| runs_to(10.0, 0.0, 0.04, (value, reach));
+        assert!(to_ten(9.7, 9.9) && to_ten(6.0, 10.0));
+        assert!(!to_ten(6.0, 9.0) && !to_ten(4.0, 10.0));
+    }
 }

@@ -55,6 +55,7 @@ fn joint(dof: usize, slides: bool) -> PlantJoint {
         pushes: Vec::new(),
         stiffness: 0.0,
         damping: 0.0,
+        is_coordinate: false,
     }
 }
 
@@ -346,6 +347,27 @@ fn speeds_come_from_what_translates() {
     assert!(close(found(&model), (3.0, 5.0)), "{:?}", found(&model));
     model.joints = vec![joint(0, false), joint(4, true)];
     assert!(close(found(&model), (0.8, 0.05)), "{:?}", found(&model));
+}
+
+/// A coordinate has no bearing: effects of joints act there where the user's own effect names it alone.
+#[test]
+fn a_coordinate_of_motion_in_a_plane_has_no_effects_of_joints() {
+    let text = "summary = \"s\"\ntarget = \"slide\"\ntargets = [\"joint_1\"]\nforce = \"k\"\n[parameters.k]\nunit = \"N\"\nlower = 0\n\
+                upper = 1\nprior_sd = 1";
+    let own = hydro_effects::own::register_toml("coordinate_force", text).unwrap();
+    let mut model = RigidBody::new().description().clone();
+    model.joints = (0..3).map(|dof| joint(dof, dof < 2)).collect();
+    model.joints[1].is_coordinate = true;
+    model.joints[2].is_coordinate = true;
+    let found = without_trials(&model, &[own], &CandidateOptions::default());
+    let of_joints =
+        |of: &&Candidate| hydro_effects::effect(of.effect).card().target == TargetKind::Joint;
+    let (asked, others): (Vec<_>, Vec<_>) = found
+        .iter()
+        .filter(of_joints)
+        .partition(|of| of.effect == own);
+    assert!(asked.iter().all(|of| of.targets == ["joint_1"]) && !asked.is_empty());
+    assert!(others.iter().all(|of| of.targets == ["joint_0"]) && !others.is_empty());
 }
 
 /// Linear drag there is no candidate beside the damping, which no data tell from it, unless there is water.
