@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path
 
 import mujoco
+import numpy as np
 import pytest
 
 import dive
@@ -57,9 +58,20 @@ def converted(folder, made, kind):
     assert "6 trials written to trials" in report and "SUSPECT" not in report, report
 
 
-@pytest.mark.parametrize("kind", ["ROS 2 bag", "DataFlash"])
-def test_the_proposed_mapping_makes_trials(made, tmp_path, kind):
-    converted(tmp_path, made, kind)
+def test_two_kinds_of_log_become_the_same_trials(made, tmp_path):
+    each = []
+    for kind in ("ROS 2 bag", "DataFlash"):
+        folder = tmp_path / kind
+        folder.mkdir()
+        converted(folder, made, kind)
+        each.append([np.load(path) for path in sorted((folder / "trials").glob("*.npz"))])
+    for bag, flash in zip(*each, strict=True):
+        assert flash["sensordata_times"] == pytest.approx(bag["sensordata_times"], abs=1e-9)
+        assert np.median(np.abs(flash["control_data"] - bag["control_data"])) < 0.01
+        places = [json.loads(str(one["sensordata_signal_mapping"])) for one in (bag, flash)]
+        for sensor in ("imu_gyro", "attitude", "position"):
+            one, other = (of["sensordata_data"][:, at[sensor][1]] for of, at in zip((bag, flash), places))
+            assert np.nanmedian(np.abs(one - other)) < 3 * dive.NOISE[sensor], sensor
 
 
 def test_a_log_becomes_a_named_effect_and_a_patched_model(made, tmp_path):

@@ -309,7 +309,7 @@ class CommandLine(unittest.TestCase):
         for message, *arguments in (
             ("sum to 1", "--splits", "0.5,0.1,0.1"),
             ("not a positive number", "--trials", "0"),
-            ("--seed", "--seed", "-1"),
+            ("argument --seed", "--seed", "-1"),
             ("invalid choice: '1.4'", "--task", "1.4"),
             ("invalid choice: 'row'", "--split-by", "row"),
         ):

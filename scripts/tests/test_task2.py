@@ -492,6 +492,27 @@ class CommandLine(unittest.TestCase):
     def test_nothing_to_resume(self):
         self.assertIn("nothing to resume", self.refused("FULL", "--resume", code=1))
 
+    def test_a_folder_that_cannot_be_used_is_refused_before_the_water_is_made(self):
+        with tempfile.TemporaryDirectory() as temporary:
+            full, file, torn = (Path(temporary, name) for name in ("full", "file", "torn"))
+            full.mkdir()
+            (full / "notes.txt").write_text("mine")
+            file.write_text("mine")
+            torn.mkdir()
+            (torn / "generation.json.tmp").write_text("{")
+            for out, flags, message in (
+                (full, {}, "not empty"),
+                (full, {"resume": True}, "nothing to resume"),
+                (file, {"overwrite": True}, "is a file"),
+                (torn, {}, "not empty"),
+            ):
+                with (
+                    self.subTest(out=out.name, **flags),
+                    mock.patch.object(dataset.task2, "Task2", side_effect=AssertionError("water is made")),
+                    self.assertRaisesRegex(DataError, message),
+                ):
+                    dataset.generate(SETTINGS, out, executor=Here(), **flags)
+
     def test_a_split_that_gets_nothing_is_named(self):
         with tempfile.TemporaryDirectory() as folder:
             arguments = ("--trials", 6, "--samples", 5, "--workers", 1, "--water", "ellipsoid")

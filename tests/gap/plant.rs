@@ -128,21 +128,26 @@ fn a_joints_sizes_know_its_axis_and_its_servo() {
 /// damper, friction or a rotor.
 #[test]
 fn coordinates_of_motion_in_a_plane_are_no_mechanisms() {
-    let coordinates = |joints: &str, inside: &str| -> Vec<String> {
+    let driven = |joints: &str, inside: &str, actuator: &str| -> Vec<String> {
         let text = format!(
             r#"<mujoco><worldbody><body name="root">{joints}<geom size="0.1" mass="1"/>{inside}</body></worldbody>
-            <sensor><jointpos name="q" joint="a"/></sensor></mujoco>"#
+            <actuator>{actuator}</actuator><sensor><jointpos name="q" joint="a"/></sensor></mujoco>"#
         );
         let plant = plant(&text);
         let joints = plant.description().joints.iter();
         let found = joints.filter(|joint| joint.is_coordinate);
         found.map(|joint| joint.name.clone()).collect()
     };
+    let coordinates = |joints: &str, inside: &str| driven(joints, inside, "");
     let [x, z] = [
         r#"<joint name="a" type="slide" axis="1 0 0"/>"#,
         r#"<joint name="b" type="slide" axis="0 0 1"/>"#,
     ];
     let pitch = r#"<joint name="c" axis="0 1 0"/>"#;
+    let servo = |kind: &str, gains: &str| {
+        let actuator = format!(r#"<{kind} name="servo" joint="c" {gains}/>"#);
+        driven(&[x, z, pitch].concat(), "", &actuator)
+    };
     let limb =
         r#"<body pos="0 0 -1"><joint name="d" axis="0 1 0"/><geom size="0.1" mass="1"/></body>"#;
     assert_eq!(coordinates(&[x, z, pitch].concat(), limb), ["a", "b", "c"]);
@@ -152,23 +157,25 @@ fn coordinates_of_motion_in_a_plane_are_no_mechanisms() {
         coordinates(&[x, r#"<joint name="c" axis="1 0 0"/>"#].concat(), ""),
         [""; 0]
     );
-    for passive in ["stiffness", "damping", "frictionloss", "armature"] {
-        let c = format!(r#"<joint name="c" axis="0 1 0" {passive}="0.1"/>"#);
+    for passive in [
+        "stiffness='0.1'",
+        "stiffness='0 0 0.1'",
+        "damping='0.1'",
+        "frictionloss='0.1'",
+        "armature='0.1'",
+        "range='-60 60'",
+    ] {
+        let c = format!(r#"<joint name="c" axis="0 1 0" {passive}/>"#);
         assert_eq!(
             coordinates(&[x, z, &c].concat(), ""),
             ["a", "b"],
             "{passive}"
         );
     }
-    let inner = [x, z, pitch]
-        .concat()
-        .replace('"', "'")
-        .replace("name='", "name='inner_");
-    let deeper = format!(r#"<body>{inner}<geom size="0.1" mass="1"/></body>"#);
-    assert_eq!(
-        coordinates(&[x, z, pitch].concat(), &deeper),
-        ["a", "b", "c"]
-    );
+    let inner = format!(r#"<body>{z}{pitch}<geom size="0.1" mass="1"/></body>"#);
+    assert_eq!(coordinates(x, &inner), [""; 0]);
+    assert_eq!(servo("position", "kp='9' kv='3'"), ["a", "b"]);
+    assert_eq!(servo("motor", ""), ["a", "b", "c"]);
 }
 
 /// A body's Jacobian times the velocities is what a velocimeter and a gyro at its origin read; of no body it is zero.

@@ -124,26 +124,29 @@ def working(out: Path) -> Iterator[None]:
         yield
 
 
-def held_in(out: Path) -> list[str]:
-    """What the folder holds, without the lock and what a write that was cut off has left."""
-    names = (path.name for path in out.iterdir()) if out.is_dir() else ()
-    return sorted(name for name in names if name != LOCK and not name.endswith(".tmp"))
+def check_free(out: Path, *, resume: bool, overwrite: bool) -> bool:
+    """True where there is something to resume. Refuses to mix with what is there, and to resume what is no data set.
 
-
-def check_free(out: Path, *, resume: bool, overwrite: bool) -> None:
-    """Refuses to mix with what the folder holds, and to resume where nothing was begun; changes nothing."""
-    held = held_in(out)
+    Changes nothing. What a write that was cut off has left counts where neither is asked for.
+    """
+    if out.exists() and not out.is_dir():
+        raise DataError(f"{out} is a file: choose a folder for --out")
+    held = sorted(path.name for path in out.iterdir() if path.name != LOCK) if out.is_dir() else []
     if held and not (resume or overwrite):
         shown = ", ".join(held[:3]) + (", ..." if len(held) > 3 else "")
         raise DataError(
             f"{out} is not empty ({shown}): pass --resume to finish it, --overwrite to replace it, "
             "or choose another --out"
         )
-    if held and not overwrite and not ((out / MANIFEST).is_file() or (out / GENERATION).is_file()):
+    if overwrite:
+        return False
+    held = [name for name in held if not name.endswith(".tmp")]
+    if held and not ((out / MANIFEST).is_file() or (out / GENERATION).is_file()):
         raise DataError(
             f"{out} holds no {MANIFEST} or {GENERATION}, so there is nothing to resume: choose "
             "another --out, or --overwrite"
         )
+    return bool(held)
 
 
 def prepare(out: Path, *, resume: bool, overwrite: bool, files: tuple[str, ...] = ("*-of-*.safetensors",)) -> bool:
@@ -151,15 +154,13 @@ def prepare(out: Path, *, resume: bool, overwrite: bool, files: tuple[str, ...] 
 
     files: patterns of what --overwrite may delete, beside the manifest.
     """
+    resumes = check_free(out, resume=resume, overwrite=overwrite)
     for leftover in out.glob("*.tmp"):
-        if resume or overwrite:
-            leftover.unlink()
-    check_free(out, resume=resume, overwrite=overwrite)
+        leftover.unlink()
     if overwrite:
         for path in (*(path for pattern in files for path in out.glob(pattern)), out / MANIFEST, out / GENERATION):
             path.unlink(missing_ok=True)
-        return False
-    return bool(held_in(out))
+    return resumes
 
 
 def intact(out: Path, hashes: dict[str, str]) -> dict[str, str]:

@@ -15,6 +15,7 @@ use crate::mujoco::{
         },
         views::NBIAS,
     },
+    plant::nuisances,
 };
 
 /// Cosine of the angle between axes that are across one another.
@@ -148,16 +149,16 @@ pub(crate) fn joints(model: ModelView<'_>) -> Vec<PlantJoint> {
 }
 
 /// True for a slide or hinge that only says where a body is: on a body that hangs at the world, among slides and hinges about
-/// axes across them, without spring, damping, friction or armature. So a robot's motion in a plane is modelled.
+/// axes across them, without limits, spring, damping (of its own or a servo's), friction or armature. Models describe robots that
+/// move in a plane by such joints.
 fn is_coordinate(model: ModelView<'_>, joint: usize) -> bool {
     let body = model.jnt_bodyid()[joint];
     let dof = model.jnt_dofadr()[joint] as usize;
-    let passive = [
-        model.jnt_stiffness()[joint],
-        model.dof_damping()[dof],
-        model.dof_frictionloss()[dof],
-        model.dof_armature()[dof],
-    ];
+    let scale = sizes::joint(model, joint);
+    let passive = [scale.damping, scale.armature, model.dof_frictionloss()[dof]];
+    let springs = nuisances::stiffness(model, joint);
+    // SAFETY: one flag a joint.
+    let is_limited = unsafe { ModelView::flag(model.raw().jnt_limited, joint) };
     let axes = |kind: u32| -> Vec<Vector3<f64>> {
         (0..model.jnt_type().len())
             .filter(|other| {
@@ -172,7 +173,8 @@ fn is_coordinate(model: ModelView<'_>, joint: usize) -> bool {
         && !slides.is_empty()
         && !hinges.is_empty()
         && slides.iter().all(is_across)
-        && passive.iter().all(|value| *value == 0.0)
+        && !is_limited
+        && passive.iter().chain(&springs).all(|value| *value == 0.0)
 }
 
 /// One entry a control; an actuator with several controls has its name with an index.

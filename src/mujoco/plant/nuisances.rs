@@ -420,7 +420,7 @@ pub(crate) fn scale_gain(model: &mut Model, actuator: usize, factor: f64) {
 const POLY: usize = crate::mujoco::ffi::bindings::mjNPOLY as usize;
 
 /// Terms of a joint's stiffness, the linear one first.
-fn stiffness(model: ModelView<'_>, joint: usize) -> Vec<f64> {
+pub(super) fn stiffness(model: ModelView<'_>, joint: usize) -> Vec<f64> {
     let mut terms = vec![model.jnt_stiffness()[joint]];
     #[cfg(mujoco_outputs)]
     terms.extend(&model.jnt_stiffnesspoly()[POLY * joint..POLY * (joint + 1)]);

@@ -22,9 +22,9 @@ const DRAG_COEFFICIENT: f64 = 1.0;
 /// Drag of a frame with thrusters, as a multiple of that of an ellipsoid of its extents: 3 to 5 for a BlueROV2 (M. von Benzon
 /// et al., An open-source benchmark simulator, J. Mar. Sci. Eng. 10(12), 2022).
 const OPEN_FRAME: f64 = 3.0;
-/// Expected added mass, as a multiple of that of an ellipsoid of the extents (a sphere's displaced mass), and its least
-/// share of the displaced mass: what wings, fins and thrusters carry along a slender hull.
+/// Expected added mass, as a multiple of that of an ellipsoid of the extents: of a sphere the displaced mass.
 const STIRRED: f64 = 2.0;
+/// Its least share of the displaced mass: what wings, fins and thrusters carry along a slender hull.
 const LEAST_STIRRED: f64 = 0.2;
 /// Bounds, as multiples of the reference value.
 const GENEROUS: f64 = 100.0;
@@ -200,8 +200,8 @@ impl BodyScale {
         }
     }
 
-    /// Expected added mass along an axis or about one (3 to 5): up to [`STIRRED`] times that of an ellipsoid of the extents
-    /// [kg], the moment of inertia of the displaced water [kg m^2].
+    /// Expected added mass along an axis, [`STIRRED`] times that of an ellipsoid of the extents and at least [`LEAST_STIRRED`] of
+    /// the displaced mass [kg]; about an axis (3 to 5), the moment of inertia of the displaced water [kg m^2].
     pub(crate) fn expected_added_mass(&self, axis: usize) -> f64 {
         let (shares, _) = ellipsoid::added_mass(self.typical_extent());
         match shares.get(axis) {
@@ -223,7 +223,7 @@ impl BodyScale {
 #[cfg(test)]
 mod tests {
     use super::OPEN_FRAME;
-    use crate::tests::fixture;
+    use crate::{Id, card::Target, effect, tests::fixture};
 
     /// A ball of 57 g at 20 m/s: drag of at most its weight. A drifting hull: the drag of water.
     #[test]
@@ -245,8 +245,8 @@ mod tests {
         }
     }
 
-    /// A sphere stirs half of its displaced mass; a glider's hull along itself a thirtieth, across itself all of it; a plate
-    /// broadside on many times what it displaces.
+    /// Of a sphere the displaced mass is expected; along a slender hull the least share, across it twice what it displaces; of a
+    /// plate broadside on many times that.
     #[test]
     fn added_mass_is_expected_where_the_hull_is_broad() {
         let mut scale = fixture::body_scale(&fixture::still());
@@ -263,5 +263,8 @@ mod tests {
         assert!((1.8..2.0).contains(&sway) && (sway - heave).abs() < 1e-9);
         let [edge, _, broadside] = shares([1.0, 1.0, 0.05]);
         assert!(edge < 0.3 && broadside > 10.0, "{edge} {broadside}");
+        scale.extent = [1.0, 1.0, 1e-3];
+        let thin = effect(Id::AddedMass).parameters(&Target::Body(scale));
+        assert!(thin.iter().all(|p| p.prior_sd <= p.upper));
     }
 }

@@ -39,10 +39,8 @@ impl Effect for AddedMass {
     fn parameters(&self, target: &Target) -> Vec<Parameter> {
         target.body().map_or_else(Vec::new, |scale| {
             axes::never_negative(["kg", "kg m^2"], |axis| {
-                (
-                    scale.expected_added_mass(axis),
-                    GREATEST * scale.displaced_about(axis),
-                )
+                let greatest = GREATEST * scale.displaced_about(axis);
+                (scale.expected_added_mass(axis).min(greatest), greatest)
             })
         })
     }

@@ -6,7 +6,7 @@ use hydro_files::rounded;
 use crate::likelihood::explanation::Explanation;
 
 /// Values of a set that have run to the end of what their effect takes to be plausible, as one sentence: the set stands for something
-/// else. A value more than half of the way there whose interval ends there is one of them. Null and zero are no such ends (a motor may be dead). None where all are within.
+/// else. So has a value more than half of the way there whose interval ends there. Null and zero are no such ends (a motor may be dead). None where all are within.
 pub(crate) fn values_at_an_edge(explanation: &Explanation<'_>, set: usize) -> Option<String> {
     let edge = explanation.problem.settings.options.name.edge;
     let point = explanation.point(set);
@@ -16,7 +16,12 @@ pub(crate) fn values_at_an_edge(explanation: &Explanation<'_>, set: usize) -> Op
         let candidate = &explanation.problem.candidates[*candidate];
         let parameters = candidate.parameters.iter().zip(values).zip(fitted);
         parameters.filter_map(move |((p, value), fitted)| {
-            let ends = [p.lower, p.upper].into_iter().zip(fitted.ci95);
+            // That of what was not fitted is all that is plausible, and tells nothing.
+            let reach = match fitted.ci95 == [p.lower, p.upper] {
+                true => [f64::NAN; 2],
+                false => fitted.ci95,
+            };
+            let ends = [p.lower, p.upper].into_iter().zip(reach);
             let mut ends = ends.filter(|(end, _)| end.is_finite() && *end != p.null && *end != 0.0);
             let is_at =
                 !p.shapes && ends.any(|(end, reach)| runs_to(end, p.null, edge, (*value, reach)));
@@ -26,11 +31,13 @@ pub(crate) fn values_at_an_edge(explanation: &Explanation<'_>, set: usize) -> Op
             };
             is_at.then(|| {
                 format!(
-                    "`{}` of {} on `{}` is {}{unit} ({} to {})",
+                    "`{}` of {} on `{}` is {}{unit} (95 %: {} to {}; plausible: {} to {})",
                     p.name,
                     effect(candidate.effect).card().phrase,
                     candidate.targets.join("`, `"),
                     rounded(*value),
+                    rounded(fitted.ci95[0]),
+                    rounded(fitted.ci95[1]),
                     rounded(p.lower),
                     rounded(p.upper),
                 )

@@ -174,7 +174,7 @@ fn a_value_at_the_edge_of_what_is_plausible_is_no_name() {
     assert_eq!(
         remarks,
         "the likeliest explanation is not named, for values are at the end of what is plausible: `scale` of a sensor scale on \
-         `dvl` is 1.5 (0.5 to 1.5)"
+         `dvl` is 1.5 (95 %: 1.5 to 1.5; plausible: 0.5 to 1.5)"
     );
 }
 
