@@ -279,6 +279,17 @@ pub(crate) fn is_scalar(model: ModelView<'_>, joint: usize) -> bool {
     kind == mjJNT_SLIDE || kind == mjJNT_HINGE
 }
 
+/// Terms of a joint's stiffness, the linear one first.
+pub(crate) fn stiffness(model: ModelView<'_>, joint: usize) -> Vec<f64> {
+    let mut terms = vec![model.jnt_stiffness()[joint]];
+    #[cfg(mujoco_outputs)]
+    {
+        const HIGHER: usize = crate::mujoco::ffi::bindings::mjNPOLY as usize;
+        terms.extend(&model.jnt_stiffnesspoly()[HIGHER * joint..HIGHER * (joint + 1)]);
+    }
+    terms
+}
+
 /// True for a joint whose axis keeps its direction in the world: between it and the world there are slides alone.
 fn has_fixed_axis(model: ModelView<'_>, joint: usize) -> bool {
     let body = model.jnt_bodyid()[joint] as usize;

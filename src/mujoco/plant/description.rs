@@ -15,7 +15,6 @@ use crate::mujoco::{
         },
         views::NBIAS,
     },
-    plant::nuisances,
 };
 
 /// Cosine of the angle between axes that are across one another.
@@ -156,7 +155,7 @@ fn is_coordinate(model: ModelView<'_>, joint: usize) -> bool {
     let dof = model.jnt_dofadr()[joint] as usize;
     let scale = sizes::joint(model, joint);
     let passive = [scale.damping, scale.armature, model.dof_frictionloss()[dof]];
-    let springs = nuisances::stiffness(model, joint);
+    let springs = sizes::stiffness(model, joint);
     // SAFETY: one flag a joint.
     let is_limited = unsafe { ModelView::flag(model.raw().jnt_limited, joint) };
     let axes = |kind: u32| -> Vec<Vector3<f64>> {

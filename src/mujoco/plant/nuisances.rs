@@ -215,7 +215,7 @@ pub(crate) fn find(model: ModelView<'_>, nominal: &[Nominal]) -> Vec<(Nuisance, 
             let name = format!("{of}.damping");
             add(name, &of, NuisanceClass::Damping, Quantity::Damping, joint);
         }
-        for (term, value) in stiffness(model, joint).into_iter().enumerate() {
+        for (term, value) in sizes::stiffness(model, joint).into_iter().enumerate() {
             if value != 0.0 {
                 let of = model.label(mjOBJ_JOINT as i32, "joint", joint);
                 let name = match term {
@@ -418,14 +418,6 @@ pub(crate) fn scale_gain(model: &mut Model, actuator: usize, factor: f64) {
 /// Terms of stiffness and damping beyond the linear one.
 #[cfg(mujoco_outputs)]
 const POLY: usize = crate::mujoco::ffi::bindings::mjNPOLY as usize;
-
-/// Terms of a joint's stiffness, the linear one first.
-pub(super) fn stiffness(model: ModelView<'_>, joint: usize) -> Vec<f64> {
-    let mut terms = vec![model.jnt_stiffness()[joint]];
-    #[cfg(mujoco_outputs)]
-    terms.extend(&model.jnt_stiffnesspoly()[POLY * joint..POLY * (joint + 1)]);
-    terms
-}
 
 fn scale_stiffness(raw: &mut mjModel, joint: usize, term: usize, factor: f64) {
     // SAFETY: one number a joint, and the model is held alone.
