@@ -508,7 +508,7 @@ class CommandLine(unittest.TestCase):
             ):
                 with (
                     self.subTest(out=out.name, **flags),
-                    mock.patch.object(dataset.task2, "Task2", side_effect=AssertionError("water is made")),
+                    mock.patch.object(dataset, "_head", side_effect=AssertionError("water is made")),
                     self.assertRaisesRegex(DataError, message),
                 ):
                     dataset.generate(SETTINGS, out, executor=Here(), **flags)

@@ -46,7 +46,7 @@ fn library() -> PathBuf {
     library
 }
 
-/// Where the tests in Python are.
+/// Folder of the tests in Python.
 fn tests() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/tests/plugin")
 }

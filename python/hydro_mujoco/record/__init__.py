@@ -125,7 +125,7 @@ def record(
         manifest = generate(
             ready.recorder,
             size,
-            head,
+            lambda: head,
             out,
             noise_std=lambda: ready.noise_std,
             executor=executor,

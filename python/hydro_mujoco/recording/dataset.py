@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import DataError
 from ..jobs import JobError
 from ..jobs.executor import Executor
-from .folder import complete, cut, drawn_again, entries, finished, intact, prepare, share, working
+from .folder import check_free, complete, cut, drawn_again, entries, finished, intact, prepare, share, working
 from .proof import Proof
 from .shards import Maker, Recorder
 
@@ -48,7 +48,7 @@ def empty_splits(size: Size) -> str:
 def generate(
     recorder: Recorder,
     size: Size,
-    head: dict,
+    head: Callable[[], dict],
     out: Path,
     *,
     noise_std: Callable[[], np.ndarray],
@@ -59,16 +59,20 @@ def generate(
 ) -> dict:
     """Make or finish the data set; returns its manifest.
 
-    head: the manifest without what only a finished data set knows; unsaid: settings that hold where a head does not
-    name them. noise_std: standard deviation of the noise on each component, asked for where the folder has none.
+    head: the manifest without what only a finished data set knows, asked for where the folder can be used; unsaid:
+    settings that hold where a head does not name them. noise_std: standard deviation of the noise on each component,
+    asked for where the folder has none.
     """
     with working(out):
+        # Before the head, which may take long; and nothing is deleted before the head is known.
+        check_free(out, resume=resume, overwrite=overwrite)
+        known = head()
         shards = cut(size.counts(), size.shard_size)
         planned = {shard.file: shard.count for shard in shards}
         hashes: dict[str, str] = {}
         std = None
         if prepare(out, resume=resume, overwrite=overwrite):
-            recorded, std = finished(out, head, planned, unsaid=dict(unsaid or {}))
+            recorded, std = finished(out, known, planned, unsaid=dict(unsaid or {}))
             hashes = intact(out, recorded)
         if std is None:
             std = [float(s) for s in noise_std()]
@@ -85,6 +89,6 @@ def generate(
         # Workers may be machines without this folder: only this process writes.
         try:
             with closing(executor.run(maker, missing)) as results:
-                return complete(out, head | {"perturbation_std": std}, planned, hashes, results, last)
+                return complete(out, known | {"perturbation_std": std}, planned, hashes, results, last)
         except JobError as error:
             raise DataError(f"{error}; finished shards are kept: go on with --resume") from error

@@ -129,9 +129,7 @@ def check_free(out: Path, *, resume: bool, overwrite: bool) -> bool:
 
     Changes nothing. What a write that was cut off has left counts where neither is asked for.
     """
-    if out.exists() and not out.is_dir():
-        raise DataError(f"{out} is a file: choose a folder for --out")
-    held = sorted(path.name for path in out.iterdir() if path.name != LOCK) if out.is_dir() else []
+    held = sorted(path.name for path in out.iterdir() if path.name != LOCK)
     if held and not (resume or overwrite):
         shown = ", ".join(held[:3]) + (", ..." if len(held) > 3 else "")
         raise DataError(

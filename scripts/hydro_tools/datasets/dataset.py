@@ -9,7 +9,7 @@ import numpy as np
 from hydro_mujoco.jobs.executor import Executor
 from hydro_mujoco.recording import dataset, kinematics
 from hydro_mujoco.recording.features import FRAMES, OUTPUT_UNITS, OUTPUTS
-from hydro_mujoco.recording.folder import SCHEMA, check_free
+from hydro_mujoco.recording.folder import SCHEMA
 
 from . import VERSION, DataError, plan, scene, task2
 from .regime import USUAL, Regime
@@ -81,14 +81,12 @@ def generate(
     settings: Settings, out: Path, *, executor: Executor, resume: bool = False, overwrite: bool = False
 ) -> dict:
     """Make or finish the data set; returns its manifest."""
-    # Before the water is made, which takes some seconds.
-    check_free(out, resume=resume, overwrite=overwrite)
     loaded = scene.load(settings.model)
     recorder = task2.Task2(loaded, settings.regime, settings.seed, settings.samples, settings.water, settings.switch)
     return dataset.generate(
         recorder,
         settings.size,
-        _head(settings, loaded, recorder),
+        lambda: _head(settings, loaded, recorder),
         out,
         noise_std=lambda: task2.PERTURBATION * recorder.pilot_std(),
         executor=executor,

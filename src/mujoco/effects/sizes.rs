@@ -7,6 +7,8 @@ use hydro_effects::{
 };
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
+#[cfg(mujoco_outputs)]
+use crate::mujoco::ffi::views::NPOLY;
 use crate::{
     mujoco::{
         bodies::{
@@ -283,10 +285,7 @@ pub(crate) fn is_scalar(model: ModelView<'_>, joint: usize) -> bool {
 pub(crate) fn stiffness(model: ModelView<'_>, joint: usize) -> Vec<f64> {
     let mut terms = vec![model.jnt_stiffness()[joint]];
     #[cfg(mujoco_outputs)]
-    {
-        const HIGHER: usize = crate::mujoco::ffi::bindings::mjNPOLY as usize;
-        terms.extend(&model.jnt_stiffnesspoly()[HIGHER * joint..HIGHER * (joint + 1)]);
-    }
+    terms.extend(&model.jnt_stiffnesspoly()[NPOLY * joint..NPOLY * (joint + 1)]);
     terms
 }
 

@@ -62,6 +62,10 @@ pub(crate) const NGAIN: usize = super::bindings::mjNGAIN as usize;
 #[cfg(mujoco_plugins)]
 pub(crate) const NBIAS: usize = super::bindings::mjNBIAS as usize;
 
+/// Terms of stiffness and damping beyond the linear one.
+#[cfg(mujoco_outputs)]
+pub(crate) const NPOLY: usize = super::bindings::mjNPOLY as usize;
+
 /// Number of actuators of a model; from 4.0 one may have several controls and outputs.
 #[cfg(mujoco_plugins)]
 #[allow(
@@ -225,7 +229,7 @@ impl<'a> ModelView<'a> {
 
     #[cfg(mujoco_outputs)]
     model_slices! {
-        jnt_stiffnesspoly: f64 = |m| m.njnt as i64 * crate::mujoco::ffi::bindings::mjNPOLY as i64;
+        jnt_stiffnesspoly: f64 = |m| m.njnt as i64 * NPOLY as i64;
     }
 
     #[cfg(not(mujoco_plugins))]

@@ -1,6 +1,6 @@
 //! Bodies, joints and actuators of a model, as `hydro gap` sees them.
 
-use hydro_effects::Medium;
+use hydro_effects::{Medium, card::JointScale};
 use hydro_gap::plant::{Inertial, PlantActuator, PlantBody, PlantJoint};
 use nalgebra::Vector3;
 
@@ -133,16 +133,19 @@ pub(crate) fn medium(model: ModelView<'_>, wet: bool) -> Medium {
 pub(crate) fn joints(model: ModelView<'_>) -> Vec<PlantJoint> {
     (0..model.jnt_type().len())
         .filter(|joint| sizes::is_scalar(model, *joint))
-        .map(|joint| PlantJoint {
-            name: model.label(mjOBJ_JOINT as i32, "joint", joint),
-            qpos: model.jnt_qposadr()[joint] as usize,
-            dof: model.jnt_dofadr()[joint] as usize,
-            start: model.qpos0()[model.jnt_qposadr()[joint] as usize],
-            scale: sizes::joint(model, joint),
-            pushes: sizes::pushes(model, joint),
-            stiffness: model.jnt_stiffness()[joint],
-            damping: model.dof_damping()[model.jnt_dofadr()[joint] as usize],
-            is_coordinate: is_coordinate(model, joint),
+        .map(|joint| {
+            let scale = sizes::joint(model, joint);
+            PlantJoint {
+                name: model.label(mjOBJ_JOINT as i32, "joint", joint),
+                qpos: model.jnt_qposadr()[joint] as usize,
+                dof: model.jnt_dofadr()[joint] as usize,
+                start: model.qpos0()[model.jnt_qposadr()[joint] as usize],
+                is_coordinate: is_coordinate(model, joint, &scale),
+                scale,
+                pushes: sizes::pushes(model, joint),
+                stiffness: model.jnt_stiffness()[joint],
+                damping: model.dof_damping()[model.jnt_dofadr()[joint] as usize],
+            }
         })
         .collect()
 }
@@ -150,30 +153,29 @@ pub(crate) fn joints(model: ModelView<'_>) -> Vec<PlantJoint> {
 /// True for a slide or hinge that only says where a body is: on a body that hangs at the world, among slides and hinges about
 /// axes across them, without limits, spring, damping (of its own or a servo's), friction or armature. Models describe robots that
 /// move in a plane by such joints.
-fn is_coordinate(model: ModelView<'_>, joint: usize) -> bool {
-    let body = model.jnt_bodyid()[joint];
-    let dof = model.jnt_dofadr()[joint] as usize;
-    let scale = sizes::joint(model, joint);
-    let passive = [scale.damping, scale.armature, model.dof_frictionloss()[dof]];
-    let springs = sizes::stiffness(model, joint);
+fn is_coordinate(model: ModelView<'_>, joint: usize, scale: &JointScale) -> bool {
+    let body = model.jnt_bodyid()[joint] as usize;
+    let friction = model.dof_frictionloss()[model.jnt_dofadr()[joint] as usize];
+    let mut passive = sizes::stiffness(model, joint);
+    passive.extend([scale.damping, scale.armature, friction]);
     // SAFETY: one flag a joint.
     let is_limited = unsafe { ModelView::flag(model.raw().jnt_limited, joint) };
+    let first = model.body_jntadr()[body] as usize;
+    let of_body = || first..first + model.body_jntnum()[body] as usize;
     let axes = |kind: u32| -> Vec<Vector3<f64>> {
-        (0..model.jnt_type().len())
-            .filter(|other| {
-                model.jnt_bodyid()[*other] == body && model.jnt_type()[*other] as u32 == kind
-            })
+        of_body()
+            .filter(|other| model.jnt_type()[*other] as u32 == kind)
             .map(|other| Vector3::from(ModelView::triple(model.jnt_axis(), other)))
             .collect()
     };
     let (slides, hinges) = (axes(mjJNT_SLIDE), axes(mjJNT_HINGE));
     let is_across = |slide: &Vector3<f64>| hinges.iter().all(|of| slide.dot(of).abs() < ACROSS);
-    model.body_parentid()[body as usize] == 0
+    model.body_parentid()[body] == 0
         && !slides.is_empty()
         && !hinges.is_empty()
         && slides.iter().all(is_across)
         && !is_limited
-        && passive.iter().chain(&springs).all(|value| *value == 0.0)
+        && passive.iter().all(|value| *value == 0.0)
 }
 
 /// One entry a control; an actuator with several controls has its name with an index.

@@ -16,6 +16,8 @@ use hydro_effects::{Entry, Medium, Part, TargetKind, effect};
 use hydro_gap::plant::{self, Nuisance, NuisanceClass, Quantity};
 
 use super::description::is_weighed;
+#[cfg(mujoco_outputs)]
+use crate::mujoco::ffi::views::NPOLY;
 use crate::{
     mujoco::{
         effects::{bind, sizes, surroundings::Surroundings},
@@ -415,10 +417,6 @@ pub(crate) fn scale_gain(model: &mut Model, actuator: usize, factor: f64) {
         .for_each(|value| *value *= factor);
 }
 
-/// Terms of stiffness and damping beyond the linear one.
-#[cfg(mujoco_outputs)]
-const POLY: usize = crate::mujoco::ffi::bindings::mjNPOLY as usize;
-
 fn scale_stiffness(raw: &mut mjModel, joint: usize, term: usize, factor: f64) {
     // SAFETY: one number a joint, and the model is held alone.
     let linear = unsafe { view_mut(raw.jnt_stiffness, raw.njnt) };
@@ -427,8 +425,8 @@ fn scale_stiffness(raw: &mut mjModel, joint: usize, term: usize, factor: f64) {
         #[cfg(mujoco_outputs)]
         Some(higher) => {
             // SAFETY: a row a joint, and the model is held alone.
-            let all = unsafe { view_mut(raw.jnt_stiffnesspoly, raw.njnt * POLY as i64) };
-            all[POLY * joint + higher] *= factor;
+            let all = unsafe { view_mut(raw.jnt_stiffnesspoly, raw.njnt * NPOLY as i64) };
+            all[NPOLY * joint + higher] *= factor;
         }
         #[cfg(not(mujoco_outputs))]
         Some(_) => {}
@@ -451,9 +449,9 @@ fn scale_damping(raw: &mut mjModel, joint: usize, factor: f64) {
     #[cfg(mujoco_outputs)]
     {
         // SAFETY: a row a degree of freedom, and the model is held alone.
-        let higher = unsafe { view_mut(raw.dof_dampingpoly, raw.nv * POLY as i64) };
+        let higher = unsafe { view_mut(raw.dof_dampingpoly, raw.nv * NPOLY as i64) };
         for dof in dofs {
-            higher[POLY * dof..POLY * (dof + 1)]
+            higher[NPOLY * dof..NPOLY * (dof + 1)]
                 .iter_mut()
                 .for_each(|value| *value *= factor);
         }

@@ -203,11 +203,11 @@ impl BodyScale {
     /// Expected added mass along an axis, [`STIRRED`] times that of an ellipsoid of the extents and at least [`LEAST_STIRRED`] of
     /// the displaced mass [kg]; about an axis (3 to 5), the moment of inertia of the displaced water [kg m^2].
     pub(crate) fn expected_added_mass(&self, axis: usize) -> f64 {
-        let (shares, _) = ellipsoid::added_mass(self.typical_extent());
-        match shares.get(axis) {
-            Some(share) => (STIRRED * share).max(LEAST_STIRRED) * self.displaced(),
-            None => self.displaced_about(axis),
+        if axis >= 3 {
+            return self.displaced_about(axis);
         }
+        let (shares, _) = ellipsoid::added_mass(self.typical_extent());
+        (STIRRED * shares[axis]).max(LEAST_STIRRED) * self.displaced()
     }
 
     /// The body's own mass, or its moment of inertia [kg, kg m^2].
@@ -245,8 +245,8 @@ mod tests {
         }
     }
 
-    /// Of a sphere the displaced mass is expected; along a slender hull the least share, across it twice what it displaces; of a
-    /// plate broadside on many times that.
+    /// A sphere is expected to have its displaced mass; a slender hull the least share along itself and nearly twice its displaced
+    /// mass across; a plate broadside on many times that.
     #[test]
     fn added_mass_is_expected_where_the_hull_is_broad() {
         let mut scale = fixture::body_scale(&fixture::still());

@@ -201,7 +201,8 @@ pub(crate) fn enumerate(
             continue;
         }
         let only = effect.only_on();
-        let is_meant = |name: &str| only.is_empty() || only.iter().any(|of| of == name);
+        let is_asked = !only.is_empty();
+        let is_meant = |name: &str| !is_asked || only.iter().any(|of| of == name);
         // Each alone, and all with shared values.
         let mut add = |targets: &[(String, Target)]| {
             for one in targets.chunks(1) {
@@ -241,7 +242,6 @@ pub(crate) fn enumerate(
                         continue;
                     }
                     let is_base = bases.contains(&body.name.as_str());
-                    let is_asked = !only.is_empty();
                     // What a robot carries hangs at the end of a chain.
                     let carries = effect.is_point_mass() && body.end && ends <= options.all_bodies;
                     let is_small = moving <= options.all_bodies;
@@ -254,7 +254,6 @@ pub(crate) fn enumerate(
                 }
             }
             TargetKind::Joint => {
-                let is_asked = !only.is_empty();
                 let is_mechanism = |of: &PlantJoint| is_asked || !of.is_coordinate;
                 let free =
                     (model.joints.iter()).filter(|joint| is_free(joint.dof) && is_mechanism(joint));

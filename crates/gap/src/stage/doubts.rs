@@ -5,26 +5,26 @@ use hydro_files::rounded;
 
 use crate::likelihood::explanation::Explanation;
 
-/// Values of a set that have run to the end of what their effect takes to be plausible, as one sentence: the set stands for something
-/// else. So has a value more than half of the way there whose interval ends there. Null and zero are no such ends (a motor may be dead). None where all are within.
+/// Values of a set that have run to the end of what their effect takes to be plausible ([`runs_to`]), as one sentence: the set stands
+/// for something else. Null and zero are no such ends (a motor may be dead). None where all are within.
 pub(crate) fn values_at_an_edge(explanation: &Explanation<'_>, set: usize) -> Option<String> {
     let edge = explanation.problem.settings.options.name.edge;
     let point = explanation.point(set);
-    let all = point.candidates.iter().zip(&point.values);
-    let told = all.flat_map(|(candidate, values)| {
+    let told = point.candidates.iter().flat_map(|candidate| {
         let fitted = explanation.parameters(set, *candidate);
         let candidate = &explanation.problem.candidates[*candidate];
-        let parameters = candidate.parameters.iter().zip(values).zip(fitted);
-        parameters.filter_map(move |((p, value), fitted)| {
-            // That of what was not fitted is all that is plausible, and tells nothing.
-            let reach = match fitted.ci95 == [p.lower, p.upper] {
-                true => [f64::NAN; 2],
-                false => fitted.ci95,
-            };
-            let ends = [p.lower, p.upper].into_iter().zip(reach);
+        let parameters = candidate.parameters.iter().zip(fitted);
+        parameters.filter_map(move |(p, fitted)| {
+            let bounds = [p.lower, p.upper];
+            // The interval of what was not fitted is all that is plausible, and tells nothing.
+            let has_interval = fitted.ci95 != bounds;
+            let ends = bounds.into_iter().zip(fitted.ci95);
             let mut ends = ends.filter(|(end, _)| end.is_finite() && *end != p.null && *end != 0.0);
-            let is_at =
-                !p.shapes && ends.any(|(end, reach)| runs_to(end, p.null, edge, (*value, reach)));
+            let is_at = !p.shapes
+                && ends.any(|(end, reach)| {
+                    let reaches = has_interval && reach == end;
+                    runs_to(end, p.null, edge, (fitted.value, reaches))
+                });
             let unit = match p.unit {
                 "1" => String::new(),
                 unit => format!(" {unit}"),
@@ -35,7 +35,7 @@ pub(crate) fn values_at_an_edge(explanation: &Explanation<'_>, set: usize) -> Op
                     p.name,
                     effect(candidate.effect).card().phrase,
                     candidate.targets.join("`, `"),
-                    rounded(*value),
+                    rounded(fitted.value),
                     rounded(fitted.ci95[0]),
                     rounded(fitted.ci95[1]),
                     rounded(p.lower),
@@ -54,10 +54,10 @@ pub(crate) fn values_at_an_edge(explanation: &Explanation<'_>, set: usize) -> Op
 }
 
 /// True for a value beside the end of what is plausible, or more than half of the way from nothing to it with an interval that
-/// ends there. `edge`: part of the way that is beside it; `reach`: the interval's end on that side.
-fn runs_to(end: f64, null: f64, edge: f64, (value, reach): (f64, f64)) -> bool {
+/// ends there. `edge`: part of the way that is beside it; `reaches`: whether the interval ends there.
+fn runs_to(end: f64, null: f64, edge: f64, (value, reaches): (f64, bool)) -> bool {
     let (way, left) = ((end - null).abs(), (value - end).abs());
-    left <= edge * way || (reach == end && left < 0.5 * way)
+    left <= edge * way || (reaches && left < 0.5 * way)
 }
 
 /// Numbers of the nominal that the fit of a set moves as far as it may, as one sentence: the set stands for something else, or they are
@@ -106,13 +106,13 @@ mod tests {
 
     #[test]
     fn a_value_runs_to_an_end_that_it_is_beside_or_that_its_interval_reaches() {
-        let to_half = |value, reach| runs_to(0.5, 1.0, 0.04, (value, reach));
+        let to_half = |value, reach| runs_to(0.5, 1.0, 0.04, (value, reach == 0.5));
         assert!(to_half(0.515, 0.51));
         assert!(to_half(0.55, 0.5));
         assert!(!to_half(0.55, 0.53));
         // An interval may be wide: less than half of the way is not far.
         assert!(!to_half(0.8, 0.5));
-        let to_ten = |value, reach| runs_to(10.0, 0.0, 0.04, (value, reach));
+        let to_ten = |value, reach| runs_to(10.0, 0.0, 0.04, (value, reach == 10.0));
         assert!(to_ten(9.7, 9.9) && to_ten(6.0, 10.0));
         assert!(!to_ten(6.0, 9.0) && !to_ten(4.0, 10.0));
     }
