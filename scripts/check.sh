@@ -59,7 +59,8 @@ step 'robot and scenes are what make_b1.py writes'
 step 'lints'
 cargo clippy --workspace --all-targets --quiet -- -D warnings
 step 'lints without MuJoCo'
-cargo clippy -p hydro --no-default-features --features cli --lib --bins --quiet -- -D warnings
+# Of the workspace, with a target that has the dependencies of tests: crates below are then the same as above, compiled once.
+cargo clippy --workspace --no-default-features --features hydro/cli --lib --bins --test numerics --quiet -- -D warnings
 if cargo deny --version >/dev/null 2>&1; then
   step "others' crates"
   checks=(licenses bans sources)

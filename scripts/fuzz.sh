@@ -39,6 +39,9 @@ shared=$(mktemp -d -p "$([ -d /dev/shm ] && echo /dev/shm || echo /tmp)")
 trap 'rm -rf "$shared"' EXIT
 export TMPDIR=$shared ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=1
 
+# Findings of this run are the files newer than it.
+began=$shared/began
+touch "$began"
 fuzz() {
   target=$1
   mkdir -p "out/fuzz/$target" "fuzz/artifacts/$target"
@@ -58,7 +61,7 @@ echo '|---|---|---|---|---|---|'
 for target in "${targets[@]}"; do
   executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "out/fuzz/$target.log")
   seconds=$(awk 'END { print int($1 + $2 + 0.5) }' "out/fuzz/$target.seconds")
-  count=$(find "fuzz/artifacts/$target" -type f | wc -l)
+  count=$(find "fuzz/artifacts/$target" -type f -newer "$began" | wc -l)
   corpus=$(find "out/fuzz/$target" -type f | wc -l)
   rate=$((${executions:-0} / (seconds > 0 ? seconds : 1)))
   echo "| \`$target\` | $seconds | ${executions:-0} | $rate | $count | $corpus |"

@@ -133,18 +133,18 @@ left=$(ls -A "$place/elsewhere")
 [ -z "$left" ] || die "left in the working folder: $left"
 
 # The tests of the package, without the checkout; those that are about it stay there.
-"$python" -m pip install --quiet --target "$place/tools" pytest hypothesis
+"$python" -m pip install --quiet --target "$place/tools" pytest pytest-xdist hypothesis
 mkdir "$place/tests"
 cp "$checkout"/python/tests/*.py "$place/tests"
 rm "$place"/tests/test_docs.py "$place"/tests/test_doctor.py
 chmod a+rwx "$place/elsewhere"
 run env PYTHONPATH="$place/tests:$place/tools" PYTHONWARNINGS=default HYPOTHESIS_STORAGE_DIRECTORY="$place/elsewhere" \
-  python -m pytest --quiet -p no:cacheprovider --import-mode=importlib -W ignore::hydro_mujoco.errors.Notice \
+  python -m pytest --quiet --numprocesses auto --dist loadfile -p no:cacheprovider --import-mode=importlib -W ignore::hydro_mujoco.errors.Notice \
   --rootdir "$place/tests" "$place/tests" |
   tail -n 30 | sed 's/^/        /'
 say 'the tests of the package'
 HYDRO_DOCS_BIN=$bin HYDRO_PROGRAM=$packages/hydro_mujoco/bin/hydro HYDRO_PLUGIN=$packages/hydro_mujoco/libhydro_plugin.so \
-  "$python" -m pytest --quiet -p no:cacheprovider "$checkout/python/tests/test_docs.py" | sed 's/^/        /'
+  "$python" -m pytest --quiet --numprocesses auto -p no:cacheprovider "$checkout/python/tests/test_docs.py" | sed 's/^/        /'
 say 'the code of README.md and docs/'
 
 # Logs and environments with their extras, still without HOME, in site-packages that are read-only.

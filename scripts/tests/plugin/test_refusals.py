@@ -1,5 +1,6 @@
 """Refused scenes and their messages."""
 
+import json
 import os
 import pathlib
 import shutil
@@ -43,6 +44,22 @@ class Refusals(unittest.TestCase):
         self.refused("densty", attributes={"densty": "1000"})
         self.refused("timestep of <option> is 1e-300 s", "expected from 1e-9", timestep="1e-300")
         self.refused("`effects` is `a b`", attributes={"checkpoint": None, "effects": "a&#10;b"})
+
+    def test_a_delay_that_would_take_the_memory(self):
+        """A delay's commands are kept, one a step: as many as half a second has steps at least, or as the delay has."""
+
+        def delayed(delay):
+            entry = {"effect": "actuator_delay", "target": "fin", "parameters": {"delay": delay}}
+            effects = json.dumps({"schema": "hydro-effects/1", "effects": [entry]}).replace('"', "&quot;")
+            return {"checkpoint": None, "effects": effects}
+
+        self.refused("delay is 1000000 [s], expected 0 to 60", attributes=delayed(1e6))
+        for delay, taken in ((0.0, "500000003"), (0.5, "500000003"), (60.0, "60000000003")):
+            self.refused(
+                f"memory takes {taken} numbers", "timestep of 1e-9 s", "at most 16777216", timestep="1e-9", attributes=delayed(delay)
+            )
+        # What fits is taken: 600,000 commands.
+        fish(delayed(60.0), timestep="0.0001")
 
     def test_joints(self):
         self.refused("card's joint `fin`", "joints are: tail", fin="tail")

@@ -35,6 +35,9 @@ use crate::{
 const NO_MOTION: &str =
     "it changes a reading and no motion; it belongs into `sensors` of a verdict's patch";
 
+/// Numbers of memory of all effects of an instance, at most: 128 MiB.
+const MOST_MEMORY: usize = 1 << 24;
+
 /// Ties effects to a model.
 pub(crate) fn bind(
     model: ModelView<'_>,
@@ -108,7 +111,16 @@ fn add(
             parameter.name, parameter.unit
         ));
     }
-    let memory_len = entry_memory_len(entry, model.raw().opt.timestep);
+    let step = model.raw().opt.timestep;
+    let memory_len = entry_memory_len(entry, step);
+    if bound.memory_len.saturating_add(memory_len) > MOST_MEMORY {
+        return Err(format!(
+            "its memory takes {memory_len} numbers at a timestep of {} s, and {} are taken; expected at most {MOST_MEMORY} in \
+             all: a longer timestep or a shorter delay",
+            hydro_files::number(step),
+            bound.memory_len
+        ));
+    }
     let acting = Acting {
         effect,
         parameters: entry.parameters.clone(),
@@ -234,11 +246,11 @@ impl Targets for ModelTargets<'_> {
     }
 }
 
-/// Numbers of memory that a text of effects needs, in a model of this step [s]. MuJoCo asks while it still
-/// compiles the model, so targets are not looked at; what is wrong with the text shows later.
+/// Numbers of memory that a text of effects needs, in a model of this step [s]; `None` where it is at fault. MuJoCo asks
+/// while it still compiles the model, so targets are not looked at; what is wrong with the text shows later.
 pub(crate) fn memory_len(text: &str, step: f64) -> Option<usize> {
     let document: Value = serde_json::from_str(text).ok()?;
-    let mut sum = 0;
+    let mut sum = 0usize;
     for item in document.get("effects")?.as_array()? {
         let id = listed_id(item)?;
         let values = item.get("parameters")?;
@@ -257,16 +269,14 @@ pub(crate) fn memory_len(text: &str, step: f64) -> Option<usize> {
                 None => Some(parameter.left_out.unwrap_or(parameter.null)),
             })
             .collect::<Option<Vec<f64>>>()?;
-        sum += entry_memory_len(
-            &Entry {
-                effect: id,
-                target: String::new(),
-                parameters,
-            },
-            step,
-        );
+        let entry = Entry {
+            effect: id,
+            target: String::new(),
+            parameters,
+        };
+        sum = sum.saturating_add(entry_memory_len(&entry, step));
     }
-    Some(sum)
+    (sum <= MOST_MEMORY).then_some(sum)
 }
 
 fn entry_memory_len(entry: &Entry, step: f64) -> usize {

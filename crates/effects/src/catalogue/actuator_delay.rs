@@ -55,12 +55,12 @@ impl Effect for ActuatorDelay {
 }
 
 /// Commands that are kept: enough for the longest delay, whatever the present one, so that a change of
-/// the delay does not change the size of a saved state.
+/// the delay does not change the size of a saved state. A step of 1e-300 s asks for all that can be counted.
 fn kept(delay: f64, step: f64) -> usize {
     // A state is sized before its file is checked.
     let longest = LONGEST.max(delay.min(LONGEST_KEPT));
     if step > 0.0 {
-        (longest / step).ceil() as usize + 2
+        ((longest / step).ceil() as usize).saturating_add(2)
     } else {
         2
     }
@@ -69,7 +69,7 @@ fn kept(delay: f64, step: f64) -> usize {
 impl ActuatorPart for ActuatorDelay {
     /// Where the next command goes, then the commands.
     fn memory_len(&self, p: &[f64], step: f64) -> usize {
-        1 + kept(p[0], step)
+        kept(p[0], step).saturating_add(1)
     }
 
     fn command(&self, p: &[f64], command: f64, step: f64, memory: &mut [f64]) -> f64 {
