@@ -5,29 +5,32 @@
 #   baselines  .venv-rivals   scripts/rivals.py: PySINDy, scikit-learn, mujoco.sysid
 #   docs       .venv-docs     scripts/build_docs.py: the site, its notebooks
 #   ray        .venv-ray      scripts with --ray, and all tests
-# Each installs hydro_mujoco (python/) and scripts/ with its extras, editable; nothing happens where their pyproject.toml are as they were.
+# Each installs the packages of scripts/locks/NAME.txt, whose hashes pip checks, and hydro_mujoco and scripts/ editable; nothing
+# happens where these files are as they were. scripts/lock.sh writes the locks.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 usage='usage: scripts/setup_venv.sh main|bench|baselines|docs|ray [FOLDER]'
-case ${1:?$usage} in
-main) folder=.venv extras=tank,sysid,film,gaits,logs,warp,dev imports='cma, matplotlib, mujoco, mujoco_warp, pandas, rosbags, safetensors, scipy' ;;
-bench) folder=.venv-bench extras=bench imports='matplotlib, mujoco, onnxruntime, torch, torchdiffeq' ;;
-baselines) folder=.venv-rivals extras=baselines,dev imports='pysindy, sklearn, mujoco.sysid' ;;
-docs) folder=.venv-docs extras=docs imports='ipykernel, jupytext, material, matplotlib, nbconvert' ;;
-ray) folder=.venv-ray extras=ray,tank,sysid,dev imports='mujoco, ray, safetensors' ;;
+name=${1:?$usage}
+case $name in
+main) folder=.venv imports='cma, matplotlib, mujoco, mujoco_warp, pandas, rosbags, safetensors, scipy' ;;
+bench) folder=.venv-bench imports='matplotlib, mujoco, onnxruntime, torch, torchdiffeq' ;;
+baselines) folder=.venv-rivals imports='pysindy, sklearn, mujoco.sysid' ;;
+docs) folder=.venv-docs imports='ipykernel, jupytext, material, matplotlib, nbconvert' ;;
+ray) folder=.venv-ray imports='mujoco, ray, safetensors' ;;
 *)
   echo "$usage" >&2
   exit 2
   ;;
 esac
 folder=${2:-$folder}
-# Extras of hydro_mujoco.
-package=gym,gps
-packages=(pyproject.toml scripts/pyproject.toml)
-if ! cat "${packages[@]}" | cmp -s - "$folder/.pyproject.toml"; then
+lock=scripts/locks/$name
+made_of=(pyproject.toml scripts/pyproject.toml "$lock.in" "$lock.txt")
+if ! cat "${made_of[@]}" | cmp -s - "$folder/.made_of"; then
   echo "setup: making $folder"
   [ -x "$folder/bin/python" ] || "${PYTHON:-python3}" -m venv "$folder"
-  "$folder/bin/python" -m pip install --quiet --no-compile --disable-pip-version-check -e ".[$package]" -e "scripts[$extras]"
+  install=("$folder/bin/python" -m pip install --quiet --no-compile --disable-pip-version-check)
+  "${install[@]}" --require-hashes -r "$lock.txt"
+  "${install[@]}" --no-deps --no-build-isolation -r "$lock.in"
   "$folder/bin/python" -c "import hydro_mujoco, hydro_tools, $imports"
-  cat "${packages[@]}" >"$folder/.pyproject.toml"
+  cat "${made_of[@]}" >"$folder/.made_of"
 fi

@@ -35,6 +35,20 @@ class Versions(unittest.TestCase):
         (asked,) = [each for each in table("pyproject.toml")["project"]["dependencies"] if each.startswith("mujoco")]
         self.assertEqual(asked, f"mujoco>={readable(oldest)},<{readable(newest + 1)}")
 
+    def test_locks_hold_what_is_asked_for_and_a_hash_of_each(self):
+        """scripts/lock.sh was run after the last change of scripts/pyproject.toml."""
+        extras = table("scripts/pyproject.toml")["project"]
+        for lock in sorted((ROOT / "scripts/locks").glob("*.txt")):
+            names = re.search(r"^-e scripts\[(.+)\]$", lock.with_suffix(".in").read_text(), re.M)[1].split(",")
+            asked = extras["dependencies"] + sum((extras["optional-dependencies"][name] for name in names), [])
+            asked = {re.sub(r"\[.*?\]", "", each) for each in asked if not each.startswith("hydro-")}
+            entries = re.split(r"\n(?=\S)", re.sub(r"^#.*\n", "", lock.read_text(), flags=re.M))
+            with self.subTest(lock.name):
+                locked = {entry.split()[0] for entry in entries}
+                self.assertEqual(asked - locked, set())
+                for entry in entries:
+                    self.assertRegex(entry, r"(?s)^[a-z0-9-]+==\S+.* --hash=sha256:[0-9a-f]{64}")
+
 
 if __name__ == "__main__":
     unittest.main()
