@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The plugin under sanitizers and valgrind, in a host of C that loads, steps, copies, resets and frees models on threads.
 #   scripts/sanitize.sh [asan] [tsan] [valgrind] [miri]     all by default; logs in out/sanitize
-#   asan      AddressSanitizer in the plugin and the host, leaks too
+#   asan      AddressSanitizer in the plugin and the host, leaks too; and in `hydro gap run` on the trials of examples/tether
 #   tsan      ThreadSanitizer in the plugin, 64 threads of the host; MuJoCo and the host are as they are
 #   valgrind  memcheck, of target/release/libhydro_plugin.so
 #   miri      tests of the crates that touch nothing foreign; skipped where cargo-miri is not installed
@@ -28,11 +28,11 @@ host_of() {
     -Wl,-rpath,"$mujoco" -lpthread -lm
 }
 
-# plugin_of NAME: builds the plugin with a sanitizer; the flags are unstable, and with this the pinned compiler takes them.
+# plugin_of NAME [FLAGS]: builds plugin and program with a sanitizer; the flags are unstable, and with this the pinned compiler takes them.
 plugin_of() {
   RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=$1 ${2:-}" CARGO_TARGET_DIR="target/$1" CARGO_PROFILE_RELEASE_OPT_LEVEL=1 \
     CARGO_PROFILE_RELEASE_STRIP=false CARGO_PROFILE_RELEASE_DEBUG=line-tables-only \
-    cargo build --release --quiet --lib --no-default-features --features mujoco --target x86_64-unknown-linux-gnu
+    cargo build --release --quiet --lib --bin hydro --target x86_64-unknown-linux-gnu
 }
 
 # judge NAME STATUS: the last lines of its log.
@@ -50,7 +50,10 @@ asan() {
   plugin_of address && host_of host-asan -fsanitize=address || return 1
   # Own effects and registries live as long as the process: these are reachable, and no leaks.
   ASAN_OPTIONS=detect_leaks=1:halt_on_error=1 "$out/host-asan" \
-    target/address/x86_64-unknown-linux-gnu/release/libhydro_plugin.so 8 4 "${models[@]}"
+    target/address/x86_64-unknown-linux-gnu/release/libhydro_plugin.so 8 4 "${models[@]}" || return 1
+  "$python" examples/tether/make_trials.py --out "$out/tether" &&
+    ASAN_OPTIONS=detect_leaks=0:halt_on_error=1 target/address/x86_64-unknown-linux-gnu/release/hydro gap run --overwrite \
+      --model examples/tether/nominal.xml --trials "$out/tether/trials" --out "$out/tether/gap"
 }
 
 tsan() {

@@ -61,9 +61,32 @@ impl Additions {
         self.forces.push((0, f64::NAN));
     }
 
+    /// Room for what bodies and joints add, taken once.
+    fn with_room(sources: &[Source<'_>]) -> Self {
+        let (mut forces, mut inertias) = (0, 0);
+        for source in sources {
+            for wet in &source.bound.bodies {
+                let dofs = wet.dofs.len();
+                forces += dofs;
+                inertias += if wet.full_rows {
+                    dofs * (dofs + 1) / 2
+                } else {
+                    dofs
+                };
+            }
+            forces += source.bound.joints.len();
+            inertias += source.bound.joints.len();
+        }
+        Self {
+            forces: Vec::with_capacity(forces),
+            inertias: Vec::with_capacity(inertias),
+            ..Self::default()
+        }
+    }
+
     /// The effects of all sources, in their order.
     pub(crate) fn collect(data: &DataView<'_>, sources: &[Source<'_>]) -> Self {
-        let mut sum = Self::default();
+        let mut sum = Self::with_room(sources);
         let model = data.model();
         let water = Water::new(data, sources);
         let step = model.raw().opt.timestep;
